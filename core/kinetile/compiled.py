@@ -1,0 +1,165 @@
+"""The one place that knows Numba.
+
+Phases and kernel are plain Python functions marked with ``hook``. Three things make them as fast as C, and all of
+them live here:
+
+* every hook and every function it calls is forced inline, so that no array is ever passed by value between them;
+* at the kernel's entry each array is re-viewed without its owner (``disowned``): Numba counts references atomically on
+  every pass of an array that has one, and that count is most of the cost of a small function;
+* the loop is composed once for a choice of phases (``compose``) and cached on disk under a name that carries a
+  fingerprint of everything compiled into it. Numba's own cache looks at one file's date only, and would serve old machine
+  code after a change in a phase; it would also miss in every process if the loop closed over its hooks.
+
+With ``NUMBA_DISABLE_JIT=1`` the same source runs interpreted, for a debugger and for coverage.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import CodeType, FunctionType, ModuleType
+from typing import Any, TypeVar, cast
+
+import numpy as np
+
+__all__ = ["INTERPRETED", "compose", "disowned", "hook", "is_cached", "make_ready"]
+
+INTERPRETED = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
+"""True when hooks run as plain Python."""
+
+F = TypeVar("F", bound=Callable[..., Any])
+T = TypeVar("T")
+
+
+def hook(function: F) -> F:
+    """Mark a function that runs inside the kernel's loop: compiled, forced inline, IEEE division (no exceptions)."""
+    if INTERPRETED:
+        return function
+    import numba
+
+    return cast(F, numba.njit(forceinline=True, error_model="numpy")(function))
+
+
+if INTERPRETED:
+
+    def disowned(tables: T) -> T:
+        """Return ``tables`` as they are: interpreted code counts no references worth saving."""
+        return tables
+
+else:
+    from numba import types as _types
+    from numba.core import cgutils as _cgutils
+    from numba.extending import intrinsic as _intrinsic
+
+    @_intrinsic  # type: ignore[untyped-decorator]
+    def disowned(typing_context: Any, tables: Any) -> Any:
+        """Return a named tuple of arrays, each viewing the same memory without a reference to its owner.
+
+        The caller keeps the owners alive for as long as the views are in use.
+        """
+
+        def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            (value,) = arguments
+            for position, kind in enumerate(tables.types):
+                if isinstance(kind, _types.Array):
+                    element = builder.extract_value(value, position)
+                    array = context.make_array(kind)(context, builder, value=element)
+                    array.meminfo = _cgutils.get_null_value(array.meminfo.type)
+                    array.parent = _cgutils.get_null_value(array.parent.type)
+                    value = builder.insert_value(value, array._getvalue(), position)
+            return value
+
+        return tables(tables), codegen
+
+
+def compose(template: Callable[..., Any], parts: Mapping[str, Any], label: str) -> Callable[..., Any]:
+    """Compile ``template`` with ``parts`` in place of its global names, cached on disk under a fingerprint.
+
+    ``template`` is a plain function; ``parts`` maps names it uses to hooks and constants; ``label`` names the choice of
+    phases in the cache. The result is compiled when it is first called.
+    """
+    names = dict(template.__globals__)
+    names.update(parts)
+    source = cast(FunctionType, template)
+    function = FunctionType(source.__code__, names, source.__name__, source.__defaults__, source.__closure__)
+    function.__module__ = source.__module__
+    function.__doc__ = source.__doc__
+    if INTERPRETED:
+        return function
+    import numba
+
+    function.__qualname__ = f"{source.__name__}_{label}_{_fingerprint(function)}"
+    return cast("Callable[..., Any]", numba.njit(cache=True, error_model="numpy", nogil=True)(function))
+
+
+def _fingerprint(function: Callable[..., Any]) -> str:
+    """Return a digest of a function and of all that it reaches: bytecode, constants, hooks, and values of globals."""
+    digest = hashlib.sha256(sys.version.encode())
+    digest.update(repr((np.__version__, API)).encode())
+    seen: set[int] = set()
+
+    def visit(value: Any) -> None:
+        value = getattr(value, "py_func", value)
+        if isinstance(value, FunctionType):
+            if id(value) in seen:
+                return
+            seen.add(id(value))
+            digest.update(value.__name__.encode())
+            code(value.__code__, value.__globals__)
+            for cell in value.__closure__ or ():
+                visit(cell.cell_contents)
+            visit(value.__defaults__)
+        elif isinstance(value, ModuleType):
+            digest.update(value.__name__.encode())
+        elif isinstance(value, tuple | list):
+            digest.update(f"{len(value)}(".encode())
+            for item in value:
+                visit(item)
+        elif isinstance(value, type):
+            digest.update(value.__qualname__.encode())
+        elif isinstance(value, np.ndarray):
+            digest.update(value.tobytes())
+        elif callable(value):
+            digest.update(getattr(value, "__name__", type(value).__name__).encode())
+        else:
+            digest.update(repr(value).encode())
+
+    def code(block: CodeType, names: Mapping[str, Any]) -> None:
+        digest.update(block.co_code)
+        digest.update(repr(block.co_varnames).encode())
+        for constant in block.co_consts:
+            if isinstance(constant, CodeType):
+                code(constant, names)
+            else:
+                digest.update(repr(constant).encode())
+        for name in block.co_names:
+            digest.update(name.encode())
+            if name in names:
+                visit(names[name])
+
+    visit(function)
+    return digest.hexdigest()[:16]
+
+
+API = 1
+"""Raised when the shape of the kernel's tables changes in a way that bytecode does not show."""
+
+
+def make_ready(function: Callable[..., Any], *arguments: Any) -> None:
+    """Compile a composed function for such arguments, or load it from the disk cache, without running it."""
+    if INTERPRETED:
+        return
+    import numba
+
+    cast(Any, function).compile(tuple(numba.typeof(argument) for argument in arguments))
+
+
+def is_cached(function: Callable[..., Any]) -> bool | None:
+    """Whether a composed function's machine code lies in the disk cache; None when it runs interpreted."""
+    if INTERPRETED:
+        return None
+    folder = Path(cast(Any, function).stats.cache_path or ".")
+    return any(folder.glob(f"*{function.__qualname__}*.nbi"))

@@ -1,0 +1,125 @@
+"""What a simulation is made of: phases found by name, and the loop that contains them and nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from kinetile._registry import registry
+from kinetile._spelling import nearest
+from kinetile.errors import BadOption, PhaseError
+from kinetile.protocols import BroadPhaseParts, PairParts, WallParts
+from kinetile.scene import Scene
+
+__all__ = ["DEFAULT_BROAD_PHASE", "Composition", "compose_phases"]
+
+DEFAULT_BROAD_PHASE = "sap-2d"
+
+
+@dataclass(frozen=True)
+class Composition:
+    """The phases of a simulation by name, with options, and their parts.
+
+    Attributes:
+        broad_phase: name of the broad phase.
+        options: its options.
+        narrow_phases: names of the narrow phases and their options.
+        broad: the broad phase's parts.
+        pair: the parts of the narrow phase for two bodies; None: bodies pass through each other.
+        wall: the parts of the narrow phase for walls; None: there are no walls.
+    """
+
+    broad_phase: str
+    options: Mapping[str, Any]
+    narrow_phases: Mapping[str, Mapping[str, Any]]
+    broad: BroadPhaseParts
+    pair: PairParts | None
+    wall: WallParts | None
+
+    def loop(self, *, turns: bool) -> Callable[..., Any]:
+        """Return the loop for these phases, compiled when it is first called or made ready."""
+        from kinetile.compiled import compose
+        from kinetile.kernel import advance
+
+        parts: dict[str, Any] = {
+            "build": self.broad.build,
+            "repair": self.broad.repair,
+            "replan": self.broad.replan,
+            "PAIRS": self.pair is not None,
+            "WALLS": self.wall is not None,
+            "TURNS": turns,
+        }
+        if self.pair is not None:
+            parts |= {"meet": self.pair.meet, "collide": self.pair.collide}
+        if self.wall is not None:
+            parts |= {"reach_wall": self.wall.reach_wall, "bounce": self.wall.bounce}
+        label = "_".join([self.broad_phase, *self.narrow_phases])
+        return compose(advance, parts, "".join(c if c.isalnum() else "_" for c in label)[:60])
+
+
+def compose_phases(
+    scene: Scene,
+    broad_phase: str | None,
+    narrow_phases: Sequence[str] | Mapping[str, Mapping[str, Any]] | None,
+    options: Mapping[str, Any] | None,
+) -> Composition:
+    """Find the phases by name and prepare them for a scene.
+
+    An argument that is None follows the scene's settings, then the default: ``DEFAULT_BROAD_PHASE``, ``disc``, and ``wall``
+    where the scene has an arena. Options given here go over those of the settings.
+
+    Raises:
+        UnknownName: no phase has this name.
+        BadOption: a phase has no such option, or not such a value.
+        Refused: a phase cannot do this scene.
+    """
+    settings = scene.settings
+    name = broad_phase or settings.broad_phase or DEFAULT_BROAD_PHASE
+    narrow = narrow_phases if narrow_phases is not None else settings.narrow_phases
+    if narrow is None:
+        narrow = ("disc", "wall") if scene.arena is not None else ("disc",)
+    given: Mapping[str, Any] = narrow if isinstance(narrow, Mapping) else dict.fromkeys(narrow, {})
+
+    broad_options = {**settings.options.get(name, {}), **(options or {})}
+    broad = _prepare("broad phase", name, broad_options, scene)
+    if not isinstance(broad, BroadPhaseParts):
+        raise PhaseError(f"broad phase {name!r}: prepare returned {type(broad).__name__}, not BroadPhaseParts")
+
+    pair: PairParts | None = None
+    wall: WallParts | None = None
+    narrow_options: dict[str, Mapping[str, Any]] = {}
+    for each, extra in given.items():
+        narrow_options[each] = {**settings.options.get(each, {}), **extra}
+        parts = _prepare("narrow phase", each, narrow_options[each], scene)
+        if isinstance(parts, PairParts) and pair is None:
+            pair = parts
+        elif isinstance(parts, WallParts) and wall is None:
+            wall = parts
+        elif isinstance(parts, PairParts | WallParts):
+            role = "pairs" if isinstance(parts, PairParts) else "walls"
+            raise BadOption(f"two narrow phases for {role} are named, and there can be one: {', '.join(given)}")
+        else:
+            raise PhaseError(f"narrow phase {each!r}: prepare returned {type(parts).__name__}, not PairParts or WallParts")
+    return Composition(name, broad_options, narrow_options, broad, pair, wall)
+
+
+def _prepare(kind: str, name: str, options: Mapping[str, Any], scene: Scene) -> Any:
+    """Make a phase with its options and ask it for its parts."""
+    found = registry()
+    phase = found.broad_phase(name) if kind == "broad phase" else found.narrow_phase(name)
+    check_options(kind, name, phase, options)
+    return phase(**options).prepare(scene)
+
+
+def check_options(kind: str, name: str, phase: Callable[..., Any], options: Mapping[str, Any]) -> None:
+    """Refuse an option that the phase's constructor does not have, with what was meant and what there is."""
+    import inspect
+
+    known = [p for p in inspect.signature(phase).parameters if p != "self"]
+    for option in options:
+        if option not in known:
+            close = nearest(str(option), known)
+            meant = f"; did you mean {close!r}?" if close else "."
+            has = f"its options are: {', '.join(known)}" if known else "it has no options"
+            raise BadOption(f"{kind} {name!r} has no option {option!r}{meant} {has}")

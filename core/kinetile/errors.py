@@ -1,0 +1,127 @@
+"""Every error kinetile raises: each is a whole sentence that says what was wrong, where, and what would be right."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+__all__ = [
+    "BadOption",
+    "BadPlugin",
+    "DuplicateName",
+    "KinetileError",
+    "MissedContactError",
+    "Mistake",
+    "MissingExtra",
+    "PhaseError",
+    "PluginApiMismatch",
+    "RecordError",
+    "Refused",
+    "SceneError",
+    "UnknownName",
+    "ZenoError",
+]
+
+
+class KinetileError(Exception):
+    """The base of every error that kinetile raises on purpose."""
+
+
+class UnknownName(KinetileError, LookupError):
+    """No phase or scene is registered under this name."""
+
+    def __init__(
+        self,
+        kind: str,
+        name: str,
+        *,
+        suggestion: str | None = None,
+        available: Sequence[str] = (),
+        failures: Sequence[Any] = (),
+    ) -> None:
+        self.kind = kind
+        self.name = name
+        self.suggestion = suggestion
+        self.available = tuple(available)
+        self.failures = tuple(failures)
+        meant = f"; did you mean {suggestion!r}?" if suggestion else "."
+        lines = [f"no {kind} is called {name!r}{meant}", f"available: {', '.join(self.available) or 'none'}"]
+        lines += [f"not loaded: {failure}" for failure in self.failures]
+        super().__init__("\n".join(lines))
+
+
+class DuplicateName(KinetileError, ValueError):
+    """Two plugins claim one name."""
+
+
+class PluginApiMismatch(KinetileError, ValueError):
+    """A plugin was written for another version of the plugin API."""
+
+
+class BadOption(KinetileError, TypeError):
+    """A phase or a recipe was given an option that it does not have, or a value that it cannot use."""
+
+
+class Mistake(NamedTuple):
+    """One thing that is wrong with a scene: where it stands, what was found there, what would be right."""
+
+    where: str
+    found: str
+    expected: str
+
+    def __str__(self) -> str:
+        return f"{self.where}: found {self.found}; expected {self.expected}"
+
+
+class SceneError(KinetileError, ValueError):
+    """A scene is not fit to be simulated; all of its mistakes are listed at once."""
+
+    def __init__(self, mistakes: Sequence[Mistake], source: str | None = None) -> None:
+        self.mistakes = tuple(mistakes)
+        self.source = source
+        count = f"{len(self.mistakes)} mistake{'s' if len(self.mistakes) != 1 else ''}"
+        head = f"{source}: {count}" if source else f"the scene has {count}"
+        super().__init__("\n".join([head, *(f"  {mistake}" for mistake in self.mistakes)]))
+
+
+class Refused(KinetileError, ValueError):
+    """A phase cannot do this scene; the message says why and names what can."""
+
+
+class ZenoError(KinetileError, RuntimeError):
+    """Contacts follow each other without end in no time: the bodies are jammed."""
+
+    def __init__(self, message: str, *, time: float, bodies: Sequence[int]) -> None:
+        self.time = time
+        self.bodies = tuple(bodies)
+        super().__init__(message)
+
+
+class MissedContactError(KinetileError, RuntimeError):
+    """Two bodies overlap more than rounding explains: a broad phase has missed their contact or reported it late."""
+
+    def __init__(self, message: str, *, time: float, bodies: Sequence[int]) -> None:
+        self.time = time
+        self.bodies = tuple(bodies)
+        super().__init__(message)
+
+
+class PhaseError(KinetileError, RuntimeError):
+    """A phase broke the protocol; the message names the phase and what it did."""
+
+
+class MissingExtra(KinetileError, ImportError):
+    """An optional dependency is not installed; the message names the extra that brings it."""
+
+    def __init__(self, purpose: str, package: str, extra: str) -> None:
+        super().__init__(
+            f"{purpose} needs {package}, which is not installed; install it with: pip install 'kinetile[{extra}]'"
+        )
+
+
+class BadPlugin(KinetileError, TypeError):
+    """A plugin's hooks, or the specs that they return, are not what kinetile can use."""
+
+
+class RecordError(KinetileError, OSError):
+    """An event file cannot be written or read; the message says how much of it was kept."""

@@ -1,0 +1,27 @@
+"""The shape of what a run leaves behind: contacts, and the log rows that make the whole trajectory.
+
+The exact time of a row is ``start + (epoch + tick * 2**-52) * time_unit``: ``epoch`` counts whole units since the
+scene's start, ``tick`` is the fraction in ticks of 2**-52 (0 <= tick < 2**52). ``time`` is that number rounded to a float.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+__all__ = ["BOTTOM", "CONTACT", "LEFT", "LOG", "REANCHORED", "RIGHT", "TOP", "TURNED", "WALLS"]
+
+LEFT, RIGHT, BOTTOM, TOP = -1, -2, -3, -4
+TURNED, REANCHORED = -5, -6
+WALLS = {LEFT: "left", RIGHT: "right", BOTTOM: "bottom", TOP: "top"}
+
+CONTACT = np.dtype([("time", "f8"), ("epoch", "i8"), ("tick", "i8"), ("a", "i4"), ("b", "i4")])
+"""One contact: body ``a`` with body ``b`` > a, or with a wall (-1 left, -2 right, -3 bottom, -4 top)."""
+
+LOG = np.dtype(
+    [
+        *((name, CONTACT[name]) for name in CONTACT.names or ()),
+        *((name, "f8") for name in ("ax", "ay", "avx", "avy", "bx", "by", "bvx", "bvy")),
+    ]
+)
+"""One event that changed a flight plan: as CONTACT, and -5 for a turn, -6 for a re-anchoring that keeps the velocity;
+then position and velocity of both bodies right after it (NaN for ``b`` where there is no second body)."""

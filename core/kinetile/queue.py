@@ -1,0 +1,85 @@
+"""The event queue: an indexed four-ary heap of (failure time, certificate).
+
+Each certificate knows its place in the heap, so a changed failure time moves one entry and nothing is ever stale: the queue
+is as long as there are certificates that will fail. Four children a node rather than two: half the levels, and siblings
+share a cache line.
+
+The order is total and owes nothing to insertion: by tick, then by class (structural, turn, wall, pair: the ranges in which
+certificates are numbered), then by number, and for pairs by the bodies, because a pair's number depends on the history of
+the free list.
+"""
+
+from __future__ import annotations
+
+from kinetile.compiled import hook
+from kinetile.tables import NEVER, Kernel
+
+__all__ = ["precedes", "schedule"]
+
+
+@hook
+def precedes(k: Kernel, tick: int, certificate: int, other_tick: int, other: int) -> bool:
+    """Whether one event runs before another."""
+    if tick != other_tick:
+        return tick < other_tick
+    clock = k.clock[0]
+    first_pair = clock.structural + 1 + clock.bodies
+    if certificate < first_pair or other < first_pair:
+        return certificate < other
+    one = k.certificates[certificate]
+    two = k.certificates[other]
+    if one.a != two.a:
+        return bool(one.a < two.a)
+    return bool(one.b < two.b)
+
+
+@hook
+def schedule(k: Kernel, certificate: int, tick: int) -> None:
+    """Set a certificate's failure time; ``NEVER`` takes it out of the queue. O(log queue)."""
+    clock = k.clock[0]
+    queue = k.queue
+    table = k.certificates
+    place = table[certificate].place
+    k.counts[0].updated += 1
+    if place < 0:
+        if tick == NEVER:
+            return
+        place = clock.queued
+        clock.queued = place + 1
+        k.counts[0].queue_max = max(k.counts[0].queue_max, place + 1)
+    elif tick == NEVER:
+        end = clock.queued - 1
+        clock.queued = end
+        table[certificate].place = -1
+        if place == end:
+            return
+        tick = queue[end].tick  # the last entry fills the hole
+        certificate = queue[end].certificate
+
+    hole = place
+    while hole > 0:
+        parent = (hole - 1) >> 2
+        if not precedes(k, tick, certificate, queue[parent].tick, queue[parent].certificate):
+            break
+        queue[hole] = queue[parent]
+        table[queue[hole].certificate].place = hole
+        hole = parent
+    if hole == place:
+        while True:
+            child = 4 * hole + 1
+            if child >= clock.queued:
+                break
+            best = child
+            for sibling in range(child + 1, min(child + 4, clock.queued)):
+                if precedes(
+                    k, queue[sibling].tick, queue[sibling].certificate, queue[best].tick, queue[best].certificate
+                ):
+                    best = sibling
+            if not precedes(k, queue[best].tick, queue[best].certificate, tick, certificate):
+                break
+            queue[hole] = queue[best]
+            table[queue[hole].certificate].place = hole
+            hole = best
+    queue[hole].tick = tick
+    queue[hole].certificate = certificate
+    table[certificate].place = hole

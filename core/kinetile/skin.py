@@ -1,0 +1,52 @@
+"""The skin: by how much bodies are fattened for the broad phase, so that no rounding can change an answer.
+
+A structural event is found with an error of at most ``eta``, as a length. A chain of neighbours in a sorted list can add up
+2n such errors, and a contact can lie ``eta`` off its prediction. A skin ``delta`` of 4 (n + 2) eta covers both with room:
+a pair is a candidate from a gap of 2 delta on, so it is there when its contact comes, ties included, and it is still there
+while they touch. Contact times never see the skin. The derivation is in docs/one-answer.md.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from kinetile.scene import Scene
+
+__all__ = ["Skin", "speed_bound"]
+
+ULP = 2.0**-53
+
+
+class Skin(NamedTuple):
+    """Lengths, all in the scene's unit.
+
+    Attributes:
+        eta: error bound of one structural event.
+        delta: the skin itself; a body's reach is its radius plus this.
+        theta: an inversion deeper than this is repaired whatever its rate.
+        tolerance: an overlap deeper than this (and 1e-9 of the radii) is a missed contact.
+    """
+
+    eta: float
+    delta: float
+    theta: float
+    tolerance: float
+
+    @classmethod
+    def of(cls, bodies: int, extent: float, speed: float, tick: float) -> Skin:
+        """Return the skin for so many bodies within ``extent`` of the origin, never faster than ``speed``."""
+        eta = 16.0 * ULP * extent + 2.0 * speed * tick
+        return cls(eta=eta, delta=4.0 * (bodies + 2) * eta, theta=2.0 * eta, tolerance=64.0 * eta)
+
+
+def speed_bound(scene: Scene) -> float:
+    """Return a speed that no body can exceed: all energy, that of every turn added, in the lightest body."""
+    if len(scene) == 0:
+        return 0.0
+    squares = np.einsum("ij,ij->i", scene.velocity, scene.velocity)
+    energy = math.fsum(scene.mass * squares)
+    energy += math.fsum(float(scene.mass[t.body]) * (t.velocity[0] ** 2 + t.velocity[1] ** 2) for t in scene.turns)
+    return math.sqrt(energy / float(scene.mass.min())) * (1.0 + 2.0**-20)

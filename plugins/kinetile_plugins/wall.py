@@ -1,0 +1,75 @@
+"""The narrow phase of a disc and the arena's four walls.
+
+The kernel holds one wall certificate a body: the first wall that its present plan reaches. It is asked again only when the
+plan changes, so no broad phase need know that there are walls.
+
+As with discs, contact means approach: a body that touches a wall and moves along it or away is not in contact. Ties, a body
+in a corner, go to the wall that comes first: left, right, bottom, top; the other wall follows at the same tick.
+"""
+
+from __future__ import annotations
+
+from kinetile.errors import Refused
+from kinetile.log import BOTTOM, LEFT, RIGHT, TOP
+from kinetile.scene import Scene
+from kinetile.toolbox import NEVER, Kernel, Records, WallParts, hook, ticks_after
+
+__all__ = ["Wall"]
+
+
+@hook
+def fall(k: Kernel, body: Records, gap: float, speed: float) -> int:
+    """Return the tick at which a gap closes at a speed > 0; a closed gap is met at once."""
+    if gap <= 0.0:
+        return int(body.anchor)
+    return ticks_after(k, body.anchor, gap / speed)
+
+
+@hook
+def reach_wall(k: Kernel, body: Records) -> tuple[int, int]:
+    """Return (tick, wall) of a body's first contact with a wall; the tick is ``NEVER`` where there is none."""
+    clock = k.clock[0]
+    tick = NEVER
+    wall = LEFT
+    if body.vx < 0.0:
+        tick = fall(k, body, body.x - body.radius, -body.vx)
+    elif body.vx > 0.0:
+        tick = fall(k, body, (clock.width - body.x) - body.radius, body.vx)
+        wall = RIGHT
+    if body.vy < 0.0:
+        other = fall(k, body, body.y - body.radius, -body.vy)
+        if other < tick:
+            tick = other
+            wall = BOTTOM
+    elif body.vy > 0.0:
+        other = fall(k, body, (clock.height - body.y) - body.radius, body.vy)
+        if other < tick:
+            tick = other
+            wall = TOP
+    return tick, wall
+
+
+@hook
+def bounce(k: Kernel, body: Records, wall: int) -> float:
+    """Turn the velocity away from the wall; return how deep the body is in it."""
+    clock = k.clock[0]
+    if wall == LEFT:
+        body.vx = -body.vx
+        return body.radius - body.x
+    if wall == RIGHT:
+        body.vx = -body.vx
+        return body.radius - (clock.width - body.x)
+    body.vy = -body.vy
+    if wall == BOTTOM:
+        return body.radius - body.y
+    return body.radius - (clock.height - body.y)
+
+
+class Wall:
+    """Elastic contact of a disc with the walls of a rectangular arena."""
+
+    def prepare(self, scene: Scene) -> WallParts:
+        """Return the parts; refuse a scene without an arena."""
+        if scene.arena is None:
+            raise Refused("wall needs an arena, and this scene has none: give the scene an arena or leave wall out")
+        return WallParts(reach_wall=reach_wall, bounce=bounce)
