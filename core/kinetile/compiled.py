@@ -76,11 +76,21 @@ else:
 
 
 def compose(template: Callable[..., Any], parts: Mapping[str, Any], label: str) -> Callable[..., Any]:
-    """Compile ``template`` with ``parts`` in place of its global names, cached on disk under a fingerprint.
+    """Compile ``template`` with ``parts`` in place of its global names: once a process, and cached on disk.
 
     ``template`` is a plain function; ``parts`` maps names it uses to hooks and constants; ``label`` names the choice of
     phases in the cache. The result is compiled when it is first called.
     """
+    key = (template, label, *sorted(parts.items(), key=lambda part: part[0]))
+    if key not in _composed:
+        _composed[key] = _compose(template, parts, label)
+    return _composed[key]
+
+
+_composed: dict[tuple[Any, ...], Callable[..., Any]] = {}
+
+
+def _compose(template: Callable[..., Any], parts: Mapping[str, Any], label: str) -> Callable[..., Any]:
     names = dict(template.__globals__)
     names.update(parts)
     source = cast(FunctionType, template)

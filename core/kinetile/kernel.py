@@ -146,6 +146,8 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
             return FAULT
         if clock.wanted > 0:
             return NO_ROOM
+        if counts.contacts_disc + counts.contacts_wall >= contacts:
+            return CONTACTS_REACHED
         if clock.queued == 0 or queue[0].tick > until:
             clock.now = max(clock.now, until)
             return TIME_REACHED
@@ -189,8 +191,6 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
             _write(k, tick, a, turn.code)
             continue
 
-        if counts.contacts_disc + counts.contacts_wall >= contacts:
-            return CONTACTS_REACHED
         if WALLS and certificate < first_pair:
             a = certificate - first_wall
             if tick < clock.now:

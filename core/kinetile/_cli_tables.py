@@ -1,0 +1,169 @@
+"""Results as tables for people; ``--json`` has the same numbers, and more, for programs."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+__all__ = ["bench_table", "comparison_table", "parameters_table", "plugins_table", "run_table", "scenes_table", "show"]
+
+_WIDE = 120
+
+
+def show(*parts: Any) -> None:
+    """Print tables and lines to stdout: as wide as the terminal, or 120 columns where there is none."""
+    console = Console(width=None if sys.stdout.isatty() else _WIDE, highlight=False, markup=False)
+    for part in parts:
+        console.print(part, soft_wrap=isinstance(part, str))
+
+
+def run_table(result: Mapping[str, Any]) -> Table:
+    """Return what a run did: the scene, the phases, counts, accuracy and cost, with units."""
+    table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
+    table.add_column(style="bold", no_wrap=True)
+    table.add_column(overflow="fold")
+    for label, text in _run_lines(result):
+        table.add_row(label, text)
+    return table
+
+
+def _run_lines(result: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
+    scene, run, found = result["scene"], result["run"], result["readings"]
+    contacts = found["contacts_disc"] + found["contacts_wall"]
+    walls = f"in {scene['arena'][0]:g} x {scene['arena'][1]:g}" if scene["arena"] else "without walls"
+    yield "scene", f"{_origin(scene)}: {scene['bodies']:,} discs {walls}"
+    yield "phases", f"{_phase(result['broad_phase'], result['options'])}; {_narrow(result['narrow_phases'])}"
+    yield "time", f"{scene['start']:g} to {run['time']:.10g}: {run['status']}"
+    yield "contacts", f"{contacts:,} ({found['contacts_disc']:,} of discs, {found['contacts_wall']:,} with walls)"
+    turns = f", {found['turns']:,} turns" if found["turns"] else ""
+    yield "events", f"{found['events']:,} ({found['structural_events']:,} structural{turns})"
+    yield (
+        "certificates",
+        f"{found['certificates_created']:,} created, {found['certificates_updated']:,} times set anew, "
+        f"at most {found['certificates_live_max']:,} alive",
+    )
+    yield "queue", f"at most {found['queue_max']:,} long"
+    yield "candidate pairs", f"{found['pairs_mean']:,.1f} on average, at most {found['pairs_max']:,}"
+    yield "deepest overlap", f"{found['deepest_overlap']:.2g} radii"
+    yield "energy drift", f"{found['energy_drift']:.2g} (relative)"
+    yield "lateness", f"{found['lateness']:.2g} time units"
+    yield "CPU time", f"{found['cpu_seconds']:.4g} s in the loop, {found['compile_seconds']:.3g} s to make it ready"
+    yield (
+        "speed",
+        f"{found['events_per_cpu_second'] / 1e6:.3g} million events, "
+        f"{found['contacts_per_cpu_second'] / 1e3:,.4g} thousand contacts a CPU second",
+    )
+    yield "fingerprint", found["fingerprint"]
+    if result["events_file"]:
+        written = result["events_file"]
+        yield "events file", f"{written['path']}: {written['rows']:,} events ({written['status']})"
+
+
+def comparison_table(comparison: Any) -> Table:
+    """Return how each phase did, one row a phase."""
+    table = _table("broad phase", "> contacts", "> time", "> events", "> CPU s", "fingerprint", "ended by")
+    for outcome in comparison.outcomes:
+        table.add_row(
+            outcome.phase,
+            f"{outcome.contacts:,}",
+            f"{outcome.time:.10g}",
+            f"{outcome.events:,}",
+            f"{outcome.cpu_seconds:.3g}",
+            outcome.fingerprint[:16],
+            (outcome.fault or "").partition(":")[0],
+        )
+    return table
+
+
+def plugins_table(listing: Mapping[str, Sequence[Mapping[str, Any]]]) -> Table:
+    """Return every phase and recipe that can be chosen by name, and who brings it."""
+    table = _table("kind", "name", "what it does", "from")
+    last = None
+    for row in sorted(listing["provided"], key=lambda row: str(row["kind"]).split()[::-1]):
+        if last not in (None, row["kind"]):
+            table.add_section()
+        last = row["kind"]
+        features = f" [{', '.join(row['features'])}]" if row["features"] else ""
+        source = f"{row['distribution']} {row['version'] or ''}" if row["distribution"] else "this process"
+        table.add_row(row["kind"], ", ".join([row["name"], *row["aliases"]]), row["summary"] + features, source)
+    return table
+
+
+def scenes_table(rows: Iterable[Sequence[str]]) -> Table:
+    """Return the recipes: name, what it makes, its parameters."""
+    table = _table("recipe", "what it makes", "parameters")
+    for row in rows:
+        table.add_row(*row)
+    return table
+
+
+def parameters_table(parameters: Iterable[tuple[str, str, str]]) -> Table:
+    """Return the parameters of a recipe: name, type, default."""
+    table = _table("parameter", "type", "default")
+    for row in parameters:
+        table.add_row(*row)
+    return table
+
+
+def bench_table(bench: Any) -> Table:
+    """Return the rates of a benchmark, one row for each phase on each scene."""
+    table = _table(
+        "> discs",
+        "> density",
+        "broad phase",
+        "> million events / CPU s",
+        "slowest .. fastest",
+        "> thousand contacts / CPU s",
+        "> events / contact",
+        "> pairs (mean)",
+    )
+    last = None
+    for row in bench.rows:
+        scene = (row.bodies, row.density)
+        if last not in (None, scene):
+            table.add_section()
+        table.add_row(
+            *(("", "") if scene == last else (f"{row.bodies:,}", f"{row.density:g}")),
+            row.phase,
+            f"{row.events_per_cpu_second / 1e6:.2f}",
+            f"{row.slowest / 1e6:.2f} .. {row.fastest / 1e6:.2f}",
+            f"{row.contacts_per_cpu_second / 1e3:,.1f}",
+            f"{row.events_per_contact:.2f}",
+            f"{row.counts['pairs_mean']:,.1f}",
+        )
+        last = scene
+    return table
+
+
+def _table(*heads: str) -> Table:
+    """Return an empty table; a head that begins with ``>`` is over numbers, set to the right."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for head in heads:
+        right = head.startswith("> ")
+        table.add_column(head.removeprefix("> "), justify="right" if right else "left", no_wrap=not right)
+    return table
+
+
+def _origin(scene: Mapping[str, Any]) -> str:
+    if scene["file"]:
+        return str(scene["file"])
+    if scene["recipe"]:
+        return f"{scene['recipe']} ({_options(scene['parameters'])})"
+    return "arrays"
+
+
+def _options(options: Mapping[str, Any]) -> str:
+    return ", ".join(f"{key}={value}" for key, value in options.items())
+
+
+def _phase(name: str, options: Mapping[str, Any]) -> str:
+    return f"{name} ({_options(options)})" if options else name
+
+
+def _narrow(phases: Mapping[str, Mapping[str, Any]]) -> str:
+    return ", ".join(_phase(name, options) for name, options in phases.items()) or "no narrow phase"

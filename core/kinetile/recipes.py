@@ -1,0 +1,177 @@
+"""Scenes by name: a recipe is a function, and its keyword arguments are the scene's parameters.
+
+A recipe's signature is all there is to know about it: names, types (``int``, ``float``, ``str`` or ``bool``)
+and defaults are read from it, for checking what a user gives and for telling what he could give. Recipes come
+from plugins, built-in or not, through the registry.
+"""
+
+from __future__ import annotations
+
+import inspect
+import operator
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, NamedTuple
+
+from kinetile._registry import registry
+from kinetile._spelling import one_of
+from kinetile.errors import BadOption, Mistake, PhaseError
+from kinetile.scene import Scene, relabelled
+from kinetile.scene_checks import is_number, shown
+
+__all__ = [
+    "REQUIRED",
+    "Parameter",
+    "make_scene",
+    "parameter_mistakes",
+    "parse_parameters",
+    "recipe_parameters",
+]
+
+REQUIRED = inspect.Parameter.empty
+"""Stands where a parameter has no default."""
+
+_NEEDED = {"int": "a whole number", "float": "a number", "str": "text", "bool": "true or false"}
+_WORDS = {"true": True, "yes": True, "on": True, "false": False, "no": False, "off": False}
+
+
+class Parameter(NamedTuple):
+    """A parameter of a recipe: its name, its type ("int", "float", "str", "bool" or another), its default."""
+
+    name: str
+    type: str
+    default: Any
+
+
+def make_scene(name: str, **parameters: Any) -> Scene:
+    """Return the scene that the recipe called ``name`` makes of these parameters (its defaults for the rest).
+
+    The scene's ``origin`` is {"recipe": name, "parameters": {...}}, defaults included. Raises UnknownName for
+    a recipe that is not there, and BadOption for a parameter that it does not have or cannot use.
+    """
+    mistakes = parameter_mistakes(name, parameters)
+    if mistakes:
+        raise BadOption("\n".join(f"scene {name!r}: {_as_sentence(mistake)}" for mistake in mistakes))
+    known = recipe_parameters(name)
+    given = {each.name: _convert(each, parameters[each.name]) for each in known if each.name in parameters}
+    scene = registry().scene(name)(**given)
+    if not isinstance(scene, Scene):
+        raise PhaseError(
+            f"the recipe of the scene {name!r} returned {shown(scene)}; expected a kinetile.Scene"
+        )
+    parameters = {each.name: given.get(each.name, each.default) for each in known}
+    return relabelled(scene, origin={"recipe": name, "parameters": parameters})
+
+
+def recipe_parameters(name: str) -> tuple[Parameter, ...]:
+    """Return the parameters of the recipe called ``name``, in the order of its signature.
+
+    Raises UnknownName for a recipe that is not there, and PhaseError for one whose signature hides its
+    parameters.
+    """
+    recipe: Callable[..., Any] = registry().scene(name)
+    parameters = []
+    for each in inspect.signature(recipe).parameters.values():
+        if each.kind not in (each.KEYWORD_ONLY, each.POSITIONAL_OR_KEYWORD):
+            raise PhaseError(
+                f"the recipe of the scene {name!r} has the parameter {str(each)!r}; "
+                "expected parameters that can be given by keyword, each with its name"
+            )
+        annotation = each.annotation
+        written = (
+            annotation if isinstance(annotation, str) else getattr(annotation, "__name__", str(annotation))
+        )
+        parameters.append(Parameter(each.name, written, each.default))
+    return tuple(parameters)
+
+
+def parse_parameters(name: str, texts: Iterable[str]) -> dict[str, Any]:
+    """Return the parameters that ``texts``, each "name=value", give to the recipe called ``name``.
+
+    Values are read as their parameter's type says. Raises UnknownName for a recipe that is not there, and
+    BadOption, with a sentence for each mistake, for what cannot be read.
+    """
+    known = {each.name: each for each in recipe_parameters(name)}
+    parameters: dict[str, Any] = {}
+    sentences = []
+    for text in texts:
+        left, equals, value = text.partition("=")
+        key = left.strip().replace("-", "_")
+        if not equals or not key:
+            sentences.append(f"a parameter is written name=value; found {text!r}")
+        elif key not in known:
+            sentences.append(_as_sentence(_unknown(left.strip(), list(known))))
+        elif key in parameters:
+            sentences.append(f"the parameter {key!r} is given twice; expected one value")
+        else:
+            parameters[key] = _parse(known[key], value.strip())
+            if parameters[key] is REQUIRED:  # which here stands for "cannot be read"
+                sentences.append(_as_sentence(_misfit(known[key], value.strip())))
+    if sentences:
+        raise BadOption("\n".join(f"scene {name!r}: {sentence}" for sentence in sentences))
+    return parameters
+
+
+def parameter_mistakes(name: str, parameters: Mapping[str, Any]) -> list[Mistake]:
+    """Return what is wrong with these parameters for the recipe called ``name``; may raise UnknownName."""
+    known = {each.name: each for each in recipe_parameters(name)}
+    mistakes = []
+    for key, value in parameters.items():
+        if key not in known:
+            mistakes.append(_unknown(key, list(known)))
+        elif _convert(known[key], value) is REQUIRED:
+            mistakes.append(_misfit(known[key], value))
+    for each in known.values():
+        if each.default is REQUIRED and each.name not in parameters:
+            needed = _NEEDED.get(each.type, "a value")
+            mistakes.append(Mistake(f"parameters.{each.name}", "nothing", f"{needed}; it has no default"))
+    return mistakes
+
+
+def _as_sentence(mistake: Mistake) -> str:
+    name = mistake.where.removeprefix("parameters.")
+    return f"parameter {name!r}: found {mistake.found}; expected {mistake.expected}"
+
+
+def _unknown(name: str, known: list[str]) -> Mistake:
+    return Mistake(f"parameters.{name}", "no parameter of this name", one_of(name, known))
+
+
+def _misfit(parameter: Parameter, value: object) -> Mistake:
+    return Mistake(f"parameters.{parameter.name}", shown(value), _NEEDED[parameter.type])
+
+
+def _convert(parameter: Parameter, value: Any) -> Any:
+    """Return ``value`` as the parameter's type, or REQUIRED if it is not of that type."""
+    if parameter.type == "int" and not isinstance(value, bool):
+        try:
+            return operator.index(value)
+        except TypeError:
+            return REQUIRED
+    if parameter.type == "float" and is_number(value):
+        try:
+            return float(value)
+        except OverflowError:
+            return REQUIRED
+    fits = {"int": False, "float": False, "str": isinstance(value, str), "bool": isinstance(value, bool)}
+    return value if fits.get(parameter.type, True) else REQUIRED
+
+
+def _parse(parameter: Parameter, text: str) -> Any:
+    """Return the value that ``text`` stands for, or REQUIRED if it cannot be read."""
+    try:
+        if parameter.type == "int":
+            return int(text) if text.lstrip("+-").isdigit() else _whole(float(text))
+        if parameter.type == "float":
+            return float(text)
+    except (ValueError, OverflowError):
+        return REQUIRED
+    if parameter.type == "bool":
+        return _WORDS.get(text.casefold(), REQUIRED)
+    return text
+
+
+def _whole(number: float) -> int:
+    """Return the integer that 1e4 is; raise ValueError for 1.5."""
+    if not number.is_integer():
+        raise ValueError(number)
+    return int(number)

@@ -1,0 +1,238 @@
+"""Event files: everything that happened to a scene, in one Parquet file.
+
+A row is one event that changed a flight plan, with position and velocity of its bodies right after it (the columns
+are those of ``kinetile.LOG``). Between two of its rows a body flies straight, so the rows and the scene, which the
+file carries in its metadata, are the whole trajectory: ``kinetile.trajectory`` gives any body at any time, exactly.
+
+While a run goes on its rows are in ``FILE.partial``, which becomes ``FILE`` when the recorder closes. It closes in
+every way a run can end: done, Ctrl-C, a fault, a full disk. The metadata's "status" says which it was: "complete",
+"interrupted", "fault: ..." or "disk: ...". A full disk cannot spoil what has been written, because the space of a
+row group and of the footer behind it is reserved before the rows are written (see ``kinetile._reserved_file``). Only
+a process that is killed outright leaves FILE.partial behind, without the footer that a reader needs.
+"""
+
+from __future__ import annotations
+
+import json
+import platform
+from collections.abc import Mapping
+from contextlib import suppress
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetile._interrupts import Interrupts
+from kinetile._reserved_file import ReservedFile
+from kinetile.clock import time_unit
+from kinetile.errors import MissingExtra, RecordError
+from kinetile.log import LOG
+
+if TYPE_CHECKING:
+    from kinetile.scene import Scene
+
+__all__ = ["EventFile", "EventRecorder", "read_events", "versions"]
+
+_KEY = "kinetile"
+_SCENE_KEY = "kinetile.scene"
+_COLUMNS = LOG.names or ()
+_FEW_VALUES = ["epoch", "a", "b"]  # dictionary pages pay for these and cost the others a factor of forty in time
+_ENCODING = {name: "BYTE_STREAM_SPLIT" for name in _COLUMNS if LOG[name].kind == "f"} | {
+    "tick": "DELTA_BINARY_PACKED"
+}
+_ROWS_A_GROUP = 1 << 17
+_FOOTER_A_COLUMN = 256  # bytes of footer for one column of one row group: about 120 are used
+_SLACK = 1 << 16  # page headers, schema, alignment
+_LONGEST_SCENE = 2**31 - 1  # bytes of TOML: pyarrow would stop at 1e8, about a million discs
+_FEWEST = 256  # rows worth a row group of their own when the disk is nearly full
+
+
+class EventFile(NamedTuple):
+    """What an event file holds: the rows (dtype LOG) in the order of events, and its metadata."""
+
+    rows: NDArray[Any]
+    metadata: dict[str, Any]
+
+
+class EventRecorder:
+    """Writes an event file: ``with EventRecorder(path, scene, meta) as recorder: sim.run(2.0, recorder=recorder)``.
+
+    ``meta`` is any JSON-ready mapping (phases, options, ...) and may be added to, as ``recorder.meta``, until the
+    recorder closes. An older file of the name is replaced at that moment and not before.
+
+    Raises MissingExtra without pyarrow, and RecordError where the file cannot be written; the rows that were
+    written before the error are kept, in a file that can be read.
+    """
+
+    def __init__(self, path: str | Path, scene: Scene, meta: Mapping[str, Any] | None = None) -> None:
+        from kinetile.scene_files import dumps_scene
+
+        self._pa, self._pq = _pyarrow()
+        self.path = Path(path)
+        self.partial = self.path.with_name(self.path.name + ".partial")
+        self.scene = dumps_scene(scene)
+        self.meta: dict[str, Any] = {
+            "start": scene.start,
+            "time_unit": time_unit(scene),
+            "recipe": scene.origin.get("recipe"),
+            "parameters": dict(scene.origin.get("parameters", {})),
+            "versions": versions(),
+            **(meta or {}),
+        }
+        self.rows = 0
+        self._groups = 0
+        self._pending: list[NDArray[Any]] = []
+        self._waiting = 0
+        self._full: RecordError | None = None
+        self._schema = self._pa.schema([(name, self._pa.from_numpy_dtype(LOG[name])) for name in _COLUMNS])
+
+    def __enter__(self) -> Self:
+        try:
+            self._file = ReservedFile(self.partial)
+            self._file.reserve(self._footer_bound())
+        except OSError as error:
+            raise RecordError(f"{self.path} cannot be written: {_reason(error)}") from error
+        self._writer = self._pq.ParquetWriter(
+            self._file,
+            self._schema,
+            compression="snappy",
+            use_dictionary=_FEW_VALUES,
+            column_encoding=_ENCODING,
+        )
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if error is None:
+            self.close()
+        elif isinstance(error, KeyboardInterrupt):
+            self.close("interrupted")
+        else:
+            self.close(f"fault: {type(error).__name__}: {error}")
+
+    def __call__(self, rows: NDArray[Any]) -> None:
+        """Take the next rows (dtype LOG), which are copied. Raises RecordError when the disk is full."""
+        if self._full:
+            raise self._full
+        with Interrupts(patient=True):
+            self._pending.append(np.array(rows, dtype=LOG))
+            self._waiting += len(rows)
+            if self._waiting >= _ROWS_A_GROUP:
+                self._flush()
+
+    def close(self, status: str = "complete") -> None:
+        """Write what is pending and the footer, and give the file its name. Closing twice does nothing more.
+
+        Raises RecordError if rows had to be left out, or if the footer could not be written.
+        """
+        if self._file.closed:
+            return
+        left_out = None
+        with Interrupts(patient=True):
+            if self._waiting:
+                try:
+                    self._flush()
+                except RecordError as error:
+                    left_out = error
+            self._finish(status)
+        if left_out:
+            raise left_out
+
+    def _flush(self) -> None:
+        """Write the pending rows as one row group; as many of them as there is room for if the disk is full."""
+        rows = np.concatenate(self._pending)
+        self._pending, self._waiting = [], 0
+        try:
+            self._write(rows)
+        except OSError as error:
+            step = len(rows) // 2
+            while step >= _FEWEST and not self._file.torn:
+                with suppress(OSError):
+                    self._write(rows[:step])
+                    rows = rows[step:]
+                step //= 2
+            self._full = RecordError(
+                f"{self.path}: {_reason(error)}; it holds the first {self.rows} events and no later ones"
+            )
+            raise self._full from error
+
+    def _write(self, rows: NDArray[Any]) -> None:
+        self._file.reserve(rows.nbytes * 7 // 6 + _SLACK + self._footer_bound())
+        self._writer.write_table(self._pa.table([rows[name] for name in _COLUMNS], schema=self._schema))
+        self.rows += len(rows)
+        self._groups += 1
+
+    def _footer_bound(self) -> int:
+        names = len(self.scene.encode()) + len(self._metadata("").encode())
+        return names + _SLACK + (self._groups + 1) * len(_COLUMNS) * _FOOTER_A_COLUMN
+
+    def _metadata(self, status: str) -> str:
+        if self._full:
+            status = f"disk: {self._full}"
+        return json.dumps({"status": status, "rows": self.rows, **self.meta}, default=str)
+
+    def _finish(self, status: str) -> None:
+        try:
+            self._writer.add_key_value_metadata({_KEY: self._metadata(status), _SCENE_KEY: self.scene})
+            self._writer.close()
+            self._file.close()
+            self.partial.replace(self.path)
+        except (OSError, self._pa.ArrowException) as error:
+            raise RecordError(
+                f"{self.path} could not be finished: {_reason(error)}; {self.partial} cannot be read"
+            ) from error
+
+
+def read_events(path: str | Path) -> EventFile:
+    """Read an event file.
+
+    The metadata are those the recorder was given, and "scene" (the scene as TOML text), "status", "rows", "start",
+    "time_unit", "recipe", "parameters", "versions".
+
+    Raises MissingExtra without pyarrow, and RecordError where there is no event file of kinetile.
+    """
+    pa, pq = _pyarrow()
+    try:
+        with pq.ParquetFile(path, thrift_string_size_limit=_LONGEST_SCENE) as file:
+            found = file.metadata.metadata or {}
+            metadata = {**json.loads(found[_KEY.encode()]), "scene": found[_SCENE_KEY.encode()].decode()}
+            rows = np.empty(file.metadata.num_rows, LOG)
+            first = 0
+            for index in range(file.num_row_groups):
+                table = file.read_row_group(index)
+                for name in _COLUMNS:
+                    rows[name][first : first + table.num_rows] = table[name].to_numpy()
+                first += table.num_rows
+    except (OSError, pa.ArrowException) as error:
+        raise RecordError(f"{path} cannot be read as an event file: {_reason(error)}") from error
+    except KeyError as error:
+        raise RecordError(f"{path} is a Parquet file, but not an event file of kinetile: no {error}") from error
+    return EventFile(rows, metadata)
+
+
+def versions() -> dict[str, str]:
+    """Return the versions that a result depends on: of kinetile, Python, NumPy and Numba."""
+    found = {"python": platform.python_version()}
+    for name in ("kinetile", "numpy", "numba"):
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = "not installed"
+    return found
+
+
+def _pyarrow() -> tuple[Any, Any]:
+    try:
+        import pyarrow
+        import pyarrow.parquet
+    except ImportError as error:
+        raise MissingExtra("Reading and writing event files", "pyarrow", "records") from error
+    return pyarrow, pyarrow.parquet
+
+
+def _reason(error: Exception) -> str:
+    return (isinstance(error, OSError) and error.strerror) or str(error)

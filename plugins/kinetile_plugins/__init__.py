@@ -1,0 +1,71 @@
+"""The phases and scenes that come with kinetile, registered the way anybody's are.
+
+This module only says what there is and where it stands; a phase's own module is imported when it is selected.
+"""
+
+from __future__ import annotations
+
+from kinetile.hookspecs import hookimpl
+from kinetile.specs import BroadPhaseSpec, NarrowPhaseSpec, SceneSpec
+
+__all__ = ["kinetile_broad_phases", "kinetile_narrow_phases", "kinetile_scenes"]
+
+
+@hookimpl
+def kinetile_broad_phases() -> list[BroadPhaseSpec]:
+    """List the built-in broad phases."""
+    return [
+        BroadPhaseSpec(
+            "naive",
+            "kinetile_plugins.naive:Naive",
+            "every pair is a candidate, always: no certificates, n(n-1)/2 pairs",
+        ),
+        BroadPhaseSpec(
+            "sap-1d",
+            "kinetile_plugins.sweep_and_prune:SweepAndPrune",
+            "sweep and prune: bounds kept sorted along one axis",
+            aliases=("sweep-and-prune",),
+        ),
+        BroadPhaseSpec(
+            "sap-2d",
+            "kinetile_plugins.sweep_and_prune_matrix:SweepAndPruneMatrix",
+            "sweep and prune on both axes: a pair is a candidate where both intervals overlap",
+            aliases=("sweep-and-prune-matrix",),
+        ),
+    ]
+
+
+@hookimpl
+def kinetile_narrow_phases() -> list[NarrowPhaseSpec]:
+    """List the built-in narrow phases."""
+    return [
+        NarrowPhaseSpec("disc", "kinetile_plugins.disc:Disc", "disc against disc, elastic", role="pair"),
+        NarrowPhaseSpec(
+            "wall", "kinetile_plugins.wall:Wall", "disc against the arena's walls, elastic", role="wall"
+        ),
+    ]
+
+
+@hookimpl
+def kinetile_scenes() -> list[SceneSpec]:
+    """List the built-in scene recipes."""
+    rooms = "kinetile_plugins.scenes"
+    return [
+        SceneSpec("grid", f"{rooms}.grid:grid", "the thesis's benchmark: discs started on a grid"),
+        SceneSpec(
+            "random", f"{rooms}.random_discs:random_discs", "discs of random radii, nowhere overlapping"
+        ),
+        SceneSpec("lattice", f"{rooms}.lattice:lattice", "dyadic numbers: exact ties and touching starts"),
+        SceneSpec(
+            "figure-10", f"{rooms}.worst_cases:figure_10", "every pair overlaps along an axis (figure 10)"
+        ),
+        SceneSpec(
+            "figure-11", f"{rooms}.worst_cases:figure_11", "every pair of bounding boxes overlaps (figure 11)"
+        ),
+        SceneSpec(
+            "figure-16", f"{rooms}.worst_cases:figure_16", "one disc is every other's neighbour (figure 16)"
+        ),
+        SceneSpec("cradle", f"{rooms}.billiards:cradle", "a row of touching discs, struck at one end"),
+        SceneSpec("break", f"{rooms}.billiards:billiard_break", "a billiard break"),
+        SceneSpec("two-discs", f"{rooms}.billiards:two_discs", "two discs that meet"),
+    ]

@@ -1,0 +1,384 @@
+"""The registry in fresh processes, with plugins that pip has really installed: good ones and broken ones.
+
+A wheel is a zip file with a few files of metadata, so these are written on the spot: installing them needs
+pip, but neither a build backend nor a network.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+from textwrap import dedent
+from typing import Any
+
+import pytest
+
+import kinetile as kt
+from kinetile.errors import UnknownName
+
+BUILT_IN = {
+    "broad phase": ("naive", "sap-1d", "sap-2d"),
+    "narrow phase": ("disc", "wall"),
+    "scene": (
+        "grid",
+        "random",
+        "lattice",
+        "figure-10",
+        "figure-11",
+        "figure-16",
+        "cradle",
+        "break",
+        "two-discs",
+    ),
+}
+
+
+def python(code: str, *path: Path, **environment: str) -> subprocess.CompletedProcess[str]:
+    """Run code in a fresh interpreter that finds what is installed under ``path`` too."""
+    settings = {k: v for k, v in os.environ.items() if k not in ("KINETILE_STRICT_PLUGINS", "PYTHONPATH")}
+    settings |= {"PYTHONPATH": os.pathsep.join(map(str, path)), **environment}
+    return subprocess.run(
+        [sys.executable, "-c", dedent(code)], env=settings, capture_output=True, text=True, timeout=60
+    )
+
+
+def test_the_built_in_names_come_first() -> None:
+    registry = kt.registry()
+    assert registry is kt.registry()
+    for kind, names in BUILT_IN.items():
+        assert registry.names(kind)[: len(names)] == names  # type: ignore[arg-type]
+    assert registry.spec("narrow phase", "disc").role == "pair"  # type: ignore[union-attr]
+    assert registry.spec("narrow phase", "wall").role == "wall"  # type: ignore[union-attr]
+    assert registry.spec("broad phase", "sweep-and-prune").name == "sap-1d"
+    row = registry.as_dicts()["provided"][1]
+    assert {**row, "summary": ""} == {
+        "kind": "broad phase",
+        "name": "sap-1d",
+        "summary": "",
+        "features": [],
+        "aliases": ["sweep-and-prune"],
+        "api": 1,
+        "plugin": "kinetile:builtin",
+        "distribution": "kinetile",
+        "version": kt.__version__,
+    }
+    assert all(provided.spec.summary for provided in registry if provided.distribution == "kinetile")
+
+
+def test_kinetiles_own_plugin_cannot_be_removed() -> None:
+    with pytest.raises(UnknownName):
+        kt.registry().remove("kinetile:builtin")
+    assert "naive" in kt.registry().names("broad phase")
+
+
+def test_importing_kinetile_and_listing_names_imports_nothing_heavy() -> None:
+    done = python(
+        """
+        import sys
+        import kinetile
+        assert "pluggy" not in sys.modules
+        listing = kinetile.registry().as_dicts()
+        assert len(listing["provided"]) >= 14, listing
+        for heavy in ("numba", "numpy", "pydantic", "typer", "rich", "pyarrow"):
+            assert heavy not in sys.modules, heavy
+        assert {n for n in sys.modules if n.startswith("kinetile_plugins")} == {"kinetile_plugins"}
+        print(*sorted(n for n in sys.modules if n.startswith("kinetile.")))
+        """
+    )
+    assert done.returncode == 0, done.stderr
+    allowed = {"_registry", "_plugins", "_spelling", "errors", "hookspecs", "specs"}
+    assert set(done.stdout.split()) <= {f"kinetile.{name}" for name in allowed}
+
+
+PREAMBLE = "from kinetile import BroadPhaseSpec, SceneSpec, hookimpl\n"
+
+DISTRIBUTIONS: dict[str, tuple[str, str]] = {
+    # distribution: (entry point, module); its name tells what is wrong with it
+    "kinetile-good": (
+        "stripes",
+        """
+        @hookimpl
+        def kinetile_broad_phases():
+            return [
+                BroadPhaseSpec("stripes", "kinetile_good_phase:Stripes", "bands", frozenset({"insert"})),
+                BroadPhaseSpec("absent", "kinetile_good_phase:Absent"),
+                BroadPhaseSpec("nowhere", "a_module_that_is_not_there:Stripes"),
+            ]
+        """,
+    ),
+    "kinetile-broken": ("broken", "import a_module_that_is_not_there"),
+    "kinetile-leaves": ("leaves", "raise SystemExit(3)"),
+    "a-thief": (
+        "thief",  # its name sorts before "kinetile", and its first phase is nobody else's
+        """
+        @hookimpl
+        def kinetile_broad_phases():
+            return [BroadPhaseSpec("fresh", "a_thief:Fresh"), BroadPhaseSpec("sap-1d", "a_thief:Fresh")]
+        """,
+    ),
+    "kinetile-old": (
+        "old",
+        """
+        @hookimpl
+        def kinetile_broad_phases():
+            return [BroadPhaseSpec("ancient", "kinetile_old:Ancient", api=0)]
+        """,
+    ),
+    "kinetile-typo": (
+        "typo",
+        """
+        @hookimpl
+        def kinetile_broad_phase():
+            return [BroadPhaseSpec("typo", "kinetile_typo:Typo")]
+        """,
+    ),
+    "kinetile-raises": (
+        "raises",
+        """
+        @hookimpl
+        def kinetile_broad_phases():
+            return [BroadPhaseSpec("raised", "kinetile_raises:Raised")]
+
+        @hookimpl
+        def kinetile_scenes():
+            raise RuntimeError("a bad day,\\nall day")
+        """,
+    ),
+    "kinetile-garbage": (
+        "garbage",
+        """
+        @hookimpl
+        def kinetile_scenes():
+            return ["grid"]
+        """,
+    ),
+    "kinetile-left": (
+        "twin",
+        """
+        @hookimpl
+        def kinetile_scenes():
+            return [SceneSpec("left", "kinetile_left:left")]
+        """,
+    ),
+    "kinetile-right": (
+        "twin",
+        """
+        import kinetile
+
+        KNOWN = kinetile.registry().names("scene")  # the registry may be asked while it is being made
+
+        @hookimpl
+        def kinetile_scenes():
+            return [SceneSpec("right", "kinetile_right:right")]
+
+        def right():
+            return KNOWN
+        """,
+    ),
+}
+
+
+def wheel(folder: Path, distribution: str, entry_point: str, code: str, **more_modules: str) -> Path:
+    """Write a wheel of version 0.2.0 whose module implements kinetile's hooks."""
+    stem = distribution.replace("-", "_")
+    info = f"{stem}-0.2.0.dist-info"
+    files = {
+        f"{stem}.py": PREAMBLE + dedent(code),
+        **{f"{name}.py": dedent(text) for name, text in more_modules.items()},
+        f"{info}/METADATA": f"Metadata-Version: 2.1\nName: {distribution}\nVersion: 0.2.0\n",
+        f"{info}/WHEEL": "Wheel-Version: 1.0\nGenerator: tests\nRoot-Is-Purelib: true\nTag: py3-none-any\n",
+        f"{info}/entry_points.txt": f"[kinetile]\n{entry_point} = {stem}\n",
+    }
+    record = "".join(f"{name},,\n" for name in (*files, f"{info}/RECORD"))
+    path = folder / f"{stem}-0.2.0-py3-none-any.whl"
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, text in {**files, f"{info}/RECORD": record}.items():
+            archive.writestr(name, text)
+    return path
+
+
+def pip_install(target: Path, *wheels: Path) -> Path:
+    command = [sys.executable, "-m", "pip", "--disable-pip-version-check", "install", "--quiet", "--no-index"]
+    subprocess.run([*command, "--no-deps", "--target", str(target), *map(str, wheels)], check=True)
+    return target
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder into which pip has installed all of DISTRIBUTIONS."""
+    pytest.importorskip("pip")
+    made = tmp_path_factory.mktemp("wheels")
+    good_phase = "class Stripes:\n    pass\n"
+    wheels = [
+        wheel(
+            made,
+            name,
+            *plugin,
+            **({"kinetile_good_phase": good_phase} if name == "kinetile-good" else {}),
+        )
+        for name, plugin in DISTRIBUTIONS.items()
+    ]
+    return pip_install(tmp_path_factory.mktemp("site"), *wheels)
+
+
+@pytest.fixture(scope="module")
+def seen(folder: Path) -> Any:
+    """What a process with all of DISTRIBUTIONS sees."""
+    done = python(
+        """
+        import json, sys
+        import kinetile
+
+        def told(call, *arguments):
+            try:
+                return repr(call(*arguments))
+            except kinetile.errors.KinetileError as error:
+                return f"{type(error).__name__}: {error}"
+
+        registry = kinetile.registry()
+        before = sorted(n for n in sys.modules if n.startswith(("kinetile_good", "kinetile_plugins")))
+        print(json.dumps({
+            "listing": registry.as_dicts(),
+            "failures": [str(failure) for failure in registry.failures],
+            "before": before,
+            "stripes": told(registry.broad_phase, "stripes"),
+            "absent": told(registry.broad_phase, "absent"),
+            "nowhere": told(registry.broad_phase, "nowhere"),
+            "unknown": told(registry.broad_phase, "Stripe"),
+            "known to right": registry.scene("right")(),
+        }))
+        """,
+        folder,
+    )
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def test_installed_plugins_are_found_beside_broken_ones(seen: Any) -> None:
+    names: dict[str, list[str]] = {kind: [] for kind in BUILT_IN}
+    for row in seen["listing"]["provided"]:
+        if row["distribution"] in ("kinetile", *DISTRIBUTIONS):
+            names[row["kind"]].append(row["name"])
+    assert names == {
+        "broad phase": [*BUILT_IN["broad phase"], "stripes", "absent", "nowhere"],
+        "narrow phase": [*BUILT_IN["narrow phase"]],
+        "scene": [*BUILT_IN["scene"], "left", "right"],
+    }
+    (stripes,) = (row for row in seen["listing"]["provided"] if row["name"] == "stripes")
+    assert stripes == {
+        "kind": "broad phase",
+        "name": "stripes",
+        "summary": "bands",
+        "features": ["insert"],
+        "aliases": [],
+        "api": 1,
+        "plugin": "kinetile-good:stripes",
+        "distribution": "kinetile-good",
+        "version": "0.2.0",
+    }
+
+
+def test_two_distributions_may_use_one_entry_point_name(seen: Any) -> None:
+    plugins = {row["name"]: row["plugin"] for row in seen["listing"]["provided"]}
+    assert plugins["left"] == "kinetile-left:twin"
+    assert plugins["right"] == "kinetile-right:twin"
+
+
+def test_a_plugin_may_ask_for_the_registry_while_it_is_loaded(seen: Any) -> None:
+    assert seen["known to right"][: len(BUILT_IN["scene"])] == list(BUILT_IN["scene"])
+    assert "left" in seen["known to right"]
+    assert "right" not in seen["known to right"]
+
+
+FAILURES = [
+    "a-thief:thief (a-thief 0.2.0): DuplicateName: broad phase 'sap-1d' is already provided by "
+    f"kinetile:builtin (kinetile {kt.__version__}); a-thief:thief (a-thief 0.2.0) cannot provide it as well",
+    "kinetile-broken:broken (kinetile-broken 0.2.0): ModuleNotFoundError: "
+    "No module named 'a_module_that_is_not_there'",
+    "kinetile-garbage:garbage (kinetile-garbage 0.2.0): BadPlugin: its hook kinetile_scenes returned a "
+    "list with 'grid'; expected a list of SceneSpec",
+    "kinetile-leaves:leaves (kinetile-leaves 0.2.0): SystemExit: 3",
+    "kinetile-old:old (kinetile-old 0.2.0): PluginApiMismatch: broad phase 'ancient' was written for version "
+    "0 of the plugin API; this kinetile speaks version 1",
+    "kinetile-raises:raises (kinetile-raises 0.2.0): BadPlugin: its hook kinetile_scenes raised "
+    "RuntimeError: a bad day, all day",
+    "kinetile-typo:typo (kinetile-typo 0.2.0): BadPlugin: kinetile has no hook 'kinetile_broad_phase'; did "
+    "you mean kinetile_broad_phases? There are: "
+    "kinetile_broad_phases, kinetile_narrow_phases, kinetile_scenes",
+]
+
+
+def test_failures_name_the_plugin_its_distribution_and_the_cause(seen: Any) -> None:
+    assert [line for line in seen["failures"] if "0.2.0" in line] == FAILURES
+    rows = {row["plugin"]: row for row in seen["listing"]["failures"]}
+    assert rows["kinetile-broken:broken"] == {
+        "plugin": "kinetile-broken:broken",
+        "distribution": "kinetile-broken",
+        "version": "0.2.0",
+        "error": "ModuleNotFoundError",
+        "message": "No module named 'a_module_that_is_not_there'",
+    }
+
+
+def test_an_unknown_name_is_answered_with_what_failed_to_load(seen: Any) -> None:
+    first, second, *rest = seen["unknown"].splitlines()
+    assert first == "UnknownName: no broad phase is called 'Stripe'; did you mean 'stripes'?"
+    assert second.startswith("available: naive, sap-1d, sap-2d, ")
+    assert {"stripes", "absent", "nowhere"} <= set(second.split(", "))
+    assert [line.removeprefix("not loaded: ") for line in rest if "0.2.0" in line] == FAILURES
+
+
+def test_targets_are_imported_when_they_are_selected(seen: Any) -> None:
+    assert seen["before"] == ["kinetile_good", "kinetile_plugins"]
+    assert seen["stripes"] == "<class 'kinetile_good_phase.Stripes'>"
+    of = "of kinetile-good:stripes (kinetile-good 0.2.0): its target"
+    assert seen["absent"].startswith(
+        f"PhaseError: broad phase 'absent' {of} 'kinetile_good_phase:Absent' does not import: AttributeError:"
+    )
+    assert seen["nowhere"] == (
+        f"PhaseError: broad phase 'nowhere' {of} 'a_module_that_is_not_there:Stripes' does not import: "
+        "ModuleNotFoundError: No module named 'a_module_that_is_not_there'"
+    )
+
+
+def test_damaged_metadata_harms_nobody_else(tmp_path: Path) -> None:
+    for name, text in {"ours": "[kinetile]\nno equals sign", "other": "[console_scripts]\nnone here"}.items():
+        info = tmp_path / f"{name}-1.0.dist-info"
+        info.mkdir()
+        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")
+        (info / "entry_points.txt").write_text(text)
+    done = python(
+        """
+        import kinetile
+        print(kinetile.registry().names("broad phase"), *kinetile.registry().failures, sep="\\n")
+        """,
+        tmp_path,
+    )
+    assert done.returncode == 0, done.stderr
+    names, *failures = done.stdout.splitlines()
+    assert "naive" in names
+    assert [f for f in failures if "its entry points cannot be read" in f and f.startswith("ours:")]
+    assert not [f for f in failures if f.startswith("other")]
+
+
+STRICT = """
+import kinetile
+try:
+    kinetile.registry()
+except kinetile.errors.KinetileError as error:
+    print(type(error).__name__, type(error.__cause__).__name__, error)
+else:
+    print("lenient")
+"""
+
+
+def test_strictness_raises_the_first_failure(folder: Path) -> None:
+    done = python(STRICT, folder, KINETILE_STRICT_PLUGINS="1")
+    assert (
+        done.stdout
+        == f"BadPlugin DuplicateName {FAILURES[0]} (raised because KINETILE_STRICT_PLUGINS is set)\n"
+    )
