@@ -1,4 +1,5 @@
-"""What is still to turn: scheduled turns, in exact ticks since the start, handed to the kernel a span at a time."""
+"""What is still to turn: scheduled turns, in exact ticks since the start, handed to the kernel a span at a
+time."""
 
 from __future__ import annotations
 
@@ -24,14 +25,17 @@ class Planned(NamedTuple):
 
 
 class Agenda:
-    """Planned changes in the order in which they happen: by time, re-anchorings first, then by body, then as given."""
+    """Planned changes in the order in which they happen: by time, re-anchorings first, then by body, then as
+    given."""
 
     def __init__(self, turns: Sequence[Turn], clock: Clock) -> None:
         self._planned = [Planned(clock.ticks(t.time), t.body, *t.velocity, TURNED) for t in turns]
         self._sort()
 
-    def __len__(self) -> int:
-        return len(self._planned)
+    @property
+    def turns(self) -> int:
+        """How many turns are still to come, re-anchorings apart."""
+        return sum(planned.code == TURNED for planned in self._planned)
 
     def _sort(self) -> None:
         self._planned.sort(key=lambda p: (p.ticks, p.code != REANCHORED, p.body))

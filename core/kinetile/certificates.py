@@ -1,15 +1,13 @@
 """Failure times of structural certificates.
 
-A structural certificate says that some quantity, a gap between two bounds, is not negative. Whether it will fail is decided
-by the sign of its rate alone, never by comparing times with now: a failure time in the past is simply the next event
-(thesis, section 5.2).
+A structural certificate says that some quantity, a gap between two bounds, is not negative. Whether it will
+fail is decided by the sign of its rate alone, never by comparing times with now: a failure time in the past
+is simply the next event (thesis, section 5.2).
 """
 
 from __future__ import annotations
 
 import math
-
-import numpy as np
 
 from kinetile.compiled import hook
 from kinetile.tables import NEVER, Kernel
@@ -17,16 +15,18 @@ from kinetile.tables import NEVER, Kernel
 __all__ = ["FAR", "falls", "ticks_after"]
 
 FAR = 2.0**62
-"""Ticks. What lies further than this after its bodies' anchors is not predicted: both are re-anchored before."""
+"""Ticks. What lies further than this after its bodies' anchors is not predicted: both are re-anchored before.
+"""
 
 
 @hook
 def falls(k: Kernel, since: int, gap: float, rate: float) -> int:
     """Return the tick at which a linear quantity falls below zero, or ``NEVER``.
 
-    ``gap`` is its value at tick ``since``, ``rate`` its change per unit of time; ``since`` must be the later of the anchors
-    of the bodies involved. A quantity that falls through zero before now fails now. One that does not fall is left
-    alone, unless it is already more negative than rounding explains (by ``theta``): then it fails now, whatever its rate.
+    ``gap`` is its value at tick ``since``, ``rate`` its change per unit of time; ``since`` must be the later
+    of the anchors of the bodies involved. A quantity that falls through zero before now fails now. One that
+    does not fall is left alone, unless it is already more negative than rounding explains (by ``theta``):
+    then it fails now, whatever its rate.
     """
     clock = k.clock[0]
     if rate < 0.0:
@@ -34,24 +34,26 @@ def falls(k: Kernel, since: int, gap: float, rate: float) -> int:
         if not ticks < FAR:
             return NEVER
         if ticks <= -FAR:
-            return clock.now
-        tick = since + np.int64(math.floor(ticks))
+            return int(clock.now)
+        tick = since + int(math.floor(ticks))
         if tick < clock.now:
             k.counts[0].late = max(k.counts[0].late, clock.now - tick)
-            return clock.now
+            return int(clock.now)
         return tick
     if gap < -clock.theta and gap + rate * ((clock.now - since) * clock.tick) < -clock.theta:
-        return clock.now
+        return int(clock.now)
     return NEVER
 
 
 @hook
 def ticks_after(k: Kernel, since: int, delay: float) -> int:
-    """Return the tick that lies ``delay`` >= 0 (in the scene's time) after tick ``since``, rounded down, or ``NEVER``.
+    """Return the tick that lies ``delay`` >= 0 (in the scene's time) after tick ``since``, rounded down, or
+    ``NEVER``.
 
-    Rounding down lets a contact be met from outside. A delay that is not a number, or too far to predict, is ``NEVER``.
+    Rounding down lets a contact be met from outside. A delay that is not a number, or too far to predict, is
+    ``NEVER``.
     """
     ticks = delay * k.clock[0].per_time
     if not ticks < FAR:
         return NEVER
-    return since + np.int64(math.floor(ticks))
+    return since + int(math.floor(ticks))

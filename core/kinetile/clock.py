@@ -1,8 +1,9 @@
 """The clock: integer ticks, so that time differences are exact however late it is.
 
-A tick is 2^-52 of the scene's time unit, a power of two: 1, or less where bodies are fast (see ``time_unit``). The kernel
-counts in 64 bits from ``base``, a whole number of units since the start that moves on by ``SPAN`` now and then: all
-anchors and failure times are shifted by the same integer, which changes nothing. Python's own integers hold the whole count.
+A tick is 2^-52 of the scene's time unit, a power of two: 1, or less where bodies are fast (see
+``time_unit``). The kernel counts in 64 bits from ``base``, a whole number of units since the start that moves
+on by ``SPAN`` now and then: all anchors and failure times are shifted by the same integer, which changes
+nothing. Python's own integers hold the whole count.
 """
 
 from __future__ import annotations
@@ -22,14 +23,15 @@ TICKS = 1 << 52
 """Ticks a unit."""
 
 SPAN = 1 << 61
-"""Ticks between two shifts of the base: 512 units. Predictions reach 2 spans beyond an anchor, and 64 bits hold 4."""
+"""Ticks between two shifts of the base: 512 units. Predictions reach 2 spans beyond an anchor, and 64 bits
+hold 4."""
 
 
 def time_unit(scene: Scene) -> float:
     """Return the power of two, at most 1, in which the fastest body crosses about the whole scene.
 
-    At speed 1 in a unit box that is 1. Where bodies are so fast that they would fly far in a tick of 2^-52, a smaller unit
-    keeps what they fly in a tick below the rounding of their coordinates.
+    At speed 1 in a unit box that is 1. Where bodies are so fast that they would fly far in a tick of 2^-52, a
+    smaller unit keeps what they fly in a tick below the rounding of their coordinates.
     """
     if len(scene) == 0:
         return 1.0

@@ -1,14 +1,18 @@
 """The one place that knows Numba.
 
-Phases and kernel are plain Python functions marked with ``hook``. Three things make them as fast as C, and all of
-them live here:
+Phases and kernel are plain Python functions marked with ``hook``. Three things make them as fast as C, and
+all of them live here:
 
-* every hook and every function it calls is forced inline, so that no array is ever passed by value between them;
-* at the kernel's entry each array is re-viewed without its owner (``disowned``): Numba counts references atomically on
+* every hook and every function it calls is forced inline, so that no array is ever passed by value between
+them;
+* at the kernel's entry each array is re-viewed without its owner (``disowned``): Numba counts references
+atomically on
   every pass of an array that has one, and that count is most of the cost of a small function;
-* the loop is composed once for a choice of phases (``compose``) and cached on disk under a name that carries a
-  fingerprint of everything compiled into it. Numba's own cache looks at one file's date only, and would serve old machine
-  code after a change in a phase; it would also miss in every process if the loop closed over its hooks.
+* the loop is composed once for a choice of phases (``compose``) and cached on disk under a name that carries
+a
+  fingerprint of everything compiled into it. Numba's own cache looks at one file's date only, and would serve
+  old machine code after a change in a phase; it would also miss in every process if the loop closed over its
+  hooks.
 
 With ``NUMBA_DISABLE_JIT=1`` the same source runs interpreted, for a debugger and for coverage.
 """
@@ -35,7 +39,8 @@ T = TypeVar("T")
 
 
 def hook(function: F) -> F:
-    """Mark a function that runs inside the kernel's loop: compiled, forced inline, IEEE division (no exceptions)."""
+    """Mark a function that runs inside the kernel's loop: compiled, forced inline, IEEE division (no
+    exceptions)."""
     if INTERPRETED:
         return function
     import numba
@@ -54,7 +59,7 @@ else:
     from numba.core import cgutils as _cgutils
     from numba.extending import intrinsic as _intrinsic
 
-    @_intrinsic  # type: ignore[untyped-decorator]
+    @_intrinsic
     def disowned(typing_context: Any, tables: Any) -> Any:
         """Return a named tuple of arrays, each viewing the same memory without a reference to its owner.
 
@@ -63,12 +68,13 @@ else:
 
         def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             (value,) = arguments
+            null = cast(Any, _cgutils).get_null_value
             for position, kind in enumerate(tables.types):
                 if isinstance(kind, _types.Array):
                     element = builder.extract_value(value, position)
                     array = context.make_array(kind)(context, builder, value=element)
-                    array.meminfo = _cgutils.get_null_value(array.meminfo.type)
-                    array.parent = _cgutils.get_null_value(array.parent.type)
+                    array.meminfo = null(array.meminfo.type)
+                    array.parent = null(array.parent.type)
                     value = builder.insert_value(value, array._getvalue(), position)
             return value
 
@@ -78,8 +84,8 @@ else:
 def compose(template: Callable[..., Any], parts: Mapping[str, Any], label: str) -> Callable[..., Any]:
     """Compile ``template`` with ``parts`` in place of its global names: once a process, and cached on disk.
 
-    ``template`` is a plain function; ``parts`` maps names it uses to hooks and constants; ``label`` names the choice of
-    phases in the cache. The result is compiled when it is first called.
+    ``template`` is a plain function; ``parts`` maps names it uses to hooks and constants; ``label`` names the
+    choice of phases in the cache. The result is compiled when it is first called.
     """
     key = (template, label, *sorted(parts.items(), key=lambda part: part[0]))
     if key not in _composed:
@@ -106,7 +112,8 @@ def _compose(template: Callable[..., Any], parts: Mapping[str, Any], label: str)
 
 
 def _fingerprint(function: Callable[..., Any]) -> str:
-    """Return a digest of a function and of all that it reaches: bytecode, constants, hooks, and values of globals."""
+    """Return a digest of a function and of all that it reaches: bytecode, constants, hooks, and values of
+    globals."""
     digest = hashlib.sha256(sys.version.encode())
     digest.update(repr((np.__version__, API)).encode())
     seen: set[int] = set()
@@ -164,7 +171,8 @@ def make_ready(function: Callable[..., Any], *arguments: Any) -> None:
         return
     import numba
 
-    cast(Any, function).compile(tuple(numba.typeof(argument) for argument in arguments))
+    typeof = cast(Any, numba).typeof
+    cast(Any, function).compile(tuple(typeof(argument) for argument in arguments))
 
 
 def is_cached(function: Callable[..., Any]) -> bool | None:

@@ -66,8 +66,8 @@ def compose_phases(
 ) -> Composition:
     """Find the phases by name and prepare them for a scene.
 
-    An argument that is None follows the scene's settings, then the default: ``DEFAULT_BROAD_PHASE``, ``disc``, and ``wall``
-    where the scene has an arena. Options given here go over those of the settings.
+    An argument that is None follows the scene's settings, then the default: ``DEFAULT_BROAD_PHASE``,
+    ``disc``, and ``wall`` where the scene has an arena. Options given here go over those of the settings.
 
     Raises:
         UnknownName: no phase has this name.
@@ -79,12 +79,14 @@ def compose_phases(
     narrow = narrow_phases if narrow_phases is not None else settings.narrow_phases
     if narrow is None:
         narrow = ("disc", "wall") if scene.arena is not None else ("disc",)
-    given: Mapping[str, Any] = narrow if isinstance(narrow, Mapping) else dict.fromkeys(narrow, {})
+    given: Mapping[str, Any] = narrow if isinstance(narrow, Mapping) else {each: {} for each in narrow}
 
     broad_options = {**settings.options.get(name, {}), **(options or {})}
     broad = _prepare("broad phase", name, broad_options, scene)
     if not isinstance(broad, BroadPhaseParts):
-        raise PhaseError(f"broad phase {name!r}: prepare returned {type(broad).__name__}, not BroadPhaseParts")
+        raise PhaseError(
+            f"broad phase {name!r}: prepare returned {type(broad).__name__}, not BroadPhaseParts"
+        )
 
     pair: PairParts | None = None
     wall: WallParts | None = None
@@ -98,9 +100,13 @@ def compose_phases(
             wall = parts
         elif isinstance(parts, PairParts | WallParts):
             role = "pairs" if isinstance(parts, PairParts) else "walls"
-            raise BadOption(f"two narrow phases for {role} are named, and there can be one: {', '.join(given)}")
+            raise BadOption(
+                f"two narrow phases for {role} are named, and there can be one: {', '.join(given)}"
+            )
         else:
-            raise PhaseError(f"narrow phase {each!r}: prepare returned {type(parts).__name__}, not PairParts or WallParts")
+            raise PhaseError(
+                f"narrow phase {each!r}: prepare returned {type(parts).__name__}, not PairParts or WallParts"
+            )
     return Composition(name, broad_options, narrow_options, broad, pair, wall)
 
 

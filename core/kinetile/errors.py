@@ -1,4 +1,4 @@
-"""Every error kinetile raises: each is a whole sentence that says what was wrong, where, and what would be right."""
+"""Every error kinetile raises: whole sentences that say what was wrong, where, and what would be right."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ __all__ = [
     "DuplicateName",
     "KinetileError",
     "MissedContactError",
-    "Mistake",
     "MissingExtra",
+    "Mistake",
     "PhaseError",
     "PluginApiMismatch",
     "RecordError",
@@ -98,7 +98,7 @@ class ZenoError(KinetileError, RuntimeError):
 
 
 class MissedContactError(KinetileError, RuntimeError):
-    """Two bodies overlap more than rounding explains: a broad phase has missed their contact or reported it late."""
+    """A contact was missed: two bodies overlap more than rounding explains, or were reported too late."""
 
     def __init__(self, message: str, *, time: float, bodies: Sequence[int]) -> None:
         self.time = time
@@ -115,7 +115,8 @@ class MissingExtra(KinetileError, ImportError):
 
     def __init__(self, purpose: str, package: str, extra: str) -> None:
         super().__init__(
-            f"{purpose} needs {package}, which is not installed; install it with: pip install 'kinetile[{extra}]'"
+            f"{purpose} needs {package}, which is not installed; "
+            f"install it with: pip install 'kinetile[{extra}]'"
         )
 
 

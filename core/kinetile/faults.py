@@ -1,4 +1,5 @@
-"""Faults: what a hook reports when something cannot be true. The loop ends at once and Python raises a sentence."""
+"""Faults: what a hook reports when something cannot be true. The loop ends at once and Python raises a
+sentence."""
 
 from __future__ import annotations
 

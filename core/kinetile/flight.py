@@ -1,7 +1,8 @@
 """Flight plans: a body is where it was at its anchor, plus its velocity times the time since.
 
-The time since an anchor is a difference of integer ticks, hence exact however late the clock is. A plan is anchored anew by a
-contact or a turn, never by a structural event, so that a trajectory is a function of the scene alone.
+The time since an anchor is a difference of integer ticks, hence exact however late the clock is. A plan is
+anchored anew by a contact or a turn, never by a structural event, so that a trajectory is a function of the
+scene alone.
 """
 
 from __future__ import annotations

@@ -1,13 +1,15 @@
 """The main loop: take the next event, restore the proof, again (thesis, section 2).
 
-``advance`` is a template. Its hooks (``build``, ``repair``, ``replan`` of the broad phase; ``meet``, ``collide`` of the narrow phase
-for pairs; ``reach_wall``, ``bounce`` of the one for walls) and its constants (``PAIRS``, ``WALLS``, ``TURNS``) are filled in by
+``advance`` is a template. Its hooks (``build``, ``repair``, ``replan`` of the broad phase; ``meet``,
+``collide`` of the narrow phase for pairs; ``reach_wall``, ``bounce`` of the one for walls) and its constants
+(``PAIRS``, ``WALLS``, ``TURNS``) are filled in by
 ``kinetile.compiled.compose`` from what the scene names; what it does not name is not compiled.
 
-Of one tick, structural events run first, then turns, then contacts with walls, then contacts of pairs, and after each of
-them the head of the queue is taken anew. So at a contact's tick every structural event up to and at that tick has been
-restored, and which broad phase did it cannot matter: a contact's time is a function of the two flight plans alone, and the
-broad phase sees bodies fattened by a skin wide enough for all rounding (docs/one-answer.md has the rule and its proof).
+Of one tick, structural events run first, then turns, then contacts with walls, then contacts of pairs, and
+after each of them the head of the queue is taken anew. So at a contact's tick every structural event up to
+and at that tick has been restored, and which broad phase did it cannot matter: a contact's time is a function
+of the two flight plans alone, and the broad phase sees bodies fattened by a skin wide enough for all rounding
+(docs/one-answer.md has the rule and its proof).
 
 The loop cannot raise. It runs until something has to be done outside and returns a reason.
 """
@@ -39,13 +41,12 @@ TIME_REACHED, CONTACTS_REACHED, BUDGET_SPENT, LOG_FULL, NO_ROOM, FAULT = range(6
 PAIRS = WALLS = TURNS = True
 
 
-build: Any
-repair: Any
-replan: Any
-meet: Any
-collide: Any
-reach_wall: Any
-bounce: Any
+def _to_be_filled_in(*arguments: Any) -> Any:
+    """Stand where ``compose`` puts a phase's hook."""
+    raise NotImplementedError
+
+
+build = repair = replan = meet = collide = reach_wall = bounce = _to_be_filled_in
 
 
 @hook
@@ -91,8 +92,8 @@ def _count_contact(k: Kernel, tick: int, a: int, b: int, depth: float, radius: f
 def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
     """Run the events up to and at tick ``until``; return the reason for stopping.
 
-    ``s`` is the broad phase's state, ``budget`` how many events may run, ``contacts`` how many contacts. At the first call
-    after ``tables.clear`` the broad phase's certificates are built.
+    ``s`` is the broad phase's state, ``budget`` how many events may run, ``contacts`` how many contacts. At
+    the first call after ``tables.clear`` the broad phase's certificates are built.
     """
     k = disowned(k)
     s = disowned(s)
@@ -227,4 +228,3 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
             counts.contacts_disc += 1
             _write(k, tick, a, b)
             _count_contact(k, tick, a, b, depth, min(one.radius, two.radius), one.radius + two.radius)
-

@@ -1,7 +1,8 @@
 """The shape of what a run leaves behind: contacts, and the log rows that make the whole trajectory.
 
-The exact time of a row is ``start + (epoch + tick * 2**-52) * time_unit``: ``epoch`` counts whole units since the
-scene's start, ``tick`` is the fraction in ticks of 2**-52 (0 <= tick < 2**52). ``time`` is that number rounded to a float.
+The exact time of a row is ``start + (epoch + tick * 2**-52) * time_unit``: ``epoch`` counts whole units since
+the scene's start, ``tick`` is the fraction in ticks of 2**-52 (0 <= tick < 2**52). ``time`` is that number
+rounded to a float.
 """
 
 from __future__ import annotations
@@ -23,5 +24,6 @@ LOG = np.dtype(
         *((name, "f8") for name in ("ax", "ay", "avx", "avy", "bx", "by", "bvx", "bvy")),
     ]
 )
-"""One event that changed a flight plan: as CONTACT, and -5 for a turn, -6 for a re-anchoring that keeps the velocity;
+"""One event that changed a flight plan: as CONTACT, and -5 for a turn, -6 for a re-anchoring that keeps the
+velocity;
 then position and velocity of both bodies right after it (NaN for ``b`` where there is no second body)."""

@@ -1,4 +1,5 @@
-"""What a simulation models and what it leaves out, in sentences: the compiled loop contains the first and nothing of the rest."""
+"""What a simulation models and what it leaves out, in sentences: the compiled loop contains the first and
+nothing of the rest."""
 
 from __future__ import annotations
 
@@ -6,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from kinetile.clock import Clock
 from kinetile.composition import Composition
 from kinetile.scene import Scene
 from kinetile.skin import Skin
@@ -15,7 +15,7 @@ __all__ = ["explanation"]
 
 
 def explanation(
-    scene: Scene, composition: Composition, turning: bool, skin: Skin, clock: Clock, speed: float
+    scene: Scene, composition: Composition, turning: bool, skin: Skin, time_unit: float, speed: float
 ) -> dict[str, Any]:
     """Return {"modelled": sentences, "left out": sentences, "numbers": {name: value}}."""
     modelled = [f"{len(scene)} discs, flying straight between contacts"]
@@ -31,7 +31,9 @@ def explanation(
     if role["pair"]:
         modelled.append(f"contacts of two bodies (narrow phases: {named})")
         (left_out if equal else modelled).append(
-            "masses: all are equal" if equal else f"masses from {np.min(scene.mass)!r} to {np.max(scene.mass)!r}"
+            "masses: all are equal"
+            if equal
+            else f"masses from {np.min(scene.mass)!r} to {np.max(scene.mass)!r}"
         )
     else:
         left_out.append("contacts of two bodies: no narrow phase for pairs is named")
@@ -51,8 +53,8 @@ def explanation(
         "numbers": {
             "bodies": len(scene),
             "structural_certificates": composition.broad.certificates,
-            "time_unit": clock.unit,
-            "tick": clock.unit * 2.0**-52,
+            "time_unit": time_unit,
+            "tick": time_unit * 2.0**-52,
             "speed_bound": speed,
             "skin": skin.delta,
             "skin_in_radii": skin.delta / float(scene.radius.min()) if len(scene) else 0.0,

@@ -1,18 +1,16 @@
 """The candidate pairs: the attribute that a broad phase maintains.
 
-A pair is found by its bodies through an open-addressing table (linear probing, deletion by shifting back, no tombstones)
-and by each of its bodies through a list threaded through the pairs' records. Both together cost O(1) a change, and memory
-grows with the pairs there are, not with the pairs there could be.
+A pair is found by its bodies through an open-addressing table (linear probing, deletion by shifting back, no
+tombstones) and by each of its bodies through a list threaded through the pairs' records. Both together cost
+O(1) a change, and memory grows with the pairs there are, not with the pairs there could be.
 
-A pair is held once for every ``add_pair`` and leaves with the last ``remove_pair``, so a broad phase that finds a pair
-for several reasons need not count them itself.
+A pair is held once for every ``add_pair`` and leaves with the last ``remove_pair``, so a broad phase that
+finds a pair for several reasons need not count them itself.
 
 The kernel asks the narrow phase about new pairs after the hook has returned; a broad phase never does.
 """
 
 from __future__ import annotations
-
-import numpy as np
 
 from kinetile.compiled import hook
 from kinetile.faults import BAD_PAIR, UNKNOWN_PAIR, blame
@@ -25,7 +23,7 @@ __all__ = ["add_pair", "remove_pair"]
 @hook
 def _home(k: Kernel, a: int, b: int) -> int:
     """Where the probe for a pair begins."""
-    mixed = (np.int64(a) * 73856093) ^ (np.int64(b) * 19349663)
+    mixed = (int(a) * 73856093) ^ (int(b) * 19349663)
     return (mixed ^ (mixed >> 15)) & (len(k.lookup) - 1)
 
 
@@ -40,7 +38,7 @@ def add_pair(k: Kernel, a: int, b: int) -> None:
         return
     table = k.certificates
     lookup = k.lookup
-    pair = (np.int64(a) << 32) | np.int64(b)
+    pair = (int(a) << 32) | int(b)
     slot = _home(k, a, b)
     while lookup[slot].certificate >= 0:
         if lookup[slot].pair == pair:
@@ -81,7 +79,7 @@ def _push_front(k: Kernel, body: int, new: int) -> int:
             k.certificates[head].prev_a = new
         else:
             k.certificates[head].prev_b = new
-    return head
+    return int(head)
 
 
 @hook
@@ -103,14 +101,15 @@ def _unlink(k: Kernel, body: int, before: int, after: int) -> None:
 
 @hook
 def remove_pair(k: Kernel, a: int, b: int) -> None:
-    """Take back one hold on the candidate pair {a, b}; with the last one it is no longer a candidate. O(1) expected."""
+    """Take back one hold on the candidate pair {a, b}; with the last one it is no longer a candidate. O(1)
+    expected."""
     clock = k.clock[0]
     if b < a:
         a, b = b, a
     table = k.certificates
     lookup = k.lookup
     mask = len(lookup) - 1
-    pair = (np.int64(a) << 32) | np.int64(b)
+    pair = (int(a) << 32) | int(b)
     slot = _home(k, a, b)
     while lookup[slot].certificate >= 0 and lookup[slot].pair != pair:
         slot = (slot + 1) & mask

@@ -1,8 +1,9 @@
 """The seam: what a broad phase and a narrow phase are told, what they may change, what they must leave true.
 
-A phase is a class. It is made with its options as keyword arguments and asked once, by ``prepare``, for its parts: hooks
-(functions marked with ``kinetile.toolbox.hook``) and state. The hooks become part of the compiled loop; nothing else of the
-class is used while it runs. A built-in phase has no other means than these.
+A phase is a class. It is made with its options as keyword arguments and asked once, by ``prepare``, for its
+parts: hooks (functions marked with ``kinetile.toolbox.hook``) and state. The hooks become part of the
+compiled loop; nothing else of the class is used while it runs. A built-in phase has no other means than
+these.
 """
 
 from __future__ import annotations
@@ -22,25 +23,28 @@ Hook = Callable[..., Any]
 class BroadPhaseParts:
     """A broad phase, ready to be composed.
 
-    ``state`` is a NamedTuple of arrays, whose class is defined at a module's top level; every hook receives it as ``s``.
+    ``state`` is a NamedTuple of arrays, whose class is defined at a module's top level; every hook receives
+    it as ``s``.
 
-    ``certificates`` is the number S of structural certificates. They are numbered from 0 to S-1, and what each says is the
-    phase's own business. ``schedule(k, c, tick)`` sets when certificate c fails; ``falls`` computes that time.
+    ``certificates`` is the number S of structural certificates. They are numbered from 0 to S-1, and what
+    each says is the phase's own business. ``schedule(k, c, tick)`` sets when certificate c fails; ``falls``
+    computes that time.
 
-    ``arrange(k, s)`` (plain Python with NumPy, not compiled; may be None) puts the state into the order of the present
-    moment, at the start and whenever the kernel builds anew. It may read ``k.bodies`` and ``positions_now(k)``.
+    ``arrange(k, s)`` (plain Python with NumPy, not compiled; may be None) puts the state into the order of
+    the present moment, at the start and whenever the kernel builds anew. It may read ``k.bodies`` and
+    ``positions_now(k)``.
 
-    ``build(k, s)``: every certificate is unscheduled and there are no candidate pairs. Leave all certificates scheduled, and
-    every pair of bodies a candidate whose contact the certificates do not exclude.
+    ``build(k, s)``: every certificate is unscheduled and there are no candidate pairs. Leave all certificates
+    scheduled, and every pair of bodies a candidate whose contact the certificates do not exclude.
 
-    ``repair(k, s, c)``: certificate c fails now, at ``k.clock[0].now``. It is still queued: reschedule it. Restore the
-    structure, reschedule what changed, add and remove candidate pairs. Never touch a body.
+    ``repair(k, s, c)``: certificate c fails now, at ``k.clock[0].now``. It is still queued: reschedule it.
+    Restore the structure, reschedule what changed, add and remove candidate pairs. Never touch a body.
 
-    ``replan(k, s, body)``: the flight plan of a body changed; its position did not. Reschedule the certificates that depend on
-    it. The kernel itself asks the narrow phases again.
+    ``replan(k, s, body)``: the flight plan of a body changed; its position did not. Reschedule the
+    certificates that depend on it. The kernel itself asks the narrow phases again.
 
-    What must hold: whenever all structural failures up to a tick have been repaired, every two bodies that touch at
-    that tick, each taken with its ``reach``, are a candidate pair.
+    What must hold: whenever all structural failures up to a tick have been repaired, every two bodies that
+    touch at that tick, each taken with its ``reach``, are a candidate pair.
     """
 
     state: Any
@@ -55,12 +59,13 @@ class BroadPhaseParts:
 class PairParts:
     """A narrow phase for two bodies, ready to be composed.
 
-    ``meet(k, a, b)``: the tick of the first contact of bodies a < b, or NEVER, from their two flight plans and nothing else:
-    computed at the later of the two anchors, never at the present time, with the true radii. It must be rounded down, and
-    a pair that touches or overlaps and approaches meets at the later anchor. It may not ask for ``now``.
+    ``meet(k, a, b)``: the tick of the first contact of bodies a < b, or NEVER, from their two flight plans
+    and nothing else: computed at the later of the two anchors, never at the present time, with the true
+    radii. It must be rounded down, and a pair that touches or overlaps and approaches meets at the later
+    anchor. It may not ask for ``now``.
 
-    ``collide(k, a, b)``: both bodies are anchored at the contact; give them new velocities and return how deep they overlap
-    (a length, zero or negative when they do not).
+    ``collide(k, a, b)``: both bodies are anchored at the contact; give them new velocities and return how
+    deep they overlap (a length, zero or negative when they do not).
     """
 
     meet: Hook
@@ -71,10 +76,12 @@ class PairParts:
 class WallParts:
     """A narrow phase for a body and the arena's walls, ready to be composed.
 
-    ``reach_wall(k, body)``: (tick, wall) of the first contact of a body record with a wall, from its plan alone; wall is one of
-    ``kinetile.log.LEFT``, ``RIGHT``, ``BOTTOM``, ``TOP``. The arena is [0, k.clock[0].width] x [0, k.clock[0].height].
+    ``reach_wall(k, body)``: (tick, wall) of the first contact of a body record with a wall, from its plan
+    alone; wall is ``kinetile.log.LEFT``, ``RIGHT``, ``BOTTOM`` or ``TOP``. The arena reaches from the origin
+    to ``k.clock[0].width`` and ``k.clock[0].height``.
 
-    ``bounce(k, body, wall)``: the body is anchored at the contact; give it a new velocity and return how deep it is in the wall.
+    ``bounce(k, body, wall)``: the body is anchored at the contact; give it a new velocity and return how deep
+    it is in the wall.
     """
 
     reach_wall: Hook
@@ -82,10 +89,10 @@ class WallParts:
 
 
 class BroadPhase(Protocol):
-    """A broad phase keeps a set of candidate pairs complete. It may never change the answer, only the time it takes."""
+    """Keeps a set of candidate pairs complete; may never change the answer, only the time it takes."""
 
     def prepare(self, scene: Scene) -> BroadPhaseParts:
-        """Return the parts for a scene; raise ``kinetile.errors.Refused`` for a scene that this phase cannot do."""
+        """Return the parts for a scene; raise ``errors.Refused`` for one that this phase cannot do."""
         ...
 
 
@@ -93,5 +100,5 @@ class NarrowPhase(Protocol):
     """A narrow phase says when two bodies, or a body and a wall, touch, and what happens then."""
 
     def prepare(self, scene: Scene) -> PairParts | WallParts:
-        """Return the parts for a scene; raise ``kinetile.errors.Refused`` for a scene that this phase cannot do."""
+        """Return the parts for a scene; raise ``errors.Refused`` for one that this phase cannot do."""
         ...

@@ -1,12 +1,12 @@
 """The event queue: an indexed four-ary heap of (failure time, certificate).
 
-Each certificate knows its place in the heap, so a changed failure time moves one entry and nothing is ever stale: the queue
-is as long as there are certificates that will fail. Four children a node rather than two: half the levels, and siblings
-share a cache line.
+Each certificate knows its place in the heap, so a changed failure time moves one entry and nothing is ever
+stale: the queue is as long as there are certificates that will fail. Four children a node rather than two:
+half the levels, and siblings share a cache line.
 
-The order is total and owes nothing to insertion: by tick, then by class (structural, turn, wall, pair: the ranges in which
-certificates are numbered), then by number, and for pairs by the bodies, because a pair's number depends on the history of
-the free list.
+The order is total and owes nothing to insertion: by tick, then by class (structural, turn, wall, pair: the
+ranges in which certificates are numbered), then by number, and for pairs by the bodies, because a pair's
+number depends on the history of the free list.
 """
 
 from __future__ import annotations
@@ -72,7 +72,11 @@ def schedule(k: Kernel, certificate: int, tick: int) -> None:
             best = child
             for sibling in range(child + 1, min(child + 4, clock.queued)):
                 if precedes(
-                    k, queue[sibling].tick, queue[sibling].certificate, queue[best].tick, queue[best].certificate
+                    k,
+                    queue[sibling].tick,
+                    queue[sibling].certificate,
+                    queue[best].tick,
+                    queue[best].certificate,
                 ):
                     best = sibling
             if not precedes(k, queue[best].tick, queue[best].certificate, tick, certificate):

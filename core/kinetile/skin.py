@@ -1,9 +1,10 @@
 """The skin: by how much bodies are fattened for the broad phase, so that no rounding can change an answer.
 
-A structural event is found with an error of at most ``eta``, as a length. A chain of neighbours in a sorted list can add up
-2n such errors, and a contact can lie ``eta`` off its prediction. A skin ``delta`` of 4 (n + 2) eta covers both with room:
-a pair is a candidate from a gap of 2 delta on, so it is there when its contact comes, ties included, and it is still there
-while they touch. Contact times never see the skin. The derivation is in docs/one-answer.md.
+A structural event is found with an error of at most ``eta``, as a length. A chain of neighbours in a sorted
+list can add up 2n such errors, and a contact can lie ``eta`` off its prediction. A skin ``delta`` of 4 (n +
+2) eta covers both with room: a pair is a candidate from a gap of 2 delta on, so it is there when its contact
+comes, ties included, and it is still there while they touch. Contact times never see the skin. The derivation
+is in docs/one-answer.md.
 """
 
 from __future__ import annotations
@@ -48,5 +49,7 @@ def speed_bound(scene: Scene) -> float:
         return 0.0
     squares = np.einsum("ij,ij->i", scene.velocity, scene.velocity)
     energy = math.fsum(scene.mass * squares)
-    energy += math.fsum(float(scene.mass[t.body]) * (t.velocity[0] ** 2 + t.velocity[1] ** 2) for t in scene.turns)
+    energy += math.fsum(
+        float(scene.mass[t.body]) * (t.velocity[0] ** 2 + t.velocity[1] ** 2) for t in scene.turns
+    )
     return math.sqrt(energy / float(scene.mass.min())) * (1.0 + 2.0**-20)

@@ -1,10 +1,11 @@
 """The kernel's memory: arrays of records, packed in one named tuple that every hook receives as ``k``.
 
-Records, not separate arrays: a body fits one cache line, and passing many arrays by value costs more than the work done on
-them. Counts and lengths that change live in the one-record tables ``clock`` and ``counts``, because a named tuple cannot be
-changed in place.
+Records, not separate arrays: a body fits one cache line, and passing many arrays by value costs more than the
+work done on them. Counts and lengths that change live in the one-record tables ``clock`` and ``counts``,
+because a named tuple cannot be changed in place.
 
-Certificates are numbered in the order of their classes, which is also the order in which events of one tick run::
+Certificates are numbered in the order of their classes, which is also the order in which events of one tick
+run::
 
     0 .. S-1          structural certificates, owned by the broad phase
     S                 the next turn

@@ -1,6 +1,7 @@
 """What a plugin author builds a phase from: everything a hook may call, in one place.
 
-A hook receives the kernel's tables as ``k`` (see ``kinetile.tables``) and, in a broad phase, its own state as ``s``.
+A hook receives the kernel's tables as ``k`` (see ``kinetile.tables``) and, in a broad phase, its own state as
+``s``.
 """
 
 from __future__ import annotations

@@ -1,17 +1,17 @@
 """The narrow phase of two discs: when they touch, and the elastic exchange that follows.
 
-With d the separation and v the relative velocity at the later of the two anchors, R the sum of the radii and k = d x v,
-the discs touch after::
+With d the separation and v the relative velocity at the later of the two anchors, R the sum of the radii and
+k = d x v, the discs touch after::
 
     (|d| - R)(|d| + R) / (-d.v + sqrt((R|v| - |k|)(R|v| + |k|)))
 
-The textbook's discriminant b^2 - ac is the same number, but loses (|d|/R)^2 ulps to cancellation, and no better root
-formula or fused multiply-add gets them back; the product form loses |d|/R. The cross product k is compensated
-(Dekker's product), since all grazes live there.
+The textbook's discriminant b^2 - ac is the same number, but loses (|d|/R)^2 ulps to cancellation, and no
+better root formula or fused multiply-add gets them back; the product form loses |d|/R. The cross product k is
+compensated (Dekker's product), since all grazes live there.
 
-Contact means approach: there is none unless d.v < 0, whatever the rounded gap says, and a pair that touches or overlaps and
-approaches meets at once. Tangency is no event: within 2^-46 of it (relative, the size of the rounding in the
-discriminant) discs pass. The overlap so neglected is at most 2^-47 (R + |d|).
+Contact means approach: there is none unless d.v < 0, whatever the rounded gap says, and a pair that touches
+or overlaps and approaches meets at once. Tangency is no event: within 2^-46 of it (relative, the size of the
+rounding in the discriminant) discs pass. The overlap so neglected is at most 2^-47 (R + |d|).
 
 The thesis decides in the same spirit by comparing with the time of closest approach (section 5.2).
 """
@@ -95,7 +95,7 @@ def collide(k: Kernel, a: int, b: int) -> float:
     one.vy += one_share * ny
     two.vx -= two_share * nx
     two.vy -= two_share * ny
-    return one.radius + two.radius - distance
+    return float(one.radius + two.radius - distance)
 
 
 @hook
@@ -113,7 +113,7 @@ def collide_equals(k: Kernel, a: int, b: int) -> float:
     one.vy += approach * ny
     two.vx -= approach * nx
     two.vy -= approach * ny
-    return one.radius + two.radius - distance
+    return float(one.radius + two.radius - distance)
 
 
 class Disc:

@@ -1,10 +1,11 @@
 """The naive broad phase: every pair is a candidate, always.
 
-It prunes nothing, has no certificate of its own and never changes its attribute, so by every measure of a kinetic data
-structure except the number of pairs it is ideal (thesis, section 2.2). It is the reference: nothing that it does can be
-wrong, so whatever differs from it is.
+It prunes nothing, has no certificate of its own and never changes its attribute, so by every measure of a
+kinetic data structure except the number of pairs it is ideal (thesis, section 2.2). It is the reference:
+nothing that it does can be wrong, so whatever differs from it is.
 
-Its cost is its pairs: n(n-1)/2 of them are kept, and each change of a flight plan asks n-1 of them again. Above
+Its cost is its pairs: n(n-1)/2 of them are kept, and each change of a flight plan asks n-1 of them again.
+Above
 ``LIMIT`` bodies it refuses.
 """
 
@@ -13,6 +14,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+
 from kinetile.errors import Refused
 from kinetile.scene import Scene
 from kinetile.toolbox import BroadPhaseParts, Kernel, Records, add_pair, hook

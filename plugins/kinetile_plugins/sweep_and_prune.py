@@ -1,19 +1,22 @@
 """Sweep-and-prune on one axis: the bounds of all bodies, kept sorted while they move (thesis, section 3.2).
 
-Each body has a lower bound L at p - reach and an upper bound R at p + reach. The 2n bounds stand in a list in their order
-along the axis, and one certificate guards each two neighbours: the left one is not right of the right one. When it
-fails, the two change places and the three certificates around them are made anew (thesis, figure 9). Two bodies are a
-candidate pair while their intervals overlap, which changes only when an R and an L pass::
+Each body has a lower bound L at p - reach and an upper bound R at p + reach. The 2n bounds stand in a list in
+their order along the axis, and one certificate guards each two neighbours: the left one is not right of the
+right one. When it fails, the two change places and the three certificates around them are made anew (thesis,
+figure 9). Two bodies are a candidate pair while their intervals overlap, which changes only when an R and an
+L pass::
 
     R(a) L(b)  ->  L(b) R(a)    the intervals meet: a candidate pair
     L(a) R(b)  ->  R(b) L(a)    the intervals part: no longer one
 
-Which bound is left is what the list says. Whether a certificate will fail is decided by the sign of the relative velocity
-(``falls``), so no rounded coordinate is ever compared to restore an order that history already knows; coordinates are
-sorted once, at the start, with ties broken by velocity (the order an instant later), then R before L, then number.
+Which bound is left is what the list says. Whether a certificate will fail is decided by the sign of the
+relative velocity (``falls``), so no rounded coordinate is ever compared to restore an order that history
+already knows; coordinates are sorted once, at the start, with ties broken by velocity (the order an instant
+later), then R before L, then number.
 
-Certificates 2n - 1; a body is in at most four; each failure costs O(log n). What it cannot avoid is the width of its net:
-2 r n^2 pairs for n bodies of radius r in a unit box, all of them in the worst case (thesis, figure 10).
+Certificates 2n - 1; a body is in at most four; each failure costs O(log n). What it cannot avoid is the width
+of its net: 2 r n^2 pairs for n bodies of radius r in a unit box, all of them in the worst case (thesis,
+figure 10).
 """
 
 from __future__ import annotations
@@ -21,6 +24,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+
 from kinetile.errors import BadOption
 from kinetile.scene import Scene
 from kinetile.toolbox import (
@@ -97,7 +101,8 @@ def build(k: Kernel, s: State) -> None:
 
 @hook
 def repair(k: Kernel, s: State, certificate: int) -> None:
-    """Two neighbours pass: exchange them, note whether their intervals meet or part, watch the three gaps around."""
+    """Two neighbours pass: exchange them, note whether their intervals meet or part, watch the three gaps
+    around."""
     left = s.order[certificate]
     right = s.order[certificate + 1]
     s.order[certificate] = right

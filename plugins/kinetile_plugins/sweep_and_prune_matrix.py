@@ -1,19 +1,22 @@
-"""Sweep-and-prune on two axes: bounding boxes, with the overlap matrix of the thesis (section 3.2, figure 8; appendix A.4).
+"""Sweep-and-prune on two axes: bounding boxes, with the overlap matrix of the thesis (section 3.2, figure 8;
+appendix A.4).
 
-Both axes keep their own sorted list of bounds, as in ``sweep_and_prune``. Two bodies are a candidate pair while their intervals
-overlap on x and on y, that is, while their boxes do. When two intervals meet on one axis, the answer hangs on the other axis; the
-thesis keeps a matrix for that, with the number of axes on which each two bodies overlap.
+Both axes keep their own sorted list of bounds, as in ``sweep_and_prune``. Two bodies are a candidate pair
+while their intervals overlap on x and on y, that is, while their boxes do. When two intervals meet on one
+axis, the answer hangs on the other axis; the thesis keeps a matrix for that, with the number of axes on which
+each two bodies overlap.
 
-The matrix is kept here as the two lists themselves. Where each bound stands in its list, its rank, says whether two bodies
-overlap on that axis, in two comparisons and without looking at a coordinate::
+The matrix is kept here as the two lists themselves. Where each bound stands in its list, its rank, says
+whether two bodies overlap on that axis, in two comparisons and without looking at a coordinate::
 
     rank of L(a) < rank of R(b)   and   rank of L(b) < rank of R(a)
 
-That is an entry of the matrix, read instead of stored, so memory is O(n + overlaps) where the thesis needs n^2. And since
-ranks change only when a certificate has failed, the pair set changes one pair at a time, like the matrix would.
+That is an entry of the matrix, read instead of stored, so memory is O(n + overlaps) where the thesis needs
+n^2. And since ranks change only when a certificate has failed, the pair set changes one pair at a time, like
+the matrix would.
 
-Certificates 4n - 2; a body is in at most eight. Twice the events of one axis, for far fewer pairs: about 0.6 n instead of
-2 r n^2 in a dense gas of discs. Boxes can still overlap without number (thesis, figure 11).
+Certificates 4n - 2; a body is in at most eight. Twice the events of one axis, for far fewer pairs: about 0.6
+n instead of 2 r n^2 in a dense gas of discs. Boxes can still overlap without number (thesis, figure 11).
 """
 
 from __future__ import annotations
@@ -21,6 +24,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+
 from kinetile.scene import Scene
 from kinetile.toolbox import (
     BroadPhaseParts,
@@ -80,7 +84,9 @@ def watch(k: Kernel, s: State, axis: int, place: int) -> None:
 @hook
 def overlap(s: State, axis: int, a: int, b: int) -> bool:
     """Read the matrix: whether two bodies overlap on an axis, from the ranks of their bounds."""
-    return bool(s.rank[axis, 2 * a] < s.rank[axis, 2 * b + 1] and s.rank[axis, 2 * b] < s.rank[axis, 2 * a + 1])
+    return bool(
+        s.rank[axis, 2 * a] < s.rank[axis, 2 * b + 1] and s.rank[axis, 2 * b] < s.rank[axis, 2 * a + 1]
+    )
 
 
 @hook

@@ -1,10 +1,11 @@
 """The narrow phase of a disc and the arena's four walls.
 
-The kernel holds one wall certificate a body: the first wall that its present plan reaches. It is asked again only when the
-plan changes, so no broad phase need know that there are walls.
+The kernel holds one wall certificate a body: the first wall that its present plan reaches. It is asked again
+only when the plan changes, so no broad phase need know that there are walls.
 
-As with discs, contact means approach: a body that touches a wall and moves along it or away is not in contact. Ties, a body
-in a corner, go to the wall that comes first: left, right, bottom, top; the other wall follows at the same tick.
+As with discs, contact means approach: a body that touches a wall and moves along it or away is not in
+contact. Ties, a body in a corner, go to the wall that comes first: left, right, bottom, top; the other wall
+follows at the same tick.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ def fall(k: Kernel, body: Records, gap: float, speed: float) -> int:
 
 @hook
 def reach_wall(k: Kernel, body: Records) -> tuple[int, int]:
-    """Return (tick, wall) of a body's first contact with a wall; the tick is ``NEVER`` where there is none."""
+    """Return (tick, wall) of the first contact of a body with a wall; the tick is ``NEVER`` if there is none."""
     clock = k.clock[0]
     tick = NEVER
     wall = LEFT
@@ -55,14 +56,14 @@ def bounce(k: Kernel, body: Records, wall: int) -> float:
     clock = k.clock[0]
     if wall == LEFT:
         body.vx = -body.vx
-        return body.radius - body.x
+        return float(body.radius - body.x)
     if wall == RIGHT:
         body.vx = -body.vx
-        return body.radius - (clock.width - body.x)
+        return float(body.radius - (clock.width - body.x))
     body.vy = -body.vy
     if wall == BOTTOM:
-        return body.radius - body.y
-    return body.radius - (clock.height - body.y)
+        return float(body.radius - body.y)
+    return float(body.radius - (clock.height - body.y))
 
 
 class Wall:
@@ -71,5 +72,7 @@ class Wall:
     def prepare(self, scene: Scene) -> WallParts:
         """Return the parts; refuse a scene without an arena."""
         if scene.arena is None:
-            raise Refused("wall needs an arena, and this scene has none: give the scene an arena or leave wall out")
+            raise Refused(
+                "wall needs an arena, and this scene has none: give the scene an arena or leave wall out"
+            )
         return WallParts(reach_wall=reach_wall, bounce=bounce)

@@ -1,0 +1,240 @@
+"""The Python side of the kernel: what has to be done between two chunks of the compiled loop.
+
+It lays the tables out and fattens the bodies, makes room for more pairs, hands the loop its turns a span at a
+time, moves the clock's base, and takes over the log. Inside a chunk none of that costs anything.
+
+There is one way to change the structure from outside: build it anew at the present moment (``lay_out``).
+Whether pairs outgrow their table, a turn brings in more energy than the skin allows for, or bodies without
+walls fly far: the same static construction that began the run begins again. That cannot change an answer,
+only take time (docs/one-answer.md).
+"""
+
+from __future__ import annotations
+
+import math
+import time
+
+import numpy as np
+
+from kinetile.agenda import Agenda
+from kinetile.clock import SPAN, TICKS, Clock, time_unit
+from kinetile.compiled import make_ready
+from kinetile.composition import Composition
+from kinetile.failures import failure
+from kinetile.flight import positions_now
+from kinetile.kernel import BUDGET_SPENT, FAULT, LOG_FULL, NO_ROOM, TIME_REACHED
+from kinetile.ledger import Ledger
+from kinetile.log import REANCHORED, TURNED
+from kinetile.measures import energy
+from kinetile.scene import Scene
+from kinetile.skin import Skin, speed_bound
+from kinetile.tables import Kernel, allocate, clear, record_table
+
+__all__ = ["UNLIMITED", "Engine"]
+
+LOG_ROWS = 1 << 15
+CHUNK_SECONDS = 0.2
+FIRST_BUDGET = 1 << 12
+UNLIMITED = 2**62
+
+
+class Engine:
+    """Tables, clock, agenda and loop of one simulation.
+
+    Attributes:
+        k: the kernel's tables; replaced when they grow.
+        state: the broad phase's state.
+        clock: conversions between time and ticks.
+        ledger: what was logged.
+        skin: the skin in force.
+        speed: a speed that no body can exceed.
+        turning: whether the loop is composed with turns.
+        loop: the composed loop.
+        cpu_seconds: processor time spent in the loop.
+        compile_seconds: time spent compiling or loading it.
+    """
+
+    def __init__(self, scene: Scene, composition: Composition, keep_contacts: bool) -> None:
+        self.scene = scene
+        self.composition = composition
+        self.state = composition.broad.state
+        self.clock = Clock(scene.start, time_unit(scene))
+        self.ledger = Ledger(self.clock, keep_contacts)
+        self.agenda = Agenda(scene.turns, self.clock)
+        self.turning = bool(scene.turns)
+        self.loop = composition.loop(turns=self.turning)
+        self.speed = speed_bound(scene)
+        self.cpu_seconds = 0.0
+        self.compile_seconds = 0.0
+        self._ready = False
+        self._budget = FIRST_BUDGET
+        self._extent = 0.0
+        self.k = self._tables(pairs=8 * len(scene) + 64)
+        self.lay_out()
+
+    @property
+    def now(self) -> int:
+        """The present tick, counted from the clock's base."""
+        return int(self.k.clock[0].now)
+
+    @property
+    def contacts(self) -> int:
+        """Contacts of both kinds so far."""
+        counts = self.k.counts[0]
+        return int(counts.contacts_disc) + int(counts.contacts_wall)
+
+    @property
+    def events(self) -> int:
+        """Events of all kinds so far."""
+        counts = self.k.counts[0]
+        return self.contacts + int(counts.turns) + int(counts.structural)
+
+    def compile(self) -> None:
+        """Compile the loop, or load it from the disk cache, where that has not been done."""
+        if not self._ready:
+            began = time.perf_counter()
+            make_ready(self.loop, self.k, self.state, 0, 0, 0)
+            self.compile_seconds += time.perf_counter() - began
+            self._ready = True
+
+    def chunk(self, until: int, contacts: int, broad_phase: str) -> int:
+        """Run one chunk of the loop, take over its log, and do what it asks for; return its reason.
+
+        Raises:
+            ZenoError, MissedContactError, PhaseError: the loop returned with a fault.
+        """
+        self.compile()
+        began = time.process_time()
+        reason = int(self.loop(self.k, self.state, until, self._budget, contacts))
+        took = time.process_time() - began
+        self.cpu_seconds += took
+        self.ledger.take(self.k)
+        if reason == BUDGET_SPENT and took < CHUNK_SECONDS / 2:
+            self._budget *= 2
+        elif took > 2 * CHUNK_SECONDS:
+            self._budget = max(self._budget // 2, FIRST_BUDGET)
+        if reason == FAULT:
+            clock = self.k.clock[0]
+            fault, a, b = int(clock.fault), int(clock.fault_a), int(clock.fault_b)
+            raise failure(fault, a, b, self.clock.time(self.now), broad_phase, int(clock.window_size))
+        if reason == NO_ROOM:
+            self._grow()
+        return BUDGET_SPENT if reason in (NO_ROOM, LOG_FULL) else reason
+
+    def build(self, broad_phase: str) -> None:
+        """Build the structure, if that is still to be done, and run no event."""
+        while not self.k.clock[0].built or self.k.clock[0].wanted:
+            self.chunk(self.now - 1, UNLIMITED, broad_phase)
+
+    def turn(self, body: int, vx: float, vy: float, broad_phase: str) -> None:
+        """Change a body's velocity now; events of this very tick run as well."""
+        k = self.k
+        squares = 2.0 * energy(k) + float(k.mass[body]) * (vx * vx + vy * vy) + self.agenda.squares(k.mass)
+        needed = math.sqrt(squares / float(k.mass.min()))
+        self._allow_turns()
+        self._forget_turns()
+        self.agenda.put(self.clock.base * TICKS + self.now, body, vx, vy, TURNED)
+        self._load_turns()
+        while self.chunk(self.now, UNLIMITED, broad_phase) != TIME_REACHED:
+            pass
+        if needed > self.speed:
+            self.speed = 2.0 * needed
+            self.lay_out()
+
+    def move_base(self) -> None:
+        """Move the clock's base on by a span and anchor anew what has flown for two: so under every phase."""
+        k = self.k
+        clock = k.clock[0]
+        self._forget_turns()
+        k.bodies.anchor -= SPAN
+        k.queue.tick[: int(clock.queued)] -= SPAN
+        clock.now -= SPAN
+        clock.window_tick = max(int(clock.window_tick) - SPAN, -(2**62))
+        self.clock.base += SPAN // TICKS
+        old = np.flatnonzero(k.bodies.anchor < -SPAN)
+        if len(old):
+            self._allow_turns()
+            for body in old:
+                at = k.bodies[body]
+                self.agenda.put(self.clock.base * TICKS, int(body), float(at.vx), float(at.vy), REANCHORED)
+        self._load_turns()
+        if self.scene.arena is None and len(self.scene) and self._reach_of_flight(spans=2) > self._extent:
+            self.lay_out()
+
+    def lay_out(self) -> None:
+        """Fatten the bodies by the skin and put the structure in order as of now; the loop builds it next."""
+        k = self.k
+        clock = k.clock[0]
+        if self.scene.arena is not None:
+            self._extent = max(self.scene.arena)
+        elif len(self.scene):
+            self._extent = max(self._extent, self._reach_of_flight(spans=4))
+        self.skin = Skin.of(len(self.scene), self._extent, self.speed, float(clock.tick))
+        k.bodies.reach = k.bodies.radius + self.skin.delta
+        clock.theta, clock.tolerance = self.skin.theta, self.skin.tolerance
+        clear(k)
+        self._load_turns()
+        if self.composition.broad.arrange is not None:
+            self.composition.broad.arrange(self.k, self.state)
+
+    def _reach_of_flight(self, spans: int) -> float:
+        """How far from the origin a body can come within so many spans."""
+        ahead = self.speed * self.clock.unit * (spans * SPAN // TICKS)
+        return float(np.abs(positions_now(self.k)).max()) + ahead
+
+    def _grow(self) -> None:
+        """Make room for more candidate pairs, and build anew."""
+        clock = self.k.clock[0]
+        room = max(2 * len(self.k.fresh), int(1.25 * (int(clock.pairs) + int(clock.wanted))))
+        new = allocate(len(self.scene), self.composition.broad.certificates, room, 0)
+        self.k = self.k._replace(
+            certificates=new.certificates, queue=new.queue, lookup=new.lookup, fresh=new.fresh
+        )
+        self.lay_out()
+
+    def _tables(self, pairs: int) -> Kernel:
+        """Return tables for the scene, its bodies at their start."""
+        scene = self.scene
+        k = allocate(len(scene), self.composition.broad.certificates, pairs, LOG_ROWS)
+        k.bodies.x, k.bodies.y = scene.position.T
+        k.bodies.vx, k.bodies.vy = scene.velocity.T
+        k.bodies.radius = scene.radius
+        k.bodies.last = -1
+        k.mass[:] = scene.mass
+        clock = k.clock[0]
+        clock.tick = self.clock.unit / TICKS
+        clock.per_time = TICKS / self.clock.unit
+        if scene.arena is not None:
+            clock.width, clock.height = scene.arena
+        n = len(scene)
+        clock.spin_limit = 8 * (2 * n + 2) ** 2 + 1000
+        clock.window_size = 200 * n + 2000
+        clock.window_tick = -(2**62)
+        if n and self.speed > 0.0:  # jammed: a window of contacts within 1e-13 radii of flight a contact
+            flight = 1e-13 * float(scene.radius.min()) / self.speed
+            clock.window_ticks = int(min(int(clock.window_size) * flight * clock.per_time, SPAN))
+        return k
+
+    def _allow_turns(self) -> None:
+        """Compose the loop with turns in it, where it was composed without."""
+        if not self.turning:
+            self.turning = True
+            self.loop = self.composition.loop(turns=True)
+            self._ready = False
+
+    def _forget_turns(self) -> None:
+        """Strike the turns that the loop has made off the agenda."""
+        clock = self.k.clock[0]
+        self.agenda.done(int(clock.turn))
+        clock.turn = 0
+
+    def _load_turns(self) -> None:
+        """Hand the loop the turns of the present span."""
+        self._forget_turns()
+        due = self.agenda.due(self.clock)
+        turns = record_table(self.k.turns.dtype, len(due))
+        for row, turn in zip(turns, due, strict=True):
+            row.tick = self.clock.relative(turn.ticks)
+            row.vx, row.vy, row.body, row.code = turn.vx, turn.vy, turn.body, turn.code
+        self.k.clock[0].turns = len(due)
+        self.k = self.k._replace(turns=turns)

@@ -1,0 +1,75 @@
+"""One answer: run a scene under every broad phase and compare what comes out, bit for bit, without any
+tolerance."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+import kinetile as kt
+from kinetile.errors import KinetileError
+
+PHASES: tuple[tuple[str, dict[str, Any]], ...] = (
+    ("naive", {}),
+    ("sap-1d", {"axis": "x"}),
+    ("sap-1d", {"axis": "y"}),
+    ("sap-2d", {}),
+)
+
+
+class Outcome(NamedTuple):
+    """All that a run leaves behind, bit for bit."""
+
+    contacts: bytes
+    ended: str
+    time: float
+    positions: bytes
+    velocities: bytes
+
+
+def outcome(
+    scene: kt.Scene, phase: str, options: dict[str, Any], until: float | None, max_contacts: int | None
+) -> tuple[kt.Simulation, Outcome]:
+    """Run a scene under one phase; an error of the simulation is part of the outcome."""
+    sim = kt.Simulation(scene, phase, options=options)
+    ended = "ran"
+    try:
+        sim.run(until=until, max_contacts=max_contacts)
+    except KinetileError as error:
+        ended = type(error).__name__
+    return sim, Outcome(
+        sim.contacts.tobytes(), ended, sim.time, sim.positions().tobytes(), sim.velocities().tobytes()
+    )
+
+
+def assert_one_answer(
+    scene: kt.Scene, *, until: float | None = None, max_contacts: int | None = None, ends: str = "ran"
+) -> kt.Simulation:
+    """Assert that every phase gives the same contacts, end, time and final state; return the reference's
+    simulation."""
+    reference: tuple[kt.Simulation, Outcome] | None = None
+    for phase, options in PHASES:
+        sim, found = outcome(scene, phase, options, until, max_contacts)
+        if reference is None:
+            reference = (sim, found)
+            assert found.ended == ends, f"{phase} ended with {found.ended}"
+        elif found != reference[1]:
+            raise AssertionError(difference(reference[0], sim, f"{phase} {options}", reference[1], found))
+    assert reference is not None
+    return reference[0]
+
+
+def difference(one: kt.Simulation, two: kt.Simulation, name: str, a: Outcome, b: Outcome) -> str:
+    """Say where two outcomes part."""
+    rows = min(len(one.contacts), len(two.contacts))
+    parted = np.flatnonzero(one.contacts[:rows] != two.contacts[:rows])
+    if len(parted):
+        at = int(parted[0])
+        return f"{name} parts from naive at contact {at}: {two.contacts[at]} instead of {one.contacts[at]}"
+    if len(one.contacts) != len(two.contacts):
+        return (
+            f"{name} has {len(two.contacts)} contacts, naive {len(one.contacts)}; the first {rows} are equal"
+        )
+    parts = [field for field, x, y in zip(Outcome._fields, a, b, strict=True) if x != y]
+    return f"{name} has the same contacts as naive, but not the same {', '.join(parts)}"
