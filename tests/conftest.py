@@ -1,0 +1,16 @@
+"""What all tests share."""
+
+from __future__ import annotations
+
+import pytest
+
+from kinetile.compiled import INTERPRETED
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Tests of many events run compiled only: NUMBA_DISABLE_JIT=1 runs the others, on small scenes."""
+    if INTERPRETED:
+        too_slow = pytest.mark.skip(reason="too many events for interpreted hooks")
+        for item in items:
+            if item.get_closest_marker("compiled"):
+                item.add_marker(too_slow)
