@@ -75,6 +75,11 @@ def wake(k: Kernel, s: State) -> None:
 
 
 @hook
+def no_such_field(k: Kernel, s: State) -> None:
+    s.memory[0] = k.bodies[0].temperature
+
+
+@hook
 def again(k: Kernel, s: State, certificate: int) -> None:
     schedule(k, 0, k.clock[0].now)
 
@@ -94,6 +99,7 @@ BROKEN = {
     "adds-too-late": phase(remember_late, add_too_late, 1),
     "names-nobody": phase(no_such_pair),
     "removes-nothing": phase(was_never_there),
+    "does-not-compile": phase(no_such_field),
     "never-gets-on": phase(wake, again, 1),
 }
 

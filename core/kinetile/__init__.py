@@ -13,9 +13,11 @@ if TYPE_CHECKING:
     from kinetile._registry import Registry as Registry
     from kinetile._registry import registry as registry
     from kinetile.hookspecs import hookimpl as hookimpl
-    from kinetile.recipes import make_scene as make_scene
     from kinetile.log import CONTACT as CONTACT
     from kinetile.log import LOG as LOG
+    from kinetile.recipes import make_scene as make_scene
+    from kinetile.records import EventRecorder as EventRecorder
+    from kinetile.records import read_events as read_events
     from kinetile.scene import Scene as Scene
     from kinetile.scene import Settings as Settings
     from kinetile.scene import Turn as Turn
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
     from kinetile.specs import BroadPhaseSpec as BroadPhaseSpec
     from kinetile.specs import NarrowPhaseSpec as NarrowPhaseSpec
     from kinetile.specs import SceneSpec as SceneSpec
+    from kinetile.trajectory import Trajectory as Trajectory
 
 __version__ = "0.1.0"
 
@@ -36,7 +39,10 @@ _HOME = {
     "CONTACT": "kinetile.log",
     "LOG": "kinetile.log",
     "NarrowPhaseSpec": "kinetile.specs",
+    "EventRecorder": "kinetile.records",
     "Progress": "kinetile.simulation",
+    "Trajectory": "kinetile.trajectory",
+    "read_events": "kinetile.records",
     "Registry": "kinetile._registry",
     "Scene": "kinetile.scene",
     "SceneSpec": "kinetile.specs",
@@ -50,7 +56,7 @@ _HOME = {
     "save_scene": "kinetile.scene_files",
 }
 
-__all__ = [*sorted(_HOME), "__version__"]  # noqa: PLE0604
+__all__ = [*sorted(_HOME), "__version__"]
 
 
 def __getattr__(name: str) -> Any:

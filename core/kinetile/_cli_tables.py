@@ -10,7 +10,15 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-__all__ = ["bench_table", "comparison_table", "parameters_table", "plugins_table", "run_table", "scenes_table", "show"]
+__all__ = [
+    "bench_table",
+    "comparison_table",
+    "parameters_table",
+    "plugins_table",
+    "run_table",
+    "scenes_table",
+    "show",
+]
 
 _WIDE = 120
 
@@ -18,8 +26,11 @@ _WIDE = 120
 def show(*parts: Any) -> None:
     """Print tables and lines to stdout: as wide as the terminal, or 120 columns where there is none."""
     console = Console(width=None if sys.stdout.isatty() else _WIDE, highlight=False, markup=False)
-    for part in parts:
-        console.print(part, soft_wrap=isinstance(part, str))
+    with console.capture() as captured:
+        for part in parts:
+            console.print(part, soft_wrap=isinstance(part, str))
+    lines = [line.rstrip() for line in captured.get().splitlines()]
+    sys.stdout.write("\n".join(lines).strip("\n") + "\n")
 
 
 def run_table(result: Mapping[str, Any]) -> Table:
@@ -39,7 +50,10 @@ def _run_lines(result: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
     yield "scene", f"{_origin(scene)}: {scene['bodies']:,} discs {walls}"
     yield "phases", f"{_phase(result['broad_phase'], result['options'])}; {_narrow(result['narrow_phases'])}"
     yield "time", f"{scene['start']:g} to {run['time']:.10g}: {run['status']}"
-    yield "contacts", f"{contacts:,} ({found['contacts_disc']:,} of discs, {found['contacts_wall']:,} with walls)"
+    yield (
+        "contacts",
+        f"{contacts:,} ({found['contacts_disc']:,} of discs, {found['contacts_wall']:,} with walls)",
+    )
     turns = f", {found['turns']:,} turns" if found["turns"] else ""
     yield "events", f"{found['events']:,} ({found['structural_events']:,} structural{turns})"
     yield (
@@ -52,7 +66,10 @@ def _run_lines(result: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
     yield "deepest overlap", f"{found['deepest_overlap']:.2g} radii"
     yield "energy drift", f"{found['energy_drift']:.2g} (relative)"
     yield "lateness", f"{found['lateness']:.2g} time units"
-    yield "CPU time", f"{found['cpu_seconds']:.4g} s in the loop, {found['compile_seconds']:.3g} s to make it ready"
+    yield (
+        "CPU time",
+        f"{found['cpu_seconds']:.4g} s in the loop, {found['compile_seconds']:.3g} s to make it ready",
+    )
     yield (
         "speed",
         f"{found['events_per_cpu_second'] / 1e6:.3g} million events, "
@@ -61,13 +78,16 @@ def _run_lines(result: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
     yield "fingerprint", found["fingerprint"]
     if result["events_file"]:
         written = result["events_file"]
-        yield "events file", f"{written['path']}: {written['rows']:,} events ({written['status']})"
+        yield (
+            "events file",
+            f"{written['path']}: {written['rows']:,} events ({written['status'].partition(':')[0]})",
+        )
 
 
-def comparison_table(comparison: Any) -> Table:
+def comparison_table(outcomes: Iterable[Any]) -> Table:
     """Return how each phase did, one row a phase."""
     table = _table("broad phase", "> contacts", "> time", "> events", "> CPU s", "fingerprint", "ended by")
-    for outcome in comparison.outcomes:
+    for outcome in outcomes:
         table.add_row(
             outcome.phase,
             f"{outcome.contacts:,}",
@@ -82,31 +102,34 @@ def comparison_table(comparison: Any) -> Table:
 
 def plugins_table(listing: Mapping[str, Sequence[Mapping[str, Any]]]) -> Table:
     """Return every phase and recipe that can be chosen by name, and who brings it."""
-    table = _table("kind", "name", "what it does", "from")
+    table = _table("| kind", "| name", "what it does", "| from")
     last = None
     for row in sorted(listing["provided"], key=lambda row: str(row["kind"]).split()[::-1]):
         if last not in (None, row["kind"]):
             table.add_section()
-        last = row["kind"]
-        features = f" [{', '.join(row['features'])}]" if row["features"] else ""
+        notes = [f"also called {', '.join(row['aliases'])}"] if row["aliases"] else []
+        notes += [f"features: {', '.join(row['features'])}"] if row["features"] else []
+        summary = " ".join([row["summary"], *(f"({note})" for note in notes)])
         source = f"{row['distribution']} {row['version'] or ''}" if row["distribution"] else "this process"
-        table.add_row(row["kind"], ", ".join([row["name"], *row["aliases"]]), row["summary"] + features, source)
+        table.add_row("" if row["kind"] == last else row["kind"], row["name"], summary, source)
+        last = row["kind"]
     return table
 
 
-def scenes_table(rows: Iterable[Sequence[str]]) -> Table:
+def scenes_table(recipes: Iterable[Mapping[str, Any]]) -> Table:
     """Return the recipes: name, what it makes, its parameters."""
-    table = _table("recipe", "what it makes", "parameters")
-    for row in rows:
-        table.add_row(*row)
+    table = _table("| recipe", "what it makes", "parameters")
+    for recipe in recipes:
+        parameters = ", ".join(each["name"] for each in recipe["parameters"])
+        table.add_row(recipe["name"], recipe["summary"], recipe.get("error", parameters))
     return table
 
 
-def parameters_table(parameters: Iterable[tuple[str, str, str]]) -> Table:
+def parameters_table(parameters: Iterable[Mapping[str, Any]]) -> Table:
     """Return the parameters of a recipe: name, type, default."""
-    table = _table("parameter", "type", "default")
-    for row in parameters:
-        table.add_row(*row)
+    table = _table("| parameter", "| type", "default")
+    for each in parameters:
+        table.add_row(each["name"], each["type"], str(each.get("default", "(none: must be given)")))
     return table
 
 
@@ -141,11 +164,13 @@ def bench_table(bench: Any) -> Table:
 
 
 def _table(*heads: str) -> Table:
-    """Return an empty table; a head that begins with ``>`` is over numbers, set to the right."""
+    """Return an empty table; ``>`` begins the head of a column of numbers, ``|`` of one that never wraps."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     for head in heads:
-        right = head.startswith("> ")
-        table.add_column(head.removeprefix("> "), justify="right" if right else "left", no_wrap=not right)
+        mark, _, text = head.partition(" ") if head[:2] in ("> ", "| ") else ("", "", head)
+        table.add_column(
+            text, justify="right" if mark == ">" else "left", no_wrap=mark == "|", overflow="fold"
+        )
     return table
 
 

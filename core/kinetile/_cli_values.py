@@ -36,7 +36,7 @@ def read_value(text: str) -> Any:
 
 
 def read_assignments(texts: Iterable[str], where: str) -> dict[str, Any]:
-    """Return ``key=value`` texts as a dictionary, dashes in keys as underscores; BadOption for any other text."""
+    """Return ``key=value`` texts as a dictionary, dashes in keys as underscores; BadOption for others."""
     found: dict[str, Any] = {}
     for text in texts:
         key, equals, value = text.partition("=")
@@ -58,7 +58,7 @@ def read_phase(text: str) -> tuple[str, dict[str, Any]]:
 
 
 def read_phases(text: str) -> list[str]:
-    """Return the phases of a list with commas: after a phase with options, ``key=value`` goes on with its options."""
+    """Return the phases of a list with commas; ``key=value`` after a phase with options is another option."""
     phases: list[str] = []
     for piece in filter(None, (piece.strip() for piece in text.split(","))):
         goes_on = "=" in piece and ":" not in piece.partition("=")[0]
@@ -95,7 +95,10 @@ def find_scene(name: str, parameters: Sequence[str]) -> Scene:
             )
         if not Path(name).is_file():
             raise BadOption(f"there is no scene file {name!r}")
-        return load_scene(name)
+        try:
+            return load_scene(name)
+        except OSError as error:
+            raise BadOption(f"the scene file {name!r} cannot be read: {error.strerror}") from error
     from kinetile.recipes import make_scene, parse_parameters
 
     return make_scene(name, **parse_parameters(name, parameters))

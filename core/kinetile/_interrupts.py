@@ -1,8 +1,9 @@
 """Ctrl-C, taken at a moment that suits.
 
-Python delivers a signal between two of its own instructions, wherever that is: after the compiled loop has moved the
-bodies and before anybody has read its log, or inside a write. Here the signal is only noted, and whoever asked for the
-delay raises it at the next safe place. A second signal is not delayed: the user means it.
+Python delivers a signal between two of its own instructions, wherever that is: after the compiled loop has
+moved the bodies and before anybody has read its log, or inside a write. Here the signal is only noted, and
+whoever asked for the delay raises it at the next safe place. A second signal is not delayed: the user means
+it.
 """
 
 from __future__ import annotations
@@ -18,8 +19,9 @@ __all__ = ["Interrupts"]
 class Interrupts:
     """A context in which the given signals (Ctrl-C if none is given) are noted instead of raised.
 
-    ``received`` is the number of the first signal that came, or None. With ``patient`` even a second one waits: for
-    short work that must not be torn, such as a write. Off the main thread, where no signal arrives, it does nothing.
+    ``received`` is the number of the first signal that came, or None. With ``patient`` even a second one
+    waits: for short work that must not be torn, such as a write. Off the main thread, where no signal
+    arrives, it does nothing.
     """
 
     def __init__(self, *numbers: int, patient: bool = False) -> None:
@@ -56,5 +58,6 @@ class Interrupts:
 
     def _note(self, number: int, frame: FrameType | None) -> None:
         if self._due and not self._patient:
+            self._due = False
             raise KeyboardInterrupt
         self.received, self._due = self.received or number, True

@@ -1,9 +1,10 @@
 """A file that owns its space before it is told what to write there.
 
-Parquet keeps its table of contents at the end: a file that runs out of disk before its footer is a file nobody can
-open. So the space for a row group *and* for the footer after it is taken from the disk first, by ``posix_fallocate``
-(which promises that writes inside the range will not fail for want of space) or, where that is missing, by writing
-zeros. If the space is not to be had, nothing has been written yet and the footer still fits into what is owned.
+Parquet keeps its table of contents at the end: a file that runs out of disk before its footer is a file
+nobody can open. So the space for a row group *and* for the footer after it is taken from the disk first, by
+``posix_fallocate`` (which promises that writes inside the range will not fail for want of space) or, where
+that is missing, by writing zeros. If the space is not to be had, nothing has been written yet and the footer
+still fits into what is owned.
 """
 
 from __future__ import annotations
@@ -65,7 +66,7 @@ class ReservedFile:
         return written
 
     def write(self, data: bytes) -> int:
-        """Write all of ``data`` and return its length; ``torn`` tells, for ever after, that this has failed."""
+        """Write all of ``data`` and return its length; ``torn`` tells for ever that this has failed."""
         rest = memoryview(data)
         try:
             while rest:

@@ -1,9 +1,9 @@
 """How fast the broad phases are: events a CPU second on the thesis's twelve scenes.
 
-Each phase gets, on each scene, runs of about the same CPU time, always from the scene's start, with the repeats of
-the phases taking turns, so that a machine that slows down slows all of them; the median counts. Compilation and
-set-up are outside the timed loop. Beside the rates stand counts up to a fixed number of contacts a disc, which are
-the same on every machine.
+Each phase gets, on each scene, runs of about the same CPU time, always from the scene's start, with the
+repeats of the phases taking turns, so that a machine that slows down slows all of them; the median counts.
+Compilation and set-up are outside the timed loop. Beside the rates stand counts up to a fixed number of
+contacts a disc, which are the same on every machine.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-__all__ = ["BODIES", "DENSITIES", "Bench", "BenchRow", "bench_events"]
+__all__ = ["BODIES", "DENSITIES", "Bench", "BenchRow", "bench_events", "conditions"]
 
 BODIES = (25, 100, 400)
 DENSITIES = (0.5, 0.25, 0.125, 0.01)
@@ -90,18 +90,19 @@ def bench_events(
     repeats: int = 5,
     seed: int = 1,
     start: Callable[[str, Any], Any] | None = None,
+    finish: Callable[[BenchRow], Any] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Bench:
     """Measure broad phases (all that are registered, if None) on the scenes of the recipe ``grid``.
 
-    ``seconds`` is the CPU time of one run, about; ``repeats`` how often each is done. ``start`` is called with a label
-    and a simulation before a phase first runs, ``progress`` with the runs done and their total.
+    ``seconds`` is the CPU time of one run, about; ``repeats`` how often each is done. ``start`` is called
+    with a label and a simulation before a phase first runs, ``finish`` with each row, ``progress`` with the
+    runs done and their total.
 
     Raises what ``Simulation`` and ``make_scene`` raise.
     """
     from kinetile._registry import registry
     from kinetile.recipes import make_scene
-    from kinetile.records import versions
 
     chosen = [
         (choice, {}) if isinstance(choice, str) else (choice[0], dict(choice[1]))
@@ -131,7 +132,16 @@ def bench_events(
                     tell()
             for k, choice in enumerate(chosen):
                 rows.append(_row(n, density, choice, pilots[k][0], runs[k]))
-    conditions = {
+                if finish is not None:
+                    finish(rows[-1])
+    return Bench(tuple(rows), conditions(seconds, repeats, seed))
+
+
+def conditions(seconds: float, repeats: int, seed: int = 1) -> dict[str, Any]:
+    """Return what a benchmark's figures depend on: versions, machine, and how they were taken."""
+    from kinetile._versions import versions
+
+    return {
         "versions": versions(),
         "machine": platform.machine(),
         "processor": _processor(),
@@ -142,7 +152,6 @@ def bench_events(
         "seed": seed,
         "counted_contacts_a_disc": COUNTED,
     }
-    return Bench(tuple(rows), conditions)
 
 
 def _simulation(scene: Any, choice: tuple[str, Mapping[str, Any]]) -> Any:
@@ -177,7 +186,11 @@ def _timed(scene: Any, choice: tuple[str, Mapping[str, Any]], contacts: int) -> 
 
 
 def _row(
-    n: int, density: float, choice: tuple[str, Mapping[str, Any]], counts: Mapping[str, Any], runs: Sequence[Any]
+    n: int,
+    density: float,
+    choice: tuple[str, Mapping[str, Any]],
+    counts: Mapping[str, Any],
+    runs: Sequence[Any],
 ) -> BenchRow:
     rates = [run.events_per_cpu_second for run in runs]
     contacts = runs[0].contacts_disc + runs[0].contacts_wall

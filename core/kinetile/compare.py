@@ -1,7 +1,8 @@
 """Running one scene under several broad phases, and finding the first place where they differ.
 
-They must not: a broad phase may change how long a run takes, never its answer. Compared, bit for bit, are the contacts
-(time, epoch, tick, a, b) in their order, how and when the run ended, and where every body is then and where it flies.
+They must not: a broad phase may change how long a run takes, never its answer. Compared, bit for bit, are the
+contacts (time, epoch, tick, a, b) in their order, how and when the run ended, and where every body is then
+and where it flies.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ Choice = str | tuple[str, Mapping[str, Any]]
 
 @dataclass(frozen=True)
 class Outcome:
-    """How one broad phase did: ``contacts`` is their number, ``fault`` the error that ended the run, or None."""
+    """How one broad phase did: the number of contacts, ...; ``fault`` is the error that ended it, or None."""
 
     phase: str
     broad_phase: str
@@ -40,12 +41,13 @@ class Outcome:
     fault: str | None
 
 
-class Divergence(NamedTuple):
+@dataclass(frozen=True)
+class Divergence:
     """The first place where a phase's answer differs from the reference's.
 
-    ``what`` is "contact" (``index`` counts contacts from 0), "end" or "body" (``index`` is the body, at the end);
-    ``expected`` and ``found`` are rows with exact ticks, or None where there is no such contact; ``before`` is the
-    last contact on which both agree.
+    ``what`` is "contact" (``index`` counts contacts from 0), "end" or "body" (``index`` is the body, at the
+    end); ``expected`` and ``found`` are rows with exact ticks, or None where there is no such contact;
+    ``before`` is the last contact on which both agree.
     """
 
     reference: str
@@ -57,7 +59,11 @@ class Divergence(NamedTuple):
     before: Mapping[str, Any] | None = None
 
     def __str__(self) -> str:
-        place = {"contact": f"contact {self.index}", "end": "the end", "body": f"body {self.index} at the end"}
+        place = {
+            "contact": f"contact {self.index}",
+            "end": "the end",
+            "body": f"body {self.index} at the end",
+        }
         lines = [f"{self.phase} differs from {self.reference} at {place[self.what]}:"]
         names = [self.reference, self.phase]
         rows = [self.expected, self.found]
@@ -70,7 +76,7 @@ class Divergence(NamedTuple):
 
 @dataclass(frozen=True)
 class Comparison:
-    """What came of a comparison: an outcome for each phase, and a divergence for each that is not as the first."""
+    """What came of it: an outcome for each phase, and a divergence for each that is not as the first."""
 
     outcomes: tuple[Outcome, ...]
     divergences: tuple[Divergence, ...] = field(default=())
@@ -92,8 +98,8 @@ class Comparison:
         return {
             "identical": self.identical,
             "phases": [vars(outcome) | {"options": dict(outcome.options)} for outcome in self.outcomes],
-            "first_divergence": first and first._asdict(),
-            "divergences": [divergence._asdict() for divergence in self.divergences],
+            "first_divergence": first and vars(first),
+            "divergences": [vars(divergence) for divergence in self.divergences],
         }
 
 
@@ -113,16 +119,18 @@ def compare(
     max_contacts: int | None = None,
     narrow_phases: Sequence[str] | Mapping[str, Mapping[str, Any]] | None = None,
     start: Callable[[str, Simulation], Any] | None = None,
+    finish: Callable[[Outcome], Any] | None = None,
     progress: Callable[[Any], None] | None = None,
 ) -> Comparison:
     """Run a scene under each of at least two broad phases, and compare all with the first.
 
-    A phase is a name, or a pair (name, options). Without ``until`` and ``max_contacts`` the scene's own ``until``
-    holds, or else one time unit. ``start`` is called with a label and the simulation before each run; ``progress`` is
-    the argument of that name of ``Simulation.run``.
+    A phase is a name, or a pair (name, options). Without ``until`` and ``max_contacts`` the scene's own
+    ``until`` holds, or else one time unit. ``start`` is called with a label and the simulation before each
+    run, ``finish`` with its outcome after it; ``progress`` is the argument of that name of
+    ``Simulation.run``.
 
-    A fault in a run (ZenoError, MissedContactError, PhaseError) is part of its answer. Raises BadOption for fewer than
-    two phases, and what ``Simulation`` raises for names and options that there are not.
+    A fault in a run (ZenoError, MissedContactError, PhaseError) is part of its answer. Raises BadOption for
+    fewer than two phases, and what ``Simulation`` raises for names and options that there are not.
     """
     from kinetile.simulation import Simulation
 
@@ -150,6 +158,8 @@ def compare(
             fault = f"{type(error).__name__}: {error}"
         answer = _answer(simulation, fault)
         outcomes.append(_outcome(label, simulation, answer, fault))
+        if finish is not None:
+            finish(outcomes[-1])
         if reference is None:
             reference = answer
         else:
@@ -165,7 +175,9 @@ def describe_row(row: Mapping[str, Any] | None) -> str:
     if "tick" in row:
         b = f"wall {WALLS[row['b']]}" if row["b"] in WALLS else f"disc {row['b']}"
         return f"disc {row['a']} with {b} at time {row['time']!r} (epoch {row['epoch']}, tick {row['tick']})"
-    return ", ".join(f"{name} {value!r}" if isinstance(value, float) else f"{name} {value}" for name, value in row.items())
+    return ", ".join(
+        f"{name} {value!r}" if isinstance(value, float) else f"{name} {value}" for name, value in row.items()
+    )
 
 
 def _label(name: str, options: Mapping[str, Any]) -> str:
@@ -199,18 +211,18 @@ def _first_difference(reference: str, phase: str, expected: _Answer, found: _Ans
     unlike = np.flatnonzero((_bits(expected.contacts[:shared]) != _bits(found.contacts[:shared])).any(axis=1))
     if len(unlike) or len(expected.contacts) != len(found.contacts):
         index = int(unlike[0]) if len(unlike) else shared
-        rows = [_row(answer.contacts, index) for answer in (expected, found)]
-        return Divergence(reference, phase, "contact", index, *rows, before=_row(expected.contacts, index - 1))
+        here, there = _row(expected.contacts, index), _row(found.contacts, index)
+        return Divergence(
+            reference, phase, "contact", index, here, there, before=_row(expected.contacts, index - 1)
+        )
     if expected.end != found.end:
         return Divergence(reference, phase, "end", shared, expected.end, found.end)
     bodies = np.flatnonzero((_bits(expected.state) != _bits(found.state)).any(axis=1))
     if len(bodies):
         body = int(bodies[0])
-        states = [
-            dict(zip(("x", "y", "vx", "vy"), answer.state[body].tolist(), strict=True))
-            for answer in (expected, found)
-        ]
-        return Divergence(reference, phase, "body", body, *states)
+        return Divergence(
+            reference, phase, "body", body, _body(expected.state, body), _body(found.state, body)
+        )
     return None
 
 
@@ -224,3 +236,7 @@ def _row(contacts: NDArray[Any], index: int) -> dict[str, Any] | None:
     if not 0 <= index < len(contacts):
         return None
     return dict(zip(contacts.dtype.names or (), contacts[index].item(), strict=True))
+
+
+def _body(state: NDArray[np.float64], body: int) -> dict[str, Any]:
+    return dict(zip(("x", "y", "vx", "vy"), state[body].tolist(), strict=True))

@@ -29,13 +29,17 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
-__all__ = ["INTERPRETED", "compose", "disowned", "hook", "is_cached", "make_ready"]
+__all__ = ["INTERPRETED", "NotCompiled", "compose", "disowned", "hook", "is_cached", "make_ready"]
 
 INTERPRETED = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
 """True when hooks run as plain Python."""
 
 F = TypeVar("F", bound=Callable[..., Any])
 T = TypeVar("T")
+
+
+class NotCompiled(Exception):
+    """The compiler refuses a hook; the message is its own."""
 
 
 def hook(function: F) -> F:
@@ -166,13 +170,19 @@ API = 1
 
 
 def make_ready(function: Callable[..., Any], *arguments: Any) -> None:
-    """Compile a composed function for such arguments, or load it from the disk cache, without running it."""
+    """Compile a composed function for such arguments, or load it from the disk cache, without running it.
+
+    Raises NotCompiled, with what the compiler says, where a hook is not such as can be compiled.
+    """
     if INTERPRETED:
         return
     import numba
 
     typeof = cast(Any, numba).typeof
-    cast(Any, function).compile(tuple(typeof(argument) for argument in arguments))
+    try:
+        cast(Any, function).compile(tuple(typeof(argument) for argument in arguments))
+    except Exception as error:  # Numba lets errors of all types through
+        raise NotCompiled(f"{type(error).__name__}: {error}") from error
 
 
 def is_cached(function: Callable[..., Any]) -> bool | None:

@@ -18,8 +18,9 @@ import numpy as np
 
 from kinetile.agenda import Agenda
 from kinetile.clock import SPAN, TICKS, Clock, time_unit
-from kinetile.compiled import make_ready
+from kinetile.compiled import NotCompiled, make_ready
 from kinetile.composition import Composition
+from kinetile.errors import PhaseError
 from kinetile.failures import failure
 from kinetile.flight import positions_now
 from kinetile.kernel import BUDGET_SPENT, FAULT, LOG_FULL, NO_ROOM, TIME_REACHED
@@ -69,7 +70,7 @@ class Engine:
         self._ready = False
         self._budget = FIRST_BUDGET
         self._extent = 0.0
-        self.k = self._tables(pairs=8 * len(scene) + 64)
+        self.k = self._tables(pairs=composition.broad.pairs or 4 * len(scene) + 64)
         self.lay_out()
 
     @property
@@ -93,7 +94,11 @@ class Engine:
         """Compile the loop, or load it from the disk cache, where that has not been done."""
         if not self._ready:
             began = time.perf_counter()
-            make_ready(self.loop, self.k, self.state, 0, 0, 0)
+            try:
+                make_ready(self.loop, self.k, self.state, 0, 0, 0)
+            except NotCompiled as error:
+                phases = ", ".join([self.composition.broad_phase, *self.composition.narrow_phases])
+                raise PhaseError(f"the hooks of {phases} do not compile together: {error}") from error
             self.compile_seconds += time.perf_counter() - began
             self._ready = True
 
@@ -135,8 +140,12 @@ class Engine:
         self._forget_turns()
         self.agenda.put(self.clock.base * TICKS + self.now, body, vx, vy, TURNED)
         self._load_turns()
-        while self.chunk(self.now, UNLIMITED, broad_phase) != TIME_REACHED:
-            pass
+        self.ledger.recorder = self.ledger.unrecorded.append
+        try:
+            while self.chunk(self.now, UNLIMITED, broad_phase) != TIME_REACHED:
+                pass
+        finally:
+            self.ledger.recorder = None
         if needed > self.speed:
             self.speed = 2.0 * needed
             self.lay_out()

@@ -22,11 +22,13 @@ Recorder = Callable[[npt.NDArray[np.void]], None]
 class Ledger:
     """Takes over the loop's log chunk by chunk.
 
-    ``recorder``, where there is one, is given every row; ``keep`` says whether contacts are kept at all.
+    ``recorder``, where there is one, is given every row; ``unrecorded`` are rows that wait for the next one;
+    ``keep`` says whether contacts are kept at all.
     """
 
     def __init__(self, clock: Clock, keep: bool) -> None:
         self.recorder: Recorder | None = None
+        self.unrecorded: list[npt.NDArray[np.void]] = []
         self._clock = clock
         self._keep = keep
         self._kept: list[npt.NDArray[np.void]] = []
@@ -65,6 +67,13 @@ class Ledger:
         header.logged = 0
         if rows is not None and self.recorder is not None:
             self.recorder(rows)
+
+    def hand_over(self) -> None:
+        """Give the rows that waited, those of turns made between two runs, to the recorder."""
+        waiting, self.unrecorded = self.unrecorded, []
+        if self.recorder is not None:
+            for rows in waiting:
+                self.recorder(rows)
 
 
 def _rows(raw: Any, columns: dict[str, Any]) -> npt.NDArray[np.void]:

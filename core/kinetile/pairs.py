@@ -28,6 +28,18 @@ def _home(k: Kernel, a: int, b: int) -> int:
 
 
 @hook
+def _find(k: Kernel, a: int, b: int) -> int:
+    """Return the slot of the lookup that holds a pair a < b, or the empty one where it would stand."""
+    table = k.certificates
+    lookup = k.lookup
+    mask = len(lookup) - 1
+    slot = _home(k, a, b)
+    while lookup[slot] >= 0 and (table[lookup[slot]].a != a or table[lookup[slot]].b != b):
+        slot = (slot + 1) & mask
+    return slot
+
+
+@hook
 def add_pair(k: Kernel, a: int, b: int) -> None:
     """Make {a, b} a candidate pair, or hold it once more. O(1) expected."""
     clock = k.clock[0]
@@ -37,22 +49,17 @@ def add_pair(k: Kernel, a: int, b: int) -> None:
         blame(k, BAD_PAIR, a, b)
         return
     table = k.certificates
-    lookup = k.lookup
-    pair = (int(a) << 32) | int(b)
-    slot = _home(k, a, b)
-    while lookup[slot].certificate >= 0:
-        if lookup[slot].pair == pair:
-            table[lookup[slot].certificate].holds += 1
-            return
-        slot = (slot + 1) & (len(lookup) - 1)
+    slot = _find(k, a, b)
+    if k.lookup[slot] >= 0:
+        table[k.lookup[slot]].holds += 1
+        return
     if clock.free < 0 or clock.fresh >= len(k.fresh):
         clock.wanted += 1
         return
     new = clock.free
-    clock.free = table[new].next_a
-    lookup[slot].pair = pair
-    lookup[slot].certificate = new
     record = table[new]
+    clock.free = record.next_a
+    k.lookup[slot] = new
     record.place = -1
     record.a = a
     record.b = b
@@ -108,12 +115,8 @@ def remove_pair(k: Kernel, a: int, b: int) -> None:
         a, b = b, a
     table = k.certificates
     lookup = k.lookup
-    mask = len(lookup) - 1
-    pair = (int(a) << 32) | int(b)
-    slot = _home(k, a, b)
-    while lookup[slot].certificate >= 0 and lookup[slot].pair != pair:
-        slot = (slot + 1) & mask
-    old = lookup[slot].certificate
+    hole = _find(k, a, b)
+    old = lookup[hole]
     if old < 0:
         if clock.wanted == 0:
             blame(k, UNKNOWN_PAIR, a, b)
@@ -129,13 +132,12 @@ def remove_pair(k: Kernel, a: int, b: int) -> None:
     record.next_a = clock.free
     clock.free = old
     clock.pairs -= 1
-    hole = slot
-    probe = (slot + 1) & mask
-    while lookup[probe].certificate >= 0:
-        found = lookup[probe].pair
-        home = _home(k, found >> 32, found & 0x7FFFFFFF)
+    mask = len(lookup) - 1
+    probe = (hole + 1) & mask
+    while lookup[probe] >= 0:  # entries that probed over the hole move back into it
+        home = _home(k, table[lookup[probe]].a, table[lookup[probe]].b)
         if ((probe - home) & mask) >= ((probe - hole) & mask):
             lookup[hole] = lookup[probe]
             hole = probe
         probe = (probe + 1) & mask
-    lookup[hole].certificate = -1
+    lookup[hole] = -1

@@ -37,6 +37,8 @@ class BroadPhaseParts:
     ``build(k, s)``: every certificate is unscheduled and there are no candidate pairs. Leave all certificates
     scheduled, and every pair of bodies a candidate whose contact the certificates do not exclude.
 
+    ``pairs`` is how many candidate pairs to make room for at the start; the tables grow when need be.
+
     ``repair(k, s, c)``: certificate c fails now, at ``k.clock[0].now``. It is still queued: reschedule it.
     Restore the structure, reschedule what changed, add and remove candidate pairs. Never touch a body.
 
@@ -53,6 +55,7 @@ class BroadPhaseParts:
     repair: Hook
     replan: Hook
     arrange: Callable[[Any, Any], None] | None = None
+    pairs: int = 0
 
 
 @dataclass(frozen=True)

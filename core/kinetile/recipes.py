@@ -42,7 +42,7 @@ class Parameter(NamedTuple):
     default: Any
 
 
-def make_scene(name: str, **parameters: Any) -> Scene:
+def make_scene(name: str, /, **parameters: Any) -> Scene:
     """Return the scene that the recipe called ``name`` makes of these parameters (its defaults for the rest).
 
     The scene's ``origin`` is {"recipe": name, "parameters": {...}}, defaults included. Raises UnknownName for
@@ -73,8 +73,8 @@ def recipe_parameters(name: str) -> tuple[Parameter, ...]:
     for each in inspect.signature(recipe).parameters.values():
         if each.kind not in (each.KEYWORD_ONLY, each.POSITIONAL_OR_KEYWORD):
             raise PhaseError(
-                f"the recipe of the scene {name!r} has the parameter {str(each)!r}; "
-                "expected parameters that can be given by keyword, each with its name"
+                f"the recipe of the scene {name!r} gathers its parameters in {each.name!r}; "
+                "expected parameters that can each be given by name"
             )
         annotation = each.annotation
         written = (

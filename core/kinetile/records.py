@@ -1,23 +1,25 @@
 """Event files: everything that happened to a scene, in one Parquet file.
 
-A row is one event that changed a flight plan, with position and velocity of its bodies right after it (the columns
-are those of ``kinetile.LOG``). Between two of its rows a body flies straight, so the rows and the scene, which the
-file carries in its metadata, are the whole trajectory: ``kinetile.trajectory`` gives any body at any time, exactly.
+A row is one event that changed a flight plan, with position and velocity of its bodies right after it (the
+columns are those of ``kinetile.LOG``). Between two of its rows a body flies straight, so the rows and the
+scene, which the file carries in its metadata, are the whole trajectory: ``kinetile.trajectory`` gives any
+body at any time, exactly.
 
-While a run goes on its rows are in ``FILE.partial``, which becomes ``FILE`` when the recorder closes. It closes in
-every way a run can end: done, Ctrl-C, a fault, a full disk. The metadata's "status" says which it was: "complete",
-"interrupted", "fault: ..." or "disk: ...". A full disk cannot spoil what has been written, because the space of a
-row group and of the footer behind it is reserved before the rows are written (see ``kinetile._reserved_file``). Only
-a process that is killed outright leaves FILE.partial behind, without the footer that a reader needs.
+While a run goes on its rows are in ``FILE.partial``, which becomes ``FILE`` when the recorder closes. It
+closes in every way a run can end: done, Ctrl-C, a fault, a full disk. The metadata's "status" says which it
+was: "complete", "interrupted", "fault: ..." or "disk: ...". A full disk cannot spoil what has been written,
+because the space of a row group and of the footer behind it is reserved before the rows are written (see
+``kinetile._reserved_file``). Only a process that is killed outright leaves FILE.partial behind, without the
+footer that a reader needs.
 """
 
 from __future__ import annotations
 
+import errno
 import json
-import platform
+import os
 from collections.abc import Mapping
 from contextlib import suppress
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
@@ -27,6 +29,7 @@ from numpy.typing import NDArray
 
 from kinetile._interrupts import Interrupts
 from kinetile._reserved_file import ReservedFile
+from kinetile._versions import versions
 from kinetile.clock import time_unit
 from kinetile.errors import MissingExtra, RecordError
 from kinetile.log import LOG
@@ -34,12 +37,12 @@ from kinetile.log import LOG
 if TYPE_CHECKING:
     from kinetile.scene import Scene
 
-__all__ = ["EventFile", "EventRecorder", "read_events", "versions"]
+__all__ = ["EventFile", "EventRecorder", "read_events"]
 
 _KEY = "kinetile"
 _SCENE_KEY = "kinetile.scene"
 _COLUMNS = LOG.names or ()
-_FEW_VALUES = ["epoch", "a", "b"]  # dictionary pages pay for these and cost the others a factor of forty in time
+_FEW_VALUES = ["epoch", "a", "b"]  # dictionaries pay for these; the others take forty times as long with them
 _ENCODING = {name: "BYTE_STREAM_SPLIT" for name in _COLUMNS if LOG[name].kind == "f"} | {
     "tick": "DELTA_BINARY_PACKED"
 }
@@ -58,10 +61,11 @@ class EventFile(NamedTuple):
 
 
 class EventRecorder:
-    """Writes an event file: ``with EventRecorder(path, scene, meta) as recorder: sim.run(2.0, recorder=recorder)``.
+    """Writes an event file: ``with EventRecorder(path, scene) as recorder: sim.run(2.0, recorder=recorder)``.
 
-    ``meta`` is any JSON-ready mapping (phases, options, ...) and may be added to, as ``recorder.meta``, until the
-    recorder closes. An older file of the name is replaced at that moment and not before.
+    ``meta`` is any JSON-ready mapping (phases, options, ...) and may be added to, as ``recorder.meta``, until
+    the recorder closes. An older file of the name is replaced at that moment and not before. ``rows`` is the
+    number of rows written so far, ``status`` what the file's metadata will say.
 
     Raises MissingExtra without pyarrow, and RecordError where the file cannot be written; the rows that were
     written before the error are kept, in a file that can be read.
@@ -83,6 +87,7 @@ class EventRecorder:
             **(meta or {}),
         }
         self.rows = 0
+        self.status = "running"
         self._groups = 0
         self._pending: list[NDArray[Any]] = []
         self._waiting = 0
@@ -91,17 +96,26 @@ class EventRecorder:
 
     def __enter__(self) -> Self:
         try:
+            if self.path.is_dir():
+                raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
             self._file = ReservedFile(self.partial)
-            self._file.reserve(self._footer_bound())
         except OSError as error:
             raise RecordError(f"{self.path} cannot be written: {_reason(error)}") from error
-        self._writer = self._pq.ParquetWriter(
-            self._file,
-            self._schema,
-            compression="snappy",
-            use_dictionary=_FEW_VALUES,
-            column_encoding=_ENCODING,
-        )
+        try:
+            self._file.reserve(self._footer_bound())
+            self._writer = self._pq.ParquetWriter(
+                self._file,
+                self._schema,
+                compression="snappy",
+                use_dictionary=_FEW_VALUES,
+                column_encoding=_ENCODING,
+            )
+        except BaseException as error:
+            self._file.close()
+            self.partial.unlink(missing_ok=True)
+            if isinstance(error, OSError):
+                raise RecordError(f"{self.path} cannot be written: {_reason(error)}") from error
+            raise
         return self
 
     def __exit__(
@@ -138,12 +152,13 @@ class EventRecorder:
                     self._flush()
                 except RecordError as error:
                     left_out = error
-            self._finish(status)
+            self.status = f"disk: {self._full}" if self._full else status
+            self._finish()
         if left_out:
             raise left_out
 
     def _flush(self) -> None:
-        """Write the pending rows as one row group; as many of them as there is room for if the disk is full."""
+        """Write the pending rows as one row group; if the disk is full, as many as there is room for."""
         rows = np.concatenate(self._pending)
         self._pending, self._waiting = [], 0
         try:
@@ -167,31 +182,36 @@ class EventRecorder:
         self._groups += 1
 
     def _footer_bound(self) -> int:
-        names = len(self.scene.encode()) + len(self._metadata("").encode())
-        return names + _SLACK + (self._groups + 1) * len(_COLUMNS) * _FOOTER_A_COLUMN
+        text = len(self.scene.encode()) + len(self._metadata().encode())
+        return text + _SLACK + (self._groups + 1) * len(_COLUMNS) * _FOOTER_A_COLUMN
 
-    def _metadata(self, status: str) -> str:
-        if self._full:
-            status = f"disk: {self._full}"
-        return json.dumps({"status": status, "rows": self.rows, **self.meta}, default=str)
+    def _metadata(self) -> str:
+        return json.dumps({"status": self.status, "rows": self.rows, **self.meta}, default=str)
 
-    def _finish(self, status: str) -> None:
+    def _finish(self) -> None:
         try:
-            self._writer.add_key_value_metadata({_KEY: self._metadata(status), _SCENE_KEY: self.scene})
+            self._writer.add_key_value_metadata({_KEY: self._metadata(), _SCENE_KEY: self.scene})
             self._writer.close()
-            self._file.close()
-            self.partial.replace(self.path)
         except (OSError, self._pa.ArrowException) as error:
             raise RecordError(
-                f"{self.path} could not be finished: {_reason(error)}; {self.partial} cannot be read"
+                f"{self.path} could not be finished: {_reason(error)}; "
+                f"{self.partial} has no footer and cannot be read"
+            ) from error
+        finally:
+            self._file.close()
+        try:
+            self.partial.replace(self.path)
+        except OSError as error:
+            raise RecordError(
+                f"{self.path} cannot be written: {_reason(error)}; the events are in {self.partial}"
             ) from error
 
 
 def read_events(path: str | Path) -> EventFile:
     """Read an event file.
 
-    The metadata are those the recorder was given, and "scene" (the scene as TOML text), "status", "rows", "start",
-    "time_unit", "recipe", "parameters", "versions".
+    The metadata are those the recorder was given, and "scene" (the scene as TOML text), "status", "rows",
+    "start", "time_unit", "recipe", "parameters", "versions".
 
     Raises MissingExtra without pyarrow, and RecordError where there is no event file of kinetile.
     """
@@ -210,19 +230,10 @@ def read_events(path: str | Path) -> EventFile:
     except (OSError, pa.ArrowException) as error:
         raise RecordError(f"{path} cannot be read as an event file: {_reason(error)}") from error
     except KeyError as error:
-        raise RecordError(f"{path} is a Parquet file, but not an event file of kinetile: no {error}") from error
+        raise RecordError(
+            f"{path} is a Parquet file, but not an event file of kinetile: no {error}"
+        ) from error
     return EventFile(rows, metadata)
-
-
-def versions() -> dict[str, str]:
-    """Return the versions that a result depends on: of kinetile, Python, NumPy and Numba."""
-    found = {"python": platform.python_version()}
-    for name in ("kinetile", "numpy", "numba"):
-        try:
-            found[name] = version(name)
-        except PackageNotFoundError:
-            found[name] = "not installed"
-    return found
 
 
 def _pyarrow() -> tuple[Any, Any]:

@@ -151,6 +151,7 @@ class Simulation:
         engine.ledger.recorder = recorder
         try:
             with Interrupts() as interrupts:
+                engine.ledger.hand_over()
                 while True:
                     rest = SPAN if end is None else engine.clock.relative(end)
                     self._asked = None

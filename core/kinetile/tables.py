@@ -57,7 +57,6 @@ CERTIFICATE = np.dtype(
     align=True,
 )
 ENTRY = np.dtype([("tick", "i8"), ("certificate", "i4")], align=True)
-SLOT = np.dtype([("pair", "i8"), ("certificate", "i4")], align=True)
 TURN = np.dtype([("tick", "i8"), ("vx", "f8"), ("vy", "f8"), ("body", "i4"), ("code", "i4")], align=True)
 ROW = np.dtype(
     [("tick", "i8"), ("a", "i4"), ("b", "i4")]
@@ -146,7 +145,7 @@ def allocate(bodies: int, structural: int, pairs: int, log_rows: int) -> Kernel:
         mass=np.ones(bodies),
         certificates=record_table(CERTIFICATE, certificates),
         queue=record_table(ENTRY, certificates),
-        lookup=record_table(SLOT, slots),
+        lookup=np.full(slots, -1, dtype=np.int32),
         fresh=np.zeros(pairs, dtype=np.int32),
         turns=record_table(TURN, 0),
         log=record_table(ROW, log_rows),
@@ -170,7 +169,7 @@ def clear(k: Kernel) -> None:
     if len(table) > first:
         table.next_a[-1] = -1
     clock.free = first if len(table) > first else -1
-    k.lookup.certificate = -1
+    k.lookup[:] = -1
     k.bodies.first = -1
     for name in ("queued", "pairs", "wanted", "fresh", "built", "spins"):
         clock[name] = 0

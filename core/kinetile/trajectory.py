@@ -1,8 +1,9 @@
 """Where every body was, at any time, from the rows of an event file.
 
-A body flies straight from one row that names it to the next, so its state is ``anchor + velocity * elapsed`` with the
-anchor of its last row at or before that time. Elapsed time is counted in whole ticks of 2**-52 time units, as the
-kernel counts it, and rounded once, so the positions are those of the run itself, to the last bit.
+A body flies straight from one row that names it to the next, so its state is ``anchor + velocity * elapsed``
+with the anchor of its last row at or before that time. Elapsed time is counted in whole ticks of 2**-52 time
+units, as the kernel counts it, and rounded once, so the positions are those of the run itself, to the last
+bit.
 """
 
 from __future__ import annotations
@@ -24,9 +25,10 @@ __all__ = ["Trajectory", "positions_at"]
 
 
 class Trajectory:
-    """The whole motion of a scene: ``rows`` (dtype LOG, in the order of events) of a run that began with ``scene``.
+    """The whole motion of a scene: rows (dtype LOG, in the order of events) of a run that began with it.
 
-    A row that was not recorded is not known: after the last event of a file that was cut short, bodies fly on.
+    A row that was not recorded is not known: after the last event of a file that was cut short, bodies fly
+    on.
     """
 
     def __init__(self, rows: NDArray[Any], scene: Scene) -> None:

@@ -28,7 +28,7 @@ def fall(k: Kernel, body: Records, gap: float, speed: float) -> int:
 
 @hook
 def reach_wall(k: Kernel, body: Records) -> tuple[int, int]:
-    """Return (tick, wall) of the first contact of a body with a wall; the tick is ``NEVER`` if there is none."""
+    """Return (tick, wall) of the first contact of a body with a wall; ``NEVER`` where there is none."""
     clock = k.clock[0]
     tick = NEVER
     wall = LEFT

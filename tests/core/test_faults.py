@@ -7,6 +7,7 @@ import pytest
 
 import broken_phases
 import kinetile as kt
+from kinetile.compiled import INTERPRETED
 from kinetile.errors import MissedContactError, PhaseError
 
 
@@ -55,6 +56,13 @@ def test_a_pair_that_is_reported_late_is_named_with_its_time():
 def test_a_broken_promise_is_a_phase_error(name, said):
     sim = kt.Simulation(head_on(), name)
     with pytest.raises(PhaseError, match=said):
+        sim.run(until=4.0)
+
+
+@pytest.mark.skipif(INTERPRETED, reason="nothing is compiled")
+def test_a_hook_that_does_not_compile_is_a_phase_error():
+    sim = kt.Simulation(head_on(), "does-not-compile")
+    with pytest.raises(PhaseError, match=r"(?s)does-not-compile, disc, wall do not compile.*temperature"):
         sim.run(until=4.0)
 
 

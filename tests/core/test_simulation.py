@@ -148,7 +148,7 @@ def test_candidate_pairs_hold_all_that_touch(phase, options):
 
 @pytest.mark.compiled
 def test_tables_grow_without_the_user_noticing():
-    n = 70  # naive needs 2415 pairs, the tables begin with 624
+    n = 70  # sap-1d needs hundreds of pairs, the tables begin with 344
     rng = np.random.default_rng(2)
     position = np.column_stack([np.arange(n) + 0.5, rng.uniform(0.5, 3.5, n)])
     velocity = rng.normal(size=(n, 2))
@@ -224,6 +224,8 @@ def test_without_contacts_there_is_still_a_fingerprint():
 def test_the_log_holds_the_exact_trajectory():
     chunks = []
     sim = kt.Simulation(grid(turns=[(0, 0.5, (1.0, 0.5))]), "sap-2d")
+    sim.run(until=0.75, recorder=chunks.append)
+    sim.set_velocity(1, (0.5, -1.0))
     sim.run(until=1.0, recorder=chunks.append)
     log = np.concatenate(chunks)
     assert log.dtype == kt.LOG

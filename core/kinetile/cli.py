@@ -1,0 +1,175 @@
+"""The command ``kinetile``.
+
+Results go to stdout, as a table or (``--json``) as JSON; everything else goes to stderr. Exit codes: 0; 1 for
+a divergence or a fault in the run; 2 for what cannot be done as it was asked for; 130 after Ctrl-C, when what
+was done until then has been printed. What a command needs is imported by that command alone: a run should
+spend its time running.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from kinetile import __version__
+
+__all__ = ["app", "main"]
+
+app = typer.Typer(
+    name="kinetile",
+    help="Kinetic broad-phase collision detection in 2D.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+bench_app = typer.Typer(help="Measure speed.", no_args_is_help=True)
+app.add_typer(bench_app, name="bench")
+
+SceneName = Annotated[
+    str, typer.Argument(metavar="SCENE", help="A recipe's name (see `kinetile scenes`) or a .toml file.")
+]
+Parameters = Annotated[
+    list[str] | None, typer.Option("--set", "-s", metavar="KEY=VALUE", help="A parameter of the recipe.")
+]
+NarrowPhases = Annotated[
+    list[str] | None,
+    typer.Option("--narrow-phase", metavar="NAME", help="A narrow phase, instead of those the scene needs."),
+]
+Until = Annotated[
+    float | None, typer.Option(help="Run until this time; the scene's own `until`, or one time unit.")
+]
+MaxContacts = Annotated[int | None, typer.Option(min=0, help="Stop after so many contacts.")]
+Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"kinetile {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _kinetile(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    """Kinetic broad-phase collision detection in 2D."""
+
+
+@app.command()
+def run(
+    scene: SceneName = "grid",
+    parameters: Parameters = None,
+    broad_phase: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="The broad phase, with options if need be: sap-1d:axis=y."),
+    ] = None,
+    option: Annotated[
+        list[str] | None,
+        typer.Option("--option", "-o", metavar="KEY=VALUE", help="An option of the broad phase."),
+    ] = None,
+    narrow_phase: NarrowPhases = None,
+    until: Until = None,
+    max_contacts: MaxContacts = None,
+    events: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write every event to a Parquet file.")
+    ] = None,
+    save_scene: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Save the scene, with what is chosen here, as a TOML file."),
+    ] = None,
+    explain: Annotated[
+        bool, typer.Option("--explain", help="Say what is modelled and what is left out, and run nothing.")
+    ] = False,
+    json: Json = False,
+) -> None:
+    """Run a scene and print what happened."""
+    from kinetile._cli_run import Wish
+    from kinetile._cli_run import run as carry_out
+
+    carry_out(
+        Wish(
+            scene,
+            parameters or (),
+            broad_phase,
+            option or (),
+            narrow_phase or (),
+            until,
+            max_contacts,
+            events,
+            save_scene,
+            json,
+            explain,
+        )
+    )
+
+
+@app.command()
+def compare(
+    scene: SceneName = "grid",
+    parameters: Parameters = None,
+    broad_phases: Annotated[
+        str,
+        typer.Option(
+            metavar="A,B,...",
+            help="Broad phases, the first being the reference; with options: sap-1d:axis=y.",
+        ),
+    ] = "naive,sap-1d,sap-2d",
+    narrow_phase: NarrowPhases = None,
+    until: Until = None,
+    max_contacts: MaxContacts = None,
+    json: Json = False,
+) -> None:
+    """Run a scene under several broad phases; exit code 1, and the first difference, unless all agree."""
+    from kinetile._cli_others import compare_phases
+
+    compare_phases(scene, parameters or (), broad_phases, narrow_phase or (), until, max_contacts, json)
+
+
+@app.command()
+def plugins(json: Json = False) -> None:
+    """List the phases and recipes that are installed, and the plugins that failed to load."""
+    from kinetile._cli_others import list_plugins
+
+    list_plugins(json)
+
+
+@app.command()
+def scenes(
+    name: Annotated[str | None, typer.Argument(help="Show the parameters of this recipe.")] = None,
+    json: Json = False,
+) -> None:
+    """List the recipes for scenes and their parameters."""
+    from kinetile._cli_others import list_scenes
+
+    list_scenes(name, json)
+
+
+@bench_app.command("events")
+def bench_events(
+    phases: Annotated[
+        str | None, typer.Option(metavar="A,B,...", help="Broad phases; all that are installed.")
+    ] = None,
+    bodies: Annotated[str, typer.Option(metavar="N,...", help="Numbers of discs.")] = "25,100,400",
+    densities: Annotated[str, typer.Option(metavar="D,...", help="Area fractions.")] = "0.5,0.25,0.125,0.01",
+    seconds: Annotated[float, typer.Option(min=0.001, help="CPU seconds of one run, about.")] = 0.5,
+    repeats: Annotated[int, typer.Option(min=1, help="Runs of each phase on each scene.")] = 5,
+    json: Json = False,
+) -> None:
+    """Measure events a CPU second of each broad phase on the thesis's twelve scenes."""
+    from kinetile._cli_others import bench
+
+    bench(phases, bodies, densities, seconds, repeats, json)
+
+
+def main() -> None:
+    """Run the command line."""
+    app()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,128 @@
+"""Discs on a lattice: exact ties, touching starts, and what is a rounding away from them.
+
+This is where broad phases disagree if they can. Bounds lie on top of each other, many events fall on one
+instant, discs touch each other or a wall when they start, and several discs reach one place together. Each
+seed draws a lattice, a few sizes and velocities, and the discs that are moved along their line until they
+touch the one before them. Four classes come from three parameters:
+
+- ``kind="dyadic"``: all lengths are multiples of 1/64 and all velocities of 1/4, so that positions,
+  contacts in line with an axis and ties are exact in floating point;
+- ``kind="non-dyadic"``: cells of 1/3 to 1/12 and no square arena, several radii and masses, so that what is
+  a tie in exact arithmetic is one only up to a rounding;
+- ``jitter`` moves each centre by up to that much (1e-16 to 1e-9 is where it hurts), and makes discs smaller
+  where they would overlap;
+- ``turns`` are changes of velocity at multiples of 1/16, where many contacts are.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from kinetile import Scene, Turn
+from kinetile.overlaps import overlapping_pairs
+from kinetile.scene_checks import TOLERANCE
+from kinetile_plugins.scenes._terms import Floats, demand, generators
+
+__all__ = ["lattice"]
+
+_LAST_TURN = 64  # in sixteenths of a time unit
+
+
+def lattice(
+    *,
+    bodies: int = 16,
+    kind: str = "dyadic",
+    touching: float = 0.4,
+    jitter: float = 0.0,
+    turns: int = 0,
+    seed: int = 1,
+) -> Scene:
+    """Discs on a lattice: exact ties and touching starts, or almost.
+
+    ``kind`` is "dyadic" or "non-dyadic"; ``touching`` is the share of the discs that are moved along their
+    line until they touch the one before them, or the wall; ``jitter`` is how far centres are displaced;
+    ``turns`` is the number of changes of velocity, at multiples of 1/16 up to 4.
+    """
+    demand(bodies >= 1, f"bodies is {bodies}; a lattice has 1 body or more")
+    demand(kind in ("dyadic", "non-dyadic"), f"kind is {kind!r}; it is 'dyadic' or 'non-dyadic'")
+    demand(0.0 <= touching <= 1.0, f"touching is {touching}; it is a share, from 0 to 1")
+    demand(0.0 <= jitter <= 1e-3, f"jitter is {jitter}; it is from 0 to 0.001, much less than a disc")
+    demand(turns >= 0, f"turns is {turns}; it is 0 or more")
+    for_lattice, for_bodies, for_jitter, for_turns = generators(seed, 4)
+    exact = kind == "dyadic"
+    cells = 8 if exact else int(for_lattice.integers(3, 13))
+    columns, rows = _shape(bodies, for_lattice)
+    arena = (columns / cells, rows / cells)
+    radius, mass = _sizes(bodies, exact, 1.0 / cells, for_lattice, for_bodies)
+    steps = int(for_lattice.choice([1, 2, 4])) if exact else int(for_lattice.choice([1, 3, 7]))
+    velocity = for_bodies.integers(-steps, steps + 1, (bodies, 2)) / steps
+    site = for_bodies.permutation(columns * rows)[:bodies]
+    position = (np.stack([site % columns, site // columns], axis=1) + 0.5) / cells
+    _move_into_contact(position, radius, int(for_lattice.integers(2)), touching, for_bodies)
+    if jitter:
+        position += for_jitter.uniform(-jitter, jitter, position.shape)
+        radius = _without_overlap(position, radius, arena)
+    times = for_turns.integers(0, _LAST_TURN + 1, turns) / 16.0
+    turned = for_turns.integers(0, bodies, turns)
+    after = for_turns.integers(-steps, steps + 1, (turns, 2)) / steps
+    schedule = [
+        Turn(body, time, (vx, vy))
+        for body, time, (vx, vy) in zip(turned.tolist(), times.tolist(), after.tolist(), strict=True)
+    ]
+    return Scene(position, velocity, radius, mass, arena, schedule)
+
+
+def _shape(bodies: int, random: np.random.Generator) -> tuple[int, int]:
+    """Return the columns and rows of a lattice with room for the bodies and some to spare; never a square."""
+    sites = bodies * random.uniform(1.2, 2.5)
+    columns = max(2, round(math.sqrt(sites) * random.uniform(0.7, 1.4)))
+    rows = math.ceil(sites / columns)
+    return columns, rows + (rows == columns)
+
+
+def _sizes(
+    bodies: int, exact: bool, cell: float, for_scene: np.random.Generator, for_bodies: np.random.Generator
+) -> tuple[Floats, Floats]:
+    """Return radii, at most half a cell, and masses: in half of the dyadic scenes all alike."""
+    radii = cell * np.array([1.0, 2.0, 3.0, 4.0] if exact else [0.4, 1.1, 2.3, 3.3, 4.0]) / 8.0
+    masses = np.array([1.0, 2.0, 4.0] if exact else [0.3, 1.0, 2.5, 7.0])
+    radius = for_bodies.choice(radii, bodies)
+    mass = for_bodies.choice(masses, bodies)
+    if exact and for_scene.random() < 0.5:
+        radius = np.full(bodies, for_scene.choice(radii[1:]))
+    if exact and for_scene.random() < 0.5:
+        mass = np.ones(bodies)
+    return radius, mass
+
+
+def _move_into_contact(
+    position: Floats, radius: Floats, axis: int, share: float, random: np.random.Generator
+) -> None:
+    """Move a share of the discs along ``axis`` until they touch the one before them, or the wall."""
+    moved = random.random(len(radius)) < share
+    order = np.lexsort((position[:, axis], position[:, 1 - axis]))
+    line, end = math.nan, 0.0
+    for body in order.tolist():
+        if position[body, 1 - axis] != line:
+            line, end = position[body, 1 - axis], 0.0
+        if moved[body]:
+            position[body, axis] = end + radius[body]
+        end = position[body, axis] + radius[body]
+
+
+def _without_overlap(position: Floats, radius: Floats, arena: tuple[float, float]) -> Floats:
+    """Return radii no larger than these, with which no discs overlap each other or a wall.
+
+    Discs that overlap by no more than a scene allows stay as they are.
+    """
+    less = np.zeros(len(radius))
+    for pairs in overlapping_pairs(position, radius, TOLERANCE):
+        a, b = pairs.T
+        depth = radius[a] + radius[b] - np.hypot(*(position[a] - position[b]).T)
+        np.maximum.at(less, pairs.ravel(), np.repeat(depth / 2.0, 2))
+    for axis in (0, 1):
+        depth = radius - np.minimum(position[:, axis], arena[axis] - position[:, axis])
+        less = np.where(depth > TOLERANCE * radius, np.maximum(less, depth), less)
+    return radius - less
