@@ -8,7 +8,7 @@ from typing import Any
 
 from kinetile._registry import registry
 from kinetile._spelling import nearest
-from kinetile.errors import BadOption, PhaseError
+from kinetile.errors import BadOption, PhaseError, Refused
 from kinetile.protocols import BroadPhaseParts, PairParts, WallParts
 from kinetile.scene import Scene
 
@@ -107,6 +107,11 @@ def compose_phases(
             raise PhaseError(
                 f"narrow phase {each!r}: prepare returned {type(parts).__name__}, not PairParts or WallParts"
             )
+    if broad.solid and pair is None:
+        raise Refused(
+            f"{name} is right only while bodies cannot pass through each other, and no narrow phase for pairs is "
+            "named: name one, such as disc, or choose sap-1d, sap-2d or naive"
+        )
     return Composition(name, broad_options, narrow_options, broad, pair, wall)
 
 

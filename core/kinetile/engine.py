@@ -70,6 +70,7 @@ class Engine:
         self._ready = False
         self._budget = FIRST_BUDGET
         self._extent = 0.0
+        self._walled = scene.arena is not None and composition.wall is not None
         self.k = self._tables(pairs=composition.broad.pairs or 4 * len(scene) + 64)
         self.lay_out()
 
@@ -167,15 +168,15 @@ class Engine:
                 at = k.bodies[body]
                 self.agenda.put(self.clock.base * TICKS, int(body), float(at.vx), float(at.vy), REANCHORED)
         self._load_turns()
-        if self.scene.arena is None and len(self.scene) and self._reach_of_flight(spans=2) > self._extent:
+        if not self._walled and len(self.scene) and self._reach_of_flight(spans=2) > self._extent:
             self.lay_out()
 
     def lay_out(self) -> None:
         """Fatten the bodies by the skin and put the structure in order as of now; the loop builds it next."""
         k = self.k
         clock = k.clock[0]
-        if self.scene.arena is not None:
-            self._extent = max(self.scene.arena)
+        if self._walled:
+            self._extent = max(self.scene.arena or (0.0,))
         elif len(self.scene):
             self._extent = max(self._extent, self._reach_of_flight(spans=4))
         self.skin = Skin.of(len(self.scene), self._extent, self.speed, float(clock.tick))

@@ -8,7 +8,7 @@ these.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -45,6 +45,11 @@ class BroadPhaseParts:
     ``replan(k, s, body)``: the flight plan of a body changed; its position did not. Reschedule the
     certificates that depend on it. The kernel itself asks the narrow phases again.
 
+    ``audit(k, s)`` (plain Python; may be None) yields a sentence for each invariant of the state that does not
+    hold between two events; it may be slow.
+
+    ``solid`` says that the phase is right only while bodies cannot pass through each other.
+
     What must hold: whenever all structural failures up to a tick have been repaired, every two bodies that
     touch at that tick, each taken with its ``reach``, are a candidate pair.
     """
@@ -55,7 +60,9 @@ class BroadPhaseParts:
     repair: Hook
     replan: Hook
     arrange: Callable[[Any, Any], None] | None = None
+    audit: Callable[[Any, Any], Iterator[str]] | None = None
     pairs: int = 0
+    solid: bool = False
 
 
 @dataclass(frozen=True)

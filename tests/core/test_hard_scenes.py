@@ -1,7 +1,7 @@
 """The named hard scenes: each under every broad phase, with one answer, and the answer it has to be.
 
-The scenes are files, ``tests/scenes/H*.toml``, and say there what is hard about them. Most are dyadic, so that
-the times and velocities below are exact. A few numbers (H10, H22, H24, H26, H31) were never given to a scene.
+The scenes are files, ``tests/scenes/H*.toml``, and say there what is hard about them. Most are dyadic, so
+that the times and velocities below are exact. A few numbers (H10, H22, H24, H26, H31) have no scene.
 """
 
 from __future__ import annotations
@@ -52,11 +52,10 @@ EXACT = {
     "H16": Expected([], [AT_REST] * 16),
     "H23": Expected([], [(1.0, 0.0), AT_REST, AT_REST]),
     "H25": Expected([], [(1.0, 0.0), (0.5, 0.0), AT_REST]),
-    "H27": Expected([], [(1e-310, -0.0), (-0.0, 0.0), (-1e-310, 5e-324)]),
     "H32": Expected([], [(1.0, 0.25)] * 8),
 }
 
-TOLD_BELOW = {"H08a", "H13", "H15", "H17", "H18", "H19", "H20", "H21", "H28", "H29", "H30", "H33"}
+TOLD_BELOW = {"H08a", "H13", "H15", "H17", "H18", "H19", "H20", "H21", "H27", "H28", "H29", "H30", "H33"}
 
 
 def scene_of(name: str) -> kt.Scene:
@@ -110,6 +109,7 @@ def test_h13_is_decided_by_the_numbers_of_the_discs() -> None:
     assert sim.readings.energy_drift < 1e-15
 
 
+@pytest.mark.compiled
 def test_h15_keeps_its_ties_for_ever() -> None:
     sim = assert_one_answer(scene_of("H15"))
     # Discs of one mass in a line exchange velocities, as points would that fly through each other in what the
@@ -123,6 +123,7 @@ def test_h15_keeps_its_ties_for_ever() -> None:
 
 
 @pytest.mark.parametrize("name", ["H17", "H33"])
+@pytest.mark.compiled
 def test_ties_that_come_apart_have_one_answer(name: str) -> None:
     sim = assert_one_answer(scene_of(name))
     assert len(sim.contacts) > 100
@@ -131,6 +132,7 @@ def test_ties_that_come_apart_have_one_answer(name: str) -> None:
 
 
 @pytest.mark.parametrize(("phase", "options"), PHASES)
+@pytest.mark.compiled
 def test_h18_is_a_jam_and_is_told(phase: str, options: dict[str, str]) -> None:
     sim = kt.Simulation(scene_of("H18"), phase, options=options)
     with pytest.raises(ZenoError) as caught:
@@ -141,10 +143,12 @@ def test_h18_is_a_jam_and_is_told(phase: str, options: dict[str, str]) -> None:
     assert np.isfinite(sim.velocities()).all()
 
 
+@pytest.mark.compiled
 def test_h18_is_the_same_jam_in_every_phase() -> None:
     assert_one_answer(scene_of("H18"), ends="ZenoError")
 
 
+@pytest.mark.compiled
 def test_h19_bursts_cleanly() -> None:
     sim = assert_one_answer(scene_of("H19"), max_contacts=3000)
     assert len(sim.contacts) == 3000
@@ -152,6 +156,7 @@ def test_h19_bursts_cleanly() -> None:
     assert sim.readings.energy_drift < 1e-13
 
 
+@pytest.mark.compiled
 def test_h20_spans_ten_decades_of_speed() -> None:
     scene = scene_of("H20")
     speeds = np.hypot(*scene.velocity.T)
@@ -162,6 +167,7 @@ def test_h20_spans_ten_decades_of_speed() -> None:
     assert sim.readings.energy_drift < 1e-12
 
 
+@pytest.mark.compiled
 def test_h21_has_a_radius_ratio_of_30000_and_a_mass_ratio_of_1e9() -> None:
     scene = scene_of("H21")
     assert scene.radius.max() / scene.radius.min() == pytest.approx(3e4)
@@ -178,14 +184,16 @@ def test_h25_all_pairs_are_candidates_where_the_bounds_meet() -> None:
     assert sim.candidate_pairs().tolist() == [[0, 1], [0, 2], [1, 2]]
 
 
-def test_h27_flies_for_a_million_time_units() -> None:
+def test_h27_nothing_happens_for_a_million_time_units() -> None:
     sim = assert_one_answer(scene_of("H27"))
     assert sim.time == 1e6
+    assert len(sim.contacts) == 0
     assert np.array_equal(sim.positions(), sim.scene.position)
-    assert np.signbit(sim.velocities()[0, 1])
+    assert sim.velocities().tobytes() == sim.scene.velocity.tobytes()
 
 
 @pytest.mark.parametrize(("lengths", "times"), [(20, 0), (0, -10), (20, -10)])
+@pytest.mark.compiled
 def test_h28_other_units_give_the_same_bits(lengths: int, times: int) -> None:
     scene = scene_of("H28")
     length, time = 2.0**lengths, 2.0**times

@@ -51,18 +51,14 @@ def billiard_break(*, speed: float = 8.0, aim: float = 0.0) -> Scene:
 
 
 def two_discs(*, radius: float = 0.15, seed: int = 1) -> Scene:
-    """Two discs in the unit square, at a random point of their energy surface: their mean rates are known exactly.
+    """Two discs in the unit square, at a random point of their energy surface: mean rates are known exactly.
 
     The places are drawn evenly from all that do not overlap, the velocities from all whose squares add up
     to 2. For such a start the mean times between contacts, and between contacts with a wall, are those of
     the microcanonical ensemble (Zapfe, Sanders and Rodríguez-Mota, arXiv:1908.04749).
     """
-    # Two discs fit along the diagonal: sqrt(2) * (1 - 2 r) >= 2 r.
-    widest = 1.0 / (2.0 + math.sqrt(2.0))
-    demand(
-        0.0 < radius < widest,
-        f"radius is {radius}; it is above 0 and below {widest:.4f}, or two have no room",
-    )
+    roomy = 0.0 < radius <= 0.25
+    demand(roomy, f"radius is {radius}; it is above 0 and at most 0.25, beyond which two hardly have room")
     (random,) = generators(seed, 1)
     velocity = random.normal(size=(2, 2))
     velocity *= math.sqrt(2.0 / float(np.sum(velocity**2)))

@@ -58,6 +58,8 @@ def lattice(
     radius, mass = _sizes(bodies, exact, 1.0 / cells, for_lattice, for_bodies)
     steps = int(for_lattice.choice([1, 2, 4])) if exact else int(for_lattice.choice([1, 3, 7]))
     velocity = for_bodies.integers(-steps, steps + 1, (bodies, 2)) / steps
+    if for_lattice.random() < 0.5:  # along the lattice's lines, where contacts keep all numbers simple
+        velocity[np.arange(bodies), for_bodies.integers(0, 2, bodies)] = 0.0
     site = for_bodies.permutation(columns * rows)[:bodies]
     position = (np.stack([site % columns, site // columns], axis=1) + 0.5) / cells
     _move_into_contact(position, radius, int(for_lattice.integers(2)), touching, for_bodies)
@@ -85,14 +87,14 @@ def _shape(bodies: int, random: np.random.Generator) -> tuple[int, int]:
 def _sizes(
     bodies: int, exact: bool, cell: float, for_scene: np.random.Generator, for_bodies: np.random.Generator
 ) -> tuple[Floats, Floats]:
-    """Return radii, at most half a cell, and masses: in half of the dyadic scenes all alike."""
+    """Return radii, at most half a cell, and masses: in most of the dyadic scenes all alike."""
     radii = cell * np.array([1.0, 2.0, 3.0, 4.0] if exact else [0.4, 1.1, 2.3, 3.3, 4.0]) / 8.0
     masses = np.array([1.0, 2.0, 4.0] if exact else [0.3, 1.0, 2.5, 7.0])
     radius = for_bodies.choice(radii, bodies)
     mass = for_bodies.choice(masses, bodies)
-    if exact and for_scene.random() < 0.5:
+    if exact and for_scene.random() < 0.7:
         radius = np.full(bodies, for_scene.choice(radii[1:]))
-    if exact and for_scene.random() < 0.5:
+    if exact and for_scene.random() < 0.8:
         mass = np.ones(bodies)
     return radius, mass
 

@@ -1,0 +1,305 @@
+"""The built-in recipes: that each makes what it says, and refuses what it cannot make."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from kinetile import Scene, SceneSpec, hookimpl, make_scene, registry
+from kinetile._registry import Registry
+from kinetile.errors import BadOption, PhaseError, UnknownName
+from kinetile.recipes import Parameter, parse_parameters, recipe_parameters
+
+NAMES = ("grid", "random", "lattice", "figure-10", "figure-11", "figure-16", "cradle", "break", "two-discs")
+
+
+def gaps(scene: Scene) -> npt.NDArray[np.float64]:
+    """Return (n, n) distances between the discs' edges; infinity on the diagonal."""
+    apart = scene.position[:, np.newaxis] - scene.position[np.newaxis]
+    between = np.hypot(apart[..., 0], apart[..., 1]) - (scene.radius[:, np.newaxis] + scene.radius)
+    np.fill_diagonal(between, np.inf)
+    return between
+
+
+def overlapping_intervals(scene: Scene, axis: int) -> int:
+    """Count the pairs whose projections on an axis overlap: what sweep and prune has to report."""
+    low, high = scene.position[:, axis] - scene.radius, scene.position[:, axis] + scene.radius
+    meet = (low[:, np.newaxis] < high) & (low < high[:, np.newaxis])
+    return int(np.triu(meet, 1).sum())
+
+
+def test_all_are_registered_and_described() -> None:
+    assert registry().names("scene")[: len(NAMES)] == NAMES
+    for name in NAMES:
+        doc = registry().scene(name).__doc__
+        assert doc
+        assert doc.splitlines()[0].endswith((".", ","))
+        assert all(each.type in ("int", "float", "str", "bool") for each in recipe_parameters(name))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_defaults_give_a_scene_that_is_the_same_each_time(name: str) -> None:
+    scene = make_scene(name)
+    assert scene == make_scene(name)
+    assert scene.origin["recipe"] == name
+    assert make_scene(name, **scene.origin["parameters"]) == scene
+    assert scene.origin["parameters"] == {each.name: each.default for each in recipe_parameters(name)}
+
+
+@pytest.mark.parametrize(
+    "name", ["grid", "random", "lattice", "figure-10", "figure-11", "figure-16", "two-discs"]
+)
+def test_another_seed_gives_another_scene(name: str) -> None:
+    assert make_scene(name, seed=1) != make_scene(name, seed=2)
+
+
+@pytest.mark.parametrize("bodies", [25, 100, 400])
+@pytest.mark.parametrize("density", [0.5, 0.25, 0.125, 0.01])
+def test_grid_is_the_benchmark_of_the_thesis(bodies: int, density: float) -> None:
+    scene = make_scene("grid", bodies=bodies, density=density)
+    assert len(scene) == bodies
+    assert scene.arena == (1.0, 1.0)
+    assert math.isclose(math.pi * float(np.sum(scene.radius**2)), density)
+    assert np.allclose(np.hypot(*scene.velocity.T), 1.0)
+    side = math.isqrt(bodies)
+    cells = np.floor(scene.position * side)
+    assert len(np.unique(cells, axis=0)) == bodies
+    assert np.allclose(scene.position, (cells + 0.5) / side)
+
+
+def test_random_has_the_density_and_the_ratios_it_is_asked_for() -> None:
+    scene = make_scene(
+        "random", bodies=300, density=0.3, radius_ratio=50.0, mass_ratio=1e6, speed=2.0, seed=3
+    )
+    assert math.isclose(math.pi * float(np.sum(scene.radius**2)), 0.3)
+    assert 30.0 < scene.radius.max() / scene.radius.min() <= 50.0
+    assert 1e5 < scene.mass.max() / scene.mass.min() <= 1e6
+    assert np.allclose(np.hypot(*scene.velocity.T), 2.0)
+    assert gaps(scene).min() > 0.0
+
+
+def test_two_hundred_random_scenes_of_all_ratios_can_be_made() -> None:
+    for seed in range(200):
+        draw = np.random.default_rng(seed)
+        ratio, bodies = 10.0 ** draw.uniform(0.0, 2.0), int(draw.integers(1, 41))
+        density = draw.uniform(0.01, 0.35)
+        scene = make_scene(
+            "random", bodies=bodies, density=density, radius_ratio=ratio, mass_ratio=1e6, seed=seed
+        )
+        assert len(scene) == bodies
+
+
+def test_equal_discs_too_dense_for_random_places_start_from_a_lattice() -> None:
+    scene = make_scene("random", bodies=100, density=0.75)
+    assert math.isclose(math.pi * float(np.sum(scene.radius**2)), 0.75)
+    assert gaps(scene).min() > 0.0
+    assert len(np.unique(np.round(scene.position[:, 1], 9))) <= 12
+
+
+@pytest.mark.parametrize(
+    ("parameters", "told"),
+    [
+        (
+            {"density": 0.9},
+            r"came to 0\.\d+ \(\d+ of 100 discs\), and a lattice has room for 0\.\d+; ask for less",
+        ),
+        (
+            {"density": 0.7, "radius_ratio": 1.5},
+            r"came to 0\.\d+ \(\d+ of 100 discs\); ask for less, or for equal",
+        ),
+        ({"density": 1.0}, "density is 1.0; it is above 0 and below 1"),
+        ({"density": math.nan}, "density is nan"),
+        ({"bodies": -1}, "bodies is -1"),
+        ({"radius_ratio": 0.5}, "radius_ratio is 0.5; a ratio is finite, and 1 or more"),
+        ({"seed": -1}, "seed is -1; a seed is 0 or more"),
+        ({"speed": math.inf}, "speed is inf; a speed is finite"),
+    ],
+)
+def test_random_refuses_what_it_cannot_make(parameters: dict[str, float], told: str) -> None:
+    with pytest.raises(BadOption, match=told):
+        make_scene("random", **parameters)
+
+
+@pytest.mark.parametrize("seed", range(50))
+def test_dyadic_lattices_are_exact_and_touch(seed: int) -> None:
+    scene = make_scene("lattice", bodies=1 + seed % 40, turns=seed, seed=seed)
+    for numbers, unit in ((scene.position, 128.0), (scene.radius, 64.0), (scene.velocity, 4.0)):
+        assert np.array_equal(numbers * unit, np.round(numbers * unit))
+    assert len(scene.turns) == seed
+    assert all((turn.time * 16.0).is_integer() and 0.0 <= turn.time <= 4.0 for turn in scene.turns)
+    assert gaps(scene).min() >= 0.0
+    alone = make_scene("lattice", bodies=40, touching=0.0, seed=seed)
+    assert (gaps(make_scene("lattice", bodies=40, touching=1.0, seed=seed)) == 0.0).any()
+    assert len(alone) == 40
+
+
+@pytest.mark.parametrize("seed", range(50))
+def test_non_dyadic_and_jittered_lattices_touch_within_the_tolerance(seed: int) -> None:
+    jitter = 10.0 ** -(9 + seed % 8)
+    scene = make_scene("lattice", bodies=1 + seed % 40, kind="non-dyadic", seed=seed)
+    assert scene.arena is not None
+    assert scene.arena[0] != scene.arena[1]
+    for kind in ("dyadic", "non-dyadic"):
+        still = make_scene("lattice", bodies=1 + seed % 40, kind=kind, seed=seed)
+        moved = make_scene("lattice", bodies=1 + seed % 40, kind=kind, jitter=jitter, seed=seed)
+        assert 0.0 <= np.abs(moved.position - still.position).max() <= jitter + 2.0**-52
+        assert (moved.radius <= still.radius).all()
+        assert (moved.radius >= still.radius - 4.0 * jitter).all()
+
+
+def test_lattice_refuses_what_it_cannot_make() -> None:
+    with pytest.raises(BadOption, match="kind is 'diadic'; it is 'dyadic' or 'non-dyadic'"):
+        make_scene("lattice", kind="diadic")
+    with pytest.raises(BadOption, match=r"jitter is 0\.1"):
+        make_scene("lattice", jitter=0.1)
+
+
+def test_figure_10_leaves_sweep_and_prune_along_x_every_pair() -> None:
+    scene = make_scene("figure-10", bodies=40)
+    assert overlapping_intervals(scene, 0) == 40 * 39 // 2
+    assert overlapping_intervals(scene, 1) == 0
+    assert not scene.velocity[:, 0].any()
+    assert gaps(scene).min() > 0.0
+
+
+@pytest.mark.parametrize("bodies", [2, 20, 750])
+def test_figure_11_leaves_bounding_boxes_every_pair(bodies: int) -> None:
+    scene = make_scene("figure-11", bodies=bodies)
+    assert overlapping_intervals(scene, 0) == overlapping_intervals(scene, 1) == bodies * (bodies - 1) // 2
+    assert (gaps(scene) > 1e-3 * scene.radius).all()
+    assert scene.radius.min() > 1e-300
+
+
+def test_figure_11_ends_where_numbers_do() -> None:
+    with pytest.raises(BadOption, match="bodies is 751; figure 11 has from 1 to 750"):
+        make_scene("figure-11", bodies=751)
+
+
+def test_figure_16_has_one_wide_disc_over_all_others() -> None:
+    scene = make_scene("figure-16", bodies=30)
+    wide, others = 0, slice(1, None)
+    assert overlapping_intervals(scene, 0) == 30 * 29 // 2
+    assert (
+        scene.position[others, 1] + scene.radius[others] < scene.position[wide, 1] - scene.radius[wide]
+    ).all()
+    right = scene.position[others, 0] + scene.radius[others]
+    assert (np.diff(right) > 0.0).all()  # so that no disc above hides a right end from the wide one
+    assert (np.diff(scene.position[others, 1]) < 0.0).all()
+    assert (np.abs(right - scene.position[wide, 0]) < scene.radius[wide]).all()
+
+
+def test_cradle_is_exact_and_touches() -> None:
+    scene = make_scene("cradle", bodies=5, moving=2)
+    assert np.array_equal(scene.position * 8.0, np.round(scene.position * 8.0))
+    between = np.diff(scene.position[:, 0]) - 0.25
+    assert between.tolist() == [0.0, 0.5, 0.0, 0.0]
+    assert scene.velocity[:, 0].tolist() == [1.0, 1.0, 0.0, 0.0, 0.0]
+    with pytest.raises(BadOption, match="moving is 5; it is from 1 to 4"):
+        make_scene("cradle", moving=5)
+
+
+def test_break_is_a_touching_rack_of_fifteen() -> None:
+    scene = make_scene("break", aim=0.1)
+    rack = gaps(scene)[1:, 1:]
+    assert len(scene) == 16
+    assert (np.abs(rack) < 1e-15).sum() == 2 * 30
+    assert math.isclose(math.hypot(*scene.velocity[0]), 8.0)
+    assert not scene.velocity[1:].any()
+
+
+def test_two_discs_start_on_their_energy_surface() -> None:
+    for seed in range(100):
+        scene = make_scene("two-discs", seed=seed)
+        assert len(scene) == 2
+        assert math.isclose(float(np.sum(scene.velocity**2)), 2.0)
+        assert gaps(scene).min() >= 0.0
+    with pytest.raises(BadOption, match=r"radius is 0\.3"):
+        make_scene("two-discs", radius=0.3)
+
+
+def test_wrong_parameters_are_all_told_with_a_suggestion() -> None:
+    with pytest.raises(BadOption) as caught:
+        make_scene("grid", bodys=4, density="much", seed=1.5, speed=True)
+    assert str(caught.value).splitlines() == [
+        "scene 'grid': parameter 'bodys': found no parameter of this name; "
+        "expected one of bodies, density, seed, speed; did you mean 'bodies'?",
+        "scene 'grid': parameter 'density': found 'much'; expected a number",
+        "scene 'grid': parameter 'seed': found 1.5; expected a whole number",
+        "scene 'grid': parameter 'speed': found True; expected a number",
+    ]
+    with pytest.raises(UnknownName, match="did you mean 'grid'"):
+        make_scene("gird")
+
+
+def test_parameters_are_read_from_text() -> None:
+    texts = ["bodies=1e3", "radius-ratio=4", "density = .25", "seed=7"]
+    assert parse_parameters("random", texts) == {
+        "bodies": 1000,
+        "radius_ratio": 4.0,
+        "density": 0.25,
+        "seed": 7,
+    }
+    assert parse_parameters("lattice", ["kind=non-dyadic"]) == {"kind": "non-dyadic"}
+    with pytest.raises(BadOption) as caught:
+        parse_parameters("grid", ["bodies=1.5", "densty=1", "seed=1", "seed=2", "x", "=3", "speed=fast"])
+    assert str(caught.value).splitlines() == [
+        "scene 'grid': parameter 'bodies': found '1.5'; expected a whole number",
+        "scene 'grid': parameter 'densty': found no parameter of this name; "
+        "expected one of bodies, density, seed, speed; did you mean 'density'?",
+        "scene 'grid': the parameter 'seed' is given twice; expected one value",
+        "scene 'grid': a parameter is written name=value; found 'x'",
+        "scene 'grid': a parameter is written name=value; found '=3'",
+        "scene 'grid': parameter 'speed': found 'fast'; expected a number",
+    ]
+
+
+class Foreign:
+    """A plugin of somebody else, with recipes of every shape."""
+
+    @hookimpl
+    def kinetile_scenes(self) -> list[SceneSpec]:
+        return [
+            SceneSpec("needs", self.needs, "has a parameter without a default"),
+            SceneSpec("hides", self.hides, "takes any parameter"),
+            SceneSpec("returns", self.returns, "makes no scene"),
+        ]
+
+    @staticmethod
+    def needs(*, count: int, flag: bool = False, other: list[int] | None = None) -> Scene:
+        return Scene(np.zeros((0, 2)), np.zeros((0, 2)), [])
+
+    @staticmethod
+    def hides(**anything: int) -> Scene:
+        raise AssertionError
+
+    @staticmethod
+    def returns() -> int:
+        return 3
+
+
+def test_recipes_of_others_are_held_to_their_signature(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("kinetile.recipes.registry", lambda: Registry([Foreign()]))
+    assert recipe_parameters("needs")[1] == Parameter("flag", "bool", False)
+    with pytest.raises(
+        BadOption, match="parameter 'count': found nothing; expected a whole number; it has no default"
+    ):
+        make_scene("needs")
+    assert make_scene("needs", count=1, flag=True, other=[1]).origin["parameters"] == {
+        "count": 1,
+        "flag": True,
+        "other": [1],
+    }
+    assert parse_parameters("needs", ["flag=Yes", "count=2"]) == {"flag": True, "count": 2}
+    with pytest.raises(BadOption, match="parameter 'flag': found 'maybe'; expected true or false"):
+        parse_parameters("needs", ["flag=maybe"])
+    with pytest.raises(
+        PhaseError, match="gathers its parameters in 'anything'; expected parameters that can each"
+    ):
+        recipe_parameters("hides")
+    with pytest.raises(
+        PhaseError, match=r"the recipe of the scene 'returns' returned 3; expected a kinetile\.Scene"
+    ):
+        make_scene("returns")
