@@ -16,6 +16,8 @@ PHASES: tuple[tuple[str, dict[str, Any]], ...] = (
     ("sap-1d", {"axis": "y"}),
     ("sap-2d", {}),
 )
+TILING: tuple[tuple[str, dict[str, Any]], ...] = (("sweep-tiling", {}),)
+"""Needs an arena."""
 
 
 class Outcome(NamedTuple):
@@ -49,7 +51,7 @@ def assert_one_answer(
     """Assert that every phase gives the same contacts, end, time and final state; return the reference's
     simulation."""
     reference: tuple[kt.Simulation, Outcome] | None = None
-    for phase, options in PHASES:
+    for phase, options in PHASES + (TILING if scene.arena is not None else ()):
         sim, found = outcome(scene, phase, options, until, max_contacts)
         if reference is None:
             reference = (sim, found)

@@ -38,6 +38,7 @@ class Wish(NamedTuple):
     save_scene: Path | None = None
     json: bool = False
     explain: bool = False
+    audit: int | None = None
 
 
 class _Ending(NamedTuple):
@@ -147,6 +148,7 @@ def _compose(scene: Scene, wish: Wish) -> Simulation:
         options=options or None,
         narrow_phases=narrow_choice(wish.narrow_phases),
         keep_contacts=False,
+        audit=wish.audit,
     )
 
 

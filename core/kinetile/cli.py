@@ -85,6 +85,10 @@ def run(
     explain: Annotated[
         bool, typer.Option("--explain", help="Say what is modelled and what is left out, and run nothing.")
     ] = False,
+    audit: Annotated[
+        int | None,
+        typer.Option(metavar="N", min=1, help="Check all that must hold, every N contacts (slow)."),
+    ] = None,
     json: Json = False,
 ) -> None:
     """Run a scene and print what happened."""
@@ -104,6 +108,7 @@ def run(
             save_scene,
             json,
             explain,
+            audit,
         )
     )
 

@@ -85,22 +85,26 @@ else:
         return tables(tables), codegen
 
 
-def compose(template: Callable[..., Any], parts: Mapping[str, Any], label: str) -> Callable[..., Any]:
+def compose(
+    template: Callable[..., Any], parts: Mapping[str, Any], label: str, state: type
+) -> Callable[..., Any]:
     """Compile ``template`` with ``parts`` in place of its global names: once a process, and cached on disk.
 
     ``template`` is a plain function; ``parts`` maps names it uses to hooks and constants; ``label`` names the
     choice of phases in the cache. The result is compiled when it is first called.
     """
-    key = (template, label, *sorted(parts.items(), key=lambda part: part[0]))
+    key = (template, label, state, *sorted(parts.items(), key=lambda part: part[0]))
     if key not in _composed:
-        _composed[key] = _compose(template, parts, label)
+        _composed[key] = _compose(template, parts, label, state)
     return _composed[key]
 
 
 _composed: dict[tuple[Any, ...], Callable[..., Any]] = {}
 
 
-def _compose(template: Callable[..., Any], parts: Mapping[str, Any], label: str) -> Callable[..., Any]:
+def _compose(
+    template: Callable[..., Any], parts: Mapping[str, Any], label: str, state: type
+) -> Callable[..., Any]:
     names = dict(template.__globals__)
     names.update(parts)
     source = cast(FunctionType, template)
@@ -111,24 +115,31 @@ def _compose(template: Callable[..., Any], parts: Mapping[str, Any], label: str)
         return function
     import numba
 
-    function.__qualname__ = f"{source.__name__}_{label}_{_fingerprint(function)}"
-    return cast("Callable[..., Any]", numba.njit(cache=True, error_model="numpy", nogil=True)(function))
+    fingerprint, modules = _fingerprint(function, state)
+    function.__qualname__ = f"{source.__name__}_{label}_{fingerprint}"
+    cached = "__main__" not in modules
+    return cast("Callable[..., Any]", numba.njit(cache=cached, error_model="numpy", nogil=True)(function))
 
 
-def _fingerprint(function: Callable[..., Any]) -> str:
-    """Return a digest of a function and of all that it reaches: bytecode, constants, hooks, and values of
-    globals."""
-    digest = hashlib.sha256(sys.version.encode())
-    digest.update(repr((np.__version__, API)).encode())
+def _fingerprint(function: Callable[..., Any], state: type) -> tuple[str, set[str]]:
+    """Return a digest of a function and of all that it reaches, and the modules that it was found in.
+
+    What counts is bytecode, constants, hooks and the values of globals, also where they are reached through a
+    module.
+    """
+    digest = hashlib.sha256(repr((sys.version, np.__version__, API)).encode())
     seen: set[int] = set()
+    modules: set[str] = set()
 
     def visit(value: Any) -> None:
         value = getattr(value, "py_func", value)
+        if isinstance(value, FunctionType | type):
+            modules.add(value.__module__)
+            digest.update(f"{value.__module__}.{value.__qualname__}".encode())
         if isinstance(value, FunctionType):
             if id(value) in seen:
                 return
             seen.add(id(value))
-            digest.update(value.__name__.encode())
             code(value.__code__, value.__globals__)
             for cell in value.__closure__ or ():
                 visit(cell.cell_contents)
@@ -139,8 +150,6 @@ def _fingerprint(function: Callable[..., Any]) -> str:
             digest.update(f"{len(value)}(".encode())
             for item in value:
                 visit(item)
-        elif isinstance(value, type):
-            digest.update(value.__qualname__.encode())
         elif isinstance(value, np.ndarray):
             digest.update(value.tobytes())
         elif callable(value):
@@ -156,13 +165,25 @@ def _fingerprint(function: Callable[..., Any]) -> str:
                 code(constant, names)
             else:
                 digest.update(repr(constant).encode())
+        found = [names[name] for name in block.co_names if name in names]
+        rooms = [value for value in found if isinstance(value, ModuleType) and not _foreign(value)]
         for name in block.co_names:
             digest.update(name.encode())
             if name in names:
                 visit(names[name])
+            for room in rooms:
+                if hasattr(room, name):
+                    visit(getattr(room, name))
 
     visit(function)
-    return digest.hexdigest()[:16]
+    visit(state)
+    return digest.hexdigest()[:16], modules
+
+
+def _foreign(module: ModuleType) -> bool:
+    """Whether a module's functions change only with its version: the standard library, NumPy, Numba."""
+    root = module.__name__.partition(".")[0]
+    return root in sys.stdlib_module_names or root in ("numpy", "numba")
 
 
 API = 1

@@ -12,9 +12,10 @@ from kinetile.errors import BadOption, PhaseError, Refused
 from kinetile.protocols import BroadPhaseParts, PairParts, WallParts
 from kinetile.scene import Scene
 
-__all__ = ["DEFAULT_BROAD_PHASE", "Composition", "compose_phases"]
+__all__ = ["DEFAULT_BROAD_PHASES", "Composition", "compose_phases"]
 
-DEFAULT_BROAD_PHASE = "sap-2d"
+DEFAULT_BROAD_PHASES = ("sweep-tiling", "sap-2d")
+"""Without a name the first of these that does not refuse the scene is taken."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,8 @@ class Composition:
         if self.wall is not None:
             parts |= {"reach_wall": self.wall.reach_wall, "bounce": self.wall.bounce}
         label = "_".join([self.broad_phase, *self.narrow_phases])
-        return compose(advance, parts, "".join(c if c.isalnum() else "_" for c in label)[:60])
+        label = "".join(c if c.isalnum() else "_" for c in label)[:60]
+        return compose(advance, parts, label, type(self.broad.state))
 
 
 def compose_phases(
@@ -66,8 +68,9 @@ def compose_phases(
 ) -> Composition:
     """Find the phases by name and prepare them for a scene.
 
-    An argument that is None follows the scene's settings, then the default: ``DEFAULT_BROAD_PHASE``,
-    ``disc``, and ``wall`` where the scene has an arena. Options given here go over those of the settings.
+    An argument that is None follows the scene's settings, then the default: the first of
+    ``DEFAULT_BROAD_PHASES`` that can do the scene, ``disc``, and ``wall`` where the scene has an arena.
+    Options given here go over those of the settings.
 
     Raises:
         UnknownName: no phase has this name.
@@ -75,12 +78,27 @@ def compose_phases(
         Refused: a phase cannot do this scene.
     """
     settings = scene.settings
-    name = broad_phase or settings.broad_phase or DEFAULT_BROAD_PHASE
     narrow = narrow_phases if narrow_phases is not None else settings.narrow_phases
     if narrow is None:
         narrow = ("disc", "wall") if scene.arena is not None else ("disc",)
-    given: Mapping[str, Any] = narrow if isinstance(narrow, Mapping) else {each: {} for each in narrow}
+    named = narrow if isinstance(narrow, Mapping) else {each: {} for each in narrow}
+    name = broad_phase or settings.broad_phase
+    if name is not None:
+        return _compose(scene, name, named, options)
+    *first, last = DEFAULT_BROAD_PHASES
+    for name in first:
+        try:
+            return _compose(scene, name, named, options)
+        except Refused:
+            continue
+    return _compose(scene, last, named, options)
 
+
+def _compose(
+    scene: Scene, name: str, narrow: Mapping[str, Mapping[str, Any]], options: Mapping[str, Any] | None
+) -> Composition:
+    """Prepare the phases of these names for a scene."""
+    settings = scene.settings
     broad_options = {**settings.options.get(name, {}), **(options or {})}
     broad = _prepare("broad phase", name, broad_options, scene)
     if not isinstance(broad, BroadPhaseParts):
@@ -91,7 +109,7 @@ def compose_phases(
     pair: PairParts | None = None
     wall: WallParts | None = None
     narrow_options: dict[str, Mapping[str, Any]] = {}
-    for each, extra in given.items():
+    for each, extra in narrow.items():
         narrow_options[each] = {**settings.options.get(each, {}), **extra}
         parts = _prepare("narrow phase", each, narrow_options[each], scene)
         if isinstance(parts, PairParts) and pair is None:
@@ -101,7 +119,7 @@ def compose_phases(
         elif isinstance(parts, PairParts | WallParts):
             role = "pairs" if isinstance(parts, PairParts) else "walls"
             raise BadOption(
-                f"two narrow phases for {role} are named, and there can be one: {', '.join(given)}"
+                f"two narrow phases for {role} are named, and there can be one: {', '.join(narrow)}"
             )
         else:
             raise PhaseError(
@@ -109,8 +127,8 @@ def compose_phases(
             )
     if broad.solid and pair is None:
         raise Refused(
-            f"{name} is right only while bodies cannot pass through each other, and no narrow phase for pairs is "
-            "named: name one, such as disc, or choose sap-1d, sap-2d or naive"
+            f"{name} is right only while bodies cannot pass through each other, and no narrow phase for "
+            "pairs is named: name one, such as disc, or choose sap-1d, sap-2d or naive"
         )
     return Composition(name, broad_options, narrow_options, broad, pair, wall)
 

@@ -17,10 +17,11 @@ import time
 import numpy as np
 
 from kinetile.agenda import Agenda
+from kinetile.audit import complaints
 from kinetile.clock import SPAN, TICKS, Clock, time_unit
 from kinetile.compiled import NotCompiled, make_ready
 from kinetile.composition import Composition
-from kinetile.errors import PhaseError
+from kinetile.errors import AuditError, PhaseError
 from kinetile.failures import failure
 from kinetile.flight import positions_now
 from kinetile.kernel import BUDGET_SPENT, FAULT, LOG_FULL, NO_ROOM, TIME_REACHED
@@ -29,7 +30,7 @@ from kinetile.log import REANCHORED, TURNED
 from kinetile.measures import energy
 from kinetile.scene import Scene
 from kinetile.skin import Skin, speed_bound
-from kinetile.tables import Kernel, allocate, clear, record_table
+from kinetile.tables import NEVER, Kernel, allocate, clear, record_table
 
 __all__ = ["UNLIMITED", "Engine"]
 
@@ -103,19 +104,23 @@ class Engine:
             self.compile_seconds += time.perf_counter() - began
             self._ready = True
 
-    def chunk(self, until: int, contacts: int, broad_phase: str) -> int:
+    def chunk(self, until: int, contacts: int, broad_phase: str, budget: int | None = None) -> int:
         """Run one chunk of the loop, take over its log, and do what it asks for; return its reason.
+
+        ``budget`` is how many events may run; None: as many as take a fraction of a second.
 
         Raises:
             ZenoError, MissedContactError, PhaseError: the loop returned with a fault.
         """
         self.compile()
         began = time.process_time()
-        reason = int(self.loop(self.k, self.state, until, self._budget, contacts))
+        reason = int(
+            self.loop(self.k, self.state, until, self._budget if budget is None else budget, contacts)
+        )
         took = time.process_time() - began
         self.cpu_seconds += took
         self.ledger.take(self.k)
-        if reason == BUDGET_SPENT and took < CHUNK_SECONDS / 2:
+        if reason == BUDGET_SPENT and budget is None and took < CHUNK_SECONDS / 2:
             self._budget *= 2
         elif took > 2 * CHUNK_SECONDS:
             self._budget = max(self._budget // 2, FIRST_BUDGET)
@@ -126,6 +131,18 @@ class Engine:
         if reason == NO_ROOM:
             self._grow()
         return BUDGET_SPENT if reason in (NO_ROOM, LOG_FULL) else reason
+
+    def audit(self, broad_phase: str) -> None:
+        """Check everything that must hold between two events.
+
+        Raises:
+            AuditError: the first thing that does not hold.
+        """
+        self.build(broad_phase)
+        pairs = self.composition.pair is not None
+        for complaint in complaints(self.k, self.composition.broad, self.skin.delta, pairs):
+            moment = f"at time {self.clock.time(self.now)!r}, after {self.events} events"
+            raise AuditError(f"{moment} under broad phase {broad_phase!r}: {complaint}")
 
     def build(self, broad_phase: str) -> None:
         """Build the structure, if that is still to be done, and run no event."""
@@ -158,6 +175,8 @@ class Engine:
         self._forget_turns()
         k.bodies.anchor -= SPAN
         k.queue.tick[: int(clock.queued)] -= SPAN
+        for ticks in self.composition.broad.ticks:
+            ticks[ticks != NEVER] -= SPAN
         clock.now -= SPAN
         clock.window_tick = max(int(clock.window_tick) - SPAN, -(2**62))
         self.clock.base += SPAN // TICKS

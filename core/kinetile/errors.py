@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 __all__ = [
+    "AuditError",
     "BadOption",
     "BadPlugin",
     "DuplicateName",
@@ -126,3 +127,7 @@ class BadPlugin(KinetileError, TypeError):
 
 class RecordError(KinetileError, OSError):
     """An event file cannot be written or read; the message says how much of it was kept."""
+
+
+class AuditError(KinetileError, AssertionError):
+    """An audit found something that must hold and does not; the message names the moment and what it is."""

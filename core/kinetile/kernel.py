@@ -126,10 +126,10 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
                 pair = bodies[a].first
                 while pair >= 0:
                     record = table[pair]
-                    if bodies[record.a].last == record.b and bodies[record.b].last == record.a:
-                        schedule(k, pair, NEVER)
-                    else:
-                        schedule(k, pair, meet(k, record.a, record.b))
+                    tick = NEVER
+                    if bodies[record.a].last != record.b or bodies[record.b].last != record.a:
+                        tick = meet(k, record.a, record.b)
+                    schedule(k, pair, tick)
                     pair = record.next_a if record.a == a else record.next_b
             a = b
             b = NOBODY

@@ -45,8 +45,11 @@ class BroadPhaseParts:
     ``replan(k, s, body)``: the flight plan of a body changed; its position did not. Reschedule the
     certificates that depend on it. The kernel itself asks the narrow phases again.
 
-    ``audit(k, s)`` (plain Python; may be None) yields a sentence for each invariant of the state that does not
-    hold between two events; it may be slow.
+    ``audit(k, s)`` (plain Python; may be None) yields a sentence for each invariant of the state that does
+    not hold between two events; it may be slow.
+
+    ``ticks`` are the arrays of the state that hold ticks, other than in the kernel's queue: when the clock's
+    base moves on, all ticks in them that are not NEVER are shifted.
 
     ``solid`` says that the phase is right only while bodies cannot pass through each other.
 
@@ -62,6 +65,7 @@ class BroadPhaseParts:
     arrange: Callable[[Any, Any], None] | None = None
     audit: Callable[[Any, Any], Iterator[str]] | None = None
     pairs: int = 0
+    ticks: tuple[Any, ...] = ()
     solid: bool = False
 
 

@@ -50,6 +50,9 @@ class Simulation:
         narrow_phases: names, or a mapping from names to options; None: what the scene says, or what it needs.
         options: options of the broad phase.
         keep_contacts: False to keep only their fingerprint, for runs of very many contacts.
+        audit: check everything that must hold every so many contacts, and at the end of each run (slow:
+            O(n^2)
+            an audit); None: never.
 
     Raises:
         UnknownName: no phase is registered under a name.
@@ -65,10 +68,14 @@ class Simulation:
         narrow_phases: Sequence[str] | Mapping[str, Mapping[str, Any]] | None = None,
         options: Mapping[str, Any] | None = None,
         keep_contacts: bool = True,
+        audit: int | None = None,
     ) -> None:
+        if audit is not None and audit < 1:
+            raise ValueError(f"audit is a number of contacts, at least 1; found {audit}")
         self.scene = scene
         self.composition: Composition = compose_phases(scene, broad_phase, narrow_phases, options)
         self._engine = Engine(scene, self.composition, keep_contacts)
+        self._audit = audit
         self._asked: float | None = None
         self._start_energy = energy(self._engine.k)
 
@@ -140,6 +147,7 @@ class Simulation:
             ZenoError: the bodies are jammed.
             MissedContactError: a contact was missed or found too late.
             PhaseError: a phase broke the protocol.
+            AuditError: an audit found something that does not hold.
             ValueError: ``until`` is not a finite time, or lies in the past.
         """
         engine = self._engine
@@ -147,7 +155,7 @@ class Simulation:
         engine.compile()
         last_contact = UNLIMITED if max_contacts is None else engine.contacts + max_contacts
         began = engine.cpu_seconds
-        idle, seen = 0, -1
+        idle, seen, audited = 0, -1, engine.contacts
         engine.ledger.recorder = recorder
         try:
             with Interrupts() as interrupts:
@@ -155,14 +163,19 @@ class Simulation:
                 while True:
                     rest = SPAN if end is None else engine.clock.relative(end)
                     self._asked = None
-                    reason = engine.chunk(min(rest, SPAN - 1), last_contact, self.broad_phase)
+                    stop = last_contact if self._audit is None else min(last_contact, audited + self._audit)
+                    reason = engine.chunk(min(rest, SPAN - 1), stop, self.broad_phase)
                     arrived = reason == TIME_REACHED and rest < SPAN
                     if arrived:
                         self._asked = until
                     if progress is not None:
                         cpu = engine.cpu_seconds - began
                         progress(Progress(self.time, until, engine.contacts, engine.events, cpu))
-                    if arrived or reason == CONTACTS_REACHED:
+                    finished = arrived or engine.contacts >= last_contact
+                    if self._audit is not None and (finished or reason == CONTACTS_REACHED):
+                        engine.audit(self.broad_phase)
+                        audited = engine.contacts
+                    if finished:
                         break
                     if reason == TIME_REACHED:
                         happened = engine.contacts + int(engine.k.counts[0].turns)

@@ -32,6 +32,12 @@ def kinetile_broad_phases() -> list[BroadPhaseSpec]:
             "sweep and prune on both axes: a pair is a candidate where both intervals overlap",
             aliases=("sweep-and-prune-matrix",),
         ),
+        BroadPhaseSpec(
+            "sweep-tiling",
+            "kinetile_plugins.sweep_tiling:SweepTiling",
+            "the free space in tiles: pairs of bodies that see each other, O(n) of them",
+            aliases=("tiling",),
+        ),
     ]
 
 

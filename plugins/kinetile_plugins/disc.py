@@ -21,7 +21,17 @@ from __future__ import annotations
 import math
 
 from kinetile.scene import Scene
-from kinetile.toolbox import NEVER, TOO_DEEP, Kernel, PairParts, blame, hook, since_anchor, ticks_after
+from kinetile.toolbox import (
+    NEVER,
+    TOO_DEEP,
+    Kernel,
+    PairParts,
+    Records,
+    blame,
+    hook,
+    since_anchor,
+    ticks_after,
+)
 
 __all__ = ["Disc"]
 
@@ -79,6 +89,26 @@ def meet(k: Kernel, a: int, b: int) -> int:
 
 
 @hook
+def closing_speed(one: Records, two: Records, nx: float, ny: float) -> float:
+    """Return (v . n) / (n . n) for the relative velocity v and a vector n of length nearly 1, to half an ulp.
+
+    Both products are carried in full. The plain formula is off by an ulp or so, and where all radii are equal
+    by nearly the same one at every contact, so that energy would drift in proportion to the contacts.
+    """
+    vx = two.vx - one.vx
+    vy = two.vy - one.vy
+    xx = nx * nx
+    yy = ny * ny
+    excess = ((xx - 0.5) + (yy - 0.5)) + (product_error(nx, nx, xx) + product_error(ny, ny, yy))
+    px = vx * nx
+    py = vy * ny
+    total = px + py
+    part = total - px
+    low = (px - (total - part)) + (py - part) + (product_error(vx, nx, px) + product_error(vy, ny, py))
+    return float(total + (low - total * excess))
+
+
+@hook
 def collide(k: Kernel, a: int, b: int) -> float:
     """Exchange momentum along the line of centres, elastically; return the overlap."""
     one = k.bodies[a]
@@ -88,9 +118,10 @@ def collide(k: Kernel, a: int, b: int) -> float:
     distance = math.sqrt(dx * dx + dy * dy)
     nx = dx / distance
     ny = dy / distance
-    approach = (two.vx - one.vx) * nx + (two.vy - one.vy) * ny
-    one_share = 2.0 * k.mass[b] / (k.mass[a] + k.mass[b]) * approach
-    two_share = 2.0 * k.mass[a] / (k.mass[a] + k.mass[b]) * approach
+    speed = closing_speed(one, two, nx, ny)
+    both = k.mass[a] + k.mass[b]
+    one_share = 2.0 * k.mass[b] / both * speed
+    two_share = 2.0 * k.mass[a] / both * speed
     one.vx += one_share * nx
     one.vy += one_share * ny
     two.vx -= two_share * nx
@@ -108,11 +139,11 @@ def collide_equals(k: Kernel, a: int, b: int) -> float:
     distance = math.sqrt(dx * dx + dy * dy)
     nx = dx / distance
     ny = dy / distance
-    approach = (two.vx - one.vx) * nx + (two.vy - one.vy) * ny
-    one.vx += approach * nx
-    one.vy += approach * ny
-    two.vx -= approach * nx
-    two.vy -= approach * ny
+    speed = closing_speed(one, two, nx, ny)
+    one.vx += speed * nx
+    one.vy += speed * ny
+    two.vx -= speed * nx
+    two.vy -= speed * ny
     return float(one.radius + two.radius - distance)
 
 

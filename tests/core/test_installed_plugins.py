@@ -99,14 +99,14 @@ PREAMBLE = "from kinetile import BroadPhaseSpec, SceneSpec, hookimpl\n"
 DISTRIBUTIONS: dict[str, tuple[str, str]] = {
     # distribution: (entry point, module); its name tells what is wrong with it
     "kinetile-good": (
-        "stripes",
+        "bands",
         """
         @hookimpl
         def kinetile_broad_phases():
             return [
-                BroadPhaseSpec("stripes", "kinetile_good_phase:Stripes", "bands", frozenset({"insert"})),
+                BroadPhaseSpec("bands", "kinetile_good_phase:Bands", "bands", frozenset({"insert"})),
                 BroadPhaseSpec("absent", "kinetile_good_phase:Absent"),
-                BroadPhaseSpec("nowhere", "a_module_that_is_not_there:Stripes"),
+                BroadPhaseSpec("nowhere", "a_module_that_is_not_there:Bands"),
             ]
         """,
     ),
@@ -212,7 +212,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder into which pip has installed all of DISTRIBUTIONS."""
     pytest.importorskip("pip")
     made = tmp_path_factory.mktemp("wheels")
-    good_phase = "class Stripes:\n    pass\n"
+    good_phase = "class Bands:\n    pass\n"
     wheels = [
         wheel(
             made,
@@ -245,7 +245,7 @@ def seen(folder: Path) -> Any:
             "listing": registry.as_dicts(),
             "failures": [str(failure) for failure in registry.failures],
             "before": before,
-            "stripes": told(registry.broad_phase, "stripes"),
+            "bands": told(registry.broad_phase, "bands"),
             "absent": told(registry.broad_phase, "absent"),
             "nowhere": told(registry.broad_phase, "nowhere"),
             "unknown": told(registry.broad_phase, "Stripe"),
@@ -264,19 +264,19 @@ def test_installed_plugins_are_found_beside_broken_ones(seen: Any) -> None:
         if row["distribution"] in ("kinetile", *DISTRIBUTIONS):
             names[row["kind"]].append(row["name"])
     assert names == {
-        "broad phase": [*BUILT_IN["broad phase"], "stripes", "absent", "nowhere"],
+        "broad phase": [*BUILT_IN["broad phase"], "bands", "absent", "nowhere"],
         "narrow phase": [*BUILT_IN["narrow phase"]],
         "scene": [*BUILT_IN["scene"], "left", "right"],
     }
-    (stripes,) = (row for row in seen["listing"]["provided"] if row["name"] == "stripes")
-    assert stripes == {
+    (bands,) = (row for row in seen["listing"]["provided"] if row["name"] == "bands")
+    assert bands == {
         "kind": "broad phase",
-        "name": "stripes",
+        "name": "bands",
         "summary": "bands",
         "features": ["insert"],
         "aliases": [],
         "api": 1,
-        "plugin": "kinetile-good:stripes",
+        "plugin": "kinetile-good:bands",
         "distribution": "kinetile-good",
         "version": "0.2.0",
     }
@@ -326,21 +326,21 @@ def test_failures_name_the_plugin_its_distribution_and_the_cause(seen: Any) -> N
 
 def test_an_unknown_name_is_answered_with_what_failed_to_load(seen: Any) -> None:
     first, second, *rest = seen["unknown"].splitlines()
-    assert first == "UnknownName: no broad phase is called 'Stripe'; did you mean 'stripes'?"
+    assert first == "UnknownName: no broad phase is called 'Band'; did you mean 'bands'?"
     assert second.startswith("available: naive, sap-1d, sap-2d, ")
-    assert {"stripes", "absent", "nowhere"} <= set(second.split(", "))
+    assert {"bands", "absent", "nowhere"} <= set(second.split(", "))
     assert [line.removeprefix("not loaded: ") for line in rest if "0.2.0" in line] == FAILURES
 
 
 def test_targets_are_imported_when_they_are_selected(seen: Any) -> None:
     assert seen["before"] == ["kinetile_good", "kinetile_plugins"]
-    assert seen["stripes"] == "<class 'kinetile_good_phase.Stripes'>"
-    of = "of kinetile-good:stripes (kinetile-good 0.2.0): its target"
+    assert seen["bands"] == "<class 'kinetile_good_phase.Bands'>"
+    of = "of kinetile-good:bands (kinetile-good 0.2.0): its target"
     assert seen["absent"].startswith(
         f"PhaseError: broad phase 'absent' {of} 'kinetile_good_phase:Absent' does not import: AttributeError:"
     )
     assert seen["nowhere"] == (
-        f"PhaseError: broad phase 'nowhere' {of} 'a_module_that_is_not_there:Stripes' does not import: "
+        f"PhaseError: broad phase 'nowhere' {of} 'a_module_that_is_not_there:Bands' does not import: "
         "ModuleNotFoundError: No module named 'a_module_that_is_not_there'"
     )
 

@@ -1,0 +1,111 @@
+"""The static construction: a sweep line from left to right over the bounds (thesis, section 4.2).
+
+The bodies on the sweep line stand in order from bottom to top; each gap between two of them holds one *open*
+left port, whose tile has begun and not yet ended. An L bound ends the tile of the gap it falls into and opens
+one below and one above its body; an R bound ends those two and opens one in the gap that its body leaves.
+
+The bounds are sorted by (x, vx, R before L, number): where many tie, as whole columns of the thesis's grid
+do, the velocity decides, so that the tiling is right an instant later and no event need put it right. The
+bodies on the line are disjoint, so they are in the order of their centres, and their ranks from bottom to top
+can be given out beforehand; who is next above a rank is asked of a tree of marks over the ranks. Two sorts
+and 4n questions of O(log n).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kinetile.toolbox import Kernel, hook, positions_now
+
+from .web import LOWER, OUTER, UPPER, State, link
+
+__all__ = ["arrange", "construct"]
+
+
+def arrange(k: Kernel, s: State) -> None:
+    """Sort bounds and bodies as they stand now, and will a moment later."""
+    bodies = k.bodies
+    n = len(bodies)
+    place = positions_now(k)
+    bound = np.arange(2 * n)
+    body, upper = bound >> 1, bound & 1
+    edge = place[body, 0] + np.where(upper == 1, bodies.reach[body], -bodies.reach[body])
+    s.sweep[:] = np.lexsort((body, 1 - upper, bodies.vx[body], edge))
+    s.at_level[:] = np.lexsort((np.arange(n), bodies.vy, place[:, 1]))
+    s.level[s.at_level] = np.arange(n)
+    clock = k.clock[0]
+    skin = 2.0 * (n + 2) * float(clock.theta)
+    tie = max(2.0**-46 * max(float(clock.width), float(clock.height)), skin)
+    s.limits[:] = tie, max(tie, 4.0 * skin, 2.0**-30 * float(bodies.radius.min()) if n else 0.0)
+
+
+@hook
+def mark(s: State, rank: int, present: int) -> None:
+    """Note whether the body of a rank is on the sweep line."""
+    at = (len(s.status) >> 1) + rank
+    s.status[at] = present
+    while at > 1:
+        at >>= 1
+        s.status[at] = s.status[2 * at] | s.status[2 * at + 1]
+
+
+@hook
+def next_above(s: State, rank: int) -> int:
+    """Return the body next above a rank on the sweep line, or TOP."""
+    leaves = len(s.status) >> 1
+    at = leaves + rank
+    while at > 1:
+        if at & 1 == 0 and s.status[at + 1]:
+            at += 1
+            while at < leaves:
+                at = 2 * at if s.status[2 * at] else 2 * at + 1
+            return int(s.at_level[at - leaves])
+        at >>= 1
+    return len(s.level)
+
+
+@hook
+def next_below(s: State, rank: int) -> int:
+    """Return the body next below a rank on the sweep line, or BOTTOM."""
+    leaves = len(s.status) >> 1
+    at = leaves + rank
+    while at > 1:
+        if at & 1 == 1 and s.status[at - 1]:
+            at -= 1
+            while at < leaves:
+                at = 2 * at + 1 if s.status[2 * at + 1] else 2 * at
+            return int(s.at_level[at - leaves])
+        at >>= 1
+    return len(s.level) + 1
+
+
+@hook
+def construct(k: Kernel, s: State) -> None:
+    """Link all ports and set all ends."""
+    n = len(s.level)
+    left_edge = 16 * n + 8
+    right_edge = 16 * n
+    for edge in (left_edge, right_edge):
+        s.web[edge + 4 + UPPER] = n
+        s.web[edge + 4 + LOWER] = n + 1
+    s.opened[n] = left_edge + OUTER
+    for step in range(2 * n):
+        q = s.sweep[step]
+        b = q >> 1
+        port = 8 * q
+        above = next_above(s, s.level[b])
+        below = next_below(s, s.level[b])
+        s.web[port + 4 + UPPER] = above
+        s.web[port + 4 + LOWER] = below
+        gap = min(below, n)
+        if q & 1 == 0:
+            link(s, s.opened[gap], port + OUTER)
+            s.opened[gap] = port + LOWER
+            s.opened[b] = port + UPPER
+            mark(s, s.level[b], 1)
+        else:
+            link(s, s.opened[gap], port + LOWER)
+            link(s, s.opened[b], port + UPPER)
+            s.opened[gap] = port + OUTER
+            mark(s, s.level[b], 0)
+    link(s, s.opened[n], right_edge + OUTER)

@@ -1,0 +1,155 @@
+"""The documents are true: their Python runs, their commands run, and what they quote stands where they say.
+
+In docs/*.md and README.md:
+
+* blocks marked ``python`` run in order, in one namespace a file, in a folder of their own;
+* in blocks marked ``console``, lines ``$ kinetile ...`` run in such a folder, and must end with exit code 0
+  or the one named behind ``# exit code``; the lines that follow one are its output, ``...`` stands for
+  anything, and a line of nothing else for any lines;
+* a comment before a block says otherwise: ``<!-- not run: the reason -->``, or ``<!-- part of some/file -->``
+  for a quotation, which must stand in that file, word for word.
+"""
+
+from __future__ import annotations
+
+import re
+import shlex
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+from typing import NamedTuple
+
+import pytest
+
+import kinetile as kt
+
+ROOT = Path(__file__).parents[1]
+PAGES = [*sorted((ROOT / "docs").glob("*.md")), ROOT / "README.md"]
+FENCE = re.compile(r"```(\w*)")
+COMMENT = re.compile(r"<!--\s*(not run|part of):?\s+(\S.*?)\s*-->")
+CODE = re.compile(r"\s+# exit code (\d+)$")
+
+
+class Block(NamedTuple):
+    """A block of code: its language, where its text begins, its text, and what a comment says about it."""
+
+    language: str
+    line: int
+    text: str
+    mark: str = ""
+    detail: str = ""
+
+
+def read_blocks(page: Path) -> Iterator[Block]:
+    """Yield the blocks of a page in their order."""
+    lines = page.read_text(encoding="utf-8").splitlines()
+    before = ""
+    place = 0
+    while place < len(lines):
+        fence = FENCE.fullmatch(lines[place])
+        if fence:
+            end = lines.index("```", place + 1)
+            said = COMMENT.fullmatch(before)
+            mark, detail = (said[1], said[2]) if said else ("", "")
+            yield Block(fence[1], place + 2, "\n".join(lines[place + 1 : end]) + "\n", mark, detail)
+            place = end
+        before = lines[place].strip() or before
+        place += 1
+
+
+def pages_with(language: str) -> list[Path]:
+    return [page for page in PAGES if any(b.language == language and not b.mark for b in read_blocks(page))]
+
+
+@pytest.fixture
+def plugin_folder(monkeypatch):
+    """The foreign package may be imported; what a page adds to the registry is taken out again."""
+    if "stripes" not in kt.registry().names("broad phase"):
+        monkeypatch.syspath_prepend(ROOT / "tests" / "foreign" / "kinetile-stripes")
+    had = {each.plugin for each in kt.registry() if each.distribution is None}
+    yield
+    for plugin in {each.plugin for each in kt.registry() if each.distribution is None} - had:
+        kt.registry().remove(plugin)
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("page", pages_with("python"), ids=lambda page: page.name)
+def test_the_python_runs(page, tmp_path, monkeypatch, plugin_folder):
+    # A module of its own: Numba names a state's class by its module in the cache.
+    module = ModuleType(f"page_{page.stem.replace('-', '_')}")
+    monkeypatch.setitem(sys.modules, module.__name__, module)
+    monkeypatch.chdir(tmp_path)
+    for block in read_blocks(page):
+        if block.language == "python" and not block.mark:
+            code = compile("\n" * (block.line - 1) + block.text, str(page), "exec")
+            exec(code, module.__dict__)
+
+
+def commands(block: Block) -> Iterator[tuple[str, int, list[str]]]:
+    """Yield (command, exit code, lines of output) for each line of a console block that begins with ``$``."""
+    found: list[tuple[str, int, list[str]]] = []
+    for line in block.text.splitlines():
+        if line.startswith("$ "):
+            code = CODE.search(line)
+            found.append((CODE.sub("", line[2:]), int(code[1]) if code else 0, []))
+        elif line.strip():
+            found[-1][2].append(line)
+    yield from found
+
+
+def assert_shown(shown: list[str], output: str, where: str) -> None:
+    """Assert that the lines that a page shows stand in the output, in their order."""
+    pattern = r"\n".join(
+        r"(?:.*\n)*?.*" if line.strip() == "..." else r".*?".join(map(re.escape, line.split("...")))
+        for line in shown
+    )
+    said = "\n".join(line.rstrip() for line in output.splitlines() if line.strip())
+    assert re.search(rf"^{pattern}$", said, re.MULTILINE), f"{where} is shown as\n{shown}\nbut says\n{said}"
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("page", pages_with("console"), ids=lambda page: page.name)
+def test_the_commands_run(page, tmp_path):
+    for block in read_blocks(page):
+        if block.language != "console" or block.mark:
+            continue
+        for command, expected, shown in commands(block):
+            words = shlex.split(command, comments=True)
+            if words[0] != "kinetile":
+                continue
+            where = f"{page.name}, line {block.line}: {command}"
+            done = subprocess.run(
+                [sys.executable, "-m", "kinetile.cli", *words[1:]],
+                cwd=tmp_path,
+                capture_output=True,
+                text=True,
+                timeout=120,
+            )
+            assert done.returncode == expected, f"{where} ended with {done.returncode}\n{done.stderr}"
+            if shown:
+                assert_shown(shown, done.stdout if expected == 0 else done.stdout + done.stderr, where)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_quotations_stand_in_their_files(page):
+    for block in read_blocks(page):
+        if block.mark == "part of":
+            source = (ROOT / block.detail).read_text(encoding="utf-8")
+            assert block.text in source, f"{page.name}, line {block.line}: not in {block.detail}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_lead_somewhere(page):
+    text = page.read_text(encoding="utf-8")
+    for target in re.findall(r"\]\(([^)\s]+)\)", text):
+        path, _, anchor = target.partition("#")
+        if "://" in target:
+            continue
+        found = (page.parent / path).resolve() if path else page
+        assert found.exists(), f"{page.name} links to {target}"
+        if anchor:
+            headings = re.findall(r"^#+ (.+)$", found.read_text(encoding="utf-8"), re.MULTILINE)
+            anchors = {re.sub(r"[^\w\- ]", "", each).lower().replace(" ", "-") for each in headings}
+            assert anchor in anchors, f"{page.name} links to {target}; there are {sorted(anchors)}"
