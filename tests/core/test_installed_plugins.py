@@ -21,7 +21,7 @@ import kinetile as kt
 from kinetile.errors import UnknownName
 
 BUILT_IN = {
-    "broad phase": ("naive", "sap-1d", "sap-2d"),
+    "broad phase": ("naive", "sap-1d", "sap-2d", "sweep-tiling"),
     "narrow phase": ("disc", "wall"),
     "scene": (
         "grid",
@@ -248,7 +248,7 @@ def seen(folder: Path) -> Any:
             "bands": told(registry.broad_phase, "bands"),
             "absent": told(registry.broad_phase, "absent"),
             "nowhere": told(registry.broad_phase, "nowhere"),
-            "unknown": told(registry.broad_phase, "Stripe"),
+            "unknown": told(registry.broad_phase, "Band"),
             "known to right": registry.scene("right")(),
         }))
         """,
