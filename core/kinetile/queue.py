@@ -55,6 +55,8 @@ def schedule(k: Kernel, certificate: int, tick: int) -> None:
             return
         tick = queue[end].tick  # the last entry fills the hole
         certificate = queue[end].certificate
+    elif tick == queue[place].tick:
+        return
 
     hole = place
     while hole > 0:
