@@ -60,6 +60,8 @@ __all__ = [*sorted(_HOME), "__version__"]
 
 
 def __getattr__(name: str) -> Any:
+    if name == "conformance":
+        return import_module("kinetile.conformance")
     if name in _HOME:
         return getattr(import_module(_HOME[name]), name)
     raise AttributeError(f"module 'kinetile' has no attribute {name!r}")

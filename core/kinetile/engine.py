@@ -56,14 +56,16 @@ class Engine:
         compile_seconds: time spent compiling or loading it.
     """
 
-    def __init__(self, scene: Scene, composition: Composition, keep_contacts: bool) -> None:
+    def __init__(
+        self, scene: Scene, composition: Composition, keep_contacts: bool, turning: bool = False
+    ) -> None:
         self.scene = scene
         self.composition = composition
         self.state = composition.broad.state
         self.clock = Clock(scene.start, time_unit(scene))
         self.ledger = Ledger(self.clock, keep_contacts)
         self.agenda = Agenda(scene.turns, self.clock)
-        self.turning = bool(scene.turns)
+        self.turning = turning or bool(scene.turns)
         self.loop = composition.loop(turns=self.turning)
         self.speed = speed_bound(scene)
         self.cpu_seconds = 0.0
@@ -139,8 +141,7 @@ class Engine:
             AuditError: the first thing that does not hold.
         """
         self.build(broad_phase)
-        pairs = self.composition.pair is not None
-        for complaint in complaints(self.k, self.composition.broad, self.skin.delta, pairs):
+        for complaint in complaints(self.k, self.composition, self.skin.delta):
             moment = f"at time {self.clock.time(self.now)!r}, after {self.events} events"
             raise AuditError(f"{moment} under broad phase {broad_phase!r}: {complaint}")
 

@@ -53,6 +53,8 @@ class Simulation:
         audit: check everything that must hold every so many contacts, and at the end of each run (slow:
             O(n^2)
             an audit); None: never.
+        turning: True to compile turns into the loop though the scene has none, so that ``set_velocity`` need
+            not compile it anew.
 
     Raises:
         UnknownName: no phase is registered under a name.
@@ -69,12 +71,13 @@ class Simulation:
         options: Mapping[str, Any] | None = None,
         keep_contacts: bool = True,
         audit: int | None = None,
+        turning: bool = False,
     ) -> None:
         if audit is not None and audit < 1:
             raise ValueError(f"audit is a number of contacts, at least 1; found {audit}")
         self.scene = scene
         self.composition: Composition = compose_phases(scene, broad_phase, narrow_phases, options)
-        self._engine = Engine(scene, self.composition, keep_contacts)
+        self._engine = Engine(scene, self.composition, keep_contacts, turning)
         self._audit = audit
         self._asked: float | None = None
         self._start_energy = energy(self._engine.k)

@@ -129,10 +129,10 @@ class Kernel(NamedTuple):
     counts: Records
 
 
-def record_table(dtype: np.dtype[Any], length: int) -> Records:
-    """Return a zeroed record array whose first record starts on a cache line."""
+def record_table(dtype: np.dtype[Any], length: int, aligned: int = 0) -> Records:
+    """Return a zeroed record array in which the record of number ``aligned`` starts on a cache line."""
     raw = np.zeros(length * dtype.itemsize + 64, dtype=np.uint8)
-    offset = -raw.ctypes.data % 64
+    offset = -(raw.ctypes.data + aligned * dtype.itemsize) % 64
     return raw[offset : offset + length * dtype.itemsize].view(dtype).view(np.recarray)
 
 
@@ -144,7 +144,7 @@ def allocate(bodies: int, structural: int, pairs: int, log_rows: int) -> Kernel:
         bodies=record_table(BODY, bodies),
         mass=np.ones(bodies),
         certificates=record_table(CERTIFICATE, certificates),
-        queue=record_table(ENTRY, certificates),
+        queue=record_table(ENTRY, certificates, aligned=1),  # four siblings share a line
         lookup=np.full(slots, -1, dtype=np.int32),
         fresh=np.zeros(pairs, dtype=np.int32),
         turns=record_table(TURN, 0),

@@ -1,0 +1,122 @@
+"""A case: one scene, how far to run it, and what a phase made of it. Saved as TOML it replays exactly."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kinetile.errors import KinetileError
+from kinetile.scene import Scene
+from kinetile.simulation import Simulation
+
+__all__ = ["CONTACTS", "REFERENCE", "Outcome", "Subject", "difference", "load_case", "outcome", "save_case"]
+
+REFERENCE = "naive"
+CONTACTS = 150
+"""A case ends after so many contacts, if not before."""
+
+UNTIL = 8.0
+
+
+@dataclass(frozen=True)
+class Subject:
+    """The phase on trial: its name and options."""
+
+    name: str
+    options: Mapping[str, Any]
+
+    def simulation(self, scene: Scene, **more: Any) -> Simulation:
+        """Return a simulation of a scene under this phase; the loop is the same for all cases of a kind."""
+        return Simulation(scene, self.name, options=self.options, turning=True, **more)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What is left of a run: everything that must be the same under every phase."""
+
+    contacts: npt.NDArray[np.void]
+    ended: str
+    time: float
+    positions: npt.NDArray[np.float64]
+    velocities: npt.NDArray[np.float64]
+
+    @classmethod
+    def of(cls, sim: Simulation, ended: str) -> Outcome:
+        """Read a simulation out."""
+        return cls(sim.contacts, ended, sim.time, sim.positions(), sim.velocities())
+
+
+def horizon(scene: Scene) -> float:
+    """Return until when a case runs."""
+    return scene.settings.until if scene.settings.until is not None else scene.start + UNTIL
+
+
+def outcome(subject: Subject, scene: Scene, **more: Any) -> Outcome:
+    """Run a case; an error of the run is part of its outcome. ``Refused`` and ``BadOption`` are not
+    caught."""
+    sim = subject.simulation(scene, **more)
+    ended = "ran"
+    try:
+        sim.run(until=horizon(scene), max_contacts=CONTACTS)
+    except KinetileError as error:
+        ended = f"{type(error).__name__}: {error}"
+    return Outcome.of(sim, ended)
+
+
+def difference(found: Outcome, expected: Outcome, name: str) -> str | None:
+    """Return where an outcome first parts from the expected one, in a sentence; None where it nowhere
+    does."""
+    rows = min(len(found.contacts), len(expected.contacts))
+    parted = np.flatnonzero(found.contacts[:rows] != expected.contacts[:rows])
+    if len(parted):
+        at = int(parted[0])
+        return f"contact {at} is {_contact(found, at)}, and should be {_contact(expected, at)}"
+    same_end = found.ended.partition(":")[0] == expected.ended.partition(":")[0]
+    if not same_end:
+        return f"{name} ended with {found.ended}; {REFERENCE} {expected.ended}"
+    if len(found.contacts) < len(expected.contacts):
+        return f"contact {rows} is missing: {_contact(expected, rows)}"
+    if len(found.contacts) > len(expected.contacts):
+        return f"contact {rows} is one too many: {_contact(found, rows)}"
+    for field in ("positions", "velocities"):
+        mine, right = getattr(found, field), getattr(expected, field)
+        if mine.tobytes() != right.tobytes():
+            body = int(np.flatnonzero((mine != right).any(axis=1))[0]) if len(mine) else 0
+            return (
+                f"at the end the {field} of body {body} are {mine[body].tolist()}, not {right[body].tolist()}"
+            )
+    if found.time != expected.time:
+        return f"the run ended at time {found.time!r}, and should have at {expected.time!r}"
+    return None
+
+
+def _contact(result: Outcome, at: int) -> str:
+    from kinetile.log import WALLS
+
+    row = result.contacts[at]
+    partner = f"the {WALLS[int(row['b'])]} wall" if row["b"] < 0 else f"body {row['b']}"
+    return f"body {row['a']} with {partner} at time {float(row['time'])!r}"
+
+
+def save_case(scene: Scene, path: Path, check: str, name: str, said: str) -> None:
+    """Write a case as a scene file; what was on trial and what was said stand in comments at its head."""
+    from kinetile.scene_files import dumps_scene
+
+    head = [f"check: {check}", f"broad phase: {name}", *(f"said: {line}" for line in said.splitlines()[:6])]
+    text = "".join(f"# {line}\n" for line in head)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text + dumps_scene(scene), encoding="utf-8")
+
+
+def load_case(path: Path) -> tuple[Scene, str | None]:
+    """Read a case; return its scene and the name of the check that it failed, where the file says so."""
+    from kinetile.scene_files import load_scene
+
+    first = path.read_text(encoding="utf-8").partition("\n")[0]
+    check = first.removeprefix("# check:").strip() if first.startswith("# check:") else None
+    return load_scene(path), check

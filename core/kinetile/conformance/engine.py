@@ -1,0 +1,256 @@
+"""The engine behind all doors: draws scenes, runs checks on them, shrinks what fails, and asks who is to
+blame."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from kinetile._registry import registry
+from kinetile.conformance.cases import REFERENCE, Outcome, Subject, outcome, save_case
+from kinetile.conformance.checks import CHECKS, Check, Disagreement, check_named
+from kinetile.conformance.report import Report, Result
+from kinetile.errors import KinetileError, MissingExtra, Refused
+from kinetile.scene import Scene
+
+__all__ = ["EXAMPLES", "applicable", "check_broad_phase", "run_check"]
+
+EXAMPLES = 100
+"""Scenes drawn for each check by default."""
+
+
+def check_broad_phase(
+    name: str,
+    *,
+    options: Mapping[str, Any] | None = None,
+    examples: int = EXAMPLES,
+    checks: Sequence[str] | None = None,
+    expected_failures: Mapping[str, str] | None = None,
+    save_to: Path | None = None,
+    shrink: bool = True,
+    seed: int = 0,
+    on_result: Callable[[Result], None] | None = None,
+) -> Report:
+    """Judge a broad phase; return the report.
+
+    Args:
+        name: the name under which it is registered.
+        options: its options.
+        examples: scenes drawn for each check.
+        checks: names of the checks to run; None: all that apply.
+        expected_failures: checks that are known to fail, each with the reason. They are run but not
+            shrunk; one
+            that passes makes the report not ok.
+        save_to: a folder for the scenes that fail, as TOML, and their pictures.
+        shrink: whether to look for the smallest scene that fails.
+        seed: what the drawing begins with; the same seed draws the same scenes.
+        on_result: called after each check.
+
+    Raises:
+        UnknownName, BadOption: there is no such phase, or it has no such option.
+        ValueError: a check is named that does not exist.
+        MissingExtra: Hypothesis is not installed.
+    """
+    began = time.perf_counter()
+    expected = dict(expected_failures or {})
+    for known in [*expected, *(checks or ())]:
+        check_named(known)
+    subject = Subject(name, dict(options or {}))
+    provided = next(each for each in registry() if each.spec is registry().spec("broad phase", name))
+    subject.simulation(_smallest())  # unknown options and refusals speak up here, not in each check
+    results = []
+    for each in CHECKS if checks is None else [check_named(c) for c in checks]:
+        result = run_check(each, subject, examples, expected.get(each.name), save_to, shrink, seed)
+        results.append(result)
+        if on_result is not None:
+            on_result(result)
+    return Report(
+        name=name,
+        options=subject.options,
+        distribution=f"{provided.distribution or 'this process'} {provided.version or ''}".strip(),
+        results=tuple(results),
+        tightness=_tightness(subject) if checks is None and all(r.ok for r in results) else None,
+        seconds=time.perf_counter() - began,
+    )
+
+
+def applicable(subject: Subject, each: Check) -> str | None:
+    """Return why a check does not apply to a phase; None where it does."""
+    features: frozenset[str] = getattr(registry().spec("broad phase", subject.name), "features", frozenset())
+    if each.feature is not None and each.feature not in features:
+        return f"for phases that declare the feature {each.feature!r}"
+    return None
+
+
+def run_check(
+    each: Check,
+    subject: Subject,
+    examples: int,
+    expected: str | None,
+    save_to: Path | None,
+    shrink: bool,
+    seed: int,
+) -> Result:
+    """Run one check and say what came of it."""
+    began = time.perf_counter()
+    skipped = applicable(subject, each)
+    if skipped is not None:
+        return Result(each.name, each.sentence, "skipped", 0, 0.0, reason=skipped)
+    seen = _Seen(each, subject)
+    if each.draws:
+        _draw(seen, examples, shrink and expected is None, seed)
+    else:
+        seen.look(_smallest())
+    seconds = time.perf_counter() - began
+    if seen.said is None:
+        if seen.count and seen.refused == seen.count:
+            reason = f"it refuses all scenes of this check: {seen.refusal}"
+            return Result(each.name, each.sentence, "skipped", seen.count, seconds, reason=reason)
+        status = "passed" if expected is None else "xpassed"
+        reason = "" if expected is None else f"was expected to fail ({expected}), and does not"
+        return Result(each.name, each.sentence, status, seen.count, seconds, reason=reason)
+    scene = seen.scene
+    case = picture = None
+    if save_to is not None and scene is not None and each.draws:
+        case = save_to / f"{subject.name}-{each.name}.toml"
+        save_case(scene, case, each.name, subject.name, seen.said)
+        picture = _draw_picture(subject, scene, case, seen.said)
+    return Result(
+        each.name,
+        each.sentence,
+        "failed" if expected is None else "xfailed",
+        seen.count,
+        seconds,
+        said=seen.said,
+        reason=expected or "",
+        verdict=_verdict(each, subject, scene) if expected is None and scene is not None else "",
+        bodies=len(scene) if scene is not None and each.draws else None,
+        case=case,
+        picture=picture,
+    )
+
+
+class _Seen:
+    """What a check has seen so far; Hypothesis shows the smallest failing scene last."""
+
+    def __init__(self, each: Check, subject: Subject) -> None:
+        self.each = each
+        self.subject = subject
+        self.count = 0
+        self.refused = 0
+        self.refusal = ""
+        self.said: str | None = None
+        self.scene: Scene | None = None
+
+    def look(self, scene: Scene) -> bool:
+        """Run the check on a scene; return whether its sentence holds there."""
+        self.count += 1
+        try:
+            self.each.run(self.subject, scene, _reference)
+        except Refused as error:
+            self.refused += 1
+            self.refusal = str(error)
+        except Disagreement as error:
+            self.said, self.scene = str(error), scene
+            return False
+        except Exception as error:  # whatever a foreign phase raises is its failure
+            self.said, self.scene = f"{type(error).__name__}: {error}", scene
+            return False
+        return True
+
+
+def _reference(scene: Scene) -> Outcome:
+    """Return what the reference makes of a scene."""
+    return outcome(Subject(REFERENCE, {}), scene)
+
+
+def _draw(seen: _Seen, examples: int, shrink: bool, seed: int) -> None:
+    """Draw scenes until one fails or there have been enough; then look for the smallest."""
+    try:
+        from hypothesis import HealthCheck, Phase, given, settings
+        from hypothesis import seed as seeded
+    except ImportError as error:
+        raise MissingExtra("the conformance kit", "hypothesis", "conformance") from error
+
+    from kinetile.conformance.strategies import scenes
+
+    phases = [Phase.generate, *([Phase.shrink] if shrink else [])]
+
+    @seeded(seed)
+    @settings(
+        max_examples=examples,
+        database=None,
+        deadline=None,
+        phases=phases,
+        report_multiple_bugs=False,
+        suppress_health_check=list(HealthCheck),
+    )
+    @given(scenes(turns=seen.each.turns))
+    def look(scene: Scene) -> None:
+        if not seen.look(scene):
+            raise Disagreement(seen.said or "")
+
+    try:
+        look()
+    except Disagreement:
+        pass
+    except Exception as error:  # Hypothesis: the failure does not come back when it is tried again
+        if seen.said is None:
+            raise
+        seen.said = f"{seen.said}\n(not every time: {type(error).__name__})"
+
+
+def _verdict(each: Check, subject: Subject, scene: Scene) -> str:
+    """Run a failing case under every other phase, and say whom it speaks against."""
+    also: list[str] = []
+    fine: list[str] = []
+    for other in registry().names("broad phase"):
+        if other in (subject.name, REFERENCE):
+            continue
+        judged = _Seen(each, Subject(other, {}))
+        try:
+            holds = judged.look(scene)
+        except KinetileError:
+            continue
+        if judged.refused:
+            continue
+        (fine if holds else also).append(other)
+    if also and not fine:
+        return f"also {', '.join(also)}: the reference is in doubt"
+    if also:
+        return f"also {', '.join(also)}, but not {', '.join(fine)}"
+    return f"only {subject.name}" + (f"; {', '.join(fine)} agree with the reference" if fine else "")
+
+
+def _smallest() -> Scene:
+    """Return one body in a box."""
+    return Scene([[0.5, 0.5]], [[0.0, 0.0]], 0.25, arena=(1.0, 1.0))
+
+
+def _tightness(subject: Subject) -> float | None:
+    """Return candidate pairs for each pair whose bounding boxes overlap, in a dense gas; None where there are
+    none."""
+    from kinetile.recipes import make_scene
+
+    sim = subject.simulation(make_scene("grid", bodies=100, density=0.5))
+    held = needed = 0
+    for step in range(1, 11):
+        sim.run(until=0.1 * step)
+        place = sim.positions()
+        gap = np.abs(place[:, None] - place[None]).max(axis=2) - 2.0 * float(sim.scene.radius[0])
+        needed += int(np.triu(gap <= 0.0, 1).sum())
+        held += len(sim.candidate_pairs())
+    return held / needed if needed else None
+
+
+def _draw_picture(subject: Subject, scene: Scene, case: Path, said: str) -> Path | None:
+    """Draw the moment of disagreement beside the saved case."""
+    from kinetile.conformance.picture import draw
+
+    path = case.with_suffix(".svg")
+    path.write_text(draw(subject, scene, said), encoding="utf-8")
+    return path

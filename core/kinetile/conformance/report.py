@@ -1,0 +1,130 @@
+"""The report: what was checked, what was seen, and what to do with it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+__all__ = ["KIT_VERSION", "Report", "Result"]
+
+KIT_VERSION = "1.0"
+"""The version of the set of checks; a check says since which it is there."""
+
+
+@dataclass(frozen=True)
+class Result:
+    """What came of one check.
+
+    ``status`` is one of passed, failed, skipped, xfailed (failed as expected), xpassed (expected to fail, and
+    did not), died (the process did not survive it). ``verdict`` says whom a failure is to be laid to.
+    """
+
+    check: str
+    sentence: str
+    status: str
+    scenes: int
+    seconds: float
+    said: str = ""
+    reason: str = ""
+    verdict: str = ""
+    bodies: int | None = None
+    case: Path | None = None
+    picture: Path | None = None
+
+    @property
+    def ok(self) -> bool:
+        """Whether this is as it should be."""
+        return self.status in ("passed", "skipped", "xfailed")
+
+
+@dataclass(frozen=True)
+class Report:
+    """All results of one phase.
+
+    ``exit_code`` is 0 where the phase conforms, 1 where it does not, 3 where the reference itself is in
+    doubt.
+    """
+
+    name: str
+    options: Mapping[str, Any]
+    distribution: str
+    results: tuple[Result, ...]
+    tightness: float | None = None
+    seconds: float = 0.0
+    kit: str = KIT_VERSION
+    notes: tuple[str, ...] = field(default=())
+
+    @property
+    def ok(self) -> bool:
+        """Whether the phase conforms."""
+        return all(result.ok for result in self.results)
+
+    @property
+    def in_doubt(self) -> bool:
+        """Whether some failure is as much the reference's as the phase's."""
+        return any("in doubt" in result.verdict for result in self.results)
+
+    @property
+    def exit_code(self) -> int:
+        """0, 1 or 3."""
+        return 0 if self.ok else 3 if self.in_doubt else 1
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the report, fit for JSON."""
+        rows = []
+        for result in self.results:
+            row = {key: value for key, value in vars(result).items() if value not in (None, "")}
+            rows.append({key: str(value) if isinstance(value, Path) else value for key, value in row.items()})
+        return {
+            "kit": self.kit,
+            "broad_phase": self.name,
+            "options": dict(self.options),
+            "distribution": self.distribution,
+            "conforms": self.ok,
+            "reference_in_doubt": self.in_doubt,
+            "tightness": self.tightness,
+            "seconds": self.seconds,
+            "checks": rows,
+            "notes": list(self.notes),
+        }
+
+    def __str__(self) -> str:
+        options = ", ".join(f"{key}={value}" for key, value in self.options.items())
+        lines = [
+            f"conformance kit {self.kit}: broad phase {self.name!r}{f' ({options})' if options else ''}, "
+            f"of {self.distribution}",
+            "",
+        ]
+        wide = max((len(result.check) for result in self.results), default=0)
+        for result in self.results:
+            spent = f"{result.scenes:7,} scenes  {result.seconds:6.2f} s"
+            lines.append(f"  {result.status:8} {result.check:{wide}}  {spent}  {result.sentence}")
+            lines += [f"           {line}" for line in self._details(result)]
+        lines.append("")
+        if self.tightness is not None:
+            lines.append(f"  over-reporting: {self.tightness:.2f} candidate pairs for each overlap of boxes")
+        lines += [f"  {note}" for note in self.notes]
+        failed = [result.check for result in self.results if not result.ok]
+        if failed:
+            lines.append(f"{self.name} does not conform: {', '.join(failed)}")
+        else:
+            lines.append(f"{self.name} conforms ({self.seconds:.0f} s)")
+        return "\n".join(lines)
+
+    def _details(self, result: Result) -> list[str]:
+        lines = []
+        if result.said:
+            lines += result.said.splitlines()
+        if result.bodies is not None:
+            lines.append(f"smallest scene found: {result.bodies} bodies")
+        if result.verdict:
+            lines.append(f"verdict: {result.verdict}")
+        if result.reason:
+            lines.append(f"reason: {result.reason}")
+        if result.case is not None:
+            lines.append(f"replay: kinetile replay {self.name} {result.case}")
+        if result.picture is not None:
+            lines.append(f"picture: {result.picture}")
+        return lines

@@ -1,0 +1,143 @@
+"""Scenes for the kit to draw: where phases go wrong, rather than what is typical.
+
+Small dyadic numbers do the finding: with them contacts, crossings and turns happen at the same moment
+exactly, bodies touch at the start, graze, or move together. Bodies own their turns, so that a failing scene
+shrinks by leaving out bodies with all that belongs to them. Wide floats, great ratios of size and places far
+from the origin are for realism.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from hypothesis import strategies as st
+
+from kinetile.scene import Scene, Settings, Turn
+
+__all__ = ["grazing_scenes", "line_scenes", "plane_scenes", "scenes", "sized_scenes", "wide_scenes"]
+
+speeds = st.integers(-4, 4).map(lambda i: i / 2)
+untils = st.sampled_from([1.0, 2.0, 4.0, 8.0])
+masses = st.sampled_from([1.0, 1.0, 2.0, 0.5])
+
+
+@st.composite
+def _turns(draw: st.DrawFn, vertical: bool) -> list[tuple[float, tuple[float, float]]]:
+    """Up to two turns, at moments at which something is likely to happen."""
+    moments = draw(st.lists(st.integers(0, 16), max_size=2, unique=True))
+    return [(i / 4, (draw(speeds), draw(speeds) if vertical else 0.0)) for i in sorted(moments)]
+
+
+@st.composite
+def _bodies(draw: st.DrawFn, columns: int, rows: int, turns: bool) -> list[dict[str, Any]]:
+    """Bodies in cells of a unit lattice, each no larger than its cell."""
+    cells = st.tuples(st.integers(0, columns - 1), st.integers(0, rows - 1))
+    bodies: list[dict[str, Any]] = []
+    for x, y in draw(st.lists(cells, min_size=0, max_size=6, unique=True)):
+        radius = draw(st.sampled_from([0.5, 0.25, 0.125]))
+        room = 0.5 - radius
+        bodies.append(
+            {
+                "position": (x + 0.5 + draw(st.sampled_from([0.0, room, -room])), y + 0.5),
+                "velocity": (draw(speeds), draw(speeds) if rows > 1 else 0.0),
+                "radius": radius,
+                "mass": draw(masses),
+                "turns": draw(_turns(rows > 1)) if turns else [],
+            }
+        )
+    return bodies
+
+
+def _scene(bodies: list[dict[str, Any]], arena: tuple[float, float] | None, until: float) -> Scene:
+    return Scene(
+        position=[b["position"] for b in bodies],
+        velocity=[b["velocity"] for b in bodies],
+        radius=[b["radius"] for b in bodies],
+        mass=[b["mass"] for b in bodies],
+        arena=arena,
+        turns=[Turn(i, t, v) for i, b in enumerate(bodies) for t, v in b["turns"]],
+        settings=Settings(until=until),
+    )
+
+
+@st.composite
+def line_scenes(draw: st.DrawFn, turns: bool = True) -> Scene:
+    """Bodies on one line: all contacts are head-on or from behind, and many come together."""
+    arena = (8.0, 1.0) if draw(st.booleans()) else None
+    return _scene(draw(_bodies(8, 1, turns)), arena, draw(untils))
+
+
+@st.composite
+def plane_scenes(draw: st.DrawFn, turns: bool = True) -> Scene:
+    """Bodies on a small lattice in the plane."""
+    arena = (4.0, 4.0) if draw(st.booleans()) else None
+    return _scene(draw(_bodies(4, 4, turns)), arena, draw(untils))
+
+
+@st.composite
+def grazing_scenes(draw: st.DrawFn) -> Scene:
+    """Two bodies that pass at just about the sum of their radii, among resting ones."""
+    offset = draw(st.sampled_from([0.0, 2.0**-52, -(2.0**-52), 2.0**-40, -(2.0**-40), 2.0**-20, -(2.0**-20)]))
+    upright = draw(st.booleans())
+    speed = draw(st.sampled_from([1.0, 0.5, 2.0]))
+    one: dict[str, Any] = {"position": (0.5, 1.0), "velocity": (speed, 0.0)}
+    slower = draw(st.sampled_from([1.0, 0.5, 0.0]))
+    two: dict[str, Any] = {"position": (3.5, 1.5 + offset), "velocity": (-slower, 0.0)}
+    bodies = [one, two]
+    if draw(st.booleans()):
+        bodies.append({"position": (2.0, 3.0), "velocity": (0.0, draw(speeds))})
+    for body in bodies:
+        if upright:
+            for key in ("position", "velocity"):
+                body[key] = (body[key][1], body[key][0])
+        body |= {"radius": 0.25, "mass": 1.0, "turns": []}
+    return _scene(bodies, (4.0, 4.0), 8.0)
+
+
+@st.composite
+def sized_scenes(draw: st.DrawFn) -> Scene:
+    """One large body and some that are up to a thousand times smaller."""
+    ratio = draw(st.sampled_from([4.0, 32.0, 1024.0]))
+    large = {"position": (2.0, 2.0), "velocity": (draw(speeds), draw(speeds)), "radius": 1.0}
+    bodies: list[dict[str, Any]] = [large]
+    for place in draw(st.lists(st.integers(0, 7), max_size=5, unique=True)):
+        bodies.append(
+            {
+                "position": (0.25 + place / 2, 0.5),
+                "velocity": (draw(speeds), draw(speeds)),
+                "radius": draw(st.sampled_from([1.0 / ratio, 0.5 / ratio])),
+            }
+        )
+    for body in bodies:
+        body |= {"mass": body["radius"] ** 2, "turns": []}
+    return _scene(bodies, (4.0, 4.0), draw(untils))
+
+
+@st.composite
+def wide_scenes(draw: st.DrawFn) -> Scene:
+    """Bodies at any place and speed, without walls, perhaps far from the origin."""
+    wide = st.floats(-100.0, 100.0, allow_nan=False, allow_subnormal=False)
+    far = draw(st.sampled_from([0.0, 0.0, 2.0**20, -(2.0**30)]))
+    bodies = [
+        {
+            "position": (far + 4.0 * i + draw(st.floats(-0.9, 0.9)), far + draw(wide)),
+            "velocity": (draw(wide), draw(wide)),
+            "radius": draw(st.floats(1e-3, 1.0)),
+            "mass": draw(masses),
+            "turns": [],
+        }
+        for i in range(draw(st.integers(0, 4)))
+    ]
+    return _scene(bodies, None, draw(untils))
+
+
+def scenes(turns: bool = True) -> st.SearchStrategy[Scene]:
+    """Return the mix that the kit draws from."""
+    return st.one_of(
+        line_scenes(turns),
+        plane_scenes(turns),
+        plane_scenes(turns),
+        grazing_scenes(),
+        sized_scenes(),
+        wide_scenes(),
+    )
