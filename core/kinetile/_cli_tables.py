@@ -13,6 +13,7 @@ from rich.table import Table
 __all__ = [
     "bench_table",
     "comparison_table",
+    "empty_table",
     "parameters_table",
     "plugins_table",
     "run_table",
@@ -86,7 +87,9 @@ def _run_lines(result: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
 
 def comparison_table(outcomes: Iterable[Any]) -> Table:
     """Return how each phase did, one row a phase."""
-    table = _table("broad phase", "> contacts", "> time", "> events", "> CPU s", "fingerprint", "ended by")
+    table = empty_table(
+        "broad phase", "> contacts", "> time", "> events", "> CPU s", "fingerprint", "ended by"
+    )
     for outcome in outcomes:
         table.add_row(
             outcome.phase,
@@ -102,7 +105,7 @@ def comparison_table(outcomes: Iterable[Any]) -> Table:
 
 def plugins_table(listing: Mapping[str, Sequence[Mapping[str, Any]]]) -> Table:
     """Return every phase and recipe that can be chosen by name, and who brings it."""
-    table = _table("| kind", "| name", "what it does", "| from")
+    table = empty_table("| kind", "| name", "what it does", "| from")
     last = None
     for row in sorted(listing["provided"], key=lambda row: str(row["kind"]).split()[::-1]):
         if last not in (None, row["kind"]):
@@ -118,7 +121,7 @@ def plugins_table(listing: Mapping[str, Sequence[Mapping[str, Any]]]) -> Table:
 
 def scenes_table(recipes: Iterable[Mapping[str, Any]]) -> Table:
     """Return the recipes: name, what it makes, its parameters."""
-    table = _table("| recipe", "what it makes", "parameters")
+    table = empty_table("| recipe", "what it makes", "parameters")
     for recipe in recipes:
         parameters = ", ".join(each["name"] for each in recipe["parameters"])
         table.add_row(recipe["name"], recipe["summary"], recipe.get("error", parameters))
@@ -127,7 +130,7 @@ def scenes_table(recipes: Iterable[Mapping[str, Any]]) -> Table:
 
 def parameters_table(parameters: Iterable[Mapping[str, Any]]) -> Table:
     """Return the parameters of a recipe: name, type, default."""
-    table = _table("| parameter", "| type", "default")
+    table = empty_table("| parameter", "| type", "default")
     for each in parameters:
         table.add_row(each["name"], each["type"], str(each.get("default", "(none: must be given)")))
     return table
@@ -135,7 +138,7 @@ def parameters_table(parameters: Iterable[Mapping[str, Any]]) -> Table:
 
 def bench_table(bench: Any) -> Table:
     """Return the rates of a benchmark, one row for each phase on each scene."""
-    table = _table(
+    table = empty_table(
         "> discs",
         "> density",
         "broad phase",
@@ -163,7 +166,7 @@ def bench_table(bench: Any) -> Table:
     return table
 
 
-def _table(*heads: str) -> Table:
+def empty_table(*heads: str) -> Table:
     """Return an empty table; ``>`` begins the head of a column of numbers, ``|`` of one that never wraps."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     for head in heads:

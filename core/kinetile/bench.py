@@ -16,7 +16,18 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-__all__ = ["BODIES", "DENSITIES", "Bench", "BenchRow", "bench_events", "conditions"]
+__all__ = [
+    "BODIES",
+    "DENSITIES",
+    "Bench",
+    "BenchRow",
+    "Choice",
+    "bench_events",
+    "conditions",
+    "phase_label",
+    "phases_with_options",
+    "surroundings",
+]
 
 BODIES = (25, 100, 400)
 DENSITIES = (0.5, 0.25, 0.125, 0.01)
@@ -39,6 +50,7 @@ _COUNTS = (
 )
 
 Choice = str | tuple[str, Mapping[str, Any]]
+"""A broad phase by name, or its name and its options."""
 
 
 @dataclass(frozen=True)
@@ -104,10 +116,7 @@ def bench_events(
     from kinetile._registry import registry
     from kinetile.recipes import make_scene
 
-    chosen = [
-        (choice, {}) if isinstance(choice, str) else (choice[0], dict(choice[1]))
-        for choice in (registry().names("broad phase") if phases is None else phases)
-    ]
+    chosen = phases_with_options(registry().names("broad phase") if phases is None else phases)
     total = len(bodies) * len(densities) * len(chosen) * (repeats + 1)
     done = 0
     rows: list[BenchRow] = []
@@ -137,8 +146,19 @@ def bench_events(
     return Bench(tuple(rows), conditions(seconds, repeats, seed))
 
 
-def conditions(seconds: float, repeats: int, seed: int = 1) -> dict[str, Any]:
-    """Return what a benchmark's figures depend on: versions, machine, and how they were taken."""
+def phases_with_options(choices: Sequence[Choice]) -> list[tuple[str, dict[str, Any]]]:
+    """Return (name, options) for each choice of a broad phase."""
+    return [(each, {}) if isinstance(each, str) else (each[0], dict(each[1])) for each in choices]
+
+
+def phase_label(name: str, options: Mapping[str, Any]) -> str:
+    """Return how a broad phase with its options is written: ``sap-1d:axis=y``."""
+    written = ",".join(f"{key}={value}" for key, value in options.items())
+    return f"{name}:{written}" if written else name
+
+
+def surroundings() -> dict[str, Any]:
+    """Return what every benchmark's figures depend on: versions and machine."""
     from kinetile._versions import versions
 
     return {
@@ -147,6 +167,12 @@ def conditions(seconds: float, repeats: int, seed: int = 1) -> dict[str, Any]:
         "processor": _processor(),
         "processors": os.cpu_count(),
         "system": platform.platform(terse=True),
+    }
+
+
+def conditions(seconds: float, repeats: int, seed: int = 1) -> dict[str, Any]:
+    """Return versions, machine, and how the figures of ``bench_events`` were taken."""
+    return surroundings() | {
         "seconds": seconds,
         "repeats": repeats,
         "seed": seed,
@@ -194,11 +220,10 @@ def _row(
 ) -> BenchRow:
     rates = [run.events_per_cpu_second for run in runs]
     contacts = runs[0].contacts_disc + runs[0].contacts_wall
-    options = ",".join(f"{key}={value}" for key, value in choice[1].items())
     return BenchRow(
         bodies=n,
         density=density,
-        phase=f"{choice[0]}:{options}" if options else choice[0],
+        phase=phase_label(*choice),
         events_per_cpu_second=statistics.median(rates),
         slowest=min(rates),
         fastest=max(rates),

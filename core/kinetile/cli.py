@@ -171,6 +171,44 @@ def bench_events(
     bench(phases, bodies, densities, seconds, repeats, json)
 
 
+@bench_app.command("thesis")
+def bench_thesis(
+    phases: Annotated[
+        str, typer.Option(metavar="A,B,...", help="Broad phases.")
+    ] = "naive,sap-1d,sap-2d,sweep-tiling",
+    seeds: Annotated[int, typer.Option(min=1, metavar="K", help="Run each scene with the seeds 1 to K.")] = 6,
+    until: Annotated[float, typer.Option(metavar="T", help="How much time is simulated.")] = 1.0,
+    seconds: Annotated[
+        float, typer.Option(min=0.0001, help="CPU seconds of the runs of a phase on a scene, at least.")
+    ] = 0.05,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Write all cells as CSV, and figures 23 and 24, into this folder."),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Do the thesis's benchmark (section 5.3) again, and say which of its statements hold."""
+    from kinetile._cli_bench import thesis
+
+    thesis(phases, seeds, until, seconds, out, json)
+
+
+@bench_app.command("growth")
+def bench_growth(
+    phase: Annotated[str, typer.Option(metavar="NAME", help="The broad phase.")] = "sweep-tiling",
+    bodies: Annotated[
+        str, typer.Option(metavar="N,...", help="Numbers of discs; the next square number is taken.")
+    ] = "100,1000,10000,100000",
+    density: Annotated[float, typer.Option(help="Area fraction.")] = 0.5,
+    seconds: Annotated[float, typer.Option(min=0.001, help="CPU seconds for each, at least.")] = 2.0,
+    json: Json = False,
+) -> None:
+    """Measure time and memory of a broad phase against the number of discs."""
+    from kinetile._cli_bench import growth
+
+    growth(phase, bodies, density, seconds, json)
+
+
 def main() -> None:
     """Run the command line."""
     app()

@@ -11,7 +11,7 @@ from kinetile.conformance.checks import CHECKS
 from kinetile.conformance.engine import EXAMPLES, run_check
 from kinetile.conformance.report import Report
 
-__all__ = ["parametrize_with_checks", "checks_of"]
+__all__ = ["checks_of", "parametrize_with_checks"]
 
 
 def checks_of(
