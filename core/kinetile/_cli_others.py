@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from kinetile._cli_run import as_json, narrow_choice, scene_summary, until_or_default
-from kinetile._cli_terminal import DIFFERENT, Bar, exit_codes, make_ready
+from kinetile._cli_terminal import DIFFERENT, FAULT, Bar, exit_codes, make_ready, notice
 from kinetile._cli_values import find_scene, read_numbers, read_phase, read_phases
 from kinetile.errors import KinetileError
 from kinetile.recipes import REQUIRED, recipe_parameters
@@ -62,6 +62,9 @@ def compare_phases(
     _print_comparison(comparison, {"scene": scene_summary(scene), "run": run}, json)
     if not comparison.identical:
         raise typer.Exit(DIFFERENT)
+    if comparison.fault is not None:
+        notice("kinetile: the phases agree, but none of them came to the end that was asked for")
+        raise typer.Exit(FAULT)
 
 
 def _print_comparison(comparison: Comparison, head: dict[str, Any] | None, json: bool) -> None:
@@ -79,6 +82,8 @@ def _print_comparison(comparison: Comparison, head: dict[str, Any] | None, json:
     if head and comparison.identical:
         contacts = comparison.outcomes[0].contacts
         show(f"identical: {contacts:,} contacts, the end and every body's state agree bit for bit")
+        if comparison.fault is not None:
+            show(f"but every run ended in a fault: {comparison.fault}")
     show(*map(str, comparison.divergences))
 
 

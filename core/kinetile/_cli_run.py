@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 from collections.abc import Sequence
 from contextlib import ExitStack
+from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -52,6 +54,7 @@ class _Ending(NamedTuple):
 def run(wish: Wish) -> None:
     """Do what was asked for; raises typer.Exit with the exit code unless that is 0."""
     with exit_codes():
+        _check_files(wish)
         scene = find_scene(wish.scene, wish.parameters)
         simulation = _compose(scene, wish)
         if wish.save_scene is not None:
@@ -69,7 +72,10 @@ def run(wish: Wish) -> None:
 
 
 def until_or_default(scene: Scene, until: float | None, max_contacts: int | None) -> float | None:
-    """Return the time to run to: as asked for, or the scene's own, or one unit; None for contacts alone."""
+    """Return the time to run to: as asked for, or the scene's own, or one unit; None for contacts alone.
+
+    With ``max_contacts`` the scene's own end holds as well: whichever comes first.
+    """
     if until is not None:
         if not scene.start <= until < float("inf"):
             raise BadOption(
@@ -77,7 +83,7 @@ def until_or_default(scene: Scene, until: float | None, max_contacts: int | None
             )
         return until
     if scene.settings.until is not None or max_contacts is not None:
-        return scene.settings.until
+        return scene.settings.until  # which ends a run of so many contacts too, as in Simulation.run
     return scene.start + 1.0
 
 
@@ -114,6 +120,24 @@ def _plain(value: Any) -> Any:
     return value if value is None or isinstance(value, str | int) else str(value)
 
 
+def _check_files(wish: Wish) -> None:
+    """Raise BadOption unless the files of the command line are different ones."""
+    files = {"--events": wish.events, "--save-scene": wish.save_scene}
+    if wish.scene.lower().endswith(".toml"):
+        files["the scene"] = Path(wish.scene)
+    given = [(what, Path(path)) for what, path in files.items() if path is not None]
+    for (one, path), (other, its_path) in combinations(given, 2):
+        if "--events" in (one, other) and _same_file(path, its_path):
+            raise BadOption(f"{one} and {other} are one file, {path}: expected two, for one would be lost")
+
+
+def _same_file(one: Path, other: Path) -> bool:
+    try:
+        return one.samefile(other)
+    except OSError:  # one of them is not there yet
+        return os.path.realpath(one) == os.path.realpath(other)
+
+
 def _save(simulation: Simulation, wish: Wish) -> None:
     """Save the scene with the phases and the end that were asked for: running the file runs this again."""
     from kinetile.scene import Settings, relabelled
@@ -121,12 +145,12 @@ def _save(simulation: Simulation, wish: Wish) -> None:
 
     scene, settings = simulation.scene, simulation.scene.settings
     options = {name: dict(given) for name, given in settings.options.items()}
-    if wish.broad_phase or wish.options:
+    if wish.broad_phase is not None or wish.options:
         options[simulation.broad_phase] = dict(simulation.options)
     if wish.narrow_phases:
         options |= _narrow_phases(simulation)
     chosen = Settings(
-        simulation.broad_phase if wish.broad_phase or wish.options else settings.broad_phase,
+        simulation.broad_phase if wish.broad_phase is not None or wish.options else settings.broad_phase,
         simulation.narrow_phases if wish.narrow_phases else settings.narrow_phases,
         {name: given for name, given in options.items() if given},
         settings.until if wish.until is None else wish.until,
@@ -140,7 +164,7 @@ def _save(simulation: Simulation, wish: Wish) -> None:
 def _compose(scene: Scene, wish: Wish) -> Simulation:
     from kinetile.simulation import Simulation
 
-    name, options = read_phase(wish.broad_phase) if wish.broad_phase else (None, {})
+    name, options = (None, {}) if wish.broad_phase is None else read_phase(wish.broad_phase)
     options |= read_assignments(wish.options, "--option")
     return Simulation(
         scene,

@@ -171,8 +171,12 @@ def empty_table(*heads: str) -> Table:
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     for head in heads:
         mark, _, text = head.partition(" ") if head[:2] in ("> ", "| ") else ("", "", head)
+        whole = mark == "|"  # what is cut all the same, on a narrow terminal, ends in a mark that says so
         table.add_column(
-            text, justify="right" if mark == ">" else "left", no_wrap=mark == "|", overflow="fold"
+            text,
+            justify="right" if mark == ">" else "left",
+            no_wrap=whole,
+            overflow="ellipsis" if whole else "fold",
         )
     return table
 

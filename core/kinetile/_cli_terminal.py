@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Self, TextIO
 
 import typer
 
-from kinetile.errors import KinetileError, MissedContactError, PhaseError, RecordError, ZenoError
+from kinetile.errors import (
+    AuditError,
+    KinetileError,
+    MissedContactError,
+    PhaseError,
+    RecordError,
+    ZenoError,
+)
 
 if TYPE_CHECKING:
     from kinetile.simulation import Progress, Simulation
@@ -27,13 +35,14 @@ __all__ = [
     "exit_codes",
     "make_ready",
     "notice",
+    "results_on_stdout",
 ]
 
 FAULT = 1
 DIFFERENT = 1
 USAGE = 2
 INTERRUPTED = 128 + signal.SIGINT
-FAULTS = (ZenoError, MissedContactError, PhaseError, RecordError)
+FAULTS = (ZenoError, MissedContactError, PhaseError, RecordError, AuditError)
 """What can go wrong in a run that was asked for correctly."""
 
 PATIENCE = 2.0
@@ -43,8 +52,44 @@ _COMPILING = "about 10 s"
 
 
 def notice(text: str) -> None:
-    """Write a line to stderr."""
-    typer.echo(text, err=True)
+    """Write a line to stderr; where that cannot be done, a result is worth more than the line."""
+    if sys.stderr is None:
+        return
+    try:
+        typer.echo(text, err=True)
+    except OSError:
+        _give_up(sys.stderr)
+
+
+@contextmanager
+def results_on_stdout() -> Iterator[None]:
+    """Within this context results are printed; where they cannot be, say so and end with exit code 1.
+
+    Without any stdout that is said before any work is done. A reader that has seen enough is no mishap to
+    speak of.
+    """
+    if sys.stdout is None:
+        notice("kinetile: the result cannot be printed: stdout is closed")
+        raise SystemExit(FAULT)
+    try:
+        try:
+            yield
+        finally:
+            sys.stdout.flush()
+    except OSError as error:
+        _give_up(sys.stdout)
+        if not isinstance(error, BrokenPipeError):
+            what = "the result cannot be printed" if error.filename is None else str(error.filename)
+            notice(f"kinetile: {what}: {error.strerror or error}")
+        raise SystemExit(FAULT) from error
+
+
+def _give_up(stream: TextIO) -> None:
+    """Let what is left in a stream that cannot be written go nowhere, and not complain at the very end."""
+    with suppress(OSError):
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, stream.fileno())
+        os.close(nowhere)
 
 
 @contextmanager
@@ -120,7 +165,7 @@ class Bar:
             return
         if self._began is None:
             self._began = time.monotonic()
-        if time.monotonic() - self._began > PATIENCE and sys.stderr.isatty():
+        if time.monotonic() - self._began > PATIENCE and sys.stderr is not None and sys.stderr.isatty():
             self._bar = _bar()
             self._bar.add_task(self.what, total=total, completed=completed, text=text)
             self._bar.start()

@@ -8,9 +8,15 @@ from __future__ import annotations
 
 from typing import Any
 
-__all__ = ["pytest_addoption", "pytest_generate_tests"]
+import pytest
+
+__all__ = ["pytest_addoption", "pytest_collection_modifyitems", "pytest_generate_tests"]
 
 SUITE = "kinetile.conformance.suite"
+
+MISTAKE = pytest.StashKey[str]()
+"""What is wrong with the suite's options: raised while tests are made, it would look like an error of the
+suite."""
 
 
 def pytest_addoption(parser: Any) -> None:
@@ -32,23 +38,27 @@ def pytest_generate_tests(metafunc: Any) -> None:
     """Make one test of each check and phase; only for the suite."""
     if metafunc.module.__name__ != SUITE and not metafunc.module.__name__.endswith("conformance.suite"):
         return
-    import pytest
-
     from kinetile._cli_values import read_phase
     from kinetile.conformance.doors import checks_of
     from kinetile.errors import KinetileError
 
-    names = metafunc.config.getoption("--broad-phase")
+    config = metafunc.config
+    names = config.getoption("--broad-phase")
     if not names:
-        raise pytest.UsageError("the conformance suite needs to know whom to judge: --broad-phase NAME")
+        config.stash[MISTAKE] = "the conformance suite needs to know whom to judge: --broad-phase NAME"
     cases = []
     for name in names:
         try:
             phase, options = read_phase(name)
-            tests = checks_of(
-                phase, options=options, examples=metafunc.config.getoption("--conformance-examples")
-            )
+            tests = checks_of(phase, options=options, examples=config.getoption("--conformance-examples"))
         except KinetileError as error:
-            raise pytest.UsageError(str(error)) from error
+            config.stash[MISTAKE] = str(error)
+            break
         cases += [pytest.param(run, id=f"{name}-{check}") for check, run in tests.items()]
     metafunc.parametrize("check", cases)
+
+
+def pytest_collection_modifyitems(config: Any) -> None:
+    """End the run with a usage error (exit code 4) where the suite's options are of no use."""
+    if MISTAKE in config.stash:
+        raise pytest.UsageError(config.stash[MISTAKE])

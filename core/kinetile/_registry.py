@@ -105,6 +105,10 @@ class Registry:
         """Return what the plugin says about a name or alias, importing nothing. Raises UnknownName."""
         return self._find(kind, name).spec
 
+    def provided(self, kind: Kind, name: str) -> Provided:
+        """Return what has a name or alias, with the plugin that brings it. Raises UnknownName."""
+        return self._find(kind, name)
+
     def names(self, kind: Kind) -> tuple[str, ...]:
         """Return the names of one kind, without aliases: the built-in ones first."""
         return tuple(provided.spec.name for provided in self._provided if provided.kind == kind)

@@ -11,19 +11,40 @@ from __future__ import annotations
 
 import errno
 import os
+import stat
 from pathlib import Path
 
-__all__ = ["ReservedFile"]
+__all__ = ["ReservedFile", "writable_target"]
 
 _NOT_SUPPORTED = {errno.EINVAL, errno.ENOSYS, errno.EOPNOTSUPP}
 _ZEROS = bytes(1 << 20)
 
 
+def writable_target(path: str | os.PathLike[str]) -> Path:
+    """Return the file that a path means, links followed, which is to be written or replaced as a whole.
+
+    Raises OSError where something is that is no regular file: a folder, a device, a pipe.
+    """
+    target = Path(os.path.realpath(path))
+    try:
+        mode = target.stat().st_mode
+    except FileNotFoundError:
+        return target
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+    if not stat.S_ISREG(mode):
+        raise OSError(errno.EINVAL, "it is there and is no regular file, so it is not replaced")
+    return target
+
+
 class ReservedFile:
-    """A binary file, written from front to back, as a sink for pyarrow (write, flush, tell, closed)."""
+    """A new binary file, written from front to back, as a sink for pyarrow (write, flush, tell, closed).
+
+    Raises FileExistsError for a name that is taken.
+    """
 
     def __init__(self, path: Path) -> None:
-        self._file = path.open("wb", buffering=0)
+        self._file = path.open("xb", buffering=0)
         self._owned = 0
         self.position = 0
         self.torn = False

@@ -40,9 +40,9 @@ class Agenda:
     def _sort(self) -> None:
         self._planned.sort(key=lambda p: (p.ticks, p.code != REANCHORED, p.body))
 
-    def put(self, ticks: int, body: int, vx: float, vy: float, code: int) -> None:
-        """Add a change."""
-        self._planned.append(Planned(ticks, body, vx, vy, code))
+    def put(self, *changes: Planned) -> None:
+        """Add changes."""
+        self._planned.extend(changes)
         self._sort()
 
     def due(self, clock: Clock) -> list[Planned]:

@@ -1,8 +1,9 @@
 """The command ``kinetile``.
 
 Results go to stdout, as a table or (``--json``) as JSON; everything else goes to stderr. Exit codes: 0; 1 for
-a divergence or a fault in the run; 2 for what cannot be done as it was asked for; 130 after Ctrl-C, when what
-was done until then has been printed. What a command needs is imported by that command alone: a run should
+a divergence, a fault in the run or a phase that does not conform; 2 for what cannot be done as it was asked
+for; 3 where the conformance kit's reference itself is in doubt; 130 after Ctrl-C, when what was done until
+then has been printed. What a command needs is imported by that command alone: a run should
 spend its time running.
 """
 
@@ -136,6 +137,67 @@ def compare(
 
 
 @app.command()
+def conform(
+    phase: Annotated[
+        str,
+        typer.Argument(metavar="NAME", help="The broad phase, with options if need be: sap-1d:axis=y."),
+    ],
+    examples: Annotated[int, typer.Option(min=1, metavar="N", help="Scenes drawn for each check.")] = 100,
+    check: Annotated[
+        list[str] | None, typer.Option("--check", metavar="CHECK", help="Run this check, not all.")
+    ] = None,
+    expect_failure: Annotated[
+        list[str] | None,
+        typer.Option("--expect-failure", metavar="CHECK=REASON", help="A check that is known to fail."),
+    ] = None,
+    save_to: Annotated[
+        Path, typer.Option(metavar="DIR", help="Where scenes that fail are saved, if there are any.")
+    ] = Path("conformance-failures"),
+    shrink: Annotated[bool, typer.Option(help="Look for the smallest scene that fails.")] = True,
+    seed: Annotated[int, typer.Option(metavar="N", help="What the drawing of scenes begins with.")] = 0,
+    isolated: Annotated[
+        bool,
+        typer.Option("--isolated/--in-process", help="Judge in processes with limits, or in this one."),
+    ] = True,
+    json: Json = False,
+) -> None:
+    """Judge a broad phase; exit code 1 if it does not conform, 3 if the reference itself is in doubt."""
+    from kinetile._cli_conform import Trial
+    from kinetile._cli_conform import conform as carry_out
+
+    carry_out(
+        Trial(phase, examples, check or (), expect_failure or (), save_to, shrink, seed, isolated, json)
+    )
+
+
+@app.command()
+def replay(
+    phase: Annotated[str, typer.Argument(metavar="NAME", help="The broad phase.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A scene file, such as `conform` saves.")],
+    check: Annotated[
+        str | None,
+        typer.Option(metavar="CHECK", help="The check; the one that the file names, or same-contacts."),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Run a check on a saved scene again; exit code 1 if it still fails."""
+    from kinetile._cli_conform import replay as carry_out
+
+    carry_out(phase, file, check, json)
+
+
+@app.command("new-plugin")
+def new_plugin(
+    name: Annotated[str, typer.Argument(help="What the broad phase is to be called.")],
+    into: Annotated[Path, typer.Option(metavar="DIR", help="The folder to write the package into.")] = Path(),
+) -> None:
+    """Write a package with a broad phase that works, to begin one of your own with."""
+    from kinetile._cli_conform import create_plugin
+
+    create_plugin(name, into)
+
+
+@app.command()
 def plugins(json: Json = False) -> None:
     """List the phases and recipes that are installed, and the plugins that failed to load."""
     from kinetile._cli_others import list_plugins
@@ -211,7 +273,10 @@ def bench_growth(
 
 def main() -> None:
     """Run the command line."""
-    app()
+    from kinetile._cli_terminal import results_on_stdout
+
+    with results_on_stdout():
+        app()
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetile.errors import BadOption, MissedContactError, PhaseError, ZenoError
+from kinetile.errors import AuditError, BadOption, MissedContactError, PhaseError, ZenoError
 from kinetile.log import WALLS
 
 if TYPE_CHECKING:
@@ -87,6 +87,12 @@ class Comparison:
         return not self.divergences
 
     @property
+    def fault(self) -> str | None:
+        """The fault in which every run ended, as the reference tells it; None if one came to its end."""
+        faults = [outcome.fault for outcome in self.outcomes]
+        return faults[0] if faults and all(fault is not None for fault in faults) else None
+
+    @property
     def first_divergence(self) -> Divergence | None:
         """The earliest divergence of all, or None."""
         order = {"contact": 0, "end": 1, "body": 2}
@@ -124,20 +130,23 @@ def compare(
 ) -> Comparison:
     """Run a scene under each of at least two broad phases, and compare all with the first.
 
-    A phase is a name, or a pair (name, options). Without ``until`` and ``max_contacts`` the scene's own
-    ``until`` holds, or else one time unit. ``start`` is called with a label and the simulation before each
-    run, ``finish`` with its outcome after it; ``progress`` is the argument of that name of
-    ``Simulation.run``.
+    A phase is a name, or a pair (name, options). Without ``until`` the scene's own holds, with
+    ``max_contacts`` as well; where there is none of the three, one time unit. ``start`` is called with a
+    label and the simulation before each run, ``finish`` with its outcome after it; ``progress`` is the
+    argument of that name of ``Simulation.run``.
 
-    A fault in a run (ZenoError, MissedContactError, PhaseError) is part of its answer. Raises BadOption for
-    fewer than two phases, and what ``Simulation`` raises for names and options that there are not.
+    A fault in a run (ZenoError, MissedContactError, PhaseError, AuditError) is part of its answer. Raises
+    BadOption for fewer than two phases, and what ``Simulation`` raises for names and options that there are
+    not.
     """
     from kinetile.simulation import Simulation
 
     if len(broad_phases) < 2:
         raise BadOption(f"a comparison needs at least two broad phases; found {len(broad_phases)}")
+    if until is None:
+        until = scene.settings.until
     if until is None and max_contacts is None:
-        until = scene.settings.until if scene.settings.until is not None else scene.start + 1.0
+        until = scene.start + 1.0
     reference: _Answer | None = None
     outcomes: list[Outcome] = []
     divergences: list[Divergence] = []
@@ -154,7 +163,7 @@ def compare(
         fault: str | None = None
         try:
             simulation.run(until, max_contacts=max_contacts, progress=progress)
-        except (ZenoError, MissedContactError, PhaseError) as error:
+        except (ZenoError, MissedContactError, PhaseError, AuditError) as error:
             fault = f"{type(error).__name__}: {error}"
         answer = _answer(simulation, fault)
         outcomes.append(_outcome(label, simulation, answer, fault))

@@ -23,13 +23,24 @@ import hashlib
 import os
 import sys
 from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
 from typing import Any, TypeVar, cast
 
 import numpy as np
 
-__all__ = ["INTERPRETED", "NotCompiled", "compose", "disowned", "hook", "is_cached", "make_ready"]
+__all__ = [
+    "INTERPRETED",
+    "NotCompiled",
+    "compose",
+    "disowned",
+    "hook",
+    "is_cached",
+    "is_hook",
+    "make_ready",
+    "nobody_compiles",
+]
 
 INTERPRETED = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
 """True when hooks run as plain Python."""
@@ -50,6 +61,21 @@ def hook(function: F) -> F:
     import numba
 
     return cast(F, numba.njit(forceinline=True, error_model="numpy")(function))
+
+
+def is_hook(value: Any) -> bool:
+    """Whether a value is a function marked with ``hook``; where hooks are interpreted, whether it is a
+    function."""
+    return callable(value) if INTERPRETED else hasattr(value, "py_func")
+
+
+def nobody_compiles() -> AbstractContextManager[Any]:
+    """Return a context in which no other thread compiles: only then is it safe to fork this process."""
+    if INTERPRETED or "numba" not in sys.modules:
+        return nullcontext()
+    from numba.core.compiler_lock import global_compiler_lock
+
+    return cast("AbstractContextManager[Any]", global_compiler_lock)
 
 
 if INTERPRETED:
@@ -113,12 +139,20 @@ def _compose(
     function.__doc__ = source.__doc__
     if INTERPRETED:
         return function
-    import numba
-
     fingerprint, modules = _fingerprint(function, state)
     function.__qualname__ = f"{source.__name__}_{label}_{fingerprint}"
-    cached = "__main__" not in modules
-    return cast("Callable[..., Any]", numba.njit(cache=cached, error_model="numpy", nogil=True)(function))
+    if "__main__" not in modules:
+        try:
+            return _njit(function, cache=True)
+        except RuntimeError:  # there is no folder that Numba could write its cache to
+            pass
+    return _njit(function, cache=False)
+
+
+def _njit(function: Callable[..., Any], cache: bool) -> Callable[..., Any]:
+    import numba
+
+    return cast("Callable[..., Any]", numba.njit(cache=cache, error_model="numpy", nogil=True)(function))
 
 
 def _fingerprint(function: Callable[..., Any], state: type) -> tuple[str, set[str]]:
@@ -136,6 +170,7 @@ def _fingerprint(function: Callable[..., Any], state: type) -> tuple[str, set[st
         if isinstance(value, FunctionType | type):
             modules.add(value.__module__)
             digest.update(f"{value.__module__}.{value.__qualname__}".encode())
+            digest.update(repr((getattr(value, "_fields", ()), getattr(value, "__members__", ()))).encode())
         if isinstance(value, FunctionType):
             if id(value) in seen:
                 return
@@ -165,8 +200,11 @@ def _fingerprint(function: Callable[..., Any], state: type) -> tuple[str, set[st
                 code(constant, names)
             else:
                 digest.update(repr(constant).encode())
-        found = [names[name] for name in block.co_names if name in names]
-        rooms = [value for value in found if isinstance(value, ModuleType) and not _foreign(value)]
+        rooms: list[ModuleType] = []
+        for name in block.co_names:  # in the order of the code: package, module in it, function in that
+            for value in (names.get(name), *(getattr(room, name, None) for room in rooms)):
+                if isinstance(value, ModuleType) and value not in rooms and not _foreign(value):
+                    rooms.append(value)
         for name in block.co_names:
             digest.update(name.encode())
             if name in names:

@@ -6,11 +6,16 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from kinetile._plugins import Kind
 from kinetile._registry import registry
 from kinetile._spelling import nearest
+from kinetile.clock import TICKS, time_unit
 from kinetile.errors import BadOption, PhaseError, Refused
+from kinetile.foreign import calling, described
+from kinetile.parts_checks import check_parts
 from kinetile.protocols import BroadPhaseParts, PairParts, WallParts
 from kinetile.scene import Scene
+from kinetile.skin import Skin, speed_bound, too_thick
 
 __all__ = ["DEFAULT_BROAD_PHASES", "Composition", "compose_phases"]
 
@@ -81,8 +86,10 @@ def compose_phases(
     narrow = narrow_phases if narrow_phases is not None else settings.narrow_phases
     if narrow is None:
         narrow = ("disc", "wall") if scene.arena is not None else ("disc",)
+    if isinstance(narrow, str):
+        raise BadOption(f"narrow_phases is a sequence of names, such as [{narrow!r}], not a string")
     named = narrow if isinstance(narrow, Mapping) else {each: {} for each in narrow}
-    name = broad_phase or settings.broad_phase
+    name = broad_phase if broad_phase is not None else settings.broad_phase
     if name is not None:
         return _compose(scene, name, named, options)
     *first, last = DEFAULT_BROAD_PHASES
@@ -103,8 +110,9 @@ def _compose(
     broad = _prepare("broad phase", name, broad_options, scene)
     if not isinstance(broad, BroadPhaseParts):
         raise PhaseError(
-            f"broad phase {name!r}: prepare returned {type(broad).__name__}, not BroadPhaseParts"
+            f"{described('broad phase', name)}: prepare returned {type(broad).__name__}, not BroadPhaseParts"
         )
+    check_parts(described("broad phase", name), broad)
 
     pair: PairParts | None = None
     wall: WallParts | None = None
@@ -123,8 +131,15 @@ def _compose(
             )
         else:
             raise PhaseError(
-                f"narrow phase {each!r}: prepare returned {type(parts).__name__}, not PairParts or WallParts"
+                f"{described('narrow phase', each)}: prepare returned {type(parts).__name__}, "
+                "not PairParts or WallParts"
             )
+        check_parts(described("narrow phase", each), parts)
+    if broad.skin_limit is not None and scene.arena is not None:
+        tick = time_unit(scene) / TICKS
+        skin = Skin.of(len(scene), max(scene.arena), speed_bound(scene), tick)
+        if skin.delta > broad.skin_limit:
+            raise Refused(too_thick(name, skin.delta, broad.skin_limit))
     if broad.solid and pair is None:
         raise Refused(
             f"{name} is right only while bodies cannot pass through each other, and no narrow phase for "
@@ -133,12 +148,15 @@ def _compose(
     return Composition(name, broad_options, narrow_options, broad, pair, wall)
 
 
-def _prepare(kind: str, name: str, options: Mapping[str, Any], scene: Scene) -> Any:
+def _prepare(kind: Kind, name: str, options: Mapping[str, Any], scene: Scene) -> Any:
     """Make a phase with its options and ask it for its parts."""
     found = registry()
     phase = found.broad_phase(name) if kind == "broad phase" else found.narrow_phase(name)
     check_options(kind, name, phase, options)
-    return phase(**options).prepare(scene)
+    with calling(kind, name, "its constructor"):
+        made = phase(**options)
+    with calling(kind, name, "prepare"):
+        return made.prepare(scene)
 
 
 def check_options(kind: str, name: str, phase: Callable[..., Any], options: Mapping[str, Any]) -> None:

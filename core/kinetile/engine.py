@@ -16,20 +16,22 @@ import time
 
 import numpy as np
 
-from kinetile.agenda import Agenda
+from kinetile._plugins import sentence
+from kinetile.agenda import Agenda, Planned
 from kinetile.audit import complaints
 from kinetile.clock import SPAN, TICKS, Clock, time_unit
 from kinetile.compiled import NotCompiled, make_ready
 from kinetile.composition import Composition
-from kinetile.errors import AuditError, PhaseError
+from kinetile.errors import AuditError, KinetileError, PhaseError, Refused
 from kinetile.failures import failure
 from kinetile.flight import positions_now
+from kinetile.foreign import calling, described, place_of
 from kinetile.kernel import BUDGET_SPENT, FAULT, LOG_FULL, NO_ROOM, TIME_REACHED
 from kinetile.ledger import Ledger
 from kinetile.log import REANCHORED, TURNED
 from kinetile.measures import energy
 from kinetile.scene import Scene
-from kinetile.skin import Skin, speed_bound
+from kinetile.skin import Skin, speed_bound, too_thick
 from kinetile.tables import NEVER, Kernel, allocate, clear, record_table
 
 __all__ = ["UNLIMITED", "Engine"]
@@ -94,6 +96,10 @@ class Engine:
         counts = self.k.counts[0]
         return self.contacts + int(counts.turns) + int(counts.structural)
 
+    @property
+    def _phases(self) -> str:
+        return ", ".join([self.composition.broad_phase, *self.composition.narrow_phases])
+
     def compile(self) -> None:
         """Compile the loop, or load it from the disk cache, where that has not been done."""
         if not self._ready:
@@ -101,8 +107,9 @@ class Engine:
             try:
                 make_ready(self.loop, self.k, self.state, 0, 0, 0)
             except NotCompiled as error:
-                phases = ", ".join([self.composition.broad_phase, *self.composition.narrow_phases])
-                raise PhaseError(f"the hooks of {phases} do not compile together: {error}") from error
+                who = described("broad phase", self.composition.broad_phase)
+                said = f"the hooks of {self._phases} do not compile together ({who}): {error}"
+                raise PhaseError(said) from error
             self.compile_seconds += time.perf_counter() - began
             self._ready = True
 
@@ -115,11 +122,16 @@ class Engine:
             ZenoError, MissedContactError, PhaseError: the loop returned with a fault.
         """
         self.compile()
-        began = time.process_time()
-        reason = int(
-            self.loop(self.k, self.state, until, self._budget if budget is None else budget, contacts)
-        )
-        took = time.process_time() - began
+        began = time.thread_time()
+        try:
+            reason = int(
+                self.loop(self.k, self.state, until, self._budget if budget is None else budget, contacts)
+            )
+        except Exception as error:  # a hook that raises, or one that is interpreted and leaves its arrays
+            who = described("broad phase", self.composition.broad_phase)
+            said = f"a hook of {self._phases} raised {sentence(error)}{place_of(error)} ({who})"
+            raise PhaseError(f"at time {self.clock.time(self.now)!r} {said}") from error
+        took = time.thread_time() - began
         self.cpu_seconds += took
         self.ledger.take(self.k)
         if reason == BUDGET_SPENT and budget is None and took < CHUNK_SECONDS / 2:
@@ -141,9 +153,16 @@ class Engine:
             AuditError: the first thing that does not hold.
         """
         self.build(broad_phase)
-        for complaint in complaints(self.k, self.composition, self.skin.delta):
-            moment = f"at time {self.clock.time(self.now)!r}, after {self.events} events"
-            raise AuditError(f"{moment} under broad phase {broad_phase!r}: {complaint}")
+        moment = f"at time {self.clock.time(self.now)!r}, after {self.events} events"
+        who = f"{moment} under broad phase {broad_phase!r}"
+        try:
+            for complaint in complaints(self.k, self.composition, self.skin.delta):
+                raise AuditError(f"{who}: {complaint}")
+        except (KinetileError, KeyboardInterrupt):
+            raise
+        except (Exception, SystemExit) as error:  # tables that are not what they were, or the phase's audit
+            said = f"the audit cannot be finished: {sentence(error)}{place_of(error)}"
+            raise AuditError(f"{who}: {said}") from error
 
     def build(self, broad_phase: str) -> None:
         """Build the structure, if that is still to be done, and run no event."""
@@ -157,14 +176,15 @@ class Engine:
         needed = math.sqrt(squares / float(k.mass.min()))
         self._allow_turns()
         self._forget_turns()
-        self.agenda.put(self.clock.base * TICKS + self.now, body, vx, vy, TURNED)
+        self.agenda.put(Planned(self.clock.base * TICKS + self.now, body, vx, vy, TURNED))
         self._load_turns()
-        self.ledger.recorder = self.ledger.unrecorded.append
+        recorder = self.ledger.recorder
+        self.ledger.recorder = recorder or self.ledger.unrecorded.append
         try:
             while self.chunk(self.now, UNLIMITED, broad_phase) != TIME_REACHED:
                 pass
         finally:
-            self.ledger.recorder = None
+            self.ledger.recorder = recorder
         if needed > self.speed:
             self.speed = 2.0 * needed
             self.lay_out()
@@ -184,9 +204,11 @@ class Engine:
         old = np.flatnonzero(k.bodies.anchor < -SPAN)
         if len(old):
             self._allow_turns()
-            for body in old:
-                at = k.bodies[body]
-                self.agenda.put(self.clock.base * TICKS, int(body), float(at.vx), float(at.vy), REANCHORED)
+            begin = self.clock.base * TICKS
+            vx, vy = k.bodies.vx[old].tolist(), k.bodies.vy[old].tolist()
+            self.agenda.put(
+                *(Planned(begin, *plan, REANCHORED) for plan in zip(old.tolist(), vx, vy, strict=True))
+            )
         self._load_turns()
         if not self._walled and len(self.scene) and self._reach_of_flight(spans=2) > self._extent:
             self.lay_out()
@@ -202,10 +224,17 @@ class Engine:
         self.skin = Skin.of(len(self.scene), self._extent, self.speed, float(clock.tick))
         k.bodies.reach = k.bodies.radius + self.skin.delta
         clock.theta, clock.tolerance = self.skin.theta, self.skin.tolerance
+        if len(self.scene) and self.speed > 0.0:  # jammed: contacts within 1e-13 radii of flight each
+            flight = 1e-13 * float(self.scene.radius.min()) / self.speed
+            clock.window_ticks = int(min(int(clock.window_size) * flight * clock.per_time, SPAN))
+        limit = self.composition.broad.skin_limit
+        if limit is not None and self.skin.delta > limit:
+            raise Refused(too_thick(self.composition.broad_phase, self.skin.delta, limit))
         clear(k)
         self._load_turns()
         if self.composition.broad.arrange is not None:
-            self.composition.broad.arrange(self.k, self.state)
+            with calling("broad phase", self.composition.broad_phase, "arrange"):
+                self.composition.broad.arrange(_to_be_read(k), self.state)
 
     def _reach_of_flight(self, spans: int) -> float:
         """How far from the origin a body can come within so many spans."""
@@ -237,12 +266,9 @@ class Engine:
         if scene.arena is not None:
             clock.width, clock.height = scene.arena
         n = len(scene)
-        clock.spin_limit = 8 * (2 * n + 2) ** 2 + 1000
+        clock.spin_limit = 2 * (2 * n + 2) ** 2 + 1000
         clock.window_size = 200 * n + 2000
         clock.window_tick = -(2**62)
-        if n and self.speed > 0.0:  # jammed: a window of contacts within 1e-13 radii of flight a contact
-            flight = 1e-13 * float(scene.radius.min()) / self.speed
-            clock.window_ticks = int(min(int(clock.window_size) * flight * clock.per_time, SPAN))
         return k
 
     def _allow_turns(self) -> None:
@@ -268,3 +294,10 @@ class Engine:
             row.vx, row.vy, row.body, row.code = turn.vx, turn.vy, turn.body, turn.code
         self.k.clock[0].turns = len(due)
         self.k = self.k._replace(turns=turns)
+
+
+def _to_be_read(k: Kernel) -> Kernel:
+    """Return the tables with bodies that can only be read: for what looks at them from outside the loop."""
+    bodies, mass = k.bodies.view(), k.mass.view()
+    bodies.flags.writeable = mass.flags.writeable = False
+    return k._replace(bodies=bodies, mass=mass)

@@ -3,7 +3,17 @@
 from __future__ import annotations
 
 from kinetile.errors import KinetileError, MissedContactError, PhaseError, ZenoError
-from kinetile.faults import BAD_PAIR, JAMMED, LATE_CONTACT, STALLED, TOO_DEEP, UNKNOWN_PAIR
+from kinetile.faults import (
+    BAD_CERTIFICATE,
+    BAD_PAIR,
+    JAMMED,
+    LATE_CONTACT,
+    NOT_FINITE,
+    STALLED,
+    TOO_DEEP,
+    UNKNOWN_PAIR,
+)
+from kinetile.foreign import described
 from kinetile.log import WALLS
 
 __all__ = ["failure"]
@@ -15,7 +25,7 @@ def failure(fault: int, a: int, b: int, time: float, broad_phase: str, window: i
     who = (
         f"bodies {a} and {b}" if b >= 0 else f"body {a}" + (f" and the {WALLS[b]} wall" if b in WALLS else "")
     )
-    phase = f"broad phase {broad_phase!r}"
+    phase = described("broad phase", broad_phase)
     if fault == JAMMED:
         said = (
             f"at time {time!r} the bodies are jammed: {window} contacts took next to no time, "
@@ -31,7 +41,12 @@ def failure(fault: int, a: int, b: int, time: float, broad_phase: str, window: i
             f"{phase} reported the pair too late"
         )
         return MissedContactError(said, time=time, bodies=bodies)
+    if fault == NOT_FINITE:
+        return PhaseError(
+            f"at time {time!r} a contact of {who} left a place or velocity that is not a finite number"
+        )
     broken = {
+        BAD_CERTIFICATE: f"scheduled certificate {a}, which is none of those that it declared",
         BAD_PAIR: f"reported the pair ({a}, {b}), which is not two bodies of the scene",
         UNKNOWN_PAIR: f"removed the pair ({a}, {b}), which was not a candidate pair",
         STALLED: (

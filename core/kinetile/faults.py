@@ -7,16 +7,19 @@ from kinetile.compiled import hook
 from kinetile.tables import Kernel
 
 __all__ = [
+    "BAD_CERTIFICATE",
     "BAD_PAIR",
     "JAMMED",
     "LATE_CONTACT",
+    "NOT_FINITE",
     "STALLED",
     "TOO_DEEP",
     "UNKNOWN_PAIR",
     "blame",
 ]
 
-BAD_PAIR, UNKNOWN_PAIR, LATE_CONTACT, TOO_DEEP, JAMMED, STALLED = range(1, 7)
+BAD_PAIR, UNKNOWN_PAIR, LATE_CONTACT, TOO_DEEP, JAMMED, STALLED, NOT_FINITE = range(1, 8)
+BAD_CERTIFICATE = 8
 
 
 @hook

@@ -19,7 +19,7 @@ from __future__ import annotations
 from typing import Any
 
 from kinetile.compiled import disowned, hook
-from kinetile.faults import JAMMED, LATE_CONTACT, STALLED, TOO_DEEP, blame
+from kinetile.faults import JAMMED, LATE_CONTACT, NOT_FINITE, STALLED, TOO_DEEP, blame
 from kinetile.flight import anchor_at
 from kinetile.log import TURNED
 from kinetile.queue import schedule
@@ -78,8 +78,8 @@ def _count_contact(k: Kernel, tick: int, a: int, b: int, depth: float, radius: f
     counts = k.counts[0]
     counts.pairs_sum += clock.pairs
     counts.deepest = max(counts.deepest, depth / radius)
-    if depth > clock.tolerance + 1e-9 * slack:
-        blame(k, TOO_DEEP, a, b)
+    if not depth <= clock.tolerance + 1e-9 * slack:
+        blame(k, TOO_DEEP if depth > 0.0 else NOT_FINITE, a, b)
     clock.spins = 0
     clock.window += 1
     if clock.window >= clock.window_size:

@@ -23,12 +23,13 @@ class Ledger:
     """Takes over the loop's log chunk by chunk.
 
     ``recorder``, where there is one, is given every row; ``unrecorded`` are rows that wait for the next one;
-    ``keep`` says whether contacts are kept at all.
+    ``rows`` is how many there have been; ``keep`` says whether contacts are kept at all.
     """
 
     def __init__(self, clock: Clock, keep: bool) -> None:
         self.recorder: Recorder | None = None
         self.unrecorded: list[npt.NDArray[np.void]] = []
+        self.rows = 0
         self._clock = clock
         self._keep = keep
         self._kept: list[npt.NDArray[np.void]] = []
@@ -41,6 +42,7 @@ class Ledger:
             raise ValueError("this simulation keeps no contacts: it was made with keep_contacts=False")
         if len(self._kept) != 1:
             self._kept = [np.concatenate([np.zeros(0, CONTACT), *self._kept])]
+        self._kept[0].flags.writeable = False
         return self._kept[0]
 
     @property
@@ -54,6 +56,7 @@ class Ledger:
         if header.logged == 0:
             return
         raw = k.log[: int(header.logged)]
+        self.rows += len(raw)
         time, epoch, tick = self._clock.split(raw.tick)
         columns = {"time": time, "epoch": epoch, "tick": tick, "a": raw.a, "b": raw.b}
         met = raw.b > TURNED
@@ -71,6 +74,9 @@ class Ledger:
     def hand_over(self) -> None:
         """Give the rows that waited, those of turns made between two runs, to the recorder."""
         waiting, self.unrecorded = self.unrecorded, []
+        begin = getattr(self.recorder, "begin", None)
+        if begin is not None:  # an event file says how many rows came before it
+            begin(self.rows - sum(map(len, waiting)))
         if self.recorder is not None:
             for rows in waiting:
                 self.recorder(rows)

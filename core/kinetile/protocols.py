@@ -51,6 +51,9 @@ class BroadPhaseParts:
     ``ticks`` are the arrays of the state that hold ticks, other than in the kernel's queue: when the clock's
     base moves on, all ticks in them that are not NEVER are shifted.
 
+    ``skin_limit`` is the thickest skin, a length, with which the phase is right; None: any. A scene that
+    needs a thicker one is refused.
+
     ``solid`` says that the phase is right only while bodies cannot pass through each other.
 
     What must hold: whenever all structural failures up to a tick have been repaired, every two bodies that
@@ -67,6 +70,7 @@ class BroadPhaseParts:
     pairs: int = 0
     ticks: tuple[Any, ...] = ()
     solid: bool = False
+    skin_limit: float | None = None
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 from kinetile._registry import registry
 from kinetile._spelling import one_of
 from kinetile.errors import BadOption, Mistake, PhaseError
+from kinetile.foreign import calling
 from kinetile.scene import Scene, relabelled
 from kinetile.scene_checks import is_number, shown
 
@@ -46,14 +47,16 @@ def make_scene(name: str, /, **parameters: Any) -> Scene:
     """Return the scene that the recipe called ``name`` makes of these parameters (its defaults for the rest).
 
     The scene's ``origin`` is {"recipe": name, "parameters": {...}}, defaults included. Raises UnknownName for
-    a recipe that is not there, and BadOption for a parameter that it does not have or cannot use.
+    a recipe that is not there, BadOption for a parameter that it does not have or cannot use, SceneError for
+    a scene with mistakes, and PhaseError for a recipe that breaks.
     """
     mistakes = parameter_mistakes(name, parameters)
     if mistakes:
         raise BadOption("\n".join(f"scene {name!r}: {_as_sentence(mistake)}" for mistake in mistakes))
     known = recipe_parameters(name)
     given = {each.name: _convert(each, parameters[each.name]) for each in known if each.name in parameters}
-    scene = registry().scene(name)(**given)
+    with calling("scene", name, "the recipe"):
+        scene = registry().scene(name)(**given)
     if not isinstance(scene, Scene):
         raise PhaseError(
             f"the recipe of the scene {name!r} returned {shown(scene)}; expected a kinetile.Scene"

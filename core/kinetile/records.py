@@ -5,7 +5,8 @@ columns are those of ``kinetile.LOG``). Between two of its rows a body flies str
 scene, which the file carries in its metadata, are the whole trajectory: ``kinetile.trajectory`` gives any
 body at any time, exactly.
 
-While a run goes on its rows are in ``FILE.partial``, which becomes ``FILE`` when the recorder closes. It
+While a run goes on its rows are in ``FILE.partial`` (or ``FILE.partial-2``, ..., where that is taken), which
+becomes ``FILE`` when the recorder closes. A link is followed; what is no regular file is not replaced. It
 closes in every way a run can end: done, Ctrl-C, a fault, a full disk. The metadata's "status" says which it
 was: "complete", "interrupted", "fault: ..." or "disk: ...". A full disk cannot spoil what has been written,
 because the space of a row group and of the footer behind it is reserved before the rows are written (see
@@ -15,11 +16,10 @@ footer that a reader needs.
 
 from __future__ import annotations
 
-import errno
 import json
-import os
 from collections.abc import Mapping
 from contextlib import suppress
+from itertools import count
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetile._interrupts import Interrupts
-from kinetile._reserved_file import ReservedFile
+from kinetile._reserved_file import ReservedFile, writable_target
 from kinetile._versions import versions
 from kinetile.clock import time_unit
 from kinetile.errors import MissingExtra, RecordError
@@ -64,8 +64,11 @@ class EventRecorder:
     """Writes an event file: ``with EventRecorder(path, scene) as recorder: sim.run(2.0, recorder=recorder)``.
 
     ``meta`` is any JSON-ready mapping (phases, options, ...) and may be added to, as ``recorder.meta``, until
-    the recorder closes. An older file of the name is replaced at that moment and not before. ``rows`` is the
-    number of rows written so far, ``status`` what the file's metadata will say.
+    the recorder closes; "status", "rows" and "missing" are the recorder's own. An older file of the name is
+    replaced at that moment and not before. ``rows`` is the number of rows written so far, ``status`` what the
+    file's metadata will say, ``missing`` how many rows of the simulation were not given to this recorder.
+
+    A recorder writes one file, inside one ``with``: outside of it, it takes no rows.
 
     Raises MissingExtra without pyarrow, and RecordError where the file cannot be written; the rows that were
     written before the error are kept, in a file that can be read.
@@ -77,6 +80,8 @@ class EventRecorder:
         self._pa, self._pq = _pyarrow()
         self.path = Path(path)
         self.partial = self.path.with_name(self.path.name + ".partial")
+        self._target = self.path
+        self._file: ReservedFile | None = None
         self.scene = dumps_scene(scene)
         self.meta: dict[str, Any] = {
             "start": scene.start,
@@ -87,7 +92,9 @@ class EventRecorder:
             **(meta or {}),
         }
         self.rows = 0
+        self.missing = 0
         self.status = "running"
+        self._taken = 0
         self._groups = 0
         self._pending: list[NDArray[Any]] = []
         self._waiting = 0
@@ -95,10 +102,11 @@ class EventRecorder:
         self._schema = self._pa.schema([(name, self._pa.from_numpy_dtype(LOG[name])) for name in _COLUMNS])
 
     def __enter__(self) -> Self:
+        if self._file is not None:
+            raise RecordError(f"{self.path}: this recorder has been used; a recorder writes one file, once")
         try:
-            if self.path.is_dir():
-                raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
-            self._file = ReservedFile(self.partial)
+            self._target = writable_target(self.path)
+            self._file, self.partial = _open_beside(self._target)
         except OSError as error:
             raise RecordError(f"{self.path} cannot be written: {_reason(error)}") from error
         try:
@@ -129,21 +137,34 @@ class EventRecorder:
             self.close(f"fault: {type(error).__name__}: {error}")
 
     def __call__(self, rows: NDArray[Any]) -> None:
-        """Take the next rows (dtype LOG), which are copied. Raises RecordError when the disk is full."""
+        """Take the next rows (dtype LOG), which are copied.
+
+        Raises RecordError when the disk is full, and outside of the ``with`` in which the file is open.
+        """
         if self._full:
             raise self._full
+        self._open_file()
         with Interrupts(patient=True):
+            self._taken += len(rows)
             self._pending.append(np.array(rows, dtype=LOG))
             self._waiting += len(rows)
             if self._waiting >= _ROWS_A_GROUP:
                 self._flush()
 
-    def close(self, status: str = "complete") -> None:
-        """Write what is pending and the footer, and give the file its name. Closing twice does nothing more.
+    def begin(self, before: int) -> None:
+        """Be told, by a simulation that is about to run, how many rows there were before the next one.
 
-        Raises RecordError if rows had to be left out, or if the footer could not be written.
+        Rows that this recorder did not get are counted as ``missing``: the others are not the whole motion.
         """
-        if self._file.closed:
+        self.missing += max(before - self.missing - self._taken, 0)
+
+    def close(self, status: str = "complete") -> None:
+        """Write what is pending and the footer, and give the file its name.
+
+        Closing twice, or before the file was opened, does nothing. Raises RecordError if rows had to be left
+        out, or if the footer could not be written.
+        """
+        if self._file is None or self._file.closed:
             return
         left_out = None
         with Interrupts(patient=True):
@@ -157,15 +178,26 @@ class EventRecorder:
         if left_out:
             raise left_out
 
+    def _open_file(self) -> ReservedFile:
+        """Return the file if it is open; raise RecordError if not."""
+        if self._file is None or self._file.closed:
+            when = "before its `with` began" if self._file is None else "after it was closed"
+            raise RecordError(
+                f"{self.path}: rows came to the recorder {when}, where it cannot write them; "
+                "expected `with EventRecorder(...) as recorder:` around the run"
+            )
+        return self._file
+
     def _flush(self) -> None:
         """Write the pending rows as one row group; if the disk is full, as many as there is room for."""
+        file = self._open_file()
         rows = np.concatenate(self._pending)
         self._pending, self._waiting = [], 0
         try:
             self._write(rows)
         except OSError as error:
             step = len(rows) // 2
-            while step >= _FEWEST and not self._file.torn:
+            while step >= _FEWEST and not file.torn:
                 with suppress(OSError):
                     self._write(rows[:step])
                     rows = rows[step:]
@@ -176,7 +208,7 @@ class EventRecorder:
             raise self._full from error
 
     def _write(self, rows: NDArray[Any]) -> None:
-        self._file.reserve(rows.nbytes * 7 // 6 + _SLACK + self._footer_bound())
+        self._open_file().reserve(rows.nbytes * 7 // 6 + _SLACK + self._footer_bound())
         self._writer.write_table(self._pa.table([rows[name] for name in _COLUMNS], schema=self._schema))
         self.rows += len(rows)
         self._groups += 1
@@ -186,9 +218,11 @@ class EventRecorder:
         return text + _SLACK + (self._groups + 1) * len(_COLUMNS) * _FOOTER_A_COLUMN
 
     def _metadata(self) -> str:
-        return json.dumps({"status": self.status, "rows": self.rows, **self.meta}, default=str)
+        own = {"status": self.status, "rows": self.rows, "missing": self.missing}
+        return json.dumps(own | self.meta | own, default=str)
 
     def _finish(self) -> None:
+        file = self._open_file()
         try:
             self._writer.add_key_value_metadata({_KEY: self._metadata(), _SCENE_KEY: self.scene})
             self._writer.close()
@@ -198,9 +232,9 @@ class EventRecorder:
                 f"{self.partial} has no footer and cannot be read"
             ) from error
         finally:
-            self._file.close()
+            file.close()
         try:
-            self.partial.replace(self.path)
+            self.partial.replace(self._target)
         except OSError as error:
             raise RecordError(
                 f"{self.path} cannot be written: {_reason(error)}; the events are in {self.partial}"
@@ -211,7 +245,8 @@ def read_events(path: str | Path) -> EventFile:
     """Read an event file.
 
     The metadata are those the recorder was given, and "scene" (the scene as TOML text), "status", "rows",
-    "start", "time_unit", "recipe", "parameters", "versions".
+    "missing" (rows of the run that are not in the file), "start", "time_unit", "recipe", "parameters",
+    "versions".
 
     Raises MissingExtra without pyarrow, and RecordError where there is no event file of kinetile.
     """
@@ -234,6 +269,18 @@ def read_events(path: str | Path) -> EventFile:
             f"{path} is a Parquet file, but not an event file of kinetile: no {error}"
         ) from error
     return EventFile(rows, metadata)
+
+
+def _open_beside(target: Path) -> tuple[ReservedFile, Path]:
+    """Open a new file beside the target; what another recorder writes, or a killed one left, is not touched.
+
+    Raises OSError.
+    """
+    for number in count(1):
+        partial = target.with_name(f"{target.name}.partial" + (f"-{number}" if number > 1 else ""))
+        with suppress(FileExistsError):
+            return ReservedFile(partial), partial
+    raise AssertionError
 
 
 def _pyarrow() -> tuple[Any, Any]:

@@ -17,7 +17,15 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.errors import Mistake, SceneError
-from kinetile.scene_checks import abridged, check_bodies, check_frame, check_turn, is_number, shown
+from kinetile.scene_checks import (
+    abridged,
+    check_bodies,
+    check_frame,
+    check_pace,
+    check_turn,
+    is_number,
+    shown,
+)
 
 __all__ = ["Scene", "Settings", "Turn", "relabelled"]
 
@@ -52,6 +60,9 @@ class Settings:
             object.__setattr__(self, "until", float(self.until))
         object.__setattr__(self, "options", deepcopy(self.options))
 
+    def __hash__(self) -> int:
+        return hash((self.broad_phase, self.narrow_phases, self.until))
+
 
 @dataclass(frozen=True, eq=False, init=False, repr=False)
 class Scene:
@@ -65,7 +76,8 @@ class Scene:
 
     Raises SceneError, with every mistake, unless all numbers are finite, radii and masses greater than 0,
     each disc is inside the arena and no two overlap (touching is allowed; the tolerance is 1e-12 of the
-    radius, or of the sum of the two radii).
+    radius, or of the sum of the two radii). Radii, masses and the arena's sides are from 2**-200 to 2**200,
+    coordinates and speeds at most 2**200, so that no product of them over- or underflows.
     """
 
     position: Floats
@@ -90,8 +102,12 @@ class Scene:
         settings: Settings | None = None,
         origin: Mapping[str, Any] | None = None,
     ) -> None:
-        settings = settings if settings is not None else Settings()
         mistakes: list[Mistake] = []
+        if settings is not None and not isinstance(settings, Settings):
+            mistakes.append(Mistake("settings", shown(settings), "kinetile.Settings(...), or None"))
+        settings = settings if isinstance(settings, Settings) else Settings()
+        if origin is not None and not isinstance(origin, Mapping):
+            mistakes.append(Mistake("origin", shown(origin), "a mapping that says where the scene is from"))
         arrays, unknown = _read_arrays(position, velocity, radius, mass, mistakes)
         framed = check_frame(arena, start, settings.until)
         amiss = {mistake.where for mistake in framed}
@@ -99,6 +115,11 @@ class Scene:
         mistakes += framed
         mistakes += check_bodies(*arrays, sides, unknown)
         begin = None if "start" in amiss else float(start)
+        try:
+            turns = list(turns)
+        except TypeError:
+            mistakes.append(Mistake("turns", shown(turns), "a sequence of turns: (body, time, (vx, vy))"))
+            turns = []
         for k, turn in enumerate(turns):
             mistakes += check_turn(turn, f"turns[{k}]", len(arrays[0]), begin)
         mistakes += _check_settings(settings)
@@ -114,6 +135,9 @@ class Scene:
         object.__setattr__(self, "start", float(start))
         object.__setattr__(self, "settings", settings)
         object.__setattr__(self, "origin", dict(origin or {}))
+        mistakes += check_pace(self.start, _time_unit(self))
+        if mistakes:
+            raise SceneError(mistakes)
 
     def __len__(self) -> int:
         return len(self.radius)
@@ -156,7 +180,9 @@ def relabelled(
     Raises SceneError for settings that the scene cannot have.
     """
     mistakes = []
-    if settings is not None:
+    if settings is not None and not isinstance(settings, Settings):
+        mistakes = [Mistake("settings", shown(settings), "kinetile.Settings(...), or None")]
+    elif settings is not None:
         mistakes = [*check_frame(None, scene.start, settings.until), *_check_settings(settings)]
     if mistakes:
         raise SceneError(mistakes)
@@ -167,6 +193,12 @@ def relabelled(
     if origin is not None:
         copy.__dict__["origin"] = dict(origin)
     return copy
+
+
+def _time_unit(scene: Scene) -> float:
+    from kinetile.clock import time_unit  # which is written for whole scenes
+
+    return time_unit(scene)
 
 
 def _read_arrays(

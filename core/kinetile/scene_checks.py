@@ -22,11 +22,16 @@ from kinetile.errors import Mistake
 from kinetile.overlaps import overlapping_pairs
 
 __all__ = [
+    "FARTHEST_START",
+    "HEAVIEST",
+    "LARGEST",
     "LIMIT",
+    "SMALLEST",
     "TOLERANCE",
     "abridged",
     "check_bodies",
     "check_frame",
+    "check_pace",
     "check_turn",
     "is_finite",
     "is_number",
@@ -41,6 +46,21 @@ TOLERANCE = 1e-12
 
 LIMIT = 20
 """How many mistakes of one kind are spelled out; of the others only the number is told."""
+
+SMALLEST, LARGEST = 2.0**-200, 2.0**200
+"""Radii, masses and the sides of the arena lie between; no coordinate and no speed is beyond the larger one.
+
+So every product of up to four of them is a normal number, as contact times need, whatever the units.
+"""
+
+HEAVIEST = 2.0**100
+"""How many times as heavy as the lightest body the heaviest may be."""
+
+FARTHEST_START = 2.0**52
+"""How many time units from 0 a clock may start: there it still resolves one."""
+
+_RANGE = f"from 2**-200 ({SMALLEST:.1e}) to 2**200 ({LARGEST:.1e})"
+_REACH = f"at most 2**200 ({LARGEST:.1e})"
 
 _NUMBER = re.compile(r"\[\d+\]")
 _ENOUGH_CHUNKS = 8  # how long overlaps are counted on once there are more than LIMIT
@@ -92,8 +112,13 @@ def check_frame(arena: object, start: Any, until: Any, unknown: Collection[str] 
         if len(sides) != 2 or not all(is_finite(side) and side > 0 for side in sides):
             found = shown(sides or arena)
             mistakes.append(Mistake("arena", found, "[width, height], two finite numbers greater than 0"))
-    if "start" not in unknown and not is_finite(start):
-        mistakes.append(Mistake("start", shown(start), "a finite number"))
+        elif not all(SMALLEST <= side <= LARGEST for side in sides):
+            mistakes.append(Mistake("arena", shown(sides), f"[width, height], each {_RANGE}"))
+    if "start" not in unknown:
+        if not is_finite(start):
+            mistakes.append(Mistake("start", shown(start), "a finite number"))
+        elif abs(start) > FARTHEST_START:
+            mistakes.append(_too_late(start, 1.0))
     if until is not None and "until" not in unknown:
         if not is_finite(until):
             mistakes.append(Mistake("until", shown(until), "a finite number"))
@@ -102,8 +127,25 @@ def check_frame(arena: object, start: Any, until: Any, unknown: Collection[str] 
     return mistakes
 
 
-def check_turn(turn: Any, where: str, bodies: int, start: float | None) -> list[Mistake]:
-    """Check one turn: (body, time, (vx, vy)); ``start`` is None where it is not known."""
+def check_pace(start: float, unit: float) -> list[Mistake]:
+    """Check a scene's start against its time unit, which is less than 1 where bodies are fast."""
+    return [_too_late(start, unit)] if abs(start) > FARTHEST_START * unit else []
+
+
+def _too_late(start: Any, unit: float) -> Mistake:
+    least = f"a start at most {FARTHEST_START * unit:.6g} from 0"
+    return Mistake(
+        "start", shown(start), f"{least}, beyond which a time unit, {unit:.3g}, is lost in rounding"
+    )
+
+
+def check_turn(
+    turn: Any, where: str, bodies: int, start: float | None, unknown: Collection[str] = ()
+) -> list[Mistake]:
+    """Check one turn, (body, time, (vx, vy)), except "time" or "velocity" if they are unknown.
+
+    ``start`` is None where it is not known.
+    """
     try:
         body, time, velocity = turn
         pair = list(velocity)
@@ -117,12 +159,18 @@ def check_turn(turn: Any, where: str, bodies: int, start: float | None) -> list[
     if not known:
         there = f"the number of a body, 0 to {bodies - 1}" if bodies else "no turns in a scene without bodies"
         mistakes.append(Mistake(f"{where}.body", shown(body), there))
-    if not is_finite(time):
+    if "time" in unknown:
+        pass
+    elif not is_finite(time):
         mistakes.append(Mistake(f"{where}.time", shown(time), "a finite number"))
     elif start is not None and time < start:
         mistakes.append(Mistake(f"{where}.time", shown(time), f"a time not before the start, {start!r}"))
-    if len(pair) != 2 or not all(is_finite(part) for part in pair):
+    if "velocity" in unknown:
+        pass
+    elif len(pair) != 2 or not all(is_finite(part) for part in pair):
         mistakes.append(Mistake(f"{where}.velocity", shown(pair), "[vx, vy], two finite numbers"))
+    elif max(map(abs, pair)) > LARGEST:
+        mistakes.append(Mistake(f"{where}.velocity", shown(pair), f"[vx, vy], each {_REACH} in size"))
     return mistakes
 
 
@@ -144,18 +192,36 @@ def check_bodies(
     mistakes: list[Mistake] = []
     right: dict[str, Bools] = {}
     for name, vectors in (("position", position), ("velocity", velocity)):
-        right[name] = np.asarray(np.isfinite(vectors).all(axis=1))
-        wrong = ~right[name] & ~unknown.get(name, nothing)
-        mistakes += _spell_out(wrong, name, vectors, "[x, y], two finite numbers")
+        finite = np.asarray(np.isfinite(vectors).all(axis=1))
+        right[name] = np.asarray((np.abs(vectors) <= LARGEST).all(axis=1))
+        told = ~unknown.get(name, nothing)
+        mistakes += _spell_out(~finite & told, name, vectors, "[x, y], two finite numbers")
+        mistakes += _spell_out(finite & ~right[name] & told, name, vectors, f"[x, y], each {_REACH} in size")
     for name, numbers in (("radius", radius), ("mass", mass)):
-        right[name] = np.asarray(np.isfinite(numbers) & (numbers > 0.0))
-        wrong = ~right[name] & ~unknown.get(name, nothing)
-        mistakes += _spell_out(wrong, name, numbers, "a finite number greater than 0")
+        positive = np.asarray(np.isfinite(numbers) & (numbers > 0.0))
+        right[name] = np.asarray((numbers >= SMALLEST) & (numbers <= LARGEST))
+        told = ~unknown.get(name, nothing)
+        mistakes += _spell_out(~positive & told, name, numbers, "a finite number greater than 0")
+        mistakes += _spell_out(positive & ~right[name] & told, name, numbers, f"a number {_RANGE}")
+    mistakes += _check_masses(mass, np.flatnonzero(right["mass"] & ~unknown.get("mass", nothing)))
     placed = right["position"] & right["radius"]
     placed &= ~unknown.get("position", nothing) & ~unknown.get("radius", nothing)
     if arena is not None:
         mistakes += _check_inside(position, radius, arena, placed)
     return mistakes + _check_apart(position, radius, np.flatnonzero(placed))
+
+
+def _check_masses(mass: Floats, bodies: npt.NDArray[np.intp]) -> list[Mistake]:
+    """Check that the heaviest of these bodies is not beyond all measure heavier than the lightest."""
+    if not len(bodies):
+        return []
+    light = int(bodies[np.argmin(mass[bodies])])
+    heavy = int(bodies[np.argmax(mass[bodies])])
+    if mass[heavy] / mass[light] <= HEAVIEST:
+        return []
+    found = f"{mass[light]:.6g} and {mass[heavy]:.6g}"
+    expected = f"no body more than 2**100 ({HEAVIEST:.1e}) times as heavy as another"
+    return [Mistake(f"bodies[{light}].mass and bodies[{heavy}].mass", found, expected)]
 
 
 def _spell_out(

@@ -12,6 +12,7 @@ full disk loses neither.
 
 from __future__ import annotations
 
+import inspect
 import json
 import os
 import re
@@ -26,8 +27,10 @@ from typing import Any
 import numpy as np
 
 from kinetile._registry import Kind, registry
+from kinetile._reserved_file import writable_target
 from kinetile._spelling import one_of
-from kinetile.errors import BadOption, Mistake, SceneError, UnknownName
+from kinetile.errors import BadOption, KinetileError, Mistake, SceneError, UnknownName
+from kinetile.foreign import calling
 from kinetile.recipes import make_scene, parameter_mistakes
 from kinetile.scene import Scene, Settings, Turn, relabelled
 from kinetile.scene_checks import abridged, check_bodies, check_frame, check_turn, shown
@@ -59,6 +62,7 @@ def load_scene(path: str | os.PathLike[str]) -> Scene:
 
 def loads_scene(text: str, source: str | None = None) -> Scene:
     """Read a scene from TOML text; ``source`` is what messages call it. Raises SceneError."""
+    text = text.removeprefix("\ufeff")
     try:
         tables = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
@@ -87,10 +91,10 @@ def save_scene(scene: Scene, path: str | os.PathLike[str]) -> None:
 
     The text goes to a new file in the same folder, which then takes the place of the old one. Raises OSError
     if it cannot be written (what stood there before stays), and BadOption for an option that TOML has no form
-    for.
+    for. A link is followed; what is there and is no regular file is not replaced.
     """
     text = dumps_scene(scene)
-    target = Path(os.path.realpath(path))
+    target = writable_target(path)
     fresh = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
     try:
         with fresh.open("x", encoding="utf-8", newline="\n") as file:
@@ -164,8 +168,11 @@ def _read_settings(tables: Mapping[str, Any], faults: set[Place], mistakes: list
     for k, name in enumerate(narrow or ()):
         mistakes += _unknown_name(f"narrow-phases[{k}]", name, "narrow phase")
     options = usable.get("options", {})
-    for name in options:
-        mistakes += _unknown_name(f"options.{name}", name, "broad phase", "narrow phase")
+    for name, given in options.items():
+        unknown = _unknown_name(f"options.{name}", name, "broad phase", "narrow phase")
+        mistakes += unknown
+        if not unknown and ("options", name) not in faults:
+            mistakes += _option_mistakes(name, given)
     return Settings(broad, None if narrow is None else tuple(narrow), options, usable.get("until"))
 
 
@@ -183,6 +190,24 @@ def _unknown_name(where: str, name: str, *kinds: Kind) -> list[Mistake]:
             return []
     found = f"{shown(name)}, which is the name of no {' and no '.join(kinds)}"
     return [Mistake(where, found, one_of(name, names) + not_loaded)]
+
+
+def _option_mistakes(name: str, options: Mapping[str, Any]) -> list[Mistake]:
+    """Return the options that this phase does not have; if it has them all, why it cannot use a value."""
+    found = registry()
+    kind: Kind = "narrow phase" if _unknown_name("", name, "broad phase") else "broad phase"
+    mistakes = []
+    try:
+        phase: Any = found.broad_phase(name) if kind == "broad phase" else found.narrow_phase(name)
+        known = [parameter for parameter in inspect.signature(phase).parameters if parameter != "self"]
+        for key in (key for key in options if key not in known):
+            mistakes.append(Mistake(f"options.{name}.{key}", "no option of this name", one_of(key, known)))
+        if not mistakes:
+            with calling(kind, name, "its constructor"):
+                phase(**options)
+    except KinetileError as error:
+        mistakes.append(Mistake(f"options.{name}", shown(options), f"what the phase can use: {error}"))
+    return mistakes
 
 
 def _follow_recipe(tables: Mapping[str, Any], faults: set[Place], mistakes: list[Mistake]) -> Scene | None:
@@ -234,7 +259,8 @@ def _read_bodies(tables: Mapping[str, Any], faults: set[Place], mistakes: list[M
     for i, row in enumerate(rows):
         for place, turn in _turns(i, row, faults):
             start = None if "start" in off else float(frame["start"])
-            mistakes += check_turn(turn, written(place), len(rows), start)
+            unread = [key for key in ("time", "velocity") if (*place, key) in faults]
+            mistakes += check_turn(turn, written(place), len(rows), start, unread)
             turns.append(turn)
     if mistakes:
         return None
@@ -243,13 +269,15 @@ def _read_bodies(tables: Mapping[str, Any], faults: set[Place], mistakes: list[M
 
 
 def _turns(body: int, row: Any, faults: set[Place]) -> Iterator[tuple[Place, Turn]]:
-    """Yield the turns of one body, with their places; leave out those that cannot be read."""
+    """Yield the turns of one body, with their places; what of them cannot be read is NaN."""
     if ("bodies", body) in faults or ("bodies", body, "turns") in faults:
         return
     for k, turn in enumerate(row.get("turns", ())):
         place = ("bodies", body, "turns", k)
-        if not faults & {place, (*place, "time"), (*place, "velocity")}:
-            yield place, Turn(body, turn["time"], tuple(turn["velocity"]))
+        if place not in faults:
+            time = np.nan if (*place, "time") in faults else turn["time"]
+            velocity = (np.nan, np.nan) if (*place, "velocity") in faults else tuple(turn["velocity"])
+            yield place, Turn(body, time, velocity)
 
 
 def _key(key: str) -> str:

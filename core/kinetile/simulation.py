@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -10,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile._interrupts import Interrupts
-from kinetile.clock import SPAN
+from kinetile.clock import SPAN, TICKS
 from kinetile.compiled import is_cached
 from kinetile.composition import Composition, compose_phases
 from kinetile.engine import UNLIMITED, Engine
@@ -79,6 +80,7 @@ class Simulation:
         self.composition: Composition = compose_phases(scene, broad_phase, narrow_phases, options)
         self._engine = Engine(scene, self.composition, keep_contacts, turning)
         self._audit = audit
+        self._running = False
         self._asked: float | None = None
         self._start_energy = energy(self._engine.k)
 
@@ -140,7 +142,7 @@ class Simulation:
 
         Args:
             until: the time to run to, in the scene's time; all events up to and at it have then happened.
-                None: the scene's own ``until`` where neither is given.
+                None: the scene's own ``until``, if it has one.
             max_contacts: stop after so many further contacts of discs and walls, at the time of the last one.
                 Without ``until``, stop as well when nothing has happened for two million time units.
             progress: called after each chunk (a fraction of a second).
@@ -154,23 +156,32 @@ class Simulation:
             ValueError: ``until`` is not a finite time, or lies in the past.
         """
         engine = self._engine
+        if engine.ledger.recorder is not None or self._running:
+            raise RuntimeError(
+                "this simulation is running: run cannot be called from its own progress or recorder"
+            )
         until, end = self._end(until, max_contacts)
         engine.compile()
-        last_contact = UNLIMITED if max_contacts is None else engine.contacts + max_contacts
+        last_contact = UNLIMITED
+        if max_contacts is not None:
+            last_contact = min(engine.contacts + operator.index(max_contacts), UNLIMITED)
         began = engine.cpu_seconds
         idle, seen, audited = 0, -1, engine.contacts
         engine.ledger.recorder = recorder
+        self._running = True
         try:
             with Interrupts() as interrupts:
                 engine.ledger.hand_over()
                 while True:
                     rest = SPAN if end is None else engine.clock.relative(end)
-                    self._asked = None
+                    before = engine.now
                     stop = last_contact if self._audit is None else min(last_contact, audited + self._audit)
                     reason = engine.chunk(min(rest, SPAN - 1), stop, self.broad_phase)
                     arrived = reason == TIME_REACHED and rest < SPAN
                     if arrived:
                         self._asked = until
+                    elif engine.now != before:
+                        self._asked = None
                     if progress is not None:
                         cpu = engine.cpu_seconds - began
                         progress(Progress(self.time, until, engine.contacts, engine.events, cpu))
@@ -189,6 +200,7 @@ class Simulation:
                         engine.move_base()
                     interrupts.check()
         finally:
+            self._running = False
             engine.ledger.recorder = None
 
     def set_velocity(self, body: int, velocity: tuple[float, float]) -> None:
@@ -198,11 +210,19 @@ class Simulation:
             IndexError: there is no such body.
             ValueError: the velocity is not two finite numbers.
         """
+        body = operator.index(body)
         if not 0 <= body < len(self.scene):
             raise IndexError(f"there is no body {body}: this scene has {len(self.scene)}, numbered from 0")
         vx, vy = (float(v) for v in velocity)
         if not (math.isfinite(vx) and math.isfinite(vy)):
             raise ValueError(f"a velocity is two finite numbers; found ({vx}, {vy})")
+        if math.hypot(vx, vy) * float(self._engine.k.clock[0].tick) > 2.0**-20 * float(
+            self.scene.radius.min()
+        ):
+            raise ValueError(
+                f"at the speed {math.hypot(vx, vy):.3g} body {body} would fly too far in one tick of this "
+                "scene's clock: schedule the turn in the scene, which chooses its clock by its speeds"
+            )
         self._engine.turn(body, vx, vy, self.broad_phase)
 
     # Reading out
@@ -255,16 +275,19 @@ class Simulation:
 
     def _end(self, until: float | None, max_contacts: int | None) -> tuple[float | None, int | None]:
         """Check the arguments of ``run``; return the end as a time and as ticks since the start."""
-        if until is None and max_contacts is None:
+        if until is None:
             until = self.scene.settings.until
-            if until is None:
-                raise ValueError("run needs an end: until=, max_contacts= or an until in the scene")
+        if until is None and max_contacts is None:
+            raise ValueError("run needs an end: until=, max_contacts= or an until in the scene")
         if max_contacts is not None and max_contacts < 0:
             raise ValueError(f"max_contacts must not be negative; found {max_contacts}")
         if until is None:
             return None, None
+        until = float(until)
         if not math.isfinite(until):
             raise ValueError(f"until must be a finite time; found {until}")
+        if until == self.time:
+            return until, self._engine.clock.base * TICKS + self._engine.now
         end = self._engine.clock.ticks(until)
         if self._engine.clock.relative(end) < self._engine.now:
             raise ValueError(f"until={until} lies in the past: the time is {self.time}")

@@ -16,7 +16,7 @@ import numpy as np
 
 from kinetile.scene import Scene
 
-__all__ = ["Skin", "speed_bound"]
+__all__ = ["Skin", "speed_bound", "too_thick"]
 
 ULP = 2.0**-53
 
@@ -41,6 +41,15 @@ class Skin(NamedTuple):
         """Return the skin for so many bodies within ``extent`` of the origin, never faster than ``speed``."""
         eta = 16.0 * ULP * extent + 2.0 * speed * tick
         return cls(eta=eta, delta=4.0 * (bodies + 2) * eta, theta=2.0 * eta, tolerance=64.0 * eta)
+
+
+def too_thick(broad_phase: str, delta: float, limit: float) -> str:
+    """Return the sentence with which a broad phase is refused that cannot bear the skin."""
+    return (
+        f"{broad_phase} is right only while the skin around bodies is thin, at most {limit:.3g} here, and "
+        f"rounding asks for {delta:.3g}: choose sap-1d, sap-2d or naive, or a scene with less range in size, "
+        "mass or speed"
+    )
 
 
 def speed_bound(scene: Scene) -> float:

@@ -12,7 +12,7 @@ from kinetile.faults import TOO_DEEP, blame
 from kinetile.flight import positions_now, since_anchor
 from kinetile.pairs import add_pair, remove_pair
 from kinetile.protocols import BroadPhase, BroadPhaseParts, NarrowPhase, PairParts, WallParts
-from kinetile.queue import schedule
+from kinetile.queue import schedule_own as schedule
 from kinetile.tables import NEVER, NOBODY, Kernel, Records
 
 __all__ = [

@@ -8,6 +8,7 @@ bit.
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetile.clock import TICKS, Clock, time_unit
+from kinetile.errors import RecordError
 from kinetile.log import LOG
-from kinetile.records import read_events
+from kinetile.records import EventFile, read_events
 
 if TYPE_CHECKING:
     from kinetile.scene import Scene
@@ -43,14 +45,23 @@ class Trajectory:
 
     @classmethod
     def read(cls, path: str | Path) -> Trajectory:
-        """Read an event file with the scene in it. Raises MissingExtra and RecordError as ``read_events``."""
+        """Read an event file with the scene in it.
+
+        Raises MissingExtra and RecordError as ``read_events``, and RecordError for a file that has not all
+        rows of its run up to its last one: without them nobody knows where the bodies were.
+        """
         from kinetile.scene_files import loads_scene
 
-        rows, metadata = read_events(path)
-        return cls(rows, loads_scene(metadata["scene"]))
+        rows, metadata = _whole(path)
+        trajectory = cls(rows, loads_scene(metadata["scene"]))
+        trajectory._check_continuity(path)
+        return trajectory
 
     def positions(self, time: float) -> NDArray[np.float64]:
-        """Return the positions (n, 2) of all bodies at ``time``; ValueError before the scene's start."""
+        """Return the positions (n, 2) of all bodies at ``time``, finite and not before the scene's start.
+
+        Raises ValueError for another time.
+        """
         anchor, velocity, elapsed = self._flight_plans(time)
         return anchor + velocity * elapsed[:, None]
 
@@ -58,12 +69,38 @@ class Trajectory:
         """Return the velocities (n, 2) of all bodies at ``time``, after the events of that very time."""
         return self._flight_plans(time)[1]
 
+    def _check_continuity(self, path: str | Path) -> None:
+        """Raise RecordError unless each body flies, from row to row, to where the next row says it is."""
+        body, seen = np.divmod(self._keys, self._span)
+        rows, is_b = self.rows[seen // 2], (seen % 2).astype(bool)[:, None]
+        place = np.where(is_b, _columns(rows, "bx", "by"), _columns(rows, "ax", "ay"))
+        velocity = np.where(is_b, _columns(rows, "bvx", "bvy"), _columns(rows, "avx", "avy"))
+        unit, first = self._clock.unit, np.append(True, body[1:] != body[:-1])[: len(body)]
+        time = (rows["epoch"] + rows["tick"] * 2.0**-52) * unit
+        since = np.where(first, 0.0, np.roll(time, 1))
+        before = np.where(first[:, None], self.scene.position[body], np.roll(place, 1, axis=0))
+        flown = np.where(first[:, None], self.scene.velocity[body], np.roll(velocity, 1, axis=0))
+        astray = np.abs(before + flown * (time - since)[:, None] - place)
+        size = np.abs(before) + np.abs(place) + np.abs(flown) * (np.abs(time) + unit)[:, None]
+        wrong = np.flatnonzero((astray > 1e-9 * size).any(axis=1))
+        if len(wrong):
+            at = int(wrong[np.argmin(seen[wrong])])
+            time_there = float(rows["time"][at])
+            raise RecordError(
+                f"{path} is no whole trajectory: at time {time_there!r}, in row {seen[at] // 2}, body "
+                f"{body[at]} is not where the scene and the rows before have sent it; expected every event "
+                "from the scene's start on, as the recorder gets them if it is there in each run"
+            )
+
     def _flight_plans(
         self, time: float
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         """Return the plans in force at a time: anchors and velocities (n, 2), time since the anchor (n,)."""
-        if not time >= self.scene.start:
-            raise ValueError(f"time is {time!r}; expected {self.scene.start!r}, the scene's start, or later")
+        time = float(time)
+        if not self.scene.start <= time < math.inf:
+            raise ValueError(
+                f"time is {time!r}; expected {self.scene.start!r}, the scene's start, or later, and finite"
+            )
         now = self._clock.ticks(time)
         epoch, tick = divmod(now, TICKS)
         first, last = np.searchsorted(self.rows["epoch"], [epoch, epoch + 1])
@@ -88,11 +125,23 @@ def positions_at(source: str | Path | NDArray[Any], scene: Scene | None, time: f
     ``scene`` may be None for a file, which has its own. For many times, make one Trajectory.
     """
     if isinstance(source, (str, Path)):
-        trajectory = Trajectory.read(source) if scene is None else Trajectory(read_events(source).rows, scene)
+        trajectory = Trajectory.read(source) if scene is None else Trajectory(_whole(source).rows, scene)
         return trajectory.positions(time)
     if scene is None:
         raise TypeError("rows alone do not say where the bodies began: positions_at needs their scene")
     return Trajectory(source, scene).positions(time)
+
+
+def _whole(path: str | Path) -> EventFile:
+    """Read an event file; raise RecordError if it says that rows are missing from it."""
+    found = read_events(path)
+    missing = found.metadata.get("missing", 0)
+    if missing:
+        raise RecordError(
+            f"{path} is no whole trajectory: {missing:,} events of the run were not given to its recorder, "
+            "which has to be there from the start of the first run and in every run after it"
+        )
+    return found
 
 
 def _columns(rows: NDArray[Any], x: str, y: str) -> NDArray[np.float64]:

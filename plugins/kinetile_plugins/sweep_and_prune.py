@@ -93,7 +93,7 @@ def build(k: Kernel, s: State) -> None:
         bound = s.order[place]
         if bound & 1 == 0:
             inside = place + 1
-            while s.order[inside] != bound + 1:
+            while inside < len(s.order) and s.order[inside] != bound + 1:
                 if s.order[inside] & 1 == 0:
                     add_pair(k, bound >> 1, s.order[inside] >> 1)
                 inside += 1

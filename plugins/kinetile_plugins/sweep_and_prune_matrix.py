@@ -100,7 +100,7 @@ def build(k: Kernel, s: State) -> None:
         bound = s.order[0, place]
         if bound & 1 == 0:
             inside = place + 1
-            while s.order[0, inside] != bound + 1:
+            while inside < bounds and s.order[0, inside] != bound + 1:
                 other = s.order[0, inside] >> 1
                 if s.order[0, inside] & 1 == 0 and overlap(s, 1, bound >> 1, other):
                     add_pair(k, bound >> 1, other)

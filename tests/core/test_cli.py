@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import signal
@@ -11,14 +12,16 @@ import textwrap
 import time
 
 import pytest
+from rich.console import Console
 from typer.testing import CliRunner
 
 import broken_phases
 import kinetile as kt
-from kinetile._cli_terminal import Bar
+from kinetile._cli_tables import plugins_table
+from kinetile._cli_terminal import Bar, notice
 from kinetile._cli_values import read_assignments, read_numbers, read_phase, read_phases, read_value
 from kinetile.cli import app
-from kinetile.errors import BadOption
+from kinetile.errors import AuditError, BadOption
 
 COMMAND = [sys.executable, "-m", "kinetile.cli"]
 
@@ -179,6 +182,10 @@ def test_after_a_fault_what_was_done_is_printed_and_kept(tmp_path):
         (["missing.toml", "-s", "bodies=3"], "a scene file takes no parameters"),
         (["-s", "bodies=4", "--save-scene", "no/such/folder/s.toml"], "--save-scene no/such/folder/s.toml: "),
         (["--no-such-option"], "--no-such-option"),
+        (["--broad-phase", ""], "'' names no phase"),
+        (["-s", "bodies=1e12"], "bodies is 1000000000000; it is at most 10,000,000"),
+        (["-s", "bodies=1e20"], "bodies is 100000000000000000000; it is at most 10,000,000"),
+        (["-s", "speed=1e300"], "speed is 1e+300; it is at most 2**200"),
     ],
 )
 def test_what_cannot_be_done_is_one_message_and_exit_code_2(arguments, said):
@@ -187,6 +194,74 @@ def test_what_cannot_be_done_is_one_message_and_exit_code_2(arguments, said):
     assert result.stdout == ""
     assert said in result.stderr
     assert "Traceback" not in result.stderr
+
+
+def test_more_contacts_than_64_bits_count_are_no_end():
+    result = found(
+        "run", "-s", "bodies=4", "--broad-phase", "naive", "--max-contacts", 10**20, "--until", "0.25"
+    )
+    assert (result["run"]["status"], result["run"]["time"]) == ("complete", 0.25)
+
+
+def test_a_number_of_contacts_does_not_go_beyond_the_scenes_own_end(tmp_path):
+    path = tmp_path / "short.toml"
+    path.write_text('recipe = "grid"\nuntil = 0.25\nbroad-phase = "naive"\n[parameters]\nbodies = 4\n')
+    result = found("run", path, "--max-contacts", "1000000")
+    assert (result["run"]["until"], result["run"]["time"]) == (0.25, 0.25)
+    assert found("compare", path, "--max-contacts", "1000000")["phases"][0]["time"] == 0.25
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes with names")
+@pytest.mark.parametrize("option", ["--events", "--save-scene"])
+def test_a_special_file_is_not_replaced_by_a_result(tmp_path, option):
+    pytest.importorskip("pyarrow")
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    result = kinetile("run", "-s", "bodies=4", "--broad-phase", "naive", option, pipe)
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert "is no regular file, so it is not replaced" in result.stderr
+    assert [each.name for each in tmp_path.iterdir()] == ["pipe"]
+    assert pipe.is_fifo()
+
+
+def test_two_results_in_one_file_are_refused_before_anything_is_written(tmp_path):
+    scene, link = tmp_path / "scene.toml", tmp_path / "link"
+    kt.save_scene(kt.make_scene("two-discs"), scene)
+    link.symlink_to(scene)
+    before = scene.read_bytes()
+    both = ["--events", tmp_path / "same", "--save-scene", tmp_path / "." / "same"]
+    for arguments, said in (
+        (["run", *both], "--events and --save-scene are one file"),
+        (["run", scene, "--events", link], "--events and the scene are one file"),
+    ):
+        result = kinetile(*arguments)
+        assert (result.exit_code, result.stdout) == (2, "")
+        assert said in result.stderr
+    assert scene.read_bytes() == before
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["link", "scene.toml"]
+
+
+def test_an_audit_that_fails_is_a_fault_with_its_table_and_its_events(tmp_path, monkeypatch):
+    pytest.importorskip("pyarrow")
+    from kinetile.records import read_events
+
+    run = kt.Simulation.run
+
+    def failing(simulation, *arguments, **options):
+        run(simulation, *arguments, **options)
+        raise AuditError("at time 1.0 the queue is out of order")
+
+    monkeypatch.setattr(kt.Simulation, "run", failing)
+    path = tmp_path / "e.parquet"
+    result = kinetile("run", "-s", "bodies=4", "--broad-phase", "naive", "--json", "--events", path)
+    assert result.exit_code == 1
+    assert "the queue is out of order" in result.stderr
+    printed = json.loads(result.stdout)
+    assert printed["run"]["status"] == "fault: AuditError"
+    assert len(read_events(path).rows) == printed["events_file"]["rows"] > 0
+    result = kinetile("compare", "-s", "bodies=4", "--broad-phases", "naive,sap-1d")
+    assert result.exit_code == 1
+    assert "AuditError" in result.stdout
 
 
 def test_an_events_file_that_cannot_be_written_stops_before_the_run(tmp_path):
@@ -263,6 +338,17 @@ def test_what_cannot_be_compared_is_exit_code_2(phases):
     result = kinetile("compare", "--broad-phases", phases)
     assert (result.exit_code, result.stdout) == (2, "")
     assert result.stderr.startswith("kinetile: ")
+
+
+def test_phases_that_agree_on_a_fault_have_not_come_to_their_end(tmp_path):
+    path = jammed(tmp_path)
+    result = kinetile("compare", path, "--broad-phases", "naive,sap-1d")
+    assert result.exit_code == 1
+    assert "identical: " in result.stdout
+    assert "but every run ended in a fault: ZenoError: at time 0.0 the bodies are jammed" in result.stdout
+    result = kinetile("compare", path, "--broad-phases", "naive,sap-1d", "--json")
+    assert result.exit_code == 1
+    assert json.loads(result.stdout)["identical"] is True
 
 
 # plugins, scenes, bench
@@ -430,7 +516,68 @@ def test_elsewhere_there_is_no_progress(monkeypatch):
         bar.count(2, 3)
 
 
+def test_no_progress_is_shown_where_stderr_is_closed(monkeypatch):
+    now = [10.0]
+    monkeypatch.setattr("kinetile._cli_terminal.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("kinetile._cli_terminal.sys.stderr", None)
+    with Bar("measuring") as bar:
+        bar.count(1, 3)
+        now[0] += 60.0
+        bar.count(2, 3)
+    notice("nobody reads this")
+
+
+def test_a_narrow_terminal_cuts_no_name_without_a_mark():
+    table = plugins_table(
+        {
+            "provided": [
+                {
+                    "kind": "broad phase",
+                    "name": "sweep-tiling",
+                    "summary": "s",
+                    "aliases": (),
+                    "features": (),
+                    "distribution": "kinetile",
+                    "version": "1",
+                }
+            ]
+        }
+    )
+    console = Console(width=20, file=io.StringIO())
+    console.print(table)
+    (row,) = [line for line in console.file.getvalue().splitlines() if line.lstrip().startswith("b")]
+    assert row.count("…") == 3
+
+
 # real processes
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="redirects as POSIX shells do")
+@pytest.mark.parametrize(
+    ("redirection", "code", "out", "err"),
+    [
+        ("2>&-", 0, "fingerprint", ""),
+        ("2>/dev/full", 0, "fingerprint", ""),
+        (">&-", 1, "", "kinetile: the result cannot be printed: stdout is closed\n"),
+        (">/dev/full", 1, "", "kinetile: the result cannot be printed: No space left on device\n"),
+        ("--json >/dev/full", 1, "", "kinetile: the result cannot be printed: No space left on device\n"),
+    ],
+)
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_closed_or_full_outputs_are_one_sentence_at_most(redirection, code, out, err, unbuffered):
+    if "/dev/full" in redirection and not os.path.exists("/dev/full"):
+        pytest.skip("there is no /dev/full")
+    kinetile("run", "-s", "bodies=4", "--broad-phase", "naive")  # compiled from here on
+    command = f"{sys.executable} -m kinetile run -s bodies=4 --broad-phase naive {redirection}"
+    environment = {**os.environ, "PYTHONUNBUFFERED": unbuffered}
+    ended = subprocess.run(command, shell=True, env=environment, capture_output=True, text=True)
+    assert (ended.returncode, ended.stderr) == (code, err)
+    assert out in ended.stdout
+
+
+def test_the_package_is_a_command_too():
+    ended = subprocess.run([sys.executable, "-m", "kinetile", "--version"], capture_output=True, text=True)
+    assert ended.stdout == f"kinetile {kt.__version__}\n"
 
 
 def test_a_run_imports_only_what_it_needs():

@@ -10,7 +10,7 @@ import pytest
 import broken_phases
 import kinetile as kt
 from kinetile.compare import Divergence, _Answer, _first_difference, compare, describe_row
-from kinetile.errors import BadOption, UnknownName
+from kinetile.errors import AuditError, BadOption, UnknownName
 
 
 class Blind:
@@ -85,6 +85,24 @@ def test_a_fault_is_part_of_the_answer():
     result = compare(jammed, ["naive", "sap-2d"], 1.0)
     assert result.identical
     assert all(outcome.fault.startswith("ZenoError: ") for outcome in result.outcomes)
+    assert result.fault == result.outcomes[0].fault
+
+
+def test_an_audit_that_fails_is_part_of_the_answer(monkeypatch):
+    def failing(simulation, *arguments, **options):
+        raise AuditError("the queue is out of order")
+
+    monkeypatch.setattr(kt.Simulation, "run", failing)
+    result = compare(three_in_a_row(), ["naive", "naive"], 1.0)
+    assert result.identical
+    assert result.fault == "AuditError: the queue is out of order"
+
+
+def test_a_number_of_contacts_does_not_go_beyond_the_scenes_own_end():
+    scene = three_in_a_row()
+    scene = kt.Scene(scene.position, scene.velocity, scene.radius, settings=kt.Settings(until=0.75))
+    result = compare(scene, ["naive", "naive"], max_contacts=100)
+    assert (result.outcomes[0].contacts, result.outcomes[0].time) == (1, 0.75)
 
 
 def test_the_end_and_the_bodies_are_compared_too():

@@ -257,6 +257,73 @@ def test_no_room_for_even_an_empty_file_leaves_nothing(tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_recorder_outside_of_its_with_takes_no_rows_silently(tmp_path):
+    recorder = EventRecorder(tmp_path / "e.parquet", scene())
+    recorder.close()
+    with pytest.raises(RecordError, match="before its `with` began"):
+        recorder(rows(3))
+    with recorder:
+        recorder(rows(3))
+    with pytest.raises(RecordError, match="after it was closed"):
+        recorder(rows(3))
+    with pytest.raises(RecordError, match="a recorder writes one file, once"), recorder:
+        pass
+    assert len(read_events(tmp_path / "e.parquet").rows) == 3
+
+
+def test_meta_does_not_go_over_what_the_recorder_says(tmp_path):
+    path = tmp_path / "e.parquet"
+    with EventRecorder(path, scene(), {"status": "fine", "rows": -1, "missing": 9}) as recorder:
+        recorder(rows(3))
+        recorder.meta["status"] = "splendid"
+    found = read_events(path).metadata
+    assert (found["status"], found["rows"], found["missing"]) == ("complete", 3, 0)
+
+
+def test_rows_that_came_before_or_between_are_counted_as_missing(tmp_path):
+    path = tmp_path / "e.parquet"
+    with EventRecorder(path, scene()) as recorder:
+        recorder.begin(5)
+        recorder(rows(3))
+        recorder.begin(8)
+        recorder(rows(2))
+        recorder.begin(11)
+    assert read_events(path).metadata["missing"] == 6
+
+
+def test_two_recorders_on_one_path_do_not_write_into_each_other(tmp_path):
+    path = tmp_path / "e.parquet"
+    with EventRecorder(path, scene()) as one:
+        one(rows(500))
+        with EventRecorder(path, scene()) as two:
+            two(rows(300, 1))
+            assert one.partial != two.partial
+        assert read_events(path).rows.tobytes() == rows(300, 1).tobytes()
+    assert read_events(path).rows.tobytes() == rows(500).tobytes()
+    assert [each.name for each in tmp_path.iterdir()] == ["e.parquet"]
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes with names")
+def test_a_special_file_is_not_replaced_and_a_link_is_followed(tmp_path):
+    pipe, link, real = tmp_path / "pipe", tmp_path / "link", tmp_path / "real"
+    os.mkfifo(pipe)
+    link.symlink_to(pipe)
+    for path in (pipe, link):
+        with (
+            pytest.raises(RecordError, match="is no regular file, so it is not replaced"),
+            EventRecorder(path, scene()),
+        ):
+            pass
+    link.unlink()
+    link.symlink_to(real)
+    with EventRecorder(link, scene()) as recorder:
+        recorder(rows(3))
+    assert link.is_symlink()
+    assert not real.is_symlink()
+    assert len(read_events(real).rows) == 3
+    assert sorted(tmp_path.iterdir()) == [link, pipe, real]
+
+
 def test_without_pyarrow_the_extra_is_named(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     with pytest.raises(MissingExtra, match=r"kinetile\[records\]"):

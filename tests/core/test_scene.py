@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import itertools
 import pickle
+import re
 import time
 from dataclasses import replace
 
@@ -13,7 +14,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kinetile import Scene, Settings, Turn
+from kinetile import Scene, Settings, Turn, make_scene
 from kinetile.errors import SceneError
 from kinetile.overlaps import overlapping_pairs
 from kinetile.scene import relabelled
@@ -211,11 +212,66 @@ def test_many_mistakes_of_one_kind_are_counted() -> None:
 
 
 def test_overlaps_are_found_even_at_the_ends_of_the_number_range() -> None:
-    error = refused(position=[[1e308, 0], [-1e308, 0]], velocity=np.zeros((2, 2)), radius=1.7e308)
-    assert places(error) == ["bodies[0] and bodies[1]"]
-    error = refused(position=[[0, 0], [5e-324, 0]], velocity=np.zeros((2, 2)), radius=1e-320)
-    assert places(error) == ["bodies[0] and bodies[1]"]
-    Scene([[1e300, 0], [1e300, 1e290]], np.zeros((2, 2)), [1e-10, 1e280])
+    def found(position: list[list[float]], radius: list[float]) -> list[list[int]]:
+        chunks = overlapping_pairs(np.array(position), np.array(radius))
+        return [pair for chunk in chunks for pair in chunk.tolist()]
+
+    assert found([[1e308, 0.0], [-1e308, 0.0]], [1.7e308, 1.7e308]) == [[0, 1]]
+    assert found([[0.0, 0.0], [5e-324, 0.0]], [1e-320, 1e-320]) == [[0, 1]]
+    assert found([[1e300, 0.0], [1e300, 1e290]], [1e-10, 1e280]) == []
+
+
+@pytest.mark.parametrize("exponent", [-560, -300, 300, 520])
+def test_a_scene_whose_squares_over_or_underflow_is_refused_with_all_its_lengths(exponent: int) -> None:
+    scene = make_scene("grid", bodies=4)
+    scale = 2.0**exponent
+    error = refused(
+        position=scene.position * scale,
+        velocity=scene.velocity * scale,
+        radius=scene.radius * scale,
+        mass=scale,
+        arena=(scale, scale),
+    )
+    kinds = {re.sub(r"\d+", "", where) for where in places(error)}
+    small = {"arena", "bodies[].radius", "bodies[].mass"}
+    assert kinds == (small if exponent < 0 else small | {"bodies[].position", "bodies[].velocity"})
+    assert "from 2**-200 (6.2e-61) to 2**200 (1.6e+60)" in str(error)
+
+
+def test_the_limits_of_magnitude_themselves_are_allowed_and_speeds_may_be_tiny() -> None:
+    least, most = 2.0**-200, 2.0**200
+    Scene([[0.0, 0.0], [most, 5e-324]], [[most, -most], [5e-324, -1e-310]], [least, 2.0**199])
+    Scene([[most / 2.0, most / 2.0]], [[0.0, 0.0]], least, mass=most, arena=(most, most))
+    (mistake,) = refused(position=[[0, 0]], **STILL, turns=[(0, 1.0, (0.0, -2.0 * most))]).mistakes
+    assert str(mistake).startswith("turns[0].velocity: found [0.0, -3.2138")
+    error = refused(
+        position=[[0, 0], [1, 0], [2, 0]], velocity=np.zeros((3, 2)), radius=0.1, mass=[1, 4, 2**-99]
+    )
+    assert places(error) == ["bodies[2].mass and bodies[1].mass"]
+    assert "expected no body more than 2**100 (1.3e+30) times as heavy as another" in str(error)
+
+
+def test_a_start_where_a_time_unit_vanishes_is_refused_with_the_rest() -> None:
+    error = refused(position=[[0, 0]], velocity=[[0, 0]], radius=-1.0, start=1e17)
+    assert places(error) == ["start", "bodies[0].radius"]
+    assert "expected a start at most 4.5036e+15 from 0, beyond which a time unit, 1, is lost" in str(error)
+    fast = {"position": [[0.5, 0.5]], "velocity": [[1000.0, 0.0]], "radius": 0.1, "arena": (1.0, 1.0)}
+    assert "a time unit, 0.000977, is lost" in str(refused(**fast, start=2.0**43))
+    Scene(**fast, start=2.0**42)
+    Scene([[0, 0]], **STILL, start=-(2.0**52))
+
+
+def test_turns_settings_and_origin_of_a_wrong_type_are_mistakes_and_no_tracebacks() -> None:
+    error = refused(position=[[0, 0]], velocity=[[0, 0]], radius=-1, turns=None, settings={}, origin=3)
+    assert places(error) == ["settings", "origin", "bodies[0].radius", "turns"]
+    with pytest.raises(SceneError, match=r"settings: found \{'until': 1\}; expected kinetile\.Settings"):
+        relabelled(Scene([[0, 0]], **STILL), settings={"until": 1})  # type: ignore[arg-type]
+
+
+def test_settings_have_a_hash_though_their_options_are_a_table() -> None:
+    one, two = (Settings("sap-1d", ["disc"], {"sap-1d": {"axis": "y"}}, 2) for _ in range(2))  # type: ignore[arg-type]
+    assert one == two
+    assert hash(one) == hash(two)
 
 
 @given(

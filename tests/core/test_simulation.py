@@ -12,6 +12,7 @@ import pytest
 import kinetile as kt
 from agreement import PHASES, assert_one_answer
 from kinetile.clock import Clock
+from kinetile.compiled import INTERPRETED
 from kinetile.errors import BadOption, Refused, UnknownName
 
 
@@ -299,3 +300,83 @@ def test_explain_names_what_is_left_out():
     assert any("turns" in line for line in told["left out"])
     assert any("masses: all are equal" in line for line in told["left out"])
     assert told["numbers"]["skin_in_radii"] < 1e-6
+
+
+def test_a_turn_made_while_a_run_is_recorded_stays_in_the_record():
+    chunks = []
+    sim = kt.Simulation(grid(9), "sap-1d", turning=True)
+    turned = []
+
+    def turn_once(progress):
+        if not turned:
+            turned.append(progress.time)
+            sim.set_velocity(2, (0.5, 0.5))
+
+    sim.run(max_contacts=40, recorder=chunks.append, progress=turn_once)
+    sim.run(max_contacts=40, recorder=chunks.append)
+    rows = np.concatenate(chunks)
+    assert (rows["b"] == -5).sum() == 1
+    assert (rows["b"] > -5).sum() == len(sim.contacts)
+
+
+def test_a_run_cannot_be_started_from_within_itself():
+    sim = kt.Simulation(grid(9), "sap-1d")
+    with pytest.raises(RuntimeError, match="this simulation is running"):
+        sim.run(until=1.0, progress=lambda progress: sim.run(until=2.0))
+    sim.run(until=2.0)
+    assert sim.time == 2.0
+
+
+def test_slow_bodies_that_are_turned_to_be_fast_are_not_taken_for_jammed():
+    slow = grid(9)
+    scene = kt.Scene(slow.position, slow.velocity * 1e-12, slow.radius, slow.mass, slow.arena)
+    sim = kt.Simulation(scene, "sap-1d")
+    sim.run(until=0.0)
+    for body, velocity in enumerate(slow.velocity.tolist()):
+        sim.set_velocity(body, tuple(velocity))
+    sim.run(max_contacts=9000 if not INTERPRETED else 50)
+    assert sim.time > 0.01
+
+
+def test_the_time_of_the_last_contact_is_now_however_it_is_rounded():
+    for seed in range(12):
+        sim = kt.Simulation(grid(9, seed=seed), "sap-1d")
+        sim.run(max_contacts=7)
+        before = sim.time
+        sim.run(until=sim.time)
+        assert sim.time == before
+        assert len(sim.contacts) >= 7
+    sim.run(until=30.3 if not INTERPRETED else 1.3)
+    now = sim.time
+    sim.run(max_contacts=0)
+    assert sim.time == now
+
+
+def test_the_contacts_that_are_handed_out_cannot_be_changed():
+    sim = kt.Simulation(grid(9), "sap-1d")
+    sim.run(until=0.5)
+    with pytest.raises(ValueError, match="read-only"):
+        sim.contacts["time"] += 1.0
+
+
+def test_a_turn_too_fast_for_the_clock_is_refused_in_a_sentence():
+    sim = kt.Simulation(grid(9), "sap-1d")
+    with pytest.raises(ValueError, match="schedule the turn in the scene"):
+        sim.set_velocity(0, (1e15, 0.0))
+
+
+@pytest.mark.compiled
+def test_many_bodies_at_rest_do_not_slow_the_clock_down():
+    n = 10_000
+    place = np.column_stack([np.arange(n) % 100 * 3.0 + 1.5, np.arange(n) // 100 * 3.0 + 1.5])
+    scene = kt.Scene(place, np.zeros((n, 2)), 0.5, arena=(300.0, 300.0))
+    sim = kt.Simulation(scene, "sap-2d")
+    sim.run(until=1100.0)
+    assert len(sim.contacts) == 0
+
+
+def test_where_the_skin_would_be_too_thick_for_sweep_tiling_another_is_the_default():
+    scene = kt.Scene([[5e8, 5e8], [5e8 + 1.0, 5e8]], [[1.0, 0.0], [0.0, 0.0]], 3e-5, arena=(1e9, 1e9))
+    with pytest.raises(Refused, match="choose sap-1d, sap-2d or naive"):
+        kt.Simulation(scene, "sweep-tiling")
+    assert kt.Simulation(scene).broad_phase == "sap-2d"

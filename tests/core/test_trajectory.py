@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import kinetile as kt
+from kinetile.errors import RecordError
 from kinetile.trajectory import Trajectory, positions_at
 
 
@@ -78,9 +79,46 @@ def test_a_file_is_enough(tmp_path):
     assert positions_at(str(path), scene, sim.time).tobytes() == sim.positions().tobytes()
 
 
+def test_a_file_of_the_second_run_alone_is_no_trajectory(tmp_path):
+    pytest.importorskip("pyarrow")
+    scene = SCENES["grid"]
+    sim = kt.Simulation(scene, "naive")
+    sim.run(0.5)
+    assert len(sim.contacts)
+    path = tmp_path / "e.parquet"
+    with kt.EventRecorder(path, scene) as recorder:
+        sim.run(1.0, recorder=recorder)
+    with pytest.raises(RecordError, match="is no whole trajectory: "):
+        Trajectory.read(path)
+
+
+def test_a_file_that_says_what_it_misses_is_no_trajectory(tmp_path):
+    pytest.importorskip("pyarrow")
+    scene = SCENES["grid"]
+    path = tmp_path / "e.parquet"
+    with kt.EventRecorder(path, scene) as recorder:
+        recorder.begin(12)
+        recorder.begin(12)
+    for read in (Trajectory.read, lambda path: positions_at(path, scene, 1.0)):
+        with pytest.raises(RecordError, match="12 events of the run were not given to its recorder"):
+            read(path)
+
+
+def test_rows_of_another_scene_are_no_trajectory(tmp_path):
+    pytest.importorskip("pyarrow")
+    path = tmp_path / "e.parquet"
+    with kt.EventRecorder(path, kt.make_scene("grid", bodies=25, density=0.5, seed=4)) as recorder:
+        recorder(record(kt.Simulation(SCENES["grid"], "naive"), 1.0))
+    with pytest.raises(RecordError, match="in row 0, body"):
+        Trajectory.read(path)
+
+
 def test_what_cannot_be_asked():
     scene = SCENES["no walls"]
     with pytest.raises(ValueError, match=r"expected 0\.0, the scene's start, or later"):
         positions_at(np.zeros(0, kt.LOG), scene, -1.0)
+    for time in (np.inf, np.nan):
+        with pytest.raises(ValueError, match="or later, and finite"):
+            Trajectory(np.zeros(0, kt.LOG), scene).positions(time)
     with pytest.raises(TypeError, match="needs their scene"):
         positions_at(np.zeros(0, kt.LOG), None, 1.0)

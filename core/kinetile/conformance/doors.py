@@ -6,6 +6,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from kinetile._registry import registry
+from kinetile.composition import check_options
 from kinetile.conformance.cases import Subject
 from kinetile.conformance.checks import CHECKS
 from kinetile.conformance.engine import EXAMPLES, run_check
@@ -22,10 +24,10 @@ def checks_of(
     save_to: Path | None = None,
 ) -> dict[str, Callable[[], None]]:
     """Return a function for each check, by its name, that raises AssertionError unless the check passes."""
-    from kinetile._registry import registry
-
-    registry().broad_phase(name)
     subject = Subject(name, dict(options or {}))
+    phase = registry().broad_phase(name)
+    check_options("broad phase", name, phase, subject.options)
+    phase(**subject.options)
 
     def test(each: Any) -> Callable[[], None]:
         def run() -> None:

@@ -91,21 +91,28 @@ class Report:
         }
 
     def __str__(self) -> str:
-        options = ", ".join(f"{key}={value}" for key, value in self.options.items())
-        lines = [
-            f"conformance kit {self.kit}: broad phase {self.name!r}{f' ({options})' if options else ''}, "
-            f"of {self.distribution}",
-            "",
-        ]
         wide = max((len(result.check) for result in self.results), default=0)
-        for result in self.results:
-            spent = f"{result.scenes:7,} scenes  {result.seconds:6.2f} s"
-            lines.append(f"  {result.status:8} {result.check:{wide}}  {spent}  {result.sentence}")
-            lines += [f"           {line}" for line in self._details(result)]
-        lines.append("")
+        each = [line for result in self.results for line in self.lines(result, wide)]
+        return "\n".join([self.head, "", *each, "", self.foot])
+
+    @property
+    def label(self) -> str:
+        """The phase and its options, as the command line takes them."""
+        options = ",".join(f"{key}={value}" for key, value in self.options.items())
+        return f"{self.name}:{options}" if options else self.name
+
+    @property
+    def head(self) -> str:
+        """The line above the results."""
+        return f"conformance kit {self.kit}: broad phase {self.label!r}, of {self.distribution}"
+
+    @property
+    def foot(self) -> str:
+        """What stands below the results: how much is over-reported, notes, and whether the phase conforms."""
+        lines = [f"  {note}" for note in self.notes]
         if self.tightness is not None:
-            lines.append(f"  over-reporting: {self.tightness:.2f} candidate pairs for each overlap of boxes")
-        lines += [f"  {note}" for note in self.notes]
+            ratio = f"{self.tightness:.2f} candidate pairs for each overlap of boxes"
+            lines.insert(0, f"  over-reporting: {ratio}")
         failed = [result.check for result in self.results if not result.ok]
         if failed:
             lines.append(f"{self.name} does not conform: {', '.join(failed)}")
@@ -113,18 +120,21 @@ class Report:
             lines.append(f"{self.name} conforms ({self.seconds:.0f} s)")
         return "\n".join(lines)
 
-    def _details(self, result: Result) -> list[str]:
-        lines = []
-        if result.said:
-            lines += result.said.splitlines()
+    def lines(self, result: Result, wide: int) -> list[str]:
+        """Return the lines of one result, the name of its check padded to a width."""
+        scenes = f"{result.scenes:7,} {'scene ' if result.scenes == 1 else 'scenes'}"
+        spent = f"{scenes}  {result.seconds:6.2f} s"
+        lines = [f"  {result.status:8} {result.check:{wide}}  {spent}  {result.sentence}"]
+        details = result.said.splitlines()
         if result.bodies is not None:
-            lines.append(f"smallest scene found: {result.bodies} bodies")
+            bodies = f"{result.bodies} {'body' if result.bodies == 1 else 'bodies'}"
+            details.append(f"smallest scene found: {bodies}")
         if result.verdict:
-            lines.append(f"verdict: {result.verdict}")
+            details.append(f"verdict: {result.verdict}")
         if result.reason:
-            lines.append(f"reason: {result.reason}")
+            details.append(f"reason: {result.reason}")
         if result.case is not None:
-            lines.append(f"replay: kinetile replay {self.name} {result.case}")
+            details.append(f"replay: kinetile replay {self.label} {result.case}")
         if result.picture is not None:
-            lines.append(f"picture: {result.picture}")
-        return lines
+            details.append(f"picture: {result.picture}")
+        return [*lines, *(f"           {line}" for line in details)]

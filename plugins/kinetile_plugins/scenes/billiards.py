@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from kinetile import Scene
-from kinetile_plugins.scenes._terms import demand, generators
+from kinetile_plugins.scenes._terms import demand, demand_number, demand_speed, generators
 
 __all__ = ["billiard_break", "cradle", "two_discs"]
 
@@ -21,6 +21,7 @@ def cradle(*, bodies: int = 5, moving: int = 1) -> Scene:
     """
     demand(bodies >= 2, f"bodies is {bodies}; a cradle has 2 bodies or more")
     demand(0 < moving < bodies, f"moving is {moving}; it is from 1 to {bodies - 1}, less than the bodies")
+    demand_number("bodies", bodies)
     radius, gap = 0.125, 1.0
     width = 2.0 * gap + 2.0 * radius * bodies
     position = np.full((bodies, 2), 0.5)
@@ -40,6 +41,7 @@ def billiard_break(*, speed: float = 8.0, aim: float = 0.0) -> Scene:
     fall on one instant.
     """
     demand(math.isfinite(speed) and math.isfinite(aim), f"speed is {speed} and aim is {aim}; both are finite")
+    demand_speed(speed)
     width, height, radius = 2.54, 1.27, 0.028575
     centres = [(width / 4.0, height / 2.0)]
     for row in range(5):

@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from kinetile import Scene
-from kinetile_plugins.scenes._terms import demand, generators, in_random_directions
+from kinetile_plugins.scenes._terms import demand, demand_number, generators, in_random_directions
 
 __all__ = ["grid"]
 
@@ -27,6 +27,7 @@ def grid(*, bodies: int = 400, density: float = 0.5, seed: int = 1, speed: float
     near = " or ".join(str(each * each) for each in (side, side + 1) if each)
     square = bodies >= 1 and side * side == bodies
     demand(square, f"bodies is {bodies}; a grid needs a square number of bodies, such as {near}")
+    demand_number("bodies", bodies)
     sparse = 0.0 < density < math.pi / 4
     demand(
         sparse, f"density is {density}; it is above 0, and below pi / 4 = 0.785, where the discs would touch"

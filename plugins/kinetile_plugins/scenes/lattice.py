@@ -23,7 +23,7 @@ import numpy as np
 from kinetile import Scene, Turn
 from kinetile.overlaps import overlapping_pairs
 from kinetile.scene_checks import TOLERANCE
-from kinetile_plugins.scenes._terms import Floats, demand, generators
+from kinetile_plugins.scenes._terms import Floats, demand, demand_number, generators
 
 __all__ = ["lattice"]
 
@@ -50,6 +50,8 @@ def lattice(
     demand(0.0 <= touching <= 1.0, f"touching is {touching}; it is a share, from 0 to 1")
     demand(0.0 <= jitter <= 1e-3, f"jitter is {jitter}; it is from 0 to 0.001, much less than a disc")
     demand(turns >= 0, f"turns is {turns}; it is 0 or more")
+    demand_number("bodies", bodies)
+    demand_number("turns", turns)
     for_lattice, for_bodies, for_jitter, for_turns = generators(seed, 4)
     exact = kind == "dyadic"
     cells = 8 if exact else int(for_lattice.integers(3, 13))

@@ -19,7 +19,8 @@ import numpy as np
 
 from kinetile import Scene
 from kinetile.errors import BadOption
-from kinetile_plugins.scenes._terms import Floats, demand, generators, in_random_directions
+from kinetile.scene_checks import HEAVIEST
+from kinetile_plugins.scenes._terms import Floats, demand, demand_number, generators, in_random_directions
 
 __all__ = ["random_discs"]
 
@@ -46,9 +47,11 @@ def random_discs(
     same speed. Equal discs too dense to be placed at random start from a lattice.
     """
     demand(bodies >= 0, f"bodies is {bodies}; a scene has 0 bodies or more")
+    demand_number("bodies", bodies)
     demand(0.0 < density < 1.0, f"density is {density}; it is above 0 and below 1")
     for name, ratio in (("radius_ratio", radius_ratio), ("mass_ratio", mass_ratio)):
         demand(1.0 <= ratio < math.inf, f"{name} is {ratio}; a ratio is finite, and 1 or more")
+        demand(ratio <= HEAVIEST, f"{name} is {ratio}; it is at most 2**100 ({HEAVIEST:.1e})")
     for_radii, for_masses, for_places, for_velocities = generators(seed, 4)
     radius = radius_ratio ** for_radii.random(bodies)
     radius *= math.sqrt(density / (math.pi * float(np.sum(radius**2)))) if bodies else 1.0

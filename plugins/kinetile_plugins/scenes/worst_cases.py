@@ -6,12 +6,16 @@ say. All three are rare: nothing keeps discs in such a place, and figures 11 and
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from kinetile import Scene
-from kinetile_plugins.scenes._terms import demand, generators, in_random_directions
+from kinetile_plugins.scenes._terms import (
+    demand,
+    demand_number,
+    demand_speed,
+    generators,
+    in_random_directions,
+)
 
 __all__ = ["figure_10", "figure_11", "figure_16"]
 
@@ -27,8 +31,9 @@ def figure_10(*, bodies: int = 16, speed: float = 1.0, seed: int = 1) -> Scene:
     / 2 pairs, along y only those that are next to each other.
     """
     demand(bodies >= 1, f"bodies is {bodies}; figure 10 has 1 body or more")
+    demand_number("bodies", bodies)
+    demand_speed(speed)
     (random,) = generators(seed, 1)
-    demand(math.isfinite(speed), f"speed is {speed}; a speed is finite")
     position = np.full((bodies, 2), 0.5)
     position[:, 1] = (np.arange(bodies) + 0.5) / bodies
     velocity = np.zeros((bodies, 2))
@@ -45,10 +50,10 @@ def figure_11(*, bodies: int = 20, speed: float = 1.0, seed: int = 1) -> Scene:
     neighbouring ones, two of similar size would overlap). There are no walls; velocities are proportional
     to the radii, so that all sizes part in the same time.
 
-    Radii stay above 1e-300, where their products are no longer numbers, for 750 bodies. A run needs bodies
-    that are large against the rounding of its largest coordinates, which about 20 are.
+    Radii stay above 2**-200, the smallest that a scene may have, for 152 bodies. A run needs bodies that are
+    large against the rounding of its largest coordinates, which about 20 are.
     """
-    demand(1 <= bodies <= 750, f"bodies is {bodies}; figure 11 has from 1 to 750, as far as numbers reach")
+    demand(1 <= bodies <= 152, f"bodies is {bodies}; figure 11 has from 1 to 152, as far as radii may shrink")
     (random,) = generators(seed, 1)
     radius = _SHRINK ** (np.arange(bodies) // 2).astype(np.float64)
     side = np.where(np.arange(bodies) % 2 == 0, 1.0, -1.0)
@@ -65,6 +70,7 @@ def figure_16(*, bodies: int = 21, speed: float = 0.1, seed: int = 1) -> Scene:
     wide disc unhindered.
     """
     demand(bodies >= 2, f"bodies is {bodies}; figure 16 has 2 bodies or more, the wide disc and others")
+    demand_number("bodies", bodies)
     (random,) = generators(seed, 1)
     others = bodies - 1
     radius = 0.2 / others

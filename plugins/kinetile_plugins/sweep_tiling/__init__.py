@@ -42,6 +42,10 @@ __all__ = ["SweepTiling"]
 L_OUTER, R_OUTER, R_UPPER = 0, 8, 9
 """Ports of a body, counted from 16 * body."""
 
+FINEST = 2.0**-46
+"""Of the arena's side: how far apart bounds must be to be told apart, eight times what rounding moves them
+by. Beside a contact of two bodies a third's bound can be as near as r^2 / 2R, for radii from r to R."""
+
 
 @hook
 def watch(k: Kernel, s: State, p: int) -> None:
@@ -73,8 +77,8 @@ def watch(k: Kernel, s: State, p: int) -> None:
                 rise = -rise
                 climb = -climb
             if climb < 0.0:
-                then = width + rate * (rise / -climb)
-                if -s.limits[0] <= then <= s.limits[1]:
+                then = width * -climb + rate * rise  # the width when they are level, times -climb
+                if s.limits[0] * climb <= then <= s.limits[1] * -climb:
                     level = falls(k, since, rise, climb)
                     if level < tick:
                         tick = level
@@ -171,13 +175,20 @@ class SweepTiling:
     """Sweep-tiling: the free space in tiles, candidate pairs of bodies that see each other."""
 
     def prepare(self, scene: Scene) -> BroadPhaseParts:
-        """Return the parts; refuse a scene without an arena."""
+        """Return the parts; refuse a scene without an arena, or with radii that differ beyond measure."""
         if scene.arena is None:
             raise Refused(
                 "sweep-tiling tiles an arena, and this scene has none: "
                 "give the scene an arena, or choose sap-1d, sap-2d or naive"
             )
         n = len(scene)
+        if n:
+            small, large = float(scene.radius.min()), float(scene.radius.max())
+            if small * small < FINEST * max(scene.arena) * large:
+                raise Refused(
+                    "sweep-tiling needs bounds that rounding does not confuse, and in this scene the radii, "
+                    f"from {small!r} to {large!r}, are too different for that: choose sap-1d, sap-2d or naive"
+                )
         state = empty(n)
         return BroadPhaseParts(
             state=state,
@@ -189,5 +200,6 @@ class SweepTiling:
             audit=audit,
             ticks=(state.due,),
             solid=True,
+            skin_limit=0.125 * float(scene.radius.min()) if n else None,
             pairs=3 * n + 8,
         )

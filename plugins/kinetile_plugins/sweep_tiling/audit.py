@@ -1,185 +1,340 @@
 """Every invariant of the web, checked slowly, between two events.
 
-Structure is checked exactly: links, ends, walks, pairs, certificates. Geometry is checked with the skin as
-tolerance, because events of one moment leave tiles of no width in either order: what is thinner than a skin
-is not looked at.
+Structure is checked exactly: links, ends, walks, pairs, certificates, and that a sweep over the bounds, in an
+order that the links themselves allow, comes upon the same tiling again. Geometry is checked up to the skin,
+because events of one moment leave bounds that coincide in either order.
+
+docs/sweep-tiling.md has the list of invariants, with their numbers.
 """
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
+from kinetile.certificates import FAR
 from kinetile.toolbox import NEVER, Kernel, positions_now
 
-from .web import LOWER, OUTER, UPPER, State, is_left
+from .web import FLIPS, LOWER, OUTER, UPPER, State
 
-__all__ = ["around", "audit", "ends", "tiles"]
+__all__ = ["Tiles", "around", "audit", "tiles_of"]
+
+Integers = npt.NDArray[np.int64]
+Floats = npt.NDArray[np.float64]
+
+CELLS = 1 << 20
+"""Bodies and tiles times vertical lines, compared at a time: bounds the memory of an audit."""
 
 
-def name(p: int, n: int) -> str:
+class Tiles(NamedTuple):
+    """All 3n + 1 tiles, in the order of their left ports."""
+
+    left: Integers  # left ports
+    right: Integers  # what they are linked to
+    top: Integers  # bodies above and below, as the left bounds know them
+    bottom: Integers
+
+    def name(self, tile: Any) -> str:
+        """Return a tile in words."""
+        n = (len(self.left) - 1) // 3
+        return f"the tile {_port(int(self.left[tile]), n)} - {_port(int(self.right[tile]), n)}"
+
+
+def _port(p: int, n: int) -> str:
     """Return a port in words."""
+    if not 0 <= p < 16 * (n + 1) or p & 7 > LOWER:
+        return f"place {p}, which is no port"
     side = "R" if p >> 3 & 1 else "L"
-    port = ("outer", "upper", "lower")[p & 7]
     if p >> 4 == n:
         return f"{'left' if side == 'R' else 'right'} edge"
-    return f"{side}({p >> 4}).{port}"
+    return f"{side}({p >> 4}).{('outer', 'upper', 'lower')[p & 7]}"
 
 
-def tiles(s: State) -> list[int]:
-    """Return the left ports of all tiles, 3n + 1 of them."""
+def _ends(web: Integers, ports: Integers) -> tuple[Integers, Integers]:
+    """Return the bodies above and below the tiles at some ports, as these ports' bounds know them."""
+    bound, port, body = ports & ~7, ports & 7, ports >> 4
+    top = np.where(port == LOWER, body, web[bound + 4 + UPPER])
+    bottom = np.where(port == UPPER, body, web[bound + 4 + LOWER])
+    return top, bottom
+
+
+def tiles_of(s: State) -> Tiles:
+    """Return all tiles."""
     n = len(s.level)
-    own = [16 * body + port for body in range(n) for port in (UPPER, LOWER, 8 + OUTER)]
-    return [*own, 16 * n + 8 + OUTER]
+    web = s.web.astype(np.int64)
+    own = 16 * np.arange(n)[:, None] + np.array([UPPER, LOWER, 8 + OUTER])
+    left = np.append(own.ravel(), 16 * n + 8 + OUTER)
+    return Tiles(left, web[left], *_ends(web, left))
 
 
-def ends(s: State, p: int) -> tuple[int, int]:
-    """Return (top, bottom) of the tile at a port, as that port's bound knows them."""
-    bound, port, body = p & ~7, p & 7, p >> 4
-    if port == OUTER:
-        return int(s.web[bound + 4 + UPPER]), int(s.web[bound + 4 + LOWER])
-    if port == UPPER:
-        return int(s.web[bound + 4 + UPPER]), body
-    return body, int(s.web[bound + 4 + LOWER])
-
-
-def around(s: State, body: int) -> Iterator[int]:
-    """Walk the tiles above a body, then those below, from left to right; yield their left ports."""
-    for side in (UPPER, LOWER):
-        p = 16 * body + side
-        while True:
-            yield p
-            q = int(s.web[p])
-            if q >> 4 == body:
-                break
-            # an L bound that stands on the body is left by its other inner port, an R bound by its outer
-            p = (q & ~7) + 3 - side if q & 8 == 0 else (q & ~7) + OUTER
+def around(web: Sequence[int], body: int, side: int) -> Iterator[int]:
+    """Walk the tiles over a body (side UPPER), or under it (LOWER), from left to right; yield left ports."""
+    p = 16 * body + side
+    while True:
+        yield p
+        q = web[p]
+        if q >> 4 == body:
+            return
+        # an L bound that stands on the body is left by its other inner port, an R bound by its outer
+        p = (q & ~7) + 3 - side if q & 8 == 0 else (q & ~7) + OUTER
 
 
 def audit(k: Kernel, s: State) -> Iterator[str]:
     """Yield a sentence for each invariant that does not hold."""
-    n = len(s.level)
-    every = tiles(s)
+    tiles = tiles_of(s)
     broken = False
-    for p in every:
-        q = int(s.web[p])
-        if int(s.web[q]) != p or not is_left(p) or is_left(q):
-            back = name(int(s.web[q]), n)
-            yield f"the tile at {name(p, n)} is linked to {name(q, n)}, which is linked to {back}"
-            broken = True
-        elif ends(s, p) != ends(s, q):
-            views = f"{ends(s, p)} from its left, {ends(s, q)} from its right"
-            yield f"the tile {name(p, n)} - {name(q, n)} lies between {views}"
-            broken = True
-    if len({int(s.web[p]) for p in every}) != 3 * n + 1:
-        yield f"there are not {3 * n + 1} tiles"
+    for complaint in _links(s, tiles):
         broken = True
+        yield complaint
     if broken:
         return  # the rest would walk in circles
-    yield from _pairs(k, s, every)
-    yield from _walks(s, every)
-    yield from _certificates(k, s, every)
-    yield from _geometry(k, s, every)
+    yield from _pairs(k, s, tiles)
+    yield from _walks(s, tiles)
+    yield from _sweep(s, tiles)
+    yield from _certificates(k, s, tiles)
+    yield from _geometry(k, s, tiles)
 
 
-def _pairs(k: Kernel, s: State, every: list[int]) -> Iterator[str]:
+def _links(s: State, tiles: Tiles) -> Iterator[str]:
+    """Each of the 3n + 1 tiles joins a left port and a right one, both ways; they agree about its ends."""
+    n = len(s.level)
+    web = s.web.astype(np.int64)
+    left, right = tiles.left, tiles.right
+    port = (right >= 0) & (right < 16 * (n + 1)) & (right & 7 <= LOWER)
+    port &= (right & 7 != OUTER) == (right & 8 != 0)
+    port &= (right < 16 * n) | (right == 16 * n)
+    there = np.where(port, right, 16 * n)
+    top, bottom = _ends(web, there)
+    linked = port & (web[there] == left)
+    for tile in np.flatnonzero(~linked):
+        back = f"linked to {_port(int(web[there[tile]]), n)}" if port[tile] else "no right port"
+        yield f"{tiles.name(tile)}: its right port is {back}"
+    known = (tiles.top >= 0) & (tiles.top <= n) & (tiles.bottom >= 0) & (tiles.bottom <= n + 1)
+    known &= (tiles.bottom != n) & (tiles.top != tiles.bottom)
+    for tile in np.flatnonzero(linked & ~(known & (top == tiles.top) & (bottom == tiles.bottom))):
+        one, two = (int(tiles.top[tile]), int(tiles.bottom[tile])), (int(top[tile]), int(bottom[tile]))
+        yield f"{tiles.name(tile)} lies between {one} from its left, {two} from its right"
+    if len(np.unique(right)) != 3 * n + 1:
+        yield f"there are not {3 * n + 1} tiles"
+
+
+def _pairs(k: Kernel, s: State, tiles: Tiles) -> Iterator[str]:
     """The candidate pairs are the tops and bottoms of the tiles, each held once a tile, and few."""
     n = len(s.level)
-    wanted: Counter[tuple[int, int]] = Counter()
-    for p in every:
-        top, bottom = ends(s, p)
-        if top < n and bottom < n:
-            wanted[min(top, bottom), max(top, bottom)] += 1
+    both = (tiles.top < n) & (tiles.bottom < n)
+    top, bottom = tiles.top[both], tiles.bottom[both]
+    wanted, times = np.unique(np.minimum(top, bottom) * n + np.maximum(top, bottom), return_counts=True)
     live = k.certificates[k.certificates.a >= 0]
-    held = {(int(r.a), int(r.b)): int(r.holds) for r in live}
-    if held != dict(wanted):
-        odd = sorted(set(held.items()) ^ set(wanted.items()))[0]
-        times = f"{wanted.get(odd[0], 0)} times, the kernel {held.get(odd[0], 0)} times"
-        yield f"the tiles have the pair {odd[0]} {times}"
-    if n >= 3 and len(held) > 3 * n - 6:
-        yield f"there are {len(held)} candidate pairs, more than 3n - 6 = {3 * n - 6}"
+    held = live.a.astype(np.int64) * n + live.b
+    order = np.argsort(held)
+    if not (np.array_equal(held[order], wanted) and np.array_equal(live.holds[order], times)):
+        tiled = dict(zip(wanted.tolist(), times.tolist(), strict=True))
+        kept = dict(zip(held.tolist(), live.holds.tolist(), strict=True))
+        odd = min(pair for pair, _ in set(tiled.items()) ^ set(kept.items()))
+        counts = f"{tiled.get(odd, 0)} times, the kernel {kept.get(odd, 0)} times"
+        yield f"the tiles have the pair {divmod(odd, n)} {counts}"
+    most = 3 * n - 6 if n >= 3 else max(n - 1, 0)
+    if len(wanted) > most:
+        yield f"{len(wanted)} pairs of bodies see each other; among {n} there can be {most}"
+    seen = len(np.unique(np.minimum(tiles.top, tiles.bottom) * (n + 2) + np.maximum(tiles.top, tiles.bottom)))
+    if seen - 1 > max(3 * n - 1, 0):  # all but {TOP, BOTTOM}
+        yield f"{seen - 1} pairs see each other, TOP and BOTTOM among them; there can be {3 * n - 1}"
 
 
-def _walks(s: State, every: list[int]) -> Iterator[str]:
+def _walks(s: State, tiles: Tiles) -> Iterator[str]:
     """The walk around a body finds exactly the tiles that it bounds from below and from above."""
     n = len(s.level)
-    bounded: list[Counter[int]] = [Counter() for _ in range(n + 2)]
-    for p in every:
-        for body in ends(s, p):
-            bounded[body][p] += 1
-    for body in range(n):
-        walked: Counter[int] = Counter()
-        for p in around(s, body):
-            walked[p] += 1
-            if walked.total() > 6 * n + 6:
-                break
-        if walked != bounded[body]:
-            yield f"the walk around body {body} does not find the tiles that it bounds"
+    web = s.web.tolist()
+    for side, ends in ((UPPER, tiles.bottom), (LOWER, tiles.top)):
+        end_at = dict(zip(tiles.left.tolist(), ends.tolist(), strict=True))
+        bounded = np.bincount(ends, minlength=n + 2).tolist()
+        for body in range(n):
+            walked = 0
+            for p in around(web, body, side):
+                walked += 1
+                if end_at.get(p) != body or walked > bounded[body]:
+                    break
+            if walked != bounded[body] or end_at.get(p) != body:
+                where = "over" if side == UPPER else "under"
+                yield f"the walk {where} body {body} does not find the {bounded[body]} tiles there"
 
 
-def _certificates(k: Kernel, s: State, every: list[int]) -> Iterator[str]:
-    """Every tile that narrows has a failure time, not past, and its owner is queued for its first."""
+def _sweep(s: State, tiles: Tiles) -> Iterator[str]:
+    """The links lead from left to right without a circle, and a sweep in their order makes the same tiling.
+
+    A bound is swept when all tiles that end at it have begun, so no coordinate is asked. What the sweep line
+    crosses stands in two lists (the body above, the body below) with the open left port of each gap, as in
+    ``construction``.
+    """
     n = len(s.level)
-    now = int(k.clock[0].now)
-    for p in every:
-        q = int(s.web[p])
-        a, b = p >> 4, q >> 4
-        if n in (a, b) or a == b:
-            continue
-        due = int(s.due[4 * a + (p & 3)])
-        if k.bodies[b].vx < k.bodies[a].vx and due == NEVER:
-            left, right = _edge(k, p), _edge(k, q)
-            speed = float(k.bodies[a].vx - k.bodies[b].vx)
-            if (right - left) / speed * float(k.clock[0].per_time) < 2.0**60:
-                yield f"the tile {name(p, n)} - {name(q, n)} narrows, and has no failure time"
-        if due < now:
-            yield f"the tile {name(p, n)} - {name(q, n)} failed {now - due} ticks ago"
-    for body in range(n):
-        first = int(s.due[4 * body : 4 * body + 3].min())
-        place = int(k.certificates[body].place)
-        queued = int(k.queue[place].tick) if place >= 0 else NEVER
-        if queued != first:
-            yield f"body {body} is queued for tick {queued}, but its first tile fails at {first}"
+    web = s.web.tolist()
+    above, below = [n] * (n + 2), [n + 1] * (n + 2)
+    opened: list[int] = [-1] * (n + 2)  # the open left port above a body, or above BOTTOM
+    opened[n + 1] = 16 * n + 8 + OUTER
+    begun = [0] * (2 * n)
+    ready = [web[16 * n + 8 + OUTER] >> 3]
+    swept = 0
+    while ready:
+        bound = ready.pop()
+        if bound == 2 * n:
+            continue  # the right edge
+        swept += 1
+        body, at = bound >> 1, 8 * bound
+        high, low = web[at + 4 + UPPER], web[at + 4 + LOWER]
+        name = f"the sweep comes to {'R' if bound & 1 else 'L'}({body})"
+        if bound & 1 == 0:
+            if above[low] != high or below[high] != low or opened[low] != web[at + OUTER]:
+                yield f"{name} in a gap between {(high, low)} that is not open there"
+                return
+            above[low] = below[high] = body
+            above[body], below[body] = high, low
+            opened[low], opened[body] = at + LOWER, at + UPPER
+            begins: tuple[int, ...] = (at + LOWER, at + UPPER)
+        else:
+            if above[body] != high or below[body] != low:
+                yield f"{name} between {(above[body], below[body])}, but its ends are {(high, low)}"
+                return
+            if opened[low] != web[at + LOWER] or opened[body] != web[at + UPPER]:
+                yield f"{name}, where other tiles end than are linked to it"
+                return
+            above[low], below[high] = high, low
+            opened[low] = at + OUTER
+            begins = (at + OUTER,)
+        for p in begins:
+            right = web[p] >> 3
+            if right == 2 * n:
+                continue
+            begun[right] += 1
+            if begun[right] == (2 if right & 1 else 1):
+                ready.append(right)
+    if swept != 2 * n:
+        yield f"the sweep comes to {swept} of {2 * n} bounds: the tiles lie in a circle"
+    elif n and (above[n + 1] != n or opened[n + 1] != web[16 * n + OUTER]):
+        yield "the sweep does not end with one open tile at the right edge"
 
 
-def _edge(k: Kernel, p: int) -> float:
-    """Return where the bound of a port is now."""
-    body = k.bodies[p >> 4]
-    at = body.x + body.vx * ((k.clock[0].now - body.anchor) * k.clock[0].tick)
-    return float(at + body.reach if p & 8 else at - body.reach)
-
-
-def _geometry(k: Kernel, s: State, every: list[int]) -> Iterator[str]:
-    """Tiles that are wider than the skin lie where they say they lie, with nothing between top and bottom."""
+def _certificates(k: Kernel, s: State, tiles: Tiles) -> Iterator[str]:
+    """Every tile is watched for the tick at which it fails by the plans of its bodies, and its owner is
+    queued for its first."""
     n = len(s.level)
     if n == 0:
         return
+    now = int(k.clock[0].now)
+    owner, slot = tiles.left[:-1] >> 4, tiles.left[:-1] & 3
+    due = s.due[4 * owner + slot]
+    wanted, flips = _failures(k, s, tiles)
+    flip = (s.web[16 * owner + FLIPS] >> slot & 1).astype(bool)
+    for tile in np.flatnonzero(due < now):
+        yield f"{tiles.name(tile)} failed {now - int(due[tile])} ticks ago"
+    for tile in np.flatnonzero(due != wanted):
+        times = [("never" if tick == NEVER else f"at tick {tick}") for tick in (wanted[tile], due[tile])]
+        yield f"{tiles.name(tile)} fails {times[0]} by the plans of its bodies, but is watched {times[1]}"
+    for tile in np.flatnonzero(flip != flips):
+        kind = "order" if flips[tile] else "width"
+        yield f"{tiles.name(tile)} fails by its {kind}, but is watched otherwise"
+    first = s.due.reshape(n, 4).min(axis=1)
+    place = k.certificates.place[:n]
+    queued = np.where(place >= 0, k.queue.tick[place], NEVER)
+    for body in np.flatnonzero(queued != first):
+        yield f"body {body} is queued for tick {queued[body]}, but its first tile fails at {first[body]}"
+
+
+def _failures(k: Kernel, s: State, tiles: Tiles) -> tuple[Integers, npt.NDArray[np.bool_]]:
+    """Return when each tile but the first fails by the plans as they are now, and whether by its vertical
+    order."""
+    n, clock, bodies = len(s.level), k.clock[0], k.bodies
+    p, q = tiles.left[:-1], tiles.right[:-1]
+    fails = (q >> 4 != n) & (q >> 4 != p >> 4)
+    a, b = p >> 4, np.where(fails, q >> 4, p >> 4)
+    since = np.maximum(bodies.anchor[a], bodies.anchor[b])
+    a_time, b_time = ((since - bodies.anchor[each]) * clock.tick for each in (a, b))
+    a_reach = np.where(p & 8, bodies.reach[a], -bodies.reach[a])
+    b_reach = np.where(q & 8, bodies.reach[b], -bodies.reach[b])
+    width = (bodies.x[b] + bodies.vx[b] * b_time + b_reach) - (bodies.x[a] + bodies.vx[a] * a_time + a_reach)
+    rate = bodies.vx[b] - bodies.vx[a]
+    due = np.where(fails, _falls(k, since, width, rate), NEVER)
+    over = np.where(p & 7 == LOWER, -1.0, 1.0)
+    rise = over * ((bodies.y[b] + bodies.vy[b] * b_time) - (bodies.y[a] + bodies.vy[a] * a_time))
+    climb = over * (bodies.vy[b] - bodies.vy[a])
+    corner = fails & (p & 7 != OUTER) & (q & 7 != OUTER) & (climb < 0.0)
+    then = width * -climb + rate * rise
+    corner &= (s.limits[0] * climb <= then) & (then <= s.limits[1] * -climb)
+    level = np.where(corner, _falls(k, since, rise, climb), NEVER)
+    return np.minimum(due, level), level < due
+
+
+def _falls(k: Kernel, since: Integers, gap: Floats, rate: Floats) -> Integers:
+    """Return what ``kinetile.certificates.falls`` does, for many at once."""
+    clock = k.clock[0]
+    with np.errstate(all="ignore"):
+        ticks = gap / -rate * clock.per_time
+        near = np.clip(np.nan_to_num(np.floor(ticks)), -FAR, FAR).astype(np.int64)
+    falling = np.where(ticks <= -FAR, clock.now, np.maximum(since + near, clock.now))
+    falling = np.where(ticks < FAR, falling, NEVER)
+    deep = (gap < -clock.theta) & (gap + rate * ((clock.now - since) * clock.tick) < -clock.theta)
+    return np.where(rate < 0.0, falling, np.where(deep, clock.now, NEVER))
+
+
+def _geometry(k: Kernel, s: State, tiles: Tiles) -> Iterator[str]:
+    """Tiles lie where they say they lie, with nothing between top and bottom."""
+    n = len(s.level)
+    if n == 0:
+        return
+    clock = k.clock[0]
+    due = np.append(s.due[4 * (tiles.left[:-1] >> 4) + (tiles.left[:-1] & 3)], NEVER)
+    pending = due <= clock.now
+    thin = (16.0 if pending.any() else 8.0) * (n + 2) * float(clock.theta)  # in quiet moments 4 skins
     place = positions_now(k)
     reach: Any = k.bodies.reach
-    thin = 4.0 * float((reach - k.bodies.radius).max())
-    left_of, right_of = place[:, 0] - reach, place[:, 0] + reach
-    level = np.concatenate([place[:, 1], [np.inf, -np.inf]])
-    for p in every:
-        q = int(s.web[p])
-        left = -np.inf if p >> 4 == n else _edge(k, p)
-        right = np.inf if q >> 4 == n else _edge(k, q)
-        tile = f"the tile {name(p, n)} - {name(q, n)}"
-        if right - left < -thin:
-            yield f"{tile} is {left - right} wider than nothing to the wrong side"
-            continue
-        if right - left <= thin:
-            continue
-        top, bottom = ends(s, p)
-        if not level[top] > level[bottom]:
-            yield f"{tile} has body {top} as its top and body {bottom} as its bottom, which is not below"
-        for end in (top, bottom):
-            if end < n and (left_of[end] > left + thin or right_of[end] < right - thin):
-                yield f"{tile} is wider than body {end}, which bounds it"
-        middle = 0.5 * (max(left, float(left_of.min()) - 1.0) + min(right, float(right_of.max()) + 1.0))
-        between = (left_of < middle - thin) & (right_of > middle + thin)
-        between &= (place[:, 1] > level[bottom]) & (place[:, 1] < level[top])
-        if between.any():
-            yield f"{tile} has body {int(np.flatnonzero(between)[0])} between its top and its bottom"
+    ends = [np.inf, -np.inf]  # TOP and BOTTOM, as wide as you like
+    west = np.append(place[:, 0] - reach, [-np.inf, -np.inf])
+    east = np.append(place[:, 0] + reach, [np.inf, np.inf])
+    level = np.append(place[:, 1], ends)
+    a, b = tiles.left >> 4, tiles.right >> 4
+    left = np.where(tiles.left & 8, np.where(a == n, -np.inf, east[a]), west[a])
+    right = np.where(tiles.right & 8, east[b], np.where(b == n, np.inf, west[b]))
+    for tile in np.flatnonzero((right - left < -2.0 * clock.theta) & ~pending):
+        wrong = left[tile] - right[tile]
+        yield f"{tiles.name(tile)} is {wrong} wider than nothing to the wrong side, and does not fail now"
+    top, bottom = tiles.top, tiles.bottom
+    shared = np.minimum(east[top], east[bottom]) - np.maximum(west[top], west[bottom])
+    for tile in np.flatnonzero((shared > thin) & ~(level[top] > level[bottom])):
+        bodies = f"body {top[tile]} as its top and body {bottom[tile]} as its bottom"
+        yield f"{tiles.name(tile)} has {bodies}, which is not below"
+    short = (np.maximum(west[top], west[bottom]) > left + thin) | (
+        np.minimum(east[top], east[bottom]) < right - thin
+    )
+    for tile in np.flatnonzero(short & (right - left > thin)):
+        yield f"{tiles.name(tile)} is wider than body {top[tile]} or body {bottom[tile]}, which bound it"
+    yield from _lines(tiles, left, right, west[:n], east[:n], level[:n], thin)
+
+
+def _lines(
+    tiles: Tiles, left: Floats, right: Floats, west: Floats, east: Floats, level: Floats, thin: float
+) -> Iterator[str]:
+    """On every vertical line the tiles that it crosses are the gaps between the bodies that it crosses."""
+    n = len(level)
+    edges = np.sort(np.concatenate([west, east]))
+    lines = 0.5 * (edges[1:] + edges[:-1])[np.diff(edges) > thin]
+    upward = np.argsort(level)
+    rows = max(CELLS // (3 * n + 1), 1)
+    for first in range(0, len(lines), rows):
+        line = lines[first : first + rows, None]
+        crossed = (west < line) & (line < east)
+        rank = np.zeros((len(line), n + 2), dtype=np.int64)  # from bottom to top; BOTTOM has 0
+        rank[:, upward] = np.cumsum(crossed[:, upward], axis=1)
+        rank[:, n] = crossed.sum(axis=1) + 1
+        over = (left < line) & (line < right)
+        crossed = np.append(crossed, np.ones((len(line), 2), dtype=bool), axis=1)
+        good = crossed[:, tiles.top] & crossed[:, tiles.bottom]
+        good &= rank[:, tiles.top] == rank[:, tiles.bottom] + 1
+        for row, tile in np.argwhere(over & ~good):
+            ends = f"body {tiles.top[tile]} and body {tiles.bottom[tile]}"
+            yield f"{tiles.name(tile)} at x = {line[row, 0]} is not the gap between {ends}"
+        gaps = np.sort(np.where(over, rank[:, tiles.bottom], n + 1), axis=1)[:, : n + 1]
+        wanted = np.where(np.arange(n + 1) < rank[:, n, None], np.arange(n + 1), n + 1)
+        for row in np.flatnonzero((gaps != wanted).any(axis=1)):
+            yield f"at x = {line[row, 0]} a gap between two bodies has no tile, or two"

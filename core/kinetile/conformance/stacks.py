@@ -1,0 +1,45 @@
+"""Reading the stack that ``faulthandler`` has written: in whose code a process died."""
+
+from __future__ import annotations
+
+import re
+import sysconfig
+from pathlib import Path
+
+import kinetile
+
+__all__ = ["where"]
+
+FRAME = re.compile(r'^  File "(?P<file>.*)", line (?P<line>\d+) in (?P<function>.*)$')
+LIBRARIES = ("numpy", "numba", "llvmlite", "hypothesis", "ctypes")
+OWN = Path(str(kinetile.__file__)).parent
+STDLIB = Path(sysconfig.get_paths()["stdlib"])
+
+
+def where(words: str) -> str:
+    """Return the innermost place that is no library's, such as "arrange (my_phase.py, line 12)"; "" if there
+    is none.
+
+    Compiled hooks have no stack of their own: what died in them is said to have died in "a compiled hook".
+    """
+    for thread in re.split(r"^(?:Current t|T)hread .*$", words, flags=re.MULTILINE)[1:]:
+        frames = [found for line in thread.splitlines() if (found := FRAME.match(line))]
+        if any(frame["function"] == "_go_with_the_asker" for frame in frames):
+            continue
+        for frame in frames:
+            path = Path(frame["file"])
+            if _is_library(path):
+                continue
+            if path == OWN / "engine.py" and frame["function"] == "chunk":
+                return "a compiled hook"
+            if path == OWN / "compiled.py":
+                return "the compiler"
+            return f"{frame['function']} ({path.name}, line {frame['line']})"
+    return ""
+
+
+def _is_library(path: Path) -> bool:
+    """Whether a file belongs to the standard library or to one that kinetile builds upon."""
+    if "site-packages" in path.parts:
+        return path.parts[path.parts.index("site-packages") + 1] in LIBRARIES
+    return STDLIB in path.parents or not path.suffix

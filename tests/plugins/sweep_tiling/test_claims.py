@@ -1,0 +1,121 @@
+"""What the thesis claims of sweep-tiling (sections 4 and 4.4), as tests."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import pytest
+
+import kinetile as kt
+from kinetile_plugins.sweep_tiling.audit import tiles_of
+from tilings import Steps, columns, lattice, random_scene
+
+SCENES = {
+    "grid, dense": lambda: kt.make_scene("grid", bodies=49, density=0.5, seed=1),
+    "grid, thin": lambda: kt.make_scene("grid", bodies=49, density=0.01, seed=2),
+    "random": lambda: kt.make_scene("random", bodies=60, density=0.25, seed=3),
+    "all sizes": lambda: random_scene(5, bodies=60),
+    "figure 16": lambda: kt.make_scene("figure-16"),
+}
+
+
+def ends(steps: Steps) -> Counter[tuple[int, int]]:
+    """(top, bottom) of all tiles."""
+    tiles = tiles_of(steps.state)
+    return Counter(zip(tiles.top.tolist(), tiles.bottom.tolist(), strict=True))
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("name", SCENES)
+def test_one_tile_is_destroyed_and_one_is_made_at_each_event(name):
+    """So there are 3n + 1 always. What is one tile and what another is told by top and bottom."""
+    steps = Steps(SCENES[name]())
+    n = len(steps.state.level)
+    before = ends(steps)
+    structural = 0
+    while structural < 1000:
+        passes = steps.next_bounds is not None
+        structural += passes
+        assert steps.step()
+        after = ends(steps)
+        assert after.total() == 3 * n + 1
+        destroyed, made = before - after, after - before
+        assert (destroyed.total(), made.total()) == ((1, 1) if passes else (0, 0))
+        before = after
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("make", [lattice, columns], ids=["lattices", "columns"])
+def test_there_are_3n_plus_1_tiles_through_all_ties(make):
+    for seed in range(20):
+        steps = Steps(make(seed) if make is columns else make(seed, jitter=False))
+        for _ in range(100):
+            if not steps.step():
+                break
+            assert ends(steps).total() == 3 * len(steps.state.level) + 1
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("name", SCENES)
+def test_its_pairs_are_among_those_of_sap_1d_at_every_contact(name):
+    scene = SCENES[name]()
+    tiling, sap = kt.Simulation(scene, "sweep-tiling"), kt.Simulation(scene, "sap-1d")
+    for _ in range(250):
+        few, many = set(), set()
+        for sim, found in ((tiling, few), (sap, many)):
+            sim.run(max_contacts=1)
+            found.update((int(a), int(b)) for a, b in sim.candidate_pairs())
+        assert tiling.time == sap.time
+        assert few <= many
+        assert len(few) <= 3 * len(scene) - 6
+
+
+def passings(scene: kt.Scene, phase: str, until: float) -> set[tuple[float, int, int, int]]:
+    """(epoch, tick, left bound, right bound) of all structural events."""
+    steps = Steps(scene, phase)
+    end = steps.engine.clock.ticks(until)
+    seen = set()
+    while True:
+        bounds = steps.next_bounds
+        assert bounds is not None or not steps.next_is_structural, "no flips here"
+        if not steps.step(until=end):
+            return seen
+        if bounds is not None:
+            seen.add((steps.engine.clock.base, steps.engine.now, *bounds))
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("name", SCENES)
+def test_its_events_are_among_the_swaps_of_sap_1d(name):
+    """The same bounds pass at the same tick, to the last bit; and they are fewer."""
+    scene = SCENES[name]()
+    until = 0.5 if "figure" not in name else 3.0
+    few, many = passings(scene, "sweep-tiling", until), passings(scene, "sap-1d", until)
+    assert few < many
+    assert len(few) > 20
+
+
+@pytest.mark.compiled
+def test_at_most_3n_minus_6_pairs_and_it_comes_near():
+    """Of a dense scene's bodies nearly as many see each other as can: walls cost some."""
+    scene = kt.make_scene("grid", bodies=400, density=0.5, seed=1)
+    sim = kt.Simulation(scene, "sweep-tiling")
+    sim.run(until=0.2)
+    assert 0.85 * (3 * 400 - 6) < sim.readings.pairs_max <= 3 * 400 - 6
+
+
+@pytest.mark.compiled
+def test_a_body_sees_fewer_than_six_others_on_average():
+    for density in (0.5, 0.25, 0.125, 0.01):
+        sim = kt.Simulation(kt.make_scene("grid", bodies=100, density=density), "sweep-tiling")
+        sim.run(until=0.5)
+        assert 2 * sim.readings.pairs_mean / 100 < 6
+
+
+@pytest.mark.compiled
+def test_the_queue_is_no_longer_than_the_bodies_have_certificates():
+    """One certificate a body for its three tiles, one for the walls, and the contacts ahead: O(n)."""
+    scene = kt.make_scene("grid", bodies=400, density=0.5, seed=1)
+    sim = kt.Simulation(scene, "sweep-tiling")
+    sim.run(until=0.1)
+    assert sim.readings.queue_max < 3 * 400

@@ -1,0 +1,299 @@
+"""Tilings by brute force, and simulations event by event: what the tests of sweep-tiling share.
+
+Ports and ends have the numbers of ``kinetile_plugins.sweep_tiling.web``: port 0, 1, 2 is OUTER, UPPER, LOWER;
+body b's bound L begins at 16 b, its R at 16 b + 8; n as an end is TOP, n + 1 BOTTOM.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+import kinetile as kt
+from kinetile.engine import UNLIMITED
+from kinetile.errors import SceneError, ZenoError
+from kinetile.flight import positions_now
+from kinetile.kernel import BUDGET_SPENT
+from kinetile.tables import NEVER
+
+OUTER, UPPER, LOWER = 0, 1, 2
+SCENES = Path(__file__).parent / "scenes"
+
+
+class Tiling(NamedTuple):
+    """All that a tiling is: right ports by left ports, and (above, below) by bounds."""
+
+    links: dict[int, int]
+    ends: dict[int, tuple[int, int]]
+
+
+def tiling_of(state: Any) -> Tiling:
+    """Read the tiling out of the broad phase's state."""
+    n = len(state.level)
+    left = [16 * body + port for body in range(n) for port in (UPPER, LOWER, 8 + OUTER)] + [
+        16 * n + 8 + OUTER
+    ]
+    web = state.web.tolist()
+    bounds = range(0, 16 * n, 8)
+    return Tiling(
+        {p: web[p] for p in left}, {at: (web[at + 4 + UPPER], web[at + 4 + LOWER]) for at in bounds}
+    )
+
+
+def tiling_by_force(place: Any, reach: Any) -> Tiling:
+    """Make the tiling of discs straight from the geometry, O(n^2): where the vertical lines from their
+    leftmost and rightmost points end, and which bound comes next to the right of each.
+
+    Only for scenes in general position: no two bounds at one x, no disc touching another.
+    """
+    n = len(place)
+    x, y = place[:, 0], place[:, 1]
+    west, east = x - reach, x + reach
+
+    def surfaces(at: Any) -> tuple[Any, Any]:
+        """Lowest and highest point of each disc on a vertical line; not a number where there is none."""
+        with np.errstate(invalid="ignore"):
+            half = np.sqrt(reach * reach - (at - x) ** 2)
+        return y - half, y + half
+
+    ends: dict[int, tuple[int, int]] = {}
+    for body in range(n):
+        for at, start in ((16 * body, west[body]), (16 * body + 8, east[body])):
+            lowest, highest = surfaces(start)
+            lowest[body] = highest[body] = np.nan
+            over = np.where(lowest > y[body], lowest, np.inf)
+            under = np.where(highest < y[body], highest, -np.inf)
+            above = int(over.argmin()) if np.isfinite(over).any() else n
+            below = int(under.argmax()) if np.isfinite(under).any() else n + 1
+            ends[at] = above, below
+
+    def next_bound(start: float, top: int, bottom: int) -> int:
+        """The right port of the tile that begins at an x between two ends."""
+        found = [(np.inf, 16 * n + OUTER)]
+        if top < n:
+            found.append((east[top], 16 * top + 8 + LOWER))
+        if bottom < n:
+            found.append((east[bottom], 16 * bottom + 8 + UPPER))
+        between = west > start
+        if top < n:
+            with np.errstate(invalid="ignore"):
+                between &= y < y[top] - np.sqrt(reach[top] ** 2 - (west - x[top]) ** 2)
+        if bottom < n:
+            with np.errstate(invalid="ignore"):
+                between &= y > y[bottom] + np.sqrt(reach[bottom] ** 2 - (west - x[bottom]) ** 2)
+        found += [(west[c], 16 * c + OUTER) for c in np.flatnonzero(between).tolist()]
+        return int(min(found)[1])
+
+    links = {16 * n + 8 + OUTER: next_bound(-np.inf, n, n + 1)}
+    for body in range(n):
+        at = 16 * body
+        links[at + UPPER] = next_bound(west[body], ends[at][0], body)
+        links[at + LOWER] = next_bound(west[body], body, ends[at][1])
+        links[at + 8 + OUTER] = next_bound(east[body], *ends[at + 8])
+    return Tiling(links, ends)
+
+
+class Steps:
+    """A simulation that runs event by event.
+
+    Attributes:
+        sim: the simulation.
+        engine: its engine.
+        events: how many events have run.
+    """
+
+    def __init__(self, scene: kt.Scene, phase: str = "sweep-tiling", **options: Any) -> None:
+        self.sim = kt.Simulation(scene, phase, options=options)
+        self.engine = self.sim._engine
+        self.phase = phase
+        self.events = 0
+        self.engine.build(phase)
+
+    @property
+    def state(self) -> Any:
+        return self.engine.state
+
+    @property
+    def next_tick(self) -> int:
+        """When the next event is."""
+        k = self.engine.k
+        return int(k.queue[0].tick) if k.clock[0].queued else NEVER
+
+    @property
+    def next_is_structural(self) -> bool:
+        k = self.engine.k
+        return bool(k.clock[0].queued and k.queue[0].certificate < k.clock[0].structural)
+
+    @property
+    def next_bounds(self) -> tuple[int, int] | None:
+        """The two bounds (2 body for L, 2 body + 1 for R) that pass each other next; None: something else
+        is next."""
+        if not self.next_is_structural:
+            return None
+        certificate = int(self.engine.k.queue[0].certificate)
+        if self.phase == "sap-1d":
+            return int(self.state.order[certificate]), int(self.state.order[certificate + 1])
+        p = self.next_tile
+        if self.state.web[16 * certificate + 3] >> (p & 3) & 1:
+            return None  # a flip
+        return p >> 3, int(self.state.web[p]) >> 3
+
+    @property
+    def next_tile(self) -> int:
+        """The left port of the tile that fails next."""
+        body = int(self.engine.k.queue[0].certificate)
+        slot = int(np.argmin(self.state.due[4 * body : 4 * body + 3]))
+        return 16 * body + (slot or 8 + OUTER)
+
+    def step(self, until: int = 2**60, budget: int = 1) -> bool:
+        """Run the next event; return whether there was one up to tick ``until``."""
+        ran = self.engine.chunk(until, UNLIMITED, self.phase, budget=budget) == BUDGET_SPENT
+        self.events += ran
+        return ran
+
+    def audit(self) -> None:
+        self.engine.audit(self.phase)
+
+    def by_force(self) -> Tiling:
+        """The tiling of the bodies where they are now."""
+        return tiling_by_force(positions_now(self.engine.k), np.asarray(self.engine.k.bodies.reach))
+
+    def to_the_middle(self) -> bool:
+        """Let time pass to the middle between now and the next event; return whether there was a middle."""
+        now, then = self.engine.now, self.next_tick
+        middle = (now + min(then, now + 2**50)) // 2
+        if then <= now + 2**12:
+            return False
+        assert not self.step(until=middle)
+        return True
+
+
+def audited_events(scene: kt.Scene, most: int) -> int:
+    """Run a scene event by event under sweep-tiling, audit after each, and return how many there were; a jam
+    ends it."""
+    steps = Steps(scene)
+    steps.audit()
+    try:
+        while steps.events < most and steps.step():
+            steps.audit()
+    except ZenoError:
+        pass
+    return steps.events
+
+
+def audited_contacts(scene: kt.Scene, most: int, until: float = 20.0) -> int:
+    """Run a scene under sweep-tiling to so many contacts, audit before and after each; return how many there
+    were. A jam ends it."""
+    steps = Steps(scene)
+    end = steps.engine.clock.ticks(until)
+    try:
+        while steps.engine.contacts < most:
+            before = steps.engine.contacts
+            if not steps.next_is_structural:
+                steps.audit()
+            if not steps.step(until=end):
+                break
+            if steps.engine.contacts > before:
+                steps.audit()
+    except ZenoError:
+        pass
+    return steps.engine.contacts
+
+
+def hard_scenes() -> Iterator[tuple[str, kt.Scene]]:
+    """The scenes of tests/scenes that have an arena, by name."""
+    for path in sorted(SCENES.glob("H*.toml")):
+        scene = kt.load_scene(path)
+        if scene.arena is not None:
+            yield path.stem, scene
+
+
+def lattice(seed: int, jitter: bool) -> kt.Scene:
+    """A lattice with exact ties, or one that is jittered by 1e-16 to 1e-9; every other one has turns."""
+    rng = np.random.default_rng(seed)
+    return kt.make_scene(
+        "lattice",
+        bodies=int(rng.integers(2, 26)),
+        kind=("dyadic", "non-dyadic")[seed % 2],
+        touching=0.4,
+        jitter=float(10.0 ** rng.uniform(-16, -9)) if jitter else 0.0,
+        turns=int(rng.integers(3, 40)) if seed % 4 >= 2 else 0,
+        seed=seed,
+    )
+
+
+def columns(seed: int) -> kt.Scene:
+    """Columns of discs side by side that slide past each other where they graze, exactly or within 1e-11.
+
+    A lattice has such pairs now and then, here all are: vertical orders change without a contact, and bounds
+    stand nearer to each other than a skin.
+    """
+    rng = np.random.default_rng(seed)
+    gap = float(10.0 ** rng.uniform(-16, -11)) if seed % 2 else 0.0
+    radius = 0.0625
+    position, velocity, radii = [], [], []
+    for column in range(int(rng.integers(2, 5))):
+        for row in rng.permutation(7)[: rng.integers(1, 5)]:
+            position.append([0.125 + column * 2 * radius + gap * rng.uniform(-0.5, 0.5), (row + 0.5) / 7])
+            slow = float(rng.choice([-0.25, 0.125, 0.25]))
+            velocity.append([0.0 if rng.random() < 0.7 else slow, float(rng.choice([-1, -0.5, 0, 0.5, 1]))])
+            radii.append(radius if rng.random() < 0.7 else radius * float(rng.choice([0.5, 0.75])))
+    place, size = np.array(position), np.array(radii)
+    if seed % 3 == 0:  # edges in line instead of centres
+        place[:, 0] += (radius - size) * rng.choice([-1, 1], len(size))
+    return kt.Scene(place, np.array(velocity), size - (gap if gap > 1e-13 else 0.0), arena=(1.0, 1.0))
+
+
+def crevice(seed: int, small: float) -> kt.Scene:
+    """A wide disc, a small one at its side, and another that meets the wide one just over that: the bounds
+    there are about small^2 / 0.2 apart."""
+    rng = np.random.default_rng(seed)
+    while True:
+        other = small * float(rng.choice([0.5, 1.0, 2.0]))
+        low = rng.uniform(-0.5, 3.0) * small / 0.2 * rng.choice([0.0, 0.1, 1.0])
+        high = low + (small + other) / (0.2 + small) * (1.0 + 10.0 ** rng.uniform(-6.0, 0.5))
+        along = high + rng.uniform(-1.4, 1.4)
+        outward = [np.array([np.cos(angle), np.sin(angle)]) for angle in (low, high, along)]
+        side = 0.5 + (0.2 + other + 10.0 ** rng.uniform(-16.0, -1.0) * small) * outward[0]
+        start = 0.5 + (0.2 + small) * outward[1] + 10.0 ** rng.uniform(-1.0, 3.0) * small * outward[2]
+        drift = rng.integers(2) * rng.uniform(-1e-3, 1e-3, 2)
+        velocity = [[0.0, 0.0], -outward[2] * rng.choice([0.1, 1.0]), drift]
+        try:
+            return kt.Scene([[0.5, 0.5], start, side], velocity, [0.2, small, other], arena=(1.0, 1.0))
+        except SceneError:
+            continue  # the two small ones overlap
+
+
+def random_scene(seed: int, bodies: int | None = None) -> kt.Scene:
+    """Discs of a radius ratio of up to 1000, and a mass ratio of up to a million."""
+    rng = np.random.default_rng(seed)
+    return kt.make_scene(
+        "random",
+        bodies=bodies or int(rng.integers(2, 61)),
+        density=float(rng.choice([0.02, 0.1, 0.2, 0.3])),
+        radius_ratio=float(10.0 ** rng.uniform(0, 3)),
+        mass_ratio=float(10.0 ** rng.uniform(0, 6)),
+        seed=seed,
+    )
+
+
+__all__ = [
+    "LOWER",
+    "OUTER",
+    "SCENES",
+    "UPPER",
+    "Steps",
+    "Tiling",
+    "audited_contacts",
+    "audited_events",
+    "columns",
+    "crevice",
+    "hard_scenes",
+    "lattice",
+    "random_scene",
+    "tiling_by_force",
+    "tiling_of",
+]
