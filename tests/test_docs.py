@@ -6,12 +6,16 @@ In docs/*.md and README.md:
 * in blocks marked ``console``, lines ``$ kinetile ...`` run in such a folder, and must end with exit code 0
   or the one named behind ``# exit code``; the lines that follow one are its output, ``...`` stands for
   anything, and a line of nothing else for any lines;
-* a comment before a block says otherwise: ``<!-- not run: the reason -->``, or ``<!-- part of some/file -->``
-  for a quotation, which must stand in that file, word for word.
+* there, ``$ pip install -e FOLDER`` makes the package in a folder known to the commands that follow, and
+  ``NAME=value`` before a command goes into its environment;
+* a comment before a block says otherwise: ``<!-- not run: the reason -->``; ``<!-- part of some/file -->``
+  for a quotation, which must stand in that file, word for word; ``<!-- file: some/file -->`` for what is to
+  be written into a file, the first block of a page in place of what stands there, the next ones after it.
 """
 
 from __future__ import annotations
 
+import os
 import re
 import shlex
 import subprocess
@@ -24,11 +28,13 @@ from typing import NamedTuple
 import pytest
 
 import kinetile as kt
+from installing import install
 
 ROOT = Path(__file__).parents[1]
 PAGES = [*sorted((ROOT / "docs").glob("*.md")), ROOT / "README.md"]
 FENCE = re.compile(r"```(\w*)")
-COMMENT = re.compile(r"<!--\s*(not run|part of):?\s+(\S.*?)\s*-->")
+COMMENT = re.compile(r"<!--\s*(not run|part of|file):?\s+(\S.*?)\s*-->")
+SETTING = re.compile(r"[A-Z_]+=\S*")
 CODE = re.compile(r"\s+# exit code (\d+)$")
 
 
@@ -109,27 +115,56 @@ def assert_shown(shown: list[str], output: str, where: str) -> None:
     assert re.search(rf"^{pattern}$", said, re.MULTILINE), f"{where} is shown as\n{shown}\nbut says\n{said}"
 
 
+def write(block: Block, folder: Path, begun: set[Path]) -> None:
+    """Write a block into its file: the first one of a page anew, the others at the end, two lines apart."""
+    path = folder / block.detail
+    assert path.exists(), f"line {block.line}: no command before it has made {block.detail}"
+    if path in begun:
+        path.write_text(path.read_text(encoding="utf-8") + "\n\n" + block.text, encoding="utf-8")
+    else:
+        path.write_text(block.text, encoding="utf-8")
+    begun.add(path)
+
+
+def assert_runs(words: list[str], environment: dict[str, str], folder: Path, code: int, where: str) -> str:
+    """Assert that a kinetile command ends with an exit code; return what it has printed."""
+    settings = {}
+    while SETTING.fullmatch(words[0]):
+        name, _, value = words.pop(0).partition("=")
+        settings[name] = value
+    done = subprocess.run(
+        [sys.executable, "-m", "kinetile.cli", *words[1:]],
+        cwd=folder,
+        env=environment | settings,
+        capture_output=True,
+        text=True,
+        timeout=240,
+    )
+    assert done.returncode == code, f"{where} ended with {done.returncode}\n{done.stdout}{done.stderr}"
+    return done.stdout if code == 0 else done.stdout + done.stderr
+
+
 @pytest.mark.compiled
 @pytest.mark.parametrize("page", pages_with("console"), ids=lambda page: page.name)
 def test_the_commands_run(page, tmp_path):
+    environment = dict(os.environ)
+    begun: set[Path] = set()
     for block in read_blocks(page):
+        if block.mark == "file":
+            write(block, tmp_path, begun)
         if block.language != "console" or block.mark:
             continue
-        for command, expected, shown in commands(block):
+        for command, code, shown in commands(block):
             words = shlex.split(command, comments=True)
-            if words[0] != "kinetile":
-                continue
             where = f"{page.name}, line {block.line}: {command}"
-            done = subprocess.run(
-                [sys.executable, "-m", "kinetile.cli", *words[1:]],
-                cwd=tmp_path,
-                capture_output=True,
-                text=True,
-                timeout=120,
-            )
-            assert done.returncode == expected, f"{where} ended with {done.returncode}\n{done.stderr}"
-            if shown:
-                assert_shown(shown, done.stdout if expected == 0 else done.stdout + done.stderr, where)
+            if words[:3] == ["pip", "install", "-e"]:
+                paths = install(tmp_path / words[3].partition("[")[0], tmp_path / "site")
+                paths += filter(None, [environment.get("PYTHONPATH")])
+                environment["PYTHONPATH"] = os.pathsep.join(paths)
+            elif "kinetile" in words and all(map(SETTING.fullmatch, words[: words.index("kinetile")])):
+                output = assert_runs(words, environment, tmp_path, code, where)
+                if shown:
+                    assert_shown(shown, output, where)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)

@@ -7,7 +7,8 @@ a rule may be there to save work. A mutant that comes through all three is alive
 
 Run as a program, with the names of mutants or none for all; it prints one line of JSON for each. With
 ``NUMBA_DISABLE_JIT=1`` no mutant needs to be compiled. With ``--count N`` it runs them, compiled, on N
-scenes of each kind with ties, and counts those on which contacts differ, and those on which an audit fails.
+scenes of each kind with ties, and counts those on which contacts differ, and those on which an audit fails
+that does not look at failure times, but only at what came of them.
 """
 
 from __future__ import annotations
@@ -451,6 +452,7 @@ def main(*words: str) -> None:
         began = time.perf_counter()
         phase = load(mutant)
         if number:
+            sys.modules[f"{phase}.audit"].__dict__["_certificates"] = lambda *tables: ()
             found: dict[str, Any] = {kind: count(phase, scenes, known) for kind, scenes in kinds.items()}
         else:
             found = judge(phase, every, known, usual)._asdict()

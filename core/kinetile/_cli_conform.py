@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -41,10 +42,7 @@ def conform(trial: Trial) -> None:
         checks = [_check(each) for each in trial.checks]
         expected = dict(map(_expectation, trial.expected))
         show = _Show(name, options, trial.json)
-        notice(
-            f"judging {trial.phase} on {trial.examples} scenes a check; "
-            "a loop that is not compiled yet is compiled first (about 10 s each) ..."
-        )
+        notice(f"judging {trial.phase} on {trial.examples} scenes a check{_compiling()} ...")
         try:
             report = _door(trial.isolated)(
                 name,
@@ -60,9 +58,16 @@ def conform(trial: Trial) -> None:
         except KeyboardInterrupt:
             show.end(show.unfinished, "interrupted")
             raise
-        show.end(report, "complete")
+        show.end(replace(report, results=show.unfinished.results), "complete")
     if report.exit_code:
         raise typer.Exit(report.exit_code)
+
+
+def _compiling() -> str:
+    """Return what makes the first check slow, where loops are compiled."""
+    from kinetile.compiled import INTERPRETED
+
+    return "" if INTERPRETED else "; a loop that is not compiled yet is compiled first (about 10 s each)"
 
 
 def _door(isolated: bool) -> Any:
@@ -92,13 +97,11 @@ class _Show:
             typer.echo(f"{self.unfinished.head}\n")
 
     def result(self, result: Result) -> None:
-        """Print a result."""
-        before = self.unfinished
-        self.unfinished = type(before)(
-            before.name, before.options, before.distribution, (*before.results, result)
-        )
+        """Print a result; files are named as seen from here."""
+        shown = replace(result, case=_from_here(result.case), picture=_from_here(result.picture))
+        self.unfinished = replace(self.unfinished, results=(*self.unfinished.results, shown))
         if not self._json:
-            typer.echo("\n".join(before.lines(result, self._wide)))
+            typer.echo("\n".join(self.unfinished.lines(shown, self._wide)))
 
     def end(self, report: Report, status: str) -> None:
         """Print what stands below the results, or all of it as JSON."""
@@ -109,6 +112,12 @@ class _Show:
             typer.echo(as_json(found if status == "complete" else found | {"conforms": None}))
         elif status == "complete":
             typer.echo(f"\n{report.foot}")
+
+
+def _from_here(path: Path | None) -> Path | None:
+    """Return a path in the working folder as relative to it, and any other as it is."""
+    here = Path.cwd()
+    return path.relative_to(here) if path is not None and path.is_relative_to(here) else path
 
 
 def replay(phase: str, file: Path, check: str | None, json: bool) -> None:

@@ -254,7 +254,13 @@ class Engine:
     def _tables(self, pairs: int) -> Kernel:
         """Return tables for the scene, its bodies at their start."""
         scene = self.scene
-        k = allocate(len(scene), self.composition.broad.certificates, pairs, LOG_ROWS)
+        certificates = int(self.composition.broad.certificates)
+        try:
+            k = allocate(len(scene), certificates, int(pairs), LOG_ROWS)
+        except MemoryError as error:
+            who = described("broad phase", self.composition.broad_phase)
+            said = f"there is no memory for its {certificates} certificates and {pairs} pairs"
+            raise PhaseError(f"{who}: {said}") from error
         k.bodies.x, k.bodies.y = scene.position.T
         k.bodies.vx, k.bodies.vy = scene.velocity.T
         k.bodies.radius = scene.radius

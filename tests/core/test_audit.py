@@ -8,7 +8,8 @@ import pytest
 import kinetile as kt
 from kinetile.engine import Engine
 from kinetile.errors import AuditError
-from kinetile.toolbox import remove_pair, schedule
+from kinetile.queue import schedule
+from kinetile.toolbox import remove_pair
 
 PHASES = ["naive", "sap-1d", "sap-2d", "sweep-tiling"]
 

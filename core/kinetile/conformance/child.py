@@ -121,9 +121,9 @@ def _watched(each: Check, subject: Subject, scratch: Path, tell: Tell) -> Check:
         except Refused:
             raise
         except Exception as error:
-            if _is_out_of_memory(error):
-                os._exit(NO_MEMORY)
             if mine:
+                if _is_out_of_memory(error):
+                    os._exit(NO_MEMORY)
                 (scratch / FAILING).write_text(text, encoding="utf-8")
                 tell({"seen": str(error)})
             raise

@@ -29,7 +29,7 @@ from kinetile.conformance.child import FAILING, LAST, NO_MEMORY, Order, read_sce
 from kinetile.conformance.engine import EXAMPLES
 from kinetile.conformance.processes import CAN_FORK, Child, afresh, forked
 from kinetile.conformance.report import Report, Result
-from kinetile.conformance.stacks import where
+from kinetile.conformance.stacks import COMPILER, where
 from kinetile.errors import BadOption, MissingExtra, PhaseError, Refused
 from kinetile.scene import Scene
 
@@ -224,7 +224,7 @@ class _Trial:
         dying = self._dying(end, check.name, words)
         said = dying
         if end.seen is not None:
-            said = f"{end.seen}\n(while it looked for a smaller scene: {dying})"
+            said = f"{end.seen}\n(and while a smaller scene was looked for, {dying})"
         case = None
         if self.order.save_to is not None and scene is not None and check.draws:
             case = Path(self.order.save_to) / f"{self.order.name}-{check.name}.toml"
@@ -256,6 +256,8 @@ class _Trial:
         limit = f"it asked for more than {self.order.memory / GIB:.3g} GiB"
         if end.late:
             guess = f": an endless loop in {place}?" if place else ""
+            if place == COMPILER:
+                guess = ": it was still being compiled"
             return f"no answer within {self._seconds:g} s in check {check!r}{guess} ({who})"
         if end.code == NO_MEMORY or "out of memory" in words.lower() or "MemoryError" in words:
             return f"out of memory in check {check!r}: {limit} ({who})"

@@ -113,9 +113,13 @@ class Report:
         if self.tightness is not None:
             ratio = f"{self.tightness:.2f} candidate pairs for each overlap of boxes"
             lines.insert(0, f"  over-reporting: {ratio}")
-        failed = [result.check for result in self.results if not result.ok]
+        failed = [result for result in self.results if not result.ok]
+        saved = [result for result in failed if result.case is not None]
+        if saved:
+            simplest = min(saved, key=lambda result: result.bodies or 0)
+            lines.append(f"  begin with {simplest.check}: kinetile replay {self.label} {simplest.case}")
         if failed:
-            lines.append(f"{self.name} does not conform: {', '.join(failed)}")
+            lines.append(f"{self.name} does not conform: {', '.join(result.check for result in failed)}")
         else:
             lines.append(f"{self.name} conforms ({self.seconds:.0f} s)")
         return "\n".join(lines)

@@ -8,7 +8,9 @@ from pathlib import Path
 
 import kinetile
 
-__all__ = ["where"]
+__all__ = ["COMPILER", "where"]
+
+COMPILER = "the compiler"
 
 FRAME = re.compile(r'^  File "(?P<file>.*)", line (?P<line>\d+) in (?P<function>.*)$')
 LIBRARIES = ("numpy", "numba", "llvmlite", "hypothesis", "ctypes")
@@ -33,7 +35,7 @@ def where(words: str) -> str:
             if path == OWN / "engine.py" and frame["function"] == "chunk":
                 return "a compiled hook"
             if path == OWN / "compiled.py":
-                return "the compiler"
+                return COMPILER
             return f"{frame['function']} ({path.name}, line {frame['line']})"
     return ""
 

@@ -1,9 +1,11 @@
 """Scenes for the kit to draw: where phases go wrong, rather than what is typical.
 
 Small dyadic numbers do the finding: with them contacts, crossings and turns happen at the same moment
-exactly, bodies touch at the start, graze, or move together. Bodies own their turns, so that a failing scene
-shrinks by leaving out bodies with all that belongs to them. Wide floats, great ratios of size and places far
-from the origin are for realism.
+exactly, bodies touch at the start, graze, or move together. A body is drawn as a whole, with its place and
+its turns, so that a failing scene shrinks by leaving out bodies with all that belongs to them. Wide floats,
+great ratios of size and places far from the origin are for realism.
+
+Almost every scene has two bodies or more: what a phase makes of fewer is a check of its own.
 """
 
 from __future__ import annotations
@@ -16,9 +18,14 @@ from kinetile.scene import Scene, Settings, Turn
 
 __all__ = ["grazing_scenes", "line_scenes", "plane_scenes", "scenes", "sized_scenes", "wide_scenes"]
 
+Body = dict[str, Any]
+
+FEWEST, MOST = 2, 6
+
 speeds = st.integers(-4, 4).map(lambda i: i / 2)
 untils = st.sampled_from([1.0, 2.0, 4.0, 8.0])
 masses = st.sampled_from([1.0, 1.0, 2.0, 0.5])
+wide = st.floats(-100.0, 100.0, allow_nan=False, allow_subnormal=False)
 
 
 @st.composite
@@ -29,26 +36,27 @@ def _turns(draw: st.DrawFn, vertical: bool) -> list[tuple[float, tuple[float, fl
 
 
 @st.composite
-def _bodies(draw: st.DrawFn, columns: int, rows: int, turns: bool) -> list[dict[str, Any]]:
-    """Bodies in cells of a unit lattice, each no larger than its cell."""
-    cells = st.tuples(st.integers(0, columns - 1), st.integers(0, rows - 1))
-    bodies: list[dict[str, Any]] = []
-    for x, y in draw(st.lists(cells, min_size=0, max_size=6, unique=True)):
-        radius = draw(st.sampled_from([0.5, 0.25, 0.125]))
-        room = 0.5 - radius
-        bodies.append(
-            {
-                "position": (x + 0.5 + draw(st.sampled_from([0.0, room, -room])), y + 0.5),
-                "velocity": (draw(speeds), draw(speeds) if rows > 1 else 0.0),
-                "radius": radius,
-                "mass": draw(masses),
-                "turns": draw(_turns(rows > 1)) if turns else [],
-            }
-        )
-    return bodies
+def _body(draw: st.DrawFn, columns: int, rows: int, turns: bool) -> Body:
+    """A body in a cell of a unit lattice, no larger than the cell."""
+    x, y = draw(st.integers(0, columns - 1)), draw(st.integers(0, rows - 1))
+    radius = draw(st.sampled_from([0.5, 0.25, 0.125]))
+    aside = st.sampled_from([0.0, 0.5 - radius, radius - 0.5])
+    return {
+        "place": (x, y),
+        "position": (x + 0.5 + draw(aside), y + 0.5 + (draw(aside) if rows > 1 else 0.0)),
+        "velocity": (draw(speeds), draw(speeds) if rows > 1 else 0.0),
+        "radius": radius,
+        "mass": draw(masses),
+        "turns": draw(_turns(rows > 1)) if turns else [],
+    }
 
 
-def _scene(bodies: list[dict[str, Any]], arena: tuple[float, float] | None, until: float) -> Scene:
+def _several(body: st.SearchStrategy[Body], least: int = FEWEST) -> st.SearchStrategy[list[Body]]:
+    """Return lists of bodies, each at another place."""
+    return st.lists(body, min_size=least, max_size=MOST, unique_by=lambda one: one["place"])
+
+
+def _scene(bodies: list[Body], arena: tuple[float, float] | None, until: float) -> Scene:
     return Scene(
         position=[b["position"] for b in bodies],
         velocity=[b["velocity"] for b in bodies],
@@ -64,25 +72,25 @@ def _scene(bodies: list[dict[str, Any]], arena: tuple[float, float] | None, unti
 def line_scenes(draw: st.DrawFn, turns: bool = True) -> Scene:
     """Bodies on one line: all contacts are head-on or from behind, and many come together."""
     arena = (8.0, 1.0) if draw(st.booleans()) else None
-    return _scene(draw(_bodies(8, 1, turns)), arena, draw(untils))
+    return _scene(draw(_several(_body(8, 1, turns))), arena, draw(untils))
 
 
 @st.composite
 def plane_scenes(draw: st.DrawFn, turns: bool = True) -> Scene:
     """Bodies on a small lattice in the plane."""
     arena = (4.0, 4.0) if draw(st.booleans()) else None
-    return _scene(draw(_bodies(4, 4, turns)), arena, draw(untils))
+    return _scene(draw(_several(_body(4, 4, turns))), arena, draw(untils))
 
 
 @st.composite
 def grazing_scenes(draw: st.DrawFn) -> Scene:
-    """Two bodies that pass at just about the sum of their radii, among resting ones."""
+    """Two bodies that pass at just about the sum of their radii, and perhaps a third in their way."""
     offset = draw(st.sampled_from([0.0, 2.0**-52, -(2.0**-52), 2.0**-40, -(2.0**-40), 2.0**-20, -(2.0**-20)]))
     upright = draw(st.booleans())
     speed = draw(st.sampled_from([1.0, 0.5, 2.0]))
-    one: dict[str, Any] = {"position": (0.5, 1.0), "velocity": (speed, 0.0)}
+    one: Body = {"position": (0.5, 1.0), "velocity": (speed, 0.0)}
     slower = draw(st.sampled_from([1.0, 0.5, 0.0]))
-    two: dict[str, Any] = {"position": (3.5, 1.5 + offset), "velocity": (-slower, 0.0)}
+    two: Body = {"position": (3.5, 1.5 + offset), "velocity": (-slower, 0.0)}
     bodies = [one, two]
     if draw(st.booleans()):
         bodies.append({"position": (2.0, 3.0), "velocity": (0.0, draw(speeds))})
@@ -95,40 +103,47 @@ def grazing_scenes(draw: st.DrawFn) -> Scene:
 
 
 @st.composite
+def _small_body(draw: st.DrawFn, ratio: float) -> Body:
+    """A body at most 1/ratio large, in a row along the bottom."""
+    place = draw(st.integers(0, 7))
+    return {
+        "place": place,
+        "position": (0.25 + place / 2, 0.5),
+        "velocity": (draw(speeds), draw(speeds)),
+        "radius": draw(st.sampled_from([1.0 / ratio, 0.5 / ratio])),
+    }
+
+
+@st.composite
 def sized_scenes(draw: st.DrawFn) -> Scene:
     """One large body and some that are up to a thousand times smaller."""
     ratio = draw(st.sampled_from([4.0, 32.0, 1024.0]))
     large = {"position": (2.0, 2.0), "velocity": (draw(speeds), draw(speeds)), "radius": 1.0}
-    bodies: list[dict[str, Any]] = [large]
-    for place in draw(st.lists(st.integers(0, 7), max_size=5, unique=True)):
-        bodies.append(
-            {
-                "position": (0.25 + place / 2, 0.5),
-                "velocity": (draw(speeds), draw(speeds)),
-                "radius": draw(st.sampled_from([1.0 / ratio, 0.5 / ratio])),
-            }
-        )
+    bodies: list[Body] = [large, *draw(_several(_small_body(ratio), least=1))]
     for body in bodies:
         body |= {"mass": body["radius"] ** 2, "turns": []}
     return _scene(bodies, (4.0, 4.0), draw(untils))
 
 
 @st.composite
+def _wide_body(draw: st.DrawFn, far: float) -> Body:
+    """A body with a column of its own, anywhere in it and at any speed."""
+    column = draw(st.integers(0, MOST))
+    return {
+        "place": column,
+        "position": (far + 4.0 * column + draw(st.floats(-0.9, 0.9)), far + draw(wide)),
+        "velocity": (draw(wide), draw(wide)),
+        "radius": draw(st.floats(1e-3, 1.0)),
+        "mass": draw(masses),
+        "turns": [],
+    }
+
+
+@st.composite
 def wide_scenes(draw: st.DrawFn) -> Scene:
     """Bodies at any place and speed, without walls, perhaps far from the origin."""
-    wide = st.floats(-100.0, 100.0, allow_nan=False, allow_subnormal=False)
     far = draw(st.sampled_from([0.0, 0.0, 2.0**20, -(2.0**30)]))
-    bodies = [
-        {
-            "position": (far + 4.0 * i + draw(st.floats(-0.9, 0.9)), far + draw(wide)),
-            "velocity": (draw(wide), draw(wide)),
-            "radius": draw(st.floats(1e-3, 1.0)),
-            "mass": draw(masses),
-            "turns": [],
-        }
-        for i in range(draw(st.integers(0, 4)))
-    ]
-    return _scene(bodies, None, draw(untils))
+    return _scene(draw(_several(_wide_body(far))), None, draw(untils))
 
 
 def scenes(turns: bool = True) -> st.SearchStrategy[Scene]:

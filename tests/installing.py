@@ -1,0 +1,89 @@
+"""Packages for tests: made known the way ``pip install -e`` does, without a build backend or a network."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+
+from kinetile.new_plugin import new_plugin
+
+
+def install(folder: Path, site: Path) -> list[str]:
+    """Write the metadata of the package in a folder into a site folder; return what PYTHONPATH must have."""
+    project = tomllib.loads((folder / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    info = site / f"{project['name'].replace('-', '_')}-{project['version']}.dist-info"
+    info.mkdir(parents=True, exist_ok=True)
+    head = f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: {project['version']}\n"
+    (info / "METADATA").write_text(head, encoding="utf-8")
+    groups = ""
+    for group, points in project["entry-points"].items():
+        groups += f"[{group}]\n" + "".join(f"{name} = {target}\n" for name, target in points.items())
+    (info / "entry_points.txt").write_text(groups, encoding="utf-8")
+    return [str(site), str(folder)]
+
+
+def run(
+    *words: object,
+    folder: Path,
+    paths: Sequence[str] = (),
+    interpreted: bool = True,
+    module: str = "kinetile.cli",
+) -> subprocess.CompletedProcess[str]:
+    """Run ``python -m module words`` in a folder, with the packages that ``install`` has made known."""
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    environment |= {"PYTHONPATH": os.pathsep.join(paths), "NUMBA_DISABLE_JIT": "1" if interpreted else "0"}
+    return subprocess.run(
+        [sys.executable, "-m", module, *map(str, words)],
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=240,
+    )
+
+
+BLIND = '''"""A broad phase that is wrong: it looks once, at the start, who is near."""
+
+from typing import NamedTuple
+
+import kinetile as kt
+import numpy as np
+from kinetile.toolbox import BroadPhaseParts, Kernel, Records, add_pair, hook, positions_now
+
+
+class State(NamedTuple):
+    place: Records
+
+
+def arrange(k: Kernel, s: State) -> None:
+    s.place[:] = positions_now(k)
+
+
+@hook
+def build(k: Kernel, s: State) -> None:
+    for a in range(len(k.bodies)):
+        for b in range(a):
+            if np.hypot(s.place[a, 0] - s.place[b, 0], s.place[a, 1] - s.place[b, 1]) <= 2.5:
+                add_pair(k, a, b)
+
+
+@hook
+def nothing(k: Kernel, s: State, which: int) -> None:
+    pass
+
+
+class BlindPhase:
+    def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
+        return BroadPhaseParts(State(np.zeros((len(scene), 2))), 0, build, nothing, nothing, arrange)
+'''
+
+
+def install_blind(folder: Path) -> list[str]:
+    """Write and install kinetile-blind, which misses contacts; return what PYTHONPATH must have."""
+    package = new_plugin("blind", folder)
+    (package / "kinetile_blind" / "phase.py").write_text(BLIND, encoding="utf-8")
+    return install(package, folder / "site")
