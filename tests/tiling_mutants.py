@@ -388,12 +388,16 @@ def contacts_differ(fixed: Fixed, phase: str, known: Run) -> str:
     return f"{fixed.name}: other contacts" if found.contacts != known.contacts else ""
 
 
+MOST = 1500
+"""Events after which an audited run ends: some mutants go in circles."""
+
+
 def audit_fails(fixed: Fixed, phase: str) -> str:
     """Run a scene event by event, with audits; return what the first complaint is about."""
     steps = Steps(fixed.scene, phase)
     end = steps.engine.clock.ticks(fixed.until)
     try:
-        while steps.engine.contacts < fixed.most and steps.step(until=end):
+        while steps.engine.contacts < fixed.most and steps.events < MOST and steps.step(until=end):
             steps.audit()
     except AuditError as error:
         return f"{fixed.name}, event {steps.events}: {str(error).partition(': ')[2]}"

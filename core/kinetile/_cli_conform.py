@@ -88,7 +88,7 @@ class _Show:
         from kinetile._registry import registry
         from kinetile.conformance import CHECKS, Report
 
-        owner = next(p for p in registry() if p.kind == "broad phase" and p.spec.name == name)
+        owner = registry().provided("broad phase", name)
         source = f"{owner.distribution or 'this process'} {owner.version or ''}".strip()
         self.unfinished: Report = Report(name, options, source, ())
         self._json = json

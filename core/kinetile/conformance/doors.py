@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -22,8 +22,12 @@ def checks_of(
     options: Mapping[str, Any] | None = None,
     examples: int = EXAMPLES,
     save_to: Path | None = None,
+    unshrunk: Collection[str] = (),
 ) -> dict[str, Callable[[], None]]:
-    """Return a function for each check, by its name, that raises AssertionError unless the check passes."""
+    """Return a function for each check, by its name, that raises AssertionError unless the check passes.
+
+    For the checks named in ``unshrunk`` no smallest scene is looked for.
+    """
     subject = Subject(name, dict(options or {}))
     phase = registry().broad_phase(name)
     check_options("broad phase", name, phase, subject.options)
@@ -31,7 +35,7 @@ def checks_of(
 
     def test(each: Any) -> Callable[[], None]:
         def run() -> None:
-            result = run_check(each, subject, examples, None, save_to, True, 0)
+            result = run_check(each, subject, examples, None, save_to, each.name not in unshrunk, 0)
             if result.status == "skipped":
                 import pytest
 
@@ -64,7 +68,7 @@ def parametrize_with_checks(
     expected = dict(expected_failures or {})
     for each in expected:
         check_named(each)
-    tests = checks_of(name, options=options, examples=examples, save_to=save_to)
+    tests = checks_of(name, options=options, examples=examples, save_to=save_to, unshrunk=expected)
     cases = [
         pytest.param(
             run,

@@ -168,15 +168,34 @@ def _reference(scene: Scene) -> Outcome:
     return outcome(Subject(REFERENCE, {}), scene)
 
 
+FEW = 3
+"""Bodies in a scene that one can think through."""
+
+
 def _draw(seen: _Seen, examples: int, shrink: bool, seed: int) -> None:
-    """Draw scenes until one fails or there have been enough; then look for the smallest."""
+    """Draw scenes until one fails or there have been enough; then look for the smallest.
+
+    Leaving out bodies can end where no single one can be left out, and yet fewer would do. So where more than
+    a few are left, scenes of a few are drawn as well.
+    """
+    _search(seen, examples, shrink, seed)
+    if shrink and seen.scene is not None and len(seen.scene) > FEW:
+        few = _Seen(seen.each, seen.subject)
+        _search(few, 4 * examples, shrink, seed, most=FEW)
+        seen.count += few.count
+        if few.said is not None:
+            seen.said, seen.scene = few.said, few.scene
+
+
+def _search(seen: _Seen, examples: int, shrink: bool, seed: int, most: int | None = None) -> None:
+    """Draw scenes, of so many bodies at most, until one fails; then make it smaller."""
     try:
         from hypothesis import HealthCheck, Phase, given, settings
         from hypothesis import seed as seeded
     except ImportError as error:
         raise MissingExtra("the conformance kit", "hypothesis", "conformance") from error
 
-    from kinetile.conformance.strategies import scenes
+    from kinetile.conformance.strategies import MOST, scenes
 
     phases = [Phase.generate, *([Phase.shrink] if shrink else [])]
 
@@ -189,7 +208,7 @@ def _draw(seen: _Seen, examples: int, shrink: bool, seed: int) -> None:
         report_multiple_bugs=False,
         suppress_health_check=list(HealthCheck),
     )
-    @given(scenes(turns=seen.each.turns))
+    @given(scenes(turns=seen.each.turns, most=most or MOST))
     def look(scene: Scene) -> None:
         if not seen.look(scene):
             raise Disagreement(seen.said or "")

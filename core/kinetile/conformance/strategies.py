@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from kinetile.scene import Scene, Settings, Turn
 
-__all__ = ["grazing_scenes", "line_scenes", "plane_scenes", "scenes", "sized_scenes", "wide_scenes"]
+__all__ = ["MOST", "grazing_scenes", "line_scenes", "plane_scenes", "scenes", "sized_scenes", "wide_scenes"]
 
 Body = dict[str, Any]
 
@@ -51,9 +51,9 @@ def _body(draw: st.DrawFn, columns: int, rows: int, turns: bool) -> Body:
     }
 
 
-def _several(body: st.SearchStrategy[Body], least: int = FEWEST) -> st.SearchStrategy[list[Body]]:
+def _several(body: st.SearchStrategy[Body], most: int, least: int = FEWEST) -> st.SearchStrategy[list[Body]]:
     """Return lists of bodies, each at another place."""
-    return st.lists(body, min_size=least, max_size=MOST, unique_by=lambda one: one["place"])
+    return st.lists(body, min_size=least, max_size=most, unique_by=lambda one: one["place"])
 
 
 def _scene(bodies: list[Body], arena: tuple[float, float] | None, until: float) -> Scene:
@@ -69,17 +69,18 @@ def _scene(bodies: list[Body], arena: tuple[float, float] | None, until: float) 
 
 
 @st.composite
-def line_scenes(draw: st.DrawFn, turns: bool = True) -> Scene:
+def line_scenes(draw: st.DrawFn, turns: bool = True, most: int = MOST) -> Scene:
     """Bodies on one line: all contacts are head-on or from behind, and many come together."""
     arena = (8.0, 1.0) if draw(st.booleans()) else None
-    return _scene(draw(_several(_body(8, 1, turns))), arena, draw(untils))
+    return _scene(draw(_several(_body(8, 1, turns), most)), arena, draw(untils))
 
 
 @st.composite
-def plane_scenes(draw: st.DrawFn, turns: bool = True) -> Scene:
-    """Bodies on a small lattice in the plane."""
-    arena = (4.0, 4.0) if draw(st.booleans()) else None
-    return _scene(draw(_several(_body(4, 4, turns))), arena, draw(untils))
+def plane_scenes(draw: st.DrawFn, turns: bool = True, most: int = MOST) -> Scene:
+    """Bodies on a small lattice in the plane, with more rows than columns or the other way round."""
+    columns, rows = draw(st.sampled_from([(4, 4), (2, 4), (4, 2)]))
+    arena = (float(columns), float(rows)) if draw(st.booleans()) else None
+    return _scene(draw(_several(_body(columns, rows, turns), most)), arena, draw(untils))
 
 
 @st.composite
@@ -115,11 +116,11 @@ def _small_body(draw: st.DrawFn, ratio: float) -> Body:
 
 
 @st.composite
-def sized_scenes(draw: st.DrawFn) -> Scene:
+def sized_scenes(draw: st.DrawFn, most: int = MOST) -> Scene:
     """One large body and some that are up to a thousand times smaller."""
     ratio = draw(st.sampled_from([4.0, 32.0, 1024.0]))
     large = {"position": (2.0, 2.0), "velocity": (draw(speeds), draw(speeds)), "radius": 1.0}
-    bodies: list[Body] = [large, *draw(_several(_small_body(ratio), least=1))]
+    bodies: list[Body] = [large, *draw(_several(_small_body(ratio), most - 1, least=1))]
     for body in bodies:
         body |= {"mass": body["radius"] ** 2, "turns": []}
     return _scene(bodies, (4.0, 4.0), draw(untils))
@@ -140,19 +141,19 @@ def _wide_body(draw: st.DrawFn, far: float) -> Body:
 
 
 @st.composite
-def wide_scenes(draw: st.DrawFn) -> Scene:
+def wide_scenes(draw: st.DrawFn, most: int = MOST) -> Scene:
     """Bodies at any place and speed, without walls, perhaps far from the origin."""
     far = draw(st.sampled_from([0.0, 0.0, 2.0**20, -(2.0**30)]))
-    return _scene(draw(_several(_wide_body(far))), None, draw(untils))
+    return _scene(draw(_several(_wide_body(far), most)), None, draw(untils))
 
 
-def scenes(turns: bool = True) -> st.SearchStrategy[Scene]:
-    """Return the mix that the kit draws from."""
+def scenes(turns: bool = True, most: int = MOST) -> st.SearchStrategy[Scene]:
+    """Return the mix that the kit draws from, with up to so many bodies (at least 3)."""
     return st.one_of(
-        line_scenes(turns),
-        plane_scenes(turns),
-        plane_scenes(turns),
+        line_scenes(turns, most),
+        plane_scenes(turns, most),
+        plane_scenes(turns, most),
         grazing_scenes(),
-        sized_scenes(),
-        wide_scenes(),
+        sized_scenes(most),
+        wide_scenes(most),
     )
