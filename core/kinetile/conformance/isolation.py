@@ -39,7 +39,7 @@ DEATHS = 3
 """After so many deaths the checks that are left are not run."""
 
 GIB = 1 << 30
-SECONDS = 60.0
+SECONDS = 120.0
 PROGRAM = "from kinetile.conformance.child import main; main()"
 WORDS = "words"
 
