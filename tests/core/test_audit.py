@@ -125,9 +125,7 @@ def test_a_contact_that_is_not_queued():
     found = engine("naive")
     pair = np.flatnonzero((found.k.certificates.a == 0) & (found.k.certificates.b == 1))[0]
     schedule(found.k, int(pair), 2**63 - 1)
-    with pytest.raises(
-        AuditError, match=r"bodies 0 and 1 is awaited never, but by their plans they meet at"
-    ):
+    with pytest.raises(AuditError, match=r"bodies 0 and 1 is awaited never, but by their plans they meet at"):
         found.audit("naive")
 
 
