@@ -79,7 +79,7 @@ def _make_folder(out: Path | None) -> None:
     """Make the folder for the results, before anything is measured; say so if there will be no figures."""
     if out is None:
         return
-    from kinetile.bench_figures import check_figures
+    from kinetile.drawing import check_figures
 
     try:
         out.mkdir(parents=True, exist_ok=True)

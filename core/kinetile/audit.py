@@ -3,7 +3,7 @@
 Every structure of the kernel is compared with what it stands for, every contact time is asked anew, every two
 bodies are looked at whether they are a candidate pair where they must be, and the broad phase is asked for
 its own invariants. The first thing that does not hold ends the run with an ``AuditError``, close to the event
-that broke it.
+that broke it; where a contact would be missed it is a ``MissedContactError`` as well.
 
 The cost is O(n^2) an audit; ``Simulation(..., audit=N)`` audits every N contacts.
 """
@@ -11,7 +11,7 @@ The cost is O(n^2) an audit; ``Simulation(..., audit=N)`` audits every N contact
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -21,7 +21,7 @@ from kinetile.composition import Composition
 from kinetile.flight import positions_now
 from kinetile.tables import NEVER, Kernel
 
-__all__ = ["complaints"]
+__all__ = ["Complaint", "complaints"]
 
 Integers = npt.NDArray[np.int64]
 
@@ -29,16 +29,23 @@ ROWS = 1 << 9
 """Bodies compared with all others at a time: bounds the memory of an audit."""
 
 
-def complaints(k: Kernel, composition: Composition, delta: float) -> Iterator[str]:
-    """Yield a sentence for everything that does not hold now; ``delta`` is the skin."""
+class Complaint(NamedTuple):
+    """Something that must hold and does not, and the bodies whose contact would be missed by it."""
+
+    said: str
+    bodies: tuple[int, ...] = ()
+
+
+def complaints(k: Kernel, composition: Composition, delta: float) -> Iterator[Complaint]:
+    """Yield everything that does not hold now; ``delta`` is the skin."""
     broad = composition.broad
-    yield from _queue(k)
-    yield from _pairs(k)
+    yield from map(Complaint, _queue(k))
+    yield from map(Complaint, _pairs(k))
     yield from _contact_times(k, composition)
     if composition.pair is not None and not _repairs_are_due(k):
         yield from _candidates(k, delta)
     if broad.audit is not None:
-        yield from broad.audit(k, broad.state)
+        yield from map(Complaint, broad.audit(k, broad.state))
 
 
 def _repairs_are_due(k: Kernel) -> bool:
@@ -102,7 +109,7 @@ def _pairs(k: Kernel) -> Iterator[str]:
         yield f"of {room} records for pairs {len(live)} are taken and {free} free"
 
 
-def _contact_times(k: Kernel, composition: Composition) -> Iterator[str]:
+def _contact_times(k: Kernel, composition: Composition) -> Iterator[Complaint]:
     """Every wall and pair certificate fails when the narrow phases say now; they look at plans alone."""
     pair, wall = composition.pair, composition.wall
     parts: dict[str, Any] = {"PAIRS": pair is not None, "WALLS": wall is not None}
@@ -120,9 +127,10 @@ def _contact_times(k: Kernel, composition: Composition) -> Iterator[str]:
     for certificate in np.flatnonzero(wanted[first:] != queued[first:]) + first:
         record = k.certificates[certificate]
         body = int(certificate) - first
-        who = f"bodies {record.a} and {record.b}" if body >= len(k.bodies) else f"body {body} and a wall"
+        bodies = (body,) if body < len(k.bodies) else (int(record.a), int(record.b))
+        who = f"body {body} and a wall" if len(bodies) == 1 else f"bodies {bodies[0]} and {bodies[1]}"
         ticks = f"{_tick(queued[certificate])}, but by their plans they meet {_tick(wanted[certificate])}"
-        yield f"the contact of {who} is awaited {ticks}"
+        yield Complaint(f"the contact of {who} is awaited {ticks}", bodies)
 
 
 def _tick(tick: int) -> str:
@@ -154,7 +162,7 @@ def ask_again(k: Kernel, ticks: Integers) -> None:
                 ticks[certificate] = meet(k, record.a, record.b)
 
 
-def _candidates(k: Kernel, delta: float) -> Iterator[str]:
+def _candidates(k: Kernel, delta: float) -> Iterator[Complaint]:
     """Every two bodies closer than a skin are a candidate pair."""
     place: Any = positions_now(k)
     radius = np.asarray(k.bodies.radius)
@@ -168,4 +176,5 @@ def _candidates(k: Kernel, delta: float) -> Iterator[str]:
         for a, b in np.argwhere(apart <= delta):
             one, two = int(a) + first, int(b)
             if one < two and (one, two) not in held:
-                yield f"bodies {one} and {two} touch (gap {apart[a, b]:.3g}) and are not a candidate pair"
+                said = f"bodies {one} and {two} touch (gap {apart[a, b]:.3g}) and are not a candidate pair"
+                yield Complaint(said, (one, two))

@@ -9,30 +9,15 @@ grey by markers and hatches.
 from __future__ import annotations
 
 import csv
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from kinetile.bench_measures import mean, spread
 from kinetile.bench_thesis import Cell, ThesisBench
-from kinetile.errors import MissingExtra
+from kinetile.drawing import house_style, new_figure, save_figure
 
-__all__ = ["check_figures", "draw_figures", "write_cells"]
+__all__ = ["draw_figures", "write_cells"]
 
-_WIDTH = 6.9  # inches: the text width of an A4 page
-_STYLE = {
-    "font.size": 8.0,
-    "axes.titlesize": 8.0,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid.axis": "y",
-    "axes.axisbelow": True,
-    "grid.color": "0.88",
-    "grid.linewidth": 0.6,
-    "legend.frameon": False,
-    "hatch.linewidth": 0.6,
-    "svg.hashsalt": "kinetile",
-}
 _LOOKS = {
     "naive": ("#000000", "s", "--"),
     "sap-1d": ("#D55E00", "^", "-"),
@@ -62,26 +47,18 @@ def write_cells(bench: ThesisBench, folder: Path) -> Path:
     return path
 
 
-def check_figures() -> None:
-    """Raise MissingExtra where figures cannot be drawn."""
-    _matplotlib()
-
-
 def draw_figures(bench: ThesisBench, folder: Path) -> list[Path]:
     """Draw figures 23 and 24, each as SVG and PNG; return their paths.
 
     Raises MissingExtra without matplotlib.
     """
-    matplotlib, Figure = _matplotlib()
     written = []
-    with matplotlib.rc_context(_STYLE):
+    rows = (len(bench.densities) + 1) // 2
+    with house_style():
         for name, draw in (("figure-23", _draw_times), ("figure-24", _draw_shares)):
-            rows = (len(bench.densities) + 1) // 2
-            figure = Figure(figsize=(_WIDTH, 0.6 + 2.4 * rows), layout="constrained")
-            draw(bench, figure, figure.subplots(rows, 2, sharey=True, squeeze=False).ravel())
-            for ending, extra in (("svg", {"metadata": {"Date": None}}), ("png", {"dpi": 300})):
-                written.append(folder / f"{name}.{ending}")
-                figure.savefig(written[-1], **extra)
+            figure, panels = new_figure(2, 0.6 + 2.4 * rows, rows=rows, sharey=True)
+            draw(bench, figure, panels)
+            written += save_figure(figure, folder / name)
     return written
 
 
@@ -180,11 +157,3 @@ def _sizes(bench: ThesisBench, density: float, phase: str) -> list[int]:
 
 def _costs(bench: ThesisBench, density: float, bodies: int, phase: str) -> list[float]:
     return [cell.cost for cell in bench.of(density, bodies, phase)]
-
-
-def _matplotlib() -> tuple[Any, Any]:
-    """Return matplotlib and its class of figures, which draws without a screen."""
-    try:
-        return import_module("matplotlib"), import_module("matplotlib.figure").Figure
-    except ImportError as error:
-        raise MissingExtra("Drawing the figures", "matplotlib", "figures") from error

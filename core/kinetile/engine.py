@@ -20,9 +20,9 @@ from kinetile._plugins import sentence
 from kinetile.agenda import Agenda, Planned
 from kinetile.audit import complaints
 from kinetile.clock import SPAN, TICKS, Clock, time_unit
-from kinetile.compiled import NotCompiled, make_ready
+from kinetile.compiled import INTERPRETED, NotCompiled, make_ready
 from kinetile.composition import Composition
-from kinetile.errors import AuditError, KinetileError, PhaseError, Refused
+from kinetile.errors import AuditError, KinetileError, PhaseError, Refused, UnawaitedContactError
 from kinetile.failures import failure
 from kinetile.flight import positions_now
 from kinetile.foreign import calling, described, place_of
@@ -38,7 +38,7 @@ __all__ = ["UNLIMITED", "Engine"]
 
 LOG_ROWS = 1 << 15
 CHUNK_SECONDS = 0.2
-FIRST_BUDGET = 1 << 12
+FIRST_BUDGET = 1 << (8 if INTERPRETED else 12)
 UNLIMITED = 2**62
 
 
@@ -150,14 +150,18 @@ class Engine:
         """Check everything that must hold between two events.
 
         Raises:
-            AuditError: the first thing that does not hold.
+            AuditError: the first thing that does not hold; an UnawaitedContactError where it would make a
+                contact be missed.
         """
         self.build(broad_phase)
-        moment = f"at time {self.clock.time(self.now)!r}, after {self.events} events"
+        time = self.clock.time(self.now)
+        moment = f"at time {time!r}, after {self.events} events"
         who = f"{moment} under broad phase {broad_phase!r}"
         try:
-            for complaint in complaints(self.k, self.composition, self.skin.delta):
-                raise AuditError(f"{who}: {complaint}")
+            for said, bodies in complaints(self.k, self.composition, self.skin.delta):
+                if bodies:
+                    raise UnawaitedContactError(f"{who}: {said}", time=time, bodies=bodies)
+                raise AuditError(f"{who}: {said}")
         except (KinetileError, KeyboardInterrupt):
             raise
         except (Exception, SystemExit) as error:  # tables that are not what they were, or the phase's audit

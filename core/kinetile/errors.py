@@ -131,3 +131,7 @@ class RecordError(KinetileError, OSError):
 
 class AuditError(KinetileError, AssertionError):
     """An audit found something that must hold and does not; the message names the moment and what it is."""
+
+
+class UnawaitedContactError(MissedContactError, AuditError):
+    """An audit found a contact that is not awaited, or not when it will be: it would be missed."""

@@ -5,8 +5,7 @@ kinetic data structure except the number of pairs it is ideal (thesis, section 2
 nothing that it does can be wrong, so whatever differs from it is.
 
 Its cost is its pairs: n(n-1)/2 of them are kept, and each change of a flight plan asks n-1 of them again.
-Above
-``LIMIT`` bodies it refuses.
+Above ``LIMIT`` bodies it refuses.
 """
 
 from __future__ import annotations

@@ -21,6 +21,7 @@ figure 10).
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -38,6 +39,8 @@ from kinetile.toolbox import (
     remove_pair,
     schedule,
 )
+
+from .bounds_audit import audit_bounds
 
 __all__ = ["SweepAndPrune"]
 
@@ -126,6 +129,11 @@ def replan(k: Kernel, s: State, body: int) -> None:
             watch(k, s, gap)
 
 
+def audit(k: Kernel, s: State) -> Iterator[str]:
+    """Yield what does not hold of the sorted bounds and the pairs."""
+    return audit_bounds(k, s.order[None], s.rank[None], (int(s.axis[0]),))
+
+
 class SweepAndPrune:
     """Sweep-and-prune on one axis, x or y.
 
@@ -153,4 +161,5 @@ class SweepAndPrune:
             build=build,
             repair=repair,
             replan=replan,
+            audit=audit,
         )

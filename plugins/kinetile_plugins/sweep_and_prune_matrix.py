@@ -21,6 +21,7 @@ n instead of 2 r n^2 in a dense gas of discs. Boxes can still overlap without nu
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -37,6 +38,8 @@ from kinetile.toolbox import (
     remove_pair,
     schedule,
 )
+
+from .bounds_audit import audit_bounds
 
 __all__ = ["SweepAndPruneMatrix"]
 
@@ -138,6 +141,11 @@ def replan(k: Kernel, s: State, body: int) -> None:
             watch(k, s, axis, place)
 
 
+def audit(k: Kernel, s: State) -> Iterator[str]:
+    """Yield what does not hold of the sorted bounds and the pairs."""
+    return audit_bounds(k, s.order, s.rank, (0, 1))
+
+
 class SweepAndPruneMatrix:
     """Sweep-and-prune on both axes: bounding boxes."""
 
@@ -155,4 +163,5 @@ class SweepAndPruneMatrix:
             build=build,
             repair=repair,
             replan=replan,
+            audit=audit,
         )

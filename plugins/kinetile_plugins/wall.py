@@ -11,9 +11,19 @@ follows at the same tick.
 from __future__ import annotations
 
 from kinetile.errors import Refused
-from kinetile.log import BOTTOM, LEFT, RIGHT, TOP
 from kinetile.scene import Scene
-from kinetile.toolbox import NEVER, Kernel, Records, WallParts, hook, ticks_after
+from kinetile.toolbox import (
+    BOTTOM,
+    LEFT,
+    NEVER,
+    RIGHT,
+    TOP,
+    Kernel,
+    Records,
+    WallParts,
+    hook,
+    ticks_after,
+)
 
 __all__ = ["Wall"]
 

@@ -15,8 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.certificates import FAR
-from kinetile.toolbox import NEVER, Kernel, positions_now
+from kinetile.toolbox import NEVER, Kernel, falls_many, positions_now
 
 from .web import FLIPS, LOWER, OUTER, UPPER, State
 
@@ -255,27 +254,15 @@ def _failures(k: Kernel, s: State, tiles: Tiles) -> tuple[Integers, npt.NDArray[
     b_reach = np.where(q & 8, bodies.reach[b], -bodies.reach[b])
     width = (bodies.x[b] + bodies.vx[b] * b_time + b_reach) - (bodies.x[a] + bodies.vx[a] * a_time + a_reach)
     rate = bodies.vx[b] - bodies.vx[a]
-    due = np.where(fails, _falls(k, since, width, rate), NEVER)
+    due = np.where(fails, falls_many(k, since, width, rate), NEVER)
     over = np.where(p & 7 == LOWER, -1.0, 1.0)
     rise = over * ((bodies.y[b] + bodies.vy[b] * b_time) - (bodies.y[a] + bodies.vy[a] * a_time))
     climb = over * (bodies.vy[b] - bodies.vy[a])
     corner = fails & (p & 7 != OUTER) & (q & 7 != OUTER) & (climb < 0.0)
     then = width * -climb + rate * rise
     corner &= (s.limits[0] * climb <= then) & (then <= s.limits[1] * -climb)
-    level = np.where(corner, _falls(k, since, rise, climb), NEVER)
+    level = np.where(corner, falls_many(k, since, rise, climb), NEVER)
     return np.minimum(due, level), level < due
-
-
-def _falls(k: Kernel, since: Integers, gap: Floats, rate: Floats) -> Integers:
-    """Return what ``kinetile.certificates.falls`` does, for many at once."""
-    clock = k.clock[0]
-    with np.errstate(all="ignore"):
-        ticks = gap / -rate * clock.per_time
-        near = np.clip(np.nan_to_num(np.floor(ticks)), -FAR, FAR).astype(np.int64)
-    falling = np.where(ticks <= -FAR, clock.now, np.maximum(since + near, clock.now))
-    falling = np.where(ticks < FAR, falling, NEVER)
-    deep = (gap < -clock.theta) & (gap + rate * ((clock.now - since) * clock.tick) < -clock.theta)
-    return np.where(rate < 0.0, falling, np.where(deep, clock.now, NEVER))
 
 
 def _geometry(k: Kernel, s: State, tiles: Tiles) -> Iterator[str]:
