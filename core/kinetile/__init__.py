@@ -60,8 +60,8 @@ __all__ = [*sorted(_HOME), "__version__"]
 
 
 def __getattr__(name: str) -> Any:
-    if name == "conformance":
-        return import_module("kinetile.conformance")
+    if name in ("accuracy", "conformance"):
+        return import_module(f"kinetile.{name}")
     if name in _HOME:
         return getattr(import_module(_HOME[name]), name)
     raise AttributeError(f"module 'kinetile' has no attribute {name!r}")

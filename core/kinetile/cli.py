@@ -216,6 +216,43 @@ def scenes(
     list_scenes(name, json)
 
 
+@app.command()
+def oracle(
+    scene: SceneName,
+    parameters: Parameters = None,
+    until: Until = None,
+    max_contacts: MaxContacts = None,
+    against: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="Say how far a run under this broad phase agrees."),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Certify the contacts of a scene in ball arithmetic; exit code 1 where a run differs."""
+    from kinetile._cli_oracle import oracle as carry_out
+
+    carry_out(scene, parameters or (), until, max_contacts, against, json)
+
+
+@app.command()
+def accuracy(
+    quick: Annotated[bool, typer.Option("--quick", help="Measure for about two minutes.")] = False,
+    full: Annotated[bool, typer.Option("--full", help="Measure for an hour or so.")] = False,
+    part: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME", help="Only this part: chart, queries, oracle, drift or rates."),
+    ] = None,
+    out: Annotated[
+        Path, typer.Option(metavar="DIR", help="The folder for the page, its figures and the data.")
+    ] = Path("accuracy-report"),
+    json: Json = False,
+) -> None:
+    """Report speed against error: a page with its figures, and the data behind them."""
+    from kinetile._cli_accuracy import accuracy as carry_out
+
+    carry_out(quick, full, part, out, json)
+
+
 @bench_app.command("events")
 def bench_events(
     phases: Annotated[

@@ -1,0 +1,79 @@
+"""The command ``kinetile accuracy``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from kinetile._cli_run import as_json
+from kinetile._cli_terminal import Bar, exit_codes, notice
+from kinetile.errors import BadOption, MissingExtra
+
+if TYPE_CHECKING:
+    from kinetile.accuracy.parts import Budget, Section
+
+__all__ = ["accuracy"]
+
+
+def accuracy(quick: bool, full: bool, parts: Sequence[str] | None, out: Path, json: bool) -> None:
+    """Measure, write and print; after Ctrl-C, the parts that were finished until then."""
+    from kinetile.accuracy.report import PARTS, measure_parts
+
+    done: list[Section] = []
+    with exit_codes(), Bar("measuring") as bar:
+        if quick and full:
+            raise BadOption("--quick and --full cannot both be had")
+        for part in parts or ():
+            if part not in PARTS:
+                raise BadOption(f"--part {part}: the parts are {', '.join(PARTS)}")
+        budget: Budget = "quick" if quick else "full" if full else "normal"
+        _prepare(out)
+        try:
+            measure_parts(
+                budget,
+                parts,
+                progress=lambda what, step, steps: bar.show(step / max(steps, 1), what),
+                finish=done.append,
+            )
+        finally:
+            bar.close()
+            if done:
+                _finish(done, out, budget, json)
+
+
+def _prepare(out: Path) -> None:
+    """Make the folder, before anything is measured; say so if there will be no figures."""
+    from kinetile.drawing import check_figures
+
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise BadOption(f"--out {out}: {error.strerror}") from error
+    try:
+        check_figures()
+    except MissingExtra as error:
+        notice(f"kinetile: {error}; everything else is done without it")
+
+
+def _finish(done: Sequence[Section], out: Path, budget: Budget, json: bool) -> None:
+    from kinetile.accuracy.report import section_as_dict, write_report
+    from kinetile.bench import surroundings
+
+    try:
+        written = write_report(done, out, budget=budget, conditions=surroundings())
+    except OSError as error:
+        raise BadOption(f"--out {out}: {error.strerror or error}") from error
+    if json:
+        typer.echo(as_json({"parts": [section_as_dict(section) for section in done], "files": written}))
+        return
+    for section in done:
+        typer.echo(section.title)
+        for sentence in section.findings:
+            typer.echo(f"- {sentence}")
+        for sentence in section.left_out:
+            typer.echo(f"- left out: {sentence}")
+        typer.echo("")
+    typer.echo(f"written: {written[0]}, and {len(written) - 1} files with its figures and data beside it")

@@ -1,0 +1,30 @@
+"""Speed against error: the certified oracle, error measures, the discrete-time baseline, and their report."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from kinetile.accuracy.certify import Agreement, certify
+    from kinetile.accuracy.oracle import CertifiedRun, oracle_contacts
+    from kinetile.accuracy.report import measure_parts, write_report
+
+_HOMES = {
+    "Agreement": "certify",
+    "CertifiedRun": "oracle",
+    "certify": "certify",
+    "measure_parts": "report",
+    "oracle_contacts": "oracle",
+    "write_report": "report",
+}
+
+__all__ = ["Agreement", "CertifiedRun", "certify", "measure_parts", "oracle_contacts", "write_report"]
+
+
+def __getattr__(name: str) -> Any:
+    """Import what is asked for only then: the oracle needs python-flint, the figures matplotlib."""
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
+
+    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)

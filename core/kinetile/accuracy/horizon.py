@@ -1,0 +1,314 @@
+"""The part of the report on whole runs: how long a run in doubles agrees with the certified oracle.
+
+Beside each run stands what it could have been at best, its twin: the same scene with every coordinate of the
+start moved by one unit in the last place, up or down, followed in certified arithmetic without any further
+rounding. Where the twin departs from the truth, chaos has spent the bits of a double.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from statistics import median
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+import kinetile as kt
+from kinetile.accuracy.certify import Agreement, certify
+from kinetile.accuracy.oracle import CertifiedRun, Oracle
+from kinetile.accuracy.parts import Budget, Picture, Progress, Section, Table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["CASES", "ErrorGrowth", "Horizon", "measure", "measure_horizon"]
+
+
+class Case(NamedTuple):
+    """A density of the thesis's grid, with how many discs, and the contacts a disc that must agree."""
+
+    density: float
+    bodies: int
+    required: float
+
+
+CASES = (Case(0.5, 16, 40.0), Case(0.1, 16, 13.0), Case(0.01, 25, 4.5))
+SEEDS: dict[Budget, int] = {"quick": 3, "normal": 10, "full": 50}
+TWINS = 3
+LONG_ENOUGH = 2000
+"""Contacts of a run that is compared: far more than can agree."""
+
+
+@dataclass(frozen=True)
+class Horizon:
+    """How far one run agrees with the oracle.
+
+    Attributes:
+        density, bodies, seed: the scene.
+        contacts, disc_contacts: how many agree, in order; and how many of these are of two discs.
+        contacts_per_disc: each contact counted for each disc in it.
+        collisions_per_disc: the same without contacts with walls.
+        required: contacts per disc that must agree.
+        holds, holds_without_walls: whether so many agree, with and without those with walls.
+        twin_contacts_per_disc, twin_collisions_per_disc: for how long the twin agrees (median of a few).
+        bits: the precision that certified all this.
+        worst_ticks, worst_ulps: the largest error of a time up to half of the contacts that agree.
+        differs: what the first contact is that does not.
+    """
+
+    density: float
+    bodies: int
+    seed: int
+    contacts: int
+    disc_contacts: int
+    contacts_per_disc: float
+    collisions_per_disc: float
+    required: float
+    holds: bool
+    holds_without_walls: bool
+    twin_contacts_per_disc: float
+    twin_collisions_per_disc: float
+    bits: int
+    worst_ticks: float
+    worst_ulps: float
+    differs: str
+
+
+@dataclass(frozen=True)
+class ErrorGrowth:
+    """How far times are off, in ticks, about so many contacts per disc from the start, on all seeds."""
+
+    density: float
+    contacts_per_disc: float
+    contacts: int
+    median_ticks: float
+    worst_ticks: float
+
+
+def measure(budget: Budget, progress: Progress) -> Section:
+    """Measure the horizons of three densities on a few seeds."""
+    rows: list[Horizon] = []
+    growth: list[ErrorGrowth] = []
+    seeds = SEEDS[budget]
+    for case in CASES:
+        agreements = []
+        for seed in range(seeds):
+            progress("agreement with the oracle", len(rows), len(CASES) * seeds)
+            agreed, row = measure_horizon(case, seed)
+            agreements.append(agreed)
+            rows.append(row)
+        growth += _growth(case, agreements)
+    return Section(
+        name="oracle",
+        title="How long a run agrees with the certified oracle",
+        about=(
+            "The oracle follows the thesis's grid in ball arithmetic and proves the order of the contacts. A "
+            "run agrees up to the first contact at which the two lists differ. Contacts a disc count each "
+            "contact for each disc in it; collisions a disc leave the walls out, which multiply no error. "
+            "The twin is an exact run, too, of the scene with each coordinate of the start moved by one unit "
+            "in the last place, up or down: no run in doubles can hope for more than that. Times are off in "
+            "ticks of 2^-52 of a time unit."
+        ),
+        findings=tuple(_findings(rows, growth)),
+        tables=(
+            Table("horizons", "How far each run agrees.", tuple(rows), _HORIZON_HEADS),
+            Table("growth", "How far times are off, all seeds together.", tuple(growth), _GROWTH_HEADS),
+        ),
+        pictures=(
+            Picture(
+                "oracle",
+                "How far the times of a run are off from the certified ones, against contacts a disc: the "
+                "median over all seeds, and the worst (thin). The curves end where the contacts are no "
+                "longer the same; the marks on top are the contacts a disc that must agree.",
+                lambda: _draw(growth),
+            ),
+        ),
+    )
+
+
+_HORIZON_HEADS = {
+    "density": "density",
+    "bodies": "discs",
+    "seed": "seed",
+    "contacts": "contacts agree",
+    "contacts_per_disc": "a disc",
+    "required": "required",
+    "collisions_per_disc": "collisions a disc",
+    "twin_collisions_per_disc": "the twin's",
+    "bits": "bits",
+    "worst_ticks": "off by, first half: ticks",
+    "worst_ulps": "ulps",
+}
+_GROWTH_HEADS = {
+    "density": "density",
+    "contacts_per_disc": "contacts a disc",
+    "contacts": "contacts",
+    "median_ticks": "off by ticks, median",
+    "worst_ticks": "worst",
+}
+
+
+def measure_horizon(case: Case, seed: int, twins: int = TWINS) -> tuple[Agreement, Horizon]:
+    """Run a grid, certify it, and follow its twins."""
+    scene = kt.make_scene("grid", bodies=case.bodies, density=case.density, seed=seed)
+    found = certify(kt.Simulation(scene), max_contacts=LONG_ENOUGH)
+    truth = Oracle(scene).run(max_contacts=found.contacts * 5 // 4 + case.bodies)
+    steps = np.random.default_rng(seed)
+    others = [_paces(_follow(_moved(scene, steps), truth), case.bodies) for _ in range(twins)]
+    half = found.contacts // 2
+    return found, Horizon(
+        density=case.density,
+        bodies=case.bodies,
+        seed=seed,
+        contacts=found.contacts,
+        disc_contacts=found.disc_contacts,
+        contacts_per_disc=found.contacts_per_disc,
+        collisions_per_disc=found.collisions_per_disc,
+        required=case.required,
+        holds=found.contacts_per_disc >= case.required,
+        holds_without_walls=found.collisions_per_disc >= case.required,
+        twin_contacts_per_disc=median(pace for pace, _ in others),
+        twin_collisions_per_disc=median(pace for _, pace in others),
+        bits=found.oracle.bits,
+        worst_ticks=float(np.abs(found.ticks[:half]).max(initial=0.0)),
+        worst_ulps=float(np.abs(found.ulps[:half]).max(initial=0.0)),
+        differs=str(found.disagreement or found.oracle.ending),
+    )
+
+
+def _moved(scene: kt.Scene, steps: np.random.Generator) -> kt.Scene:
+    """Return a scene whose discs start a unit in the last place further on, or further back, on each axis."""
+    towards = np.where(steps.integers(0, 2, scene.position.shape), np.inf, -np.inf)
+    position = np.nextafter(scene.position, towards)
+    return kt.Scene(position, scene.velocity, scene.radius, scene.mass, scene.arena)
+
+
+def _follow(scene: kt.Scene, truth: CertifiedRun) -> list[int]:
+    """Return the second bodies of the contacts that a scene has in common with others, certified."""
+    there = truth.contacts
+
+    def departs(index: int, a: int, b: int) -> bool:
+        return (a, b) != (there[index].a, there[index].b)
+
+    run = Oracle(scene).run(max_contacts=len(there), stop=departs)
+    agree = len(run.contacts) - (run.ended == "stopped")
+    return [contact.b for contact in run.contacts[:agree]]
+
+
+def _paces(partners: Sequence[int], bodies: int) -> tuple[float, float]:
+    """Return contacts per disc, and collisions per disc."""
+    discs = sum(b >= 0 for b in partners)
+    return (discs + len(partners)) / bodies, 2 * discs / bodies
+
+
+def _growth(case: Case, agreements: Sequence[Agreement]) -> list[ErrorGrowth]:
+    """Return how errors grow, in bins of a tenth of the required contacts per disc."""
+    width = case.required / 10.0
+    paces = np.concatenate([found.paces for found in agreements])
+    ticks = np.abs(np.concatenate([found.ticks for found in agreements]))
+    rows = []
+    for k in range(int(paces.max(initial=0.0) / width) + 1):
+        here = ticks[(paces > k * width) & (paces <= (k + 1) * width)]
+        if len(here):
+            middle, worst = float(np.median(here)), float(here.max())
+            rows.append(ErrorGrowth(case.density, (k + 0.5) * width, len(here), middle, worst))
+    return rows
+
+
+def _findings(rows: Sequence[Horizon], growth: Sequence[ErrorGrowth]) -> list[str]:
+    return [
+        _requirement(rows, "contacts_per_disc", "holds", "contacts a disc, walls included"),
+        _requirement(
+            rows, "collisions_per_disc", "holds_without_walls", "contacts a disc of two discs alone"
+        ),
+        _beside_twins(rows),
+        _growing(growth),
+    ]
+
+
+def _each(rows: Sequence[Horizon], say: Callable[[list[Horizon]], str]) -> str:
+    """Say something about each density."""
+    said = []
+    for density in dict.fromkeys(row.density for row in rows):
+        said.append(f"{say([row for row in rows if row.density == density])} at density {density:g}")
+    return ", ".join(said[:-1]) + f" and {said[-1]}"
+
+
+def _requirement(rows: Sequence[Horizon], field: str, verdict: str, unit: str) -> str:
+    def least(some: list[Horizon]) -> str:
+        paces = [getattr(row, field) for row in some]
+        return f"{min(paces):.1f} to {max(paces):.1f} ({some[0].required:g} required)"
+
+    found = f"Runs agree with the certified oracle, in order, for so many {unit}: {_each(rows, least)}"
+    failed = [row for row in rows if not getattr(row, verdict)]
+    if not failed:
+        return f"{found}. So counted, the requirement holds in all {len(rows)} runs."
+    short = ", ".join(
+        f"{getattr(row, field):.1f} at density {row.density:g}, seed {row.seed}" for row in failed
+    )
+    return f"{found}. So counted, the requirement fails in {len(failed)} of {len(rows)} runs ({short})."
+
+
+def _beside_twins(rows: Sequence[Horizon]) -> str:
+    def both(some: list[Horizon]) -> str:
+        mine = median(row.collisions_per_disc for row in some)
+        twin = median(row.twin_collisions_per_disc for row in some)
+        return f"{mine:.1f} against {twin:.1f}"
+
+    ratio = median(row.collisions_per_disc / max(row.twin_collisions_per_disc, 1e-9) for row in rows)
+    verdict = "about all that chaos allows" if ratio > 0.95 else f"{ratio:.0%} of what chaos allows"
+    return (
+        "The twin, an exact run that differs by one unit in the last place at the start and never again, "
+        "agrees for no longer than chaos lets it. Contacts a disc of two discs alone, the median of the runs "
+        f"against that of their twins: {_each(rows, both)}. The runs agree for {verdict}."
+    )
+
+
+def _growing(growth: Sequence[ErrorGrowth]) -> str:
+    said = []
+    for density in dict.fromkeys(row.density for row in growth):
+        some = [row for row in growth if row.density == density and row.median_ticks > 10.0]
+        if len(some) > 2:
+            slope = np.polyfit(
+                [row.contacts_per_disc for row in some], [math.log2(row.median_ticks) for row in some], 1
+            )[0]
+            said.append(f"{slope:.1f} bits at density {density:g}")
+    densities = dict.fromkeys(row.density for row in growth)
+    first = [next(row for row in growth if row.density == density) for density in densities]
+    return (
+        "In the first tenth of the required contacts times are off by at most "
+        f"{max(row.worst_ticks for row in first):.3g} ticks, by {max(row.median_ticks for row in first):.2g} "
+        f"in the median; after that, for each contact a disc, the error grows by {', '.join(said)}, as chaos "
+        "makes it."
+    )
+
+
+def _draw(growth: Sequence[ErrorGrowth]) -> Figure:
+    from kinetile.drawing import new_figure
+
+    figure, panel = new_figure()
+    looks: tuple[tuple[str, str, str], ...] = (
+        ("#0072B2", "o", "-"),
+        ("#D55E00", "s", "--"),
+        ("#000000", "^", ":"),
+    )
+    for case, (colour, marker, line) in zip(CASES, looks, strict=True):
+        some = [row for row in growth if row.density == case.density]
+        across = [row.contacts_per_disc for row in some]
+        options: dict[str, Any] = {"color": colour, "linestyle": line}
+        label = f"density {case.density:g}, {case.bodies} discs"
+        middle = [max(row.median_ticks, 0.1) for row in some]
+        panel.plot(across, middle, marker=marker, markersize=4, linewidth=1.3, label=label, **options)
+        panel.plot(across, [max(row.worst_ticks, 0.1) for row in some], linewidth=0.6, **options)
+        panel.axvline(case.required, 0.95, 1.0, color=colour, linewidth=1.5)
+    panel.set(
+        yscale="log",
+        ylim=(0.1, 2.0**52),
+        xlabel="contacts a disc (each counted for each disc in it)",
+        ylabel="time of contact off by (ticks of 2^-52 time units)",
+    )
+    panel.grid(True, which="major", axis="y")
+    panel.legend(loc="lower right")
+    return figure

@@ -1,0 +1,260 @@
+"""The part of the report on queries: when do two discs meet, and how right is the answer?
+
+Each hard family (``kinetile.accuracy.families``) is put to the kernel's own form and to the textbook's
+(``kinetile.accuracy.forms``), and each answer is judged by the exact truth (``kinetile.accuracy.truth``).
+Families are never pooled: an average over easy and hard questions says nothing about either.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from kinetile.accuracy.families import FAMILIES, LATER, Family
+from kinetile.accuracy.forms import KERNEL, ask, batch_times, forms
+from kinetile.accuracy.parts import Budget, Picture, Progress, Section, Table
+from kinetile.accuracy.query_chains import CHAIN_HEADS, chain_findings, chains
+from kinetile.accuracy.query_verdicts import (
+    QUERY_HEADS,
+    TIE_HEADS,
+    QueryRow,
+    TieRow,
+    Verdict,
+    judge,
+    query_row,
+    tie_row,
+)
+from kinetile.accuracy.truth import ALLOWED, Encounter
+from kinetile.tables import NEVER
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["measure", "query_findings"]
+
+COUNTS: dict[Budget, int] = {"quick": 4_000, "normal": 20_000, "full": 100_000}
+"""Queries of a family."""
+
+BATCH = 500
+BATCHES: dict[Budget, int] = {"quick": 100, "normal": 400, "full": 1_000}
+"""Queries that are timed together, and how many such batches at least."""
+
+
+def measure(budget: Budget, progress: Progress) -> Section:
+    """Put every family to every form, and follow chains of contacts."""
+    rows: list[QueryRow] = []
+    ties: list[TieRow] = []
+    kernel: dict[str, npt.NDArray[np.int64]] = {}
+    steps = len(FAMILIES) + 1
+    for done, family in enumerate(FAMILIES):
+        progress(f"queries: {family.name}", done, steps)
+        kernel[family.name] = _put(family, budget, rows, ties)[KERNEL]
+    progress("queries: chains of contacts", len(FAMILIES), steps)
+    links = chains(budget)
+    progress("queries", steps, steps)
+    about = (
+        f"{COUNTS[budget]:,} queries of each family, asked of the form that the kernel is composed with "
+        "(narrow phase disc) and of three from textbooks, on the kernel's own tables and in its ticks of "
+        "2^-52, rounded down. Whether two discs meet is judged in exact integers, and when, to 160 bits "
+        "behind the tick. An error of time is told as the way along the line of centres that it amounts to, "
+        "over the sum of the radii R; depth is how far the discs overlap by the computed time. The ticks "
+        "off are between the answer and the last tick before the contact, so they are the formula's own "
+        f"error, without the clock's. ns are CPU time in a loop over {BATCH} independent queries, less an "
+        "empty loop's; inside a run a query waits for memory as well."
+    )
+    families = "; ".join(f"{family.name}: {family.about}" for family in FAMILIES)
+    chained = "Two bodies that meet again and again, against 100 digits; a third disc after an exchange."
+    return Section(
+        name="queries",
+        title="When two discs meet",
+        about=about,
+        findings=(
+            *query_findings(rows),
+            _clock_finding(kernel["anchors apart"], kernel["late clock"]),
+            *_tie_findings(ties),
+            *chain_findings(links),
+        ),
+        tables=(
+            Table("families", f"The families ({families}).", tuple(rows), QUERY_HEADS),
+            Table("ties", "Contacts that are simultaneous in truth.", tuple(ties), TIE_HEADS),
+            Table("chains", chained, tuple(links), CHAIN_HEADS),
+        ),
+        pictures=_pictures(rows),
+        left_out=(
+            "Long chains in the plane: two discs in a box are chaotic. For them see the certified oracle.",
+            "Contacts more than 1,024 units of time after the later anchor: the kernel anchors bodies anew "
+            "before.",
+        ),
+    )
+
+
+def _put(
+    family: Family, budget: Budget, rows: list[QueryRow], ties: list[TieRow]
+) -> Mapping[str, npt.NDArray[np.int64]]:
+    """Put one family to every form and add its rows; return the answers of each form."""
+    queries = family.draw(COUNTS[budget])
+    answers = {name: ask(form, queries) for name, form in forms().items()}
+    verdicts: dict[str, list[Verdict]] = {name: [] for name in answers}
+    given = zip(*(answer.tolist() for answer in answers.values()), strict=True)
+    for plans, ticks in zip(queries.plans(), given, strict=True):
+        encounter = Encounter(*plans)
+        for name, tick in zip(answers, ticks, strict=True):
+            verdicts[name].append(judge(encounter, tick))
+    times = batch_times(forms(), queries, BATCH, BATCHES[budget])
+    for name in answers:
+        rows.append(query_row(family, queries, name, verdicts[name], times[name]))
+        if queries.tied > 1:
+            ties.append(tie_row(family, name, answers[name], queries.tied))
+    return answers
+
+
+def query_findings(rows: list[QueryRow]) -> list[str]:
+    """Say what the rows of all families and forms show."""
+    ours = [row for row in rows if row.form == KERNEL]
+    others = [row for row in rows if row.form != KERNEL]
+    return [_missed(ours), _false(ours), *_depths(ours), _textbook(ours, others), _cost(ours, others)]
+
+
+def _missed(ours: list[QueryRow]) -> str:
+    outside = [row for row in ours if row.outside_dead_zone]
+    if outside:
+        where = "; ".join(
+            f"{row.family}: {row.outside_dead_zone} of {row.false_negatives:,}, the deepest "
+            f"{row.deepest_in_zones:.3f} times what is documented"
+            for row in outside
+        )
+        return f"The kernel misses contacts outside the dead zone that it documents ({where})."
+    asked = sum(row.queries for row in ours)
+    said = (
+        f"No false negative of the kernel outside its dead zone in any of {len(ours)} families, "
+        f"{asked:,} queries"
+    )
+    inside = "; ".join(
+        f"{row.family}: {row.false_negatives:,} of {row.hits:,} hits, at most {row.deepest_missed:.1e} R deep"
+        for row in ours
+        if row.false_negatives
+    )
+    return f"{said}. Inside it: {inside}." if inside else f"{said}; none inside it either."
+
+
+def _false(ours: list[QueryRow]) -> str:
+    wrong = [row for row in ours if row.false_positives]
+    if not wrong:
+        return "No false positive of the kernel in any family."
+    where = "; ".join(
+        f"{row.family}: {row.false_positives}, passing with {row.widest_false:.1e} R" for row in wrong
+    )
+    return f"The kernel finds contacts that are none ({where})."
+
+
+def _depths(ours: list[QueryRow]) -> list[str]:
+    together = [row for row in ours if not row.anchors_apart]
+    apart = [row for row in ours if row.anchors_apart]
+    found = []
+    if together:
+        deepest = max(together, key=lambda row: row.depth_separation)
+        verdict = "within" if deepest.depth_separation <= ALLOWED else "more than"
+        found.append(
+            "Where both discs are anchored at one tick the deepest overlap at a contact that the kernel "
+            f"computed is {deepest.depth_separation:.2f} x 2^-53 x the separation ({deepest.family}), "
+            f"{verdict} the {ALLOWED:g} allowed."
+        )
+    if apart:
+        where = ", ".join(f"{row.family} {row.depth_separation:.3g}" for row in apart)
+        most = max(row.depth_extent for row in apart)
+        found.append(
+            "Where one was anchored before the other its place at the later anchor is rounded to the "
+            f"doubles of its coordinates, whatever the form: the overlap is up to {most:.2f} x 2^-53 x "
+            f"(separation + largest coordinate), which in units of 2^-53 x separation makes: {where}."
+        )
+    return found
+
+
+def _textbook(ours: list[QueryRow], others: list[QueryRow]) -> str:
+    best = {row.family: row for row in ours}
+    worst = max(others, key=lambda row: row.depth)
+    naive = {row.family: row for row in others if row.form == "naive"}
+    missed = sum(row.outside_dead_zone for row in naive.values())
+    false = sum(row.false_positives for row in naive.values())
+    least, most = _ratios(others, "citardauq", naive)
+    return (
+        f"The textbook's forms reach an overlap of {worst.depth:.1e} R ({worst.form}, {worst.family}) where "
+        f"the kernel's reaches {best[worst.family].depth:.1e} R; the naive one misses {missed:,} contacts "
+        f"deeper than the kernel's dead zone and finds {false:,} that are none. Citardauq's depth is "
+        f"{least:.2f} to {most:.2f} times the naive one's: it is b^2 - ac that costs, not the last "
+        "subtraction."
+    )
+
+
+def _ratios(rows: list[QueryRow], form: str, naive: Mapping[str, QueryRow]) -> tuple[float, float]:
+    """Return between what a form's depths lie, relative to the naive form's."""
+    of = [
+        row.depth / naive[row.family].depth
+        for row in rows
+        if row.form == form and naive[row.family].depth > 0
+    ]
+    return (min(of), max(of)) if of else (1.0, 1.0)
+
+
+def _cost(ours: list[QueryRow], others: list[QueryRow]) -> str:
+    naive = {row.family: row.ns_median for row in others if row.form == "naive"}
+    ratios = [row.ns_median / naive[row.family] for row in ours if naive[row.family] > 0.0]
+    low, high = min(row.ns_median for row in ours), max(row.ns_median for row in ours)
+    said = f"A query costs {low:.1f} to {high:.1f} ns in the kernel's form, by family (medians)"
+    return f"{said}: {np.median(ratios):.1f} times the naive one's." if ratios else f"{said}."
+
+
+def _clock_finding(early: npt.NDArray[np.int64], late: npt.NDArray[np.int64]) -> str:
+    differ = int((np.where(early == NEVER, NEVER, early + LATER) != late).sum())
+    later = f"{LATER >> 52} units of time later"
+    if differ:
+        return f"{later} {differ:,} of {len(late):,} answers are other ticks."
+    return f"{later} each of {len(late):,} answers is the same tick, moved by just that."
+
+
+def _tie_findings(ties: list[TieRow]) -> list[str]:
+    found = []
+    for row in ties:
+        if row.form == KERNEL:
+            groups = f"{row.groups:,} groups of {row.size} contacts of one exact time ({row.family})"
+            apart = (
+                "some are not found"
+                if row.spread is None
+                else f"the rest is at most {row.spread} ticks apart"
+            )
+            found.append(
+                f"All {groups} get a single tick from the kernel."
+                if row.spread == 0
+                else f"Of {groups} {row.same:.0%} get a single tick from the kernel; {apart}."
+            )
+    return found
+
+
+def _pictures(rows: list[QueryRow]) -> tuple[Picture, ...]:
+    def depths() -> Figure:
+        from kinetile.accuracy.query_figures import draw_depths
+
+        return draw_depths(rows)
+
+    def errors() -> Figure:
+        from kinetile.accuracy.query_figures import draw_errors
+
+        return draw_errors(rows)
+
+    return (
+        Picture(
+            "depth",
+            "The deepest overlap at a computed contact, by family and form; the dashed line is what is "
+            "allowed. At the left edge: never deeper than in truth, or no contact found.",
+            depths,
+        ),
+        Picture(
+            "error",
+            "Error of the time of contact as a way along the line of centres: the 99th percentile (mark) "
+            "and up to the largest (line). At the left edge: less, or no contact found.",
+            errors,
+        ),
+    )

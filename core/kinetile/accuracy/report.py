@@ -1,0 +1,149 @@
+"""The accuracy report: its parts are measured one after the other, then written as a page and as data."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import fields
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from kinetile.accuracy.parts import Budget, Measure, Progress, Section, Table
+from kinetile.errors import BadOption, MissingExtra
+
+__all__ = ["PARTS", "measure_parts", "section_as_dict", "write_report"]
+
+PARTS: Mapping[str, str] = {
+    "chart": "kinetile.accuracy.speed_error",
+    "queries": "kinetile.accuracy.queries",
+    "oracle": "kinetile.accuracy.horizon",
+    "drift": "kinetile.accuracy.drift_section",
+    "rates": "kinetile.accuracy.rates",
+}
+"""The parts in the order of the page, each with the module whose ``measure`` does it."""
+
+
+def measure_parts(
+    budget: Budget = "normal",
+    parts: Sequence[str] | None = None,
+    *,
+    progress: Progress | None = None,
+    finish: Callable[[Section], object] | None = None,
+) -> list[Section]:
+    """Measure parts of the report.
+
+    Args:
+        budget: how much is measured.
+        parts: names from ``PARTS``; None for all.
+        progress: told what is being measured, how many steps of it are done, and of how many.
+        finish: told each section when it is there; after Ctrl-C those that were told are what there is.
+
+    A part that needs a package which is not installed becomes a section that says so.
+
+    Raises:
+        BadOption: there is no such part.
+    """
+    sections = []
+    for name in PARTS if parts is None else parts:
+        if name not in PARTS:
+            raise BadOption(f"the report has no part {name!r}; its parts are {', '.join(PARTS)}")
+        part: Measure = import_module(PARTS[name]).measure
+        try:
+            section = part(budget, progress or _silent)
+        except MissingExtra as error:
+            section = Section(name, name, "", (), (), left_out=(str(error),))
+        sections.append(section)
+        if finish is not None:
+            finish(section)
+    return sections
+
+
+def _silent(what: str, done: int, total: int) -> None:
+    """Show no progress."""
+
+
+def write_report(
+    sections: Iterable[Section], folder: Path, *, budget: Budget, conditions: Mapping[str, Any]
+) -> list[Path]:
+    """Write the page, its figures (SVG and PNG; not without matplotlib) and the rows of its tables (CSV).
+
+    Args:
+        sections: what was measured.
+        folder: where to; made if it is not there.
+        budget: how much was measured.
+        conditions: versions and machine (``kinetile.bench.surroundings``).
+
+    Returns:
+        The paths, the page ``accuracy.html`` first.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    from kinetile.accuracy.page import page
+
+    sections = list(sections)
+    folder.mkdir(parents=True, exist_ok=True)
+    written = []
+    for section in sections:
+        written += [
+            _write_rows(table, folder / f"{section.name}-{table.name}.csv") for table in section.tables
+        ]
+    drawn: dict[tuple[str, str], Path] = {}
+    with suppress(MissingExtra):
+        for section in sections:
+            for name, paths in _draw(section, folder).items():
+                drawn[section.name, name] = paths[0]
+                written += paths
+    data = folder / "accuracy.json"
+    found = {
+        "budget": budget,
+        "conditions": dict(conditions),
+        "parts": [section_as_dict(s) for s in sections],
+    }
+    data.write_text(json.dumps(found, indent=1, default=str) + "\n", encoding="utf-8")
+    target = folder / "accuracy.html"
+    target.write_text(page(sections, drawn, budget, conditions), encoding="utf-8")
+    return [target, data, *written]
+
+
+def section_as_dict(section: Section) -> dict[str, Any]:
+    """Return a section as what JSON can hold, its rows included."""
+    return {
+        "name": section.name,
+        "title": section.title,
+        "about": section.about,
+        "findings": list(section.findings),
+        "left_out": list(section.left_out),
+        "tables": {
+            table.name: [{name: _plain(value) for name, value in vars(row).items()} for row in table.rows]
+            for table in section.tables
+        },
+    }
+
+
+def _plain(value: Any) -> Any:
+    """Return a number that JSON has no name for as text."""
+    return str(value) if isinstance(value, float) and not abs(value) < float("inf") else value
+
+
+def _draw(section: Section, folder: Path) -> dict[str, list[Path]]:
+    from kinetile.drawing import house_style, save_figure
+
+    drawn = {}
+    with house_style():
+        for picture in section.pictures:
+            drawn[picture.name] = save_figure(picture.draw(), folder / f"{section.name}-{picture.name}")
+    return drawn
+
+
+def _write_rows(table: Table, path: Path) -> Path:
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        if table.rows:
+            names = [field.name for field in fields(table.rows[0])]
+            writer.writerow(names)
+            writer.writerows([getattr(row, name) for name in names] for row in table.rows)
+    return path

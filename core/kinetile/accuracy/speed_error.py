@@ -1,0 +1,304 @@
+"""Speed against error: what a unit of simulated time costs, and what the method gets wrong in it.
+
+Kinetic methods have no step: each is a point. Methods in steps are curves: a shorter step costs more and errs
+less. There is no one error, so two are shown, and chaos hides neither:
+
+- *the deepest overlap* of two discs that the method itself sees in a unit of time, in radii;
+- *first encounters missed*: of the encounters between discs that have touched nothing before, the share that
+  the method does not have as such (``kinetile.accuracy.encounters``), pooled over many scenes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import pairwise
+from typing import TYPE_CHECKING, NamedTuple
+
+from kinetile.accuracy.parts import Budget, Picture, Progress, Section, Table
+from kinetile.accuracy.peers import PEERS, configured
+from kinetile.accuracy.snapshot import Finder
+from kinetile.accuracy.speed_error_runs import ROUNDS, UNTIL, Method, SpeedError, measure_rows
+from kinetile.errors import MissingExtra
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["PLANS", "Crossing", "Plan", "Setting", "crossing", "findings", "measure"]
+
+KINETIC = ("naive", "sap-1d", "sweep-tiling")
+BEST = "sweep-tiling"
+"""The kinetic method that the others are compared with in words."""
+FINDERS: tuple[Finder, ...] = ("sweep", "cells")
+_STEPS = (3e-2, 1e-2, 3e-3, 1e-3, 3e-4)
+_SCENES = ((100, 0.25), (400, 0.25), (100, 0.5), (400, 0.5))
+
+NAMES = {
+    "sweep": "the snapshot method (sweep)",
+    "cells": "the snapshot method (cells)",
+    "chipmunk": "Chipmunk",
+    "box2d": "Box2D",
+}
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What an engine is set to, in words."""
+
+    engine: str
+    configured: str
+
+
+class Plan(NamedTuple):
+    """What is measured within a budget.
+
+    Attributes:
+        scenes: (bodies, density) of the recipe ``grid``.
+        seeds: how many scenes of each kind are timed.
+        encounters: how many first encounters are looked for in each kind, about.
+        steps, engine_steps: lengths of the step, for snapshots and for engines.
+    """
+
+    scenes: tuple[tuple[int, float], ...]
+    seeds: int
+    encounters: int
+    steps: tuple[float, ...]
+    engine_steps: tuple[float, ...]
+
+
+PLANS: dict[Budget, Plan] = {
+    "quick": Plan(_SCENES[:1], 2, 2000, (*_STEPS, 1e-4, 3e-5, 1e-5), _STEPS),
+    "normal": Plan(_SCENES, 3, 6000, (*_STEPS, 1e-4, 3e-5), _STEPS[:4]),
+    "full": Plan(_SCENES, 5, 50000, (*_STEPS, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6), (*_STEPS, 1e-4)),
+}
+
+
+def measure(budget: Budget, progress: Progress) -> Section:
+    """Measure all methods; return the part of the report that shows speed against error."""
+    plan = PLANS[budget]
+    engines, left_out = _installed()
+    methods = [Method("kinetic", name) for name in KINETIC]
+    methods += [Method("snapshots", finder, dt) for finder in FINDERS for dt in plan.steps]
+    methods += [Method("engine", each.engine, dt) for each in engines for dt in plan.engine_steps]
+    rows: list[SpeedError] = []
+    pictures = []
+    for k, (bodies, density) in enumerate(plan.scenes):
+
+        def tell(
+            done: int, total: int, before: int = k, what: str = f"{bodies} discs at {density:g}"
+        ) -> None:
+            progress(f"speed against error, {what}", before * total + done, len(plan.scenes) * total)
+
+        new = measure_rows(
+            methods, bodies, density, seeds=plan.seeds, encounters=plan.encounters, progress=tell
+        )
+        pictures.append(_picture(new))
+        rows += new
+    tables = [
+        Table("methods", "What a unit of simulated time costs, and how wrong it is.", tuple(rows), _HEADS)
+    ]
+    if engines:
+        heads = {"engine": "engine", "configured": "set to"}
+        tables.append(Table("engines", "What the engines are set to.", tuple(engines), heads))
+    return Section(
+        name="chart",
+        title="Speed against error",
+        about=_about(plan),
+        findings=findings(rows),
+        tables=tuple(tables),
+        pictures=tuple(pictures),
+        left_out=left_out,
+    )
+
+
+_HEADS = {
+    "bodies": "discs",
+    "density": "density",
+    "method": "method",
+    "dt": "dt",
+    "cost": "CPU s per unit of time",
+    "deepest": "deepest overlap / R",
+    "depth_median": "median overlap / R",
+    "energy_drift": "energy drift",
+    "contacts": "contacts of discs",
+    "encounters": "first encounters",
+    "missed": "missed",
+    "passed": "without an impulse",
+    "unseen": "unseen",
+    "missed_share": "share missed",
+}
+
+
+def _installed() -> tuple[list[Setting], tuple[str, ...]]:
+    """Return the engines that are installed, and what is left out and why."""
+    engines, left_out = [], []
+    for peer in PEERS:
+        try:
+            engines.append(Setting(peer, configured(peer)))
+        except MissingExtra as error:
+            left_out.append(str(error))
+    return engines, tuple(left_out)
+
+
+def _about(plan: Plan) -> str:
+    return (
+        "Discs on a grid are set off at the same speed in random directions (recipe grid). Cost is the "
+        f"CPU time of the loop for a unit of simulated time (runs go to {UNTIL:g}): the median of at least "
+        f"{ROUNDS} runs on each of {plan.seeds} scenes, garbage collector off, set-up and compilation "
+        "apart. Snapshots are the pseudo-dynamic method, in compiled Python as the kinetic methods are: "
+        "every dt all discs are moved, and pairs that overlap and approach get the elastic impulse; pairs "
+        "are found by static sweep-and-prune with insertion sort (sweep) or by a grid (cells); walls are "
+        "exact. The deepest overlap is that of two discs, in radii, as far as the method itself sees it: "
+        "at its snapshots, or at contacts for kinetic methods. First encounters are contacts of two discs "
+        "that have touched neither disc nor wall before, taken from the kinetic run with all pairs; a "
+        "method misses one that it does not have as the first contact of both discs, where contacts of "
+        "one snapshot count as simultaneous (which favours long steps). The table says how many of them "
+        "have no impulse at all (the only snapshots that see the overlap see the discs part), and how many "
+        "are unseen; what is missed besides is of another order in time."
+    )
+
+
+def _picture(rows: Sequence[SpeedError]) -> Picture:
+    bodies, density = rows[0].bodies, rows[0].density
+    return Picture(
+        f"{bodies}-discs-{density:.0%}".replace("%", "-percent"),
+        f"{bodies} discs at density {density:g}: further down is faster, further left is truer. Kinetic "
+        "methods are points; methods in steps are curves, from a short step at the top to a long one. The "
+        "shaded strips lie beyond a break of the axis: overlaps of the size of rounding, and none missed of "
+        f"{rows[0].encounters} first encounters (one missed is {1 / max(rows[0].encounters, 1):.2%}). The "
+        f"line is at the cost of {BEST}.",
+        partial(_draw, tuple(rows)),
+    )
+
+
+def _draw(rows: Sequence[SpeedError]) -> Figure:
+    from kinetile.accuracy.speed_error_figures import draw_speed_error
+
+    return draw_speed_error(rows)
+
+
+class Crossing(NamedTuple):
+    """Where a method in steps costs as much as another method: its step there, and its errors."""
+
+    dt: float
+    deepest: float
+    missed_share: float
+
+
+def crossing(curve: Sequence[SpeedError], cost: float) -> Crossing | None:
+    """Return where a method in steps has this cost, between two of its rows; None where it never has.
+
+    Step, cost and overlap are interpolated by their logarithms, the share that is missed linearly in that of
+    the step.
+    """
+    rows = sorted(curve, key=lambda row: row.dt or 0.0)
+    for fine, coarse in pairwise(rows):
+        if fine.cost >= cost >= coarse.cost and fine.cost > coarse.cost:
+            part = math.log(fine.cost / cost) / math.log(fine.cost / coarse.cost)
+            return Crossing(
+                _between(fine.dt or 0.0, coarse.dt or 0.0, part),
+                _between(fine.deepest, coarse.deepest, part),
+                fine.missed_share + part * (coarse.missed_share - fine.missed_share),
+            )
+    return None
+
+
+def findings(rows: Sequence[SpeedError]) -> tuple[str, ...]:
+    """Return what the rows say, in sentences."""
+    scenes = dict.fromkeys(map(_scene, rows))
+    return (
+        _of_kinetic([row for row in rows if row.kind == "kinetic"]),
+        *(said for scene in scenes for said in _of_scene([row for row in rows if _scene(row) == scene])),
+        _of_rivals(rows),
+    )
+
+
+def _scene(row: SpeedError) -> tuple[int, float]:
+    return row.bodies, row.density
+
+
+def _of_kinetic(rows: Sequence[SpeedError]) -> str:
+    missed, encounters = max(row.missed for row in rows), sum(row.encounters for row in rows)
+    methods = ", ".join(dict.fromkeys(row.method for row in rows))
+    return (
+        f"Kinetic methods ({methods}): the deepest overlap is {max(row.deepest_high for row in rows):.1e} R; "
+        + (
+            "none of the first encounters is missed."
+            if not missed
+            else f"up to {missed} first encounters are missed (of {encounters} in all)."
+        )
+    )
+
+
+def _of_scene(rows: Sequence[SpeedError]) -> list[str]:
+    """Compare each method in steps with BEST on scenes of one kind."""
+    best = next(row.cost for row in rows if row.method == BEST)
+    head = f"{rows[0].bodies} discs at density {rows[0].density:g} ({BEST}: {best * 1e3:.2g} ms)"
+    sentences = []
+    for method in dict.fromkeys(row.method for row in rows if row.kind != "kinetic"):
+        curve = sorted((row for row in rows if row.method == method), key=lambda row: row.dt or 0.0)
+        cheapest = min(curve, key=lambda row: row.cost)
+        equal = crossing(curve, best)
+        said = (
+            f"at dt = {cheapest.dt:g}, where it is fastest, {NAMES[method]} takes "
+            f"{_times(cheapest.cost / best)} times as long as {BEST}, {_errors(cheapest)}"
+        )
+        if equal is not None:
+            said += f"; it takes as long at dt = {equal.dt:.1e}, {_errors(equal)}"
+        if cheapest is not curve[0]:
+            said += f"; at dt = {curve[0].dt:g}, {_times(curve[0].cost / best)} times, {_errors(curve[0])}"
+        sentences.append(f"{head}: {said}.")
+    return sentences
+
+
+def _errors(at: SpeedError | Crossing) -> str:
+    share = at.missed_share
+    missed = (
+        "no first encounters"
+        if share == 0.0
+        else f"{share:.{1 if share >= 0.01 else 2}%} of first encounters"
+    )
+    return f"with overlaps up to {at.deepest:.2g} R and {missed} missed"
+
+
+def _of_rivals(rows: Sequence[SpeedError]) -> str:
+    """Say what in steps is as fast as BEST, and what is as true."""
+    best = {_scene(row): row for row in rows if row.method == BEST}
+    stepped = [row for row in rows if row.kind != "kinetic"]
+    as_fast = [row for row in stepped if row.cost <= best[_scene(row)].cost]
+    as_true = [row for row in stepped if row.deepest <= best[_scene(row)].deepest]
+    both = [row for row in as_fast if row in as_true]
+    complete = sum(row.missed == 0 for row in as_fast)
+    said = f"Of {len(stepped)} measurements of methods in steps, {len(as_fast) or 'none'}"
+    said += f" are as fast as {BEST}"
+    if as_fast:
+        truest = min(as_fast, key=lambda row: row.deepest)
+        said += f" (of these the least deepest overlap is {truest.deepest:.2g} R: {_called(truest)})"
+    said += f", {len(as_true) or 'none'} overlap as little"
+    if stepped:
+        truest = min(stepped, key=lambda row: row.deepest)
+        times = truest.cost / best[_scene(truest)].cost
+        said += (
+            f" (the least is {truest.deepest:.1e} R, at {_times(times)} times the time: {_called(truest)})"
+        )
+    return (
+        f"{said}, and {len(both) or 'none'} are both. Of those as fast, {complete or 'none'} have every "
+        "first encounter that was looked for."
+    )
+
+
+def _called(row: SpeedError) -> str:
+    return f"{NAMES[row.method]}, dt = {row.dt:g}, {row.bodies} discs at {row.density:g}"
+
+
+def _times(ratio: float) -> str:
+    return f"{ratio:.2g}" if ratio < 10.0 else f"{ratio:.0f}"
+
+
+def _between(fine: float, coarse: float, part: float) -> float:
+    """Return the value ``part`` of the way from ``fine`` to ``coarse``, by logarithms where there are any."""
+    if fine > 0.0 and coarse > 0.0:
+        return float(fine * (coarse / fine) ** part)
+    return fine + part * (coarse - fine)
