@@ -110,7 +110,7 @@ class Steps:
         self.engine = self.sim._engine
         self.phase = phase
         self.events = 0
-        self.engine.build(phase)
+        self.engine.build()
 
     @property
     def state(self) -> Any:
@@ -150,12 +150,12 @@ class Steps:
 
     def step(self, until: int = 2**60, budget: int = 1) -> bool:
         """Run the next event; return whether there was one up to tick ``until``."""
-        ran = self.engine.chunk(until, UNLIMITED, self.phase, budget=budget) == BUDGET_SPENT
+        ran = self.engine.chunk(until, UNLIMITED, budget=budget) == BUDGET_SPENT
         self.events += ran
         return ran
 
     def audit(self) -> None:
-        self.engine.audit(self.phase)
+        self.engine.audit()
 
     def by_force(self) -> Tiling:
         """The tiling of the bodies where they are now."""

@@ -113,7 +113,7 @@ class Engine:
             self.compile_seconds += time.perf_counter() - began
             self._ready = True
 
-    def chunk(self, until: int, contacts: int, broad_phase: str, budget: int | None = None) -> int:
+    def chunk(self, until: int, contacts: int, budget: int | None = None) -> int:
         """Run one chunk of the loop, take over its log, and do what it asks for; return its reason.
 
         ``budget`` is how many events may run; None: as many as take a fraction of a second.
@@ -141,22 +141,24 @@ class Engine:
         if reason == FAULT:
             clock = self.k.clock[0]
             fault, a, b = int(clock.fault), int(clock.fault_a), int(clock.fault_b)
-            raise failure(fault, a, b, self.clock.time(self.now), broad_phase, int(clock.window_size))
+            raise failure(
+                fault, a, b, self.clock.time(self.now), self.composition.broad_phase, int(clock.window_size)
+            )
         if reason == NO_ROOM:
             self._grow()
         return BUDGET_SPENT if reason in (NO_ROOM, LOG_FULL) else reason
 
-    def audit(self, broad_phase: str) -> None:
+    def audit(self) -> None:
         """Check everything that must hold between two events.
 
         Raises:
             AuditError: the first thing that does not hold; an UnawaitedContactError where it would make a
                 contact be missed.
         """
-        self.build(broad_phase)
+        self.build()
         time = self.clock.time(self.now)
         moment = f"at time {time!r}, after {self.events} events"
-        who = f"{moment} under broad phase {broad_phase!r}"
+        who = f"{moment} under broad phase {self.composition.broad_phase!r}"
         try:
             for said, bodies in complaints(self.k, self.composition, self.skin.delta):
                 if bodies:
@@ -168,12 +170,12 @@ class Engine:
             said = f"the audit cannot be finished: {sentence(error)}{place_of(error)}"
             raise AuditError(f"{who}: {said}") from error
 
-    def build(self, broad_phase: str) -> None:
+    def build(self) -> None:
         """Build the structure, if that is still to be done, and run no event."""
         while not self.k.clock[0].built or self.k.clock[0].wanted:
-            self.chunk(self.now - 1, UNLIMITED, broad_phase)
+            self.chunk(self.now - 1, UNLIMITED)
 
-    def turn(self, body: int, vx: float, vy: float, broad_phase: str) -> None:
+    def turn(self, body: int, vx: float, vy: float) -> None:
         """Change a body's velocity now; events of this very tick run as well."""
         k = self.k
         squares = 2.0 * energy(k) + float(k.mass[body]) * (vx * vx + vy * vy) + self.agenda.squares(k.mass)
@@ -185,7 +187,7 @@ class Engine:
         recorder = self.ledger.recorder
         self.ledger.recorder = recorder or self.ledger.unrecorded.append
         try:
-            while self.chunk(self.now, UNLIMITED, broad_phase) != TIME_REACHED:
+            while self.chunk(self.now, UNLIMITED) != TIME_REACHED:
                 pass
         finally:
             self.ledger.recorder = recorder

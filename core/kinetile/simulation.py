@@ -176,7 +176,7 @@ class Simulation:
                     rest = SPAN if end is None else engine.clock.relative(end)
                     before = engine.now
                     stop = last_contact if self._audit is None else min(last_contact, audited + self._audit)
-                    reason = engine.chunk(min(rest, SPAN - 1), stop, self.broad_phase)
+                    reason = engine.chunk(min(rest, SPAN - 1), stop)
                     arrived = reason == TIME_REACHED and rest < SPAN
                     if arrived:
                         self._asked = until
@@ -187,7 +187,7 @@ class Simulation:
                         progress(Progress(self.time, until, engine.contacts, engine.events, cpu))
                     finished = arrived or engine.contacts >= last_contact
                     if self._audit is not None and (finished or reason == CONTACTS_REACHED):
-                        engine.audit(self.broad_phase)
+                        engine.audit()
                         audited = engine.contacts
                     if finished:
                         break
@@ -223,7 +223,7 @@ class Simulation:
                 f"at the speed {math.hypot(vx, vy):.3g} body {body} would fly too far in one tick of this "
                 "scene's clock: schedule the turn in the scene, which chooses its clock by its speeds"
             )
-        self._engine.turn(body, vx, vy, self.broad_phase)
+        self._engine.turn(body, vx, vy)
 
     # Reading out
 
@@ -242,7 +242,7 @@ class Simulation:
 
     def candidate_pairs(self) -> npt.NDArray[np.int32]:
         """Return the candidate pairs now, (k, 2), a < b, sorted."""
-        self._engine.build(self.broad_phase)
+        self._engine.build()
         table = self._engine.k.certificates
         live = table[table.a >= 0]
         pairs = np.column_stack([live.a, live.b])

@@ -46,7 +46,7 @@ def page(
     versions = ", ".join(f"{name} {number}" for name, number in conditions.get("versions", {}).items())
     machine = f"{conditions.get('processor', '')}, {conditions.get('processors', '?')} processors"
     body = [
-        "<h1>Speed against error</h1>",
+        "<h1>kinetile: how fast, how right</h1>",
         f'<p class="about">{escape(machine)}, {escape(str(conditions.get("system", "")))}; '
         f"{escape(versions)}; measured with <code>kinetile accuracy --{budget}</code>.</p>",
     ]
@@ -127,5 +127,6 @@ def shown(value: Any) -> str:
     if isinstance(value, int):
         return f"{value:,}"
     if isinstance(value, float):
-        return f"{int(value):,}" if value.is_integer() and abs(value) < 1e6 else f"{value:.3g}"
+        whole = value.is_integer() or abs(value) >= 1000.0
+        return f"{value:,.0f}" if whole and abs(value) < 1e6 else f"{value:.3g}"
     return str(value)

@@ -105,6 +105,7 @@ def test_the_same_rows_make_the_same_figures(tmp_path):
         (0.0, "0"),
         (1.23456e-15, "1.23e-15"),
         (4096.0, "4,096"),
+        (1146.5, "1,146"),
         ("x", "x"),
     ],
 )

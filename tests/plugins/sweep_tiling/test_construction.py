@@ -40,7 +40,7 @@ def test_a_construction_in_the_midst_of_a_run_is_the_maintained_tiling(seed):
         if steps.to_the_middle():
             maintained = tiling_of(steps.state)
             steps.engine.lay_out()
-            steps.engine.build(steps.phase)
+            steps.engine.build()
             assert tiling_of(steps.state) == maintained == steps.by_force()
 
 
