@@ -5,16 +5,16 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from kinetile.accuracy.certify import Agreement, certify
-    from kinetile.accuracy.oracle import CertifiedRun, oracle_contacts
+    from kinetile.accuracy.certified.certify import Agreement, certify
+    from kinetile.accuracy.certified.oracle import CertifiedRun, oracle_contacts
     from kinetile.accuracy.report import measure_parts, write_report
 
 _HOMES = {
-    "Agreement": "certify",
-    "CertifiedRun": "oracle",
-    "certify": "certify",
+    "Agreement": "certified.certify",
+    "CertifiedRun": "certified.oracle",
+    "certify": "certified.certify",
     "measure_parts": "report",
-    "oracle_contacts": "oracle",
+    "oracle_contacts": "certified.oracle",
     "write_report": "report",
 }
 

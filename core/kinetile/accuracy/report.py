@@ -17,9 +17,9 @@ from kinetile.errors import BadOption, MissingExtra
 __all__ = ["PARTS", "measure_parts", "section_as_dict", "write_report"]
 
 PARTS: Mapping[str, str] = {
-    "chart": "kinetile.accuracy.speed_error",
-    "queries": "kinetile.accuracy.queries",
-    "oracle": "kinetile.accuracy.horizon",
+    "chart": "kinetile.accuracy.stepped.section",
+    "queries": "kinetile.accuracy.queries.section",
+    "oracle": "kinetile.accuracy.certified.section",
     "drift": "kinetile.accuracy.drift_section",
     "rates": "kinetile.accuracy.rates",
 }

@@ -21,7 +21,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.accuracy.oracle import CAP_BITS, CertifiedContact, CertifiedRun, Oracle, OracleProgress
+from kinetile.accuracy.certified.oracle import (
+    CAP_BITS,
+    CertifiedContact,
+    CertifiedRun,
+    Oracle,
+    OracleProgress,
+)
 from kinetile.errors import KinetileError, Refused
 
 if TYPE_CHECKING:

@@ -11,11 +11,11 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from kinetile.accuracy import speed_error
-from kinetile.accuracy.encounters import Missed, first_encounters, found, missed_of
-from kinetile.accuracy.snapshot import STEPPED
-from kinetile.accuracy.speed_error import Plan, crossing, findings, measure
-from kinetile.accuracy.speed_error_runs import Kind, Method, SpeedError, measure_rows, truths
+from kinetile.accuracy.stepped import section as speed_error
+from kinetile.accuracy.stepped.encounters import Missed, first_encounters, found, missed_of
+from kinetile.accuracy.stepped.runs import Kind, Method, SpeedError, measure_rows, truths
+from kinetile.accuracy.stepped.section import Plan, crossing, findings, measure
+from kinetile.accuracy.stepped.snapshot import STEPPED
 
 SILENT: Any = lambda *_: None  # noqa: E731
 
@@ -182,7 +182,7 @@ def test_the_section_holds_together(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_the_chart_is_drawn_and_names_every_method() -> None:
     pytest.importorskip("matplotlib")
-    from kinetile.accuracy.speed_error_figures import draw_speed_error
+    from kinetile.accuracy.stepped.figures import draw_speed_error
 
     engines = (
         row("chipmunk", 1e-2, cost=2e-3, deepest=0.9, missed_share=0.01),

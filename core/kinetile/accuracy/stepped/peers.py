@@ -22,7 +22,7 @@ from typing import Any, Literal, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.accuracy.snapshot import STEPPED, Stepped, deepest_overlap, kinetic_energy, steps_until
+from kinetile.accuracy.stepped.snapshot import STEPPED, Stepped, deepest_overlap, kinetic_energy, steps_until
 from kinetile.errors import MissingExtra, Refused
 from kinetile.log import BOTTOM, LEFT, RIGHT, TOP
 from kinetile.scene import Scene

@@ -5,7 +5,7 @@ less. There is no one error, so two are shown, and chaos hides neither:
 
 - *the deepest overlap* of two discs that the method itself sees in a unit of time, in radii;
 - *first encounters missed*: of the encounters between discs that have touched nothing before, the share that
-  the method does not have as such (``kinetile.accuracy.encounters``), pooled over many scenes.
+  the method does not have as such (``kinetile.accuracy.stepped.encounters``), pooled over many scenes.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 from kinetile.accuracy.parts import Budget, Picture, Progress, Section, Table
-from kinetile.accuracy.peers import PEERS, configured
-from kinetile.accuracy.snapshot import Finder
-from kinetile.accuracy.speed_error_runs import ROUNDS, UNTIL, Method, SpeedError, measure_rows
+from kinetile.accuracy.stepped.peers import PEERS, configured
+from kinetile.accuracy.stepped.runs import ROUNDS, UNTIL, Method, SpeedError, measure_rows
+from kinetile.accuracy.stepped.snapshot import Finder
 from kinetile.errors import MissingExtra
 
 if TYPE_CHECKING:
@@ -174,7 +174,7 @@ def _picture(rows: Sequence[SpeedError]) -> Picture:
 
 
 def _draw(rows: Sequence[SpeedError]) -> Figure:
-    from kinetile.accuracy.speed_error_figures import draw_speed_error
+    from kinetile.accuracy.stepped.figures import draw_speed_error
 
     return draw_speed_error(rows)
 

@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kinetile.accuracy import queries as part
-from kinetile.accuracy import query_chains
-from kinetile.accuracy.families import FAMILIES, Family, Queries
-from kinetile.accuracy.forms import KERNEL, ask, batch_times, forms
-from kinetile.accuracy.query_chains import chain_findings, line_chain, three_discs
-from kinetile.accuracy.query_verdicts import QUERY_HEADS, QueryRow, Verdict, judge, query_row, tie_row
-from kinetile.accuracy.truth import Encounter, Plan
+from kinetile.accuracy.queries import chains as query_chains
+from kinetile.accuracy.queries import section as part
+from kinetile.accuracy.queries.chains import chain_findings, line_chain, three_discs
+from kinetile.accuracy.queries.families import FAMILIES, Family
+from kinetile.accuracy.queries.forms import KERNEL, ask, batch_times, forms
+from kinetile.accuracy.queries.questions import Queries
+from kinetile.accuracy.queries.truth import Encounter, Plan
+from kinetile.accuracy.queries.verdicts import QUERY_HEADS, QueryRow, Verdict, judge, query_row, tie_row
 from kinetile.tables import NEVER
 from kinetile.toolbox import Kernel, hook, since_anchor, ticks_after
 

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinetile.accuracy.families import chains_of_three
-from kinetile.accuracy.forms import KERNEL, ask, forms
 from kinetile.accuracy.parts import Budget
-from kinetile.accuracy.truth import chain_of_three, line_contacts
+from kinetile.accuracy.queries.families import chains_of_three
+from kinetile.accuracy.queries.forms import KERNEL, ask, forms
+from kinetile.accuracy.queries.truth import chain_of_three, line_contacts
 from kinetile.clock import TICKS
 from kinetile.scene import Scene
 from kinetile.simulation import Simulation

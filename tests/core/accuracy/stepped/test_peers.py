@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import kinetile as kt
-from kinetile.accuracy.peers import PEERS, Peer, configured, need_peer, run_peer
-from kinetile.accuracy.snapshot import Stepped
+from kinetile.accuracy.stepped.peers import PEERS, Peer, configured, need_peer, run_peer
+from kinetile.accuracy.stepped.snapshot import Stepped
 from kinetile.errors import MissingExtra, Refused
 
 PACKAGES = {"chipmunk": "pymunk", "box2d": "Box2D"}

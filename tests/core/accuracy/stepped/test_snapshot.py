@@ -9,9 +9,9 @@ import numpy.typing as npt
 import pytest
 
 import kinetile as kt
-from kinetile.accuracy import snapshot
-from kinetile.accuracy.encounters import missed_of
-from kinetile.accuracy.snapshot import Finder, Stepped, deepest_overlap, run_snapshots
+from kinetile.accuracy.stepped import snapshot
+from kinetile.accuracy.stepped.encounters import missed_of
+from kinetile.accuracy.stepped.snapshot import Finder, Stepped, deepest_overlap, run_snapshots
 from kinetile.errors import Refused
 
 FINDERS: tuple[Finder, ...] = ("sweep", "cells")

@@ -14,7 +14,7 @@ from importlib import import_module
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from kinetile.accuracy.speed_error_runs import SpeedError
+from kinetile.accuracy.stepped.runs import SpeedError
 from kinetile.drawing import house_style, new_figure
 
 if TYPE_CHECKING:

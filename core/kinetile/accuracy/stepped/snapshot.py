@@ -27,7 +27,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.accuracy.snapshot_loop import STEPPED, Bodies, Discs, Finder, deepest_loop, snapshot_loop
+from kinetile.accuracy.stepped.snapshot_loop import (
+    STEPPED,
+    Bodies,
+    Discs,
+    Finder,
+    deepest_loop,
+    snapshot_loop,
+)
 from kinetile.compiled import make_ready
 from kinetile.errors import Refused
 from kinetile.scene import Scene

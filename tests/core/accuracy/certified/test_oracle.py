@@ -16,15 +16,15 @@ import typer
 
 import kinetile as kt
 from kinetile import _cli_oracle
-from kinetile.accuracy import oracle as oracle_module
-from kinetile.accuracy.oracle import CertifiedRun, Enclosure, Oracle, oracle_contacts
+from kinetile.accuracy.certified import oracle as oracle_module
+from kinetile.accuracy.certified.oracle import CertifiedRun, Enclosure, Oracle, oracle_contacts
 from kinetile.errors import MissingExtra, Refused
 
 flint = pytest.importorskip("flint", reason="the certified oracle needs python-flint")
 
-from kinetile.accuracy.flights import Line, Root, first_contact, first_root, same  # noqa: E402
+from kinetile.accuracy.certified.flights import Line, Root, first_contact, first_root, same  # noqa: E402
 
-SCENES = Path(__file__).parents[2] / "scenes"
+SCENES = Path(__file__).parents[3] / "scenes"
 LEFT, RIGHT, BOTTOM, TOP = -1, -2, -3, -4
 
 
@@ -491,7 +491,12 @@ def test_decimal_strings_have_only_digits_that_are_known() -> None:
 
 
 def test_it_shares_no_code_with_the_kernel() -> None:
-    allowed = {"kinetile.errors", "kinetile.scene", "kinetile.accuracy.balls", "kinetile.accuracy.flights"}
+    allowed = {
+        "kinetile.errors",
+        "kinetile.scene",
+        "kinetile.accuracy.certified.balls",
+        "kinetile.accuracy.certified.flights",
+    }
     for name in ("oracle", "balls", "flights"):
         tree = ast.parse(Path(oracle_module.__file__).with_name(f"{name}.py").read_text("utf-8"))
         names = {node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}

@@ -9,7 +9,7 @@ from fractions import Fraction
 
 import pytest
 
-from kinetile.accuracy.truth import DEAD_ZONE, HORIZON, Encounter, Plan, chain_of_three, line_contacts
+from kinetile.accuracy.queries.truth import DEAD_ZONE, HORIZON, Encounter, Plan, chain_of_three, line_contacts
 
 UNIT = 1 << 52
 

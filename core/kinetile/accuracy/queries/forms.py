@@ -31,7 +31,7 @@ from kinetile.tables import NEVER, Kernel, allocate
 from kinetile.toolbox import since_anchor, ticks_after
 
 if TYPE_CHECKING:
-    from kinetile.accuracy.families import Queries
+    from kinetile.accuracy.queries.questions import Queries
 
 __all__ = ["KERNEL", "ask", "batch_times", "citardauq", "cross_product", "exchange", "forms", "naive"]
 

@@ -7,8 +7,8 @@ from dataclasses import fields, replace
 import pytest
 
 import kinetile as kt
-from kinetile.accuracy import horizon
-from kinetile.accuracy.horizon import CASES, ErrorGrowth, Horizon, measure, measure_horizon
+from kinetile.accuracy.certified import section as horizon
+from kinetile.accuracy.certified.section import CASES, ErrorGrowth, Horizon, measure, measure_horizon
 from kinetile.accuracy.parts import Section
 
 pytest.importorskip("flint", reason="the certified oracle needs python-flint")

@@ -12,13 +12,13 @@ import pytest
 
 import kinetile as kt
 from agreement import PHASES, TILING
-from kinetile.accuracy.certify import Agreement, agreement, certify
-from kinetile.accuracy.oracle import oracle_contacts
+from kinetile.accuracy.certified.certify import Agreement, agreement, certify
+from kinetile.accuracy.certified.oracle import oracle_contacts
 from kinetile.errors import Refused
 
 pytest.importorskip("flint", reason="the certified oracle needs python-flint")
 
-SCENES = Path(__file__).parents[2] / "scenes"
+SCENES = Path(__file__).parents[3] / "scenes"
 
 
 def scene_of(name: str) -> kt.Scene:

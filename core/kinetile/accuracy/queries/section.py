@@ -1,7 +1,7 @@
 """The part of the report on queries: when do two discs meet, and how right is the answer?
 
-Each hard family (``kinetile.accuracy.families``) is put to the kernel's own form and to the textbook's
-(``kinetile.accuracy.forms``), and each answer is judged by the exact truth (``kinetile.accuracy.truth``).
+Each hard family (``families``) is put to the kernel's own form and to the textbook's (``forms``), and each
+answer is judged by the exact truth (``truth``).
 Families are never pooled: an average over easy and hard questions says nothing about either.
 """
 
@@ -13,11 +13,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.accuracy.families import FAMILIES, LATER, Family
-from kinetile.accuracy.forms import KERNEL, ask, batch_times, forms
 from kinetile.accuracy.parts import Budget, Picture, Progress, Section, Table
-from kinetile.accuracy.query_chains import CHAIN_HEADS, chain_findings, chains
-from kinetile.accuracy.query_verdicts import (
+from kinetile.accuracy.queries.chains import CHAIN_HEADS, chain_findings, chains
+from kinetile.accuracy.queries.families import FAMILIES, LATER, Family
+from kinetile.accuracy.queries.forms import KERNEL, ask, batch_times, forms
+from kinetile.accuracy.queries.truth import ALLOWED, Encounter
+from kinetile.accuracy.queries.verdicts import (
     QUERY_HEADS,
     TIE_HEADS,
     QueryRow,
@@ -27,7 +28,6 @@ from kinetile.accuracy.query_verdicts import (
     query_row,
     tie_row,
 )
-from kinetile.accuracy.truth import ALLOWED, Encounter
 from kinetile.tables import NEVER
 
 if TYPE_CHECKING:
@@ -235,12 +235,12 @@ def _tie_findings(ties: list[TieRow]) -> list[str]:
 
 def _pictures(rows: list[QueryRow]) -> tuple[Picture, ...]:
     def depths() -> Figure:
-        from kinetile.accuracy.query_figures import draw_depths
+        from kinetile.accuracy.queries.figures import draw_depths
 
         return draw_depths(rows)
 
     def errors() -> Figure:
-        from kinetile.accuracy.query_figures import draw_errors
+        from kinetile.accuracy.queries.figures import draw_errors
 
         return draw_errors(rows)
 

@@ -25,7 +25,7 @@ from kinetile.errors import MissingExtra, Refused
 from kinetile.scene import Scene
 
 if TYPE_CHECKING:
-    from kinetile.accuracy.balls import Attempt, Met
+    from kinetile.accuracy.certified.balls import Attempt, Met
 
 __all__ = [
     "CAP_BITS",
@@ -222,7 +222,7 @@ class Oracle:
         progress: Callable[[OracleProgress], None] | None,
     ) -> CertifiedRun:
         """Try with more and more bits until the end is reached or trying more is in vain."""
-        from kinetile.accuracy.balls import Attempt, Undecided
+        from kinetile.accuracy.certified.balls import Attempt, Undecided
 
         end = None if until is None else _rational(Fraction(until) - self._start)
         bits, failures = FIRST_BITS, []

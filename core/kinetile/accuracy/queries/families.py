@@ -2,26 +2,24 @@
 
 A family is drawn from a seed of its own. Lengths are those of a unit box with radii of 1/200 to 1/20, speeds
 about 1, and the unit of time is 1, where a family does not say otherwise. What is drawn is rounded to
-doubles, and those doubles are the question: whether they meet, and when, is for ``kinetile.accuracy.truth``
-to say.
+doubles, and those doubles are the question: whether they meet, and when, is for ``truth`` to say.
 """
 
 from __future__ import annotations
 
 import zlib
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.accuracy.forms import exchange
-from kinetile.accuracy.truth import Plan
+from kinetile.accuracy.queries.forms import exchange
+from kinetile.accuracy.queries.questions import Queries
 from kinetile.clock import SPAN, TICKS
 from kinetile.tables import NEVER
 
-__all__ = ["FAMILIES", "LATER", "TIED", "Family", "Queries", "chains_of_three"]
+__all__ = ["FAMILIES", "LATER", "TIED", "Family", "chains_of_three"]
 
 Floats = npt.NDArray[np.float64]
 Ticks = npt.NDArray[np.int64]
@@ -33,42 +31,6 @@ TIED = 8
 
 LATER = SPAN - 2 * TICKS
 """By how many ticks the late clock is later: as late as the kernel's clock gets before its base moves on."""
-
-
-@dataclass(frozen=True, eq=False)
-class Queries:
-    """The flight plans of m pairs of discs.
-
-    Attributes:
-        position, velocity: (m, 2, 2), by query, disc and axis; the position is that at the disc's anchor.
-        radius: (m, 2).
-        anchor: (m, 2), in ticks of 2^-52.
-        tied: so many queries, one after the other, have exactly the same time of contact.
-    """
-
-    position: Floats
-    velocity: Floats
-    radius: Floats
-    anchor: Ticks
-    tied: int = 1
-
-    def __len__(self) -> int:
-        return len(self.radius)
-
-    def replaced(self, **fields: Any) -> Queries:
-        """Return a copy with other arrays in place of some."""
-        return replace(self, **fields)
-
-    def plans(self) -> list[tuple[Plan, Plan]]:
-        """Return the plans of every pair, as Python's own numbers."""
-        columns = (
-            *self.position.transpose(2, 0, 1),
-            *self.velocity.transpose(2, 0, 1),
-            self.anchor,
-            self.radius,
-        )
-        both = zip(*(column.tolist() for column in columns), strict=True)
-        return [(Plan(*(pair[0] for pair in q)), Plan(*(pair[1] for pair in q))) for q in both]
 
 
 @dataclass(frozen=True)

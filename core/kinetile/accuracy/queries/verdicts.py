@@ -9,8 +9,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.accuracy.families import Family, Queries
-from kinetile.accuracy.truth import EPSILON, Encounter
+from kinetile.accuracy.queries.families import Family
+from kinetile.accuracy.queries.questions import Queries
+from kinetile.accuracy.queries.truth import EPSILON, Encounter
 from kinetile.tables import NEVER
 
 __all__ = ["QUERY_HEADS", "TIE_HEADS", "QueryRow", "TieRow", "Verdict", "judge", "query_row", "tie_row"]

@@ -3,7 +3,7 @@
 Every number is a ball, an interval that is certain to hold the true number. Events come one after another by
 looking at all pairs and all walls; each comparison that decides what happens, or what happens next, must come
 out the same for every choice of numbers from the balls. Where it does not, the discs concerned may still fly
-on rational lines, which decide (``kinetile.accuracy.flights``); else ``Undecided`` is raised, and the oracle
+on rational lines, which decide (``flights``); else ``Undecided`` is raised, and the oracle
 tries again with more bits. What is in doubt about an event that cannot come yet is left open until it could.
 
 Two things keep the balls small. A plan is anchored at an exact number, the lower end of the ball of the time
@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 from flint import arb, fmpq
 
-from kinetile.accuracy.flights import (
+from kinetile.accuracy.certified.flights import (
     ZERO,
     Line,
     Moment,

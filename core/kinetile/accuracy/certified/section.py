@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 import kinetile as kt
-from kinetile.accuracy.certify import Agreement, certify
-from kinetile.accuracy.oracle import CertifiedRun, Oracle
+from kinetile.accuracy.certified.certify import Agreement, certify
+from kinetile.accuracy.certified.oracle import CertifiedRun, Oracle
 from kinetile.accuracy.parts import Budget, Picture, Progress, Section, Table
 
 if TYPE_CHECKING:

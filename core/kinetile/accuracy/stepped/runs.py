@@ -18,9 +18,9 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.accuracy.encounters import Missed, first_encounters, missed_of
-from kinetile.accuracy.peers import Watched, run_peer
-from kinetile.accuracy.snapshot import Stepped, run_snapshots
+from kinetile.accuracy.stepped.encounters import Missed, first_encounters, missed_of
+from kinetile.accuracy.stepped.peers import Watched, run_peer
+from kinetile.accuracy.stepped.snapshot import Stepped, run_snapshots
 from kinetile.recipes import make_scene
 from kinetile.scene import Scene
 from kinetile.simulation import Simulation

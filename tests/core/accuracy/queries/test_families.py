@@ -7,9 +7,10 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from kinetile.accuracy.families import FAMILIES, LATER, TIED, Queries, chains_of_three
-from kinetile.accuracy.forms import exchange
-from kinetile.accuracy.truth import Encounter, Plan
+from kinetile.accuracy.queries.families import FAMILIES, LATER, TIED, chains_of_three
+from kinetile.accuracy.queries.forms import exchange
+from kinetile.accuracy.queries.questions import Queries
+from kinetile.accuracy.queries.truth import Encounter, Plan
 from kinetile.clock import SPAN
 from kinetile.tables import NEVER
 

@@ -1,0 +1,1 @@
+"""Methods in steps: the discrete baseline, two engines, and the chart that holds them against the kernel."""
