@@ -88,6 +88,7 @@ def jam(side: int) -> kt.Scene:
     return kt.Scene(np.column_stack([x.ravel(), y.ravel()]), velocity, 0.5, arena=(float(side), float(side)))
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("side", [2, 3, 4])
 def test_a_jam_is_told_within_a_second_and_the_same_in_every_phase(side):
     said = set()
@@ -97,8 +98,7 @@ def test_a_jam_is_told_within_a_second_and_the_same_in_every_phase(side):
         began = time.process_time()
         with pytest.raises(ZenoError) as caught:
             sim.run(until=10.0)
-        if sim.cached is not None:
-            assert time.process_time() - began < 1.0
+        assert time.process_time() - began < 1.0
         contacts = sim.readings.contacts_disc + sim.readings.contacts_wall
         said.add((caught.value.time, caught.value.bodies, contacts, sim.fingerprint))
     assert len(said) == 1
@@ -118,6 +118,7 @@ def decades(seed: int, radii: float, speeds: float, bodies: int = 24) -> kt.Scen
     return kt.Scene((place + 0.5) * cell + shift, velocity, radius, radius**2, arena=(1.0, 1.0))
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize(
     ("radii", "speeds", "phases"),
     [(0.0, 10.0, PHASES), (3.0, 10.0, PHASES), (10.0, 0.0, PHASES[:3]), (10.0, 10.0, PHASES[:3])],

@@ -75,6 +75,7 @@ def test_discs_that_meet_too_early_are_seen():
     assert ledger_of(few(), 300)[0].gap_max < 1e-13 < ledger_of(few(), 300, change=change)[0].gap_max
 
 
+@pytest.mark.compiled
 def test_the_readings_of_a_run():
     rows = drifts(few(), 10_000, silent)
     assert [row.contacts for row in rows] == [1_000, 10_000]
