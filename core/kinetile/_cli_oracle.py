@@ -14,8 +14,8 @@ from kinetile._cli_values import find_scene, read_phase
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from kinetile.accuracy.certify import Agreement
-    from kinetile.accuracy.oracle import CertifiedContact, CertifiedRun, OracleProgress
+    from kinetile.accuracy.certified.certify import Agreement
+    from kinetile.accuracy.certified.oracle import CertifiedContact, CertifiedRun, OracleProgress
     from kinetile.scene import Scene
 
 __all__ = ["oracle"]
@@ -37,7 +37,7 @@ def oracle(
     After Ctrl-C, what was certified until then. Raises typer.Exit(FAULT) where the oracle could not come to
     the end that was asked for, typer.Exit(DIFFERENT) where the run differs.
     """
-    from kinetile.accuracy.oracle import Oracle
+    from kinetile.accuracy.certified.oracle import Oracle
 
     found: Agreement | None = None
     with exit_codes():
@@ -72,7 +72,7 @@ def _run_against(
     max_contacts: int | None,
     progress: Callable[[OracleProgress], None],
 ) -> Agreement:
-    from kinetile.accuracy.certify import certify
+    from kinetile.accuracy.certified.certify import certify
     from kinetile.simulation import Simulation
 
     name, options = read_phase(against)
