@@ -7,7 +7,8 @@ scenes for others. It needs the extra ``conformance`` (Hypothesis, and pytest fo
 
 from __future__ import annotations
 
-from kinetile.conformance.checks import CHECKS, Check, Disagreement, check_named
+from kinetile.conformance.check import Check, Disagreement
+from kinetile.conformance.checks import CHECKS, check_named
 from kinetile.conformance.doors import parametrize_with_checks
 from kinetile.conformance.engine import EXAMPLES, check_broad_phase, run_check
 from kinetile.conformance.report import KIT_VERSION, Report, Result

@@ -16,11 +16,16 @@ from pathlib import Path
 from typing import Any
 
 from kinetile.conformance.cases import Subject
-from kinetile.conformance.checks import Check, Reference, check_named
+from kinetile.conformance.check import Check, Reference
+from kinetile.conformance.checks import check_named
+from kinetile.conformance.engine import run_check
+from kinetile.conformance.gallery import smallest
+from kinetile.conformance.seen import Seen, verdict
+from kinetile.conformance.tightness import tightness
 from kinetile.errors import BadOption, KinetileError, Refused
 from kinetile.scene import Scene
 
-__all__ = ["FAILING", "LAST", "NO_MEMORY", "Order", "main", "read_scene", "work"]
+__all__ = ["FAILING", "LAST", "NO_MEMORY", "Order", "main", "read_scene", "work", "write_scene"]
 
 LAST, FAILING = "last.toml", "failing.toml"
 """Files in the scratch folder: the scene looked at last, and the last of those that failed."""
@@ -35,8 +40,10 @@ Tell = Callable[[dict[str, Any]], None]
 class Order:
     """What a child is to do.
 
-    With ``verdict`` it runs one check on the scene looked at last, under the other phases, and says whom it
-    speaks against; else it runs ``checks``.
+    It runs ``checks``, and the ``first`` child sees before that whether the phase takes its options and does
+    any scene at all. Two orders are for the scene looked at last only: ``alone`` is a check to run on it, and
+    to be told if the process survives; ``verdict`` is one to run under the other phases, to say whom it
+    speaks against.
     """
 
     name: str
@@ -50,6 +57,8 @@ class Order:
     memory: int
     scratch: str
     tightness: bool
+    first: bool = True
+    alone: str | None = None
     verdict: str | None = None
 
     def as_dict(self) -> dict[str, Any]:
@@ -59,22 +68,26 @@ class Order:
 
 def work(order: Order, tell: Tell) -> None:
     """Carry an order out."""
-    from kinetile.conformance.engine import _smallest, _tightness, _verdict, run_check
-
     _limit_memory(order.memory)
     subject = Subject(order.name, order.options)
     scratch = Path(order.scratch)
     if order.verdict is not None:
         scene, _ = read_scene(scratch / LAST)
-        tell({"verdict": _verdict(check_named(order.verdict), subject, scene)})
+        tell({"verdict": verdict(check_named(order.verdict), subject, scene)})
         return
-    try:
-        subject.simulation(_smallest())
-    except (BadOption, Refused) as error:
-        tell({"error": type(error).__name__, "said": str(error)})
+    if order.alone is not None:
+        scene, _ = read_scene(scratch / LAST)
+        Seen(check_named(order.alone), subject).look(scene)
+        tell({"alive": True})
         return
-    except KinetileError:
-        pass  # what is wrong with it the checks will say
+    if order.first:
+        try:
+            subject.simulation(smallest())
+        except (BadOption, Refused) as error:
+            tell({"error": type(error).__name__, "said": str(error)})
+            return
+        except KinetileError:
+            pass  # what is wrong with it the checks will say
     fine = True
     save_to = None if order.save_to is None else Path(order.save_to)
     for name in order.checks:
@@ -91,7 +104,7 @@ def work(order: Order, tell: Tell) -> None:
         fine = fine and result.ok
         paths = {key: str(path) for key in ("case", "picture") if (path := getattr(result, key)) is not None}
         tell({"result": asdict(result) | paths})
-    tell({"end": True, "tightness": _tightness(subject) if fine and order.tightness else None})
+    tell({"end": True, "tightness": tightness(subject) if fine and order.tightness else None})
 
 
 def read_scene(path: Path) -> tuple[Scene, int]:
@@ -102,20 +115,23 @@ def read_scene(path: Path) -> tuple[Scene, int]:
     return loads_scene(text), int(count.removeprefix("#"))
 
 
-def _watched(each: Check, subject: Subject, scratch: Path, tell: Tell) -> Check:
-    """Return a check that writes down what it looks at."""
+def write_scene(path: Path, scene: Scene, count: int) -> None:
+    """Write a scene down, with the how manyeth of its check it is."""
     from kinetile.scene_files import dumps_scene
 
+    path.write_text(f"# {count}\n{dumps_scene(scene)}", encoding="utf-8")
+
+
+def _watched(each: Check, subject: Subject, scratch: Path, tell: Tell) -> Check:
+    """Return a check that writes down what it looks at."""
     count = 0
 
     def run(on_trial: Subject, scene: Scene, reference: Reference) -> None:
         nonlocal count
         mine = on_trial.name == subject.name
-        text = ""
         if mine:
             count += 1
-            text = f"# {count}\n{dumps_scene(scene)}"
-            (scratch / LAST).write_text(text, encoding="utf-8")
+            write_scene(scratch / LAST, scene, count)
         try:
             each.run(on_trial, scene, reference)
         except Refused:
@@ -124,7 +140,7 @@ def _watched(each: Check, subject: Subject, scratch: Path, tell: Tell) -> Check:
             if mine:
                 if _is_out_of_memory(error):
                     os._exit(NO_MEMORY)
-                (scratch / FAILING).write_text(text, encoding="utf-8")
+                write_scene(scratch / FAILING, scene, count)
                 tell({"seen": str(error)})
             raise
 

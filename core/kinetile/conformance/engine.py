@@ -1,5 +1,4 @@
-"""The engine behind all doors: draws scenes, runs checks on them, shrinks what fails, and asks who is to
-blame."""
+"""The engine behind all doors: draws scenes, runs checks on them, and shrinks what fails."""
 
 from __future__ import annotations
 
@@ -8,19 +7,24 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from kinetile._registry import registry
-from kinetile.conformance.cases import REFERENCE, Outcome, Subject, outcome, save_case
-from kinetile.conformance.checks import CHECKS, Check, Disagreement, check_named
+from kinetile.conformance.cases import Subject, save_case
+from kinetile.conformance.check import Check, Disagreement
+from kinetile.conformance.checks import CHECKS, check_named
+from kinetile.conformance.gallery import smallest
 from kinetile.conformance.report import Report, Result
-from kinetile.errors import KinetileError, MissingExtra, Refused
+from kinetile.conformance.seen import Seen, applicable, verdict
+from kinetile.conformance.tightness import tightness
+from kinetile.errors import MissingExtra
 from kinetile.scene import Scene
 
-__all__ = ["EXAMPLES", "applicable", "check_broad_phase", "run_check"]
+__all__ = ["EXAMPLES", "check_broad_phase", "run_check"]
 
 EXAMPLES = 100
 """Scenes drawn for each check by default."""
+
+FEW = 3
+"""Bodies in a scene that one can think through."""
 
 
 def check_broad_phase(
@@ -43,8 +47,7 @@ def check_broad_phase(
         examples: scenes drawn for each check.
         checks: names of the checks to run; None: all that apply.
         expected_failures: checks that are known to fail, each with the reason. They are run but not
-            shrunk; one
-            that passes makes the report not ok.
+            shrunk; one that passes makes the report not ok.
         save_to: a folder for the scenes that fail, as TOML, and their pictures.
         shrink: whether to look for the smallest scene that fails.
         seed: what the drawing begins with; the same seed draws the same scenes.
@@ -61,7 +64,7 @@ def check_broad_phase(
         check_named(known)
     subject = Subject(name, dict(options or {}))
     provided = next(each for each in registry() if each.spec is registry().spec("broad phase", name))
-    subject.simulation(_smallest())  # unknown options and refusals speak up here, not in each check
+    subject.simulation(smallest())  # unknown options and refusals speak up here, not in each check
     results = []
     for each in CHECKS if checks is None else [check_named(c) for c in checks]:
         result = run_check(each, subject, examples, expected.get(each.name), save_to, shrink, seed)
@@ -73,17 +76,9 @@ def check_broad_phase(
         options=subject.options,
         distribution=f"{provided.distribution or 'this process'} {provided.version or ''}".strip(),
         results=tuple(results),
-        tightness=_tightness(subject) if checks is None and all(r.ok for r in results) else None,
+        tightness=tightness(subject) if checks is None and all(r.ok for r in results) else None,
         seconds=time.perf_counter() - began,
     )
-
-
-def applicable(subject: Subject, each: Check) -> str | None:
-    """Return why a check does not apply to a phase; None where it does."""
-    features: frozenset[str] = getattr(registry().spec("broad phase", subject.name), "features", frozenset())
-    if each.feature is not None and each.feature not in features:
-        return f"for phases that declare the feature {each.feature!r}"
-    return None
 
 
 def run_check(
@@ -100,11 +95,11 @@ def run_check(
     skipped = applicable(subject, each)
     if skipped is not None:
         return Result(each.name, each.sentence, "skipped", 0, 0.0, reason=skipped)
-    seen = _Seen(each, subject)
+    seen = Seen(each, subject)
     if each.draws:
         _draw(seen, examples, shrink and expected is None, seed)
     else:
-        seen.look(_smallest())
+        seen.look(smallest())
     seconds = time.perf_counter() - began
     if seen.said is None:
         if seen.count and seen.refused == seen.count:
@@ -127,52 +122,14 @@ def run_check(
         seconds,
         said=seen.said,
         reason=expected or "",
-        verdict=_verdict(each, subject, scene) if expected is None and scene is not None else "",
+        verdict=verdict(each, subject, scene) if expected is None and scene is not None else "",
         bodies=len(scene) if scene is not None and each.draws else None,
         case=case,
         picture=picture,
     )
 
 
-class _Seen:
-    """What a check has seen so far; Hypothesis shows the smallest failing scene last."""
-
-    def __init__(self, each: Check, subject: Subject) -> None:
-        self.each = each
-        self.subject = subject
-        self.count = 0
-        self.refused = 0
-        self.refusal = ""
-        self.said: str | None = None
-        self.scene: Scene | None = None
-
-    def look(self, scene: Scene) -> bool:
-        """Run the check on a scene; return whether its sentence holds there."""
-        self.count += 1
-        try:
-            self.each.run(self.subject, scene, _reference)
-        except Refused as error:
-            self.refused += 1
-            self.refusal = str(error)
-        except Disagreement as error:
-            self.said, self.scene = str(error), scene
-            return False
-        except Exception as error:  # whatever a foreign phase raises is its failure
-            self.said, self.scene = f"{type(error).__name__}: {error}", scene
-            return False
-        return True
-
-
-def _reference(scene: Scene) -> Outcome:
-    """Return what the reference makes of a scene."""
-    return outcome(Subject(REFERENCE, {}), scene)
-
-
-FEW = 3
-"""Bodies in a scene that one can think through."""
-
-
-def _draw(seen: _Seen, examples: int, shrink: bool, seed: int) -> None:
+def _draw(seen: Seen, examples: int, shrink: bool, seed: int) -> None:
     """Draw scenes until one fails or there have been enough; then look for the smallest.
 
     Leaving out bodies can end where no single one can be left out, and yet fewer would do. So where more than
@@ -180,14 +137,14 @@ def _draw(seen: _Seen, examples: int, shrink: bool, seed: int) -> None:
     """
     _search(seen, examples, shrink, seed)
     if shrink and seen.scene is not None and len(seen.scene) > FEW:
-        few = _Seen(seen.each, seen.subject)
-        _search(few, 4 * examples, shrink, seed, most=FEW)
+        few = Seen(seen.each, seen.subject)
+        _search(few, 8 * examples, shrink, seed, most=FEW)
         seen.count += few.count
         if few.said is not None:
             seen.said, seen.scene = few.said, few.scene
 
 
-def _search(seen: _Seen, examples: int, shrink: bool, seed: int, most: int | None = None) -> None:
+def _search(seen: Seen, examples: int, shrink: bool, seed: int, most: int | None = None) -> None:
     """Draw scenes, of so many bodies at most, until one fails; then make it smaller."""
     try:
         from hypothesis import HealthCheck, Phase, given, settings
@@ -221,55 +178,6 @@ def _search(seen: _Seen, examples: int, shrink: bool, seed: int, most: int | Non
         if seen.said is None:
             raise
         seen.said = f"{seen.said}\n(not every time: {type(error).__name__})"
-
-
-def _verdict(each: Check, subject: Subject, scene: Scene) -> str:
-    """Run a failing case under kinetile's own other phases, and say whom it speaks against.
-
-    Not under those of others: that would be to compile them all, and they may hang or crash.
-    """
-    also: list[str] = []
-    fine: list[str] = []
-    for other in registry().names("broad phase"):
-        own = registry().provided("broad phase", other).distribution == "kinetile"
-        if not own or other in (subject.name, REFERENCE):
-            continue
-        if applicable(Subject(other, {}), each) is not None:
-            continue
-        judged = _Seen(each, Subject(other, {}))
-        try:
-            holds = judged.look(scene)
-        except KinetileError:
-            continue
-        if judged.refused:
-            continue
-        (fine if holds else also).append(other)
-    if also and not fine:
-        return f"also {', '.join(also)}: the reference is in doubt"
-    if also:
-        return f"also {', '.join(also)}, but not {', '.join(fine)}"
-    return f"only {subject.name}" + (f"; {', '.join(fine)} agree with the reference" if fine else "")
-
-
-def _smallest() -> Scene:
-    """Return one body in a box."""
-    return Scene([[0.5, 0.5]], [[0.0, 0.0]], 0.25, arena=(1.0, 1.0))
-
-
-def _tightness(subject: Subject) -> float | None:
-    """Return candidate pairs for each pair whose bounding boxes overlap, in a dense gas; None where there are
-    none."""
-    from kinetile.recipes import make_scene
-
-    sim = subject.simulation(make_scene("grid", bodies=100, density=0.5))
-    held = needed = 0
-    for step in range(1, 11):
-        sim.run(until=0.1 * step)
-        place = sim.positions()
-        gap = np.abs(place[:, None] - place[None]).max(axis=2) - 2.0 * float(sim.scene.radius[0])
-        needed += int(np.triu(gap <= 0.0, 1).sum())
-        held += len(sim.candidate_pairs())
-    return held / needed if needed else None
 
 
 def _draw_picture(subject: Subject, scene: Scene, case: Path, said: str) -> Path | None:

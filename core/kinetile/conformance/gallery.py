@@ -1,4 +1,4 @@
-"""The gallery: fixed scenes that every phase is shown, unshrunk."""
+"""The gallery: fixed scenes that every phase is shown, unshrunk; and the smallest one."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from kinetile.errors import UnknownName
 from kinetile.recipes import make_scene
 from kinetile.scene import Scene
 
-__all__ = ["gallery"]
+__all__ = ["gallery", "smallest"]
 
 SCENES: tuple[tuple[str, dict[str, Any]], ...] = (
     ("grid", {"bodies": 25, "density": 0.5}),
@@ -34,3 +34,8 @@ def gallery() -> Iterator[tuple[str, Scene]]:
             yield title, make_scene(name, **parameters)
         except UnknownName:
             continue
+
+
+def smallest() -> Scene:
+    """Return one body in a box."""
+    return Scene([[0.5, 0.5]], [[0.0, 0.0]], 0.25, arena=(1.0, 1.0))

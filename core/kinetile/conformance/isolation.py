@@ -14,7 +14,6 @@ from __future__ import annotations
 import importlib.util
 import json
 import shutil
-import signal
 import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -25,11 +24,12 @@ from typing import Any
 from kinetile._registry import Provided, registry
 from kinetile.conformance.cases import save_case
 from kinetile.conformance.checks import CHECKS, check_named
-from kinetile.conformance.child import FAILING, LAST, NO_MEMORY, Order, read_scene, work
+from kinetile.conformance.child import FAILING, LAST, Order, read_scene, work, write_scene
+from kinetile.conformance.deaths import GIB, End, cause
 from kinetile.conformance.engine import EXAMPLES
 from kinetile.conformance.processes import CAN_FORK, Child, afresh, forked
 from kinetile.conformance.report import Report, Result
-from kinetile.conformance.stacks import COMPILER, where
+from kinetile.conformance.views import without
 from kinetile.errors import BadOption, MissingExtra, PhaseError, Refused
 from kinetile.scene import Scene
 
@@ -38,8 +38,9 @@ __all__ = ["DEATHS", "GIB", "SECONDS", "check_isolated"]
 DEATHS = 3
 """After so many deaths the checks that are left are not run."""
 
-GIB = 1 << 30
 SECONDS = 120.0
+"""How long a check of ``EXAMPLES`` scenes may take, cold compilation on a busy machine included."""
+
 PROGRAM = "from kinetile.conformance.child import main; main()"
 WORDS = "words"
 
@@ -63,8 +64,8 @@ def check_isolated(
     As ``check_broad_phase``, and in addition:
 
     Args:
-        seconds: a check that takes longer is ended. If a scene that fails was found before, that is the
-            result.
+        seconds: a check of up to ``EXAMPLES`` scenes that takes longer is ended; one of more has so much more
+            time. If a scene that fails was found before, that is the result.
         memory: how many bytes a child may take beyond what it begins with, where the system can tell.
 
     A check that the child did not survive has the status "died", and says in which check, of what, and as far
@@ -98,7 +99,8 @@ def check_isolated(
         scratch=str(scratch),
         tightness=checks is None,
     )
-    trial = _Trial(order, provided, seconds, on_result or (lambda result: None))
+    patience = seconds * max(1.0, examples / EXAMPLES)
+    trial = _Trial(order, provided, patience, on_result or (lambda result: None))
     try:
         trial.run()
     finally:
@@ -148,10 +150,15 @@ class _Trial:
                 self.notes = (f"not run, after {deaths} deaths: {', '.join(self._left)}",)
                 return
 
-    def _serve(self) -> _End | None:
+    def _serve(self) -> End | None:
         """Listen to a child until it has done its checks (None) or has died."""
         fine = all(result.ok for result in self.results)
-        order = replace(self.order, checks=tuple(self._left), tightness=self.order.tightness and fine)
+        order = replace(
+            self.order,
+            checks=tuple(self._left),
+            tightness=self.order.tightness and fine,
+            first=not self.results,
+        )
         child = self._start(order)
         began = time.perf_counter()
         seen: str | None = None
@@ -160,7 +167,7 @@ class _Trial:
                 left = began + self._seconds - time.perf_counter()
                 message = child.hear(max(left, 0.0))
                 if message is None:
-                    return self._ended(_End(child.ended(), time.perf_counter() - began, seen))
+                    return self._ended(End(child.ended(), time.perf_counter() - began, seen))
                 if "error" in message:
                     raise (BadOption if message["error"] == "BadOption" else Refused)(message["said"])
                 if "begin" in message:
@@ -172,14 +179,14 @@ class _Trial:
                     began, seen = time.perf_counter(), None
                 elif "end" in message:
                     self.tightness = message["tightness"]
-                    return self._ended(_End(child.ended(), 0.0, None))
+                    return self._ended(End(child.ended(), 0.0, None))
         except TimeoutError:
             child.end(ask_where=True)
-            return self._ended(_End(None, time.perf_counter() - began, seen, late=True))
+            return self._ended(End(None, time.perf_counter() - began, seen, late=True))
         finally:
             child.end()
 
-    def _ended(self, end: _End) -> _End | None:
+    def _ended(self, end: End) -> End | None:
         """Return an end where it is before its time."""
         return end if self._left else None
 
@@ -195,6 +202,31 @@ class _Trial:
         finally:
             child.end()
         return str(message["verdict"]) if message and "verdict" in message else ""
+
+    def _fewest(self, check: str, scene: Scene) -> Scene:
+        """Leave out one body after the other where the process dies without it too, for as long as a check
+        may take."""
+        until = time.perf_counter() + self._seconds
+        body = 0
+        while body < len(scene) and time.perf_counter() < until:
+            fewer = without(scene, body)
+            if self._dies(check, fewer):
+                scene = fewer
+            else:
+                body += 1
+        write_scene(self._scratch / LAST, scene, 1)
+        return scene
+
+    def _dies(self, check: str, scene: Scene) -> bool:
+        """Whether a child dies of one check on one scene."""
+        write_scene(self._scratch / LAST, scene, 1)
+        child = self._start(replace(self.order, alone=check))
+        try:
+            return child.hear(self._seconds) is None
+        except TimeoutError:
+            return False
+        finally:
+            child.end()
 
     def _start(self, order: Order) -> Child:
         words = self._scratch / WORDS
@@ -214,14 +246,18 @@ class _Trial:
         for name in (LAST, FAILING):
             (self._scratch / name).unlink(missing_ok=True)
 
-    def _death(self, end: _End) -> Result:
+    def _death(self, end: End) -> Result:
         """Return the result of a check whose child has died, or was ended."""
         check = check_named(self._left[0])
         failing = end.seen is not None
         scene, count = self._written(FAILING if failing else LAST)
         expected = self.order.expected.get(check.name)
         words = (self._scratch / WORDS).read_text(encoding="utf-8", errors="replace")
-        dying = self._dying(end, check.name, words)
+        who = f"broad phase {self.order.name!r} of {self._provided.source}"
+        dying = cause(end, check.name, words, who, self.order.memory, self._seconds)
+        shrink = self.order.shrink and expected is None and not (failing or end.late)
+        if scene is not None and check.draws and shrink:
+            scene = self._fewest(check.name, scene)
         said = dying
         if end.seen is not None:
             said = f"{end.seen}\n(and while a smaller scene was looked for, {dying})"
@@ -249,35 +285,6 @@ class _Trial:
         except (OSError, ValueError):
             return None, 0
 
-    def _dying(self, end: _End, check: str, words: str) -> str:
-        """Return in a sentence what a child died of."""
-        who = f"broad phase {self.order.name!r} of {self._provided.source}"
-        place = where(words)
-        limit = f"it asked for more than {self.order.memory / GIB:.3g} GiB"
-        if end.late:
-            guess = f": an endless loop in {place}?" if place else ""
-            if place == COMPILER:
-                guess = ": it was still being compiled"
-            return f"no answer within {self._seconds:g} s in check {check!r}{guess} ({who})"
-        if end.code == NO_MEMORY or "out of memory" in words.lower() or "MemoryError" in words:
-            return f"out of memory in check {check!r}: {limit} ({who})"
-        if end.code is None:
-            return f"the process fell silent in check {check!r} ({who})"
-        near = f", in {place}" if place else ""
-        if end.code < 0:
-            return f"the process died of {_signal(-end.code)} in check {check!r}{near} ({who})"
-        return f"the process ended itself with status {end.code} in check {check!r}{near} ({who})"
-
-
-class _End:
-    """How a child ended: its exit code, the seconds of its last check, and what had failed in that."""
-
-    def __init__(self, code: int | None, seconds: float, seen: str | None, late: bool = False) -> None:
-        self.code = code
-        self.seconds = seconds
-        self.seen = seen
-        self.late = late
-
 
 def _must_fork(order: Order, provided: Provided) -> bool:
     """Whether the child has to be a fork; raise Refused where it would, and this system cannot."""
@@ -300,10 +307,3 @@ def _result(row: dict[str, Any]) -> Result:
         return Result(**row | paths)
     except TypeError as error:
         raise PhaseError(f"the child sent a result that is none: {error}") from error
-
-
-def _signal(number: int) -> str:
-    try:
-        return signal.Signals(number).name
-    except ValueError:
-        return f"signal {number}"

@@ -10,8 +10,8 @@ from typing import Any
 from kinetile._spelling import one_of
 from kinetile.conformance.cases import Subject, load_case
 from kinetile.conformance.checks import CHECKS
-from kinetile.conformance.engine import _Seen, _verdict, applicable
 from kinetile.conformance.report import KIT_VERSION, Result
+from kinetile.conformance.seen import Seen, applicable, verdict
 from kinetile.errors import BadOption, Refused
 
 __all__ = ["DEFAULT_CHECK", "replay"]
@@ -49,7 +49,7 @@ def replay(
     if skipped is not None:
         raise BadOption(f"the check {each.name!r} does not apply to {name!r}: it is {skipped}")
     began = time.perf_counter()
-    seen = _Seen(each, subject)
+    seen = Seen(each, subject)
     holds = seen.look(scene)
     if seen.refused:
         raise Refused(seen.refusal)
@@ -60,7 +60,7 @@ def replay(
         1,
         time.perf_counter() - began,
         said=seen.said or "",
-        verdict="" if holds else _verdict(each, subject, scene),
+        verdict="" if holds else verdict(each, subject, scene),
         bodies=len(scene),
         case=path,
     )

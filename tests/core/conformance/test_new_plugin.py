@@ -156,13 +156,13 @@ BROKEN = {
     "watch has a wrong sign": (
         "-abs(b.vx)",
         "abs(b.vx)",
-        "never-misses-a-pair",
+        "its-structure-is-true",
         "from its home, and its leash is",
     ),
     "watch looks along one axis": (
         "min(falls(k, b.anchor, gap_x, -abs(b.vx)), falls(k, b.anchor, gap_y, -abs(b.vy)))",
         "falls(k, b.anchor, gap_x, -abs(b.vx))",
-        "never-misses-a-pair",
+        "its-structure-is-true",
         "from its home, and its leash is",
     ),
     "near forgets the reach": (

@@ -1,0 +1,67 @@
+"""What a check is: a sentence, and a function that sees whether a broad phase makes it true.
+
+A check is given a subject and a scene, and raises ``Disagreement`` where the sentence does not hold. Nothing
+is compared with a tolerance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from kinetile.conformance.cases import Outcome, Subject, difference, outcome
+from kinetile.scene import Scene
+
+__all__ = ["Check", "Disagreement", "Reference", "Run", "agree", "check"]
+
+Reference = Callable[[Scene], Outcome]
+"""Returns what the reference makes of a scene."""
+
+Run = Callable[[Subject, Scene, Reference], None]
+
+
+class Disagreement(AssertionError):
+    """A phase does not do what a check says; the message is what was seen."""
+
+
+@dataclass(frozen=True)
+class Check:
+    """One thing that a broad phase must do.
+
+    Attributes:
+        name: how it is called on the command line.
+        sentence: what it says.
+        run: called with the subject, a scene, and the reference's outcome on that scene (made when asked
+            for).
+        draws: whether it is run on drawn scenes; if not, it is run once, on an empty scene.
+        turns: whether the scenes that it draws have turns.
+        feature: it applies only to phases that declare this feature; None: to all.
+        since: the version of the kit that it came with.
+    """
+
+    name: str
+    sentence: str
+    run: Run
+    draws: bool = True
+    turns: bool = False
+    feature: str | None = None
+    since: str = "1.0"
+
+
+def check(**how: Any) -> Callable[[Run], Check]:
+    """Make a check of a function: it has the function's name, and its docstring is the sentence."""
+
+    def made(function: Run) -> Check:
+        sentence = " ".join((function.__doc__ or "").split())
+        return Check(function.__name__.replace("_", "-"), sentence, function, **how)
+
+    return made
+
+
+def agree(subject: Subject, scene: Scene, reference: Reference, how: str = "") -> None:
+    """Raise unless the subject's outcome on a scene is the reference's, bit for bit."""
+    expected = reference(scene)  # first, lest the subject change the scene for both
+    said = difference(outcome(subject, scene), expected, subject.name)
+    if said is not None:
+        raise Disagreement(f"{how}{said}")

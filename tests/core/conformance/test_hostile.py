@@ -1,0 +1,352 @@
+"""Plugins that do harm: each is named, with its distribution, and whoever asked goes on."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hostile_phases
+import kinetile as kt
+from installing import run
+from kinetile.compiled import INTERPRETED
+from kinetile.conformance import CHECKS, Report, Result
+from kinetile.conformance.cases import load_case
+from kinetile.conformance.isolation import SECONDS, check_isolated
+from kinetile.conformance.processes import CAN_FORK
+from kinetile.errors import AuditError, BadOption, PhaseError, UnknownName
+
+MIB = 1 << 20
+OWNER = r" of hostile_phases \(added in this process\)"
+HERE = r" \(hostile_phases\.py, line \d+\)"
+
+forks = pytest.mark.skipif(not CAN_FORK, reason="a phase of this process is isolated in a fork")
+
+
+@pytest.fixture(autouse=True)
+def _registered() -> Iterator[None]:
+    kt.registry().add(hostile_phases)
+    yield
+    kt.registry().remove(hostile_phases)
+
+
+def scene() -> kt.Scene:
+    """Two discs that meet at time 0.25."""
+    return kt.Scene([[1.0, 1.0], [2.0, 1.0]], [[1.0, 0.0], [-1.0, 0.0]], 0.25, arena=(4.0, 4.0))
+
+
+def said_of(name: str) -> str:
+    return f"broad phase '{name}'{OWNER}"
+
+
+# In the process that asks
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("cannot-be-made", rf": its constructor raised OSError: no licence{HERE}"),
+        ("raises-in-prepare", rf": prepare raised RuntimeError: the moon is not full{HERE}"),
+        ("leaves-in-prepare", rf": prepare raised SystemExit: good bye{HERE}"),
+        ("returns-a-number", ": prepare returned int, not BroadPhaseParts"),
+        ("raises-in-arrange", rf": arrange raised KeyError: 'no such thing'{HERE}"),
+        ("leaves-in-arrange", rf": arrange raised SystemExit: 3{HERE}"),
+        (
+            "touches-bodies-in-arrange",
+            rf": arrange raised ValueError: assignment destination is read-only{HERE}",
+        ),
+    ],
+)
+def test_what_a_phase_raises_is_a_sentence_with_its_distribution_and_the_line(name: str, said: str) -> None:
+    with pytest.raises(PhaseError, match=f"^{said_of(name)}{said}$"):
+        kt.Simulation(scene(), name)
+
+
+def test_everything_that_is_wrong_with_the_parts_is_said_at_once() -> None:
+    with pytest.raises(PhaseError, match=f"^{said_of('returns-the-wrong-parts')}") as caught:
+        kt.Simulation(scene(), "returns-the-wrong-parts")
+    for said in (
+        "certificates is -1; expected a whole number from 0 to 2147483647",
+        "state is (1, 2); expected a NamedTuple of arrays",
+        "arrange is 7; expected a function or None",
+        "expected arrays of int64",
+    ):
+        assert said in str(caught.value)
+    assert INTERPRETED or "replan is a function; expected a function marked with toolbox.hook" in str(
+        caught.value
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("schedules-one-too-many", " scheduled certificate 1, which is none of those that it declared"),
+        ("schedules-far-too-many", r" scheduled certificate \d+, which is none of those that it declared"),
+        ("schedules-below-zero", " scheduled certificate -1, which is none of those that it declared"),
+        ("pairs-nobody", r" reported the pair \(-3, 1073741824\), which is not two bodies of the scene"),
+    ],
+)
+def test_a_number_out_of_range_ends_the_run_and_spares_the_memory(name: str, said: str) -> None:
+    sim = kt.Simulation(scene(), name)
+    with pytest.raises(PhaseError, match=f"{said_of(name)}{said}"):
+        sim.run(until=1.0)
+
+
+@pytest.mark.skipif(INTERPRETED, reason="nothing is compiled")
+def test_a_hook_that_does_not_compile_is_named_with_its_distribution() -> None:
+    sim = kt.Simulation(scene(), "has-no-such-field")
+    with pytest.raises(
+        PhaseError, match=rf"(?s)do not compile together \({said_of('has-no-such-field')}\).*weather"
+    ):
+        sim.run(until=1.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("corrupts-the-queue", "a certificate does not stand in the queue where it says it does"),
+        ("turns-bodies", "the contact of bod"),
+        ("audits-badly", f"the audit cannot be finished: ZeroDivisionError: by nought{HERE}"),
+    ],
+)
+def test_an_audit_finds_what_is_written_where_it_should_not_be(name: str, said: str) -> None:
+    sim = kt.Simulation(scene(), name, audit=1)
+    with pytest.raises(AuditError, match=rf"broad phase '{name}': {said}"):
+        sim.run(until=0.0)
+
+
+# In a child
+
+
+def isolated(name: str, *checks: str, **more: object) -> Report:
+    return check_isolated(name, checks=checks or ("same-contacts",), examples=10, **more)  # type: ignore[arg-type]
+
+
+@forks
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("crashes-in-arrange", f"the process died of SIGSEGV in check 'same-contacts', in crashes{HERE}"),
+        ("aborts-in-arrange", f"the process died of SIGABRT in check 'same-contacts', in aborts{HERE}"),
+        ("exits-in-arrange", "the process ended itself with status 7 in check 'same-contacts'"),
+        ("takes-all-memory", r"out of memory in check 'same-contacts': it asked for more than 0\.25 GiB"),
+        (
+            "wants-too-many-certificates",
+            r"out of memory in check 'same-contacts': it asked for more than 0\.25 GiB",
+        ),
+    ],
+)
+def test_a_death_is_a_result_that_names_check_distribution_and_cause(name: str, said: str) -> None:
+    report = isolated(name, memory=256 * MIB)
+    (result,) = report.results
+    assert (result.status, report.exit_code) == ("died", 1)
+    assert re.fullmatch(rf"{said} \({said_of(name)}\)", result.said)
+    assert report.distribution == "this process"
+
+
+@forks
+def test_an_endless_loop_is_ended_and_located() -> None:
+    (result,) = isolated("hangs-in-arrange", seconds=3.0).results
+    assert result.status == "died"
+    said = rf"no answer within 3 s in check 'same-contacts': an endless loop in hangs{HERE}\?"
+    assert re.match(said, result.said)
+
+
+def compiled(name: str, *kinds: tuple[object, object]) -> None:
+    """Compile a phase's loops for scenes with these arenas and masses, so that a child need not."""
+    for arena, mass in kinds:
+        still = kt.Scene([[1.0, 1.0], [2.0, 2.0]], np.zeros((2, 2)), 0.25, mass, arena)  # type: ignore[arg-type]
+        kt.Simulation(still, name, turning=True).compile()
+
+
+@forks
+@pytest.mark.skipif(INTERPRETED, reason="nothing is compiled")
+@pytest.mark.parametrize(
+    ("name", "seconds", "said"),
+    [
+        ("hangs-in-a-hook", 8.0, r"no answer within 8 s in check '.*': an endless loop in a compiled hook\?"),
+        (
+            "loses-the-queue",
+            SECONDS,  # what it reads where the queue ends is no more than chance
+            "died of SIG[A-Z]+ in check '.*', in a compiled hook|PhaseError: .* does not get on",
+        ),
+    ],
+)
+def test_what_a_compiled_hook_does_stays_in_the_child(name: str, seconds: float, said: str) -> None:
+    compiled(name, ((4.0, 4.0), 1.0))
+    (result,) = isolated(name, "survives-the-smallest-scenes", seconds=seconds).results
+    assert not result.ok
+    assert re.search(said, result.said)
+    assert re.search(said_of(name), result.said)
+
+
+@forks
+@pytest.mark.skipif(INTERPRETED, reason="nothing is compiled")
+def test_the_scene_of_a_death_is_saved(tmp_path: Path) -> None:
+    compiled("leaves-its-arrays", (None, 1.0), ((4.0, 4.0), 1.0), ((4.0, 4.0), [1.0, 2.0]))
+    (result,) = isolated("leaves-its-arrays", "names-real-pairs", save_to=tmp_path).results
+    assert result.status == "died"
+    assert re.match("the process died of SIG[A-Z]+ in check '.*', in a compiled hook", result.said)
+    assert result.case is not None
+    saved, check = load_case(result.case)
+    assert (check, len(saved)) == ("names-real-pairs", result.bodies)
+
+
+@forks
+def test_the_other_checks_are_run_after_a_death() -> None:
+    heard: list[Result] = []
+    report = isolated(
+        "crashes-in-arrange", "same-contacts", "rejects-unknown-options", on_result=heard.append
+    )
+    assert [result.status for result in report.results] == ["died", "passed"]
+    assert tuple(heard) == report.results
+    assert report.notes == ()
+
+
+@forks
+def test_after_three_deaths_the_rest_is_not_run() -> None:
+    report = isolated("crashes-in-arrange", *(check.name for check in CHECKS))
+    assert [result.status for result in report.results] == ["died"] * 3
+    assert report.notes == (f"not run, after 3 deaths: {', '.join(check.name for check in CHECKS[3:])}",)
+    assert CHECKS[-1].name in str(report)
+    assert not report.ok
+
+
+@forks
+def test_a_death_that_was_expected_is_no_failure() -> None:
+    report = isolated("crashes-in-arrange", expected_failures={"same-contacts": "it is known to crash"})
+    (result,) = report.results
+    assert (result.status, result.reason, report.ok) == ("xfailed", "it is known to crash", True)
+
+
+@forks
+def test_what_had_failed_before_the_time_was_up_is_the_result(tmp_path: Path) -> None:
+    (result,) = isolated("fails-slowly-in-arrange", seconds=6.0, save_to=tmp_path).results
+    assert result.status == "failed"
+    assert re.search(f"arrange raised KeyError: 'at last'{HERE}\n", result.said)
+    assert "(and while a smaller scene was looked for, no answer within 6 s" in result.said
+    assert result.case is not None
+    assert len(load_case(result.case)[0]) == result.bodies
+
+
+@forks
+def test_what_a_phase_prints_is_nobodys_business(capfd: pytest.CaptureFixture[str]) -> None:
+    isolated("crashes-in-arrange")
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_conforming_phase_passes_in_a_child_as_it_does_here() -> None:
+    report = check_isolated("sap-1d", checks=["rejects-unknown-options", "survives-the-smallest-scenes"])
+    assert [result.status for result in report.results] == ["passed", "passed"]
+    assert (report.ok, report.distribution) == (True, f"kinetile {kt.__version__}")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error"),
+    [
+        ({"name": "no-such-phase"}, UnknownName),
+        ({"name": "sap-1d", "checks": ["no-such-check"]}, ValueError),
+        ({"name": "sap-1d", "options": {"axle": "x"}}, BadOption),
+    ],
+)
+def test_a_mistake_in_the_question_is_an_error(arguments: dict[str, object], error: type[Exception]) -> None:
+    with pytest.raises(error):
+        check_isolated(**arguments)  # type: ignore[arg-type]
+
+
+# Installed
+
+
+@pytest.fixture
+def installed(tmp_path: Path) -> list[str]:
+    """Make the hostile phases known as a distribution; return what PYTHONPATH must have."""
+    info = tmp_path / "kinetile_hostile-0.3.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: kinetile-hostile\nVersion: 0.3\n", "utf-8")
+    (info / "entry_points.txt").write_text("[kinetile]\nhostile = hostile_phases\n", "utf-8")
+    return [str(tmp_path), str(Path(str(hostile_phases.__file__)).parent)]
+
+
+INSTALLED = r"of kinetile-hostile:hostile \(kinetile-hostile 0\.3\)"
+
+
+def test_an_installed_phase_that_crashes_is_reported_by_the_command_line(
+    installed: list[str], tmp_path: Path
+) -> None:
+    check = ("--check", "same-contacts", "--json")
+    done = run("conform", "crashes-in-arrange", *check, folder=tmp_path, paths=installed)
+    report = json.loads(done.stdout)
+    assert done.returncode == 1
+    assert report["distribution"] == "kinetile-hostile 0.3"
+    assert re.search(
+        f"died of SIGSEGV in check 'same-contacts', in crashes{HERE} .*{INSTALLED}",
+        report["checks"][0]["said"],
+    )
+    assert "Traceback" not in done.stderr
+    assert "Fatal" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    "name", ["cannot-be-made", "raises-in-prepare", "leaves-in-arrange", "returns-a-number"]
+)
+def test_an_installed_phase_that_fails_ends_a_run_with_one_line(
+    name: str, installed: list[str], tmp_path: Path
+) -> None:
+    done = run("run", "grid", "-s", "bodies=4", "--broad-phase", name, folder=tmp_path, paths=installed)
+    assert done.returncode == 1
+    assert re.search(f"broad phase '{name}' {INSTALLED}: ", done.stderr)
+    assert "Traceback" not in done.stderr + done.stdout
+
+
+ASK = """
+import kinetile as kt
+from kinetile.conformance.isolation import check_isolated
+check_isolated({name!r}, checks=["same-contacts"])
+"""
+
+
+def gone(pid: int) -> bool:
+    """Whether a process has ended, waiting for it a little."""
+    until = time.monotonic() + 60.0
+    while time.monotonic() < until:
+        try:
+            state = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()[0]
+        except OSError:
+            return True
+        if state == "Z":
+            return True
+        time.sleep(0.05)
+    return False
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for processes in /proc")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+def test_the_child_goes_with_whoever_asked(number: int, installed: list[str], tmp_path: Path) -> None:
+    noted = tmp_path / "pid"
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(installed), "HOSTILE_PID": str(noted)}
+    asking = subprocess.Popen(
+        [sys.executable, "-c", ASK.format(name="hangs-in-arrange")],
+        env=environment,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        until = time.monotonic() + 60.0
+        while not (noted.exists() and noted.read_text(encoding="utf-8")) and time.monotonic() < until:
+            time.sleep(0.05)
+        asking.send_signal(number)
+        _, errors = asking.communicate(timeout=60)
+    finally:
+        asking.kill()
+    assert asking.returncode != 0
+    assert number != signal.SIGINT or "KeyboardInterrupt" in errors
+    assert gone(int(noted.read_text(encoding="utf-8")))
