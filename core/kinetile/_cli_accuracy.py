@@ -19,11 +19,18 @@ __all__ = ["accuracy"]
 
 
 def accuracy(quick: bool, full: bool, parts: Sequence[str] | None, out: Path, json: bool) -> None:
-    """Measure, write and print; after Ctrl-C, the parts that were finished until then."""
+    """Measure, print each part when it is finished, and write them all; after Ctrl-C, those until then."""
     from kinetile.accuracy.report import PARTS, measure_parts
 
     done: list[Section] = []
     with exit_codes(), Bar("measuring") as bar:
+
+        def finish(section: Section) -> None:
+            bar.close()
+            done.append(section)
+            if not json:
+                _print(section)
+
         if quick and full:
             raise BadOption("--quick and --full cannot both be had")
         for part in parts or ():
@@ -36,7 +43,7 @@ def accuracy(quick: bool, full: bool, parts: Sequence[str] | None, out: Path, js
                 budget,
                 parts,
                 progress=lambda what, step, steps: bar.show(step / max(steps, 1), what),
-                finish=done.append,
+                finish=finish,
             )
         finally:
             bar.close()
@@ -58,6 +65,15 @@ def _prepare(out: Path) -> None:
         notice(f"kinetile: {error}; everything else is done without it")
 
 
+def _print(section: Section) -> None:
+    typer.echo(section.title)
+    for sentence in section.findings:
+        typer.echo(f"- {sentence}")
+    for sentence in section.left_out:
+        typer.echo(f"- left out: {sentence}")
+    typer.echo("")
+
+
 def _finish(done: Sequence[Section], out: Path, budget: Budget, json: bool) -> None:
     from kinetile.accuracy.report import section_as_dict, write_report
     from kinetile.bench import surroundings
@@ -69,11 +85,4 @@ def _finish(done: Sequence[Section], out: Path, budget: Budget, json: bool) -> N
     if json:
         typer.echo(as_json({"parts": [section_as_dict(section) for section in done], "files": written}))
         return
-    for section in done:
-        typer.echo(section.title)
-        for sentence in section.findings:
-            typer.echo(f"- {sentence}")
-        for sentence in section.left_out:
-            typer.echo(f"- left out: {sentence}")
-        typer.echo("")
     typer.echo(f"written: {written[0]}, and {len(written) - 1} files with its figures and data beside it")
