@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 from kinetile._plugins import Kind
 from kinetile._registry import registry
@@ -16,6 +16,7 @@ from kinetile.parts_checks import check_parts
 from kinetile.protocols import BroadPhaseParts, PairParts, WallParts
 from kinetile.scene import Scene
 from kinetile.skin import Skin, speed_bound, too_thick
+from kinetile.specs import NarrowPhaseSpec
 
 __all__ = ["DEFAULT_BROAD_PHASES", "Composition", "compose_phases"]
 
@@ -120,21 +121,21 @@ def _compose(
     for each, extra in narrow.items():
         narrow_options[each] = {**settings.options.get(each, {}), **extra}
         parts = _prepare("narrow phase", each, narrow_options[each], scene)
-        if isinstance(parts, PairParts) and pair is None:
-            pair = parts
-        elif isinstance(parts, WallParts) and wall is None:
-            wall = parts
-        elif isinstance(parts, PairParts | WallParts):
-            role = "pairs" if isinstance(parts, PairParts) else "walls"
-            raise BadOption(
-                f"two narrow phases for {role} are named, and there can be one: {', '.join(narrow)}"
-            )
-        else:
+        role = cast(NarrowPhaseSpec, registry().spec("narrow phase", each)).role
+        if not isinstance(parts, PairParts if role == "pair" else WallParts):
             raise PhaseError(
                 f"{described('narrow phase', each)}: prepare returned {type(parts).__name__}, "
-                "not PairParts or WallParts"
+                f"not {'PairParts' if role == 'pair' else 'WallParts'}, as its role {role!r} has it"
+            )
+        if (pair if role == "pair" else wall) is not None:
+            raise BadOption(
+                f"two narrow phases for {role}s are named, and there can be one: {', '.join(narrow)}"
             )
         check_parts(described("narrow phase", each), parts)
+        if isinstance(parts, PairParts):
+            pair = parts
+        elif isinstance(parts, WallParts):
+            wall = parts
     if broad.skin_limit is not None and scene.arena is not None:
         tick = time_unit(scene) / TICKS
         skin = Skin.of(len(scene), max(scene.arena), speed_bound(scene), tick)

@@ -13,7 +13,7 @@ import kinetile as kt
 from agreement import PHASES, assert_one_answer
 from kinetile.clock import Clock
 from kinetile.compiled import INTERPRETED
-from kinetile.errors import BadOption, Refused, UnknownName
+from kinetile.errors import BadOption, PhaseError, Refused, UnknownName
 
 
 def grid(bodies: int = 25, seed: int = 1, **more) -> kt.Scene:
@@ -193,16 +193,6 @@ def test_another_process_compiled_or_interpreted_gives_the_same_fingerprint(phas
 
 
 @pytest.mark.compiled
-def test_a_million_contacts_leave_energy_and_overlap_where_they_were():
-    scene = kt.make_scene("grid", bodies=100, density=0.5, seed=1)
-    sim = kt.Simulation(scene, "sap-1d", keep_contacts=False)
-    sim.run(max_contacts=1_000_000)
-    assert sim.readings.energy_drift < 1e-13
-    assert sim.readings.deepest_overlap < 1e-13
-    assert sim.readings.lateness == 0.0
-
-
-@pytest.mark.compiled
 def test_progress_is_told():
     told = []
     sim = kt.Simulation(grid(100), "sap-1d")
@@ -259,6 +249,25 @@ def test_without_the_disc_phase_bodies_pass_through_each_other():
     sim.run(until=1.0)
     assert sim.readings.contacts_disc == 0
     assert sim.readings.contacts_wall > 0
+
+
+def test_a_narrow_phase_must_be_what_its_spec_says():
+    class Confused:
+        def prepare(self, scene):
+            return kt.registry().narrow_phase("wall")().prepare(scene)
+
+    class Plugin:
+        @kt.hookimpl
+        def kinetile_narrow_phases(self):
+            return [kt.NarrowPhaseSpec("confused", Confused, role="pair")]
+
+    plugin = Plugin()
+    kt.registry().add(plugin)
+    try:
+        with pytest.raises(PhaseError, match="returned WallParts, not PairParts, as its role 'pair' has it"):
+            kt.Simulation(kt.make_scene("grid", bodies=4), "naive", narrow_phases=["confused", "wall"])
+    finally:
+        kt.registry().remove(plugin)
 
 
 def test_what_is_not_there_is_refused_in_a_sentence():

@@ -143,6 +143,7 @@ def test_a_million_contacts_leave_energy_and_overlap_where_they_were():
     assert rows[-1].audits == 1000
     assert rows[-1].energy < 1e-13
     assert rows[-1].momentum < 1e-14
+    assert rows[-1].lateness == 0.0
     assert rows[-1].deepest_overlap < 2.0 * rows[0].deepest_overlap < 2e-14
 
 
