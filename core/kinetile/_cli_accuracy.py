@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
 
+from kinetile._cli_folder import prepare_folder
 from kinetile._cli_run import as_json
-from kinetile._cli_terminal import Bar, exit_codes, notice
-from kinetile.errors import BadOption, MissingExtra
+from kinetile._cli_terminal import Bar, exit_codes
+from kinetile.errors import BadOption
 
 if TYPE_CHECKING:
     from kinetile.accuracy.parts import Budget, Section
@@ -18,7 +20,7 @@ if TYPE_CHECKING:
 __all__ = ["accuracy"]
 
 
-def accuracy(quick: bool, full: bool, parts: Sequence[str] | None, out: Path, json: bool) -> None:
+def accuracy(quick: bool, full: bool, parts: Sequence[str] | None, out: Path | None, json: bool) -> None:
     """Measure, print each part when it is finished, and write them all; after Ctrl-C, those until then."""
     from kinetile.accuracy.report import PARTS, measure_parts
 
@@ -37,7 +39,9 @@ def accuracy(quick: bool, full: bool, parts: Sequence[str] | None, out: Path, js
             if part not in PARTS:
                 raise BadOption(f"--part {part}: the parts are {', '.join(PARTS)}")
         budget: Budget = "quick" if quick else "full" if full else "normal"
-        _prepare(out)
+        parts = list(dict.fromkeys(parts)) if parts else None
+        out = out or _free_folder()
+        prepare_folder(out)
         try:
             measure_parts(
                 budget,
@@ -51,18 +55,10 @@ def accuracy(quick: bool, full: bool, parts: Sequence[str] | None, out: Path, js
                 _finish(done, out, budget, json)
 
 
-def _prepare(out: Path) -> None:
-    """Make the folder, before anything is measured; say so if there will be no figures."""
-    from kinetile.drawing import check_figures
-
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise BadOption(f"--out {out}: {error.strerror}") from error
-    try:
-        check_figures()
-    except MissingExtra as error:
-        notice(f"kinetile: {error}; everything else is done without it")
+def _free_folder() -> Path:
+    """Return the first of accuracy-report, accuracy-report-2, ... that holds no report."""
+    names = ("accuracy-report" if k == 1 else f"accuracy-report-{k}" for k in count(1))
+    return next(folder for folder in map(Path, names) if not (folder / "accuracy.html").exists())
 
 
 def _print(section: Section) -> None:
@@ -78,11 +74,15 @@ def _finish(done: Sequence[Section], out: Path, budget: Budget, json: bool) -> N
     from kinetile.accuracy.report import section_as_dict, write_report
     from kinetile.bench import surroundings
 
+    written: list[Path] = []
     try:
         written = write_report(done, out, budget=budget, conditions=surroundings())
     except OSError as error:
         raise BadOption(f"--out {out}: {error.strerror or error}") from error
+    finally:
+        if json:
+            found = {"parts": [section_as_dict(section) for section in done], "files": written}
+            typer.echo(as_json(found))
     if json:
-        typer.echo(as_json({"parts": [section_as_dict(section) for section in done], "files": written}))
         return
     typer.echo(f"written: {written[0]}, and {len(written) - 1} files with its figures and data beside it")

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
+from kinetile._cli_folder import prepare_folder
 from kinetile._cli_run import as_json
-from kinetile._cli_terminal import Bar, exit_codes, make_ready, notice
+from kinetile._cli_terminal import Bar, exit_codes, make_ready
 from kinetile._cli_values import read_numbers, read_phase, read_phases
 from kinetile.errors import BadOption, MissingExtra
 
@@ -32,7 +33,8 @@ def thesis(phases: str, seeds: int, until: float, seconds: float, out: Path | No
         chosen = [read_phase(text) for text in read_phases(phases)]
         if not chosen:
             raise BadOption("--phases names no phase; expected names, with commas between")
-        _make_folder(out)
+        if out is not None:
+            prepare_folder(out)
         try:
             bench_thesis(
                 chosen,
@@ -73,22 +75,6 @@ def growth(phase: str, bodies: str, density: float, seconds: float, json: bool) 
             bar.close()
             if done:
                 _print_growth(done[-1], json)
-
-
-def _make_folder(out: Path | None) -> None:
-    """Make the folder for the results, before anything is measured; say so if there will be no figures."""
-    if out is None:
-        return
-    from kinetile.drawing import check_figures
-
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise BadOption(f"--out {out}: {error.strerror}") from error
-    try:
-        check_figures()
-    except MissingExtra as error:
-        notice(f"kinetile: {error}; everything else is done without it")
 
 
 def _write(measured: ThesisBench, out: Path | None) -> list[Path]:

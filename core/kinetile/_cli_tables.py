@@ -67,6 +67,8 @@ def _run_lines(result: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
     yield "deepest overlap", f"{found['deepest_overlap']:.2g} radii"
     yield "energy drift", f"{found['energy_drift']:.2g} (relative)"
     yield "lateness", f"{found['lateness']:.2g} time units"
+    if found["audits"]:
+        yield "audits", f"{found['audits']:,}: nothing was found"
     yield (
         "CPU time",
         f"{found['cpu_seconds']:.4g} s in the loop, {found['compile_seconds']:.3g} s to make it ready",

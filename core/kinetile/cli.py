@@ -243,8 +243,12 @@ def accuracy(
         typer.Option(metavar="NAME", help="Only this part: chart, queries, oracle, drift or rates."),
     ] = None,
     out: Annotated[
-        Path, typer.Option(metavar="DIR", help="The folder for the page, its figures and the data.")
-    ] = Path("accuracy-report"),
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="The folder for the page, its figures and the data; a new accuracy-report.",
+        ),
+    ] = None,
     json: Json = False,
 ) -> None:
     """Report speed against error: a page with its figures, and the data behind them."""

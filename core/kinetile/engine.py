@@ -56,6 +56,7 @@ class Engine:
         loop: the composed loop.
         cpu_seconds: processor time spent in the loop.
         compile_seconds: time spent compiling or loading it.
+        audits: times an audit found nothing.
     """
 
     def __init__(
@@ -75,6 +76,7 @@ class Engine:
         self._ready = False
         self._budget = FIRST_BUDGET
         self._extent = 0.0
+        self.audits = 0
         self._walled = scene.arena is not None and composition.wall is not None
         self.k = self._tables(pairs=composition.broad.pairs or 4 * len(scene) + 64)
         self.lay_out()
@@ -169,6 +171,7 @@ class Engine:
         except (Exception, SystemExit) as error:  # tables that are not what they were, or the phase's audit
             said = f"the audit cannot be finished: {sentence(error)}{place_of(error)}"
             raise AuditError(f"{who}: {said}") from error
+        self.audits += 1
 
     def build(self) -> None:
         """Build the structure, if that is still to be done, and run no event."""

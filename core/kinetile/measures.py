@@ -34,6 +34,7 @@ class Readings:
         lateness: how far in the past a structural event was found, in the scene's time.
         cpu_seconds: processor time inside the loop, compilation apart.
         compile_seconds: time to compile the loop, or to load it.
+        audits: times an audit looked at everything and found nothing.
         events_per_cpu_second: events / cpu_seconds.
         contacts_per_cpu_second: contacts / cpu_seconds.
         fingerprint: digest of the list of contacts; equal under every broad phase.
@@ -55,6 +56,7 @@ class Readings:
     lateness: float
     cpu_seconds: float
     compile_seconds: float
+    audits: int
     events_per_cpu_second: float
     contacts_per_cpu_second: float
     fingerprint: str
@@ -72,6 +74,7 @@ class Readings:
         certificates_created: int,
         cpu_seconds: float,
         compile_seconds: float,
+        audits: int,
         fingerprint: str,
     ) -> Readings:
         """Read the instruments of a kernel."""
@@ -97,6 +100,7 @@ class Readings:
             lateness=float(counts.late) * float(k.clock[0].tick),
             cpu_seconds=cpu_seconds,
             compile_seconds=compile_seconds,
+            audits=audits,
             events_per_cpu_second=events / cpu_seconds if cpu_seconds > 0.0 else 0.0,
             contacts_per_cpu_second=contacts / cpu_seconds if cpu_seconds > 0.0 else 0.0,
             fingerprint=fingerprint,

@@ -268,6 +268,7 @@ class Simulation:
             certificates_created=self.composition.broad.certificates + walls,
             cpu_seconds=self._engine.cpu_seconds,
             compile_seconds=self._engine.compile_seconds,
+            audits=self._engine.audits,
             fingerprint=self.fingerprint,
         )
 

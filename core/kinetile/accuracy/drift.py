@@ -182,9 +182,7 @@ def drifts(scene: kt.Scene, most: int, progress: Progress, broad_phase: str | No
                 gap_max=ledger.gap_max,
                 late=ledger.late,
                 lateness=found.lateness,
-                audits=sum(
-                    -(-(b - a) // every) for a, b in zip([0, *marks], marks, strict=False) if b <= mark
-                ),
+                audits=found.audits,
                 seconds=found.cpu_seconds,
             )
         )

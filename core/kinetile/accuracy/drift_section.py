@@ -55,8 +55,8 @@ def measure(budget: Budget, progress: Progress) -> Section:
         pictures=(
             Picture(
                 "drift",
-                "Energy, momentum, deepest overlap and distance at contact against contacts. The dotted line "
-                "is how a random walk of one rounding a contact would grow.",
+                "Energy, momentum, deepest overlap and distance at contact against contacts. The grey dotted "
+                "line is how a random walk of one rounding a contact would grow.",
                 lambda: _draw_drift(drift),
             ),
             Picture(
@@ -136,7 +136,7 @@ def _draw_drift(rows: list[Drift]) -> Figure:
         ("energy", "energy", "#0072B2", "o-"),
         ("momentum", "momentum", "#009E73", "s--"),
         ("deepest_overlap", "deepest overlap / r", "#D55E00", "^-"),
-        ("gap_p99", "distance at contact, 99 %, / R", "#000000", "v:"),
+        ("gap_p99", "distance at contact, 99 %, / R", "#000000", "v-."),
     )
     for field, label, colour, look in lines:
         values = [getattr(row, field) or math.nan for row in rows]

@@ -48,7 +48,7 @@ def page(
     body = [
         "<h1>kinetile: how fast, how right</h1>",
         f'<p class="about">{escape(machine)}, {escape(str(conditions.get("system", "")))}; '
-        f"{escape(versions)}; measured with <code>kinetile accuracy --{budget}</code>.</p>",
+        f"{escape(versions)}; measured with <code>{command(budget)}</code>.</p>",
     ]
     for section in sections:
         body += _section(section, drawn, budget)
@@ -77,8 +77,13 @@ def _section(section: Section, drawn: Mapping[tuple[str, str], Path], budget: Bu
     parts += [_table(section, table) for table in section.tables]
     if section.left_out:
         parts += ['<p class="left">Left out:</p>', _items("left", section.left_out)]
-    parts.append(f"<p><code>kinetile accuracy --{budget} --part {escape(section.name)}</code></p>")
+    parts.append(f"<p><code>{command(budget)} --part {escape(section.name)}</code></p>")
     return parts
+
+
+def command(budget: Budget) -> str:
+    """Return the command that measures within a budget."""
+    return "kinetile accuracy" if budget == "normal" else f"kinetile accuracy --{budget}"
 
 
 def _items(kind: str, texts: Sequence[str]) -> str:

@@ -12,7 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 from kinetile.accuracy import report
-from kinetile.accuracy.page import shown
+from kinetile.accuracy.page import command, shown
 from kinetile.accuracy.parts import Picture, Section, Table
 from kinetile.accuracy.report import PARTS, measure_parts, write_report
 from kinetile.cli import app
@@ -70,7 +70,54 @@ def test_the_page_needs_nothing_else(tmp_path):
     assert "It holds &amp; stays." in page
     assert "grazing &lt;hits&gt;" in page
     assert "1.25e-15" in page
-    assert "kinetile accuracy --quick --part queries" in page
+    assert "<code>kinetile accuracy --quick --part queries</code>" in page
+
+
+@pytest.mark.parametrize("budget", ["quick", "normal", "full"])
+def test_the_commands_on_the_page_can_be_given(one_part, tmp_path, budget):
+    words = [*command(budget).split()[1:], "--part", "rates", "--out", str(tmp_path)]
+    done = CliRunner().invoke(app, words)
+    assert done.exit_code == 0, done.output
+    assert json.loads((tmp_path / "accuracy.json").read_text(encoding="utf-8"))["budget"] == budget
+
+
+def test_a_report_is_not_written_over_unasked(one_part, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for _ in range(3):
+        assert CliRunner().invoke(app, ["accuracy", "--part", "rates"]).exit_code == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "accuracy-report",
+        "accuracy-report-2",
+        "accuracy-report-3",
+    ]
+
+
+def test_a_part_named_twice_is_measured_once(one_part, tmp_path):
+    words = ["accuracy", "--part", "rates", "--part", "rates", "--out", str(tmp_path), "--json"]
+    assert len(json.loads(CliRunner().invoke(app, words).stdout)["parts"]) == 1
+
+
+def test_a_folder_that_cannot_be_written_to_is_told_before_anything_is_measured(tmp_path, monkeypatch):
+    def refuse(*words, **more):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr("tempfile.TemporaryFile", refuse)
+    monkeypatch.setattr(report, "import_module", lambda name: pytest.fail("it was measured"))
+    done = CliRunner().invoke(app, ["accuracy", "--out", str(tmp_path)])
+    assert done.exit_code == 2
+    assert "Permission denied" in done.stderr
+
+
+def test_what_was_measured_is_printed_when_it_cannot_be_written(one_part, tmp_path, monkeypatch):
+    def full(*words, **more):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(report, "_write_rows", full)
+    words = ["accuracy", "--part", "rates", "--out", str(tmp_path), "--json"]
+    done = CliRunner().invoke(app, words)
+    assert done.exit_code == 2
+    assert "No space left" in done.stderr
+    assert json.loads(done.stdout)["parts"][0]["tables"]["rows"][0]["count"] == 12345
 
 
 def test_all_columns_are_in_the_file(tmp_path):

@@ -119,8 +119,8 @@ _HEADS = {
     "method": "method",
     "dt": "dt",
     "cost": "CPU s per unit of time",
-    "deepest": "deepest overlap / R",
-    "depth_median": "median overlap / R",
+    "deepest": "deepest overlap / r",
+    "depth_median": "median overlap / r",
     "energy_drift": "energy drift",
     "contacts": "contacts of discs",
     "encounters": "first encounters",
@@ -222,13 +222,11 @@ def _scene(row: SpeedError) -> tuple[int, float]:
 def _of_kinetic(rows: Sequence[SpeedError]) -> str:
     missed, encounters = max(row.missed for row in rows), sum(row.encounters for row in rows)
     methods = ", ".join(dict.fromkeys(row.method for row in rows))
-    return (
-        f"Kinetic methods ({methods}): the deepest overlap is {max(row.deepest_high for row in rows):.1e} R; "
-        + (
-            "none of the first encounters is missed."
-            if not missed
-            else f"up to {missed} first encounters are missed (of {encounters} in all)."
-        )
+    deepest = max(row.deepest_high for row in rows)
+    return f"Kinetic methods ({methods}): the deepest overlap is {deepest:.1e} radii; " + (
+        "none of the first encounters is missed."
+        if not missed
+        else f"up to {missed} first encounters are missed (of {encounters} in all)."
     )
 
 
@@ -260,7 +258,7 @@ def _errors(at: SpeedError | Crossing) -> str:
         if share == 0.0
         else f"{share:.{1 if share >= 0.01 else 2}%} of first encounters"
     )
-    return f"with overlaps up to {at.deepest:.2g} R and {missed} missed"
+    return f"with overlaps up to {at.deepest:.2g} radii and {missed} missed"
 
 
 def _of_rivals(rows: Sequence[SpeedError]) -> str:
@@ -275,14 +273,13 @@ def _of_rivals(rows: Sequence[SpeedError]) -> str:
     said += f" are as fast as {BEST}"
     if as_fast:
         truest = min(as_fast, key=lambda row: row.deepest)
-        said += f" (of these the least deepest overlap is {truest.deepest:.2g} R: {_called(truest)})"
+        said += f" (of these the least deepest overlap is {truest.deepest:.2g} radii: {_called(truest)})"
     said += f", {len(as_true) or 'none'} overlap as little"
     if stepped:
         truest = min(stepped, key=lambda row: row.deepest)
         times = truest.cost / best[_scene(truest)].cost
-        said += (
-            f" (the least is {truest.deepest:.1e} R, at {_times(times)} times the time: {_called(truest)})"
-        )
+        cost = f"at {_times(times)} times the time: {_called(truest)}"
+        said += f" (the least is {truest.deepest:.1e} radii, {cost})"
     return (
         f"{said}, and {len(both) or 'none'} are both. Of those as fast, {complete or 'none'} have every "
         "first encounter that was looked for."

@@ -110,9 +110,9 @@ def test_the_sentences_say_what_the_rows_say() -> None:
     first, of_sweep, last = findings([*KINETIC, *CURVE])
     assert "naive, sap-1d, sweep-tiling" in first
     assert "none of the first encounters is missed" in first
-    assert "0.1 times as long as sweep-tiling, with overlaps up to 1 R and 10.0% of first" in of_sweep
-    assert "it takes as long at dt = 3.2e-04, with overlaps up to 0.032 R and 0.50% of first" in of_sweep
-    assert "2 times, with overlaps up to 0.01 R and no first encounters missed" in of_sweep
+    assert "0.1 times as long as sweep-tiling, with overlaps up to 1 radii and 10.0% of first" in of_sweep
+    assert "it takes as long at dt = 3.2e-04, with overlaps up to 0.032 radii and 0.50% of first" in of_sweep
+    assert "2 times, with overlaps up to 0.01 radii and no first encounters missed" in of_sweep
     assert "2 are as fast as sweep-tiling" in last
     assert "none overlap as little" in last
     assert "and none are both. Of those as fast, none have every first encounter" in last
@@ -128,7 +128,7 @@ def test_the_sentences_turn_round_with_the_rows() -> None:
     assert "and 1 are both. Of those as fast, 1 have every" in findings([*KINETIC, truer])[-1]
     lossy = replace(KINETIC[2], missed=7, missed_share=7 / 2000, deepest_high=0.2)
     said = findings([*KINETIC[:2], lossy])
-    assert "the deepest overlap is 2.0e-01 R; up to 7 first encounters are missed" in said[0]
+    assert "the deepest overlap is 2.0e-01 radii; up to 7 first encounters are missed" in said[0]
 
 
 @pytest.mark.compiled
