@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.compiled import compose, disowned
+from kinetile.compiled import compose, disowned, to_be_filled_in
 from kinetile.composition import Composition
 from kinetile.flight import positions_now
 from kinetile.tables import NEVER, Kernel
@@ -137,13 +137,8 @@ def _tick(tick: int) -> str:
     return "never" if tick == NEVER else f"at tick {tick}"
 
 
-def _to_be_filled_in(*arguments: Any) -> Any:
-    """Stand where ``compose`` puts a narrow phase's hook."""
-    raise NotImplementedError
-
-
 PAIRS = WALLS = True
-meet = reach_wall = _to_be_filled_in
+meet = reach_wall = to_be_filled_in
 
 
 def ask_again(k: Kernel, ticks: Integers) -> None:

@@ -40,6 +40,7 @@ __all__ = [
     "is_hook",
     "make_ready",
     "nobody_compiles",
+    "to_be_filled_in",
 ]
 
 INTERPRETED = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
@@ -47,6 +48,11 @@ INTERPRETED = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
 
 F = TypeVar("F", bound=Callable[..., Any])
 T = TypeVar("T")
+
+
+def to_be_filled_in(*arguments: Any) -> Any:
+    """Stand, in a template, where ``compose`` puts a hook."""
+    raise NotImplementedError
 
 
 class NotCompiled(Exception):

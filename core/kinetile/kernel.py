@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from kinetile.compiled import disowned, hook
+from kinetile.compiled import disowned, hook, to_be_filled_in
 from kinetile.faults import JAMMED, LATE_CONTACT, NOT_FINITE, STALLED, TOO_DEEP, blame
 from kinetile.flight import anchor_at
 from kinetile.log import TURNED
@@ -41,12 +41,7 @@ TIME_REACHED, CONTACTS_REACHED, BUDGET_SPENT, LOG_FULL, NO_ROOM, FAULT = range(6
 PAIRS = WALLS = TURNS = True
 
 
-def _to_be_filled_in(*arguments: Any) -> Any:
-    """Stand where ``compose`` puts a phase's hook."""
-    raise NotImplementedError
-
-
-build = repair = replan = meet = collide = reach_wall = bounce = _to_be_filled_in
+build = repair = replan = meet = collide = reach_wall = bounce = to_be_filled_in
 
 
 @hook

@@ -92,7 +92,7 @@ class WayBack:
     error: float
 
 
-class _Ledger:
+class _FromTheLog:
     """Takes from the log what contacts of two discs leave over of momentum, and their distances."""
 
     def __init__(self, scene: kt.Scene) -> None:
@@ -157,7 +157,7 @@ class _Ledger:
 
 def drifts(scene: kt.Scene, most: int, progress: Progress, broad_phase: str | None = None) -> list[Drift]:
     """Run a scene for ``most`` contacts, audited a thousand times; return its readings at 10^3, 10^4, ..."""
-    ledger = _Ledger(scene)
+    ledger = _FromTheLog(scene)
     every = max(most // 1000, 1000)
     sim = kt.Simulation(scene, broad_phase, keep_contacts=False, audit=every)
     marks = [10**k for k in range(3, int(math.log10(most)) + 1)]

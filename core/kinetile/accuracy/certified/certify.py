@@ -28,14 +28,15 @@ from kinetile.accuracy.certified.oracle import (
     Oracle,
     OracleProgress,
 )
+from kinetile.clock import TICKS
 from kinetile.errors import KinetileError, Refused
+from kinetile.log import WALLS
 
 if TYPE_CHECKING:
     from kinetile.simulation import Simulation
 
 __all__ = ["Agreement", "Disagreement", "agreement", "certify"]
 
-TICKS = 1 << 52
 SLACK = 2
 """Ticks within which of its end a run may have another contact more or less: times are rounded to ticks."""
 
@@ -100,8 +101,10 @@ class Agreement:
 
     @property
     def complete(self) -> bool:
-        """Whether every contact that was asked for agrees, and none is missing."""
-        return self.disagreement is None and self.contacts == self.compared and self.oracle.complete
+        """Whether every contact that was asked for agrees, and none is missing: a fault is no end."""
+        if self.fault is not None or self.disagreement is not None:
+            return False
+        return self.contacts == self.compared and self.oracle.complete
 
     @property
     def disc_contacts(self) -> int:
@@ -201,8 +204,13 @@ def certify(
         MissingExtra: python-flint is not installed.
         Refused: the oracle does not know what the simulation simulates: phases of other kinds, too many
             bodies, or turns made by hand.
-        ValueError: the simulation keeps no contacts.
+        ValueError: the simulation keeps no contacts, or ``until`` is not a finite time from the scene's start
+            on.
     """
+    start = sim.scene.start
+    if until is not None and not start <= until < math.inf:
+        raise ValueError(f"until must be a finite time from the scene's start on, {start}; found {until}")
+    _ = sim.contacts  # which refuses where none are kept: before anything is run
     oracle = oracle or Oracle(sim.scene, sim.narrow_phases)
     fault = _run_on(sim, until, max_contacts)
     planned = sum(turn.time <= sim.time for turn in sim.scene.turns)
@@ -218,7 +226,7 @@ def certify(
     def differs(index: int, one: int, two: int) -> bool:
         return index >= len(a) or (one, two) != (a[index], b[index])
 
-    beyond: float | None = end + 2.0**-20 * (end - sim.scene.start)
+    beyond: float | None = end + 2.0**-20 * (end - start)
     most = len(a) + 1  # is there one more, before the end?
     if len(a) == max_contacts:
         beyond, most = None, len(a)
@@ -227,7 +235,7 @@ def certify(
         contacts,
         run,
         bodies=len(sim.scene),
-        start=sim.scene.start,
+        start=start,
         time_unit=sim.time_unit,
         end=end,
         fault=fault,
@@ -334,5 +342,4 @@ def _extremes(errors: Floats) -> dict[str, float]:
 
 
 def _met(a: int, b: int) -> str:
-    walls = {-1: "left", -2: "right", -3: "bottom", -4: "top"}
-    return f"disc {a} with the {walls[b]} wall" if b in walls else f"discs {a} and {b}"
+    return f"disc {a} with the {WALLS[b]} wall" if b in WALLS else f"discs {a} and {b}"

@@ -17,7 +17,7 @@ import numpy as np
 
 import kinetile as kt
 from kinetile.accuracy.certified.certify import Agreement, certify
-from kinetile.accuracy.certified.oracle import CertifiedRun, Oracle
+from kinetile.accuracy.certified.oracle import CertifiedRun, Ending, Oracle
 from kinetile.accuracy.parts import Budget, Picture, Progress, Section, Table
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ CASES = (Case(0.5, 16, 40.0), Case(0.1, 16, 13.0), Case(0.01, 25, 4.5))
 SEEDS: dict[Budget, int] = {"quick": 3, "normal": 10, "full": 50}
 TWINS = 3
 LONG_ENOUGH = 2000
-"""Contacts of a run that is compared: far more than can agree."""
+"""Contacts of a run that is compared, and of a truth that is tried on a twin: far more than can agree."""
 
 
 @dataclass(frozen=True)
@@ -156,7 +156,10 @@ def measure_horizon(case: Case, seed: int, twins: int = TWINS) -> tuple[Agreemen
     found = certify(kt.Simulation(scene), max_contacts=LONG_ENOUGH)
     truth = Oracle(scene).run(max_contacts=found.contacts * 5 // 4 + case.bodies)
     steps = np.random.default_rng(seed)
-    others = [_paces(_follow(_moved(scene, steps), truth), case.bodies) for _ in range(twins)]
+    others = []
+    for _ in range(twins):
+        partners, truth = _follow_to_the_end(_moved(scene, steps), scene, truth)
+        others.append(_paces(partners, case.bodies))
     half = found.contacts // 2
     return found, Horizon(
         density=case.density,
@@ -185,8 +188,26 @@ def _moved(scene: kt.Scene, steps: np.random.Generator) -> kt.Scene:
     return kt.Scene(position, scene.velocity, scene.radius, scene.mass, scene.arena)
 
 
-def _follow(scene: kt.Scene, truth: CertifiedRun) -> list[int]:
-    """Return the second bodies of the contacts that a scene has in common with others, certified."""
+def _follow_to_the_end(
+    twin: kt.Scene, scene: kt.Scene, truth: CertifiedRun
+) -> tuple[list[int], CertifiedRun]:
+    """Follow a twin until it departs from its scene, however far the run itself came.
+
+    Returns the second bodies of the contacts that they have in common, and the truth, longer where that took
+    more of it.
+    """
+    while True:
+        partners, ended = _follow(twin, truth)
+        if (ended, truth.ended) != ("contacts", "contacts") or len(truth.contacts) >= LONG_ENOUGH:
+            return partners, truth
+        truth = Oracle(scene).run(max_contacts=2 * len(truth.contacts))
+
+
+def _follow(scene: kt.Scene, truth: CertifiedRun) -> tuple[list[int], Ending]:
+    """Return the second bodies of the contacts that a scene has in common with others, certified.
+
+    And why there are no more: "stopped" where the scene departs from the others.
+    """
     there = truth.contacts
 
     def departs(index: int, a: int, b: int) -> bool:
@@ -194,7 +215,7 @@ def _follow(scene: kt.Scene, truth: CertifiedRun) -> list[int]:
 
     run = Oracle(scene).run(max_contacts=len(there), stop=departs)
     agree = len(run.contacts) - (run.ended == "stopped")
-    return [contact.b for contact in run.contacts[:agree]]
+    return [contact.b for contact in run.contacts[:agree]], run.ended
 
 
 def _paces(partners: Sequence[int], bodies: int) -> tuple[float, float]:

@@ -23,7 +23,7 @@ import numpy.typing as npt
 
 from kinetile._registry import registry
 from kinetile.clock import TICKS
-from kinetile.compiled import compose, disowned, hook
+from kinetile.compiled import compose, disowned, hook, to_be_filled_in
 from kinetile.flight import anchor_at
 from kinetile.protocols import PairParts
 from kinetile.scene import Scene
@@ -108,12 +108,7 @@ def cross_product(k: Kernel, a: int, b: int) -> int:
     return ticks_after(k, since, max(gap / (math.sqrt(root) - approach), 0.0))
 
 
-def _to_be_filled_in(*arguments: Any) -> Any:
-    """Stand where ``compose`` puts a hook."""
-    raise NotImplementedError
-
-
-meet = collide = _to_be_filled_in
+meet = collide = to_be_filled_in
 
 
 def ask_all(k: Kernel, answers: Any, first: int, last: int) -> None:

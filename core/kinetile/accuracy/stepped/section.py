@@ -26,7 +26,7 @@ from kinetile.errors import MissingExtra
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["PLANS", "Crossing", "Plan", "Setting", "crossing", "findings", "measure"]
+__all__ = ["EFFORTS", "Crossing", "Effort", "Setting", "crossing", "findings", "measure"]
 
 KINETIC = ("naive", "sap-1d", "sweep-tiling")
 BEST = "sweep-tiling"
@@ -51,7 +51,7 @@ class Setting:
     configured: str
 
 
-class Plan(NamedTuple):
+class Effort(NamedTuple):
     """What is measured within a budget.
 
     Attributes:
@@ -68,31 +68,31 @@ class Plan(NamedTuple):
     engine_steps: tuple[float, ...]
 
 
-PLANS: dict[Budget, Plan] = {
-    "quick": Plan(_SCENES[:1], 2, 2000, (*_STEPS, 1e-4, 3e-5, 1e-5), _STEPS),
-    "normal": Plan(_SCENES, 3, 6000, (*_STEPS, 1e-4, 3e-5), _STEPS[:4]),
-    "full": Plan(_SCENES, 5, 50000, (*_STEPS, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6), (*_STEPS, 1e-4)),
+EFFORTS: dict[Budget, Effort] = {
+    "quick": Effort(_SCENES[:1], 2, 2000, (*_STEPS, 1e-4, 3e-5, 1e-5), _STEPS),
+    "normal": Effort(_SCENES, 3, 6000, (*_STEPS, 1e-4, 3e-5), _STEPS[:4]),
+    "full": Effort(_SCENES, 5, 12000, (*_STEPS, 1e-4, 3e-5, 1e-5), (*_STEPS, 1e-4)),
 }
 
 
 def measure(budget: Budget, progress: Progress) -> Section:
     """Measure all methods; return the part of the report that shows speed against error."""
-    plan = PLANS[budget]
+    effort = EFFORTS[budget]
     engines, left_out = _installed()
     methods = [Method("kinetic", name) for name in KINETIC]
-    methods += [Method("snapshots", finder, dt) for finder in FINDERS for dt in plan.steps]
-    methods += [Method("engine", each.engine, dt) for each in engines for dt in plan.engine_steps]
+    methods += [Method("snapshots", finder, dt) for finder in FINDERS for dt in effort.steps]
+    methods += [Method("engine", each.engine, dt) for each in engines for dt in effort.engine_steps]
     rows: list[SpeedError] = []
     pictures = []
-    for k, (bodies, density) in enumerate(plan.scenes):
+    for k, (bodies, density) in enumerate(effort.scenes):
 
         def tell(
             done: int, total: int, before: int = k, what: str = f"{bodies} discs at {density:g}"
         ) -> None:
-            progress(f"speed against error, {what}", before * total + done, len(plan.scenes) * total)
+            progress(f"speed against error, {what}", before * total + done, len(effort.scenes) * total)
 
         new = measure_rows(
-            methods, bodies, density, seeds=plan.seeds, encounters=plan.encounters, progress=tell
+            methods, bodies, density, seeds=effort.seeds, encounters=effort.encounters, progress=tell
         )
         pictures.append(_picture(new))
         rows += new
@@ -105,7 +105,7 @@ def measure(budget: Budget, progress: Progress) -> Section:
     return Section(
         name="chart",
         title="Speed against error",
-        about=_about(plan),
+        about=_about(effort),
         findings=findings(rows),
         tables=tuple(tables),
         pictures=tuple(pictures),
@@ -142,11 +142,11 @@ def _installed() -> tuple[list[Setting], tuple[str, ...]]:
     return engines, tuple(left_out)
 
 
-def _about(plan: Plan) -> str:
+def _about(effort: Effort) -> str:
     return (
         "Discs on a grid are set off at the same speed in random directions (recipe grid). Cost is the "
         f"CPU time of the loop for a unit of simulated time (runs go to {UNTIL:g}): the median of at least "
-        f"{ROUNDS} runs on each of {plan.seeds} scenes, garbage collector off, set-up and compilation "
+        f"{ROUNDS} runs on each of {effort.seeds} scenes, garbage collector off, set-up and compilation "
         "apart. Snapshots are the pseudo-dynamic method, in compiled Python as the kinetic methods are: "
         "every dt all discs are moved, and pairs that overlap and approach get the elastic impulse; pairs "
         "are found by static sweep-and-prune with insertion sort (sweep) or by a grid (cells); walls are "

@@ -13,7 +13,7 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from kinetile.compiled import compose, disowned, hook
+from kinetile.compiled import compose, disowned, hook, to_be_filled_in
 from kinetile.log import BOTTOM, LEFT, RIGHT, TOP
 
 __all__ = ["STEPPED", "Bodies", "Discs", "Finder", "deepest_loop", "snapshot_loop"]
@@ -139,12 +139,7 @@ def _cells(s: Bodies, step: int, parting: bool, width: float, columns: int, rows
         s.head[row * columns + column] = i
 
 
-def _to_be_filled_in(*arguments: Any) -> Any:
-    """Stand where ``compose`` puts the way to find pairs."""
-    raise NotImplementedError
-
-
-find: Callable[..., None] = _to_be_filled_in
+find: Callable[..., None] = to_be_filled_in
 WALLED = True
 
 

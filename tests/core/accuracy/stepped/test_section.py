@@ -14,7 +14,7 @@ import pytest
 from kinetile.accuracy.stepped import section as speed_error
 from kinetile.accuracy.stepped.encounters import Missed, first_encounters, found, missed_of
 from kinetile.accuracy.stepped.runs import Kind, Method, SpeedError, measure_rows, truths
-from kinetile.accuracy.stepped.section import Plan, crossing, findings, measure
+from kinetile.accuracy.stepped.section import Effort, crossing, findings, measure
 from kinetile.accuracy.stepped.snapshot import STEPPED
 
 SILENT: Any = lambda *_: None  # noqa: E731
@@ -159,8 +159,8 @@ def test_enough_encounters_are_gathered() -> None:
 
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
-    plan = Plan(((16, 0.25),), 1, 5, (1e-1, 1e-2), (1e-1,))
-    monkeypatch.setitem(speed_error.PLANS, "quick", plan)
+    effort = Effort(((16, 0.25),), 1, 5, (1e-1, 1e-2), (1e-1,))
+    monkeypatch.setitem(speed_error.EFFORTS, "quick", effort)
 
 
 @pytest.mark.compiled
