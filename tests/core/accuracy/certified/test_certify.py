@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
+import json
 import math
+from collections.abc import Iterator
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
+import broken_phases
 import kinetile as kt
 from agreement import PHASES, TILING
-from kinetile.accuracy.certified.certify import Agreement, agreement, certify
+from kinetile.accuracy.certified.certify import Agreement, Disagreement, agreement, certify
 from kinetile.accuracy.certified.oracle import oracle_contacts
-from kinetile.errors import Refused
+from kinetile.cli import app
+from kinetile.clock import TICKS
+from kinetile.compiled import hook
+from kinetile.errors import PhaseError, Refused
+from kinetile.log import WALLS
+from kinetile.toolbox import Kernel, add_pair, schedule
 
 pytest.importorskip("flint", reason="the certified oracle needs python-flint")
 
@@ -204,6 +213,31 @@ def test_what_the_oracle_cannot_know_is_refused() -> None:
     silent.run(0.1)
     with pytest.raises(ValueError, match="keeps no contacts"):
         certify(silent)
+    with pytest.raises(ValueError, match="keeps no contacts"):
+        certify(silent, until=0.2)
+    assert silent.time == 0.1, "nothing is run in vain"
+
+
+@pytest.mark.parametrize("until", [3.75, -math.inf, math.inf, math.nan])
+def test_an_end_that_is_none_is_refused_as_it_was_given(until: float) -> None:
+    drawn = kt.make_scene("grid", bodies=9, seed=3)
+    sim = kt.Simulation(
+        kt.Scene(drawn.position, drawn.velocity, drawn.radius, arena=drawn.arena, start=4.0), "naive"
+    )
+    said = rf"^until must be a finite time from the scene's start on, 4\.0; found {until}$"
+    with pytest.raises(ValueError, match=said):
+        certify(sim, until=until)
+    sim.run(4.125)
+    with pytest.raises(ValueError, match=said):
+        certify(sim, until=until, max_contacts=1)
+    assert sim.time == 4.125
+
+
+def test_walls_have_the_names_that_they_have_elsewhere(monkeypatch: pytest.MonkeyPatch) -> None:
+    for wall, name in WALLS.items():
+        assert f"disc 3 with the {name} wall at" in str(Disagreement(0, (0.5, 3, wall), None, 0.0))
+    monkeypatch.setitem(WALLS, -1, "western")
+    assert "disc 3 with the western wall at" in str(Disagreement(0, (0.5, 3, -1), None, 0.0))
 
 
 def test_phases_for_contacts_are_the_run_s() -> None:
@@ -212,6 +246,69 @@ def test_phases_for_contacts_are_the_run_s() -> None:
     assert found.complete
     assert found.disc_contacts == 0
     assert found.contacts > 9
+
+
+# Runs that end in a fault
+
+
+@hook
+def all_pairs_for_now(k: Kernel, s: broken_phases.State) -> None:
+    for a in range(len(k.bodies)):
+        for b in range(a + 1, len(k.bodies)):
+            add_pair(k, a, b)
+    schedule(k, 0, k.clock[0].now + 3 * TICKS // 8)
+
+
+@hook
+def name_nobody(k: Kernel, s: broken_phases.State, certificate: int) -> None:
+    add_pair(k, 0, len(k.bodies))
+
+
+class HalfWay:
+    """Brings a broad phase that is right up to time 3/8, and then names a pair that is none."""
+
+    @kt.hookimpl
+    def kinetile_broad_phases(self) -> list[kt.BroadPhaseSpec]:
+        return [kt.BroadPhaseSpec("half-way", broken_phases.phase(all_pairs_for_now, name_nobody, 1))]
+
+
+@pytest.fixture
+def half_way() -> Iterator[str]:
+    plugin = HalfWay()
+    kt.registry().add(plugin)
+    yield "half-way"
+    kt.registry().remove(plugin)
+
+
+def test_a_run_that_ends_in_a_fault_does_not_agree(half_way: str) -> None:
+    sim = kt.Simulation(kt.make_scene("grid", bodies=9, seed=3), half_way)
+    found = certify(sim, until=1.0)
+    assert sim.time == 0.375
+    assert found.contacts == found.compared == len(sim.contacts) > 10
+    assert found.disagreement is None, "all that it did before agrees"
+    assert found.oracle.complete
+    assert found.fault is not None
+    assert found.fault.startswith(f"{PhaseError.__name__}: ")
+    assert "(0, 9), which is not two bodies" in found.fault
+    assert not found.complete
+    assert found.as_dict()["agrees"] is False
+    assert found.as_dict()["fault"] == found.fault
+    assert found.fault in str(found)
+    assert certify(sim, until=0.25).complete, "what it did before can be asked for"
+
+
+def test_command_fails_where_the_run_ends_in_a_fault(half_way: str) -> None:
+    arguments = ["oracle", "grid", "-s", "bodies=9", "-s", "seed=3", "--until", "1", "--against", half_way]
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 1
+    assert "the end that was asked for was not reached: PhaseError: " in result.stderr
+    assert "(0, 9), which is not two bodies" in result.stderr
+    result = CliRunner().invoke(app, [*arguments, "--json"])
+    assert result.exit_code == 1
+    agreed = json.loads(result.stdout)["agreement"]
+    assert agreed["agrees"] is False
+    assert agreed["first_disagreement"] is None
+    assert agreed["fault"].startswith("PhaseError: ")
 
 
 # The hard scenes

@@ -8,6 +8,7 @@ import pytest
 
 import kinetile as kt
 from kinetile.accuracy.certified import section as horizon
+from kinetile.accuracy.certified.certify import certify
 from kinetile.accuracy.certified.section import CASES, ErrorGrowth, Horizon, measure, measure_horizon
 from kinetile.accuracy.parts import Section
 
@@ -34,7 +35,7 @@ def test_every_density_has_a_horizon(section: Section) -> None:
         assert row.holds
         assert row.collisions_per_disc < row.contacts_per_disc
         assert row.collisions_per_disc == 2 * row.disc_contacts / row.bodies
-        assert 0.5 < row.collisions_per_disc / row.twin_collisions_per_disc < 2.0
+        assert 0.8 < row.collisions_per_disc / row.twin_collisions_per_disc < 1.25
         assert 1.0 < row.worst_ticks < 1e9
         assert row.differs.startswith(f"contact {row.contacts}: ")
 
@@ -72,6 +73,31 @@ def test_findings_say_what_was_found_whichever_way_it_went(section: Section) -> 
 
 
 @pytest.mark.compiled
+def test_twins_do_not_depend_on_how_far_the_run_agrees(
+    section: Section, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A run that agrees for a few contacts alone is told how few: its twins go on for as long as ever."""
+    monkeypatch.setattr(horizon, "certify", lambda sim, max_contacts: certify(sim, max_contacts=3))
+    found, short = measure_horizon(CASES[2], 0)
+    assert found.contacts == short.contacts == 3
+    whole = rows_of(section)[2]
+    assert short.twin_contacts_per_disc == whole.twin_contacts_per_disc
+    assert short.twin_collisions_per_disc == whole.twin_collisions_per_disc
+    assert short.collisions_per_disc < 0.1 * short.twin_collisions_per_disc
+    share = short.collisions_per_disc / short.twin_collisions_per_disc
+    growth = list(section.tables[1].rows)
+    assert f"The runs agree for {share:.0%} of what chaos allows" in horizon._findings([short], growth)[2]
+
+
+def test_a_twin_that_never_departs_is_left_in_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = kt.Scene([[0.5, 0.5]], [[1.0, 0.0]], 0.25, arena=(1.0, 1.0))
+    monkeypatch.setattr(horizon, "LONG_ENOUGH", 50)
+    truth = horizon.Oracle(scene).run(max_contacts=8)
+    partners, longer = horizon._follow_to_the_end(scene, scene, truth)
+    assert partners == [contact.b for contact in longer.contacts] == [-2, -1] * 32
+
+
+@pytest.mark.compiled
 def test_a_run_that_is_off_from_the_start_has_a_shorter_horizon() -> None:
     """The horizon measures something: throw away twenty bits at the start, and it shrinks."""
     case = CASES[2]
@@ -81,7 +107,9 @@ def test_a_run_that_is_off_from_the_start_has_a_shorter_horizon() -> None:
         scene.position.astype("f4").astype("f8"), scene.velocity, scene.radius, arena=scene.arena
     )
     truth = horizon.Oracle(scene).run(max_contacts=row.contacts)
-    assert len(horizon._follow(rough, truth)) < 0.8 * row.contacts
+    partners, ended = horizon._follow(rough, truth)
+    assert ended == "stopped"
+    assert len(partners) < 0.8 * row.contacts
 
 
 @pytest.mark.compiled
