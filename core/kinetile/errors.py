@@ -19,6 +19,7 @@ __all__ = [
     "RecordError",
     "Refused",
     "SceneError",
+    "StalledError",
     "UnknownName",
     "ZenoError",
 ]
@@ -109,6 +110,10 @@ class MissedContactError(KinetileError, RuntimeError):
 
 class PhaseError(KinetileError, RuntimeError):
     """A phase broke the protocol; the message names the phase and what it did."""
+
+
+class StalledError(PhaseError):
+    """A phase does not get on: its certificates fail again and again at the same moment."""
 
 
 class MissingExtra(KinetileError, ImportError):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from kinetile.errors import KinetileError, MissedContactError, PhaseError, ZenoError
+from kinetile.errors import KinetileError, MissedContactError, PhaseError, StalledError, ZenoError
 from kinetile.faults import (
     BAD_CERTIFICATE,
     BAD_PAIR,
@@ -45,13 +45,14 @@ def failure(fault: int, a: int, b: int, time: float, broad_phase: str, window: i
         return PhaseError(
             f"at time {time!r} a contact of {who} left a place or velocity that is not a finite number"
         )
+    if fault == STALLED:
+        return StalledError(
+            f"at time {time!r} {phase} does not get on: its certificates, the last of them number {a}, "
+            "fail again and again at the same moment"
+        )
     broken = {
         BAD_CERTIFICATE: f"scheduled certificate {a}, which is none of those that it declared",
         BAD_PAIR: f"reported the pair ({a}, {b}), which is not two bodies of the scene",
         UNKNOWN_PAIR: f"removed the pair ({a}, {b}), which was not a candidate pair",
-        STALLED: (
-            f"does not get on: its certificates, the last of them number {a}, "
-            "fail again and again at the same moment"
-        ),
     }
     return PhaseError(f"at time {time!r} {phase} {broken.get(fault, f'left fault {fault} ({a}, {b})')}")

@@ -14,11 +14,21 @@ from kinetile.errors import KinetileError
 from kinetile.scene import Scene
 from kinetile.simulation import Simulation
 
-__all__ = ["CONTACTS", "REFERENCE", "Outcome", "Subject", "difference", "load_case", "outcome", "save_case"]
+__all__ = [
+    "CONTACTS",
+    "REFERENCE",
+    "Outcome",
+    "Subject",
+    "difference",
+    "load_case",
+    "not_saved",
+    "outcome",
+    "save_case",
+]
 
 REFERENCE = "naive"
 CONTACTS = 150
-"""A case ends after so many contacts, if not before."""
+"""A run ends after so many contacts, if not before; one that is made in pieces, each of them."""
 
 UNTIL = 8.0
 
@@ -111,6 +121,11 @@ def save_case(scene: Scene, path: Path, check: str, name: str, said: str) -> Non
     text = "".join(f"# {line}\n" for line in head)
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(text + dumps_scene(scene), encoding="utf-8")
+
+
+def not_saved(what: str, error: OSError) -> str:
+    """Return the line of a report that says why a file is missing: no fault of the phase on trial."""
+    return f"(the {what} could not be saved: {error.strerror or error})"
 
 
 def load_case(path: Path) -> tuple[Scene, str | None]:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from kinetile._registry import registry
-from kinetile.conformance.cases import Subject, save_case
+from kinetile.conformance.cases import Subject, not_saved, save_case
 from kinetile.conformance.check import Check, Disagreement
 from kinetile.conformance.checks import CHECKS, check_named
 from kinetile.conformance.gallery import smallest
@@ -63,7 +63,7 @@ def check_broad_phase(
     for known in [*expected, *(checks or ())]:
         check_named(known)
     subject = Subject(name, dict(options or {}))
-    provided = next(each for each in registry() if each.spec is registry().spec("broad phase", name))
+    provided = registry().provided("broad phase", name)
     subject.simulation(smallest())  # unknown options and refusals speak up here, not in each check
     results = []
     for each in CHECKS if checks is None else [check_named(c) for c in checks]:
@@ -108,19 +108,23 @@ def run_check(
         status = "passed" if expected is None else "xpassed"
         reason = "" if expected is None else f"was expected to fail ({expected}), and does not"
         return Result(each.name, each.sentence, status, seen.count, seconds, reason=reason)
-    scene = seen.scene
+    scene, said = seen.scene, seen.said
     case = picture = None
     if save_to is not None and scene is not None and each.draws:
-        case = save_to / f"{subject.name}-{each.name}.toml"
-        save_case(scene, case, each.name, subject.name, seen.said)
-        picture = _draw_picture(subject, scene, case, seen.said)
+        path = save_to / f"{subject.name}-{each.name}.toml"
+        try:
+            save_case(scene, path, each.name, subject.name, seen.said)
+            case = path
+            picture = _draw_picture(subject, scene, path, seen.said)
+        except OSError as error:
+            said = f"{said}\n{not_saved('scene' if case is None else 'picture', error)}"
     return Result(
         each.name,
         each.sentence,
         "failed" if expected is None else "xfailed",
         seen.count,
         seconds,
-        said=seen.said,
+        said=said,
         reason=expected or "",
         verdict=verdict(each, subject, scene) if expected is None and scene is not None else "",
         bodies=len(scene) if scene is not None and each.draws else None,
@@ -180,7 +184,7 @@ def _search(seen: Seen, examples: int, shrink: bool, seed: int, most: int | None
         seen.said = f"{seen.said}\n(not every time: {type(error).__name__})"
 
 
-def _draw_picture(subject: Subject, scene: Scene, case: Path, said: str) -> Path | None:
+def _draw_picture(subject: Subject, scene: Scene, case: Path, said: str) -> Path:
     """Draw the moment of disagreement beside the saved case."""
     from kinetile.conformance.picture import draw
 

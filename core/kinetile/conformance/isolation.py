@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from kinetile._registry import Provided, registry
-from kinetile.conformance.cases import save_case
+from kinetile.conformance.cases import not_saved, save_case
 from kinetile.conformance.checks import CHECKS, check_named
 from kinetile.conformance.child import FAILING, LAST, Order, read_scene, work, write_scene
 from kinetile.conformance.deaths import GIB, End, cause
@@ -263,8 +263,12 @@ class _Trial:
             said = f"{end.seen}\n(and while a smaller scene was looked for, {dying})"
         case = None
         if self.order.save_to is not None and scene is not None and check.draws:
-            case = Path(self.order.save_to) / f"{self.order.name}-{check.name}.toml"
-            save_case(scene, case, check.name, self.order.name, said)
+            path = Path(self.order.save_to) / f"{self.order.name}-{check.name}.toml"
+            try:
+                save_case(scene, path, check.name, self.order.name, said)
+                case = path
+            except OSError as error:
+                said = f"{said}\n{not_saved('scene', error)}"
         status = "failed" if failing else "died"
         return Result(
             check.name,

@@ -83,7 +83,8 @@ def repeats_itself(subject: Subject, scene: Scene, reference: Reference) -> None
 @check()
 def instances_are_independent(subject: Subject, scene: Scene, reference: Reference) -> None:
     """Two simulations under it do not disturb each other."""
-    both = [scene, changed(scene, velocity=-scene.velocity)]  # as large, and nowhere in the same order
+    # As many bodies, flying the other way: state shared between the two would show.
+    both = [scene, changed(scene, velocity=-scene.velocity)]
     alone = [outcome(subject, each) for each in both]
     side_by_side = [subject.simulation(each) for each in both]
     step = (horizon(scene) - scene.start) / 4

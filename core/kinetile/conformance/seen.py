@@ -5,7 +5,7 @@ from __future__ import annotations
 from kinetile._registry import registry
 from kinetile.conformance.cases import REFERENCE, Outcome, Subject, outcome
 from kinetile.conformance.check import Check, Disagreement
-from kinetile.errors import KinetileError, Refused
+from kinetile.errors import Refused
 from kinetile.scene import Scene
 
 __all__ = ["Seen", "applicable", "reference", "verdict"]
@@ -67,10 +67,7 @@ def verdict(each: Check, subject: Subject, scene: Scene) -> str:
         if applicable(Subject(other, {}), each) is not None:
             continue
         judged = Seen(each, Subject(other, {}))
-        try:
-            holds = judged.look(scene)
-        except KinetileError:
-            continue
+        holds = judged.look(scene)
         if judged.refused:
             continue
         (fine if holds else also).append(other)

@@ -81,6 +81,24 @@ def test_what_cannot_be_judged_is_exit_code_2(arguments, said):
     assert said in " ".join(result.stderr.replace("│", " ").split())
 
 
+@pytest.mark.parametrize("folder", ["a-file", "a-file/within", "new/" + 300 * "n"])
+@pytest.mark.parametrize("door", ["--in-process", "--isolated"])
+def test_a_folder_that_cannot_be_written_is_said_before_anything_is_judged(folder, door, tmp_path):
+    (tmp_path / "a-file").touch()
+    result = kinetile_("conform", "naive", door, "--check", "rejects-unknown-options", "--save-to", folder)
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr.startswith(f"kinetile: --save-to {folder}: ")
+    assert [path.name for path in tmp_path.iterdir()] == ["a-file"]
+
+
+@pytest.mark.parametrize("folder", ["new", "new/and/deep", "old", "old/new"])
+def test_a_folder_for_which_there_is_nothing_is_left_as_it_was(folder, tmp_path):
+    (tmp_path / "old").mkdir()
+    arguments = ("--in-process", "--check", "rejects-unknown-options", "--save-to", folder)
+    assert kinetile_("conform", "naive", *arguments).exit_code == 0
+    assert [path.name for path in tmp_path.rglob("*")] == ["old"]
+
+
 def test_an_expected_failure_that_passes_is_a_failure():
     expected = "rejects-unknown-options=issue 7"
     result = kinetile_(

@@ -24,6 +24,7 @@ from kinetile.conformance.cases import load_case
 from kinetile.conformance.isolation import SECONDS, check_isolated
 from kinetile.conformance.processes import CAN_FORK
 from kinetile.errors import AuditError, BadOption, PhaseError, UnknownName
+from kinetile.toolbox import BroadPhaseParts
 
 MIB = 1 << 20
 OWNER = r" of hostile_phases \(added in this process\)"
@@ -177,7 +178,7 @@ def compiled(name: str, *kinds: tuple[object, object]) -> None:
         (
             "loses-the-queue",
             SECONDS,  # what it reads where the queue ends is no more than chance
-            "died of SIG[A-Z]+ in check '.*', in a compiled hook|PhaseError: .* does not get on",
+            "died of SIG[A-Z]+ in check '.*', in a compiled hook|StalledError: .* does not get on",
         ),
     ],
 )
@@ -236,6 +237,52 @@ def test_what_had_failed_before_the_time_was_up_is_the_result(tmp_path: Path) ->
     assert "(and while a smaller scene was looked for, no answer within 6 s" in result.said
     assert result.case is not None
     assert len(load_case(result.case)[0]) == result.bodies
+
+
+class ExitsWithTwo:
+    """A broad phase that does the smallest scene, and ends the process at a larger one."""
+
+    def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
+        if len(scene) > 1:
+            os._exit(7)
+        nothing = hostile_phases.nothing
+        return BroadPhaseParts(
+            hostile_phases.State(np.zeros(1)), 0, hostile_phases.every_pair, nothing, nothing
+        )
+
+
+@pytest.fixture
+def _exits_with_two() -> Iterator[None]:
+    class Plugin:
+        @kt.hookimpl
+        def kinetile_broad_phases(self) -> list[kt.BroadPhaseSpec]:
+            return [kt.BroadPhaseSpec("exits-with-two", ExitsWithTwo)]
+
+    plugin = Plugin()
+    kt.registry().add(plugin)
+    yield
+    kt.registry().remove(plugin)
+
+
+@forks
+@pytest.mark.usefixtures("_exits_with_two")
+@pytest.mark.parametrize(
+    ("name", "status", "said"),
+    [
+        ("exits-with-two", "died", "the process ended itself with status 7"),
+        ("raises-in-arrange", "failed", "PhaseError: "),
+    ],
+)
+def test_a_scene_that_cannot_be_saved_is_no_fault_of_the_phase(
+    name: str, status: str, said: str, tmp_path: Path
+) -> None:
+    (tmp_path / "a-file").touch()
+    report = isolated(name, "names-real-pairs", save_to=tmp_path / "a-file" / "within", shrink=False)
+    (result,) = report.results
+    assert (result.status, result.case, result.picture) == (status, None, None)
+    first, *_, last = result.said.splitlines()
+    assert first.startswith(said)
+    assert last.startswith("(the scene could not be saved: ")
 
 
 @forks
