@@ -73,7 +73,8 @@ def _order(k: Kernel, order: Any, axis: int, first: int) -> Iterator[str]:
     edge = place_now[order >> 1] + np.where(order & 1, bodies.reach[order >> 1], -bodies.reach[order >> 1])
     wrong = (np.diff(edge) < -2.0 * clock.theta) & (queued > clock.now)
     for gap in np.flatnonzero(wrong):
-        yield f"{_names(left[gap], right[gap], axis)} stand in the wrong order, by {edge[gap] - edge[gap + 1]}"
+        by = edge[gap] - edge[gap + 1]
+        yield f"{_names(left[gap], right[gap], axis)} stand in the wrong order, by {by}"
 
 
 def _names(left: int, right: int, axis: int) -> str:
