@@ -204,12 +204,14 @@ def certify(
         MissingExtra: python-flint is not installed.
         Refused: the oracle does not know what the simulation simulates: phases of other kinds, too many
             bodies, or turns made by hand.
-        ValueError: the simulation keeps no contacts, or ``until`` is not a finite time from the scene's start
-            on.
+        ValueError: the simulation keeps no contacts, ``until`` is not a finite time from the scene's start
+            on, or ``max_contacts`` is negative.
     """
     start = sim.scene.start
     if until is not None and not start <= until < math.inf:
         raise ValueError(f"until must be a finite time from the scene's start on, {start}; found {until}")
+    if max_contacts is not None and max_contacts < 0:
+        raise ValueError(f"max_contacts must not be negative; found {max_contacts}")
     _ = sim.contacts  # which refuses where none are kept: before anything is run
     oracle = oracle or Oracle(sim.scene, sim.narrow_phases)
     fault = _run_on(sim, until, max_contacts)

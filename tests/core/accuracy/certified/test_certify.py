@@ -216,6 +216,8 @@ def test_what_the_oracle_cannot_know_is_refused() -> None:
     with pytest.raises(ValueError, match="keeps no contacts"):
         certify(silent, until=0.2)
     assert silent.time == 0.1, "nothing is run in vain"
+    with pytest.raises(ValueError, match="must not be negative; found -1"):
+        certify(kt.Simulation(scene, "naive"), max_contacts=-1)
 
 
 @pytest.mark.parametrize("until", [3.75, -math.inf, math.inf, math.nan])
