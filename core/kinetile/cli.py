@@ -236,8 +236,8 @@ def oracle(
 
 @app.command()
 def accuracy(
-    quick: Annotated[bool, typer.Option("--quick", help="Measure for about two minutes.")] = False,
-    full: Annotated[bool, typer.Option("--full", help="Measure for an hour or so.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Measure for about a minute, instead of some.")] = False,
+    full: Annotated[bool, typer.Option("--full", help="Measure for half an hour or so.")] = False,
     part: Annotated[
         list[str] | None,
         typer.Option(metavar="NAME", help="Only this part: chart, queries, oracle, drift or rates."),

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 __all__ = ["Budget", "Measure", "Picture", "Progress", "Section", "Table"]
 
 Budget = Literal["quick", "normal", "full"]
-"""How much is measured: in about two minutes for the whole report, in a quarter of an hour, or in hours."""
+"""How much is measured: for the whole report in about a minute, in some minutes, or in half an hour or so."""
 
 Progress = Callable[[str, int, int], None]
 """Told what is being measured, how many steps of it are done, and how many there are."""
