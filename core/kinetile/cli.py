@@ -236,7 +236,7 @@ def oracle(
 
 @app.command()
 def accuracy(
-    quick: Annotated[bool, typer.Option("--quick", help="Measure for about a minute, instead of some.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Measure for about a minute.")] = False,
     full: Annotated[bool, typer.Option("--full", help="Measure for half an hour or so.")] = False,
     part: Annotated[
         list[str] | None,
