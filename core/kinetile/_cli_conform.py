@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import shlex
-import tempfile
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import typer
 
+from kinetile._cli_folder import try_folder
 from kinetile._cli_run import as_json
 from kinetile._cli_terminal import DIFFERENT, exit_codes, notice
 from kinetile._cli_values import read_phase
@@ -43,7 +42,7 @@ def conform(trial: Trial) -> None:
         name, options = _phase(trial.phase)
         checks = [_check(each) for each in trial.checks]
         expected = dict(map(_expectation, trial.expected))
-        _try_folder(trial.save_to)
+        try_folder("--save-to", trial.save_to, keep=False)
         show = _Show(name, options, trial.json)
         notice(f"judging {trial.phase} on {trial.examples} scenes a check{_compiling()} ...")
         try:
@@ -64,23 +63,6 @@ def conform(trial: Trial) -> None:
         show.end(replace(report, results=show.unfinished.results), "complete")
     if report.exit_code:
         raise typer.Exit(report.exit_code)
-
-
-def _try_folder(folder: Path) -> None:
-    """See that scenes can be saved in a folder, before anything is judged, and leave nothing there; raise
-    BadOption where they cannot."""
-    made: list[Path] = []
-    try:
-        made += [each for each in (folder, *folder.parents) if not each.exists()]
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
-    except OSError as error:
-        raise BadOption(f"--save-to {folder}: {error.strerror or error}") from error
-    finally:
-        for each in made:  # the innermost comes first
-            with suppress(OSError):
-                each.rmdir()
 
 
 def _compiling() -> str:

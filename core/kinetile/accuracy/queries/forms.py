@@ -44,8 +44,8 @@ KERNEL = "kernel"
 
 
 @hook
-def naive(k: Kernel, a: int, b: int) -> int:
-    """Return the tick by (-b - sqrt(b^2 - ac)) / a."""
+def encounter(k: Kernel, a: int, b: int) -> tuple[int, float, float, float, float, float]:
+    """Return the later of two anchors, separation and relative velocity there, and the sum of the radii."""
     one = k.bodies[a]
     two = k.bodies[b]
     since = max(one.anchor, two.anchor)
@@ -56,6 +56,13 @@ def naive(k: Kernel, a: int, b: int) -> int:
     vx = two.vx - one.vx
     vy = two.vy - one.vy
     reach = one.radius + two.radius
+    return since, dx, dy, vx, vy, reach
+
+
+@hook
+def naive(k: Kernel, a: int, b: int) -> int:
+    """Return the tick by (-b - sqrt(b^2 - ac)) / a."""
+    since, dx, dy, vx, vy, reach = encounter(k, a, b)
     approach = dx * vx + dy * vy
     speed2 = vx * vx + vy * vy
     root = approach * approach - speed2 * (dx * dx + dy * dy - reach * reach)
@@ -67,16 +74,7 @@ def naive(k: Kernel, a: int, b: int) -> int:
 @hook
 def citardauq(k: Kernel, a: int, b: int) -> int:
     """Return the tick by c / (-b + sqrt(b^2 - ac))."""
-    one = k.bodies[a]
-    two = k.bodies[b]
-    since = max(one.anchor, two.anchor)
-    one_time = since_anchor(k, one, since)
-    two_time = since_anchor(k, two, since)
-    dx = (two.x + two.vx * two_time) - (one.x + one.vx * one_time)
-    dy = (two.y + two.vy * two_time) - (one.y + one.vy * one_time)
-    vx = two.vx - one.vx
-    vy = two.vy - one.vy
-    reach = one.radius + two.radius
+    since, dx, dy, vx, vy, reach = encounter(k, a, b)
     approach = dx * vx + dy * vy
     gap = dx * dx + dy * dy - reach * reach
     root = approach * approach - (vx * vx + vy * vy) * gap
@@ -88,16 +86,7 @@ def citardauq(k: Kernel, a: int, b: int) -> int:
 @hook
 def cross_product(k: Kernel, a: int, b: int) -> int:
     """Return the tick with the discriminant as R^2 v.v - (d x v)^2 and c as (|d| - R)(|d| + R)."""
-    one = k.bodies[a]
-    two = k.bodies[b]
-    since = max(one.anchor, two.anchor)
-    one_time = since_anchor(k, one, since)
-    two_time = since_anchor(k, two, since)
-    dx = (two.x + two.vx * two_time) - (one.x + one.vx * one_time)
-    dy = (two.y + two.vy * two_time) - (one.y + one.vy * one_time)
-    vx = two.vx - one.vx
-    vy = two.vy - one.vy
-    reach = one.radius + two.radius
+    since, dx, dy, vx, vy, reach = encounter(k, a, b)
     approach = dx * vx + dy * vy
     cross = dx * vy - dy * vx
     distance = math.sqrt(dx * dx + dy * dy)
