@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from kinetile.compiled import INTERPRETED
+from kinetile.kernel.compiled import INTERPRETED
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -133,7 +133,7 @@ def assert_runs(words: list[str], environment: dict[str, str], folder: Path, cod
         name, _, value = words.pop(0).partition("=")
         settings[name] = value
     done = subprocess.run(
-        [sys.executable, "-m", "kinetile.cli", *words[1:]],
+        [sys.executable, "-m", "kinetile", *words[1:]],
         cwd=folder,
         env=environment | settings,
         capture_output=True,

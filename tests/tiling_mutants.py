@@ -29,7 +29,7 @@ import numpy as np
 import kinetile as kt
 import kinetile_plugins.sweep_tiling as original
 from kinetile.errors import AuditError, KinetileError, ZenoError
-from kinetile.specs import BroadPhaseSpec
+from kinetile.plugin.specs import BroadPhaseSpec
 from kinetile.toolbox import NEVER, hook
 from tilings import Steps, columns, lattice, random_scene
 

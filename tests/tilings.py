@@ -13,11 +13,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import kinetile as kt
-from kinetile.engine import UNLIMITED
 from kinetile.errors import SceneError, ZenoError
-from kinetile.flight import positions_now
-from kinetile.kernel import BUDGET_SPENT
-from kinetile.tables import NEVER
+from kinetile.kernel.flight import positions_now
+from kinetile.kernel.loop import BUDGET_SPENT
+from kinetile.kernel.tables import NEVER
+from kinetile.run.engine import UNLIMITED
 
 OUTER, UPPER, LOWER = 0, 1, 2
 SCENES = Path(__file__).parent / "scenes"

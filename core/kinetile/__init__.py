@@ -6,54 +6,56 @@ The names below are the whole public surface; each is imported when it is first 
 
 from __future__ import annotations
 
+import sys
 from importlib import import_module
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from kinetile._registry import Registry as Registry
-    from kinetile._registry import registry as registry
-    from kinetile.hookspecs import hookimpl as hookimpl
-    from kinetile.log import CONTACT as CONTACT
-    from kinetile.log import LOG as LOG
-    from kinetile.recipes import make_scene as make_scene
-    from kinetile.records import EventRecorder as EventRecorder
-    from kinetile.records import read_events as read_events
+    from kinetile.kernel.log import CONTACT as CONTACT
+    from kinetile.kernel.log import LOG as LOG
+    from kinetile.plugin.by_name import load_scene as load_scene
+    from kinetile.plugin.by_name import make_scene as make_scene
+    from kinetile.plugin.hookspecs import hookimpl as hookimpl
+    from kinetile.plugin.registry import Registry as Registry
+    from kinetile.plugin.registry import registry as registry
+    from kinetile.plugin.specs import API_VERSION as API_VERSION
+    from kinetile.plugin.specs import BroadPhaseSpec as BroadPhaseSpec
+    from kinetile.plugin.specs import NarrowPhaseSpec as NarrowPhaseSpec
+    from kinetile.plugin.specs import SceneSpec as SceneSpec
+    from kinetile.records.events import EventRecorder as EventRecorder
+    from kinetile.records.events import read_events as read_events
+    from kinetile.records.trajectory import Trajectory as Trajectory
+    from kinetile.run.simulation import Progress as Progress
+    from kinetile.run.simulation import Simulation as Simulation
     from kinetile.scene import Scene as Scene
     from kinetile.scene import Settings as Settings
     from kinetile.scene import Turn as Turn
-    from kinetile.scene_files import load_scene as load_scene
-    from kinetile.scene_files import save_scene as save_scene
-    from kinetile.simulation import Progress as Progress
-    from kinetile.simulation import Simulation as Simulation
-    from kinetile.specs import API_VERSION as API_VERSION
-    from kinetile.specs import BroadPhaseSpec as BroadPhaseSpec
-    from kinetile.specs import NarrowPhaseSpec as NarrowPhaseSpec
-    from kinetile.specs import SceneSpec as SceneSpec
-    from kinetile.trajectory import Trajectory as Trajectory
+    from kinetile.scene.files import save_scene as save_scene
 
 __version__ = "0.1.0"
 
 _HOME = {
-    "API_VERSION": "kinetile.specs",
-    "BroadPhaseSpec": "kinetile.specs",
-    "CONTACT": "kinetile.log",
-    "LOG": "kinetile.log",
-    "NarrowPhaseSpec": "kinetile.specs",
-    "EventRecorder": "kinetile.records",
-    "Progress": "kinetile.simulation",
-    "Trajectory": "kinetile.trajectory",
-    "read_events": "kinetile.records",
-    "Registry": "kinetile._registry",
+    "API_VERSION": "kinetile.plugin.specs",
+    "BroadPhaseSpec": "kinetile.plugin.specs",
+    "CONTACT": "kinetile.kernel.log",
+    "LOG": "kinetile.kernel.log",
+    "NarrowPhaseSpec": "kinetile.plugin.specs",
+    "EventRecorder": "kinetile.records.events",
+    "Progress": "kinetile.run.simulation",
+    "Trajectory": "kinetile.records.trajectory",
+    "read_events": "kinetile.records.events",
+    "Registry": "kinetile.plugin.registry",
     "Scene": "kinetile.scene",
-    "SceneSpec": "kinetile.specs",
+    "SceneSpec": "kinetile.plugin.specs",
     "Settings": "kinetile.scene",
-    "Simulation": "kinetile.simulation",
+    "Simulation": "kinetile.run.simulation",
     "Turn": "kinetile.scene",
-    "hookimpl": "kinetile.hookspecs",
-    "load_scene": "kinetile.scene_files",
-    "make_scene": "kinetile.recipes",
-    "registry": "kinetile._registry",
-    "save_scene": "kinetile.scene_files",
+    "hookimpl": "kinetile.plugin.hookspecs",
+    "load_scene": "kinetile.plugin.by_name",
+    "make_scene": "kinetile.plugin.by_name",
+    "registry": "kinetile.plugin.registry",
+    "save_scene": "kinetile.scene.files",
 }
 
 __all__ = [*sorted(_HOME), "__version__"]
@@ -69,3 +71,14 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return __all__
+
+
+class _Moved(ModuleType):
+    """A public module's former name: what it is asked for comes from where that is now."""
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(import_module(_MOVED[self.__name__]), name)
+
+
+_MOVED = {"kinetile.trajectory": "kinetile.records"}
+sys.modules.update({name: _Moved(name) for name in _MOVED})

@@ -5,8 +5,8 @@ This module only says what there is and where it stands; a phase's own module is
 
 from __future__ import annotations
 
-from kinetile.hookspecs import hookimpl
-from kinetile.specs import BroadPhaseSpec, NarrowPhaseSpec, SceneSpec
+from kinetile.plugin.hookspecs import hookimpl
+from kinetile.plugin.specs import BroadPhaseSpec, NarrowPhaseSpec, SceneSpec
 
 __all__ = ["kinetile_broad_phases", "kinetile_narrow_phases", "kinetile_scenes"]
 

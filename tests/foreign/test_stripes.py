@@ -7,8 +7,8 @@ import pytest
 
 import kinetile as kt
 from agreement import difference, outcome
-from kinetile.compiled import INTERPRETED
 from kinetile.errors import BadOption
+from kinetile.kernel.compiled import INTERPRETED
 
 pytestmark = pytest.mark.skipif(
     "stripes" not in kt.registry().names("broad phase"),

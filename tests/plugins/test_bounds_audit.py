@@ -7,9 +7,9 @@ import pytest
 
 import kinetile as kt
 from kinetile.errors import AuditError
-from kinetile.pairs import add_pair, remove_pair
-from kinetile.queue import schedule
-from kinetile.tables import NEVER
+from kinetile.kernel.pairs import add_pair, remove_pair
+from kinetile.kernel.queue import schedule
+from kinetile.kernel.tables import NEVER
 from tilings import columns, lattice
 
 PHASES = ("sap-1d", "sap-2d")

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 import kinetile as kt
 from agreement import PHASES, assert_one_answer
-from kinetile import skin
 from kinetile.errors import KinetileError
+from kinetile.kernel import skin
 
 THESIS = [(n, density) for n in (25, 100, 400) for density in (0.5, 0.25, 0.125, 0.01)]
 

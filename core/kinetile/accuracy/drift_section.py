@@ -128,7 +128,7 @@ def _findings(drift: list[Drift], clock: list[Clock], back: list[WayBack]) -> li
 
 
 def _draw_drift(rows: list[Drift]) -> Figure:
-    from kinetile.drawing import new_figure
+    from kinetile.accuracy.drawing import new_figure
 
     figure, panel = new_figure(1)
     contacts = [row.contacts for row in rows]
@@ -149,7 +149,7 @@ def _draw_drift(rows: list[Drift]) -> Figure:
 
 
 def _draw_back(rows: list[WayBack]) -> Figure:
-    from kinetile.drawing import new_figure
+    from kinetile.accuracy.drawing import new_figure
 
     figure, panel = new_figure(1)
     looks: Any = iter((("#0072B2", "o-"), ("#D55E00", "s--"), ("#000000", "^:")))

@@ -74,7 +74,7 @@ def write_report(
         sections: what was measured.
         folder: where to; made if it is not there.
         budget: how much was measured.
-        conditions: versions and machine (``kinetile.bench.surroundings``).
+        conditions: versions and machine (``kinetile.bench.events.surroundings``).
 
     Returns:
         The paths, the page ``accuracy.html`` first.
@@ -130,7 +130,7 @@ def _plain(value: Any) -> Any:
 
 
 def _draw(section: Section, folder: Path) -> dict[str, list[Path]]:
-    from kinetile.drawing import house_style, save_figure
+    from kinetile.accuracy.drawing import house_style, save_figure
 
     drawn = {}
     with house_style():

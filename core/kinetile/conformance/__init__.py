@@ -2,16 +2,41 @@
 
 Three doors to one engine: ``check_broad_phase(name)`` returns a report; ``parametrize_with_checks(name)``
 makes one pytest test of each check; ``kinetile conform NAME`` prints. ``strategies.scenes()`` draws the kit's
-scenes for others. It needs the extra ``conformance`` (Hypothesis, and pytest for the second door).
+scenes for others. It needs the extra ``conformance`` (Hypothesis, and pytest for the second door), so a name
+is imported when it is first used.
 """
 
 from __future__ import annotations
 
-from kinetile.conformance.check import Check, Disagreement
-from kinetile.conformance.checks import CHECKS, check_named
-from kinetile.conformance.doors import parametrize_with_checks
-from kinetile.conformance.engine import EXAMPLES, check_broad_phase, run_check
-from kinetile.conformance.report import KIT_VERSION, Report, Result
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from kinetile.conformance.checks import CHECKS as CHECKS
+    from kinetile.conformance.checks import check_named as check_named
+    from kinetile.conformance.checks.check import Check as Check
+    from kinetile.conformance.checks.check import Disagreement as Disagreement
+    from kinetile.conformance.engine import EXAMPLES as EXAMPLES
+    from kinetile.conformance.engine import check_broad_phase as check_broad_phase
+    from kinetile.conformance.engine import run_check as run_check
+    from kinetile.conformance.pytest_door import parametrize_with_checks as parametrize_with_checks
+    from kinetile.conformance.report import KIT_VERSION as KIT_VERSION
+    from kinetile.conformance.report import Report as Report
+    from kinetile.conformance.report import Result as Result
+
+_HOME = {
+    "CHECKS": "checks",
+    "EXAMPLES": "engine",
+    "KIT_VERSION": "report",
+    "Check": "checks.check",
+    "Disagreement": "checks.check",
+    "Report": "report",
+    "Result": "report",
+    "check_broad_phase": "engine",
+    "check_named": "checks",
+    "parametrize_with_checks": "pytest_door",
+    "run_check": "engine",
+}
 
 __all__ = [
     "CHECKS",
@@ -26,3 +51,9 @@ __all__ = [
     "parametrize_with_checks",
     "run_check",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)

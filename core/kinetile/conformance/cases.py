@@ -11,8 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.errors import KinetileError
+from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene
-from kinetile.simulation import Simulation
 
 __all__ = [
     "CONTACTS",
@@ -106,7 +106,7 @@ def difference(found: Outcome, expected: Outcome, name: str) -> str | None:
 
 
 def _contact(result: Outcome, at: int) -> str:
-    from kinetile.log import WALLS
+    from kinetile.kernel.log import WALLS
 
     row = result.contacts[at]
     partner = f"the {WALLS[int(row['b'])]} wall" if row["b"] < 0 else f"body {row['b']}"
@@ -115,7 +115,7 @@ def _contact(result: Outcome, at: int) -> str:
 
 def save_case(scene: Scene, path: Path, check: str, name: str, said: str) -> None:
     """Write a case as a scene file; what was on trial and what was said stand in comments at its head."""
-    from kinetile.scene_files import dumps_scene
+    from kinetile.scene.files import dumps_scene
 
     head = [f"check: {check}", f"broad phase: {name}", *(f"said: {line}" for line in said.splitlines()[:6])]
     text = "".join(f"# {line}\n" for line in head)
@@ -130,7 +130,7 @@ def not_saved(what: str, error: OSError) -> str:
 
 def load_case(path: Path) -> tuple[Scene, str | None]:
     """Read a case; return its scene and the name of the check that it failed, where the file says so."""
-    from kinetile.scene_files import load_scene
+    from kinetile.plugin.by_name import load_scene
 
     first = path.read_text(encoding="utf-8").partition("\n")[0]
     check = first.removeprefix("# check:").strip() if first.startswith("# check:") else None

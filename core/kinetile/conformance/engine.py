@@ -7,15 +7,15 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from kinetile._registry import registry
 from kinetile.conformance.cases import Subject, not_saved, save_case
-from kinetile.conformance.check import Check, Disagreement
 from kinetile.conformance.checks import CHECKS, check_named
-from kinetile.conformance.gallery import smallest
+from kinetile.conformance.checks.check import Check, Disagreement
+from kinetile.conformance.checks.gallery import smallest
+from kinetile.conformance.checks.tightness import tightness
+from kinetile.conformance.checks.verdicts import Seen, applicable, verdict
 from kinetile.conformance.report import Report, Result
-from kinetile.conformance.seen import Seen, applicable, verdict
-from kinetile.conformance.tightness import tightness
 from kinetile.errors import MissingExtra
+from kinetile.plugin.registry import registry
 from kinetile.scene import Scene
 
 __all__ = ["EXAMPLES", "check_broad_phase", "run_check"]

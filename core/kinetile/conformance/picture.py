@@ -10,8 +10,8 @@ import numpy as np
 
 from kinetile.conformance.cases import CONTACTS, REFERENCE, Subject, difference, horizon, outcome
 from kinetile.errors import KinetileError
+from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene
-from kinetile.simulation import Simulation
 
 __all__ = ["draw", "moment"]
 

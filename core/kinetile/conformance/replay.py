@@ -7,12 +7,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from kinetile._spelling import one_of
 from kinetile.conformance.cases import Subject, load_case
 from kinetile.conformance.checks import CHECKS
+from kinetile.conformance.checks.verdicts import Seen, applicable, verdict
 from kinetile.conformance.report import KIT_VERSION, Result
-from kinetile.conformance.seen import Seen, applicable, verdict
-from kinetile.errors import BadOption, Refused
+from kinetile.errors import BadOption, Refused, one_of
 
 __all__ = ["DEFAULT_CHECK", "replay"]
 

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.errors import BadOption
-from kinetile.scene_checks import LARGEST
+from kinetile.scene.checks import LARGEST
 
 __all__ = ["Floats", "demand", "demand_number", "demand_speed", "generators", "in_random_directions"]
 

@@ -21,8 +21,8 @@ import math
 import numpy as np
 
 from kinetile import Scene, Turn
-from kinetile.overlaps import overlapping_pairs
-from kinetile.scene_checks import TOLERANCE
+from kinetile.scene.checks import TOLERANCE
+from kinetile.scene.overlaps import overlapping_pairs
 from kinetile_plugins.scenes._terms import Floats, demand, demand_number, generators
 
 __all__ = ["lattice"]

@@ -19,7 +19,7 @@ import numpy as np
 
 from kinetile import Scene
 from kinetile.errors import BadOption
-from kinetile.scene_checks import HEAVIEST
+from kinetile.scene.checks import HEAVIEST
 from kinetile_plugins.scenes._terms import Floats, demand, demand_number, generators, in_random_directions
 
 __all__ = ["random_discs"]

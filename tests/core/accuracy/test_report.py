@@ -12,11 +12,11 @@ import pytest
 from typer.testing import CliRunner
 
 from kinetile.accuracy import report
+from kinetile.accuracy.drawing import new_figure
 from kinetile.accuracy.page import command, shown
 from kinetile.accuracy.parts import Picture, Section, Table
 from kinetile.accuracy.report import PARTS, measure_parts, write_report
 from kinetile.cli import app
-from kinetile.drawing import new_figure
 from kinetile.errors import BadOption, MissingExtra
 
 

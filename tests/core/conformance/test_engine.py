@@ -14,13 +14,13 @@ import kinetile.conformance.engine
 from kinetile.conformance import check_broad_phase
 from kinetile.conformance.cases import Subject, load_case
 from kinetile.conformance.checks import check_named
+from kinetile.conformance.checks.tightness import tightness
 from kinetile.conformance.engine import run_check
 from kinetile.conformance.report import Result
-from kinetile.conformance.tightness import tightness
-from kinetile.engine import Engine
 from kinetile.errors import PhaseError, Refused, StalledError
-from kinetile.failures import failure
-from kinetile.faults import BAD_PAIR, STALLED
+from kinetile.kernel.faults import BAD_PAIR, STALLED
+from kinetile.run.engine import Engine
+from kinetile.run.failures import failure
 from kinetile.toolbox import BroadPhaseParts
 
 

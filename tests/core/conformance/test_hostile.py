@@ -18,12 +18,12 @@ import pytest
 import hostile_phases
 import kinetile as kt
 from installing import run
-from kinetile.compiled import INTERPRETED
 from kinetile.conformance import CHECKS, Report, Result
 from kinetile.conformance.cases import load_case
 from kinetile.conformance.isolation import SECONDS, check_isolated
-from kinetile.conformance.processes import CAN_FORK
+from kinetile.conformance.isolation.processes import CAN_FORK
 from kinetile.errors import AuditError, BadOption, PhaseError, UnknownName
+from kinetile.kernel.compiled import INTERPRETED
 from kinetile.toolbox import BroadPhaseParts
 
 MIB = 1 << 20

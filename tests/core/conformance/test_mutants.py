@@ -17,7 +17,7 @@ from pathlib import Path
 import pytest
 
 from kinetile.conformance import CHECKS
-from kinetile.conformance.processes import CAN_FORK
+from kinetile.conformance.isolation.processes import CAN_FORK
 from phase_mutant_table import MUTANTS
 from phase_mutants import KILLED
 

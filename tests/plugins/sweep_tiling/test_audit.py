@@ -9,7 +9,7 @@ import pytest
 
 import kinetile as kt
 from kinetile.errors import AuditError
-from kinetile.tables import NEVER
+from kinetile.kernel.tables import NEVER
 from kinetile.toolbox import add_pair, schedule
 from kinetile_plugins.sweep_tiling.audit import Tiles, _pairs, _sweep, audit, tiles_of
 from tilings import LOWER, OUTER, UPPER, Steps

@@ -28,12 +28,12 @@ from kinetile.accuracy.certified.oracle import (
     Oracle,
     OracleProgress,
 )
-from kinetile.clock import TICKS
 from kinetile.errors import KinetileError, Refused
-from kinetile.log import WALLS
+from kinetile.kernel.clock import TICKS
+from kinetile.kernel.log import WALLS
 
 if TYPE_CHECKING:
-    from kinetile.simulation import Simulation
+    from kinetile.run.simulation import Simulation
 
 __all__ = ["Agreement", "Disagreement", "agreement", "certify"]
 

@@ -307,7 +307,7 @@ def _growing(growth: Sequence[ErrorGrowth]) -> str:
 
 
 def _draw(growth: Sequence[ErrorGrowth]) -> Figure:
-    from kinetile.drawing import new_figure
+    from kinetile.accuracy.drawing import new_figure
 
     figure, panel = new_figure()
     looks: tuple[tuple[str, str, str], ...] = (

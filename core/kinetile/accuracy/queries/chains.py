@@ -16,10 +16,10 @@ from kinetile.accuracy.parts import Budget
 from kinetile.accuracy.queries.families import chains_of_three
 from kinetile.accuracy.queries.forms import KERNEL, ask, forms
 from kinetile.accuracy.queries.truth import chain_of_three, line_contacts
-from kinetile.clock import TICKS
+from kinetile.kernel.clock import TICKS
+from kinetile.kernel.tables import NEVER
+from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene
-from kinetile.simulation import Simulation
-from kinetile.tables import NEVER
 
 __all__ = ["CHAIN_HEADS", "ChainRow", "chain_findings", "chains", "line_chain", "three_discs"]
 

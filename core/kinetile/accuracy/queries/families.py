@@ -16,8 +16,8 @@ import numpy.typing as npt
 
 from kinetile.accuracy.queries.forms import exchange
 from kinetile.accuracy.queries.questions import Queries
-from kinetile.clock import SPAN, TICKS
-from kinetile.tables import NEVER
+from kinetile.kernel.clock import SPAN, TICKS
+from kinetile.kernel.tables import NEVER
 
 __all__ = ["FAMILIES", "LATER", "TIED", "Family", "chains_of_three"]
 

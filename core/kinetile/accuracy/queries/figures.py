@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from kinetile.accuracy.drawing import new_figure
 from kinetile.accuracy.queries.truth import ALLOWED
 from kinetile.accuracy.queries.verdicts import QueryRow
-from kinetile.drawing import new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

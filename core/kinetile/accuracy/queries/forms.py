@@ -21,13 +21,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from kinetile._registry import registry
-from kinetile.clock import TICKS
-from kinetile.compiled import compose, disowned, hook, to_be_filled_in
-from kinetile.flight import anchor_at
-from kinetile.protocols import PairParts
+from kinetile.kernel.clock import TICKS
+from kinetile.kernel.compiled import compose, disowned, hook, to_be_filled_in
+from kinetile.kernel.flight import anchor_at
+from kinetile.kernel.tables import NEVER, Kernel, allocate
+from kinetile.plugin.protocols import PairParts
+from kinetile.plugin.registry import registry
 from kinetile.scene import Scene
-from kinetile.tables import NEVER, Kernel, allocate
 from kinetile.toolbox import since_anchor, ticks_after
 
 if TYPE_CHECKING:

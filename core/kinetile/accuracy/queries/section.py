@@ -28,7 +28,7 @@ from kinetile.accuracy.queries.verdicts import (
     query_row,
     tie_row,
 )
-from kinetile.tables import NEVER
+from kinetile.kernel.tables import NEVER
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

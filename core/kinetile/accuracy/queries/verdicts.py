@@ -12,7 +12,7 @@ import numpy.typing as npt
 from kinetile.accuracy.queries.families import Family
 from kinetile.accuracy.queries.questions import Queries
 from kinetile.accuracy.queries.truth import EPSILON, Encounter
-from kinetile.tables import NEVER
+from kinetile.kernel.tables import NEVER
 
 __all__ = ["QUERY_HEADS", "TIE_HEADS", "QueryRow", "TieRow", "Verdict", "judge", "query_row", "tie_row"]
 

@@ -14,8 +14,8 @@ from importlib import import_module
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from kinetile.accuracy.drawing import house_style, new_figure
 from kinetile.accuracy.stepped.runs import SpeedError
-from kinetile.drawing import house_style, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

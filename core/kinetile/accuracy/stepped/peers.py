@@ -24,7 +24,7 @@ import numpy.typing as npt
 
 from kinetile.accuracy.stepped.snapshot import STEPPED, Stepped, deepest_overlap, kinetic_energy, steps_until
 from kinetile.errors import MissingExtra, Refused
-from kinetile.log import BOTTOM, LEFT, RIGHT, TOP
+from kinetile.kernel.log import BOTTOM, LEFT, RIGHT, TOP
 from kinetile.scene import Scene
 
 __all__ = ["PEERS", "Peer", "Watched", "configured", "need_peer", "run_peer"]

@@ -21,9 +21,9 @@ import numpy.typing as npt
 from kinetile.accuracy.stepped.encounters import Missed, first_encounters, missed_of
 from kinetile.accuracy.stepped.peers import Watched, run_peer
 from kinetile.accuracy.stepped.snapshot import Stepped, run_snapshots
-from kinetile.recipes import make_scene
+from kinetile.plugin.by_name import make_scene
+from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene
-from kinetile.simulation import Simulation
 
 __all__ = ["ROUNDS", "UNTIL", "Kind", "Method", "SpeedError", "Truth", "measure_rows", "truths"]
 

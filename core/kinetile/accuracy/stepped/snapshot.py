@@ -35,8 +35,8 @@ from kinetile.accuracy.stepped.snapshot_loop import (
     deepest_loop,
     snapshot_loop,
 )
-from kinetile.compiled import make_ready
 from kinetile.errors import Refused
+from kinetile.kernel.compiled import make_ready
 from kinetile.scene import Scene
 
 __all__ = [

@@ -13,8 +13,8 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from kinetile.compiled import compose, disowned, hook, to_be_filled_in
-from kinetile.log import BOTTOM, LEFT, RIGHT, TOP
+from kinetile.kernel.compiled import compose, disowned, hook, to_be_filled_in
+from kinetile.kernel.log import BOTTOM, LEFT, RIGHT, TOP
 
 __all__ = ["STEPPED", "Bodies", "Discs", "Finder", "deepest_loop", "snapshot_loop"]
 
@@ -22,8 +22,8 @@ Finder = Literal["sweep", "cells"]
 
 STEPPED = np.dtype([("step", "i8"), ("a", "i4"), ("b", "i4"), ("acted", "?"), ("depth", "f8")])
 """An overlap found at a snapshot: its number (the start is 0), body ``a`` with body ``b`` > a or a wall
-(``kinetile.log``), whether they approached, so that there was an impulse, and how deep they overlap, in radii
-of the smaller body."""
+(``kinetile.kernel.log``), whether they approached, so that there was an impulse, and how deep they overlap,
+in radii of the smaller body."""
 
 
 class Bodies(NamedTuple):

@@ -19,10 +19,10 @@ from agreement import PHASES, TILING
 from kinetile.accuracy.certified.certify import Agreement, Disagreement, agreement, certify
 from kinetile.accuracy.certified.oracle import oracle_contacts
 from kinetile.cli import app
-from kinetile.clock import TICKS
-from kinetile.compiled import hook
 from kinetile.errors import PhaseError, Refused
-from kinetile.log import WALLS
+from kinetile.kernel.clock import TICKS
+from kinetile.kernel.compiled import hook
+from kinetile.kernel.log import WALLS
 from kinetile.toolbox import Kernel, add_pair, schedule
 
 pytest.importorskip("flint", reason="the certified oracle needs python-flint")

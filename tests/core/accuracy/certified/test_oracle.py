@@ -15,9 +15,9 @@ import pytest
 import typer
 
 import kinetile as kt
-from kinetile import _cli_oracle
 from kinetile.accuracy.certified import oracle as oracle_module
 from kinetile.accuracy.certified.oracle import CertifiedRun, Enclosure, Oracle, oracle_contacts
+from kinetile.cli.commands import oracle as oracle_command
 from kinetile.errors import MissingExtra, Refused
 
 flint = pytest.importorskip("flint", reason="the certified oracle needs python-flint")
@@ -510,7 +510,7 @@ def command(capsys: pytest.CaptureFixture[str], *arguments: Any) -> tuple[int, s
     """Return exit code, stdout and stderr of the command."""
     code = 0
     try:
-        _cli_oracle.oracle(*arguments)
+        oracle_command.oracle(*arguments)
     except typer.Exit as ended:
         code = ended.exit_code
     captured = capsys.readouterr()
@@ -570,7 +570,7 @@ def test_command_keeps_what_was_certified_at_an_interruption(
     def pressed(self: Any, share: float | None, text: str) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(_cli_oracle.Bar, "show", pressed)
+    monkeypatch.setattr(oracle_command.Bar, "show", pressed)
     code, out, _ = command(capsys, "grid", ["bodies=16"], 1.0, None, None, False)
     assert code == 130
     assert "16 contacts certified" in out

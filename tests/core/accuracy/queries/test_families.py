@@ -11,8 +11,8 @@ from kinetile.accuracy.queries.families import FAMILIES, LATER, TIED, chains_of_
 from kinetile.accuracy.queries.forms import exchange
 from kinetile.accuracy.queries.questions import Queries
 from kinetile.accuracy.queries.truth import Encounter, Plan
-from kinetile.clock import SPAN
-from kinetile.tables import NEVER
+from kinetile.kernel.clock import SPAN
+from kinetile.kernel.tables import NEVER
 
 NAMES = [family.name for family in FAMILIES]
 COUNT = 240

@@ -17,7 +17,7 @@ from kinetile.accuracy.queries.forms import KERNEL, ask, batch_times, forms
 from kinetile.accuracy.queries.questions import Queries
 from kinetile.accuracy.queries.truth import Encounter, Plan
 from kinetile.accuracy.queries.verdicts import QUERY_HEADS, QueryRow, Verdict, judge, query_row, tie_row
-from kinetile.tables import NEVER
+from kinetile.kernel.tables import NEVER
 from kinetile.toolbox import Kernel, hook, since_anchor, ticks_after
 
 COUNT = 400
@@ -349,7 +349,7 @@ def test_the_part_measures_every_family_and_form(monkeypatch: pytest.MonkeyPatch
 
 def test_the_pictures_can_be_drawn() -> None:
     pytest.importorskip("matplotlib")
-    from kinetile.drawing import house_style
+    from kinetile.accuracy.drawing import house_style
 
     rows = [
         replace(measured(name, form), form=which)

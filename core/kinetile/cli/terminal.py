@@ -1,0 +1,184 @@
+"""What is said on stderr while a command works, and the exit code when it ends; stdout is for results."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Self, TextIO
+
+import typer
+
+from kinetile.errors import (
+    AuditError,
+    KinetileError,
+    MissedContactError,
+    PhaseError,
+    RecordError,
+    ZenoError,
+)
+
+if TYPE_CHECKING:
+    from kinetile.run.simulation import Progress, Simulation
+
+__all__ = [
+    "DIFFERENT",
+    "FAULT",
+    "FAULTS",
+    "INTERRUPTED",
+    "USAGE",
+    "Bar",
+    "exit_codes",
+    "make_ready",
+    "notice",
+    "results_on_stdout",
+]
+
+FAULT = 1
+DIFFERENT = 1
+USAGE = 2
+INTERRUPTED = 128 + signal.SIGINT
+FAULTS = (ZenoError, MissedContactError, PhaseError, RecordError, AuditError)
+"""What can go wrong in a run that was asked for correctly."""
+
+PATIENCE = 2.0
+"""Seconds a run may take before its progress is shown."""
+
+_COMPILING = "about 10 s"
+
+
+def notice(text: str) -> None:
+    """Write a line to stderr; where that cannot be done, a result is worth more than the line."""
+    if sys.stderr is None:
+        return
+    try:
+        typer.echo(text, err=True)
+    except OSError:
+        _give_up(sys.stderr)
+
+
+@contextmanager
+def results_on_stdout() -> Iterator[None]:
+    """Within this context results are printed; where they cannot be, say so and end with exit code 1.
+
+    Without any stdout that is said before any work is done. A reader that has seen enough is no mishap to
+    speak of.
+    """
+    if sys.stdout is None:
+        notice("kinetile: the result cannot be printed: stdout is closed")
+        raise SystemExit(FAULT)
+    try:
+        try:
+            yield
+        finally:
+            sys.stdout.flush()
+    except OSError as error:
+        _give_up(sys.stdout)
+        if not isinstance(error, BrokenPipeError):
+            what = "the result cannot be printed" if error.filename is None else str(error.filename)
+            notice(f"kinetile: {what}: {error.strerror or error}")
+        raise SystemExit(FAULT) from error
+
+
+def _give_up(stream: TextIO) -> None:
+    """Let what is left in a stream that cannot be written go nowhere, and not complain at the very end."""
+    with suppress(OSError):
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, stream.fileno())
+        os.close(nowhere)
+
+
+@contextmanager
+def exit_codes() -> Iterator[None]:
+    """Turn what kinetile raises into one message on stderr and an exit code."""
+    try:
+        yield
+    except KinetileError as error:
+        notice(f"kinetile: {error}")
+        raise typer.Exit(FAULT if isinstance(error, FAULTS) else USAGE) from error
+    except KeyboardInterrupt as error:
+        notice("kinetile: interrupted")
+        raise typer.Exit(INTERRUPTED) from error
+
+
+def make_ready(simulation: Simulation, label: str = "") -> None:
+    """Compile a simulation's loop; say so when that takes long, which is once for each choice of phases."""
+    fresh = simulation.cached is False
+    if fresh:
+        what = label or ", ".join([simulation.broad_phase, *simulation.narrow_phases])
+        notice(f"compiling the loop for {what} (once for this choice of phases; {_COMPILING}) ...")
+    seconds = simulation.compile()
+    if fresh:
+        notice(f"compiled in {seconds:.1f} s")
+
+
+class Bar:
+    """A progress bar on stderr, for a terminal, once PATIENCE is over; elsewhere, nothing."""
+
+    def __init__(self, what: str, start: float = 0.0, max_contacts: int | None = None) -> None:
+        self.what = what
+        self.start = start
+        self.max_contacts = max_contacts
+        self._began: float | None = None
+        self._bar: Any = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Take the bar off the terminal, if it is there."""
+        if self._bar is not None:
+            self._bar.stop()
+            self._bar = None
+
+    def __call__(self, progress: Progress) -> None:
+        """Show how far a run is: the progress that ``Simulation.run`` hands out."""
+        shares = []
+        if progress.until is not None and progress.until > self.start:
+            shares.append((progress.time - self.start) / (progress.until - self.start))
+        if self.max_contacts:
+            shares.append(progress.contacts / self.max_contacts)
+        rate = progress.events / progress.cpu_seconds / 1e6 if progress.cpu_seconds else 0.0
+        self.show(
+            max(shares, default=None),
+            f"time {progress.time:.6g}, {progress.contacts:,} contacts, {rate:.2f} million events / CPU s",
+        )
+
+    def count(self, done: int, total: int) -> None:
+        """Show that so many steps of a total are done."""
+        self.show(done / total, f"{done} of {total} runs")
+
+    def show(self, share: float | None, text: str) -> None:
+        """Show a share of the whole (None: not known) and a text."""
+        total, completed = (None, 0.0) if share is None else (1.0, share)
+        if self._bar is not None:
+            self._bar.update(0, total=total, completed=completed, text=text)
+            return
+        if self._began is None:
+            self._began = time.monotonic()
+        if time.monotonic() - self._began > PATIENCE and sys.stderr is not None and sys.stderr.isatty():
+            self._bar = _bar()
+            self._bar.add_task(self.what, total=total, completed=completed, text=text)
+            self._bar.start()
+
+
+def _bar() -> Any:
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.fields[text]}"),
+        TimeRemainingColumn(),
+    )
+    return Progress(*columns, console=Console(stderr=True), transient=True)

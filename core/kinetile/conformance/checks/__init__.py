@@ -1,0 +1,39 @@
+"""The checks: all that a broad phase must do, in the order in which they are run and reported."""
+
+from __future__ import annotations
+
+from kinetile.conformance.checks import between_events, outcomes, views
+from kinetile.conformance.checks.check import Check
+
+__all__ = ["CHECKS", "check_named"]
+
+CHECKS: tuple[Check, ...] = (
+    outcomes.same_contacts,
+    outcomes.same_contacts_with_turns,
+    outcomes.same_contacts_when_turned_by_hand,
+    between_events.never_misses_a_pair,
+    between_events.its_structure_is_true,
+    between_events.structural_events_move_nothing,
+    between_events.makes_progress,
+    outcomes.repeats_itself,
+    outcomes.instances_are_independent,
+    outcomes.leaves_the_scene_alone,
+    between_events.names_real_pairs,
+    outcomes.stops_and_goes_on,
+    outcomes.survives_being_built_anew,
+    views.does_not_see_the_start,
+    views.same_contacts_after_a_change_of_view,
+    views.same_contacts_back_in_time,
+    outcomes.survives_the_smallest_scenes,
+    outcomes.same_contacts_in_the_gallery,
+    outcomes.rejects_unknown_options,
+    between_events.pairs_are_overlapping_boxes,
+)
+
+
+def check_named(name: str) -> Check:
+    """Return the check of a name; raise ValueError, with the names there are."""
+    for each in CHECKS:
+        if each.name == name:
+            return each
+    raise ValueError(f"there is no check {name!r}; there are: {', '.join(c.name for c in CHECKS)}")

@@ -1,0 +1,163 @@
+"""Checks between events: a run is stopped after each one, and what must hold there is looked at.
+
+They often see a fault long before a contact is missed, and say what it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from kinetile.conformance.cases import CONTACTS, Subject, horizon
+from kinetile.conformance.checks.check import Disagreement, Reference, check
+from kinetile.errors import AuditError, KinetileError, StalledError
+from kinetile.kernel.clock import SPAN
+from kinetile.kernel.loop import BUDGET_SPENT
+from kinetile.run.simulation import Simulation
+from kinetile.scene import Scene
+
+__all__ = [
+    "its_structure_is_true",
+    "makes_progress",
+    "names_real_pairs",
+    "never_misses_a_pair",
+    "pairs_are_overlapping_boxes",
+    "structural_events_move_nothing",
+]
+
+WINDOWS = 5
+EVENTS = 20_000
+"""A phase gets on if so many events take it further than a millionth of the way; it is looked at 5 times."""
+
+
+def last_tick(sim: Simulation) -> int:
+    """Return the tick at which a case ends, or that at which the clock's base would have to move on."""
+    clock = sim._engine.clock
+    return min(clock.relative(clock.ticks(horizon(sim.scene))), SPAN - 1)
+
+
+def stepped(subject: Subject, scene: Scene, most: int) -> Iterator[Simulation]:
+    """Yield a simulation after each of its events, within the first span of the clock."""
+    sim = subject.simulation(scene)
+    engine = sim._engine
+    end = last_tick(sim)
+    engine.build()
+    yield sim
+    for _ in range(most):
+        try:
+            reason = engine.chunk(end, CONTACTS, budget=1)
+        except KinetileError:
+            return
+        if reason != BUDGET_SPENT:
+            return
+        yield sim
+
+
+@check(turns=True)
+def never_misses_a_pair(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """Every two bodies that touch are a candidate pair, at every contact and between."""
+    sim = subject.simulation(scene, audit=1)
+    step = (horizon(scene) - scene.start) / 16
+    try:
+        for sixteenth in range(1, 17):  # each run ends with an audit
+            sim.run(until=max(scene.start + sixteenth * step, sim.time), max_contacts=CONTACTS)
+    except AuditError as error:
+        raise Disagreement(str(error)) from error
+    except KinetileError:
+        return  # whether a run may end so is what the other checks compare
+
+
+@check(turns=True)
+def its_structure_is_true(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """What must hold between events holds after each of them: queue, pairs, and the phase's own audit."""
+    for sim in stepped(subject, scene, 150):
+        try:
+            sim._engine.audit()
+        except AuditError as error:
+            raise Disagreement(str(error)) from error
+
+
+@check(turns=True)
+def structural_events_move_nothing(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """Its own events move no body and turn none, and never go back in time."""
+    before: tuple[int, bytes, int] | None = None
+    for sim in stepped(subject, scene, 300):
+        k = sim._engine.k
+        structural = int(k.counts[0].structural)
+        bodies = b"".join(
+            k.bodies[field].tobytes() for field in ("x", "y", "vx", "vy", "anchor", "radius", "reach")
+        )
+        now = int(k.clock[0].now)
+        if before is not None:
+            if structural > before[0] and bodies != before[1]:
+                raise Disagreement(f"at time {sim.time!r} a failure of its certificates changed a body")
+            if now < before[2]:
+                raise Disagreement(f"at time {sim.time!r} time went back by {before[2] - now} ticks")
+        before = structural, bodies, now
+
+
+@check()
+def makes_progress(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """It gets on: no endless events at one moment, and not without number."""
+    sim = subject.simulation(scene)
+    engine = sim._engine
+    end = last_tick(sim)
+    least = (end - engine.now) >> 20
+    try:
+        for _ in range(WINDOWS):
+            begun, events = engine.now, engine.events
+            while engine.events - events < EVENTS:
+                if engine.chunk(end, CONTACTS, budget=EVENTS) != BUDGET_SPENT:
+                    return
+            if engine.now - begun <= least:
+                raise Disagreement(
+                    f"at time {sim.time!r}, with {engine.contacts} contacts, it does not get on: "
+                    f"{EVENTS} events took it next to nowhere"
+                )
+    except StalledError as error:
+        raise Disagreement(str(error)) from error
+    except KinetileError:
+        return  # whether a run may end so is what the other checks compare
+
+
+@check()
+def names_real_pairs(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """Its candidate pairs are pairs of bodies, a < b, each once."""
+    for count, sim in enumerate(stepped(subject, scene, 120)):
+        if count % 3:
+            continue
+        table = sim._engine.k.certificates
+        live = table[table.a >= 0]
+        a, b = np.asarray(live.a, dtype=np.int64), np.asarray(live.b, dtype=np.int64)
+        if ((a >= b) | (b >= len(scene))).any():
+            raise Disagreement(f"at time {sim.time!r} a candidate pair is not of two bodies a < b")
+        if len(set(zip(a.tolist(), b.tolist(), strict=True))) != len(a):
+            raise Disagreement(f"at time {sim.time!r} a candidate pair is there twice")
+
+
+@check(feature="boxes")
+def pairs_are_overlapping_boxes(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """Its candidate pairs are those whose bounding boxes overlap."""
+    for sim in stepped(subject, scene, 60):
+        k = sim._engine.k
+        waiting = k.queue[: int(k.clock[0].queued)]
+        if (waiting.tick <= k.clock[0].now).any():
+            continue
+        place = sim.positions()
+        reach = k.bodies.reach
+        gap = (np.abs(place[:, None] - place[None]) - (reach[:, None] + reach[None, :])[:, :, None]).max(
+            axis=2
+        )
+        skin = 2.0 * float((reach - k.bodies.radius).max(initial=0.0))
+        held = {tuple(pair) for pair in sim.candidate_pairs().tolist()}
+        for a in range(len(scene)):
+            for b in range(a + 1, len(scene)):
+                if gap[a, b] < -skin and (a, b) not in held:
+                    raise Disagreement(
+                        f"at time {sim.time!r} the boxes of {a} and {b} overlap, and they are no pair"
+                    )
+                if gap[a, b] > skin and (a, b) in held:
+                    raise Disagreement(
+                        f"at time {sim.time!r} {a} and {b} are a pair, and their boxes are apart"
+                    )

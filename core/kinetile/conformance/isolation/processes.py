@@ -1,0 +1,207 @@
+"""Processes of their own for the kit: started afresh or forked, listened to with a time limit, and ended for
+sure.
+
+A child sends what it has to say as lines of JSON through a pipe. What it prints, and the stack that
+``faulthandler`` writes when it dies, goes to a file: nobody needs to see it who has not asked. A second pipe
+has no other purpose than to be open: when the process that asked is gone, the child goes too.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import faulthandler
+import json
+import os
+import queue
+import signal
+import subprocess
+import sys
+import threading
+import time
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Protocol
+
+from kinetile.kernel.compiled import nobody_compiles
+
+__all__ = ["CAN_FORK", "Child", "afresh", "as_a_child", "forked"]
+
+CAN_FORK = hasattr(os, "fork")
+GRACE = 2.0
+"""Seconds that a process has to write down where it is, or to be gone."""
+
+Tell = Callable[[dict[str, Any]], None]
+
+
+class _Handle(Protocol):
+    """A process that can be asked whether it has ended; as subprocess.Popen has it."""
+
+    pid: int
+
+    def poll(self) -> int | None: ...
+
+
+class _Forked:
+    """A forked process."""
+
+    def __init__(self, pid: int) -> None:
+        self.pid = pid
+        self._ended: int | None = None
+
+    def poll(self) -> int | None:
+        """Return its exit code, negative for a signal; None while it runs."""
+        if self._ended is None:
+            pid, status = os.waitpid(self.pid, os.WNOHANG)
+            if pid:
+                self._ended = os.waitstatus_to_exitcode(status)
+        return self._ended
+
+
+class Child:
+    """A running child.
+
+    Args:
+        process: the process.
+        news: the reading end of its pipe; taken over.
+        alive: the writing end of the pipe that keeps it alive; taken over.
+    """
+
+    def __init__(self, process: _Handle, news: int, alive: int) -> None:
+        self._process = process
+        self._alive = alive
+        self._lines: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
+        self._reader = threading.Thread(target=self._read, args=(news,), daemon=True)
+        self._reader.start()
+
+    def _read(self, news: int) -> None:
+        with open(news, "rb") as lines:
+            for line in lines:
+                self._lines.put(line)
+        self._lines.put(None)
+
+    def hear(self, seconds: float) -> dict[str, Any] | None:
+        """Return the next message, or None when there will be none; raise TimeoutError after so many
+        seconds."""
+        until = time.monotonic() + seconds
+        while True:
+            try:
+                line = self._lines.get(timeout=max(until - time.monotonic(), 0.0))
+            except queue.Empty:
+                raise TimeoutError from None
+            if line is None:
+                return None
+            with contextlib.suppress(ValueError):
+                message = json.loads(line)
+                if isinstance(message, dict):
+                    return message
+
+    def ended(self) -> int | None:
+        """Return how a process ended that has nothing more to say; None if it is still there."""
+        return self._wait(GRACE)
+
+    def end(self, ask_where: bool = False) -> None:
+        """End the process and all that it has started; first let it write down where it is."""
+        if ask_where and hasattr(signal, "SIGABRT"):
+            self._send(signal.SIGABRT)
+            self._wait(GRACE)
+        self._send(getattr(signal, "SIGKILL", signal.SIGTERM))
+        self._wait(GRACE)
+        if self._alive >= 0:
+            os.close(self._alive)
+            self._alive = -1
+        self._reader.join(GRACE)
+
+    def _send(self, number: int) -> None:
+        """Send a signal to the process and, where it leads a session, to whatever it has started."""
+        with contextlib.suppress(OSError):
+            if self._process.poll() is None:
+                os.kill(self._process.pid, number)
+            if hasattr(os, "killpg") and number != getattr(signal, "SIGABRT", None):
+                os.killpg(self._process.pid, number)
+
+    def _wait(self, seconds: float) -> int | None:
+        until = time.monotonic() + seconds
+        while (code := self._process.poll()) is None and time.monotonic() < until:
+            time.sleep(0.005)
+        return code
+
+
+def afresh(program: str, order: dict[str, Any], words: Path) -> Child:
+    """Run a line of Python in a new interpreter; it reads the order from its standard input."""
+    path = [entry or os.getcwd() for entry in sys.path]
+    with words.open("wb") as printed:
+        process = subprocess.Popen(
+            [sys.executable, "-P", "-c", program],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=printed,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(path)},
+            start_new_session=True,
+        )
+    assert process.stdin is not None
+    assert process.stdout is not None
+    alive, news = os.dup(process.stdin.fileno()), os.dup(process.stdout.fileno())
+    process.stdin.close()
+    process.stdout.close()
+    with contextlib.suppress(BrokenPipeError):
+        os.write(alive, json.dumps(order).encode() + b"\n")
+    return Child(process, news, alive)
+
+
+def forked(work: Callable[[Tell], None], words: Path) -> Child:
+    """Run a function in a copy of this process, with all that is registered and imported in it.
+
+    No other thread compiles while the copy is made; other threads are not in it.
+    """
+    news, to_news = os.pipe()
+    from_alive, alive = os.pipe()
+    for stream in (sys.stdout, sys.stderr):
+        stream.flush()
+    with nobody_compiles():
+        pid = os.fork()
+    if pid == 0:
+        code = 70
+        try:
+            os.setsid()
+            os.close(news)
+            os.close(alive)
+            os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
+            printed = os.open(words, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND, 0o600)
+            os.dup2(printed, 1)
+            os.dup2(printed, 2)
+            as_a_child(work, to_news, from_alive)
+            code = 0
+        except BaseException:
+            os.write(2, traceback.format_exc().encode())
+        finally:
+            os._exit(code)
+    os.close(to_news)
+    os.close(from_alive)
+    return Child(_Forked(pid), news, alive)
+
+
+def as_a_child(work: Callable[[Tell], None], news: int, alive: int) -> None:
+    """Do the work of a child: tell through ``news``, end when ``alive`` is closed, write the stack to
+    standard error when dying."""
+    faulthandler.enable(file=2)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    with contextlib.suppress(ImportError, ValueError):
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    threading.Thread(target=_go_with_the_asker, args=(alive,), daemon=True).start()
+
+    def tell(message: dict[str, Any]) -> None:
+        left = json.dumps(message).encode() + b"\n"
+        while left:
+            left = left[os.write(news, left) :]
+
+    work(tell)
+
+
+def _go_with_the_asker(alive: int) -> None:
+    """End this process when nobody holds the other end of a pipe any more."""
+    while os.read(alive, 1024):
+        pass
+    os._exit(71)

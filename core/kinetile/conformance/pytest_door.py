@@ -1,0 +1,138 @@
+"""The pytest door: one test for each check, named after it, in an author's own tests or by the suite.
+
+pytest imports this file in every run, wherever kinetile is installed, for the option --broad-phase of
+``pytest --pyargs kinetile.conformance.suite``; so what the kit is made of is imported only when it is needed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+__all__ = [
+    "checks_of",
+    "parametrize_with_checks",
+    "pytest_addoption",
+    "pytest_collection_modifyitems",
+    "pytest_generate_tests",
+]
+
+SUITE = "kinetile.conformance.suite"
+
+MISTAKE = pytest.StashKey[str]()
+"""What is wrong with the suite's options: raised while tests are made, it would look like an error of the
+suite."""
+
+
+def checks_of(
+    name: str,
+    *,
+    options: Mapping[str, Any] | None = None,
+    examples: int = 100,
+    save_to: Path | None = None,
+    unshrunk: Collection[str] = (),
+) -> dict[str, Callable[[], None]]:
+    """Return a function for each check, by its name, that raises AssertionError unless the check passes.
+
+    For the checks named in ``unshrunk`` no smallest scene is looked for.
+    """
+    from kinetile.conformance.cases import Subject
+    from kinetile.conformance.checks import CHECKS
+    from kinetile.conformance.engine import run_check
+    from kinetile.conformance.report import Report
+    from kinetile.plugin.registry import registry
+    from kinetile.run.composition import check_options
+
+    subject = Subject(name, dict(options or {}))
+    phase = registry().broad_phase(name)
+    check_options("broad phase", name, phase, subject.options)
+    phase(**subject.options)
+
+    def test(each: Any) -> Callable[[], None]:
+        def run() -> None:
+            result = run_check(each, subject, examples, None, save_to, each.name not in unshrunk, 0)
+            if result.status == "skipped":
+                pytest.skip(result.reason)
+            assert result.ok, str(Report(name, subject.options, "this environment", (result,)))
+
+        return run
+
+    return {each.name: test(each) for each in CHECKS}
+
+
+def parametrize_with_checks(
+    name: str,
+    *,
+    options: Mapping[str, Any] | None = None,
+    examples: int = 100,
+    expected_failures: Mapping[str, str] | None = None,
+    save_to: Path | None = None,
+) -> Any:
+    """Return a pytest decorator for ``def test_conformance(check): check()``, one test a check.
+
+    ``expected_failures`` maps names of checks to reasons; they are marked xfail (strict: a pass is an error).
+
+    Raises ValueError for a check that does not exist, UnknownName for a phase that does not.
+    """
+    from kinetile.conformance.checks import check_named
+
+    expected = dict(expected_failures or {})
+    for each in expected:
+        check_named(each)
+    tests = checks_of(name, options=options, examples=examples, save_to=save_to, unshrunk=expected)
+    cases = [
+        pytest.param(
+            run,
+            id=check,
+            marks=[pytest.mark.xfail(reason=expected[check], strict=True)] if check in expected else [],
+        )
+        for check, run in tests.items()
+    ]
+    return pytest.mark.parametrize("check", cases)
+
+
+def pytest_addoption(parser: Any) -> None:
+    """Add the suite's options."""
+    group = parser.getgroup("kinetile", "kinetile's conformance suite")
+    group.addoption(
+        "--broad-phase",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="A broad phase to judge, with options if need be: sap-1d:axis=y; may be given more than once.",
+    )
+    group.addoption(
+        "--conformance-examples", type=int, default=100, metavar="N", help="Scenes drawn for each check."
+    )
+
+
+def pytest_generate_tests(metafunc: Any) -> None:
+    """Make one test of each check and phase; only for the suite."""
+    if metafunc.module.__name__ != SUITE and not metafunc.module.__name__.endswith("conformance.suite"):
+        return
+    from kinetile.errors import KinetileError
+    from kinetile.plugin.choices import read_phase
+
+    config = metafunc.config
+    names = config.getoption("--broad-phase")
+    if not names:
+        config.stash[MISTAKE] = "the conformance suite needs to know whom to judge: --broad-phase NAME"
+    cases = []
+    for name in names:
+        try:
+            phase, options = read_phase(name)
+            tests = checks_of(phase, options=options, examples=config.getoption("--conformance-examples"))
+        except KinetileError as error:
+            config.stash[MISTAKE] = str(error)
+            break
+        cases += [pytest.param(run, id=f"{name}-{check}") for check, run in tests.items()]
+    metafunc.parametrize("check", cases)
+
+
+def pytest_collection_modifyitems(config: Any) -> None:
+    """End the run with a usage error (exit code 4) where the suite's options are of no use."""
+    if MISTAKE in config.stash:
+        raise pytest.UsageError(config.stash[MISTAKE])

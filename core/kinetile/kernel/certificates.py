@@ -1,0 +1,77 @@
+"""Failure times of structural certificates.
+
+A structural certificate says that some quantity, a gap between two bounds, is not negative. Whether it will
+fail is decided by the sign of its rate alone, never by comparing times with now: a failure time in the past
+is simply the next event (thesis, section 5.2).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from kinetile.kernel.compiled import hook
+from kinetile.kernel.tables import NEVER, Kernel
+
+__all__ = ["FAR", "falls", "falls_many", "ticks_after"]
+
+Integers = npt.NDArray[np.int64]
+Floats = npt.NDArray[np.float64]
+
+FAR = 2.0**62
+"""Ticks. What lies further than this after its bodies' anchors is not predicted: both are re-anchored before.
+"""
+
+
+@hook
+def falls(k: Kernel, since: int, gap: float, rate: float) -> int:
+    """Return the tick at which a linear quantity falls below zero, or ``NEVER``.
+
+    ``gap`` is its value at tick ``since``, ``rate`` its change per unit of time; ``since`` must be the later
+    of the anchors of the bodies involved. A quantity that falls through zero before now fails now. One that
+    does not fall is left alone, unless it is already more negative than rounding explains (by ``theta``):
+    then it fails now, whatever its rate.
+    """
+    clock = k.clock[0]
+    if rate < 0.0:
+        ticks = gap / -rate * clock.per_time
+        if not ticks < FAR:
+            return NEVER
+        if ticks <= -FAR:
+            return int(clock.now)
+        tick = since + int(math.floor(ticks))
+        if tick < clock.now:
+            k.counts[0].late = max(k.counts[0].late, clock.now - tick)
+            return int(clock.now)
+        return tick
+    if gap < -clock.theta and gap + rate * ((clock.now - since) * clock.tick) < -clock.theta:
+        return int(clock.now)
+    return NEVER
+
+
+@hook
+def ticks_after(k: Kernel, since: int, delay: float) -> int:
+    """Return the tick that lies ``delay`` >= 0 (in the scene's time) after tick ``since``, rounded down, or
+    ``NEVER``.
+
+    Rounding down lets a contact be met from outside. A delay that is not a number, or too far to predict, is
+    ``NEVER``.
+    """
+    ticks = delay * k.clock[0].per_time
+    if not ticks < FAR:
+        return NEVER
+    return since + int(math.floor(ticks))
+
+
+def falls_many(k: Kernel, since: Integers, gap: Floats, rate: Floats) -> Integers:
+    """Return what ``falls`` does, for many at once: for audits, not for hooks."""
+    clock = k.clock[0]
+    with np.errstate(all="ignore"):
+        ticks = gap / -rate * clock.per_time
+        near = np.clip(np.nan_to_num(np.floor(ticks)), -FAR, FAR).astype(np.int64)
+    falling = np.where(ticks <= -FAR, clock.now, np.maximum(since + near, clock.now))
+    falling = np.where(ticks < FAR, falling, NEVER)
+    deep = (gap < -clock.theta) & (gap + rate * ((clock.now - since) * clock.tick) < -clock.theta)
+    return np.where(rate < 0.0, falling, np.where(deep, clock.now, NEVER))

@@ -1,0 +1,70 @@
+"""The clock: integer ticks, so that time differences are exact however late it is.
+
+A tick is 2^-52 of the scene's time unit, a power of two: 1, or less where bodies are fast (see
+``time_unit``). The kernel counts in 64 bits from ``base``, a whole number of units since the start that moves
+on by ``SPAN`` now and then: all anchors and failure times are shifted by the same integer, which changes
+nothing. Python's own integers hold the whole count.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+__all__ = ["SPAN", "TICKS", "Clock", "time_unit"]
+
+TICKS = 1 << 52
+"""Ticks a unit."""
+
+SPAN = 1 << 61
+"""Ticks between two shifts of the base: 512 units. Predictions reach 2 spans beyond an anchor, and 64 bits
+hold 4."""
+
+
+def time_unit(extent: float, speed: float) -> float:
+    """Return the power of two, at most 1, in which a body of this speed crosses about this extent.
+
+    At speed 1 in a unit box that is 1. Where bodies are so fast that they would fly far in a tick of 2^-52, a
+    smaller unit keeps what they fly in a tick below the rounding of their coordinates.
+    """
+    crossings = speed / extent * (1.0 - 2.0**-20)
+    return math.ldexp(1.0, -min(max(math.frexp(crossings)[1], 0), 900))
+
+
+@dataclass
+class Clock:
+    """Converts between the user's time and ticks.
+
+    Attributes:
+        start: the user's time at tick 0 of base 0.
+        unit: one unit, in the user's time; a power of two.
+        base: whole units from the start to the kernel's tick 0.
+    """
+
+    start: float
+    unit: float
+    base: int = 0
+
+    def ticks(self, time: float) -> int:
+        """Return a time as ticks since the start, rounded down."""
+        return math.floor((Fraction(time) - Fraction(self.start)) / Fraction(self.unit) * TICKS)
+
+    def relative(self, ticks: int) -> int:
+        """Return ticks since the start as the kernel's ticks."""
+        return ticks - self.base * TICKS
+
+    def time(self, relative: int) -> float:
+        """Return a kernel's tick as time, rounded once."""
+        total = int(relative) + self.base * TICKS
+        return float(Fraction(self.start) + Fraction(total, TICKS) * Fraction(self.unit))
+
+    def split(self, relative: np.ndarray[Any, np.dtype[np.int64]]) -> tuple[Any, Any, Any]:
+        """Return (time, epoch, tick) of kernel ticks: see ``kinetile.kernel.log``."""
+        epoch = (relative >> 52) + self.base
+        tick = relative & (TICKS - 1)
+        time = self.start + (epoch + tick * 2.0**-52) * self.unit
+        return time, epoch, tick

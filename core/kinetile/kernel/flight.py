@@ -1,0 +1,39 @@
+"""Flight plans: a body is where it was at its anchor, plus its velocity times the time since.
+
+The time since an anchor is a difference of integer ticks, hence exact however late the clock is. A plan is
+anchored anew by a contact or a turn, never by a structural event, so that a trajectory is a function of the
+scene alone.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from kinetile.kernel.compiled import hook
+from kinetile.kernel.tables import Kernel, Records
+
+__all__ = ["anchor_at", "positions_now", "since_anchor"]
+
+
+@hook
+def since_anchor(k: Kernel, body: Records, tick: int) -> float:
+    """Return the time from a body's anchor to a tick, in the scene's unit."""
+    return float((tick - body.anchor) * k.clock[0].tick)
+
+
+@hook
+def anchor_at(k: Kernel, body: Records, tick: int) -> None:
+    """Anchor a body's plan at a tick, without changing its velocity."""
+    elapsed = since_anchor(k, body, tick)
+    body.x += body.vx * elapsed
+    body.y += body.vy * elapsed
+    body.anchor = tick
+
+
+def positions_now(k: Kernel) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """Return (n, 2) positions at the kernel's present tick; for set-up and read-out, not for hooks."""
+    clock = k.clock[0]
+    elapsed = (clock.now - k.bodies.anchor) * clock.tick
+    return np.column_stack([k.bodies.x + k.bodies.vx * elapsed, k.bodies.y + k.bodies.vy * elapsed])

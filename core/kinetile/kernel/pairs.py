@@ -1,0 +1,143 @@
+"""The candidate pairs: the attribute that a broad phase maintains.
+
+A pair is found by its bodies through an open-addressing table (linear probing, deletion by shifting back, no
+tombstones) and by each of its bodies through a list threaded through the pairs' records. Both together cost
+O(1) a change, and memory grows with the pairs there are, not with the pairs there could be.
+
+A pair is held once for every ``add_pair`` and leaves with the last ``remove_pair``, so a broad phase that
+finds a pair for several reasons need not count them itself.
+
+The kernel asks the narrow phase about new pairs after the hook has returned; a broad phase never does.
+"""
+
+from __future__ import annotations
+
+from kinetile.kernel.compiled import hook
+from kinetile.kernel.faults import BAD_PAIR, UNKNOWN_PAIR, blame
+from kinetile.kernel.queue import schedule
+from kinetile.kernel.tables import NEVER, NOBODY, Kernel
+
+__all__ = ["add_pair", "remove_pair"]
+
+
+@hook
+def _home(k: Kernel, a: int, b: int) -> int:
+    """Where the probe for a pair begins."""
+    mixed = (int(a) * 73856093) ^ (int(b) * 19349663)
+    return (mixed ^ (mixed >> 15)) & (len(k.lookup) - 1)
+
+
+@hook
+def _find(k: Kernel, a: int, b: int) -> int:
+    """Return the slot of the lookup that holds a pair a < b, or the empty one where it would stand."""
+    table = k.certificates
+    lookup = k.lookup
+    mask = len(lookup) - 1
+    slot = _home(k, a, b)
+    while lookup[slot] >= 0 and (table[lookup[slot]].a != a or table[lookup[slot]].b != b):
+        slot = (slot + 1) & mask
+    return slot
+
+
+@hook
+def add_pair(k: Kernel, a: int, b: int) -> None:
+    """Make {a, b} a candidate pair, or hold it once more. O(1) expected."""
+    clock = k.clock[0]
+    if b < a:
+        a, b = b, a
+    if a < 0 or b >= clock.bodies or a == b:
+        blame(k, BAD_PAIR, a, b)
+        return
+    table = k.certificates
+    slot = _find(k, a, b)
+    if k.lookup[slot] >= 0:
+        table[k.lookup[slot]].holds += 1
+        return
+    if clock.free < 0 or clock.fresh >= len(k.fresh):
+        clock.wanted += 1
+        return
+    new = clock.free
+    record = table[new]
+    clock.free = record.next_a
+    k.lookup[slot] = new
+    record.place = -1
+    record.a = a
+    record.b = b
+    record.holds = 1
+    record.prev_a = -1
+    record.prev_b = -1
+    record.next_a = _push_front(k, a, new)
+    record.next_b = _push_front(k, b, new)
+    k.fresh[clock.fresh] = new
+    clock.fresh += 1
+    clock.pairs += 1
+    counts = k.counts[0]
+    counts.pairs_created += 1
+    counts.pairs_max = max(counts.pairs_max, clock.pairs)
+
+
+@hook
+def _push_front(k: Kernel, body: int, new: int) -> int:
+    """Put a pair at the head of a body's list; return the former head."""
+    head = k.bodies[body].first
+    k.bodies[body].first = new
+    if head >= 0:
+        if k.certificates[head].a == body:
+            k.certificates[head].prev_a = new
+        else:
+            k.certificates[head].prev_b = new
+    return int(head)
+
+
+@hook
+def _unlink(k: Kernel, body: int, before: int, after: int) -> None:
+    """Take a pair out of a body's list, given its neighbours there."""
+    table = k.certificates
+    if before < 0:
+        k.bodies[body].first = after
+    elif table[before].a == body:
+        table[before].next_a = after
+    else:
+        table[before].next_b = after
+    if after >= 0:
+        if table[after].a == body:
+            table[after].prev_a = before
+        else:
+            table[after].prev_b = before
+
+
+@hook
+def remove_pair(k: Kernel, a: int, b: int) -> None:
+    """Take back one hold on the candidate pair {a, b}; with the last one it is no longer a candidate. O(1)
+    expected."""
+    clock = k.clock[0]
+    if b < a:
+        a, b = b, a
+    table = k.certificates
+    lookup = k.lookup
+    hole = _find(k, a, b)
+    old = lookup[hole]
+    if old < 0:
+        if clock.wanted == 0:
+            blame(k, UNKNOWN_PAIR, a, b)
+        return
+    record = table[old]
+    record.holds -= 1
+    if record.holds > 0:
+        return
+    schedule(k, old, NEVER)
+    _unlink(k, a, record.prev_a, record.next_a)
+    _unlink(k, b, record.prev_b, record.next_b)
+    record.a = NOBODY
+    record.next_a = clock.free
+    clock.free = old
+    clock.pairs -= 1
+    mask = len(lookup) - 1
+    probe = (hole + 1) & mask
+    while lookup[probe] >= 0:  # entries that probed over the hole move back into it
+        home = _home(k, table[lookup[probe]].a, table[lookup[probe]].b)
+        if ((probe - home) & mask) >= ((probe - hole) & mask):
+            lookup[hole] = lookup[probe]
+            hole = probe
+        probe = (probe + 1) & mask
+    lookup[hole] = -1

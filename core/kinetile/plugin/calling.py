@@ -1,0 +1,47 @@
+"""Calls into a phase's own Python: whatever it raises becomes a sentence that names it, its distribution and
+the place.
+
+A phase is somebody else's code. What its constructor, ``prepare`` or ``arrange`` raises says nothing to a
+user, and ``sys.exit`` in one of them would end a program that has nothing to do with it. kinetile's own
+errors (a refusal, a bad option) and Ctrl-C pass as they are; the original error stays the cause of the new
+one.
+"""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from kinetile.errors import KinetileError, PhaseError, UnknownName
+from kinetile.plugin.discovery import Kind, sentence
+from kinetile.plugin.registry import registry
+
+__all__ = ["calling", "described", "place_of"]
+
+
+def described(kind: Kind, name: str) -> str:
+    """Return a phase as messages name it, with the plugin and the distribution that bring it."""
+    try:
+        return f"{kind} {name!r} of {registry().provided(kind, name).source}"
+    except UnknownName:
+        return f"{kind} {name!r}"
+
+
+def place_of(error: BaseException) -> str:
+    """Return where an error was raised: file and line."""
+    last = traceback.extract_tb(error.__traceback__)[-1:]
+    return "".join(f" ({Path(frame.filename).name}, line {frame.lineno})" for frame in last)
+
+
+@contextmanager
+def calling(kind: Kind, name: str, what: str) -> Iterator[None]:
+    """Within this context ``what`` of a phase runs; raise PhaseError for whatever it raises."""
+    try:
+        yield
+    except KinetileError:
+        raise
+    except (Exception, SystemExit) as error:
+        said = f"{described(kind, name)}: {what} raised {sentence(error)}{place_of(error)}"
+        raise PhaseError(said) from error

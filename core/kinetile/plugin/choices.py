@@ -1,0 +1,65 @@
+"""Phases chosen in writing: a name, with options if need be (``sap-1d:axis=y``), and lists of those."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from kinetile.errors import BadOption
+
+__all__ = ["read_assignments", "read_phase", "read_phases", "read_value"]
+
+_WORDS = {"true": True, "false": False, "none": None}
+
+
+def read_value(text: str) -> Any:
+    """Return what a text stands for: a whole number, a number, true, false, none, a TOML array, or itself."""
+    for reading in (int, float):
+        try:
+            return reading(text)
+        except ValueError:
+            pass
+    if text.lower() in _WORDS:
+        return _WORDS[text.lower()]
+    if text[:1] in ("[", '"', "'"):
+        import tomllib
+
+        try:
+            return tomllib.loads(f"value = {text}")["value"]
+        except tomllib.TOMLDecodeError:
+            return text
+    return text
+
+
+def read_assignments(texts: Iterable[str], where: str) -> dict[str, Any]:
+    """Return ``key=value`` texts as a dictionary, dashes in keys as underscores; BadOption for others."""
+    found: dict[str, Any] = {}
+    for text in texts:
+        key, equals, value = text.partition("=")
+        key = key.strip().replace("-", "_")
+        if not equals or not key:
+            raise BadOption(f"{where} {text!r}: expected key=value, such as seed=7")
+        if key in found:
+            raise BadOption(f"{where} {text!r}: {key} is given twice")
+        found[key] = read_value(value.strip())
+    return found
+
+
+def read_phase(text: str) -> tuple[str, dict[str, Any]]:
+    """Return the name and the options of a phase: ``sap-1d`` or ``sap-1d:axis=y,other=2``."""
+    name, _, options = text.strip().partition(":")
+    if not name:
+        raise BadOption(f"{text!r} names no phase; expected a name, such as sap-1d or sap-1d:axis=y")
+    return name, read_assignments(filter(None, options.split(",")), f"phase {name!r}: option")
+
+
+def read_phases(text: str) -> list[str]:
+    """Return the phases of a list with commas; ``key=value`` after a phase with options is another option."""
+    phases: list[str] = []
+    for piece in filter(None, (piece.strip() for piece in text.split(","))):
+        goes_on = "=" in piece and ":" not in piece.partition("=")[0]
+        if goes_on and phases and ":" in phases[-1]:
+            phases[-1] += f",{piece}"
+        else:
+            phases.append(piece)
+    return phases

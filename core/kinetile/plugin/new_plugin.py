@@ -1,0 +1,102 @@
+"""A new plugin: a complete package with a broad phase that works, to be changed into one's own.
+
+What is written stands in ``kinetile.plugin.templates``. The broad phase there is a module like any other, so
+what holds for kinetile's own code holds for what an author begins with.
+"""
+
+from __future__ import annotations
+
+import re
+from datetime import date
+from importlib.resources import files
+from importlib.util import find_spec
+from pathlib import Path
+from string import Template
+from typing import NamedTuple
+
+from kinetile import __version__
+from kinetile.errors import BadOption
+from kinetile.plugin.registry import registry
+
+__all__ = ["new_plugin"]
+
+
+class _Names(NamedTuple):
+    """What a plugin's parts are called."""
+
+    name: str
+    distribution: str
+    package: str
+    class_name: str
+
+
+def new_plugin(name: str, into: Path = Path()) -> Path:
+    """Write the package kinetile-NAME into a folder, and return the package's own folder.
+
+    Args:
+        name: what the broad phase is to be called: letters, digits and dashes; upper case and underscores are
+            folded.
+        into: an existing folder.
+
+    Raises:
+        BadOption: the name cannot be one, or is taken; there is no such folder to write into; the package's
+            own folder is there already.
+    """
+    names = _names(name)
+    if not into.is_dir():
+        raise BadOption(f"there is no folder {str(into)!r} to write {names.distribution} into")
+    folder = into / names.distribution
+    if folder.exists():
+        raise BadOption(f"{str(folder)!r} is there already; nothing was written")
+    contents = _contents(names)
+    for path, text in contents.items():
+        target = folder / path
+        try:
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_text(text, encoding="utf-8")
+        except OSError as error:
+            raise BadOption(f"{str(target)!r} cannot be written: {error.strerror}") from error
+    return folder
+
+
+def _names(name: str) -> _Names:
+    """Fold a name, and derive the others from it; raise BadOption where it cannot be used."""
+    folded = re.sub(r"[-_]+", "-", name.strip().lower())
+    stem = folded.replace("-", "_")
+    if not (stem.isascii() and stem.isidentifier() and stem.strip("_") == stem):
+        raise BadOption(
+            f"{name!r} cannot be the name of a plugin; "
+            "expected letters, digits and dashes, a letter first, such as sorted-cells"
+        )
+    for each in registry():
+        if each.kind == "broad phase" and folded in (each.spec.name, *each.spec.aliases):
+            raise BadOption(f"{each.source} already provides broad phase {folded!r}; choose another name")
+    package = f"kinetile_{stem}"
+    if find_spec(package) is not None:
+        raise BadOption(f"there is a package {package} already; choose another name than {folded!r}")
+    class_name = "".join(word.capitalize() for word in stem.split("_")) + "Phase"
+    return _Names(folded, f"kinetile-{folded}", package, class_name)
+
+
+def _contents(names: _Names) -> dict[str, str]:
+    """Return the files of the package, by their paths in it."""
+    words = names._asdict() | {
+        "key": names.package.removeprefix("kinetile_"),
+        "version": __version__,
+        "year": str(date.today().year),
+    }
+
+    def filled(template: str) -> str:
+        text = (files("kinetile.plugin.templates") / template).read_text(encoding="utf-8")
+        return Template(text).substitute(words)
+
+    phase = (files("kinetile.plugin.templates") / "phase.py").read_text(encoding="utf-8")
+    return {
+        "pyproject.toml": filled("pyproject.txt"),
+        "README.md": filled("readme.txt"),
+        "LICENSE": filled("license.txt"),
+        f"{names.package}/__init__.py": filled("init.txt"),
+        f"{names.package}/phase.py": phase.replace("TemplatePhase", names.class_name),
+        f"{names.package}/py.typed": "",
+        "tests/test_conformance.py": filled("test_conformance.txt"),
+    }

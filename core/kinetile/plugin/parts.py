@@ -1,0 +1,65 @@
+"""What ``prepare`` returned is looked through before anything is allocated or compiled from it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+
+from kinetile.errors import PhaseError
+from kinetile.kernel.compiled import is_hook
+from kinetile.plugin.protocols import BroadPhaseParts, PairParts, WallParts
+
+__all__ = ["check_parts"]
+
+MOST = 2**31 - 1
+"""Certificates are numbered in 32 bits."""
+
+PLAIN = ("arrange", "audit")
+
+
+def check_parts(who: str, parts: BroadPhaseParts | PairParts | WallParts) -> None:
+    """Raise PhaseError, with everything that is wrong, unless the parts can be composed."""
+    wrong = list(_mistakes(parts))
+    if wrong:
+        raise PhaseError(f"{who}: prepare returned parts that do not fit: {'; '.join(wrong)}")
+
+
+def _mistakes(parts: BroadPhaseParts | PairParts | WallParts) -> Iterator[str]:
+    hooks = tuple(field.name for field in fields(parts))
+    if isinstance(parts, BroadPhaseParts):
+        yield from _broad_mistakes(parts)
+        hooks = ("build", "repair", "replan")
+    for name in hooks:
+        if not is_hook(getattr(parts, name)):
+            yield f"{name} is {_shown(getattr(parts, name))}; expected a function marked with toolbox.hook"
+
+
+def _broad_mistakes(parts: BroadPhaseParts) -> Iterator[str]:
+    for name in ("certificates", "pairs"):
+        number = getattr(parts, name)
+        if isinstance(number, bool) or not isinstance(number, int | np.integer) or not 0 <= number <= MOST:
+            yield f"{name} is {_shown(number)}; expected a whole number from 0 to {MOST}"
+    state = parts.state
+    if not isinstance(state, tuple) or not hasattr(state, "_fields"):
+        yield f"state is {_shown(state)}; expected a NamedTuple of arrays"
+    else:
+        odd = [f for f, a in zip(state._fields, state, strict=True) if not isinstance(a, np.ndarray)]
+        if odd or not state:
+            found = f"{odd[0]} is {_shown(getattr(state, odd[0]))}" if odd else "it is empty"
+            yield f"state is to be a NamedTuple of arrays, at least one, and {found}"
+    for name in PLAIN:
+        function = getattr(parts, name)
+        if function is not None and not callable(function):
+            yield f"{name} is {_shown(function)}; expected a function or None"
+    for ticks in parts.ticks if isinstance(parts.ticks, tuple | list) else (parts.ticks,):
+        if not isinstance(ticks, np.ndarray) or ticks.dtype != np.int64:
+            yield f"ticks has {_shown(ticks)} in it; expected arrays of int64"
+
+
+def _shown(value: Any) -> str:
+    """Return a value briefly."""
+    text = repr(value)
+    return text if len(text) <= 60 else f"a {type(value).__name__}"

@@ -1,0 +1,96 @@
+"""A file that owns its space before it is told what to write there.
+
+Parquet keeps its table of contents at the end: a file that runs out of disk before its footer is a file
+nobody can open. So the space for a row group *and* for the footer after it is taken from the disk first, by
+``posix_fallocate`` (which promises that writes inside the range will not fail for want of space) or, where
+that is missing, by writing zeros. If the space is not to be had, nothing has been written yet and the footer
+still fits into what is owned.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+from pathlib import Path
+
+__all__ = ["ReservedFile"]
+
+_NOT_SUPPORTED = {errno.EINVAL, errno.ENOSYS, errno.EOPNOTSUPP}
+_ZEROS = bytes(1 << 20)
+
+
+class ReservedFile:
+    """A new binary file, written from front to back, as a sink for pyarrow (write, flush, tell, closed).
+
+    Raises FileExistsError for a name that is taken.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._file = path.open("xb", buffering=0)
+        self._owned = 0
+        self.position = 0
+        self.torn = False
+
+    @property
+    def closed(self) -> bool:
+        """Whether the file is closed."""
+        return self._file.closed
+
+    def reserve(self, size: int) -> None:
+        """Own the next ``size`` bytes; OSError if the disk has not got them, with nothing written."""
+        missing = self.position + size - self._owned
+        if missing <= 0:
+            return
+        try:
+            self._extend(missing)
+        except OSError:
+            os.ftruncate(self._file.fileno(), self._owned)
+            raise
+        self._owned += missing
+
+    def _extend(self, size: int) -> None:
+        if hasattr(os, "posix_fallocate"):
+            try:
+                os.posix_fallocate(self._file.fileno(), self._owned, size)
+            except OSError as error:
+                if error.errno not in _NOT_SUPPORTED:
+                    raise
+            else:
+                return
+        self._file.seek(self._owned)
+        while size > 0:
+            size -= self._put(_ZEROS[:size])
+        self._file.seek(self.position)
+
+    def _put(self, data: bytes | memoryview) -> int:
+        written = self._file.write(data)
+        if not written:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return written
+
+    def write(self, data: bytes) -> int:
+        """Write all of ``data`` and return its length; ``torn`` tells for ever that this has failed."""
+        rest = memoryview(data)
+        try:
+            while rest:
+                rest = rest[self._put(rest) :]
+        except BaseException:
+            self.torn = True
+            raise
+        self.position += len(data)
+        return len(data)
+
+    def tell(self) -> int:
+        """How many bytes have been written."""
+        return self.position
+
+    def flush(self) -> None:
+        """Nothing is buffered here, so nothing is done."""
+
+    def close(self) -> None:
+        """Give back what was reserved and not used, bring everything to the disk, close."""
+        if self._file.closed:
+            return
+        with self._file:
+            os.ftruncate(self._file.fileno(), self.position)
+            os.fsync(self._file.fileno())

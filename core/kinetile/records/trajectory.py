@@ -1,0 +1,148 @@
+"""Where every body was, at any time, from the rows of an event file.
+
+A body flies straight from one row that names it to the next, so its state is ``anchor + velocity * elapsed``
+with the anchor of its last row at or before that time. Elapsed time is counted in whole ticks of 2**-52 time
+units, as the kernel counts it, and rounded once, so the positions are those of the run itself, to the last
+bit.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetile.errors import RecordError
+from kinetile.kernel.clock import TICKS, Clock
+from kinetile.kernel.log import LOG
+from kinetile.records.events import EventFile, read_events
+
+if TYPE_CHECKING:
+    from kinetile.scene import Scene
+
+__all__ = ["Trajectory", "positions_at"]
+
+
+class Trajectory:
+    """The whole motion of a scene: rows (dtype LOG, in the order of events) of a run that began with it.
+
+    A row that was not recorded is not known: after the last event of a file that was cut short, bodies fly
+    on.
+    """
+
+    def __init__(self, rows: NDArray[Any], scene: Scene) -> None:
+        self.rows = np.asarray(rows, dtype=LOG)
+        self.scene = scene
+        self._clock = Clock(scene.start, scene.time_unit)
+        # Every row twice, as seen by a and by b; sorted by body, those of one body in the order of events.
+        self._span = 2 * len(self.rows) + 1
+        bodies = np.stack([self.rows["a"], self.rows["b"]], axis=1).ravel().astype(np.int64)
+        seen = np.flatnonzero(bodies >= 0)
+        self._keys = np.sort(bodies[seen] * self._span + seen)
+
+    @classmethod
+    def read(cls, path: str | Path) -> Trajectory:
+        """Read an event file with the scene in it.
+
+        Raises MissingExtra and RecordError as ``read_events``, and RecordError for a file that has not all
+        rows of its run up to its last one: without them nobody knows where the bodies were.
+        """
+        from kinetile.plugin.by_name import loads_scene
+
+        rows, metadata = _whole(path)
+        trajectory = cls(rows, loads_scene(metadata["scene"]))
+        trajectory._check_continuity(path)
+        return trajectory
+
+    def positions(self, time: float) -> NDArray[np.float64]:
+        """Return the positions (n, 2) of all bodies at ``time``, finite and not before the scene's start.
+
+        Raises ValueError for another time.
+        """
+        anchor, velocity, elapsed = self._flight_plans(time)
+        return anchor + velocity * elapsed[:, None]
+
+    def velocities(self, time: float) -> NDArray[np.float64]:
+        """Return the velocities (n, 2) of all bodies at ``time``, after the events of that very time."""
+        return self._flight_plans(time)[1]
+
+    def _check_continuity(self, path: str | Path) -> None:
+        """Raise RecordError unless each body flies, from row to row, to where the next row says it is."""
+        body, seen = np.divmod(self._keys, self._span)
+        rows, is_b = self.rows[seen // 2], (seen % 2).astype(bool)[:, None]
+        place = np.where(is_b, _columns(rows, "bx", "by"), _columns(rows, "ax", "ay"))
+        velocity = np.where(is_b, _columns(rows, "bvx", "bvy"), _columns(rows, "avx", "avy"))
+        unit, first = self._clock.unit, np.append(True, body[1:] != body[:-1])[: len(body)]
+        time = (rows["epoch"] + rows["tick"] * 2.0**-52) * unit
+        since = np.where(first, 0.0, np.roll(time, 1))
+        before = np.where(first[:, None], self.scene.position[body], np.roll(place, 1, axis=0))
+        flown = np.where(first[:, None], self.scene.velocity[body], np.roll(velocity, 1, axis=0))
+        astray = np.abs(before + flown * (time - since)[:, None] - place)
+        size = np.abs(before) + np.abs(place) + np.abs(flown) * (np.abs(time) + unit)[:, None]
+        wrong = np.flatnonzero((astray > 1e-9 * size).any(axis=1))
+        if len(wrong):
+            at = int(wrong[np.argmin(seen[wrong])])
+            time_there = float(rows["time"][at])
+            raise RecordError(
+                f"{path} is no whole trajectory: at time {time_there!r}, in row {seen[at] // 2}, body "
+                f"{body[at]} is not where the scene and the rows before have sent it; expected every event "
+                "from the scene's start on, as the recorder gets them if it is there in each run"
+            )
+
+    def _flight_plans(
+        self, time: float
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """Return the plans in force at a time: anchors and velocities (n, 2), time since the anchor (n,)."""
+        time = float(time)
+        if not self.scene.start <= time < math.inf:
+            raise ValueError(
+                f"time is {time!r}; expected {self.scene.start!r}, the scene's start, or later, and finite"
+            )
+        now = self._clock.ticks(time)
+        epoch, tick = divmod(now, TICKS)
+        first, last = np.searchsorted(self.rows["epoch"], [epoch, epoch + 1])
+        done = int(first + np.searchsorted(self.rows["tick"][first:last], tick, side="right"))
+        bodies = np.arange(len(self.scene), dtype=np.int64)
+        index = np.searchsorted(self._keys, bodies * self._span + 2 * done) - 1
+        moved = bodies[index >= 0]
+        moved = moved[self._keys[index[moved]] // self._span == moved]
+        seen = self._keys[index[moved]] % self._span
+        rows, is_b = self.rows[seen // 2], (seen % 2).astype(bool)[:, None]
+        anchor, velocity = self.scene.position.copy(), self.scene.velocity.copy()
+        anchor[moved] = np.where(is_b, _columns(rows, "bx", "by"), _columns(rows, "ax", "ay"))
+        velocity[moved] = np.where(is_b, _columns(rows, "bvx", "bvy"), _columns(rows, "avx", "avy"))
+        ticks = np.full(len(self.scene), now, dtype=object)
+        ticks[moved] -= rows["epoch"].astype(object) * TICKS + rows["tick"].astype(object)
+        return anchor, velocity, ticks.astype(np.float64) * (self._clock.unit / TICKS)
+
+
+def positions_at(source: str | Path | NDArray[Any], scene: Scene | None, time: float) -> NDArray[np.float64]:
+    """Return the positions (n, 2) of all bodies at ``time``, from an event file or from rows (dtype LOG).
+
+    ``scene`` may be None for a file, which has its own. For many times, make one Trajectory.
+    """
+    if isinstance(source, (str, Path)):
+        trajectory = Trajectory.read(source) if scene is None else Trajectory(_whole(source).rows, scene)
+        return trajectory.positions(time)
+    if scene is None:
+        raise TypeError("rows alone do not say where the bodies began: positions_at needs their scene")
+    return Trajectory(source, scene).positions(time)
+
+
+def _whole(path: str | Path) -> EventFile:
+    """Read an event file; raise RecordError if it says that rows are missing from it."""
+    found = read_events(path)
+    missing = found.metadata.get("missing", 0)
+    if missing:
+        raise RecordError(
+            f"{path} is no whole trajectory: {missing:,} events of the run were not given to its recorder, "
+            "which has to be there from the start of the first run and in every run after it"
+        )
+    return found
+
+
+def _columns(rows: NDArray[Any], x: str, y: str) -> NDArray[np.float64]:
+    return np.stack([rows[x], rows[y]], axis=1)

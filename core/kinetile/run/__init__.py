@@ -1,0 +1,1 @@
+"""A run: phases composed into one loop, and the Python around it."""

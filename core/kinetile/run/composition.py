@@ -1,0 +1,187 @@
+"""What a simulation is made of: phases found by name, and the loop that contains them and nothing else."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, cast
+
+import numpy as np
+
+from kinetile.errors import BadOption, PhaseError, Refused, nearest
+from kinetile.kernel.clock import TICKS
+from kinetile.kernel.skin import Skin, too_thick
+from kinetile.plugin.calling import calling, described
+from kinetile.plugin.discovery import Kind
+from kinetile.plugin.parts import check_parts
+from kinetile.plugin.protocols import BroadPhaseParts, PairParts, WallParts
+from kinetile.plugin.registry import registry
+from kinetile.plugin.specs import NarrowPhaseSpec
+from kinetile.scene import Scene
+
+__all__ = ["DEFAULT_BROAD_PHASES", "Composition", "compose_phases", "speed_bound"]
+
+DEFAULT_BROAD_PHASES = ("sweep-tiling", "sap-2d")
+"""Without a name the first of these that does not refuse the scene is taken."""
+
+
+@dataclass(frozen=True)
+class Composition:
+    """The phases of a simulation by name, with options, and their parts.
+
+    Attributes:
+        broad_phase: name of the broad phase.
+        options: its options.
+        narrow_phases: names of the narrow phases and their options.
+        broad: the broad phase's parts.
+        pair: the parts of the narrow phase for two bodies; None: bodies pass through each other.
+        wall: the parts of the narrow phase for walls; None: there are no walls.
+    """
+
+    broad_phase: str
+    options: Mapping[str, Any]
+    narrow_phases: Mapping[str, Mapping[str, Any]]
+    broad: BroadPhaseParts
+    pair: PairParts | None
+    wall: WallParts | None
+
+    def loop(self, *, turns: bool) -> Callable[..., Any]:
+        """Return the loop for these phases, compiled when it is first called or made ready."""
+        from kinetile.kernel.compiled import compose
+        from kinetile.kernel.loop import advance
+
+        parts: dict[str, Any] = {
+            "build": self.broad.build,
+            "repair": self.broad.repair,
+            "replan": self.broad.replan,
+            "PAIRS": self.pair is not None,
+            "WALLS": self.wall is not None,
+            "TURNS": turns,
+        }
+        if self.pair is not None:
+            parts |= {"meet": self.pair.meet, "collide": self.pair.collide}
+        if self.wall is not None:
+            parts |= {"reach_wall": self.wall.reach_wall, "bounce": self.wall.bounce}
+        label = "_".join([self.broad_phase, *self.narrow_phases])
+        label = "".join(c if c.isalnum() else "_" for c in label)[:60]
+        return compose(advance, parts, label, type(self.broad.state))
+
+
+def compose_phases(
+    scene: Scene,
+    broad_phase: str | None,
+    narrow_phases: Sequence[str] | Mapping[str, Mapping[str, Any]] | None,
+    options: Mapping[str, Any] | None,
+) -> Composition:
+    """Find the phases by name and prepare them for a scene.
+
+    An argument that is None follows the scene's settings, then the default: the first of
+    ``DEFAULT_BROAD_PHASES`` that can do the scene, ``disc``, and ``wall`` where the scene has an arena.
+    Options given here go over those of the settings.
+
+    Raises:
+        UnknownName: no phase has this name.
+        BadOption: a phase has no such option, or not such a value.
+        Refused: a phase cannot do this scene.
+    """
+    settings = scene.settings
+    narrow = narrow_phases if narrow_phases is not None else settings.narrow_phases
+    if narrow is None:
+        narrow = ("disc", "wall") if scene.arena is not None else ("disc",)
+    if isinstance(narrow, str):
+        raise BadOption(f"narrow_phases is a sequence of names, such as [{narrow!r}], not a string")
+    named = narrow if isinstance(narrow, Mapping) else {each: {} for each in narrow}
+    name = broad_phase if broad_phase is not None else settings.broad_phase
+    if name is not None:
+        return _compose(scene, name, named, options)
+    *first, last = DEFAULT_BROAD_PHASES
+    for name in first:
+        try:
+            return _compose(scene, name, named, options)
+        except Refused:
+            continue
+    return _compose(scene, last, named, options)
+
+
+def _compose(
+    scene: Scene, name: str, narrow: Mapping[str, Mapping[str, Any]], options: Mapping[str, Any] | None
+) -> Composition:
+    """Prepare the phases of these names for a scene."""
+    settings = scene.settings
+    broad_options = {**settings.options.get(name, {}), **(options or {})}
+    broad = _prepare("broad phase", name, broad_options, scene)
+    if not isinstance(broad, BroadPhaseParts):
+        raise PhaseError(
+            f"{described('broad phase', name)}: prepare returned {type(broad).__name__}, not BroadPhaseParts"
+        )
+    check_parts(described("broad phase", name), broad)
+
+    pair: PairParts | None = None
+    wall: WallParts | None = None
+    narrow_options: dict[str, Mapping[str, Any]] = {}
+    for each, extra in narrow.items():
+        narrow_options[each] = {**settings.options.get(each, {}), **extra}
+        parts = _prepare("narrow phase", each, narrow_options[each], scene)
+        role = cast(NarrowPhaseSpec, registry().spec("narrow phase", each)).role
+        if not isinstance(parts, PairParts if role == "pair" else WallParts):
+            raise PhaseError(
+                f"{described('narrow phase', each)}: prepare returned {type(parts).__name__}, "
+                f"not {'PairParts' if role == 'pair' else 'WallParts'}, as its role {role!r} has it"
+            )
+        if (pair if role == "pair" else wall) is not None:
+            raise BadOption(
+                f"two narrow phases for {role}s are named, and there can be one: {', '.join(narrow)}"
+            )
+        check_parts(described("narrow phase", each), parts)
+        if isinstance(parts, PairParts):
+            pair = parts
+        elif isinstance(parts, WallParts):
+            wall = parts
+    if broad.skin_limit is not None and scene.arena is not None:
+        tick = scene.time_unit / TICKS
+        skin = Skin.of(len(scene), max(scene.arena), speed_bound(scene), tick)
+        if skin.delta > broad.skin_limit:
+            raise Refused(too_thick(name, skin.delta, broad.skin_limit))
+    if broad.solid and pair is None:
+        raise Refused(
+            f"{name} is right only while bodies cannot pass through each other, and no narrow phase for "
+            "pairs is named: name one, such as disc, or choose sap-1d, sap-2d or naive"
+        )
+    return Composition(name, broad_options, narrow_options, broad, pair, wall)
+
+
+def _prepare(kind: Kind, name: str, options: Mapping[str, Any], scene: Scene) -> Any:
+    """Make a phase with its options and ask it for its parts."""
+    found = registry()
+    phase = found.broad_phase(name) if kind == "broad phase" else found.narrow_phase(name)
+    check_options(kind, name, phase, options)
+    with calling(kind, name, "its constructor"):
+        made = phase(**options)
+    with calling(kind, name, "prepare"):
+        return made.prepare(scene)
+
+
+def check_options(kind: str, name: str, phase: Callable[..., Any], options: Mapping[str, Any]) -> None:
+    """Refuse an option that the phase's constructor does not have, with what was meant and what there is."""
+    import inspect
+
+    known = [p for p in inspect.signature(phase).parameters if p != "self"]
+    for option in options:
+        if option not in known:
+            close = nearest(str(option), known)
+            meant = f"; did you mean {close!r}?" if close else "."
+            has = f"its options are: {', '.join(known)}" if known else "it has no options"
+            raise BadOption(f"{kind} {name!r} has no option {option!r}{meant} {has}")
+
+
+def speed_bound(scene: Scene) -> float:
+    """Return a speed that no body can exceed: all energy, that of every turn added, in the lightest body."""
+    if len(scene) == 0:
+        return 0.0
+    squares = np.einsum("ij,ij->i", scene.velocity, scene.velocity)
+    energy = math.fsum(scene.mass * squares)
+    energy += math.fsum(
+        float(scene.mass[t.body]) * (t.velocity[0] ** 2 + t.velocity[1] ** 2) for t in scene.turns
+    )
+    return math.sqrt(energy / float(scene.mass.min())) * (1.0 + 2.0**-20)

@@ -1,0 +1,318 @@
+"""The Python side of the kernel: what has to be done between two chunks of the compiled loop.
+
+It lays the tables out and fattens the bodies, makes room for more pairs, hands the loop its turns a span at a
+time, moves the clock's base, and takes over the log. Inside a chunk none of that costs anything.
+
+There is one way to change the structure from outside: build it anew at the present moment (``lay_out``).
+Whether pairs outgrow their table, a turn brings in more energy than the skin allows for, or bodies without
+walls fly far: the same static construction that began the run begins again. That cannot change an answer,
+only take time (docs/one-answer.md).
+"""
+
+from __future__ import annotations
+
+import math
+import time
+
+import numpy as np
+
+from kinetile.errors import AuditError, KinetileError, PhaseError, Refused, UnawaitedContactError
+from kinetile.kernel.clock import SPAN, TICKS, Clock
+from kinetile.kernel.compiled import INTERPRETED, NotCompiled, make_ready
+from kinetile.kernel.flight import positions_now
+from kinetile.kernel.log import REANCHORED, TURNED
+from kinetile.kernel.loop import BUDGET_SPENT, FAULT, LOG_FULL, NO_ROOM, TIME_REACHED
+from kinetile.kernel.skin import Skin, too_thick
+from kinetile.kernel.tables import NEVER, Kernel, allocate, clear, record_table
+from kinetile.plugin.calling import calling, described, place_of
+from kinetile.plugin.discovery import sentence
+from kinetile.run.agenda import Agenda, Planned
+from kinetile.run.audit import complaints
+from kinetile.run.composition import Composition, speed_bound
+from kinetile.run.failures import failure
+from kinetile.run.ledger import Ledger
+from kinetile.run.readings import energy
+from kinetile.scene import Scene
+
+__all__ = ["UNLIMITED", "Engine"]
+
+LOG_ROWS = 1 << 15
+CHUNK_SECONDS = 0.2
+FIRST_BUDGET = 1 << (8 if INTERPRETED else 12)
+UNLIMITED = 2**62
+
+
+class Engine:
+    """Tables, clock, agenda and loop of one simulation.
+
+    Attributes:
+        k: the kernel's tables; replaced when they grow.
+        state: the broad phase's state.
+        clock: conversions between time and ticks.
+        ledger: what was logged.
+        skin: the skin in force.
+        speed: a speed that no body can exceed.
+        turning: whether the loop is composed with turns.
+        loop: the composed loop.
+        cpu_seconds: processor time spent in the loop.
+        compile_seconds: time spent compiling or loading it.
+        audits: times an audit found nothing.
+    """
+
+    def __init__(
+        self, scene: Scene, composition: Composition, keep_contacts: bool, turning: bool = False
+    ) -> None:
+        self.scene = scene
+        self.composition = composition
+        self.state = composition.broad.state
+        self.clock = Clock(scene.start, scene.time_unit)
+        self.ledger = Ledger(self.clock, keep_contacts)
+        self.agenda = Agenda(scene.turns, self.clock)
+        self.turning = turning or bool(scene.turns)
+        self.loop = composition.loop(turns=self.turning)
+        self.speed = speed_bound(scene)
+        self.cpu_seconds = 0.0
+        self.compile_seconds = 0.0
+        self._ready = False
+        self._budget = FIRST_BUDGET
+        self._extent = 0.0
+        self.audits = 0
+        self._walled = scene.arena is not None and composition.wall is not None
+        self.k = self._tables(pairs=composition.broad.pairs or 4 * len(scene) + 64)
+        self.lay_out()
+
+    @property
+    def now(self) -> int:
+        """The present tick, counted from the clock's base."""
+        return int(self.k.clock[0].now)
+
+    @property
+    def contacts(self) -> int:
+        """Contacts of both kinds so far."""
+        counts = self.k.counts[0]
+        return int(counts.contacts_disc) + int(counts.contacts_wall)
+
+    @property
+    def events(self) -> int:
+        """Events of all kinds so far."""
+        counts = self.k.counts[0]
+        return self.contacts + int(counts.turns) + int(counts.structural)
+
+    @property
+    def _phases(self) -> str:
+        return ", ".join([self.composition.broad_phase, *self.composition.narrow_phases])
+
+    def compile(self) -> None:
+        """Compile the loop, or load it from the disk cache, where that has not been done."""
+        if not self._ready:
+            began = time.perf_counter()
+            try:
+                make_ready(self.loop, self.k, self.state, 0, 0, 0)
+            except NotCompiled as error:
+                who = described("broad phase", self.composition.broad_phase)
+                said = f"the hooks of {self._phases} do not compile together ({who}): {error}"
+                raise PhaseError(said) from error
+            self.compile_seconds += time.perf_counter() - began
+            self._ready = True
+
+    def chunk(self, until: int, contacts: int, budget: int | None = None) -> int:
+        """Run one chunk of the loop, take over its log, and do what it asks for; return its reason.
+
+        ``budget`` is how many events may run; None: as many as take a fraction of a second.
+
+        Raises:
+            ZenoError, MissedContactError, PhaseError: the loop returned with a fault.
+        """
+        self.compile()
+        began = time.thread_time()
+        try:
+            reason = int(
+                self.loop(self.k, self.state, until, self._budget if budget is None else budget, contacts)
+            )
+        except Exception as error:  # a hook that raises, or one that is interpreted and leaves its arrays
+            who = described("broad phase", self.composition.broad_phase)
+            said = f"a hook of {self._phases} raised {sentence(error)}{place_of(error)} ({who})"
+            raise PhaseError(f"at time {self.clock.time(self.now)!r} {said}") from error
+        took = time.thread_time() - began
+        self.cpu_seconds += took
+        self.ledger.take(self.k)
+        if reason == BUDGET_SPENT and budget is None and took < CHUNK_SECONDS / 2:
+            self._budget *= 2
+        elif took > 2 * CHUNK_SECONDS:
+            self._budget = max(self._budget // 2, FIRST_BUDGET)
+        if reason == FAULT:
+            clock = self.k.clock[0]
+            fault, a, b = int(clock.fault), int(clock.fault_a), int(clock.fault_b)
+            raise failure(
+                fault, a, b, self.clock.time(self.now), self.composition.broad_phase, int(clock.window_size)
+            )
+        if reason == NO_ROOM:
+            self._grow()
+        return BUDGET_SPENT if reason in (NO_ROOM, LOG_FULL) else reason
+
+    def audit(self) -> None:
+        """Check everything that must hold between two events.
+
+        Raises:
+            AuditError: the first thing that does not hold; an UnawaitedContactError where it would make a
+                contact be missed.
+        """
+        self.build()
+        time = self.clock.time(self.now)
+        moment = f"at time {time!r}, after {self.events} events"
+        who = f"{moment} under broad phase {self.composition.broad_phase!r}"
+        try:
+            for said, bodies in complaints(self.k, self.composition, self.skin.delta):
+                if bodies:
+                    raise UnawaitedContactError(f"{who}: {said}", time=time, bodies=bodies)
+                raise AuditError(f"{who}: {said}")
+        except (KinetileError, KeyboardInterrupt):
+            raise
+        except (Exception, SystemExit) as error:  # tables that are not what they were, or the phase's audit
+            said = f"the audit cannot be finished: {sentence(error)}{place_of(error)}"
+            raise AuditError(f"{who}: {said}") from error
+        self.audits += 1
+
+    def build(self) -> None:
+        """Build the structure, if that is still to be done, and run no event."""
+        while not self.k.clock[0].built or self.k.clock[0].wanted:
+            self.chunk(self.now - 1, UNLIMITED)
+
+    def turn(self, body: int, vx: float, vy: float) -> None:
+        """Change a body's velocity now; events of this very tick run as well."""
+        k = self.k
+        squares = 2.0 * energy(k) + float(k.mass[body]) * (vx * vx + vy * vy) + self.agenda.squares(k.mass)
+        needed = math.sqrt(squares / float(k.mass.min()))
+        self._allow_turns()
+        self._forget_turns()
+        self.agenda.put(Planned(self.clock.base * TICKS + self.now, body, vx, vy, TURNED))
+        self._load_turns()
+        recorder = self.ledger.recorder
+        self.ledger.recorder = recorder or self.ledger.unrecorded.append
+        try:
+            while self.chunk(self.now, UNLIMITED) != TIME_REACHED:
+                pass
+        finally:
+            self.ledger.recorder = recorder
+        if needed > self.speed:
+            self.speed = 2.0 * needed
+            self.lay_out()
+
+    def move_base(self) -> None:
+        """Move the clock's base on by a span and anchor anew what has flown for two: so under every phase."""
+        k = self.k
+        clock = k.clock[0]
+        self._forget_turns()
+        k.bodies.anchor -= SPAN
+        k.queue.tick[: int(clock.queued)] -= SPAN
+        for ticks in self.composition.broad.ticks:
+            ticks[ticks != NEVER] -= SPAN
+        clock.now -= SPAN
+        clock.window_tick = max(int(clock.window_tick) - SPAN, -(2**62))
+        self.clock.base += SPAN // TICKS
+        old = np.flatnonzero(k.bodies.anchor < -SPAN)
+        if len(old):
+            self._allow_turns()
+            begin = self.clock.base * TICKS
+            vx, vy = k.bodies.vx[old].tolist(), k.bodies.vy[old].tolist()
+            self.agenda.put(
+                *(Planned(begin, *plan, REANCHORED) for plan in zip(old.tolist(), vx, vy, strict=True))
+            )
+        self._load_turns()
+        if not self._walled and len(self.scene) and self._reach_of_flight(spans=2) > self._extent:
+            self.lay_out()
+
+    def lay_out(self) -> None:
+        """Fatten the bodies by the skin and put the structure in order as of now; the loop builds it next."""
+        k = self.k
+        clock = k.clock[0]
+        if self._walled:
+            self._extent = max(self.scene.arena or (0.0,))
+        elif len(self.scene):
+            self._extent = max(self._extent, self._reach_of_flight(spans=4))
+        self.skin = Skin.of(len(self.scene), self._extent, self.speed, float(clock.tick))
+        k.bodies.reach = k.bodies.radius + self.skin.delta
+        clock.theta, clock.tolerance = self.skin.theta, self.skin.tolerance
+        if len(self.scene) and self.speed > 0.0:  # jammed: contacts within 1e-13 radii of flight each
+            flight = 1e-13 * float(self.scene.radius.min()) / self.speed
+            clock.window_ticks = int(min(int(clock.window_size) * flight * clock.per_time, SPAN))
+        limit = self.composition.broad.skin_limit
+        if limit is not None and self.skin.delta > limit:
+            raise Refused(too_thick(self.composition.broad_phase, self.skin.delta, limit))
+        clear(k)
+        self._load_turns()
+        if self.composition.broad.arrange is not None:
+            with calling("broad phase", self.composition.broad_phase, "arrange"):
+                self.composition.broad.arrange(_to_be_read(k), self.state)
+
+    def _reach_of_flight(self, spans: int) -> float:
+        """How far from the origin a body can come within so many spans."""
+        ahead = self.speed * self.clock.unit * (spans * SPAN // TICKS)
+        return float(np.abs(positions_now(self.k)).max()) + ahead
+
+    def _grow(self) -> None:
+        """Make room for more candidate pairs, and build anew."""
+        clock = self.k.clock[0]
+        room = max(2 * len(self.k.fresh), int(1.25 * (int(clock.pairs) + int(clock.wanted))))
+        new = allocate(len(self.scene), self.composition.broad.certificates, room, 0)
+        self.k = self.k._replace(
+            certificates=new.certificates, queue=new.queue, lookup=new.lookup, fresh=new.fresh
+        )
+        self.lay_out()
+
+    def _tables(self, pairs: int) -> Kernel:
+        """Return tables for the scene, its bodies at their start."""
+        scene = self.scene
+        certificates = int(self.composition.broad.certificates)
+        try:
+            k = allocate(len(scene), certificates, int(pairs), LOG_ROWS)
+        except MemoryError as error:
+            who = described("broad phase", self.composition.broad_phase)
+            said = f"there is no memory for its {certificates} certificates and {pairs} pairs"
+            raise PhaseError(f"{who}: {said}") from error
+        k.bodies.x, k.bodies.y = scene.position.T
+        k.bodies.vx, k.bodies.vy = scene.velocity.T
+        k.bodies.radius = scene.radius
+        k.bodies.last = -1
+        k.mass[:] = scene.mass
+        clock = k.clock[0]
+        clock.tick = self.clock.unit / TICKS
+        clock.per_time = TICKS / self.clock.unit
+        if scene.arena is not None:
+            clock.width, clock.height = scene.arena
+        n = len(scene)
+        clock.spin_limit = 2 * (2 * n + 2) ** 2 + 1000
+        clock.window_size = 200 * n + 2000
+        clock.window_tick = -(2**62)
+        return k
+
+    def _allow_turns(self) -> None:
+        """Compose the loop with turns in it, where it was composed without."""
+        if not self.turning:
+            self.turning = True
+            self.loop = self.composition.loop(turns=True)
+            self._ready = False
+
+    def _forget_turns(self) -> None:
+        """Strike the turns that the loop has made off the agenda."""
+        clock = self.k.clock[0]
+        self.agenda.done(int(clock.turn))
+        clock.turn = 0
+
+    def _load_turns(self) -> None:
+        """Hand the loop the turns of the present span."""
+        self._forget_turns()
+        due = self.agenda.due(self.clock)
+        turns = record_table(self.k.turns.dtype, len(due))
+        for row, turn in zip(turns, due, strict=True):
+            row.tick = self.clock.relative(turn.ticks)
+            row.vx, row.vy, row.body, row.code = turn.vx, turn.vy, turn.body, turn.code
+        self.k.clock[0].turns = len(due)
+        self.k = self.k._replace(turns=turns)
+
+
+def _to_be_read(k: Kernel) -> Kernel:
+    """Return the tables with bodies that can only be read: for what looks at them from outside the loop."""
+    bodies, mass = k.bodies.view(), k.mass.view()
+    bodies.flags.writeable = mass.flags.writeable = False
+    return k._replace(bodies=bodies, mass=mass)

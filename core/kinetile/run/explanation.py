@@ -1,0 +1,63 @@
+"""What a simulation models and what it leaves out, in sentences: the compiled loop contains the first and
+nothing of the rest."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from kinetile.kernel.skin import Skin
+from kinetile.run.composition import Composition
+from kinetile.scene import Scene
+
+__all__ = ["explanation"]
+
+
+def explanation(
+    scene: Scene, composition: Composition, turning: bool, skin: Skin, time_unit: float, speed: float
+) -> dict[str, Any]:
+    """Return {"modelled": sentences, "left out": sentences, "numbers": {name: value}}."""
+    modelled = [f"{len(scene)} discs, flying straight between contacts"]
+    left_out = ["gravity, friction, rotation, growth and any loss of energy"]
+    options = ", ".join(f"{name}={value}" for name, value in composition.options.items())
+    modelled.append(
+        f"candidate pairs by the broad phase {composition.broad_phase}{f' ({options})' if options else ''}, "
+        f"with {composition.broad.certificates} structural certificates"
+    )
+    role = {"pair": composition.pair is not None, "wall": composition.wall is not None}
+    equal = len(scene) == 0 or bool((scene.mass == scene.mass[0]).all())
+    named = ", ".join(composition.narrow_phases) or "none"
+    if role["pair"]:
+        modelled.append(f"contacts of two bodies (narrow phases: {named})")
+        (left_out if equal else modelled).append(
+            "masses: all are equal"
+            if equal
+            else f"masses from {np.min(scene.mass)!r} to {np.max(scene.mass)!r}"
+        )
+    else:
+        left_out.append("contacts of two bodies: no narrow phase for pairs is named")
+    if role["wall"] and scene.arena is not None:
+        modelled.append(f"four walls around {scene.arena[0]!r} x {scene.arena[1]!r}, one certificate a body")
+    elif scene.arena is not None:
+        left_out.append("walls: the scene has an arena, but no narrow phase for walls is named")
+    else:
+        left_out.append("walls: the scene has no arena")
+    if turning:
+        modelled.append(f"turns: {len(scene.turns)} in the scene, and those made by hand")
+    else:
+        left_out.append("turns: the scene has none")
+    return {
+        "modelled": modelled,
+        "left out": left_out,
+        "numbers": {
+            "bodies": len(scene),
+            "structural_certificates": composition.broad.certificates,
+            "time_unit": time_unit,
+            "tick": time_unit * 2.0**-52,
+            "speed_bound": speed,
+            "skin": skin.delta,
+            "skin_in_radii": skin.delta / float(scene.radius.min()) if len(scene) else 0.0,
+            "structural_error": skin.eta,
+        },
+    }

@@ -1,0 +1,112 @@
+"""Readings: what a run cost and how true it stayed, as numbers with units."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from kinetile.kernel.tables import Kernel
+
+__all__ = ["Readings", "energy"]
+
+
+@dataclass(frozen=True)
+class Readings:
+    """The instruments after a run; counts are totals since the start of the simulation.
+
+    Attributes:
+        contacts_disc: contacts of two discs.
+        contacts_wall: contacts of a disc with a wall.
+        turns: changes of velocity by the user or the scene.
+        structural_events: failures of the broad phase's own certificates.
+        events: all of the above together.
+        certificates_created: certificates made, those of the start included.
+        certificates_updated: times a failure time was set anew.
+        certificates_live_max: most certificates alive at one time.
+        queue_max: most certificates waiting to fail at one time.
+        pairs_mean: candidate pairs, averaged over contacts.
+        pairs_max: most candidate pairs at one time.
+        deepest_overlap: deepest overlap found at a contact, in radii of the smaller body.
+        energy_drift: relative change of kinetic energy, turns apart.
+        lateness: how far in the past a structural event was found, in the scene's time.
+        cpu_seconds: processor time inside the loop, compilation apart.
+        compile_seconds: time to compile the loop, or to load it.
+        audits: times an audit looked at everything and found nothing.
+        events_per_cpu_second: events / cpu_seconds.
+        contacts_per_cpu_second: contacts / cpu_seconds.
+        fingerprint: digest of the list of contacts; equal under every broad phase.
+    """
+
+    contacts_disc: int
+    contacts_wall: int
+    turns: int
+    structural_events: int
+    events: int
+    certificates_created: int
+    certificates_updated: int
+    certificates_live_max: int
+    queue_max: int
+    pairs_mean: float
+    pairs_max: int
+    deepest_overlap: float
+    energy_drift: float
+    lateness: float
+    cpu_seconds: float
+    compile_seconds: float
+    audits: int
+    events_per_cpu_second: float
+    contacts_per_cpu_second: float
+    fingerprint: str
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the readings by name, fit for JSON."""
+        return asdict(self)
+
+    @classmethod
+    def take(
+        cls,
+        k: Kernel,
+        *,
+        start_energy: float,
+        certificates_created: int,
+        cpu_seconds: float,
+        compile_seconds: float,
+        audits: int,
+        fingerprint: str,
+    ) -> Readings:
+        """Read the instruments of a kernel."""
+        counts = k.counts[0]
+        contacts = int(counts.contacts_disc) + int(counts.contacts_wall)
+        events = contacts + int(counts.turns) + int(counts.structural)
+        expected = start_energy + float(counts.turned_energy)
+        scale = max(abs(start_energy), abs(expected))
+        return cls(
+            contacts_disc=int(counts.contacts_disc),
+            contacts_wall=int(counts.contacts_wall),
+            turns=int(counts.turns),
+            structural_events=int(counts.structural),
+            events=events,
+            certificates_created=certificates_created + int(counts.pairs_created),
+            certificates_updated=int(counts.updated),
+            certificates_live_max=certificates_created + int(counts.pairs_max),
+            queue_max=int(counts.queue_max),
+            pairs_mean=float(counts.pairs_sum) / contacts if contacts else float(k.clock[0].pairs),
+            pairs_max=int(counts.pairs_max),
+            deepest_overlap=max(float(counts.deepest), 0.0),
+            energy_drift=abs(energy(k) - expected) / scale if scale > 0.0 else 0.0,
+            lateness=float(counts.late) * float(k.clock[0].tick),
+            cpu_seconds=cpu_seconds,
+            compile_seconds=compile_seconds,
+            audits=audits,
+            events_per_cpu_second=events / cpu_seconds if cpu_seconds > 0.0 else 0.0,
+            contacts_per_cpu_second=contacts / cpu_seconds if cpu_seconds > 0.0 else 0.0,
+            fingerprint=fingerprint,
+        )
+
+
+def energy(k: Kernel) -> float:
+    """Return the kinetic energy of all bodies, summed exactly."""
+    return 0.5 * math.fsum(np.asarray(k.mass * (k.bodies.vx**2 + k.bodies.vy**2)))

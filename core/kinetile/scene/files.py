@@ -1,0 +1,291 @@
+"""Scenes as files: TOML that people write, and that gives back every bit that was saved.
+
+A file either lists its bodies, with the turns of each under it, or names a recipe and its parameters; beside
+that it may say how the scene wants to be run. Reading goes in three steps, so that every mistake in a file is
+reported at once: the syntax (tomllib), the keys and the types (pydantic), and what the numbers mean (the same
+checks that every Scene passes). What fails one step is left out of the next, and all the rest goes on.
+
+Floats are written by ``repr``, the shortest text that reads back as the same bits, -0.0 and the smallest
+denormal included. A file is replaced in one step: whoever reads it sees the old scene or the new one, and a
+full disk loses neither.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import secrets
+import shutil
+import tomllib
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+from kinetile.errors import BadOption, Mistake, SceneError
+from kinetile.scene.checks import abridged, check_bodies, check_frame, check_turn, shown
+from kinetile.scene.scene import Scene, Settings, Turn, relabelled
+from kinetile.scene.schema import Place, find_faults, written
+from kinetile.scene.targets import writable_target
+
+__all__ = ["Names", "dumps_scene", "read_file", "read_text", "save_scene"]
+
+_BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
+_WHERE = re.compile(r"(.*) \(at (?:line (\d+), column (\d+)|end of document)\)", re.DOTALL)
+
+
+class Names(Protocol):
+    """Whoever knows what a file can choose by name: phases with options, recipes with parameters."""
+
+    def mistakes(self, where: str, name: str, *kinds: Any) -> list[Mistake]:
+        """Return the mistake of naming something that none of these kinds has ("broad phase", "narrow
+        phase", "scene"), if it is one."""
+        ...
+
+    def option_mistakes(self, name: str, options: Mapping[str, Any]) -> list[Mistake]:
+        """Return the options that a phase does not have; if it has them all, why it cannot use a value."""
+        ...
+
+    def parameter_mistakes(self, name: str, parameters: Mapping[str, Any]) -> list[Mistake]:
+        """Return what is wrong with these parameters for a recipe."""
+        ...
+
+    def make(self, name: str, parameters: Mapping[str, Any]) -> Scene:
+        """Return the scene that a recipe makes."""
+        ...
+
+
+def read_file(path: str | os.PathLike[str], names: Names) -> Scene:
+    """Read a scene from a TOML file.
+
+    Raises OSError if the file cannot be read, and SceneError, with every mistake in it, if it is no scene.
+    """
+    data = Path(path).read_bytes()
+    source = os.fspath(path)
+    try:
+        text = data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        mistake = Mistake(
+            f"line {line}", f"bytes that are not UTF-8 ({error.reason})", "a TOML file in UTF-8"
+        )
+        raise SceneError([mistake], source) from error
+    return read_text(text, source, names)
+
+
+def read_text(text: str, source: str | None, names: Names) -> Scene:
+    """Read a scene from TOML text; ``source`` is what messages call it. Raises SceneError."""
+    text = text.removeprefix("\ufeff")
+    try:
+        tables = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise SceneError([_syntax_mistake(text, str(error))], source) from error
+    except RecursionError as error:
+        mistake = Mistake("the file", "tables nested too deeply to be read", "the keys of a scene")
+        raise SceneError([mistake], source) from error
+    mistakes, faults = find_faults(tables)
+    settings = _read_settings(tables, faults, mistakes, names)
+    scene = None
+    try:
+        if "recipe" in tables:
+            scene = _follow_recipe(tables, faults, mistakes, names)
+        else:
+            scene = _read_bodies(tables, faults, mistakes)
+    except SceneError as error:
+        mistakes += error.mistakes
+    if mistakes or scene is None:
+        raise SceneError(abridged(mistakes), source)
+    origin = {**scene.origin, "file": source} if source is not None else scene.origin
+    return relabelled(scene, settings=settings, origin=origin)
+
+
+def save_scene(scene: Scene, path: str | os.PathLike[str]) -> None:
+    """Write a scene to a TOML file, from which ``load_scene`` makes an equal one.
+
+    The text goes to a new file in the same folder, which then takes the place of the old one. Raises OSError
+    if it cannot be written (what stood there before stays), and BadOption for an option that TOML has no form
+    for. A link is followed; what is there and is no regular file is not replaced.
+    """
+    text = dumps_scene(scene)
+    target = writable_target(path)
+    fresh = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
+    try:
+        with fresh.open("x", encoding="utf-8", newline="\n") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        with suppress(FileNotFoundError):
+            shutil.copymode(target, fresh)
+        fresh.replace(target)
+    except BaseException:
+        fresh.unlink(missing_ok=True)
+        raise
+
+
+def dumps_scene(scene: Scene) -> str:
+    """Return a scene as TOML text. Raises BadOption for an option that TOML has no form for."""
+    settings = scene.settings
+    lines = []
+    if "recipe" in scene.origin:
+        lines.append(
+            f"# made by the recipe {scene.origin['recipe']!r}: {scene.origin.get('parameters', {})!r}"
+        )
+    if scene.arena is not None:
+        lines.append(f"arena = {_toml(scene.arena)}")
+    if repr(scene.start) != "0.0":
+        lines.append(f"start = {_toml(scene.start)}")
+    if settings.until is not None:
+        lines.append(f"until = {_toml(settings.until)}")
+    if settings.broad_phase is not None:
+        lines.append(f"broad-phase = {_toml(settings.broad_phase)}")
+    if settings.narrow_phases is not None:
+        lines.append(f"narrow-phases = {_toml(settings.narrow_phases)}")
+    if not len(scene):
+        lines.append("bodies = []")
+    for phase, options in settings.options.items():
+        lines += ["", f"[options.{_key(phase)}]"]
+        lines += [f"{_key(key)} = {_toml(value, f'options.{phase}.{key}')}" for key, value in options.items()]
+    turns: dict[int, list[Turn]] = {}
+    for turn in scene.turns:
+        turns.setdefault(turn.body, []).append(turn)
+    columns = [column.tolist() for column in (scene.position, scene.velocity, scene.radius, scene.mass)]
+    for body, (position, velocity, radius, mass) in enumerate(zip(*columns, strict=True)):
+        lines += ["", "[[bodies]]", f"position = {_toml(position)}", f"velocity = {_toml(velocity)}"]
+        lines.append(f"radius = {_toml(radius)}")
+        if mass != 1.0:
+            lines.append(f"mass = {_toml(mass)}")
+        for turn in turns.get(body, ()):
+            lines += ["", "[[bodies.turns]]", f"time = {_toml(turn.time)}"]
+            lines.append(f"velocity = {_toml(turn.velocity)}")
+    return "\n".join([*lines, ""])
+
+
+def _syntax_mistake(text: str, message: str) -> Mistake:
+    """Turn tomllib's message into a mistake that shows the line."""
+    match = _WHERE.fullmatch(message)
+    what, line, column = match.groups() if match else (message, None, None)
+    lines = text.splitlines()
+    number = int(line or len(lines))
+    where = f"line {number}" + (f", column {column}" if column else "")
+    found = shown(lines[number - 1]) if 0 < number <= len(lines) else "the end of the file"
+    return Mistake(where, found, f"TOML ({what})")
+
+
+def _read_settings(
+    tables: Mapping[str, Any], faults: set[Place], mistakes: list[Mistake], names: Names
+) -> Settings:
+    """Return what the file says about running the scene; append the phases that do not exist."""
+    usable = {key: value for key, value in tables.items() if (key,) not in faults}
+    broad: str | None = usable.get("broad-phase")
+    narrow: list[str] | None = usable.get("narrow-phases")
+    if broad is not None:
+        mistakes += names.mistakes("broad-phase", broad, "broad phase")
+    for k, name in enumerate(narrow or ()):
+        mistakes += names.mistakes(f"narrow-phases[{k}]", name, "narrow phase")
+    options = usable.get("options", {})
+    for name, given in options.items():
+        unknown = names.mistakes(f"options.{name}", name, "broad phase", "narrow phase")
+        mistakes += unknown
+        if not unknown and ("options", name) not in faults:
+            mistakes += names.option_mistakes(name, given)
+    return Settings(broad, None if narrow is None else tuple(narrow), options, usable.get("until"))
+
+
+def _follow_recipe(
+    tables: Mapping[str, Any], faults: set[Place], mistakes: list[Mistake], names: Names
+) -> Scene | None:
+    """Return the scene that the file's recipe makes; append what keeps it from being made."""
+    for key in ("arena", "start", "bodies"):
+        if key in tables:
+            mistakes.append(
+                Mistake(key, f"{key} beside a recipe", "one of the two: the recipe makes them all")
+            )
+    if faults & {("recipe",), ("parameters",)}:
+        return None
+    name, parameters = tables["recipe"], tables.get("parameters", {})
+    wrong = names.mistakes("recipe", name, "scene") or names.parameter_mistakes(name, parameters)
+    if not wrong:
+        try:
+            scene = names.make(name, parameters)
+        except BadOption as error:
+            wrong = [Mistake("parameters", shown(parameters), f"what the recipe can use: {error}")]
+        else:
+            until = None if ("until",) in faults else tables.get("until")
+            wrong = check_frame(None, scene.start, until)
+            if not wrong:
+                return scene
+    mistakes += wrong
+    return None
+
+
+def _read_bodies(tables: Mapping[str, Any], faults: set[Place], mistakes: list[Mistake]) -> Scene | None:
+    """Return the scene that the file's bodies make; append everything that is wrong with them."""
+    if "parameters" in tables:
+        mistakes.append(Mistake("parameters", "parameters without a recipe", "a recipe beside them, by name"))
+    rows = [] if ("bodies",) in faults else tables["bodies"]
+    unknown, columns = {}, {}
+    defaults = {"position": None, "velocity": (0.0, 0.0), "radius": None, "mass": 1.0}
+    for key, default in defaults.items():
+        blank: Any = (np.nan, np.nan) if key in ("position", "velocity") else np.nan
+        bad = [("bodies", i) in faults or ("bodies", i, key) in faults for i in range(len(rows))]
+        values = [blank if bad[i] else row.get(key, default) for i, row in enumerate(rows)]
+        unknown[key] = np.array(bad, dtype=np.bool_)
+        columns[key] = np.array(values, dtype=np.float64).reshape((len(rows), *np.shape(blank)))
+    frame = {"arena": tables.get("arena"), "start": tables.get("start", 0.0), "until": tables.get("until")}
+    off = {str(place[0]) for place in faults if len(place) == 1}
+    framed = check_frame(**frame, unknown=off)
+    off |= {mistake.where for mistake in framed}
+    arena = None if "arena" in off or frame["arena"] is None else tuple(frame["arena"])
+    mistakes += framed
+    mistakes += check_bodies(**columns, arena=arena, unknown=unknown)
+    turns = []
+    for i, row in enumerate(rows):
+        for place, turn in _turns(i, row, faults):
+            start = None if "start" in off else float(frame["start"])
+            unread = [key for key in ("time", "velocity") if (*place, key) in faults]
+            mistakes += check_turn(turn, written(place), len(rows), start, unread)
+            turns.append(turn)
+    if mistakes:
+        return None
+    bodies = (columns["position"], columns["velocity"], columns["radius"], columns["mass"])
+    return Scene(*bodies, arena, turns, frame["start"])
+
+
+def _turns(body: int, row: Any, faults: set[Place]) -> Iterator[tuple[Place, Turn]]:
+    """Yield the turns of one body, with their places; what of them cannot be read is NaN."""
+    if ("bodies", body) in faults or ("bodies", body, "turns") in faults:
+        return
+    for k, turn in enumerate(row.get("turns", ())):
+        place = ("bodies", body, "turns", k)
+        if place not in faults:
+            time = np.nan if (*place, "time") in faults else turn["time"]
+            velocity = (np.nan, np.nan) if (*place, "velocity") in faults else tuple(turn["velocity"])
+            yield place, Turn(body, time, velocity)
+
+
+def _key(key: str) -> str:
+    return key if _BARE_KEY.fullmatch(key) else _quoted(key)
+
+
+def _quoted(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def _toml(value: Any, where: str = "") -> str:
+    """Return a value as TOML; raise BadOption if it has no form there."""
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, (int, float)):
+        return repr(value)
+    if isinstance(value, str):
+        return _quoted(value)
+    if isinstance(value, (list, tuple)):
+        return f"[{', '.join(_toml(each, where) for each in value)}]"
+    if isinstance(value, Mapping):
+        return f"{{ {', '.join(f'{_key(key)} = {_toml(each, where)}' for key, each in value.items())} }}"
+    raise BadOption(f"{where} is {shown(value)}; expected a number, text, a list or a table to write to TOML")

@@ -1,0 +1,273 @@
+"""What is simulated: discs, where they are and how they move, the arena around them, and their turns.
+
+A scene is a value. Its arrays are its own read-only copies, it is checked in full when it is made (all
+mistakes are reported at once), and two scenes are equal when they hold the same bits. Scenes come from arrays
+(here), from a recipe by name (``make_scene``) or from a file (``load_scene``).
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Mapping, Sequence
+from copy import deepcopy
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from kinetile.errors import Mistake, SceneError
+from kinetile.kernel.clock import time_unit
+from kinetile.scene.checks import (
+    abridged,
+    check_bodies,
+    check_frame,
+    check_pace,
+    check_turn,
+    is_number,
+    shown,
+)
+
+__all__ = ["Scene", "Settings", "Turn", "relabelled"]
+
+Floats = npt.NDArray[np.float64]
+
+
+class Turn(NamedTuple):
+    """A scheduled change of one body's flight plan: from ``time`` on it flies with ``velocity``."""
+
+    body: int
+    time: float
+    velocity: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a scene wants to be run, where it says so: its phases by name, their options, and until when.
+
+    ``broad_phase`` and ``narrow_phases`` are None where the scene leaves the choice open; ``options`` maps a
+    phase's name to its options; ``until`` is a time, not a length of time.
+    """
+
+    broad_phase: str | None = None
+    narrow_phases: tuple[str, ...] | None = None
+    options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    until: float | None = None
+
+    def __post_init__(self) -> None:
+        if isinstance(self.narrow_phases, list):
+            object.__setattr__(self, "narrow_phases", tuple(self.narrow_phases))
+        if self.until is not None and is_number(self.until):
+            object.__setattr__(self, "until", float(self.until))
+        object.__setattr__(self, "options", deepcopy(self.options))
+
+    def __hash__(self) -> int:
+        return hash((self.broad_phase, self.narrow_phases, self.until))
+
+
+@dataclass(frozen=True, eq=False, init=False, repr=False)
+class Scene:
+    """Discs in the plane, with or without walls around them.
+
+    ``position`` and ``velocity`` are (n, 2); ``radius`` and ``mass`` are (n,), or one number for all; all are
+    kept as read-only arrays of float64. ``arena`` is (width, height), for walls around [0, width] x
+    [0, height], or None for no walls. ``turns`` hold absolute times, and are kept sorted by time and body.
+    ``start`` is the time at which the bodies are where ``position`` says. ``settings`` say how the scene
+    wants to be run; ``origin`` is where it came from, and takes no part in comparisons.
+
+    Raises SceneError, with every mistake, unless all numbers are finite, radii and masses greater than 0,
+    each disc is inside the arena and no two overlap (touching is allowed; the tolerance is 1e-12 of the
+    radius, or of the sum of the two radii). Radii, masses and the arena's sides are from 2**-200 to 2**200,
+    coordinates and speeds at most 2**200, so that no product of them over- or underflows.
+    """
+
+    position: Floats
+    velocity: Floats
+    radius: Floats
+    mass: Floats
+    arena: tuple[float, float] | None
+    turns: tuple[Turn, ...]
+    start: float
+    settings: Settings
+    origin: Mapping[str, Any]
+
+    def __init__(
+        self,
+        position: npt.ArrayLike,
+        velocity: npt.ArrayLike,
+        radius: npt.ArrayLike,
+        mass: npt.ArrayLike = 1.0,
+        arena: Sequence[float] | None = None,
+        turns: Sequence[Turn | tuple[int, float, Sequence[float]]] = (),
+        start: float = 0.0,
+        settings: Settings | None = None,
+        origin: Mapping[str, Any] | None = None,
+    ) -> None:
+        mistakes: list[Mistake] = []
+        if settings is not None and not isinstance(settings, Settings):
+            mistakes.append(Mistake("settings", shown(settings), "kinetile.Settings(...), or None"))
+        settings = settings if isinstance(settings, Settings) else Settings()
+        if origin is not None and not isinstance(origin, Mapping):
+            mistakes.append(Mistake("origin", shown(origin), "a mapping that says where the scene is from"))
+        arrays, unknown = _read_arrays(position, velocity, radius, mass, mistakes)
+        framed = check_frame(arena, start, settings.until)
+        amiss = {mistake.where for mistake in framed}
+        sides = None if arena is None or "arena" in amiss else (float(arena[0]), float(arena[1]))
+        mistakes += framed
+        mistakes += check_bodies(*arrays, sides, unknown)
+        begin = None if "start" in amiss else float(start)
+        try:
+            turns = list(turns)
+        except TypeError:
+            mistakes.append(Mistake("turns", shown(turns), "a sequence of turns: (body, time, (vx, vy))"))
+            turns = []
+        for k, turn in enumerate(turns):
+            mistakes += check_turn(turn, f"turns[{k}]", len(arrays[0]), begin)
+        mistakes += _check_settings(settings)
+        if mistakes:
+            raise SceneError(abridged(mistakes))
+        names = ("position", "velocity", "radius", "mass")
+        for name, array in zip(names, arrays, strict=True):
+            array.flags.writeable = False
+            object.__setattr__(self, name, array)
+        kept = [Turn(int(body), float(time), (float(v[0]), float(v[1]))) for body, time, v in turns]
+        object.__setattr__(self, "arena", sides)
+        object.__setattr__(self, "turns", tuple(sorted(kept, key=lambda turn: (turn.time, turn.body))))
+        object.__setattr__(self, "start", float(start))
+        object.__setattr__(self, "settings", settings)
+        object.__setattr__(self, "origin", dict(origin or {}))
+        mistakes += check_pace(self.start, self.time_unit)
+        if mistakes:
+            raise SceneError(mistakes)
+
+    def __len__(self) -> int:
+        return len(self.radius)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Scene):
+            return NotImplemented
+        return self._bits() == other._bits() and self.settings == other.settings
+
+    def __hash__(self) -> int:
+        return hash(self._bits())
+
+    def __repr__(self) -> str:
+        bodies = f"{len(self)} {'body' if len(self) == 1 else 'bodies'}"
+        around = "no walls" if self.arena is None else f"in {self.arena[0]!r} x {self.arena[1]!r}"
+        turns = f", {len(self.turns)} turn{'' if len(self.turns) == 1 else 's'}" if self.turns else ""
+        recipe = f", from {self.origin['recipe']!r}" if "recipe" in self.origin else ""
+        return f"<Scene: {bodies}, {around}{turns}{recipe}>"
+
+    @property
+    def time_unit(self) -> float:
+        """The power of two, at most 1, in which the clock of a run counts (see ``kinetile.kernel.clock``)."""
+        if len(self) == 0:
+            return 1.0
+        extent = max(self.arena) if self.arena else float(np.abs(self.position).max() + self.radius.max())
+        squares = [float((self.velocity**2).sum(axis=1).max())]
+        squares += [turn.velocity[0] ** 2 + turn.velocity[1] ** 2 for turn in self.turns]
+        return time_unit(extent, math.sqrt(max(squares)))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Through the constructor: unpickled arrays would otherwise be writable.
+        arrays = (self.position, self.velocity, self.radius, self.mass)
+        return (Scene, (*arrays, self.arena, self.turns, self.start, self.settings, dict(self.origin)))
+
+    def _bits(self) -> tuple[bytes, ...]:
+        """Return everything that is simulated as bytes: -0.0 is not 0.0."""
+        frame = (self.start, *(self.arena or ()))
+        return (
+            *(array.tobytes() for array in (self.position, self.velocity, self.radius, self.mass)),
+            struct.pack(f"<{len(frame)}d", *frame),
+            b"".join(struct.pack("<q3d", turn.body, turn.time, *turn.velocity) for turn in self.turns),
+        )
+
+
+def relabelled(
+    scene: Scene, *, settings: Settings | None = None, origin: Mapping[str, Any] | None = None
+) -> Scene:
+    """Return the same scene with other settings or another origin, without checking its bodies again.
+
+    Raises SceneError for settings that the scene cannot have.
+    """
+    mistakes = []
+    if settings is not None and not isinstance(settings, Settings):
+        mistakes = [Mistake("settings", shown(settings), "kinetile.Settings(...), or None")]
+    elif settings is not None:
+        mistakes = [*check_frame(None, scene.start, settings.until), *_check_settings(settings)]
+    if mistakes:
+        raise SceneError(mistakes)
+    copy = object.__new__(Scene)
+    copy.__dict__.update(scene.__dict__)
+    if settings is not None:
+        copy.__dict__["settings"] = settings
+    if origin is not None:
+        copy.__dict__["origin"] = dict(origin)
+    return copy
+
+
+def _read_arrays(
+    position: npt.ArrayLike,
+    velocity: npt.ArrayLike,
+    radius: npt.ArrayLike,
+    mass: npt.ArrayLike,
+    mistakes: list[Mistake],
+) -> tuple[tuple[Floats, Floats, Floats, Floats], dict[str, npt.NDArray[np.bool_]]]:
+    """Copy the bodies' fields to arrays that fit together; report and mark as unknown what cannot be read."""
+    given = {"position": position, "velocity": velocity, "radius": radius, "mass": mass}
+    read: dict[str, Floats] = {}
+    for name, value in given.items():
+        array = _numbers(value)
+        vectors = name in ("position", "velocity")
+        if array is None:
+            mistakes.append(Mistake(name, shown(value), "an array of numbers"))
+        elif vectors and array.shape == (0,):
+            read[name] = array.reshape(0, 2)
+        elif (array.ndim != 2 or array.shape[1] != 2) if vectors else array.ndim > 1:
+            right = "(n, 2), a row for each body" if vectors else "(n,), or one number for all"
+            mistakes.append(Mistake(name, f"an array of shape {array.shape}", f"an array of shape {right}"))
+        else:
+            read[name] = array
+    sized = [len(array) for array in read.values() if array.ndim]
+    bodies = sized[0] if sized else 0
+    unknown: dict[str, npt.NDArray[np.bool_]] = {}
+    for name in given:
+        array = read.get(name)
+        if array is not None and array.ndim and len(array) != bodies:
+            what = f"{len(array)} {'row' if array.ndim == 2 else 'number'}{'s' if len(array) != 1 else ''}"
+            mistakes.append(Mistake(name, what, f"one for each of the {bodies} bodies"))
+            array = None
+        shape = (bodies, 2) if name in ("position", "velocity") else (bodies,)
+        if array is None:
+            unknown[name] = np.ones(bodies, dtype=np.bool_)
+            array = np.array(np.nan)
+        read[name] = np.array(np.broadcast_to(array, shape), dtype=np.float64, order="C")
+    return (read["position"], read["velocity"], read["radius"], read["mass"]), unknown
+
+
+def _numbers(value: npt.ArrayLike) -> Floats | None:
+    """Return ``value`` as an array of float64, or None if it does not consist of real numbers."""
+    try:
+        array = np.asarray(value)
+    except (TypeError, ValueError):
+        return None
+    if array.dtype.kind not in "fiu":
+        return None
+    return array.astype(np.float64)
+
+
+def _check_settings(settings: Settings) -> list[Mistake]:
+    """Check the types of the settings; whether the phases exist is for those to say who select them."""
+    mistakes = []
+    if not isinstance(settings.broad_phase, (str, type(None))):
+        mistakes.append(Mistake("broad-phase", shown(settings.broad_phase), "the name of a broad phase"))
+    narrow = settings.narrow_phases
+    if narrow is not None and not (
+        isinstance(narrow, tuple) and all(isinstance(name, str) for name in narrow)
+    ):
+        mistakes.append(Mistake("narrow-phases", shown(narrow), "a list of names of narrow phases"))
+    options = settings.options
+    if not isinstance(options, Mapping) or not all(isinstance(table, Mapping) for table in options.values()):
+        mistakes.append(Mistake("options", shown(options), "a table of options for each phase's name"))
+    return mistakes

@@ -1,0 +1,647 @@
+"""The command line as people and scripts meet it: results on stdout, the rest on stderr, exit codes."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+
+import pytest
+from rich.console import Console
+from typer.testing import CliRunner
+
+import broken_phases
+import kinetile as kt
+from kinetile.cli import app
+from kinetile.cli.tables import plugins_table
+from kinetile.cli.terminal import Bar, notice
+from kinetile.cli.values import read_numbers
+from kinetile.errors import AuditError, BadOption
+from kinetile.plugin.choices import read_assignments, read_phase, read_phases, read_value
+
+COMMAND = [sys.executable, "-m", "kinetile"]
+
+
+def kinetile(*arguments: object):
+    """Run a command in this process."""
+    result = CliRunner().invoke(app, [str(argument) for argument in arguments])
+    if result.exception is not None and not isinstance(result.exception, SystemExit):
+        raise result.exception
+    return result
+
+
+def found(*arguments: object) -> dict:
+    """Run a command that succeeds, and read the JSON that it prints."""
+    result = kinetile(*arguments, "--json")
+    assert result.exit_code == 0, result.stderr
+    return json.loads(result.stdout)
+
+
+# run
+
+
+def test_run_gives_everything_as_json():
+    result = found(
+        "run", "grid", "-s", "bodies=25", "-s", "seed=7", "--broad-phase", "naive", "--until", "0.5"
+    )
+    sim = kt.Simulation(kt.make_scene("grid", bodies=25, seed=7), "naive")
+    sim.run(0.5)
+    assert result["readings"]["fingerprint"] == sim.fingerprint
+    assert set(result["readings"]) == set(sim.readings.as_dict())
+    assert result["scene"]["parameters"]["seed"] == 7
+    assert result["scene"]["bodies"] == 25
+    assert result["broad_phase"] == "naive"
+    assert result["narrow_phases"] == {"disc": {}, "wall": {}}
+    assert result["run"] == {
+        "until": 0.5,
+        "max_contacts": None,
+        "time": 0.5,
+        "time_unit": 1.0,
+        "status": "complete",
+    }
+    assert result["versions"]["kinetile"] == kt.__version__
+
+
+def test_run_prints_a_table_with_units():
+    result = kinetile("run", "-s", "bodies=4", "--broad-phase", "naive")
+    assert result.exit_code == 0
+    for part in ("grid (bodies=4", "0 to 1: complete", "radii", "a CPU second", "time units", "fingerprint"):
+        assert part in result.stdout
+
+
+def test_run_takes_options_of_the_phases():
+    one = found("run", "-s", "bodies=4", "--broad-phase", "sap-1d:axis=y", "--narrow-phase", "disc")
+    two = found("run", "-s", "bodies=4", "--broad-phase", "sap-1d", "-o", "axis=y", "--narrow-phase", "disc")
+    assert one["options"] == two["options"] == {"axis": "y"}
+    assert one["narrow_phases"] == {"disc": {}}
+    assert one["readings"]["contacts_wall"] == 0
+
+
+def test_a_number_of_contacts_is_an_end_too():
+    result = found("run", "-s", "bodies=4", "--broad-phase", "naive", "--max-contacts", "50")
+    assert result["readings"]["contacts_disc"] + result["readings"]["contacts_wall"] == 50
+    assert result["run"]["until"] is None
+
+
+def test_a_saved_scene_is_the_same_run_again(tmp_path):
+    path = tmp_path / "saved.toml"
+    first = found(
+        "run", "-s", "bodies=9", "--broad-phase", "sap-1d:axis=y", "--until", "0.75", "--save-scene", path
+    )
+    again = found("run", path)
+    assert again["readings"]["fingerprint"] == first["readings"]["fingerprint"]
+    assert (again["broad_phase"], again["options"], again["run"]["time"]) == ("sap-1d", {"axis": "y"}, 0.75)
+    assert again["scene"]["file"] == str(path)
+    other = found("run", path, "--broad-phase", "naive", "--until", "0.25")
+    assert (other["broad_phase"], other["options"], other["run"]["time"]) == ("naive", {}, 0.25)
+
+
+def test_the_default_end_is_one_unit_after_the_start(tmp_path):
+    scene = kt.Scene([[1.0, 1.0]], [[0.0, 0.0]], 0.5, start=100.0)
+    kt.save_scene(scene, tmp_path / "late.toml")
+    assert found("run", tmp_path / "late.toml", "--broad-phase", "naive")["run"]["time"] == 101.0
+
+
+def test_explain_says_what_is_modelled_and_runs_nothing():
+    result = kinetile("run", "-s", "bodies=4", "--broad-phase", "naive", "--explain")
+    assert result.exit_code == 0
+    assert "modelled:" in result.stdout
+    assert "left out:" in result.stdout
+    assert "fingerprint" not in result.stdout
+    sim = kt.Simulation(kt.make_scene("grid", bodies=4), "naive")
+    assert found("run", "-s", "bodies=4", "--broad-phase", "naive", "--explain") == sim.explain()
+
+
+def test_events_are_written(tmp_path):
+    pytest.importorskip("pyarrow")
+    from kinetile.records import Trajectory, read_events
+
+    path = tmp_path / "events.parquet"
+    result = found("run", "-s", "bodies=25", "-s", "seed=5", "--broad-phase", "naive", "--events", path)
+    rows, metadata = read_events(path)
+    assert result["events_file"] == {"path": str(path), "rows": len(rows), "status": "complete"}
+    assert metadata["fingerprint"] == result["readings"]["fingerprint"]
+    assert metadata["parameters"]["seed"] == 5
+    assert (metadata["broad_phase"], metadata["until"], metadata["time"]) == ("naive", 1.0, 1.0)
+    sim = kt.Simulation(kt.make_scene("grid", bodies=25, seed=5), "naive")
+    sim.run(1.0)
+    assert Trajectory.read(path).positions(1.0).tobytes() == sim.positions().tobytes()
+
+
+def jammed(tmp_path):
+    scene = kt.Scene(
+        [[x, y] for x in (0.25, 0.75) for y in (0.25, 0.75)],
+        [[1.0, 0.3], [0.2, -1.0], [-1.0, 0.1], [0.4, 1.0]],
+        0.25,
+        arena=(1, 1),
+    )
+    kt.save_scene(scene, tmp_path / "jammed.toml")
+    return tmp_path / "jammed.toml"
+
+
+def test_after_a_fault_what_was_done_is_printed_and_kept(tmp_path):
+    pytest.importorskip("pyarrow")
+    from kinetile.records import read_events
+
+    result = kinetile(
+        "run", jammed(tmp_path), "--broad-phase", "naive", "--json", "--events", tmp_path / "e.parquet"
+    )
+    assert result.exit_code == 1
+    assert "jammed" in result.stderr
+    printed = json.loads(result.stdout)
+    assert printed["run"]["status"] == "fault: ZenoError"
+    contacts = printed["readings"]["contacts_disc"] + printed["readings"]["contacts_wall"]
+    rows, metadata = read_events(tmp_path / "e.parquet")
+    assert len(rows) == contacts > 0
+    assert metadata["status"].startswith("fault: ZenoError: ")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["grd"], "did you mean 'grid'?"),
+        (["grid", "-s", "bodys=3"], "did you mean 'bodies'?"),
+        (["grid", "-s", "bodies=many"], "bodies"),
+        (["grid", "-s", "bodies"], "bodies"),
+        (["--broad-phase", "nave"], "did you mean 'naive'?"),
+        (["--broad-phase", "sap-1d:axs=y"], "did you mean 'axis'?"),
+        (["--broad-phase", "sap-1d", "-o", "axis"], "expected key=value"),
+        (["--broad-phase", ":axis=y"], "names no phase"),
+        (["--narrow-phase", "disk"], "did you mean 'disc'?"),
+        (["--until", "-1"], "expected a time from the scene's start on"),
+        (["--until", "nan"], "expected a time from the scene's start on"),
+        (["--until", "inf"], "expected a time from the scene's start on"),
+        (["--until", "soon"], "--until"),
+        (["--max-contacts", "-1"], "--max-contacts"),
+        (["missing.toml"], "there is no scene file 'missing.toml'"),
+        (["missing.toml", "-s", "bodies=3"], "a scene file takes no parameters"),
+        (["-s", "bodies=4", "--save-scene", "no/such/folder/s.toml"], "--save-scene no/such/folder/s.toml: "),
+        (["--no-such-option"], "--no-such-option"),
+        (["--broad-phase", ""], "'' names no phase"),
+        (["-s", "bodies=1e12"], "bodies is 1000000000000; it is at most 10,000,000"),
+        (["-s", "bodies=1e20"], "bodies is 100000000000000000000; it is at most 10,000,000"),
+        (["-s", "speed=1e300"], "speed is 1e+300; it is at most 2**200"),
+    ],
+)
+def test_what_cannot_be_done_is_one_message_and_exit_code_2(arguments, said):
+    result = kinetile("run", *arguments)
+    assert result.exit_code == 2
+    assert result.stdout == ""
+    assert said in result.stderr
+    assert "Traceback" not in result.stderr
+
+
+def test_more_contacts_than_64_bits_count_are_no_end():
+    result = found(
+        "run", "-s", "bodies=4", "--broad-phase", "naive", "--max-contacts", 10**20, "--until", "0.25"
+    )
+    assert (result["run"]["status"], result["run"]["time"]) == ("complete", 0.25)
+
+
+def test_a_number_of_contacts_does_not_go_beyond_the_scenes_own_end(tmp_path):
+    path = tmp_path / "short.toml"
+    path.write_text('recipe = "grid"\nuntil = 0.25\nbroad-phase = "naive"\n[parameters]\nbodies = 4\n')
+    result = found("run", path, "--max-contacts", "1000000")
+    assert (result["run"]["until"], result["run"]["time"]) == (0.25, 0.25)
+    assert found("compare", path, "--max-contacts", "1000000")["phases"][0]["time"] == 0.25
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes with names")
+@pytest.mark.parametrize("option", ["--events", "--save-scene"])
+def test_a_special_file_is_not_replaced_by_a_result(tmp_path, option):
+    pytest.importorskip("pyarrow")
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    result = kinetile("run", "-s", "bodies=4", "--broad-phase", "naive", option, pipe)
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert "is no regular file, so it is not replaced" in result.stderr
+    assert [each.name for each in tmp_path.iterdir()] == ["pipe"]
+    assert pipe.is_fifo()
+
+
+def test_two_results_in_one_file_are_refused_before_anything_is_written(tmp_path):
+    scene, link = tmp_path / "scene.toml", tmp_path / "link"
+    kt.save_scene(kt.make_scene("two-discs"), scene)
+    link.symlink_to(scene)
+    before = scene.read_bytes()
+    both = ["--events", tmp_path / "same", "--save-scene", tmp_path / "." / "same"]
+    for arguments, said in (
+        (["run", *both], "--events and --save-scene are one file"),
+        (["run", scene, "--events", link], "--events and the scene are one file"),
+    ):
+        result = kinetile(*arguments)
+        assert (result.exit_code, result.stdout) == (2, "")
+        assert said in result.stderr
+    assert scene.read_bytes() == before
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["link", "scene.toml"]
+
+
+def test_an_audit_that_fails_is_a_fault_with_its_table_and_its_events(tmp_path, monkeypatch):
+    pytest.importorskip("pyarrow")
+    from kinetile.records import read_events
+
+    run = kt.Simulation.run
+
+    def failing(simulation, *arguments, **options):
+        run(simulation, *arguments, **options)
+        raise AuditError("at time 1.0 the queue is out of order")
+
+    monkeypatch.setattr(kt.Simulation, "run", failing)
+    path = tmp_path / "e.parquet"
+    result = kinetile("run", "-s", "bodies=4", "--broad-phase", "naive", "--json", "--events", path)
+    assert result.exit_code == 1
+    assert "the queue is out of order" in result.stderr
+    printed = json.loads(result.stdout)
+    assert printed["run"]["status"] == "fault: AuditError"
+    assert len(read_events(path).rows) == printed["events_file"]["rows"] > 0
+    result = kinetile("compare", "-s", "bodies=4", "--broad-phases", "naive,sap-1d")
+    assert result.exit_code == 1
+    assert "AuditError" in result.stdout
+
+
+def test_an_events_file_that_cannot_be_written_stops_before_the_run(tmp_path):
+    pytest.importorskip("pyarrow")
+    result = kinetile("run", "-s", "bodies=4", "--events", tmp_path / "missing" / "e.parquet")
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert "cannot be written" in result.stderr
+
+
+def test_events_without_pyarrow_name_the_extra(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    result = kinetile("run", "-s", "bodies=4", "--broad-phase", "naive", "--events", tmp_path / "e.parquet")
+    assert result.exit_code == 2
+    assert "kinetile[records]" in result.stderr
+
+
+def test_all_mistakes_of_a_scene_file_are_told(tmp_path):
+    path = tmp_path / "bad.toml"
+    path.write_text('[[bodies]]\nposition = [0, 0]\nvelocity = [1, "x"]\nradius = -1\ncolour = "red"\n')
+    result = kinetile("run", path)
+    assert result.exit_code == 2
+    assert result.stdout == ""
+    for part in ("bad.toml: 3 mistakes", "velocity", "radius", "colour"):
+        assert part in result.stderr
+
+
+# compare
+
+
+class Blind:
+    """Brings a broad phase that never sees bodies 0 and 1 meet."""
+
+    @kt.hookimpl
+    def kinetile_broad_phases(self):
+        return [kt.BroadPhaseSpec("blind", broken_phases.phase(broken_phases.all_but_one))]
+
+
+@pytest.fixture
+def blind():
+    plugin = Blind()
+    kt.registry().add(plugin)
+    yield "blind"
+    kt.registry().remove(plugin)
+
+
+def test_compare_says_that_all_agree():
+    arguments = ("compare", "grid", "-s", "bodies=9", "--broad-phases", "naive,sap-1d:axis=x,sap-1d:axis=y")
+    result = kinetile(*arguments)
+    assert result.exit_code == 0
+    assert "identical: " in result.stdout
+    assert "sap-1d:axis=y" in result.stdout
+    data = found(*arguments)
+    assert data["identical"] is True
+    assert data["first_divergence"] is None
+    assert [phase["options"] for phase in data["phases"]] == [{}, {"axis": "x"}, {"axis": "y"}]
+    assert data["scene"]["bodies"] == 9
+
+
+def test_compare_shows_the_first_difference_with_exact_ticks(blind, tmp_path):
+    path = tmp_path / "meet.toml"
+    kt.save_scene(kt.Scene([[1.0, 1.0], [3.0, 1.0]], [[0.5, 0.0], [-0.5, 0.0]], 0.25), path)
+    result = kinetile("compare", path, "--broad-phases", f"naive,{blind}", "--until", "4")
+    assert result.exit_code == 1
+    assert "blind differs from naive at contact 0:" in result.stdout
+    assert "disc 0 with disc 1 at time 1.5 (epoch 1, tick 2251799813685248)" in result.stdout
+    assert "identical: " not in result.stdout
+    result = kinetile("compare", path, "--broad-phases", f"naive,{blind}", "--until", "4", "--json")
+    assert result.exit_code == 1
+    assert json.loads(result.stdout)["first_divergence"]["expected"]["tick"] == 2**51
+
+
+@pytest.mark.parametrize("phases", ["naive", "naive,nave", "", "naive,sap-1d:axis"])
+def test_what_cannot_be_compared_is_exit_code_2(phases):
+    result = kinetile("compare", "--broad-phases", phases)
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr.startswith("kinetile: ")
+
+
+def test_phases_that_agree_on_a_fault_have_not_come_to_their_end(tmp_path):
+    path = jammed(tmp_path)
+    result = kinetile("compare", path, "--broad-phases", "naive,sap-1d")
+    assert result.exit_code == 1
+    assert "identical: " in result.stdout
+    assert "but every run ended in a fault: ZenoError: at time 0.0 the bodies are jammed" in result.stdout
+    result = kinetile("compare", path, "--broad-phases", "naive,sap-1d", "--json")
+    assert result.exit_code == 1
+    assert json.loads(result.stdout)["identical"] is True
+
+
+# plugins, scenes, bench
+
+
+def test_plugins_are_listed(blind):
+    listing = found("plugins")
+    names = {(row["kind"], row["name"]) for row in listing["provided"]}
+    assert {("broad phase", "naive"), ("narrow phase", "wall"), ("scene", "grid")} <= names
+    assert listing["failures"] == []
+    table = kinetile("plugins").stdout
+    assert "sap-1d" in table
+    assert "this process" in table
+
+
+def test_plugins_that_failed_are_listed_with_their_reason(monkeypatch):
+    from kinetile.plugin.registry import Failure
+
+    broken = Failure("shaky", "kinetile-shaky", ImportError("no module named 'wobble'"), "1.2")
+    monkeypatch.setattr(kt.registry(), "failures", (broken,))
+    (failure,) = found("plugins")["failures"]
+    assert (failure["plugin"], failure["distribution"], failure["error"]) == (
+        "shaky",
+        "kinetile-shaky",
+        "ImportError",
+    )
+    assert "not loaded: shaky (kinetile-shaky 1.2): " in kinetile("plugins").stdout
+    assert "no module named 'wobble'" in kinetile("run", "--broad-phase", "shaky-phase").stderr
+
+
+def test_scenes_are_listed_with_their_parameters():
+    listing = found("scenes")
+    assert "grid" in [recipe["name"] for recipe in listing]
+    grid = found("scenes", "grid")
+    assert {"name": "bodies", "type": "int", "required": False, "default": 400} in grid["parameters"]
+    assert "grid" in kinetile("scenes").stdout
+    shown = kinetile("scenes", "grid").stdout
+    assert "density" in shown
+    assert "kinetile run grid -s bodies=400" in shown
+    assert kinetile("scenes", "grd").exit_code == 2
+
+
+class OddRecipes:
+    """Brings a recipe that does not import, and one with a parameter that must be given."""
+
+    @kt.hookimpl
+    def kinetile_scenes(self):
+        return [
+            kt.SceneSpec("gone", "no_such_module:recipe", "is not there"),
+            kt.SceneSpec("picky", lambda width: kt.make_scene("grid", bodies=4), "wants to know"),
+        ]
+
+
+def test_a_recipe_that_does_not_import_spoils_no_listing():
+    plugin = OddRecipes()
+    kt.registry().add(plugin)
+    try:
+        listing = {recipe["name"]: recipe for recipe in found("scenes")}
+        assert "no_such_module" in listing["gone"]["error"]
+        assert listing["picky"]["parameters"][0]["required"] is True
+        assert "does not import" in " ".join(kinetile("scenes").stdout.split())
+        assert "must be given" in kinetile("scenes", "picky").stdout
+    finally:
+        kt.registry().remove(plugin)
+
+
+def test_bench_events_measures_and_prints():
+    arguments = ("bench", "events", "--bodies", "4", "--densities", "0.5,0.25", "--phases", "naive")
+    arguments += ("--seconds", "0.001", "--repeats", "1")
+    data = found(*arguments)
+    assert [(row["bodies"], row["density"]) for row in data["rows"]] == [(4, 0.5), (4, 0.25)]
+    table = kinetile(*arguments).stdout
+    assert "naive" in table
+    assert "medians of 1 runs" in table
+    assert kinetile("bench", "events", "--bodies", "4,x").exit_code == 2
+
+
+def test_help_and_version():
+    assert kinetile("--version").stdout == f"kinetile {kt.__version__}\n"
+    assert "compare" in kinetile("--help").stdout
+    assert "--broad-phase" in kinetile("run", "--help").stdout
+
+
+# what is written on the command line
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("7", 7),
+        ("1e-3", 0.001),
+        (".5", 0.5),
+        ("true", True),
+        ("None", None),
+        ("y", "y"),
+        ("[1, 2.5]", [1, 2.5]),
+        ('"7"', "7"),
+        ("[1,", "[1,"),
+        ("", ""),
+    ],
+)
+def test_values(text, value):
+    assert read_value(text) == value
+    assert type(read_value(text)) is type(value)
+
+
+def test_assignments_and_phases():
+    assert read_assignments(["a-b=1", "c = x=y"], "-o") == {"a_b": 1, "c": "x=y"}
+    with pytest.raises(BadOption, match="given twice"):
+        read_assignments(["a=1", "a=2"], "-o")
+    assert read_phase("cells:size=0.5,skin=2") == ("cells", {"size": 0.5, "skin": 2})
+    assert read_phases("naive, sap-1d:axis=x,sap-1d:axis=y") == ["naive", "sap-1d:axis=x", "sap-1d:axis=y"]
+    assert read_phases("cells:size=.5,skin=2,naive") == ["cells:size=.5,skin=2", "naive"]
+    assert read_numbers("25, 100", int, "--bodies") == [25, 100]
+    with pytest.raises(BadOption, match="expected whole numbers greater than 0"):
+        read_numbers("25,-1", int, "--bodies")
+
+
+# the terminal
+
+
+class Terminal:
+    """Stands in for stderr on a terminal."""
+
+    def isatty(self):
+        return True
+
+
+class Display:
+    """Stands in for the bar that would be drawn."""
+
+    def __init__(self):
+        self.calls = []
+
+    def __getattr__(self, name):
+        return lambda *arguments, **values: self.calls.append((name, values))
+
+
+def test_progress_is_shown_on_a_terminal_after_two_seconds(monkeypatch):
+    now = [10.0]
+    display = Display()
+    monkeypatch.setattr("kinetile.cli.terminal._bar", lambda: display)
+    monkeypatch.setattr("kinetile.cli.terminal.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("kinetile.cli.terminal.sys.stderr", Terminal())
+    with Bar("running", start=1.0) as bar:
+        state = kt.Progress(2.0, 5.0, 100, 1000, 0.5)
+        bar(state)
+        now[0] += 1.9
+        bar(state)
+        assert display.calls == []
+        now[0] += 0.2
+        bar(state)
+        bar(state._replace(time=5.0))
+    assert [name for name, _ in display.calls] == ["add_task", "start", "update", "stop"]
+    assert [values.get("completed") for _, values in display.calls] == [0.25, None, 1.0, None]
+
+
+def test_elsewhere_there_is_no_progress(monkeypatch):
+    now = [10.0]
+    monkeypatch.setattr("kinetile.cli.terminal._bar", lambda: pytest.fail("a bar on what is no terminal"))
+    monkeypatch.setattr("kinetile.cli.terminal.time.monotonic", lambda: now[0])
+    with Bar("measuring") as bar:
+        bar.count(1, 3)
+        now[0] += 60.0
+        bar.count(2, 3)
+
+
+def test_no_progress_is_shown_where_stderr_is_closed(monkeypatch):
+    now = [10.0]
+    monkeypatch.setattr("kinetile.cli.terminal.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("kinetile.cli.terminal.sys.stderr", None)
+    with Bar("measuring") as bar:
+        bar.count(1, 3)
+        now[0] += 60.0
+        bar.count(2, 3)
+    notice("nobody reads this")
+
+
+def test_a_narrow_terminal_cuts_no_name_without_a_mark():
+    table = plugins_table(
+        {
+            "provided": [
+                {
+                    "kind": "broad phase",
+                    "name": "sweep-tiling",
+                    "summary": "s",
+                    "aliases": (),
+                    "features": (),
+                    "distribution": "kinetile",
+                    "version": "1",
+                }
+            ]
+        }
+    )
+    console = Console(width=20, file=io.StringIO())
+    console.print(table)
+    (row,) = [line for line in console.file.getvalue().splitlines() if line.lstrip().startswith("b")]
+    assert row.count("…") == 3
+
+
+# real processes
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="redirects as POSIX shells do")
+@pytest.mark.parametrize(
+    ("redirection", "code", "out", "err"),
+    [
+        ("2>&-", 0, "fingerprint", ""),
+        ("2>/dev/full", 0, "fingerprint", ""),
+        (">&-", 1, "", "kinetile: the result cannot be printed: stdout is closed\n"),
+        (">/dev/full", 1, "", "kinetile: the result cannot be printed: No space left on device\n"),
+        ("--json >/dev/full", 1, "", "kinetile: the result cannot be printed: No space left on device\n"),
+    ],
+)
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_closed_or_full_outputs_are_one_sentence_at_most(redirection, code, out, err, unbuffered):
+    if "/dev/full" in redirection and not os.path.exists("/dev/full"):
+        pytest.skip("there is no /dev/full")
+    kinetile("run", "-s", "bodies=4", "--broad-phase", "naive")  # compiled from here on
+    command = f"{sys.executable} -m kinetile run -s bodies=4 --broad-phase naive {redirection}"
+    environment = {**os.environ, "PYTHONUNBUFFERED": unbuffered}
+    ended = subprocess.run(command, shell=True, env=environment, capture_output=True, text=True)
+    assert (ended.returncode, ended.stderr) == (code, err)
+    assert out in ended.stdout
+
+
+def test_the_package_is_a_command_too():
+    ended = subprocess.run([sys.executable, "-m", "kinetile", "--version"], capture_output=True, text=True)
+    assert ended.stdout == f"kinetile {kt.__version__}\n"
+
+
+def test_a_run_imports_only_what_it_needs():
+    script = """
+        import sys
+        import kinetile
+        assert not {"numba", "numpy", "pydantic", "typer", "rich", "pyarrow"} & set(sys.modules), sys.modules
+        from kinetile.cli import app
+        assert "numba" not in sys.modules
+        try:
+            app(["run", "-s", "bodies=4", "--broad-phase", "naive", "--json"])
+        except SystemExit as end:
+            assert not end.code
+        unwanted = {"pyarrow", "rich", "kinetile.scene.files", "kinetile.records.events"} & set(sys.modules)
+        assert not unwanted, unwanted
+    """
+    subprocess.run([sys.executable, "-c", textwrap.dedent(script)], check=True, stdout=subprocess.DEVNULL)
+
+
+def test_the_first_run_says_that_it_compiles_and_stdout_stays_clean(tmp_path):
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path), "NUMBA_DISABLE_JIT": "0"}
+    arguments = [*COMMAND, "run", "-s", "bodies=4", "--broad-phase", "naive", "--json"]
+    first = subprocess.run(arguments, env=environment, capture_output=True, text=True, check=True)
+    assert first.stderr.startswith("compiling the loop for naive, disc, wall (once for this choice of phases")
+    second = subprocess.run(arguments, env=environment, capture_output=True, text=True, check=True)
+    assert second.stderr == ""
+    fingerprints = {json.loads(each.stdout)["readings"]["fingerprint"] for each in (first, second)}
+    assert len(fingerprints) == 1
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="sends POSIX signals")
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_run_that_is_stopped_prints_and_keeps_what_was_done(tmp_path, number, code):
+    pytest.importorskip("pyarrow")
+    from kinetile.records import read_events
+
+    kinetile(
+        "run", "-s", "bodies=25", "--broad-phase", "naive", "--max-contacts", "1"
+    )  # compiled from here on
+    path = tmp_path / "e.parquet"
+    arguments = [
+        "run",
+        "-s",
+        "bodies=25",
+        "--broad-phase",
+        "naive",
+        "--until",
+        "1e9",
+        "--json",
+        "--events",
+        path,
+    ]
+    process = subprocess.Popen(
+        [*COMMAND, *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
+    while process.poll() is None and not (path.with_name("e.parquet.partial")).exists():
+        time.sleep(0.05)
+    time.sleep(0.7)
+    process.send_signal(number)
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == code, err.decode()
+    assert "interrupted at time" in err.decode()
+    result = json.loads(out)
+    assert result["run"]["status"] == "interrupted"
+    rows, metadata = read_events(path)
+    assert len(rows) == result["readings"]["contacts_disc"] + result["readings"]["contacts_wall"]
+    assert (metadata["status"], metadata["time"]) == ("interrupted", result["run"]["time"])

@@ -1,0 +1,94 @@
+"""The fingerprint of the composed loop: what is compiled into it must be in it, or stale code would run."""
+
+from __future__ import annotations
+
+import enum
+import sys
+from types import ModuleType
+from typing import NamedTuple
+
+import pytest
+
+from kinetile.kernel import compiled
+
+
+class State(NamedTuple):
+    """Two arrays."""
+
+    first: object
+    second: object
+
+
+class Swapped(NamedTuple):
+    """The same two, the other way round."""
+
+    second: object
+    first: object
+
+
+def module(name: str, source: str, **names: object) -> ModuleType:
+    made = ModuleType(name)
+    made.__dict__.update(names)
+    exec(source, made.__dict__)
+    return made
+
+
+def prints(hook, state=State) -> str:
+    return compiled._fingerprint(hook, state)[0]
+
+
+def test_a_hook_that_is_reached_through_a_package_and_a_module_counts():
+    prints_of = []
+    for answer in (1, 2):
+        helpers = module("pk.helpers", f"def f():\n    return {answer}\n")
+        package = ModuleType("pk")
+        package.helpers = helpers
+        phase = module("phase", "def hook():\n    return pk.helpers.f()\n", pk=package)
+        prints_of.append(prints(phase.hook))
+    assert prints_of[0] != prints_of[1]
+
+
+def test_the_members_of_an_enumeration_count():
+    prints_of = []
+    for value in (5, 7):
+        kind = enum.IntEnum("Kind", {"A": value})
+        prints_of.append(prints(module("phase", "def hook():\n    return Kind.A\n", Kind=kind).hook))
+    assert prints_of[0] != prints_of[1]
+
+
+def test_the_order_of_the_fields_of_the_state_counts():
+    hook = module("phase", "def hook(s):\n    return s.first\n").hook
+    Swapped.__qualname__ = State.__qualname__
+    assert prints(hook, State) != prints(hook, Swapped)
+
+
+def test_constants_closures_and_defaults_count():
+    def make(value, default=0):
+        def hook(x=default):
+            return x + value
+
+        return hook
+
+    assert len({prints(make(1)), prints(make(2)), prints(make(1, 3))}) == 3
+    assert prints(make(1)) == prints(make(1))
+
+
+def test_modules_that_change_only_with_their_version_are_not_searched():
+    hook = module("phase", "def hook(x):\n    return math.sqrt(x)\n", math=sys.modules["math"]).hook
+    assert prints(hook) == prints(hook)
+
+
+@pytest.mark.skipif(compiled.INTERPRETED, reason="nothing is compiled")
+def test_without_a_folder_for_the_cache_it_compiles_all_the_same(monkeypatch):
+    njit = compiled._njit
+
+    def nowhere(function, cache):
+        if cache:
+            raise RuntimeError("cannot cache function: no locator available")
+        return njit(function, cache)
+
+    monkeypatch.setattr(compiled, "_njit", nowhere)
+    template = module("phase", "def double(x):\n    return answer(x)\n").double
+    answer = compiled.hook(module("other", "def answer(x):\n    return 2 * x\n").answer)
+    function = compiled.compose(template, {"answer": answer}, "test", State)
+    assert function(21) == 42

@@ -1,0 +1,227 @@
+"""What ``kinetile new-plugin`` writes works at once, and breaking any line of it is found out."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from typer.testing import CliRunner
+
+from installing import install, run
+from kinetile.cli import app
+from kinetile.errors import BadOption
+from kinetile.plugin.new_plugin import new_plugin
+
+
+def text(folder: Path, name: str) -> str:
+    return (folder / name).read_text(encoding="utf-8")
+
+
+def test_a_complete_package_is_written(tmp_path):
+    folder = new_plugin("Sorted_Cells", tmp_path)
+    assert folder == tmp_path / "kinetile-sorted-cells"
+    assert {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()} == {
+        "LICENSE",
+        "README.md",
+        "pyproject.toml",
+        "kinetile_sorted_cells/__init__.py",
+        "kinetile_sorted_cells/phase.py",
+        "kinetile_sorted_cells/py.typed",
+        "tests/test_conformance.py",
+    }
+    project = tomllib.loads(text(folder, "pyproject.toml"))["project"]
+    assert project["name"] == "kinetile-sorted-cells"
+    assert project["entry-points"]["kinetile"] == {"sorted_cells": "kinetile_sorted_cells"}
+    assert project["optional-dependencies"]["test"] == ["kinetile[conformance]"]
+    assert '"sorted-cells", "kinetile_sorted_cells.phase:SortedCellsPhase"' in text(
+        folder, "kinetile_sorted_cells/__init__.py"
+    )
+    assert "\nclass SortedCellsPhase:\n" in text(folder, "kinetile_sorted_cells/phase.py")
+    lines = [line for line in text(folder, "tests/test_conformance.py").splitlines() if line.strip()]
+    assert len(lines) == 4
+    for path in folder.rglob("*"):
+        if path.is_file():
+            assert "Template" not in path.read_text(encoding="utf-8")
+            assert "$name" not in path.read_text(encoding="utf-8")
+    assert [line for line in text(folder, "README.md").splitlines() if line.startswith("$ p")] == [
+        "$ pip install -e '.[test]'",
+        "$ pytest",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("naive", "already provides broad phase 'naive'"),
+        ("SAP_1D", "already provides broad phase 'sap-1d'"),
+        ("sweep-and-prune", "already provides broad phase 'sweep-and-prune'"),
+        ("plugins", "there is a package kinetile_plugins already"),
+        ("2d", "'2d' cannot be the name of a plugin"),
+        ("a b", "'a b' cannot be the name of a plugin"),
+        ("", "'' cannot be the name of a plugin"),
+        ("-cells", "'-cells' cannot be the name of a plugin"),
+        ("grün", "'grün' cannot be the name of a plugin"),
+        ("../cells", "cannot be the name of a plugin"),
+    ],
+)
+def test_names_that_cannot_be_used_are_refused(name, said, tmp_path):
+    with pytest.raises(BadOption, match=re.escape(said)):
+        new_plugin(name, tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_that_is_there_is_left_alone(tmp_path):
+    (tmp_path / "kinetile-demo").mkdir()
+    with pytest.raises(BadOption, match="is there already; nothing was written"):
+        new_plugin("demo", tmp_path)
+    assert list((tmp_path / "kinetile-demo").iterdir()) == []
+    with pytest.raises(BadOption, match="there is no folder"):
+        new_plugin("demo", tmp_path / "nowhere")
+
+
+def test_the_command_says_what_to_do_next(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    result = CliRunner().invoke(app, ["new-plugin", "demo"])
+    assert result.exit_code == 0
+    assert result.stdout.splitlines()[-3:] == ["  cd kinetile-demo", "  pip install -e '.[test]'", "  pytest"]
+    again = CliRunner().invoke(app, ["new-plugin", "demo"])
+    assert again.exit_code == 2
+    assert "is there already" in again.stderr
+    elsewhere = CliRunner().invoke(app, ["new-plugin", "demo", "--into", str(tmp_path / "nowhere")])
+    assert elsewhere.exit_code == 2
+
+
+# The generated phase, judged with interpreted hooks: nothing has to be compiled
+
+
+@pytest.fixture(scope="module")
+def demo(tmp_path_factory):
+    """An installed package kinetile-demo, fresh from the template, and how to run commands beside it."""
+    folder = tmp_path_factory.mktemp("demo")
+    package = new_plugin("demo", folder)
+    paths = install(package, folder / "site")
+
+    def command(*words: object, module: str = "kinetile.cli", interpreted: bool = True):
+        return run(*words, folder=folder, paths=paths, module=module, interpreted=interpreted)
+
+    phase = package / "kinetile_demo" / "phase.py"
+    return SimpleNamespace(folder=folder, package=package, phase=phase, run=command)
+
+
+def test_its_tests_pass_at_once(demo):
+    chosen = ("-k", "makes-progress or rejects")
+    done = demo.run("-q", "-p", "no:cacheprovider", "kinetile-demo", *chosen, module="pytest")
+    assert done.returncode == 0, done.stdout
+    assert "2 passed" in done.stdout
+
+
+BROKEN = {
+    "replan leaves out its schedule": (
+        'another end of its leash."""\n    watch(k, s, body)',
+        'another end of its leash."""\n    s.leash[0] = 0.0',
+        "its-structure-is-true",
+        "from its home, and its leash is",
+    ),
+    "build leaves out its schedules": (
+        "range(len(k.bodies)):\n        watch(k, s, body)\n",
+        "range(len(k.bodies)):\n",
+        "never-misses-a-pair",
+        "from its home, and its leash is",
+    ),
+    "repair leaves out its schedule": (
+        "            add_pair(k, body, other)\n    watch(k, s, body)\n",
+        "            add_pair(k, body, other)\n",
+        "makes-progress",
+        "does not get on",
+    ),
+    "repair forgets a neighbour": (
+        "b.vy * time\n    for other in range(len(k.bodies)):",
+        "b.vy * time\n    for other in range(1, len(k.bodies)):",
+        "same-contacts",
+        r"which was not a candidate pair|contact \d+ is",
+    ),
+    "build forgets a neighbour": (
+        "for other in range(body):",
+        "for other in range(body - 1):",
+        "same-contacts",
+        r"which was not a candidate pair|contact \d+ is",
+    ),
+    "watch has a wrong sign": (
+        "-abs(b.vx)",
+        "abs(b.vx)",
+        "its-structure-is-true",
+        "from its home, and its leash is",
+    ),
+    "watch looks along one axis": (
+        "min(falls(k, b.anchor, gap_x, -abs(b.vx)), falls(k, b.anchor, gap_y, -abs(b.vy)))",
+        "falls(k, b.anchor, gap_x, -abs(b.vx))",
+        "its-structure-is-true",
+        "from its home, and its leash is",
+    ),
+    "near forgets the reach": (
+        "room = k.bodies[a].reach + k.bodies[b].reach + ",
+        "room = ",
+        "never-misses-a-pair",
+        r"touch \(gap",
+    ),
+}
+
+
+def broken(demo, which: str):
+    """Break one line of the phase; return the whole text, and which check says what about the line."""
+    right, wrong, check, said = BROKEN[which]
+    whole = text(demo.phase.parent, "phase.py")
+    assert whole.count(right) == 1
+    demo.phase.write_text(whole.replace(right, wrong), encoding="utf-8")
+    return whole, check, said
+
+
+@pytest.mark.parametrize("which", BROKEN)
+def test_a_broken_line_is_found_with_three_bodies_at_most(which, demo):
+    whole, check, said = broken(demo, which)
+    try:
+        done = demo.run("conform", "demo", "--check", check, "--json")
+    finally:
+        demo.phase.write_text(whole, encoding="utf-8")
+    assert done.returncode == 1, done.stderr
+    (result,) = json.loads(done.stdout)["checks"]
+    assert result["bodies"] <= 3
+    assert re.search(said, result["said"])
+    assert result["verdict"].startswith("only demo; ")
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+@pytest.mark.parametrize("which", BROKEN)
+def test_the_whole_report_on_a_broken_line(which, demo):
+    whole, _, said = broken(demo, which)
+    try:
+        done = demo.run("conform", "demo", "--json", interpreted=False)
+    finally:
+        demo.phase.write_text(whole, encoding="utf-8")
+    assert done.returncode == 1, done.stderr
+    failed = [check for check in json.loads(done.stdout)["checks"] if check["status"] == "failed"]
+    assert min(check["bodies"] for check in failed if "bodies" in check) <= 3
+    assert any(re.search(said, check["said"]) for check in failed)
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+@pytest.mark.skipif(importlib.util.find_spec("hatchling") is None, reason="installing needs hatchling here")
+def test_two_commands_lead_to_a_conforming_phase(tmp_path):
+    folder = new_plugin("trial", tmp_path)
+    pip = ["-m", "pip", "install", "--quiet", "--no-index", "--no-build-isolation", "--no-deps"]
+    subprocess.run([sys.executable, *pip, "--target", str(tmp_path / "site"), str(folder)], check=True)
+    paths = [str(tmp_path / "site")]
+    tests = run("-q", folder=folder, paths=paths, interpreted=False, module="pytest")
+    assert tests.returncode == 0, tests.stdout
+    judged = run("conform", "trial", folder=folder, paths=paths, interpreted=False)
+    assert judged.returncode == 0, judged.stdout
+    assert "trial conforms" in judged.stdout

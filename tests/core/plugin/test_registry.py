@@ -1,0 +1,329 @@
+"""The registry of names: what plugins of this process bring, and what they can do wrong."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+from typing import Any
+
+import pytest
+
+import kinetile as kt
+from kinetile import BroadPhaseSpec, NarrowPhaseSpec, Registry, SceneSpec, hookimpl
+from kinetile.errors import (
+    BadOption,
+    BadPlugin,
+    DuplicateName,
+    KinetileError,
+    PhaseError,
+    PluginApiMismatch,
+    UnknownName,
+)
+
+
+class Stripes:
+    """Stands for a broad phase."""
+
+
+def recipe() -> Any:
+    """Stand for a recipe."""
+
+
+def bringing(*specs: Any, returned: Any = None) -> SimpleNamespace:
+    """Return a plugin whose hook for broad phases returns these specs, or exactly ``returned``."""
+
+    @hookimpl
+    def kinetile_broad_phases() -> Any:
+        return list(specs) if returned is None else returned
+
+    return SimpleNamespace(kinetile_broad_phases=kinetile_broad_phases)
+
+
+# Names
+
+
+def test_an_empty_registry_holds_nothing() -> None:
+    registry = Registry(plugins=())
+    assert list(registry) == []
+    assert registry.failures == ()
+    assert registry.as_dicts() == {"provided": [], "failures": []}
+    with pytest.raises(UnknownName, match="available: none"):
+        registry.broad_phase("naive")
+
+
+def test_a_class_a_function_or_a_string_may_be_the_target() -> None:
+    class Plugin:
+        @hookimpl
+        def kinetile_broad_phases(self) -> list[BroadPhaseSpec]:
+            return [BroadPhaseSpec("stripes", Stripes, aliases=("bands",))]
+
+        @hookimpl
+        def kinetile_narrow_phases(self) -> list[NarrowPhaseSpec]:
+            return [NarrowPhaseSpec("capsule", "collections:OrderedDict", role="pair")]
+
+        @hookimpl
+        def kinetile_scenes(self) -> list[SceneSpec]:
+            return [SceneSpec("empty", recipe), SceneSpec("nested", "pathlib:Path.cwd")]
+
+    registry = Registry([Plugin()])
+    assert registry.broad_phase("stripes") is Stripes
+    assert registry.broad_phase("bands") is Stripes
+    assert registry.narrow_phase("capsule").__name__ == "OrderedDict"
+    assert registry.scene("empty") is recipe
+    assert registry.scene("nested")() == Path.cwd()
+    assert registry.names("scene") == ("empty", "nested")
+    assert registry.spec("broad phase", "bands").name == "stripes"
+    assert {(p.kind, p.plugin, p.distribution, p.version) for p in registry} == {
+        (kind, "Plugin", None, None) for kind in ("broad phase", "narrow phase", "scene")
+    }
+
+
+def test_one_name_may_stand_for_a_phase_and_for_a_scene() -> None:
+    plugin = bringing(BroadPhaseSpec("grid", Stripes))
+    plugin.kinetile_scenes = hookimpl(specname="kinetile_scenes")(lambda: [SceneSpec("grid", recipe)])
+    registry = Registry([plugin])
+    assert registry.broad_phase("grid") is Stripes
+    assert registry.scene("grid") is recipe
+
+
+def test_a_module_is_a_plugin() -> None:
+    module = ModuleType("my_phases")
+    module.kinetile_broad_phases = bringing(BroadPhaseSpec("stripes", Stripes)).kinetile_broad_phases  # type: ignore[attr-defined]
+    (provided,) = Registry([module])
+    assert (provided.plugin, provided.source) == ("my_phases", "my_phases (added in this process)")
+
+
+@pytest.mark.parametrize(
+    ("asked", "meant"),
+    [
+        ("sap1d", "sap-1d"),
+        ("SAP_1D", "sap-1d"),
+        ("SAP 2D", "sap-2d"),
+        ("Naive", "naive"),
+        ("nave", "naive"),
+        ("sweep_and_prune", "sweep-and-prune"),
+        ("sweep-and-prun-matrix", "sweep-and-prune-matrix"),
+        ("grid", None),
+    ],
+)
+def test_an_unknown_name_is_answered_with_what_was_meant_and_what_there_is(
+    asked: str, meant: str | None
+) -> None:
+    with pytest.raises(UnknownName) as caught:
+        kt.registry().broad_phase(asked)
+    error = caught.value
+    assert isinstance(error, LookupError)
+    assert (error.kind, error.name, error.suggestion) == ("broad phase", asked, meant)
+    assert error.available == kt.registry().names("broad phase")
+    first, second, *_ = str(error).splitlines()
+    assert first == f"no broad phase is called {asked!r}" + (f"; did you mean {meant!r}?" if meant else ".")
+    assert second.startswith("available: naive, sap-1d, sap-2d")
+
+
+# What a plugin of this process can do wrong
+
+
+def test_a_plugin_brings_everything_or_nothing() -> None:
+    registry = Registry([bringing(BroadPhaseSpec("stripes", Stripes))])
+    rival = bringing(BroadPhaseSpec("fresh", Stripes), BroadPhaseSpec("stripes", Stripes))
+    rival.__name__ = "rival"
+    with pytest.raises(DuplicateName, match=r"broad phase 'stripes' .* SimpleNamespace .*; rival \(added in"):
+        registry.add(rival)
+    assert registry.names("broad phase") == ("stripes",)
+    assert registry.failures == ()
+
+
+@pytest.mark.parametrize(
+    "specs",
+    [
+        [BroadPhaseSpec("a", Stripes), BroadPhaseSpec("a", Stripes)],
+        [BroadPhaseSpec("a", Stripes), BroadPhaseSpec("b", Stripes, aliases=("a",))],
+        [BroadPhaseSpec("a", Stripes, aliases=("b",)), BroadPhaseSpec("b", Stripes)],
+    ],
+)
+def test_aliases_count_as_names(specs: list[BroadPhaseSpec]) -> None:
+    registry = Registry()
+    with pytest.raises(DuplicateName):
+        registry.add(bringing(*specs))
+    assert list(registry) == []
+
+
+def test_another_api_version_is_refused() -> None:
+    registry = Registry()
+    with pytest.raises(
+        PluginApiMismatch, match=r"'ancient' was written for version 0 .* kinetile speaks version 1"
+    ):
+        registry.add(bringing(BroadPhaseSpec("fresh", Stripes), BroadPhaseSpec("ancient", Stripes, api=0)))
+    assert list(registry) == []
+
+
+def misspelt() -> object:
+    return SimpleNamespace(kinetile_broad_phase=hookimpl(lambda: []))
+
+
+def with_lambda(name: str, function: Callable[..., Any]) -> object:
+    return SimpleNamespace(**{name: function})
+
+
+def fails() -> Any:
+    raise ZeroDivisionError("no luck")
+
+
+def leaves() -> Any:
+    sys.exit(3)
+
+
+HOOK = "kinetile_broad_phases"
+
+
+@pytest.mark.parametrize(
+    ("plugin", "says"),
+    [
+        (
+            with_lambda("kinetile_broad_phase", hookimpl(lambda: [])),
+            "no hook 'kinetile_broad_phase'; did you mean",
+        ),
+        (with_lambda("kinetile_zebra", hookimpl(lambda: [])), "no hook 'kinetile_zebra'"),
+        (with_lambda(HOOK, lambda: []), "not marked as a hook"),
+        (with_lambda(HOOK, hookimpl(lambda surprise: [])), "surprise"),
+        (with_lambda(HOOK, hookimpl(fails)), "raised ZeroDivisionError: no luck"),
+        (with_lambda(HOOK, hookimpl(leaves)), "raised SystemExit: 3"),
+        (with_lambda(HOOK, hookimpl(lambda: None)), "returned nothing; expected a list of BroadPhaseSpec"),
+        (bringing(returned="stripes"), "returned 'stripes'; expected a list of BroadPhaseSpec"),
+        (bringing(returned=[Stripes]), "returned a list with .*Stripes.*; expected a list of BroadPhaseSpec"),
+        (bringing(SceneSpec("grid", recipe)), "returned a list with SceneSpec"),
+        (object(), "implements no hook of kinetile"),
+        (None, "implements no hook of kinetile"),
+    ],
+)
+def test_hooks_that_cannot_be_used_are_told(plugin: object, says: str) -> None:
+    registry = Registry()
+    with pytest.raises(BadPlugin, match=says):
+        registry.add(plugin)
+    assert list(registry) == []
+
+
+@pytest.mark.parametrize(
+    ("fields", "says"),
+    [
+        ({"name": ""}, "'' is not a name"),
+        ({"name": "two words"}, "'two words' is not a name"),
+        ({"name": "a,b"}, "'a,b' is not a name"),
+        ({"name": 3}, "3 is not a name"),
+        ({"aliases": "stripes"}, "aliases is 'stripes'; expected a collection of words"),
+        ({"aliases": ("a", "b c")}, "'b c' is not a name"),
+        ({"features": "insert"}, "features is 'insert'"),
+        ({"summary": None}, "summary is None"),
+        ({"target": "no_colon"}, "target is 'no_colon'; expected a class, or 'package.module:class'"),
+        ({"target": 3}, "target is 3"),
+        ({"target": fails}, "expected a class"),
+    ],
+)
+def test_a_spec_is_checked_when_it_is_made(fields: dict[str, Any], says: str) -> None:
+    with pytest.raises(BadPlugin, match=says):
+        BroadPhaseSpec(**{"name": "stripes", "target": Stripes, **fields})
+
+
+def test_specs_bring_collections_into_their_form() -> None:
+    words: Any = ["b", "a", "b"]
+    spec = BroadPhaseSpec("stripes", Stripes, features=words, aliases=iter(words))
+    assert spec.features == frozenset("ab")
+    assert spec.aliases == ("b", "a", "b")
+    assert hash(spec) == hash(BroadPhaseSpec("stripes", Stripes, features=words, aliases=words))
+    with pytest.raises(BadPlugin, match="role is 'floor'; expected 'pair' or 'wall'"):
+        NarrowPhaseSpec("floor", Stripes, role="floor")  # type: ignore[arg-type]
+    with pytest.raises(BadPlugin, match="expected a function"):
+        SceneSpec("empty", 3)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("target", "says"),
+    [
+        ("no_such_package.phase:Stripes", "does not import: ModuleNotFoundError"),
+        ("collections:Stripes", "does not import: AttributeError"),
+        ("math:pi", "is 3.14.*; expected a class"),
+    ],
+)
+def test_a_target_that_is_not_there_is_told_when_it_is_selected(target: str, says: str) -> None:
+    registry = Registry([bringing(BroadPhaseSpec("stripes", target))])
+    assert registry.names("broad phase") == ("stripes",)
+    with pytest.raises(
+        PhaseError, match=f"^broad phase 'stripes' of SimpleNamespace .*'{target}' {says}"
+    ) as caught:
+        registry.broad_phase("stripes")
+    assert "\n" not in str(caught.value)
+
+
+def test_a_scene_must_be_callable() -> None:
+    plugin = SimpleNamespace(
+        kinetile_scenes=hookimpl(specname="kinetile_scenes")(lambda: [SceneSpec("pi", "math:pi")])
+    )
+    with pytest.raises(PhaseError, match="expected a function that makes a scene"):
+        Registry([plugin]).scene("pi")
+
+
+def test_what_was_added_can_be_removed() -> None:
+    registry = Registry([bringing(BroadPhaseSpec("stripes", Stripes))])
+    again = bringing(BroadPhaseSpec("stripes", Stripes))
+    registry.remove(again)
+    registry.add(again)
+    registry.remove("SimpleNamespace")
+    assert list(registry) == []
+    with pytest.raises(UnknownName, match="no plugin added in this process is called 'SimpleNamespace'"):
+        registry.remove(again)
+
+
+# Strictness
+
+
+@pytest.mark.parametrize("value", ["1", "true", " Yes ", "ON"])
+def test_words_for_yes(value: str, broken: Registry, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("KINETILE_STRICT_PLUGINS", value)
+    with pytest.raises(BadPlugin, match=r"broken 1\.0"):
+        broken._discover()
+
+
+@pytest.mark.parametrize("value", ["", "0", "False", "no", "off"])
+def test_words_for_no(value: str, broken: Registry, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("KINETILE_STRICT_PLUGINS", value)
+    broken._discover()
+    (failure,) = broken.failures
+    assert (failure.plugin, failure.distribution, failure.version) == ("broken:plugin", "broken", "1.0")
+    assert isinstance(failure.error, ZeroDivisionError)
+
+
+def test_any_other_word_is_an_error(broken: Registry, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("KINETILE_STRICT_PLUGINS", "perhaps")
+    with pytest.raises(BadOption, match="KINETILE_STRICT_PLUGINS is 'perhaps'; expected 1, true"):
+        broken._discover()
+
+
+@pytest.fixture
+def broken(monkeypatch: pytest.MonkeyPatch) -> Registry:
+    """An empty registry in a world where one plugin is installed, and fails."""
+    from kinetile.plugin import registry as registry_module
+    from kinetile.plugin.discovery import Installed
+
+    monkeypatch.setattr(
+        registry_module, "installed", lambda: [Installed("broken:plugin", "broken", "1.0", fails)]
+    )
+    return Registry()
+
+
+def test_an_interrupt_is_no_failure(broken: Registry, monkeypatch: pytest.MonkeyPatch) -> None:
+    from kinetile.plugin import registry as registry_module
+    from kinetile.plugin.discovery import Installed
+
+    def interrupted() -> object:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(registry_module, "installed", lambda: [Installed("p", "p", "1.0", interrupted)])
+    with pytest.raises(KeyboardInterrupt):
+        broken._discover()
+
+
+def test_every_error_is_one_of_kinetiles() -> None:
+    for error in (BadOption, BadPlugin, DuplicateName, PhaseError, PluginApiMismatch, UnknownName):
+        assert issubclass(error, KinetileError)

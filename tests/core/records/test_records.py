@@ -1,0 +1,345 @@
+"""Event files: every bit comes back, and however a run ends there is a file that can be read."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+
+import numpy as np
+import pytest
+
+import kinetile as kt
+from kinetile.errors import MissingExtra, RecordError
+from kinetile.plugin.by_name import loads_scene
+from kinetile.records import EventRecorder, read_events
+from kinetile.records import events as records
+
+pq = pytest.importorskip("pyarrow.parquet")
+
+
+def scene() -> kt.Scene:
+    return kt.Scene(
+        [[1.0, 1.0], [3.0, 1.0], [2.0, 3.0]],
+        [[0.1, -0.0], [0.0, 0.3], [-0.2, 0.1]],
+        0.25,
+        arena=(4, 4),
+        start=2.5,
+    )
+
+
+def rows(count: int, seed: int = 0) -> np.ndarray:
+    """Return made-up log rows: increasing times, NaN where there is no second body, and a negative zero."""
+    random = np.random.default_rng(seed)
+    made = np.zeros(count, kt.LOG)
+    made["tick"] = np.sort(random.integers(0, 2**52, count)) + seed
+    made["epoch"] = seed
+    made["time"] = 2.5 + made["epoch"] + made["tick"] * 2.0**-52
+    made["b"] = random.choice([-6, -4, -1, 1, 2], count)
+    for name in kt.LOG.names[5:]:
+        made[name] = random.normal(size=count)
+        if name.startswith("b"):
+            made[name][made["b"] < 0] = np.nan
+    made["avx"][:1] = -0.0
+    return made
+
+
+def test_every_bit_comes_back(tmp_path):
+    path = tmp_path / "events.parquet"
+    parts = [rows(10, 0), rows(0), rows(300_000, 1), rows(7, 2)]
+    with EventRecorder(path, scene(), {"broad_phase": "naive", "seed": 3}) as recorder:
+        for part in parts:
+            recorder(part)
+        recorder.meta["fingerprint"] = "abc"
+    found, metadata = read_events(path)
+    assert found.dtype == kt.LOG
+    assert found.tobytes() == np.concatenate(parts).tobytes()
+    assert loads_scene(metadata["scene"]) == scene()
+    assert metadata["status"] == "complete"
+    assert (metadata["rows"], metadata["start"], metadata["time_unit"]) == (300_017, 2.5, 1.0)
+    assert (metadata["broad_phase"], metadata["seed"], metadata["fingerprint"]) == ("naive", 3, "abc")
+    assert set(metadata["versions"]) == {"python", "kinetile", "numpy", "numba"}
+
+
+def test_the_recipe_and_its_parameters_are_in_the_metadata(tmp_path):
+    made = kt.make_scene("grid", bodies=4, seed=11)
+    with EventRecorder(tmp_path / "e.parquet", made):
+        pass
+    found = read_events(tmp_path / "e.parquet")
+    assert len(found.rows) == 0
+    assert found.metadata["recipe"] == "grid"
+    assert found.metadata["parameters"]["seed"] == 11
+
+
+def test_any_parquet_reader_finds_plain_columns(tmp_path):
+    path = tmp_path / "e.parquet"
+    with EventRecorder(path, scene()) as recorder:
+        recorder(rows(100))
+    assert tuple(pq.read_table(path).column_names) == kt.LOG.names
+    metadata = pq.read_metadata(path).metadata
+    assert json.loads(metadata[b"kinetile"])["rows"] == 100
+    assert loads_scene(metadata[b"kinetile.scene"].decode()) == scene()
+
+
+def test_rows_are_copied_when_they_are_taken(tmp_path):
+    part = rows(5)
+    before = part.tobytes()
+    with EventRecorder(tmp_path / "e.parquet", scene()) as recorder:
+        recorder(part)
+        part["ax"] = 0.0
+    assert read_events(tmp_path / "e.parquet").rows.tobytes() == before
+
+
+def test_an_older_file_stays_until_the_new_one_is_done(tmp_path):
+    path = tmp_path / "e.parquet"
+    path.write_text("older")
+    with EventRecorder(path, scene()) as recorder:
+        recorder(rows(5))
+        assert path.read_text() == "older"
+        assert recorder.partial.exists()
+    assert len(read_events(path).rows) == 5
+    assert [each.name for each in tmp_path.iterdir()] == ["e.parquet"]
+
+
+@pytest.mark.parametrize(
+    ("error", "status"),
+    [(KeyboardInterrupt(), "interrupted"), (RuntimeError("jammed"), "fault: RuntimeError: jammed")],
+)
+def test_a_run_that_is_cut_short_leaves_what_was_done(tmp_path, error, status):
+    recorder = EventRecorder(tmp_path / "e.parquet", scene())
+
+    def run():
+        with recorder:
+            recorder(rows(1000))
+            raise error
+
+    with pytest.raises(type(error)):
+        run()
+    found, metadata = read_events(tmp_path / "e.parquet")
+    assert found.tobytes() == rows(1000).tobytes()
+    assert metadata["status"] == recorder.status == status
+
+
+def test_ctrl_c_within_a_write_waits_until_the_write_is_done(tmp_path, monkeypatch):
+    write = records.ReservedFile.write
+
+    def interrupted_write(self, data):
+        if self.position:  # within a row group
+            signal.raise_signal(signal.SIGINT)
+        return write(self, data)
+
+    monkeypatch.setattr(records.ReservedFile, "write", interrupted_write)
+    monkeypatch.setattr(records, "_ROWS_A_GROUP", 10)
+    path = tmp_path / "e.parquet"
+    with pytest.raises(KeyboardInterrupt), EventRecorder(path, scene()) as recorder:
+        recorder(rows(50))
+    monkeypatch.undo()
+    found, metadata = read_events(path)
+    assert (len(found), metadata["status"]) == (50, "interrupted")
+
+
+def test_the_footer_is_never_longer_than_the_space_kept_for_it(tmp_path, monkeypatch):
+    monkeypatch.setattr(records, "_ROWS_A_GROUP", 2)
+    monkeypatch.setattr(records, "_SLACK", 4096)
+    path = tmp_path / "e.parquet"
+    with EventRecorder(path, scene()) as recorder:
+        for seed in range(150):
+            recorder(rows(3, seed))
+    last = pq.read_metadata(path)
+    assert last.num_row_groups == 150
+    assert last.serialized_size <= recorder._footer_bound()
+
+
+FILL = """
+    import resource, sys
+    sys.path.insert(0, {tests!r})
+    import test_records as made
+    from kinetile.errors import RecordError
+    from kinetile.records import EventRecorder
+
+    resource.setrlimit(resource.RLIMIT_FSIZE, ({limit}, {limit}))
+    try:
+        with EventRecorder({path!r}, made.scene()) as recorder:
+            for seed in range(12):
+                recorder(made.rows(20_000, seed))
+    except RecordError as error:
+        print(error)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a limit on the size of files")
+@pytest.mark.parametrize("limit", [90_000, 250_000, 3_000_000, 12_000_000])
+def test_a_full_disk_leaves_a_file_of_what_was_done(tmp_path, limit):
+    path = tmp_path / "e.parquet"
+    here = os.path.dirname(os.path.abspath(__file__))
+    script = textwrap.dedent(FILL.format(tests=here, limit=limit, path=str(path)))
+    said = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout
+    found, metadata = read_events(path)
+    whole = np.concatenate([rows(20_000, seed) for seed in range(12)])
+    assert found.tobytes() == whole[: len(found)].tobytes()
+    assert len(found) < len(whole)
+    assert len(found) > 0.5 * (limit - 200_000) / 104  # of the room that there was, most was used
+    assert f"holds the first {len(found)} events" in said
+    assert metadata["status"].startswith("disk: ")
+    assert [each.name for each in tmp_path.iterdir()] == ["e.parquet"]
+
+
+def test_after_the_disk_was_full_nothing_more_is_taken(tmp_path, monkeypatch):
+    monkeypatch.setattr(records, "_ROWS_A_GROUP", 1000)
+    path = tmp_path / "e.parquet"
+
+    def full(self, size):
+        raise OSError(28, "No space left on device")
+
+    with EventRecorder(path, scene()) as recorder:
+        recorder(rows(1000))
+        monkeypatch.setattr(records.ReservedFile, "reserve", full)
+        with pytest.raises(RecordError, match="No space left on device; it holds the first 1000 events"):
+            recorder(rows(1000, 1))
+        with pytest.raises(RecordError, match="first 1000 events"):
+            recorder(rows(1000, 2))
+    assert len(read_events(path).rows) == 1000
+
+
+def test_a_disk_that_fills_at_the_very_end_is_told_by_close(tmp_path, monkeypatch):
+    def full(self, size):
+        raise OSError(28, "No space left on device")
+
+    with EventRecorder(tmp_path / "e.parquet", scene()) as recorder:
+        recorder(rows(10))
+        monkeypatch.setattr(records.ReservedFile, "reserve", full)
+        with pytest.raises(RecordError, match="holds the first 0 events"):
+            recorder.close()
+    assert read_events(tmp_path / "e.parquet").metadata["status"].startswith("disk: ")
+
+
+def test_without_fallocate_zeros_are_written_ahead(tmp_path, monkeypatch):
+    monkeypatch.delattr(os, "posix_fallocate", raising=False)
+    with EventRecorder(tmp_path / "e.parquet", scene()) as recorder:
+        recorder(rows(1000))
+    assert read_events(tmp_path / "e.parquet").rows.tobytes() == rows(1000).tobytes()
+
+
+def test_a_path_that_cannot_be_written_is_told_before_anything_runs(tmp_path):
+    recorder = EventRecorder(tmp_path / "missing" / "e.parquet", scene())
+    with pytest.raises(RecordError, match="cannot be written: No such file or directory"), recorder:
+        pass
+
+
+def test_a_folder_is_no_event_file(tmp_path):
+    with pytest.raises(RecordError, match="Is a directory"), EventRecorder(tmp_path, scene()):
+        pass
+
+
+def test_a_name_that_is_taken_meanwhile_loses_nothing(tmp_path):
+    path = tmp_path / "e.parquet"
+    with EventRecorder(path, scene()) as recorder:
+        recorder(rows(5))
+        path.mkdir()
+        with pytest.raises(RecordError, match="the events are in"):
+            recorder.close()
+    assert len(read_events(recorder.partial).rows) == 5
+
+
+def test_no_room_for_even_an_empty_file_leaves_nothing(tmp_path, monkeypatch):
+    def full(self, size):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(records.ReservedFile, "reserve", full)
+    with (
+        pytest.raises(RecordError, match="cannot be written: No space left"),
+        EventRecorder(tmp_path / "e", scene()),
+    ):
+        pass
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_recorder_outside_of_its_with_takes_no_rows_silently(tmp_path):
+    recorder = EventRecorder(tmp_path / "e.parquet", scene())
+    recorder.close()
+    with pytest.raises(RecordError, match="before its `with` began"):
+        recorder(rows(3))
+    with recorder:
+        recorder(rows(3))
+    with pytest.raises(RecordError, match="after it was closed"):
+        recorder(rows(3))
+    with pytest.raises(RecordError, match="a recorder writes one file, once"), recorder:
+        pass
+    assert len(read_events(tmp_path / "e.parquet").rows) == 3
+
+
+def test_meta_does_not_go_over_what_the_recorder_says(tmp_path):
+    path = tmp_path / "e.parquet"
+    with EventRecorder(path, scene(), {"status": "fine", "rows": -1, "missing": 9}) as recorder:
+        recorder(rows(3))
+        recorder.meta["status"] = "splendid"
+    found = read_events(path).metadata
+    assert (found["status"], found["rows"], found["missing"]) == ("complete", 3, 0)
+
+
+def test_rows_that_came_before_or_between_are_counted_as_missing(tmp_path):
+    path = tmp_path / "e.parquet"
+    with EventRecorder(path, scene()) as recorder:
+        recorder.begin(5)
+        recorder(rows(3))
+        recorder.begin(8)
+        recorder(rows(2))
+        recorder.begin(11)
+    assert read_events(path).metadata["missing"] == 6
+
+
+def test_two_recorders_on_one_path_do_not_write_into_each_other(tmp_path):
+    path = tmp_path / "e.parquet"
+    with EventRecorder(path, scene()) as one:
+        one(rows(500))
+        with EventRecorder(path, scene()) as two:
+            two(rows(300, 1))
+            assert one.partial != two.partial
+        assert read_events(path).rows.tobytes() == rows(300, 1).tobytes()
+    assert read_events(path).rows.tobytes() == rows(500).tobytes()
+    assert [each.name for each in tmp_path.iterdir()] == ["e.parquet"]
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes with names")
+def test_a_special_file_is_not_replaced_and_a_link_is_followed(tmp_path):
+    pipe, link, real = tmp_path / "pipe", tmp_path / "link", tmp_path / "real"
+    os.mkfifo(pipe)
+    link.symlink_to(pipe)
+    for path in (pipe, link):
+        with (
+            pytest.raises(RecordError, match="is no regular file, so it is not replaced"),
+            EventRecorder(path, scene()),
+        ):
+            pass
+    link.unlink()
+    link.symlink_to(real)
+    with EventRecorder(link, scene()) as recorder:
+        recorder(rows(3))
+    assert link.is_symlink()
+    assert not real.is_symlink()
+    assert len(read_events(real).rows) == 3
+    assert sorted(tmp_path.iterdir()) == [link, pipe, real]
+
+
+def test_without_pyarrow_the_extra_is_named(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(MissingExtra, match=r"kinetile\[records\]"):
+        EventRecorder(tmp_path / "e.parquet", scene())
+    with pytest.raises(MissingExtra, match="pyarrow"):
+        read_events(tmp_path / "e.parquet")
+
+
+def test_what_is_no_event_file_is_refused(tmp_path):
+    with pytest.raises(RecordError, match="cannot be read"):
+        read_events(tmp_path / "nothing.parquet")
+    (tmp_path / "text.parquet").write_text("not Parquet at all")
+    with pytest.raises(RecordError, match="cannot be read"):
+        read_events(tmp_path / "text.parquet")
+    import pyarrow as pa
+
+    pq.write_table(pa.table({"x": [1]}), tmp_path / "other.parquet")
+    with pytest.raises(RecordError, match="not an event file of kinetile"):
+        read_events(tmp_path / "other.parquet")

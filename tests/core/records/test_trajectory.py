@@ -1,0 +1,124 @@
+"""From rows back to motion: positions and velocities are those of the run, to the last bit."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import kinetile as kt
+from kinetile.errors import RecordError
+from kinetile.records import Trajectory, positions_at
+
+
+def record(sim: kt.Simulation, until: float) -> np.ndarray:
+    parts = [np.zeros(0, kt.LOG)]
+    sim.run(until, recorder=parts.append)
+    return np.concatenate(parts)
+
+
+SCENES = {
+    "grid": kt.make_scene("grid", bodies=25, density=0.5, seed=3),
+    "late start and turns": kt.Scene(
+        [[1.0, 1.0], [3.0, 1.0], [2.0, 3.0]],
+        [[0.7, 0.2], [-0.3, 0.3], [-0.2, -0.9]],
+        0.25,
+        arena=(4, 4),
+        start=2.0**40,
+        turns=[(1, 2.0**40 + 0.5, (0.1, -0.8)), (2, 2.0**40 + 0.5, (0.0, 0.0))],
+    ),
+    "fast": kt.Scene([[1.0, 1.0], [3.0, 1.0]], [[700.0, 20.0], [-300.0, 10.0]], 0.25, arena=(4, 4)),
+    "no walls": kt.Scene([[0.0, 0.0], [3.0, 0.0], [9.0, 9.0]], [[1.0, 0.0], [0.0, 0.0], [0.0, 0.0]], 0.5),
+}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_positions_and_velocities_are_those_of_the_run(name):
+    scene = SCENES[name]
+    trajectory = Trajectory(record(kt.Simulation(scene, "naive"), scene.start + 3.0), scene)
+    again = kt.Simulation(scene, "naive")
+    for time in np.array([0.0, 2.0**-10, 0.3, 0.5, 1.0, 2.718, 3.0]) + scene.start:
+        again.run(time)
+        assert trajectory.positions(time).tobytes() == again.positions().tobytes()
+        assert trajectory.velocities(time).tobytes() == again.velocities().tobytes()
+
+
+def test_an_event_counts_at_its_own_tick():
+    scene = kt.Scene([[1.0, 1.0], [3.0, 1.0]], [[1.0, 0.0], [-1.0, 0.0]], 0.5)
+    trajectory = Trajectory(record(kt.Simulation(scene, "naive"), 1.0), scene)
+    assert trajectory.velocities(np.nextafter(0.5, 0.0)).tolist() == [[1.0, 0.0], [-1.0, 0.0]]
+    assert trajectory.velocities(0.5).tolist() == [[-1.0, 0.0], [1.0, 0.0]]
+    assert trajectory.positions(0.5).tolist() == [[1.5, 1.0], [2.5, 1.0]]
+
+
+def test_a_run_longer_than_the_kernels_own_clock():
+    scene = kt.Scene([[1.0, 1.0], [3.0, 1.0]], [[0.001, 0.0], [0.0, 0.0]], 0.25, arena=(4, 4))
+    trajectory = Trajectory(record(kt.Simulation(scene, "naive"), 6000.0), scene)
+    again = kt.Simulation(scene, "naive")
+    for time in (1400.0, 1500.0, 3000.1, 6000.0):
+        again.run(time)
+        assert trajectory.positions(time).tobytes() == again.positions().tobytes()
+
+
+def test_a_scene_without_events_or_bodies():
+    empty = kt.Scene(np.zeros((0, 2)), np.zeros((0, 2)), 1.0)
+    assert positions_at(np.zeros(0, kt.LOG), empty, 3.0).shape == (0, 2)
+    alone = kt.Scene([[1.0, 2.0]], [[0.5, 0.0]], 1.0)
+    assert positions_at(np.zeros(0, kt.LOG), alone, 3.0).tolist() == [[2.5, 2.0]]
+
+
+def test_a_file_is_enough(tmp_path):
+    pytest.importorskip("pyarrow")
+    from kinetile.records import EventRecorder
+
+    scene = SCENES["late start and turns"]
+    sim = kt.Simulation(scene, "naive")
+    path = tmp_path / "e.parquet"
+    with EventRecorder(path, scene) as recorder:
+        sim.run(scene.start + 2.0, recorder=recorder)
+    assert positions_at(path, None, sim.time).tobytes() == sim.positions().tobytes()
+    assert positions_at(str(path), scene, sim.time).tobytes() == sim.positions().tobytes()
+
+
+def test_a_file_of_the_second_run_alone_is_no_trajectory(tmp_path):
+    pytest.importorskip("pyarrow")
+    scene = SCENES["grid"]
+    sim = kt.Simulation(scene, "naive")
+    sim.run(0.5)
+    assert len(sim.contacts)
+    path = tmp_path / "e.parquet"
+    with kt.EventRecorder(path, scene) as recorder:
+        sim.run(1.0, recorder=recorder)
+    with pytest.raises(RecordError, match="is no whole trajectory: "):
+        Trajectory.read(path)
+
+
+def test_a_file_that_says_what_it_misses_is_no_trajectory(tmp_path):
+    pytest.importorskip("pyarrow")
+    scene = SCENES["grid"]
+    path = tmp_path / "e.parquet"
+    with kt.EventRecorder(path, scene) as recorder:
+        recorder.begin(12)
+        recorder.begin(12)
+    for read in (Trajectory.read, lambda path: positions_at(path, scene, 1.0)):
+        with pytest.raises(RecordError, match="12 events of the run were not given to its recorder"):
+            read(path)
+
+
+def test_rows_of_another_scene_are_no_trajectory(tmp_path):
+    pytest.importorskip("pyarrow")
+    path = tmp_path / "e.parquet"
+    with kt.EventRecorder(path, kt.make_scene("grid", bodies=25, density=0.5, seed=4)) as recorder:
+        recorder(record(kt.Simulation(SCENES["grid"], "naive"), 1.0))
+    with pytest.raises(RecordError, match="in row 0, body"):
+        Trajectory.read(path)
+
+
+def test_what_cannot_be_asked():
+    scene = SCENES["no walls"]
+    with pytest.raises(ValueError, match=r"expected 0\.0, the scene's start, or later"):
+        positions_at(np.zeros(0, kt.LOG), scene, -1.0)
+    for time in (np.inf, np.nan):
+        with pytest.raises(ValueError, match="or later, and finite"):
+            Trajectory(np.zeros(0, kt.LOG), scene).positions(time)
+    with pytest.raises(TypeError, match="needs their scene"):
+        positions_at(np.zeros(0, kt.LOG), None, 1.0)

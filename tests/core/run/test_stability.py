@@ -1,0 +1,157 @@
+"""Hard cases of every kind: what is lost is told, what is jammed is told at once, and nothing drifts.
+
+The hard scenes by name, each with its expected result, are in ``test_hard_scenes.py``.
+"""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+
+import kinetile as kt
+from kinetile.accuracy.drift import drifts
+from kinetile.errors import AuditError, MissedContactError, ZenoError
+from kinetile.kernel.queue import schedule
+from kinetile.kernel.tables import NEVER
+
+PHASES = ("naive", "sap-1d", "sap-2d", "sweep-tiling")
+
+
+def queued(sim: kt.Simulation, first: int, end: int) -> list[int]:
+    """Return the certificates with numbers from ``first`` up to ``end`` that will fail, the soonest first."""
+    k = sim._engine.k
+    waiting = k.queue[: k.clock[0].queued]
+    chosen = waiting[(waiting.certificate >= first) & (waiting.certificate < end)]
+    return [int(c) for c in chosen.certificate[np.argsort(chosen.tick, kind="stable")]]
+
+
+def drop(sim: kt.Simulation, certificate: int) -> None:
+    """Take a certificate out of the queue, as a bug of the kernel or a stray write would."""
+    schedule(sim._engine.k, certificate, NEVER)
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("phase", PHASES)
+@pytest.mark.parametrize("density", [0.5, 0.1, 0.01])
+def test_a_contact_that_is_dropped_is_missed_and_never_in_silence(density, phase):
+    for seed in range(10):
+        sim = kt.Simulation(kt.make_scene("grid", bodies=49, density=density, seed=seed), phase, audit=1)
+        sim.run(max_contacts=30)
+        structural = int(sim._engine.k.clock[0].structural)
+        pairs = []
+        while not pairs:
+            sim.run(max_contacts=1)
+            pairs = queued(sim, structural + 1 + len(sim.scene), len(sim._engine.k.certificates))
+        record = sim._engine.k.certificates[pairs[0]]
+        bodies = {int(record.a), int(record.b)}
+        drop(sim, pairs[0])
+        with pytest.raises(MissedContactError) as caught:
+            sim.run(max_contacts=0)
+        assert set(caught.value.bodies) == bodies, f"seed {seed}"
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("phase", PHASES)
+def test_in_a_crowd_a_plain_run_tells_as_well(phase):
+    """Without an audit a missed contact is noticed if a plan changes while the two overlap: in a crowd."""
+    told = 0
+    for seed in range(20):
+        sim = kt.Simulation(kt.make_scene("grid", bodies=100, density=0.5, seed=seed), phase)
+        sim.run(max_contacts=200)
+        first = int(sim._engine.k.clock[0].structural) + 1 + len(sim.scene)
+        drop(sim, queued(sim, first, len(sim._engine.k.certificates))[0])
+        try:
+            sim.run(max_contacts=3000)
+        except MissedContactError:
+            told += 1
+    assert told >= 16
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("phase", ["sap-1d", "sap-2d", "sweep-tiling"])
+def test_a_bound_that_is_dropped_is_told_by_the_audit(phase):
+    for seed in range(10):
+        sim = kt.Simulation(kt.make_scene("grid", bodies=49, density=0.5, seed=seed), phase, audit=1)
+        sim.run(max_contacts=30)
+        drop(sim, queued(sim, 0, int(sim._engine.k.clock[0].structural))[0])
+        with pytest.raises(AuditError):
+            sim.run(max_contacts=0)
+
+
+def jam(side: int) -> kt.Scene:
+    """A square packing that touches itself and all walls, with a body that moves."""
+    x, y = np.meshgrid(np.arange(side) + 0.5, np.arange(side) + 0.5)
+    velocity = np.zeros((side * side, 2))
+    velocity[side + 1] = (1.0, 0.5)
+    return kt.Scene(np.column_stack([x.ravel(), y.ravel()]), velocity, 0.5, arena=(float(side), float(side)))
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("side", [2, 3, 4])
+def test_a_jam_is_told_within_a_second_and_the_same_in_every_phase(side):
+    said = set()
+    for phase in PHASES:
+        sim = kt.Simulation(jam(side), phase)
+        sim.compile()
+        began = time.process_time()
+        with pytest.raises(ZenoError) as caught:
+            sim.run(until=10.0)
+        assert time.process_time() - began < 1.0
+        contacts = sim.readings.contacts_disc + sim.readings.contacts_wall
+        said.add((caught.value.time, caught.value.bodies, contacts, sim.fingerprint))
+    assert len(said) == 1
+
+
+def decades(seed: int, radii: float, speeds: float, bodies: int = 24) -> kt.Scene:
+    """Return discs in the cells of a lattice, radii and speeds each over so many decades."""
+    rng = np.random.default_rng(seed)
+    side = int(np.ceil(np.sqrt(bodies)))
+    cell = 1.0 / side
+    place = np.array([(i % side, i // side) for i in range(bodies)])
+    radius = 0.45 * cell * 10.0 ** -rng.uniform(0.0, radii, bodies)
+    shift = (rng.random((bodies, 2)) - 0.5) * 2.0 * (0.49 * cell - radius[:, None])
+    angle = rng.uniform(0.0, 2.0 * np.pi, bodies)
+    speed = 10.0 ** -rng.uniform(0.0, speeds, bodies)
+    velocity = speed[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+    return kt.Scene((place + 0.5) * cell + shift, velocity, radius, radius**2, arena=(1.0, 1.0))
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize(
+    ("radii", "speeds", "phases"),
+    [(0.0, 10.0, PHASES), (3.0, 10.0, PHASES), (10.0, 0.0, PHASES[:3]), (10.0, 10.0, PHASES[:3])],
+)
+def test_ten_decades_of_speeds_and_radii_have_one_answer(radii, speeds, phases):
+    """Radii over ten decades are beyond what sweep-tiling accepts (docs/sweep-tiling.md, limits)."""
+    for seed in range(5):
+        prints = set()
+        for phase in phases:
+            sim = kt.Simulation(decades(seed, radii, speeds), phase)
+            sim.run(max_contacts=120, until=200.0)
+            found = sim.readings
+            assert found.contacts_disc + found.contacts_wall > 20
+            assert found.energy_drift < 1e-13
+            prints.add((sim.fingerprint, sim.positions().tobytes()))
+        assert len(prints) == 1, f"seed {seed}"
+
+
+@pytest.mark.compiled
+def test_a_million_contacts_leave_energy_and_overlap_where_they_were():
+    rows = drifts(kt.make_scene("grid", bodies=100, density=0.5, seed=1), 10**6, lambda *step: None)
+    assert rows[-1].audits == 1000
+    assert rows[-1].energy < 1e-13
+    assert rows[-1].momentum < 1e-14
+    assert rows[-1].lateness == 0.0
+    assert rows[-1].deepest_overlap < 2.0 * rows[0].deepest_overlap < 2e-14
+
+
+@pytest.mark.compiled
+@pytest.mark.slow
+def test_a_hundred_million_contacts_leave_energy_and_overlap_where_they_were():
+    rows = drifts(kt.make_scene("grid", bodies=100, density=0.5, seed=1), 10**8, lambda *step: None)
+    assert rows[-1].contacts == 10**8
+    assert rows[-1].energy < 1e-11
+    assert rows[-1].momentum < 1e-12
+    assert rows[-1].deepest_overlap < 3.0 * rows[0].deepest_overlap

@@ -1,0 +1,440 @@
+"""Scenes as files: every bit comes back, and every mistake is told at once."""
+
+from __future__ import annotations
+
+import errno
+import math
+import os
+import stat
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from kinetile import Scene, Settings, Turn, load_scene, make_scene, save_scene
+from kinetile.errors import BadOption, SceneError
+from kinetile.plugin.by_name import loads_scene
+from kinetile.scene.files import dumps_scene
+
+EIGHT_MISTAKES = """
+arena = [1.0, 1.0]
+broad-phase = "sap1d"
+
+[[bodies]]
+position = [0.2, nan]
+radius = 0.1
+
+[[bodies]]
+position = [0.2, 0.2]
+radius = -0.1
+
+[[bodies]]
+position = [0.5, 0.5]
+radius = 0.1
+mass = 0
+
+[[bodies]]
+position = [0.95, 0.1]
+radius = 0.1
+
+[[bodies]]
+position = [0.45, 0.5]
+radius = 0.1
+
+[[bodies]]
+position = [0.1, 0.8]
+raduis = 0.1
+velocity = [1.0, 0.0]
+
+[[bodies]]
+position = [0.8, 0.8]
+velocity = "fast"
+radius = 0.1
+"""
+
+
+def mistakes_in(text: str) -> list[str]:
+    with pytest.raises(SceneError) as caught:
+        loads_scene(text, "scene.toml")
+    assert caught.value.source == "scene.toml"
+    return [str(mistake) for mistake in caught.value.mistakes]
+
+
+def test_a_full_file_is_read() -> None:
+    scene = loads_scene(
+        """
+        arena = [2, 1.5]
+        start = 1
+        until = 3.5
+        broad-phase = "sap-1d"
+        narrow-phases = ["disc", "wall"]
+        [options.sap-1d]
+        axis = "y"
+        [[bodies]]
+        position = [0.25, 0.5]
+        velocity = [1.0, 0.0]
+        radius = 0.125
+        mass = 2
+        [[bodies.turns]]
+        time = 2
+        velocity = [0.0, -1]
+        [[bodies]]
+        position = [1, 1]
+        radius = 0.25
+        """
+    )
+    assert scene == Scene(
+        position=[[0.25, 0.5], [1.0, 1.0]],
+        velocity=[[1.0, 0.0], [0.0, 0.0]],
+        radius=[0.125, 0.25],
+        mass=[2.0, 1.0],
+        arena=(2.0, 1.5),
+        turns=[Turn(0, 2.0, (0.0, -1.0))],
+        start=1.0,
+        settings=Settings("sap-1d", ("disc", "wall"), {"sap-1d": {"axis": "y"}}, 3.5),
+    )
+
+
+def test_eight_mistakes_give_eight_messages() -> None:
+    assert sorted(mistakes_in(EIGHT_MISTAKES)) == [
+        "bodies[0].position: found [0.2, nan]; expected [x, y], two finite numbers",
+        "bodies[1].radius: found -0.1; expected a finite number greater than 0",
+        "bodies[2] and bodies[4]: found an overlap of 0.15 (distance 0.05, sum of the radii 0.2); "
+        "expected discs that touch at most",
+        "bodies[2].mass: found 0.0; expected a finite number greater than 0",
+        "bodies[3].position: found [0.95, 0.1] with radius 0.1, which reaches 0.05 beyond the right wall; "
+        "expected the whole disc inside the arena, [0, 1.0] x [0, 1.0]",
+        "bodies[5].raduis: found a key that is not known here; "
+        "expected one of position, velocity, radius, mass, turns; did you mean 'radius'?",
+        "bodies[6].velocity: found 'fast'; expected [vx, vy], two finite numbers",
+        "broad-phase: found 'sap1d', which is the name of no broad phase; "
+        "expected one of naive, sap-1d, sap-2d, sweep-tiling; did you mean 'sap-1d'?",
+    ]
+
+
+BODY = "[[bodies]]\nposition = [0.5, 0.5]\nradius = 0.1\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("", "bodies: found nothing; expected [[bodies]] tables, or a recipe by name"),
+        ("[[body]]", "body: found a key that is not known here; expected one of arena"),
+        ("bodies = 3", "bodies: found 3; expected [[bodies]] tables"),
+        ("bodies = [3]", "bodies[0]: found 3; expected a table"),
+        (
+            "[[bodies]]\nradius = 1.0",
+            "bodies[0].position: found nothing; expected [x, y], two finite numbers",
+        ),
+        (
+            "[[bodies]]\nposition = [0, 0]",
+            "bodies[0].radius: found nothing; expected a finite number greater",
+        ),
+        (
+            "[[bodies]]\nposition = [0]\nradius = 1",
+            "bodies[0].position: found [0]; expected [x, y], two finite",
+        ),
+        (
+            "[[bodies]]\nposition = [0, 0]\nradius = true",
+            "bodies[0].radius: found True; expected a finite number",
+        ),
+        (
+            "[[bodies]]\nposition = [0, 0]\nradius = '1'",
+            "bodies[0].radius: found '1'; expected a finite number",
+        ),
+        ("[[bodies]]\nposition = [0, 0]\nradius = 1" + "0" * 400, "bodies[0].radius: found 1"),
+        (
+            f"arena = [1, true]\n{BODY}",
+            "arena: found [1, True]; expected [width, height], two finite numbers",
+        ),
+        (f"arena = [1, 0]\n{BODY}", "arena: found [1, 0]; expected [width, height], two finite numbers"),
+        (
+            f"arena = [1, 1, 1]\n{BODY}",
+            "arena: found [1, 1, 1]; expected [width, height], two finite numbers",
+        ),
+        (f"start = inf\n{BODY}", "start: found inf; expected a finite number"),
+        (f"start = 2\nuntil = 1\n{BODY}", "until: found 1; expected a time not before the start, 2"),
+        (f"until = 2024-01-01\n{BODY}", "until: found datetime.date(2024, 1, 1); expected a finite number"),
+        (f"broad_phase = 'naive'\n{BODY}", "did you mean 'broad-phase'?"),
+        (f"broad-phase = 1\n{BODY}", "broad-phase: found 1; expected the name of a broad phase"),
+        (
+            f"narrow-phases = ['disc', 'wal']\n{BODY}",
+            "narrow-phases[1]: found 'wal', which is the name of no narrow",
+        ),
+        (
+            f"narrow-phases = ['disc', 1]\n{BODY}",
+            "narrow-phases: found ['disc', 1]; expected a list of names",
+        ),
+        (
+            f"[options.sap-3d]\naxis = 'y'\n{BODY}",
+            "options.sap-3d: found 'sap-3d', which is the name of no broad phase",
+        ),
+        (f"options.sap-1d = 3\n{BODY}", "options.sap-1d: found 3; expected a table"),
+        (
+            f"{BODY}[[bodies.turns]]\ntime = -1\nvelocity = [0, 0]",
+            "bodies[0].turns[0].time: found -1; expected a time",
+        ),
+        (
+            f"{BODY}[[bodies.turns]]\ntime = 1",
+            "bodies[0].turns[0].velocity: found nothing; expected [vx, vy], two",
+        ),
+        (f"{BODY}turns = 3", "bodies[0].turns: found 3; expected [[bodies.turns]] tables"),
+        (f"{BODY}turns = [3]", "bodies[0].turns[0]: found 3; expected a table"),
+        (
+            f"parameters.bodies = 3\n{BODY}",
+            "parameters: found parameters without a recipe; expected a recipe",
+        ),
+        ("recipe = 'grit'", "recipe: found 'grit', which is the name of no scene; expected one of grid,"),
+        ("recipe = 'grid'\narena = [1, 1]", "arena: found arena beside a recipe; expected one of the two"),
+        (
+            "recipe = 'grid'\n[parameters]\nbodys = 4",
+            "parameters.bodys: found no parameter of this name; expected",
+        ),
+        (
+            "recipe = 'grid'\n[parameters]\nbodies = 4.5",
+            "parameters.bodies: found 4.5; expected a whole number",
+        ),
+        (
+            "recipe = 'grid'\n[parameters]\nbodies = 5",
+            "a grid needs a square number of bodies, such as 4 or 9",
+        ),
+        ("recipe = 'grid'\nuntil = -1", "until: found -1; expected a time not before the start, 0.0"),
+        ("recipe = 3", "recipe: found 3; expected the name of a recipe"),
+        (
+            "arena = [1, 1]\nstart = = 2",
+            "line 2, column 9: found 'start = = 2'; expected TOML (Invalid value)",
+        ),
+        ("arena = ", "line 1: found 'arena = '; expected TOML (Invalid value)"),
+        ("a = 1\na = 2", "found 'a = 2'; expected TOML (Cannot overwrite a value)"),
+        ("a = " + "[" * 100_000, "tables nested too deeply"),
+    ],
+)
+def test_each_mistake_says_where_what_and_what_would_be_right(text: str, told: str) -> None:
+    found = mistakes_in(text)
+    assert len(found) == 1
+    assert told in found[0]
+
+
+def test_what_is_wrong_in_one_body_does_not_hide_what_is_wrong_in_others() -> None:
+    text = "".join(
+        f"[[bodies]]\nposition = [{x}, 0.0]\nradius = {r}\n" for x, r in ((0, "'a'"), (5, 1), (6, 1))
+    )
+    assert [found.partition(":")[0] for found in mistakes_in(text)] == [
+        "bodies[0].radius",
+        "bodies[1] and bodies[2]",
+    ]
+
+
+def test_a_bad_time_of_a_turn_is_told_beside_its_bad_velocity_and_the_other_way_round() -> None:
+    turn = "[[bodies.turns]]\n"
+    assert mistakes_in(f"{BODY}{turn}time = -1\nvelocity = 'x'\n{turn}time = 'x'\nvelocity = [nan, 0]") == [
+        "bodies[0].turns[0].velocity: found 'x'; expected [vx, vy], two finite numbers",
+        "bodies[0].turns[1].time: found 'x'; expected a finite number",
+        "bodies[0].turns[0].time: found -1; expected a time not before the start, 0.0",
+        "bodies[0].turns[1].velocity: found [nan, 0]; expected [vx, vy], two finite numbers",
+    ]
+
+
+def test_options_of_all_phases_are_checked_beside_the_bodies_and_not_the_chosen_ones_alone() -> None:
+    text = """
+        broad-phase = "naive"
+        [options.sap-1d]
+        axis = "z"
+        [options.sap-2d]
+        axis = "x"
+        skin = 2
+        [[bodies]]
+        position = [0, 0]
+        radius = -1
+    """
+    one, two, three, four = mistakes_in(text)
+    assert one.startswith(
+        "options.sap-1d: found {'axis': 'z'}; expected what the phase can use: sap-1d sorts"
+    )
+    assert two == "options.sap-2d.axis: found no option of this name; expected nothing here"
+    assert three == "options.sap-2d.skin: found no option of this name; expected nothing here"
+    assert four.startswith("bodies[0].radius")
+    told = "options.sap-1d.axs: found no option of this name; expected axis; did you mean 'axis'?"
+    assert mistakes_in(f"options.sap-1d.axs = 'y'\n{BODY}") == [told]
+
+
+def test_a_byte_order_mark_is_no_mistake(tmp_path: Path) -> None:
+    path = tmp_path / "marked.toml"
+    path.write_bytes(b"\xef\xbb\xbf" + BODY.encode())
+    assert load_scene(path) == loads_scene(BODY) == loads_scene("\ufeff" + BODY)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes with names")
+def test_saving_replaces_no_special_file(tmp_path: Path) -> None:
+    pipe, link = tmp_path / "pipe", tmp_path / "link"
+    os.mkfifo(pipe)
+    link.symlink_to(pipe)
+    for path in (pipe, link):
+        with pytest.raises(OSError, match="no regular file"):
+            save_scene(make_scene("two-discs"), path)
+    assert stat.S_ISFIFO(pipe.stat().st_mode)
+    assert sorted(tmp_path.iterdir()) == [link, pipe]
+
+
+def test_a_recipe_may_have_parameters_settings_and_an_end() -> None:
+    scene = loads_scene(
+        "recipe = 'grid'\nuntil = 2\nbroad-phase = 'naive'\n[parameters]\nbodies = 16\ndensity = 0.25"
+    )
+    made = make_scene("grid", bodies=16, density=0.25)
+    assert np.array_equal(scene.position, made.position)
+    assert np.array_equal(scene.velocity, made.velocity)
+    assert scene.settings == Settings("naive", until=2.0)
+    assert scene.origin == made.origin
+
+
+def test_many_mistakes_of_one_kind_are_counted() -> None:
+    found = mistakes_in("[[bodies]]\nposition = [0, 0]\nradius = 'a'\n" * 100)
+    assert len(found) == 21
+    assert found[-1].startswith(
+        "bodies[...].radius: found 80 more mistakes like these; expected a finite number"
+    )
+
+
+ODD = [
+    0.0,
+    -0.0,
+    5e-324,
+    -5e-324,
+    2.2250738585072014e-308,
+    0.1,
+    1 / 3,
+    1e22,
+    1e16,
+    1e-7,
+    123456789.125,
+    2.0**53 + 2,
+]
+anything = st.sampled_from(ODD) | st.floats(allow_nan=False, allow_infinity=False)
+small = st.sampled_from(ODD[:6]) | st.floats(-0.4, 0.4)
+sizes = st.sampled_from([0.05, 2.0**-200, 0.1]) | st.floats(2.0**-200, 0.1)
+masses = st.just(1.0) | st.floats(2.0**-50, 2.0**50)
+speeds = st.sampled_from(ODD) | st.floats(-(2.0**200), 2.0**200)
+starts = st.sampled_from(ODD[:7]) | st.floats(-1e6, 1e6)
+plain = anything | st.booleans() | st.integers() | st.text(st.characters(exclude_categories=["Cs"]))
+
+
+def read_with_any_options(text: str) -> Scene:
+    """Read a scene as if every phase had every option."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("kinetile.scene.files._option_mistakes", lambda name, options: [])
+        return loads_scene(text)
+
+
+@st.composite
+def scenes(draw: st.DrawFn) -> Scene:
+    count = draw(st.integers(0, 5))
+    position = [(10.0 * body + draw(small) + 1.0, draw(small) + 1.0) for body in range(count)]
+    start = draw(starts)
+    speed = st.sampled_from([0.0, -0.0, 5e-324, 0.1]) if start else speeds  # where the clock is not too fast
+    velocity = [(draw(speed), draw(speed)) for _ in range(count)]
+    later = st.floats(start, allow_infinity=False)
+    turn = st.tuples(st.integers(0, max(count - 1, 0)), later, st.tuples(speed, speed))
+    settings = Settings(
+        draw(st.none() | st.just("sap-1d")),
+        draw(st.none() | st.just(("disc", "wall")) | st.just(())),
+        draw(
+            st.just({})
+            | st.fixed_dictionaries({"naive": st.dictionaries(st.text("aä .\n\x7f\"'-", max_size=3), plain)})
+        ),
+        draw(st.none() | later),
+    )
+    return Scene(
+        position,
+        velocity,
+        [draw(sizes) for _ in range(count)],
+        [draw(masses) for _ in range(count)],
+        draw(st.none() | st.just((100.0, 1e10))),
+        draw(st.lists(turn, max_size=4)) if count else (),
+        start,
+        settings,
+    )
+
+
+@given(scenes())
+def test_every_bit_comes_back(scene: Scene) -> None:
+    again = read_with_any_options(dumps_scene(scene))
+    assert again == scene
+    for name in ("position", "velocity", "radius", "mass"):
+        assert getattr(again, name).tobytes() == getattr(scene, name).tobytes()
+    assert repr((again.turns, again.start, again.arena)) == repr((scene.turns, scene.start, scene.arena))
+    assert repr(again.settings) == repr(scene.settings)
+
+
+@pytest.mark.parametrize("name", ["grid", "random", "lattice", "figure-11", "cradle", "break", "two-discs"])
+def test_recipes_come_back_from_a_file(name: str, tmp_path: Path) -> None:
+    scene = make_scene(name)
+    save_scene(scene, tmp_path / "scene.toml")
+    again = load_scene(tmp_path / "scene.toml")
+    assert again == scene
+    assert again.origin == {"file": str(tmp_path / "scene.toml")}
+
+
+def test_options_of_every_kind_come_back() -> None:
+    options = {
+        "naive": {
+            "a b": [1, [2.5, "x"]],
+            "table": {"deep": {"er": True}},
+            "none": math.inf,
+            "n": np.float64(3.5),
+        }
+    }
+    scene = Scene([], [], [], settings=Settings(options=options))
+    assert read_with_any_options(dumps_scene(scene)) == scene
+    with pytest.raises(
+        BadOption, match=r"options\.naive\.bad is None; expected a number, text, a list or a table"
+    ):
+        dumps_scene(Scene([], [], [], settings=Settings(options={"naive": {"bad": None}})))
+
+
+def test_a_failed_save_leaves_the_old_file_and_nothing_else(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "scene.toml"
+    save_scene(make_scene("two-discs"), path)
+    before = path.read_bytes()
+
+    def full(descriptor: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(OSError, match="No space left"):
+        save_scene(make_scene("grid"), path)
+    assert path.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_saving_keeps_the_mode_and_follows_a_link(tmp_path: Path) -> None:
+    (tmp_path / "deep").mkdir()
+    path, link = tmp_path / "deep" / "scene.toml", tmp_path / "link.toml"
+    save_scene(make_scene("two-discs"), path)
+    path.chmod(0o640)
+    link.symlink_to(path)
+    save_scene(make_scene("cradle"), link)
+    assert link.is_symlink()
+    assert path.stat().st_mode & 0o777 == 0o640
+    assert load_scene(path) == make_scene("cradle")
+
+
+def test_files_that_are_not_there_or_not_text(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError):
+        load_scene(tmp_path / "missing.toml")
+    (tmp_path / "latin.toml").write_bytes(b"arena = [1, 1]\n# caf\xe9\n")
+    with pytest.raises(SceneError, match="line 2: found bytes that are not UTF-8"):
+        load_scene(tmp_path / "latin.toml")
+
+
+def test_ten_thousand_bodies_load_in_about_a_second(tmp_path: Path) -> None:
+    scene = make_scene("grid", bodies=10_000)
+    save_scene(scene, tmp_path / "scene.toml")
+    begun = time.process_time()
+    again = load_scene(tmp_path / "scene.toml")
+    assert time.process_time() - begun < 5.0
+    assert again == scene
