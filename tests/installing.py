@@ -31,7 +31,7 @@ def run(
     folder: Path,
     paths: Sequence[str] = (),
     interpreted: bool = True,
-    module: str = "kinetile.cli",
+    module: str = "kinetile",
 ) -> subprocess.CompletedProcess[str]:
     """Run ``python -m module words`` in a folder, with the packages that ``install`` has made known."""
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}

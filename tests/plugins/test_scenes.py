@@ -315,7 +315,7 @@ class Foreign:
 
 
 def test_recipes_of_others_are_held_to_their_signature(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("kinetile.scene.recipes.registry", lambda: Registry([Foreign()]))
+    monkeypatch.setattr("kinetile.plugin.by_name.registry", lambda: Registry([Foreign()]))
     assert recipe_parameters("needs")[1] == Parameter("flag", "bool", False)
     with pytest.raises(
         BadOption, match="parameter 'count': found nothing; expected a whole number; it has no default"

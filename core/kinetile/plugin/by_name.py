@@ -10,7 +10,7 @@ from typing import Any
 from kinetile.errors import KinetileError, Mistake, UnknownName, one_of
 from kinetile.plugin.calling import calling
 from kinetile.plugin.registry import Kind, registry
-from kinetile.scene import Scene, files, recipes
+from kinetile.scene import Scene, recipes
 from kinetile.scene.checks import shown
 from kinetile.scene.recipes import REQUIRED, Parameter
 
@@ -60,12 +60,16 @@ def load_scene(path: str | os.PathLike[str]) -> Scene:
 
     Raises OSError if the file cannot be read, and SceneError, with every mistake in it, if it is no scene.
     """
-    return files.read_file(path, _Registered())
+    from kinetile.scene.files import read_file  # with what only files need
+
+    return read_file(path, _Registered())
 
 
 def loads_scene(text: str, source: str | None = None) -> Scene:
     """Read a scene from TOML text; ``source`` is what messages call it. Raises SceneError."""
-    return files.read_text(text, source, _Registered())
+    from kinetile.scene.files import read_text
+
+    return read_text(text, source, _Registered())
 
 
 class _Registered:

@@ -1,8 +1,32 @@
-"""What is left of a run: event files, and where every body was at any time."""
+"""What is left of a run: event files, and where every body was at any time.
+
+A name is imported when it is first used: a run that records nothing imports nothing that records.
+"""
 
 from __future__ import annotations
 
-from kinetile.records.events import EventFile, EventRecorder, read_events
-from kinetile.records.trajectory import Trajectory, positions_at
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from kinetile.records.events import EventFile as EventFile
+    from kinetile.records.events import EventRecorder as EventRecorder
+    from kinetile.records.events import read_events as read_events
+    from kinetile.records.trajectory import Trajectory as Trajectory
+    from kinetile.records.trajectory import positions_at as positions_at
+
+_HOME = {
+    "EventFile": "events",
+    "EventRecorder": "events",
+    "Trajectory": "trajectory",
+    "positions_at": "trajectory",
+    "read_events": "events",
+}
 
 __all__ = ["EventFile", "EventRecorder", "Trajectory", "positions_at", "read_events"]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)

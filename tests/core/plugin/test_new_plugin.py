@@ -108,7 +108,7 @@ def demo(tmp_path_factory):
     package = new_plugin("demo", folder)
     paths = install(package, folder / "site")
 
-    def command(*words: object, module: str = "kinetile.cli", interpreted: bool = True):
+    def command(*words: object, module: str = "kinetile", interpreted: bool = True):
         return run(*words, folder=folder, paths=paths, module=module, interpreted=interpreted)
 
     phase = package / "kinetile_demo" / "phase.py"

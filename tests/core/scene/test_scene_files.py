@@ -324,7 +324,7 @@ plain = anything | st.booleans() | st.integers() | st.text(st.characters(exclude
 def read_with_any_options(text: str) -> Scene:
     """Read a scene as if every phase had every option."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("kinetile.scene.files._option_mistakes", lambda name, options: [])
+        patch.setattr("kinetile.plugin.by_name._Registered.option_mistakes", lambda *given: [])
         return loads_scene(text)
 
 

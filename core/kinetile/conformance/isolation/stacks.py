@@ -32,9 +32,9 @@ def where(words: str) -> str:
             path = Path(frame["file"])
             if _is_library(path):
                 continue
-            if path == OWN / "engine.py" and frame["function"] == "chunk":
+            if path == OWN / "run" / "engine.py" and frame["function"] == "chunk":
                 return "a compiled hook"
-            if path == OWN / "compiled.py":
+            if path == OWN / "kernel" / "compiled.py":
                 return COMPILER
             return f"{frame['function']} ({path.name}, line {frame['line']})"
     return ""
