@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from kinetile.records.events import EventRecorder as EventRecorder
     from kinetile.records.events import read_events as read_events
     from kinetile.records.trajectory import Trajectory as Trajectory
+    from kinetile.run.advance import Event as Event
     from kinetile.run.simulation import Progress as Progress
     from kinetile.run.simulation import Simulation as Simulation
     from kinetile.scene import Scene as Scene
@@ -39,6 +40,7 @@ _HOME = {
     "API_VERSION": "kinetile.plugin.specs",
     "BroadPhaseSpec": "kinetile.plugin.specs",
     "CONTACT": "kinetile.kernel.log",
+    "Event": "kinetile.run.advance",
     "LOG": "kinetile.kernel.log",
     "NarrowPhaseSpec": "kinetile.plugin.specs",
     "EventRecorder": "kinetile.records.events",

@@ -15,6 +15,7 @@ __all__ = [
     "AuditError",
     "BadOption",
     "BadPlugin",
+    "BusyError",
     "DuplicateName",
     "KinetileError",
     "MissedContactError",
@@ -118,6 +119,10 @@ class MissedContactError(KinetileError, RuntimeError):
 
 class PhaseError(KinetileError, RuntimeError):
     """A phase broke the protocol; the message names the phase and what it did."""
+
+
+class BusyError(KinetileError, RuntimeError):
+    """A simulation was to be changed while it is running: from its own recorder, or from another thread."""
 
 
 class StalledError(PhaseError):

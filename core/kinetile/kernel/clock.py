@@ -57,6 +57,15 @@ class Clock:
         """Return ticks since the start as the kernel's ticks."""
         return ticks - self.base * TICKS
 
+    def total(self, relative: int) -> int:
+        """Return a kernel's tick as ticks since the start."""
+        return relative + self.base * TICKS
+
+    def moment(self, ticks: int) -> tuple[float, int, int]:
+        """Return (time, epoch, tick) of ticks since the start: see ``kinetile.kernel.log``."""
+        epoch, tick = divmod(ticks, TICKS)
+        return float(self.start + (epoch + tick * 2.0**-52) * self.unit), epoch, tick
+
     def time(self, relative: int) -> float:
         """Return a kernel's tick as time, rounded once."""
         total = int(relative) + self.base * TICKS

@@ -32,11 +32,6 @@ class Agenda:
         self._planned = [Planned(clock.ticks(t.time), t.body, *t.velocity, TURNED) for t in turns]
         self._sort()
 
-    @property
-    def turns(self) -> int:
-        """How many turns are still to come, re-anchorings apart."""
-        return sum(planned.code == TURNED for planned in self._planned)
-
     def _sort(self) -> None:
         self._planned.sort(key=lambda p: (p.ticks, p.code != REANCHORED, p.body))
 
@@ -49,6 +44,10 @@ class Agenda:
         """Return the changes before the next shift of the clock's base."""
         end = clock.base * TICKS + SPAN
         return [planned for planned in self._planned if planned.ticks < end]
+
+    def next_turn(self, made: int) -> Planned | None:
+        """Return the first turn still to come, where ``made`` changes have happened and are not forgotten."""
+        return next((planned for planned in self._planned[made:] if planned.code == TURNED), None)
 
     def squares(self, mass: Any) -> float:
         """Return the sum of mass * speed^2 over all changes: twice the energy they could bring in."""

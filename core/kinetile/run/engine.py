@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 import time
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -34,12 +35,14 @@ from kinetile.run.ledger import Ledger
 from kinetile.run.readings import energy
 from kinetile.scene import Scene
 
-__all__ = ["UNLIMITED", "Engine"]
+__all__ = ["UNLIMITED", "Engine", "read_only"]
 
 LOG_ROWS = 1 << 15
 CHUNK_SECONDS = 0.2
 FIRST_BUDGET = 1 << (8 if INTERPRETED else 12)
 UNLIMITED = 2**62
+
+Tables = TypeVar("Tables", bound=tuple[Any, ...])
 
 
 class Engine:
@@ -57,6 +60,9 @@ class Engine:
         cpu_seconds: processor time spent in the loop.
         compile_seconds: time spent compiling or loading it.
         audits: times an audit found nothing.
+        asked: the time that was asked for, while the run stands there: ``time`` says it as it was said.
+        busy: a chunk is under way, the taking over of its log included.
+        broken: what went wrong in a call that left the tables unfit to go on with; None: nothing.
     """
 
     def __init__(
@@ -73,6 +79,10 @@ class Engine:
         self.speed = speed_bound(scene)
         self.cpu_seconds = 0.0
         self.compile_seconds = 0.0
+        self.busy = False
+        self.broken: Exception | None = None
+        self.asked: float | None = None
+        self._turns_wait = False
         self._ready = False
         self._budget = FIRST_BUDGET
         self._extent = 0.0
@@ -85,6 +95,11 @@ class Engine:
     def now(self) -> int:
         """The present tick, counted from the clock's base."""
         return int(self.k.clock[0].now)
+
+    @property
+    def time(self) -> float:
+        """The present time, in the scene's time."""
+        return self.asked if self.asked is not None else self.clock.time(self.now)
 
     @property
     def contacts(self) -> int:
@@ -115,37 +130,46 @@ class Engine:
             self.compile_seconds += time.perf_counter() - began
             self._ready = True
 
-    def chunk(self, until: int, contacts: int, budget: int | None = None) -> int:
+    def chunk(self, until: int, contacts: int, most: int = UNLIMITED) -> int:
         """Run one chunk of the loop, take over its log, and do what it asks for; return its reason.
 
-        ``budget`` is how many events may run; None: as many as take a fraction of a second.
+        ``contacts`` is how many there may have been in all, ``most`` how many events may run now; a chunk
+        takes a fraction of a second, whatever they are.
 
         Raises:
             ZenoError, MissedContactError, PhaseError: the loop returned with a fault.
         """
         self.compile()
-        began = time.thread_time()
+        if self.broken is not None:
+            raise PhaseError(f"this simulation cannot go on: {self.broken}") from self.broken
+        self.busy = True
         try:
-            reason = int(
-                self.loop(self.k, self.state, until, self._budget if budget is None else budget, contacts)
-            )
+            return self._chunk(until, contacts, most)
+        finally:
+            self.busy = False
+
+    def _chunk(self, until: int, contacts: int, most: int) -> int:
+        began = time.thread_time()
+        budget, before = min(self._budget, most), self.now
+        try:
+            reason = int(self.loop(self.k, self.state, until, budget, contacts))
         except Exception as error:  # a hook that raises, or one that is interpreted and leaves its arrays
             who = described("broad phase", self.composition.broad_phase)
             said = f"a hook of {self._phases} raised {sentence(error)}{place_of(error)} ({who})"
-            raise PhaseError(f"at time {self.clock.time(self.now)!r} {said}") from error
+            self.broken = PhaseError(f"at time {self.clock.time(self.now)!r} {said}")
+            raise self.broken from error
+        self._turns_wait = False
         took = time.thread_time() - began
         self.cpu_seconds += took
+        if self.now != before:
+            self.asked = None
         self.ledger.take(self.k)
-        if reason == BUDGET_SPENT and budget is None and took < CHUNK_SECONDS / 2:
+        if reason == BUDGET_SPENT and budget == self._budget and took < CHUNK_SECONDS / 2:
             self._budget *= 2
         elif took > 2 * CHUNK_SECONDS:
             self._budget = max(self._budget // 2, FIRST_BUDGET)
         if reason == FAULT:
-            clock = self.k.clock[0]
-            fault, a, b = int(clock.fault), int(clock.fault_a), int(clock.fault_b)
-            raise failure(
-                fault, a, b, self.clock.time(self.now), self.composition.broad_phase, int(clock.window_size)
-            )
+            raise failure(self.k, self.composition, self.clock.time(self.now))
         if reason == NO_ROOM:
             self._grow()
         return BUDGET_SPENT if reason in (NO_ROOM, LOG_FULL) else reason
@@ -173,16 +197,32 @@ class Engine:
             raise AuditError(f"{who}: {said}") from error
         self.audits += 1
 
+    @property
+    def next_turn(self) -> Planned | None:
+        """The first turn still to come, of the scene or by hand."""
+        return self.agenda.next_turn(int(self.k.clock[0].turn))
+
+    @property
+    def built(self) -> bool:
+        """Whether the structure stands, holds all pairs that were asked for, and awaits the turns."""
+        clock = self.k.clock[0]
+        return bool(clock.built) and not clock.wanted and not self._turns_wait
+
     def build(self) -> None:
         """Build the structure, if that is still to be done, and run no event."""
-        while not self.k.clock[0].built or self.k.clock[0].wanted:
+        while not self.built:
             self.chunk(self.now - 1, UNLIMITED)
 
     def turn(self, body: int, vx: float, vy: float) -> None:
-        """Change a body's velocity now; events of this very tick run as well."""
+        """Change a body's velocity now; events of this very tick run as well.
+
+        Raises Refused, with nothing changed, where the broad phase cannot bear the skin that this asks for.
+        """
         k = self.k
         squares = 2.0 * energy(k) + float(k.mass[body]) * (vx * vx + vy * vy) + self.agenda.squares(k.mass)
         needed = math.sqrt(squares / float(k.mass.min()))
+        speed = self.speed if needed <= self.speed else 2.0 * needed
+        self._skin(speed)
         self._allow_turns()
         self._forget_turns()
         self.agenda.put(Planned(self.clock.base * TICKS + self.now, body, vx, vy, TURNED))
@@ -194,13 +234,20 @@ class Engine:
                 pass
         finally:
             self.ledger.recorder = recorder
-        if needed > self.speed:
-            self.speed = 2.0 * needed
+        if speed > self.speed:
+            self.speed = speed
             self.lay_out()
 
-    def move_base(self) -> None:
-        """Move the clock's base on by a span and anchor anew what has flown for two: so under every phase."""
+    def move_base(self, end: int | None) -> None:
+        """Move the clock's base on by a span and anchor anew what has flown for two: so under every phase.
+
+        Where there is no body it moves on at once to the span of ``end``, in ticks since the start.
+        """
         k = self.k
+        if not len(k.bodies) and end is not None:
+            self.clock.base += max(self.clock.relative(end) // SPAN, 1) * (SPAN // TICKS)
+            k.clock[0].now = -1
+            return
         clock = k.clock[0]
         self._forget_turns()
         k.bodies.anchor -= SPAN
@@ -230,20 +277,30 @@ class Engine:
             self._extent = max(self.scene.arena or (0.0,))
         elif len(self.scene):
             self._extent = max(self._extent, self._reach_of_flight(spans=4))
-        self.skin = Skin.of(len(self.scene), self._extent, self.speed, float(clock.tick))
+        self.skin = self._skin(self.speed)
         k.bodies.reach = k.bodies.radius + self.skin.delta
         clock.theta, clock.tolerance = self.skin.theta, self.skin.tolerance
         if len(self.scene) and self.speed > 0.0:  # jammed: contacts within 1e-13 radii of flight each
             flight = 1e-13 * float(self.scene.radius.min()) / self.speed
             clock.window_ticks = int(min(int(clock.window_size) * flight * clock.per_time, SPAN))
-        limit = self.composition.broad.skin_limit
-        if limit is not None and self.skin.delta > limit:
-            raise Refused(too_thick(self.composition.broad_phase, self.skin.delta, limit))
         clear(k)
         self._load_turns()
         if self.composition.broad.arrange is not None:
-            with calling("broad phase", self.composition.broad_phase, "arrange"):
-                self.composition.broad.arrange(_to_be_read(k), self.state)
+            bodies = k._replace(bodies=read_only(k).bodies, mass=read_only(k).mass)
+            try:
+                with calling("broad phase", self.composition.broad_phase, "arrange"):
+                    self.composition.broad.arrange(bodies, self.state)
+            except Exception as error:
+                self.broken = error
+                raise
+
+    def _skin(self, speed: float) -> Skin:
+        """Return the skin for bodies never faster than this; Refused where the broad phase cannot bear it."""
+        skin = Skin.of(len(self.scene), self._extent, speed, float(self.k.clock[0].tick))
+        limit = self.composition.broad.skin_limit
+        if limit is not None and skin.delta > limit:
+            raise Refused(too_thick(self.composition.broad_phase, skin.delta, limit))
+        return skin
 
     def _reach_of_flight(self, spans: int) -> float:
         """How far from the origin a body can come within so many spans."""
@@ -308,11 +365,13 @@ class Engine:
             row.tick = self.clock.relative(turn.ticks)
             row.vx, row.vy, row.body, row.code = turn.vx, turn.vy, turn.body, turn.code
         self.k.clock[0].turns = len(due)
+        self._turns_wait = len(due) > 0
         self.k = self.k._replace(turns=turns)
 
 
-def _to_be_read(k: Kernel) -> Kernel:
-    """Return the tables with bodies that can only be read: for what looks at them from outside the loop."""
-    bodies, mass = k.bodies.view(), k.mass.view()
-    bodies.flags.writeable = mass.flags.writeable = False
-    return k._replace(bodies=bodies, mass=mass)
+def read_only(tables: Tables) -> Tables:
+    """Return a named tuple of arrays, each as a view that can only be read."""
+    views = [array.view() for array in tables]
+    for view in views:
+        view.flags.writeable = False
+    return type(tables)(*views)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from kinetile.errors import KinetileError, MissedContactError, PhaseError, StalledError, ZenoError
+from kinetile.kernel.compiled import compose, to_be_filled_in
 from kinetile.kernel.faults import (
     BAD_CERTIFICATE,
     BAD_PAIR,
@@ -14,32 +15,46 @@ from kinetile.kernel.faults import (
     UNKNOWN_PAIR,
 )
 from kinetile.kernel.log import WALLS
+from kinetile.kernel.tables import Kernel
 from kinetile.plugin.calling import described
+from kinetile.run.composition import Composition
 
 __all__ = ["failure"]
 
 
-def failure(fault: int, a: int, b: int, time: float, broad_phase: str, window: int) -> KinetileError:
-    """Return the error for a fault of bodies ``a`` and ``b`` (or of certificate ``a``) at a time."""
+def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
+    """Return the error for the fault that the loop has left in the tables at a time."""
+    clock = k.clock[0]
+    fault, a, b = int(clock.fault), int(clock.fault_a), int(clock.fault_b)
     bodies = tuple(body for body in (a, b) if body >= 0)
     who = (
         f"bodies {a} and {b}" if b >= 0 else f"body {a}" + (f" and the {WALLS[b]} wall" if b in WALLS else "")
     )
-    phase = described("broad phase", broad_phase)
+    phase = described("broad phase", composition.broad_phase)
+    narrow = " and ".join(described("narrow phase", name) for name in composition.narrow_phases)
     if fault == JAMMED:
         said = (
-            f"at time {time!r} the bodies are jammed: {window} contacts took next to no time, "
-            f"the last of them between {who}; nothing can move on from here"
+            f"at time {time!r} the bodies are jammed: {int(clock.window_size)} contacts took next to no "
+            f"time, the last of them between {who}; nothing can move on from here"
         )
         return ZenoError(said, time=time, bodies=bodies)
+    if fault == TOO_DEEP and b >= 0 and _pass_through(k, composition, a, b):
+        return PhaseError(
+            f"at time {time!r} {who} overlap more than rounding explains, and no contact of theirs has been "
+            f"missed: {narrow} lets them go on towards each other at a contact, so that bodies pass through "
+            "each other; a collide has to part them (without a narrow phase for pairs all bodies pass)"
+        )
+    if fault == TOO_DEEP and b < 0:
+        said = (
+            f"at time {time!r} {who} overlap more than rounding explains: {narrow} has missed their contact"
+        )
+        return MissedContactError(said, time=time, bodies=bodies)
     if fault == TOO_DEEP:
         said = f"at time {time!r} {who} overlap more than rounding explains: {phase} has missed their contact"
         return MissedContactError(said, time=time, bodies=bodies)
     if fault == LATE_CONTACT:
-        said = (
-            f"at time {time!r} a contact of {who} came up that lies in the past: "
-            f"{phase} reported the pair too late"
-        )
+        late = f"{phase} reported the pair too late" if b >= 0 else f"{narrow} foresaw it too late"
+        said = f"at time {time!r} a contact of {who} came up that lies in the past: {late}"
         return MissedContactError(said, time=time, bodies=bodies)
     if fault == NOT_FINITE:
         return PhaseError(
@@ -56,3 +71,30 @@ def failure(fault: int, a: int, b: int, time: float, broad_phase: str, window: i
         UNKNOWN_PAIR: f"removed the pair ({a}, {b}), which was not a candidate pair",
     }
     return PhaseError(f"at time {time!r} {phase} {broken.get(fault, f'left fault {fault} ({a}, {b})')}")
+
+
+collide = to_be_filled_in
+
+
+def part_head_on(k: Kernel, a: int, b: int) -> float:
+    """Let two bodies meet head on, along x; return how fast they part. A template, as ``loop.advance``."""
+    one = k.bodies[a]
+    two = k.bodies[b]
+    one.x = one.y = two.y = 0.0
+    two.x = one.radius + two.radius
+    one.vx = 1.0
+    two.vx = -1.0
+    one.vy = two.vy = 0.0
+    one.anchor = two.anchor = k.clock[0].now
+    collide(k, a, b)
+    return float(two.vx - one.vx)
+
+
+def _pass_through(k: Kernel, composition: Composition, a: int, b: int) -> bool:
+    """Whether the narrow phase leaves two bodies flying towards each other at a contact, tried on a copy."""
+    if composition.pair is None:
+        return False
+    aside = Kernel(*(table.copy() for table in k))
+    return bool(
+        compose(part_head_on, {"collide": composition.pair.collide}, "part", Kernel)(aside, a, b) < 0.0
+    )

@@ -32,7 +32,8 @@ class Ledger:
         self.rows = 0
         self._clock = clock
         self._keep = keep
-        self._kept: list[npt.NDArray[np.void]] = []
+        self._kept = np.zeros(0, CONTACT)
+        self._count = 0
         self._digest = hashlib.sha256()
 
     @property
@@ -40,10 +41,9 @@ class Ledger:
         """All contacts so far, in canonical order."""
         if not self._keep:
             raise ValueError("this simulation keeps no contacts: it was made with keep_contacts=False")
-        if len(self._kept) != 1:
-            self._kept = [np.concatenate([np.zeros(0, CONTACT), *self._kept])]
-        self._kept[0].flags.writeable = False
-        return self._kept[0]
+        contacts = self._kept[: self._count]
+        contacts.flags.writeable = False
+        return contacts
 
     @property
     def fingerprint(self) -> str:
@@ -66,10 +66,20 @@ class Ledger:
         rows = _rows(raw, columns) if self.recorder is not None else None
         self._digest.update(_digestible(contacts))
         if self._keep:
-            self._kept.append(contacts)
+            self._put(contacts)
         header.logged = 0
         if rows is not None and self.recorder is not None:
             self.recorder(rows)
+
+    def _put(self, contacts: npt.NDArray[np.void]) -> None:
+        """Keep contacts; room is made by doubling, so that what was handed out before is never moved."""
+        end = self._count + len(contacts)
+        if end > len(self._kept):
+            room = np.zeros(max(end, 2 * len(self._kept)), CONTACT)
+            room[: self._count] = self._kept[: self._count]
+            self._kept = room
+        self._kept[self._count : end] = contacts
+        self._count = end
 
     def hand_over(self) -> None:
         """Give the rows that waited, those of turns made between two runs, to the recorder."""

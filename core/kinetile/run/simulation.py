@@ -4,28 +4,30 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable, Mapping, Sequence
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.kernel.clock import SPAN, TICKS
+from kinetile.errors import BusyError
+from kinetile.kernel.clock import TICKS
 from kinetile.kernel.compiled import is_cached
 from kinetile.kernel.flight import positions_now
-from kinetile.kernel.loop import CONTACTS_REACHED, TIME_REACHED
+from kinetile.kernel.tables import Kernel
+from kinetile.run.advance import End, Event, advance, advance_one, next_event
 from kinetile.run.composition import Composition, compose_phases
-from kinetile.run.engine import UNLIMITED, Engine
+from kinetile.run.engine import UNLIMITED, Engine, read_only
 from kinetile.run.explanation import explanation
 from kinetile.run.interrupts import Interrupts
 from kinetile.run.ledger import Recorder
 from kinetile.run.readings import Readings, energy
 from kinetile.scene import Scene
+from kinetile.scene.checks import is_finite, shown
 
 __all__ = ["Progress", "Simulation"]
-
-IDLE_SPANS = 1 << 12
-"""A run without an end in time gives up after so many spans of the clock in which nothing happened."""
 
 
 class Progress(NamedTuple):
@@ -81,7 +83,7 @@ class Simulation:
         self._engine = Engine(scene, self.composition, keep_contacts, turning)
         self._audit = audit
         self._running = False
-        self._asked: float | None = None
+        self._lock = threading.RLock()
         self._start_energy = energy(self._engine.k)
 
     # What it is
@@ -113,8 +115,15 @@ class Simulation:
 
     @property
     def state(self) -> Any:
-        """The broad phase's state (a NamedTuple of arrays): its structure, to be looked at between runs."""
-        return self._engine.state
+        """The broad phase's state, a NamedTuple of arrays that can only be read: its structure now."""
+        self.build()
+        return read_only(self._engine.state)
+
+    @property
+    def tables(self) -> Kernel:
+        """The kernel's tables (``kinetile.kernel.tables``) now, to be read: bodies, certificates, queue."""
+        self.build()
+        return read_only(self._engine.k)
 
     def explain(self) -> dict[str, Any]:
         """Return what is modelled and what is left out, in sentences, with the numbers behind them."""
@@ -130,22 +139,39 @@ class Simulation:
         self._engine.compile()
         return self._engine.compile_seconds
 
+    def build(self) -> None:
+        """Build the broad phase's structure, where that is still to be done, and run no event.
+
+        Raises as ``run`` does.
+        """
+        if not self._engine.built:
+            with self._alone("be built"), Interrupts(patient=True):
+                self._engine.build()
+
+    def rebuild(self) -> None:
+        """Build the broad phase's structure anew as of now; no contact can change by it."""
+        with self._alone("be built anew"), Interrupts(patient=True):
+            self._engine.lay_out()
+            self._engine.build()
+
     def run(
         self,
         until: float | None = None,
         *,
         max_contacts: int | None = None,
+        max_events: int | None = None,
         progress: Callable[[Progress], None] | None = None,
         recorder: Recorder | None = None,
     ) -> None:
-        """Run on until a time, or for so many more contacts, whichever comes first.
+        """Run on until a time, or for so many more contacts or events, whichever comes first.
 
         Args:
             until: the time to run to, in the scene's time; all events up to and at it have then happened.
                 None: the scene's own ``until``, if it has one.
             max_contacts: stop after so many further contacts of discs and walls, at the time of the last one.
                 Without ``until``, stop as well when nothing has happened for two million time units.
-            progress: called after each chunk (a fraction of a second).
+            max_events: stop after so many further events of all kinds, at the time of the last one.
+            progress: called after each chunk (a fraction of a second); it may turn bodies.
             recorder: called with the log rows of each chunk, before a fault is raised.
 
         Raises:
@@ -153,84 +179,125 @@ class Simulation:
             MissedContactError: a contact was missed or found too late.
             PhaseError: a phase broke the protocol.
             AuditError: an audit found something that does not hold.
+            BusyError: this simulation is running already.
             ValueError: ``until`` is not a finite time, or lies in the past.
         """
-        engine = self._engine
-        if engine.ledger.recorder is not None or self._running:
-            raise RuntimeError(
-                "this simulation is running: run cannot be called from its own progress or recorder"
-            )
-        until, end = self._end(until, max_contacts)
-        engine.compile()
-        last_contact = UNLIMITED
-        if max_contacts is not None:
-            last_contact = min(engine.contacts + operator.index(max_contacts), UNLIMITED)
-        began = engine.cpu_seconds
-        idle, seen, audited = 0, -1, engine.contacts
-        engine.ledger.recorder = recorder
-        self._running = True
-        try:
-            with Interrupts() as interrupts:
-                engine.ledger.hand_over()
-                while True:
-                    rest = SPAN if end is None else engine.clock.relative(end)
-                    before = engine.now
-                    stop = last_contact if self._audit is None else min(last_contact, audited + self._audit)
-                    reason = engine.chunk(min(rest, SPAN - 1), stop)
-                    arrived = reason == TIME_REACHED and rest < SPAN
-                    if arrived:
-                        self._asked = until
-                    elif engine.now != before:
-                        self._asked = None
-                    if progress is not None:
-                        cpu = engine.cpu_seconds - began
-                        progress(Progress(self.time, until, engine.contacts, engine.events, cpu))
-                    finished = arrived or engine.contacts >= last_contact
-                    if self._audit is not None and (finished or reason == CONTACTS_REACHED):
-                        engine.audit()
-                        audited = engine.contacts
-                    if finished:
-                        break
-                    if reason == TIME_REACHED:
-                        happened = engine.contacts + int(engine.k.counts[0].turns)
-                        idle = idle + 1 if happened == seen and not engine.agenda.turns else 0
-                        seen = happened
-                        if end is None and idle > IDLE_SPANS:
-                            break
-                        engine.move_base()
-                    interrupts.check()
-        finally:
-            self._running = False
-            engine.ledger.recorder = None
+        with self._alone("run"):
+            end = self._end(until, max_contacts, max_events)
+            engine = self._engine
+            engine.compile()
+            self._running = True
+            engine.ledger.recorder = recorder
+            began = engine.cpu_seconds
+            try:
+                with Interrupts() as interrupts:
+
+                    def after_chunk() -> None:
+                        if progress is not None:
+                            cpu = engine.cpu_seconds - began
+                            progress(Progress(self.time, end.until, engine.contacts, engine.events, cpu))
+                        interrupts.check()
+
+                    engine.ledger.hand_over()
+                    advance(engine, end, self._audit, after_chunk)
+            finally:
+                self._running = False
+                engine.ledger.recorder = None
+
+    def step(self) -> Event | None:
+        """Run the next event, of whatever kind, and return it; None, with nothing run, where there is none.
+
+        Raises as ``run`` does.
+        """
+        with self._alone("step"), Interrupts(patient=True):
+            return advance_one(self._engine, End())
+
+    def steps(self, until: float | None = None) -> Iterator[Event]:
+        """Run event by event, and yield each after it has happened, up to and at a time.
+
+        Between two events the simulation is the caller's: to be looked at, turned, run. None: the scene's own
+        ``until``; where there is none either, for as long as there are events.
+
+        Raises as ``run`` does.
+        """
+        until = self.scene.settings.until if until is None else until
+        end = End() if until is None else self._end(until, None, None)
+        while True:
+            with self._alone("step"), Interrupts(patient=True):
+                event = advance_one(self._engine, end)
+            if event is None:
+                return
+            yield event
+
+    @property
+    def next_event(self) -> Event | None:
+        """The event that ``step`` would run, as scheduled now; None where nothing is awaited.
+
+        A body that flies for more than a thousand time units without an event is written down anew on the
+        way, which can move what comes later by its rounding.
+        """
+        self.build()
+        return next_event(self._engine)
 
     def set_velocity(self, body: int, velocity: tuple[float, float]) -> None:
         """Turn a body now: from here on it flies with this velocity.
 
+        Between two runs, between two steps, or from the ``progress`` of a run. A turn that is refused leaves
+        everything as it was.
+
         Raises:
             IndexError: there is no such body.
-            ValueError: the velocity is not two finite numbers.
+            ValueError: the velocity is not two finite numbers, or too fast for the clock.
+            Refused: the broad phase is not right with bodies as fast as this.
+            BusyError: a chunk of a run is under way: this comes from a recorder, or from another thread.
         """
         body = operator.index(body)
         if not 0 <= body < len(self.scene):
             raise IndexError(f"there is no body {body}: this scene has {len(self.scene)}, numbered from 0")
-        vx, vy = (float(v) for v in velocity)
-        if not (math.isfinite(vx) and math.isfinite(vy)):
-            raise ValueError(f"a velocity is two finite numbers; found ({vx}, {vy})")
-        if math.hypot(vx, vy) * float(self._engine.k.clock[0].tick) > 2.0**-20 * float(
-            self.scene.radius.min()
-        ):
+        vx, vy = _velocity(velocity)
+        engine = self._engine
+        if math.hypot(vx, vy) * float(engine.k.clock[0].tick) > 2.0**-20 * float(self.scene.radius.min()):
             raise ValueError(
                 f"at the speed {math.hypot(vx, vy):.3g} body {body} would fly too far in one tick of this "
                 "scene's clock: schedule the turn in the scene, which chooses its clock by its speeds"
             )
-        self._engine.turn(body, vx, vy)
+        with self._alone("turn a body"), Interrupts(patient=True):
+            engine.turn(body, vx, vy)
+
+    def audit(self) -> None:
+        """Check now everything that must hold between two events; O(n^2).
+
+        Raises:
+            AuditError: the first thing that does not hold.
+        """
+        with self._alone("be audited"):
+            self._engine.audit()
+
+    @contextmanager
+    def _alone(self, what: str) -> Iterator[None]:
+        """Within this context nobody else changes the simulation; BusyError where somebody does already."""
+        if not self._lock.acquire(blocking=False):
+            raise BusyError(f"this simulation is running in another thread: it cannot {what} meanwhile")
+        try:
+            if self._engine.busy or (self._running and what in ("run", "step")):
+                raise BusyError(
+                    f"this simulation is running: it cannot {what} from its own recorder, progress or hooks"
+                )
+            yield
+        finally:
+            self._lock.release()
 
     # Reading out
 
     @property
     def time(self) -> float:
         """The present time: what ``run`` was asked for, or that of the last event where it stopped before."""
-        return self._asked if self._asked is not None else self._engine.clock.time(self._engine.now)
+        return self._engine.time
+
+    @property
+    def exact_time(self) -> tuple[int, int]:
+        """The tick that the simulation is at, as (epoch, tick): see ``Event``."""
+        return divmod(self._engine.clock.total(self._engine.now), TICKS)
 
     def positions(self) -> npt.NDArray[np.float64]:
         """Return the positions now, (n, 2)."""
@@ -242,16 +309,27 @@ class Simulation:
 
     def candidate_pairs(self) -> npt.NDArray[np.int32]:
         """Return the candidate pairs now, (k, 2), a < b, sorted."""
-        self._engine.build()
-        table = self._engine.k.certificates
+        table = self.tables.certificates
         live = table[table.a >= 0]
         pairs = np.column_stack([live.a, live.b])
         return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
 
     @property
     def contacts(self) -> npt.NDArray[np.void]:
-        """All contacts so far, in canonical order (``kinetile.kernel.log.CONTACT``)."""
+        """All contacts so far, in canonical order (dtype ``kinetile.CONTACT``), to be read.
+
+        Asking costs nothing, however many there are. Raises ValueError where none are kept.
+        """
         return self._engine.ledger.contacts
+
+    def contacts_since(self, count: int) -> npt.NDArray[np.void]:
+        """Return the contacts after the first ``count``: those that are new since there were so many.
+
+        Raises ValueError where no contacts are kept, or for a negative number.
+        """
+        if operator.index(count) < 0:
+            raise ValueError(f"count is a number of contacts, at least 0; found {count}")
+        return self._engine.ledger.contacts[count:]
 
     @property
     def fingerprint(self) -> str:
@@ -274,22 +352,40 @@ class Simulation:
 
     # Checking the end
 
-    def _end(self, until: float | None, max_contacts: int | None) -> tuple[float | None, int | None]:
-        """Check the arguments of ``run``; return the end as a time and as ticks since the start."""
+    def _end(self, until: float | None, max_contacts: int | None, max_events: int | None) -> End:
+        """Check the arguments of ``run``."""
+        engine = self._engine
         if until is None:
             until = self.scene.settings.until
-        if until is None and max_contacts is None:
-            raise ValueError("run needs an end: until=, max_contacts= or an until in the scene")
-        if max_contacts is not None and max_contacts < 0:
-            raise ValueError(f"max_contacts must not be negative; found {max_contacts}")
+        if until is None and max_contacts is None and max_events is None:
+            raise ValueError("run needs an end: until=, max_contacts=, max_events= or an until in the scene")
+        end = End(
+            contacts=_last(engine.contacts, max_contacts, "max_contacts"),
+            events=_last(engine.events, max_events, "max_events"),
+        )
         if until is None:
-            return None, None
+            return end
+        if not is_finite(until):
+            raise ValueError(f"until must be a finite time; found {shown(until)}")
         until = float(until)
-        if not math.isfinite(until):
-            raise ValueError(f"until must be a finite time; found {until}")
-        if until == self.time:
-            return until, self._engine.clock.base * TICKS + self._engine.now
-        end = self._engine.clock.ticks(until)
-        if self._engine.clock.relative(end) < self._engine.now:
+        ticks = engine.clock.total(engine.now) if until == self.time else engine.clock.ticks(until)
+        if engine.clock.relative(ticks) < engine.now:
             raise ValueError(f"until={until} lies in the past: the time is {self.time}")
-        return until, end
+        return end._replace(until=until, ticks=ticks)
+
+
+def _last(so_far: int, more: int | None, name: str) -> int:
+    """Return the number of contacts or events, in all, after which to stop."""
+    if more is None:
+        return UNLIMITED
+    if operator.index(more) < 0:
+        raise ValueError(f"{name} must not be negative; found {more}")
+    return min(so_far + operator.index(more), UNLIMITED)
+
+
+def _velocity(velocity: object) -> tuple[float, float]:
+    """Return a velocity as two floats; ValueError where it is not two finite numbers."""
+    parts = velocity.tolist() if isinstance(velocity, np.ndarray) else velocity
+    if not isinstance(parts, Sequence) or len(parts) != 2 or not all(map(is_finite, parts)):
+        raise ValueError(f"a velocity is two finite numbers; found {shown(velocity)}")
+    return float(parts[0]), float(parts[1])

@@ -19,6 +19,7 @@ from kinetile.conformance.engine import run_check
 from kinetile.conformance.report import Result
 from kinetile.errors import PhaseError, Refused, StalledError
 from kinetile.kernel.faults import BAD_PAIR, STALLED
+from kinetile.kernel.tables import Kernel
 from kinetile.run.engine import Engine
 from kinetile.run.failures import failure
 from kinetile.toolbox import BroadPhaseParts
@@ -119,7 +120,11 @@ def test_a_picture_that_cannot_be_saved_is_a_line_of_the_result(tmp_path: Path) 
 def test_makes_progress_tells_one_that_stalls_from_one_that_is_wrong_by_the_type(
     fault: int, status: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    found = failure(fault, 0, 1, 0.5, "naive", 0)
+    sim = kt.Simulation(kt.make_scene("grid", bodies=4), "naive")
+    tables = Kernel(*(table.copy() for table in sim.tables))
+    clock = tables.clock[0]
+    clock.fault, clock.fault_a, clock.fault_b = fault, 0, 1
+    found = failure(tables, sim.composition, 0.5)
     assert isinstance(found, PhaseError)
     assert isinstance(found, StalledError) == (fault == STALLED)
     found.args = ("in other words",)

@@ -138,7 +138,7 @@ def survives_being_built_anew(subject: Subject, scene: Scene, reference: Referen
     for part in (0.3, 0.6, 1.0):
         sim.run(until=scene.start + part * (horizon(scene) - scene.start))
         if part < 1.0:
-            sim._engine.lay_out()
+            sim.rebuild()
     said = difference(Outcome.of(sim, "ran"), expected, subject.name)
     if said is not None:
         raise Disagreement(f"built anew on the way, {said}")

@@ -1,0 +1,47 @@
+"""The house: what judges and shows uses what is public, rooms are small, and so are files."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+import pytest
+
+CORE = Path(__file__).parents[1] / "core" / "kinetile"
+USERS = ("accuracy", "bench", "cli", "conformance", "records")
+"""Rooms above ``run``: users of the public interface like anybody."""
+
+MARKERS = {"__main__.py", "py.typed"}
+"""Of the package itself: no rooms."""
+
+
+def private(name: str) -> bool:
+    return name.startswith("_") and not name.startswith("__")
+
+
+@pytest.mark.parametrize("room", USERS)
+def test_what_judges_and_shows_uses_nothing_private(room):
+    found = []
+    for path in sorted((CORE / room).rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Attribute) and private(node.attr):
+                own = isinstance(node.value, ast.Name) and node.value.id in ("self", "cls", "os")
+                if not own:
+                    found.append(f"{path.relative_to(CORE)}:{node.lineno} {node.attr}")
+            if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("kinetile"):
+                names = [*node.module.split("."), *(alias.name for alias in node.names)]
+                found += [f"{path.relative_to(CORE)}:{node.lineno} {name}" for name in names if private(name)]
+    assert not found
+
+
+def test_a_room_has_at_most_twelve_entries():
+    rooms = [CORE, *(path for path in CORE.rglob("*") if path.is_dir() and path.name != "__pycache__")]
+    for room in rooms:
+        entries = {path.name for path in room.iterdir()} - MARKERS - {"__pycache__"}
+        assert len(entries) <= 12, f"{room.relative_to(CORE.parent)}: {sorted(entries)}"
+
+
+def test_no_file_is_longer_than_350_lines():
+    for tree in (CORE, CORE.parents[1] / "plugins"):
+        for path in tree.rglob("*.py"):
+            assert len(path.read_text(encoding="utf-8").splitlines()) <= 350, path.name
