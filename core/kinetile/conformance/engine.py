@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict, Unpack
 
 from kinetile.conformance.cases import Subject, not_saved, save_case
 from kinetile.conformance.checks import CHECKS, check_named
@@ -15,10 +16,10 @@ from kinetile.conformance.checks.tightness import tightness
 from kinetile.conformance.checks.verdicts import Seen, applicable, verdict
 from kinetile.conformance.report import Report, Result
 from kinetile.errors import MissingExtra
-from kinetile.plugin.registry import registry
+from kinetile.plugin.registry import Provided, registry
 from kinetile.scene import Scene
 
-__all__ = ["EXAMPLES", "check_broad_phase", "run_check"]
+__all__ = ["EXAMPLES", "Trial", "Wishes", "check_broad_phase", "run_check"]
 
 EXAMPLES = 100
 """Scenes drawn for each check by default."""
@@ -27,58 +28,105 @@ FEW = 3
 """Bodies in a scene that one can think through."""
 
 
-def check_broad_phase(
-    name: str,
-    *,
-    options: Mapping[str, Any] | None = None,
-    examples: int = EXAMPLES,
-    checks: Sequence[str] | None = None,
-    expected_failures: Mapping[str, str] | None = None,
-    save_to: Path | None = None,
-    shrink: bool = True,
-    seed: int = 0,
-    on_result: Callable[[Result], None] | None = None,
-) -> Report:
-    """Judge a broad phase; return the report.
+class Wishes(TypedDict, total=False):
+    """What can be wished for when a broad phase is judged, at whichever door.
 
-    Args:
-        name: the name under which it is registered.
-        options: its options.
-        examples: scenes drawn for each check.
+    Attributes:
+        options: the phase's options.
+        examples: scenes drawn for each check; ``EXAMPLES``.
         checks: names of the checks to run; None: all that apply.
         expected_failures: checks that are known to fail, each with the reason. They are run but not
             shrunk; one that passes makes the report not ok.
-        save_to: a folder for the scenes that fail, as TOML, and their pictures.
-        shrink: whether to look for the smallest scene that fails.
-        seed: what the drawing begins with; the same seed draws the same scenes.
+        save_to: a folder for the scenes that fail, as TOML, and their pictures; None: they are not saved.
+        shrink: whether to look for the smallest scene that fails; it is.
+        seed: what the drawing begins with; the same seed draws the same scenes; 0.
         on_result: called after each check.
+    """
+
+    options: Mapping[str, Any] | None
+    examples: int
+    checks: Sequence[str] | None
+    expected_failures: Mapping[str, str] | None
+    save_to: Path | None
+    shrink: bool
+    seed: int
+    on_result: Callable[[Result], None] | None
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A trial of one broad phase: what was wished for, checked, and who is on trial."""
+
+    subject: Subject
+    provided: Provided
+    checks: tuple[str, ...]
+    whole: bool
+    expected: Mapping[str, str]
+    examples: int
+    save_to: Path | None
+    shrink: bool
+    seed: int
+    on_result: Callable[[Result], None]
+    began: float
+
+    @classmethod
+    def of(cls, name: str, wishes: Wishes) -> Trial:
+        """Return the trial of a phase; UnknownName, or ValueError for a check that does not exist."""
+        expected = dict(wishes.get("expected_failures") or {})
+        chosen = wishes.get("checks")
+        for known in [*expected, *(chosen or ())]:
+            check_named(known)
+        return cls(
+            subject=Subject(name, dict(wishes.get("options") or {})),
+            provided=registry().provided("broad phase", name),
+            checks=tuple([each.name for each in CHECKS] if chosen is None else chosen),
+            whole=chosen is None,
+            expected=expected,
+            examples=wishes.get("examples", EXAMPLES),
+            save_to=wishes.get("save_to"),
+            shrink=wishes.get("shrink", True),
+            seed=wishes.get("seed", 0),
+            on_result=wishes.get("on_result") or (lambda result: None),
+            began=time.perf_counter(),
+        )
+
+    def report(self, results: Sequence[Result], tight: float | None, notes: tuple[str, ...] = ()) -> Report:
+        """Return the report on what came of it."""
+        provided = self.provided
+        return Report(
+            name=self.subject.name,
+            options=self.subject.options,
+            distribution=f"{provided.distribution or 'this process'} {provided.version or ''}".strip(),
+            results=tuple(results),
+            tightness=tight,
+            seconds=time.perf_counter() - self.began,
+            notes=notes,
+        )
+
+
+def check_broad_phase(name: str, **wishes: Unpack[Wishes]) -> Report:
+    """Judge the broad phase registered under a name, in this process; return the report.
+
+    Keyword arguments are ``Wishes``.
 
     Raises:
         UnknownName, BadOption: there is no such phase, or it has no such option.
         ValueError: a check is named that does not exist.
         MissingExtra: Hypothesis is not installed.
     """
-    began = time.perf_counter()
-    expected = dict(expected_failures or {})
-    for known in [*expected, *(checks or ())]:
-        check_named(known)
-    subject = Subject(name, dict(options or {}))
-    provided = registry().provided("broad phase", name)
+    trial = Trial.of(name, wishes)
+    subject = trial.subject
     subject.simulation(smallest())  # unknown options and refusals speak up here, not in each check
     results = []
-    for each in CHECKS if checks is None else [check_named(c) for c in checks]:
-        result = run_check(each, subject, examples, expected.get(each.name), save_to, shrink, seed)
+    for each in trial.checks:
+        expected = trial.expected.get(each)
+        result = run_check(
+            check_named(each), subject, trial.examples, expected, trial.save_to, trial.shrink, trial.seed
+        )
         results.append(result)
-        if on_result is not None:
-            on_result(result)
-    return Report(
-        name=name,
-        options=subject.options,
-        distribution=f"{provided.distribution or 'this process'} {provided.version or ''}".strip(),
-        results=tuple(results),
-        tightness=tightness(subject) if checks is None and all(r.ok for r in results) else None,
-        seconds=time.perf_counter() - began,
-    )
+        trial.on_result(result)
+    fine = trial.whole and all(result.ok for result in results)
+    return trial.report(results, tightness(subject) if fine else None)
 
 
 def run_check(

@@ -1,20 +1,20 @@
 """A new plugin: a complete package with a broad phase that works, to be changed into one's own.
 
-What is written stands in ``kinetile.plugin.templates``. The broad phase there is a module like any other, so
-what holds for kinetile's own code holds for what an author begins with.
+What is written stands in ``kinetile.plugin.templates``, as text; what comes of it is held to what kinetile's
+own code is held to.
 """
 
 from __future__ import annotations
 
 import re
 from datetime import date
+from importlib.metadata import version
 from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
 from string import Template
 from typing import NamedTuple
 
-from kinetile import __version__
 from kinetile.errors import BadOption
 from kinetile.plugin.registry import registry
 
@@ -82,7 +82,7 @@ def _contents(names: _Names) -> dict[str, str]:
     """Return the files of the package, by their paths in it."""
     words = names._asdict() | {
         "key": names.package.removeprefix("kinetile_"),
-        "version": __version__,
+        "version": version("kinetile"),
         "year": str(date.today().year),
     }
 
@@ -90,7 +90,7 @@ def _contents(names: _Names) -> dict[str, str]:
         text = (files("kinetile.plugin.templates") / template).read_text(encoding="utf-8")
         return Template(text).substitute(words)
 
-    phase = (files("kinetile.plugin.templates") / "phase.py").read_text(encoding="utf-8")
+    phase = (files("kinetile.plugin.templates") / "phase.txt").read_text(encoding="utf-8")
     return {
         "pyproject.toml": filled("pyproject.txt"),
         "README.md": filled("readme.txt"),

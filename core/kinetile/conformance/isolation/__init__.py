@@ -16,21 +16,20 @@ import json
 import shutil
 import tempfile
 import time
-from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 from kinetile.conformance.cases import not_saved, save_case
-from kinetile.conformance.checks import CHECKS, check_named
+from kinetile.conformance.checks import check_named
 from kinetile.conformance.checks.views import without
-from kinetile.conformance.engine import EXAMPLES
+from kinetile.conformance.engine import EXAMPLES, Trial, Wishes
 from kinetile.conformance.isolation.child import FAILING, LAST, Order, read_scene, work, write_scene
 from kinetile.conformance.isolation.deaths import GIB, End, cause
 from kinetile.conformance.isolation.processes import CAN_FORK, Child, afresh, forked
 from kinetile.conformance.report import Report, Result
 from kinetile.errors import BadOption, MissingExtra, PhaseError, Refused
-from kinetile.plugin.registry import Provided, registry
+from kinetile.plugin.registry import Provided
 from kinetile.scene import Scene
 
 __all__ = ["DEATHS", "GIB", "SECONDS", "check_isolated"]
@@ -46,27 +45,18 @@ WORDS = "words"
 
 
 def check_isolated(
-    name: str,
-    *,
-    options: Mapping[str, Any] | None = None,
-    examples: int = EXAMPLES,
-    checks: Sequence[str] | None = None,
-    expected_failures: Mapping[str, str] | None = None,
-    save_to: Path | None = None,
-    shrink: bool = True,
-    seed: int = 0,
-    on_result: Callable[[Result], None] | None = None,
-    seconds: float = SECONDS,
-    memory: int = 4 * GIB,
+    name: str, *, seconds: float = SECONDS, memory: int = 4 * GIB, **wishes: Unpack[Wishes]
 ) -> Report:
     """Judge a broad phase in child processes; return the report.
 
     As ``check_broad_phase``, and in addition:
 
     Args:
+        name: the name under which it is registered.
         seconds: a check of up to ``EXAMPLES`` scenes that takes longer is ended; one of more has so much more
             time. If a scene that fails was found before, that is the result.
         memory: how many bytes a child may take beyond what it begins with, where the system can tell.
+        wishes: what else can be wished for (``Wishes``).
 
     A check that the child did not survive has the status "died", and says in which check, of what, and as far
     as can be seen where. After ``DEATHS`` of these the rest is not run; the report's notes say so.
@@ -78,60 +68,45 @@ def check_isolated(
         ValueError: a check is named that does not exist.
         MissingExtra: Hypothesis is not installed.
     """
-    began = time.perf_counter()
-    expected = dict(expected_failures or {})
-    for known in [*expected, *(checks or ())]:
-        check_named(known)
+    trial = Trial.of(name, wishes)
     if importlib.util.find_spec("hypothesis") is None:
         raise MissingExtra("the conformance kit", "hypothesis", "conformance")
-    provided = registry().provided("broad phase", name)
     scratch = Path(tempfile.mkdtemp(prefix="kinetile-conformance-"))
     order = Order(
         name=name,
-        options=dict(options or {}),
-        checks=tuple([each.name for each in CHECKS] if checks is None else checks),
-        examples=examples,
-        expected=expected,
-        save_to=None if save_to is None else str(save_to.absolute()),
-        shrink=shrink,
-        seed=seed,
+        options=trial.subject.options,
+        checks=trial.checks,
+        examples=trial.examples,
+        expected=trial.expected,
+        save_to=None if trial.save_to is None else str(trial.save_to.absolute()),
+        shrink=trial.shrink,
+        seed=trial.seed,
         memory=memory,
         scratch=str(scratch),
-        tightness=checks is None,
+        tightness=trial.whole,
     )
-    patience = seconds * max(1.0, examples / EXAMPLES)
-    trial = _Trial(order, provided, patience, on_result or (lambda result: None))
+    hearing = _Hearing(order, trial, seconds * max(1.0, trial.examples / EXAMPLES))
     try:
-        trial.run()
+        hearing.run()
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
-    return Report(
-        name=name,
-        options=order.options,
-        distribution=f"{provided.distribution or 'this process'} {provided.version or ''}".strip(),
-        results=tuple(trial.results),
-        tightness=trial.tightness,
-        seconds=time.perf_counter() - began,
-        notes=trial.notes,
-    )
+    return trial.report(hearing.results, hearing.tightness, hearing.notes)
 
 
-class _Trial:
+class _Hearing:
     """A trial under way: what has come of which checks, and which are left."""
 
-    def __init__(
-        self, order: Order, provided: Provided, seconds: float, on_result: Callable[[Result], None]
-    ) -> None:
+    def __init__(self, order: Order, trial: Trial, seconds: float) -> None:
         self.order = order
         self.results: list[Result] = []
         self.tightness: float | None = None
         self.notes: tuple[str, ...] = ()
-        self._provided = provided
+        self._provided = trial.provided
         self._seconds = seconds
-        self._on_result = on_result
+        self._on_result = trial.on_result
         self._left = list(order.checks)
         self._scratch = Path(order.scratch)
-        self._forks = _must_fork(order, provided)
+        self._forks = _must_fork(order, trial.provided)
 
     def run(self) -> None:
         """Run all checks, in one child after the other."""
