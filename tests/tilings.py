@@ -150,7 +150,7 @@ class Steps:
 
     def step(self, until: int = 2**60, budget: int = 1) -> bool:
         """Run the next event; return whether there was one up to tick ``until``."""
-        ran = self.engine.chunk(until, UNLIMITED, budget=budget) == BUDGET_SPENT
+        ran = self.engine.chunk(until, UNLIMITED, most=budget) == BUDGET_SPENT
         self.events += ran
         return ran
 

@@ -29,7 +29,7 @@ def audited(sim: kt.Simulation) -> None:
 
 def list_of(sim: kt.Simulation, name: str) -> np.ndarray:
     """Return the order or the ranks on the first axis, to be changed in place."""
-    return np.atleast_2d(getattr(sim.state, name))[0]
+    return np.atleast_2d(getattr(sim._engine.state, name))[0]
 
 
 @pytest.mark.compiled
