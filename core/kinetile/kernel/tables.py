@@ -15,14 +15,16 @@ run::
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
-__all__ = ["NEVER", "NOBODY", "Kernel", "Records", "allocate", "clear", "record_table"]
+__all__ = ["NEVER", "NOBODY", "Kernel", "Records", "allocate", "clear", "read_only", "record_table"]
 
 Records: TypeAlias = Any
 """A one-dimensional record array: ``table[i].field`` reads and writes, compiled and interpreted alike."""
+
+Tables = TypeVar("Tables", bound=tuple[Any, ...])
 
 NEVER = 2**63 - 1
 """The failure time of a certificate that will not fail."""
@@ -173,3 +175,11 @@ def clear(k: Kernel) -> None:
     k.bodies.first = -1
     for name in ("queued", "pairs", "wanted", "fresh", "built", "spins"):
         clock[name] = 0
+
+
+def read_only(tables: Tables) -> Tables:
+    """Return a named tuple of arrays, each as a view that can only be read."""
+    views = [array.view() for array in tables]
+    for view in views:
+        view.flags.writeable = False
+    return type(tables)(*views)

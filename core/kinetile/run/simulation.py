@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import operator
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -16,16 +15,16 @@ from kinetile.errors import BusyError
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.compiled import is_cached
 from kinetile.kernel.flight import positions_now
-from kinetile.kernel.tables import Kernel
+from kinetile.kernel.tables import Kernel, read_only
 from kinetile.run.advance import End, Event, advance, advance_one, next_event
+from kinetile.run.arguments import read_end, read_turn
 from kinetile.run.composition import Composition, compose_phases
-from kinetile.run.engine import UNLIMITED, Engine, read_only
+from kinetile.run.engine import Engine
+from kinetile.run.engine.ledger import Recorder
 from kinetile.run.explanation import explanation
 from kinetile.run.interrupts import Interrupts
-from kinetile.run.ledger import Recorder
 from kinetile.run.readings import Readings, energy
 from kinetile.scene import Scene
-from kinetile.scene.checks import is_finite, shown
 
 __all__ = ["Progress", "Simulation"]
 
@@ -183,7 +182,7 @@ class Simulation:
             ValueError: ``until`` is not a finite time, or lies in the past.
         """
         with self._alone("run"):
-            end = self._end(until, max_contacts, max_events)
+            end = read_end(self._engine, self.scene, until, max_contacts, max_events)
             engine = self._engine
             engine.compile()
             self._running = True
@@ -221,7 +220,7 @@ class Simulation:
         Raises as ``run`` does.
         """
         until = self.scene.settings.until if until is None else until
-        end = End() if until is None else self._end(until, None, None)
+        end = End() if until is None else read_end(self._engine, self.scene, until)
         while True:
             with self._alone("step"), Interrupts(patient=True):
                 event = advance_one(self._engine, end)
@@ -251,18 +250,9 @@ class Simulation:
             Refused: the broad phase is not right with bodies as fast as this.
             BusyError: a chunk of a run is under way: this comes from a recorder, or from another thread.
         """
-        body = operator.index(body)
-        if not 0 <= body < len(self.scene):
-            raise IndexError(f"there is no body {body}: this scene has {len(self.scene)}, numbered from 0")
-        vx, vy = _velocity(velocity)
-        engine = self._engine
-        if math.hypot(vx, vy) * float(engine.k.clock[0].tick) > 2.0**-20 * float(self.scene.radius.min()):
-            raise ValueError(
-                f"at the speed {math.hypot(vx, vy):.3g} body {body} would fly too far in one tick of this "
-                "scene's clock: schedule the turn in the scene, which chooses its clock by its speeds"
-            )
+        body, vx, vy = read_turn(self._engine, self.scene, body, velocity)
         with self._alone("turn a body"), Interrupts(patient=True):
-            engine.turn(body, vx, vy)
+            self._engine.turn(body, vx, vy)
 
     def audit(self) -> None:
         """Check now everything that must hold between two events; O(n^2).
@@ -349,43 +339,3 @@ class Simulation:
             audits=self._engine.audits,
             fingerprint=self.fingerprint,
         )
-
-    # Checking the end
-
-    def _end(self, until: float | None, max_contacts: int | None, max_events: int | None) -> End:
-        """Check the arguments of ``run``."""
-        engine = self._engine
-        if until is None:
-            until = self.scene.settings.until
-        if until is None and max_contacts is None and max_events is None:
-            raise ValueError("run needs an end: until=, max_contacts=, max_events= or an until in the scene")
-        end = End(
-            contacts=_last(engine.contacts, max_contacts, "max_contacts"),
-            events=_last(engine.events, max_events, "max_events"),
-        )
-        if until is None:
-            return end
-        if not is_finite(until):
-            raise ValueError(f"until must be a finite time; found {shown(until)}")
-        until = float(until)
-        ticks = engine.clock.total(engine.now) if until == self.time else engine.clock.ticks(until)
-        if engine.clock.relative(ticks) < engine.now:
-            raise ValueError(f"until={until} lies in the past: the time is {self.time}")
-        return end._replace(until=until, ticks=ticks)
-
-
-def _last(so_far: int, more: int | None, name: str) -> int:
-    """Return the number of contacts or events, in all, after which to stop."""
-    if more is None:
-        return UNLIMITED
-    if operator.index(more) < 0:
-        raise ValueError(f"{name} must not be negative; found {more}")
-    return min(so_far + operator.index(more), UNLIMITED)
-
-
-def _velocity(velocity: object) -> tuple[float, float]:
-    """Return a velocity as two floats; ValueError where it is not two finite numbers."""
-    parts = velocity.tolist() if isinstance(velocity, np.ndarray) else velocity
-    if not isinstance(parts, Sequence) or len(parts) != 2 or not all(map(is_finite, parts)):
-        raise ValueError(f"a velocity is two finite numbers; found {shown(velocity)}")
-    return float(parts[0]), float(parts[1])

@@ -21,7 +21,7 @@ from kinetile.errors import PhaseError, Refused, StalledError
 from kinetile.kernel.faults import BAD_PAIR, STALLED
 from kinetile.kernel.tables import Kernel
 from kinetile.run.engine import Engine
-from kinetile.run.failures import failure
+from kinetile.run.engine.failures import failure
 from kinetile.toolbox import BroadPhaseParts
 
 

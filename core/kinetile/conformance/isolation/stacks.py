@@ -32,7 +32,7 @@ def where(words: str) -> str:
             path = Path(frame["file"])
             if _is_library(path):
                 continue
-            if path == OWN / "run" / "engine.py" and frame["function"] == "_chunk":
+            if path == OWN / "run" / "engine" / "engine.py" and frame["function"] == "_chunk":
                 return "a compiled hook"
             if path == OWN / "kernel" / "compiled.py":
                 return COMPILER

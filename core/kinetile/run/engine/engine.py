@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import math
 import time
-from typing import Any, TypeVar
 
 import numpy as np
 
@@ -24,25 +23,23 @@ from kinetile.kernel.flight import positions_now
 from kinetile.kernel.log import REANCHORED, TURNED
 from kinetile.kernel.loop import BUDGET_SPENT, FAULT, LOG_FULL, NO_ROOM, TIME_REACHED
 from kinetile.kernel.skin import Skin, too_thick
-from kinetile.kernel.tables import NEVER, Kernel, allocate, clear, record_table
+from kinetile.kernel.tables import NEVER, allocate, clear, read_only, record_table
 from kinetile.plugin.calling import calling, described, place_of
 from kinetile.plugin.discovery import sentence
-from kinetile.run.agenda import Agenda, Planned
 from kinetile.run.audit import complaints
 from kinetile.run.composition import Composition, speed_bound
-from kinetile.run.failures import failure
-from kinetile.run.ledger import Ledger
+from kinetile.run.engine.agenda import Agenda, Planned
+from kinetile.run.engine.failures import failure
+from kinetile.run.engine.layout import tables_of
+from kinetile.run.engine.ledger import Ledger
 from kinetile.run.readings import energy
 from kinetile.scene import Scene
 
-__all__ = ["UNLIMITED", "Engine", "read_only"]
+__all__ = ["UNLIMITED", "Engine"]
 
-LOG_ROWS = 1 << 15
 CHUNK_SECONDS = 0.2
 FIRST_BUDGET = 1 << (8 if INTERPRETED else 12)
 UNLIMITED = 2**62
-
-Tables = TypeVar("Tables", bound=tuple[Any, ...])
 
 
 class Engine:
@@ -88,7 +85,7 @@ class Engine:
         self._extent = 0.0
         self.audits = 0
         self._walled = scene.arena is not None and composition.wall is not None
-        self.k = self._tables(pairs=composition.broad.pairs or 4 * len(scene) + 64)
+        self.k = tables_of(scene, composition, self.clock.unit)
         self.lay_out()
 
     @property
@@ -317,32 +314,6 @@ class Engine:
         )
         self.lay_out()
 
-    def _tables(self, pairs: int) -> Kernel:
-        """Return tables for the scene, its bodies at their start."""
-        scene = self.scene
-        certificates = int(self.composition.broad.certificates)
-        try:
-            k = allocate(len(scene), certificates, int(pairs), LOG_ROWS)
-        except MemoryError as error:
-            who = described("broad phase", self.composition.broad_phase)
-            said = f"there is no memory for its {certificates} certificates and {pairs} pairs"
-            raise PhaseError(f"{who}: {said}") from error
-        k.bodies.x, k.bodies.y = scene.position.T
-        k.bodies.vx, k.bodies.vy = scene.velocity.T
-        k.bodies.radius = scene.radius
-        k.bodies.last = -1
-        k.mass[:] = scene.mass
-        clock = k.clock[0]
-        clock.tick = self.clock.unit / TICKS
-        clock.per_time = TICKS / self.clock.unit
-        if scene.arena is not None:
-            clock.width, clock.height = scene.arena
-        n = len(scene)
-        clock.spin_limit = 2 * (2 * n + 2) ** 2 + 1000
-        clock.window_size = 200 * n + 2000
-        clock.window_tick = -(2**62)
-        return k
-
     def _allow_turns(self) -> None:
         """Compose the loop with turns in it, where it was composed without."""
         if not self.turning:
@@ -367,11 +338,3 @@ class Engine:
         self.k.clock[0].turns = len(due)
         self._turns_wait = len(due) > 0
         self.k = self.k._replace(turns=turns)
-
-
-def read_only(tables: Tables) -> Tables:
-    """Return a named tuple of arrays, each as a view that can only be read."""
-    views = [array.view() for array in tables]
-    for view in views:
-        view.flags.writeable = False
-    return type(tables)(*views)

@@ -1,0 +1,44 @@
+"""A scene laid out as the kernel's tables, its bodies at their start."""
+
+from __future__ import annotations
+
+from kinetile.errors import PhaseError
+from kinetile.kernel.clock import TICKS
+from kinetile.kernel.tables import Kernel, allocate
+from kinetile.plugin.calling import described
+from kinetile.run.composition import Composition
+from kinetile.scene import Scene
+
+__all__ = ["tables_of"]
+
+LOG_ROWS = 1 << 15
+
+
+def tables_of(scene: Scene, composition: Composition, unit: float) -> Kernel:
+    """Return tables for a scene under its phases; ``unit`` is that of the clock.
+
+    Raises PhaseError where there is no memory for what the broad phase asks for.
+    """
+    n = len(scene)
+    certificates = int(composition.broad.certificates)
+    pairs = int(composition.broad.pairs or 4 * n + 64)
+    try:
+        k = allocate(n, certificates, pairs, LOG_ROWS)
+    except MemoryError as error:
+        who = described("broad phase", composition.broad_phase)
+        said = f"there is no memory for its {certificates} certificates and {pairs} pairs"
+        raise PhaseError(f"{who}: {said}") from error
+    k.bodies.x, k.bodies.y = scene.position.T
+    k.bodies.vx, k.bodies.vy = scene.velocity.T
+    k.bodies.radius = scene.radius
+    k.bodies.last = -1
+    k.mass[:] = scene.mass
+    clock = k.clock[0]
+    clock.tick = unit / TICKS
+    clock.per_time = TICKS / unit
+    if scene.arena is not None:
+        clock.width, clock.height = scene.arena
+    clock.spin_limit = 2 * (2 * n + 2) ** 2 + 1000
+    clock.window_size = 200 * n + 2000
+    clock.window_tick = -(2**62)
+    return k
