@@ -2,21 +2,45 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib import import_module
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from kinetile.errors import MissingExtra
+from kinetile.accuracy.parts import needed
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["WIDTH", "check_figures", "house_style", "new_figure", "save_figure"]
+__all__ = [
+    "LOOKS",
+    "NARROW",
+    "WIDTH",
+    "as_svg",
+    "check_figures",
+    "curve",
+    "house_style",
+    "is_narrow",
+    "legend_below",
+    "new_figure",
+    "save_figure",
+]
 
 WIDTH = 6.9
 """Inches: the text width of an A4 page."""
+
+NARROW = 3.7
+"""Inches: the width of a telephone's page."""
+
+LOOKS = (
+    ("#0072B2", "o", "-"),
+    ("#D55E00", "s", "--"),
+    ("#000000", "^", ":"),
+    ("#009E73", "D", "-."),
+)
+"""Colour, marker and line of the first, second, ... curve."""
 
 _STYLE: dict[str, Any] = {
     "font.size": 8.0,
@@ -38,9 +62,9 @@ def check_figures() -> None:
 
 
 @contextmanager
-def house_style() -> Iterator[None]:
-    """Within this context figures are drawn, and written, in the look that all share."""
-    with _matplotlib().rc_context(_STYLE):
+def house_style(width: float = WIDTH) -> Iterator[None]:
+    """Within this context figures are drawn, and written, in the look that all share, so many inches wide."""
+    with _matplotlib().rc_context(_STYLE | {"figure.figsize": (width, width / 2)}):
         yield
 
 
@@ -50,24 +74,46 @@ def new_figure(panels: int = 1, height: float = 3.2, rows: int = 1, **options: A
 
     Options are those of ``Figure.subplots``. Raises MissingExtra without matplotlib.
     """
-    _matplotlib()
-    figure: Figure = import_module("matplotlib.figure").Figure((WIDTH, height), layout="constrained")
+    width = _matplotlib().rcParams["figure.figsize"][0]
+    figure: Figure = import_module("matplotlib.figure").Figure((width, height), layout="constrained")
     axes = figure.subplots(rows, panels, **options)
     return figure, axes if rows == panels == 1 else axes.ravel()
 
 
+def is_narrow(figure: Figure) -> bool:
+    """Whether a figure is for a narrow page."""
+    return figure.get_figwidth() < 0.5 * (NARROW + WIDTH)
+
+
+def curve(panel: Any, x: Sequence[float], y: Sequence[float], look: int, **options: Any) -> None:
+    """Draw the curve of a number in ``LOOKS``."""
+    colour, marker, line = LOOKS[look]
+    usual = {"marker": marker, "linestyle": line, "markersize": 4, "linewidth": 1.2}
+    panel.plot(x, y, **({"color": colour} | usual | options))
+
+
+def legend_below(figure: Figure, columns: int) -> None:
+    """Set one legend of all that is drawn below the panels, in half the columns on a narrow page."""
+    handles, labels = figure.axes[0].get_legend_handles_labels()
+    unique = dict(zip(labels, handles, strict=True))
+    columns = (columns + 1) // 2 if is_narrow(figure) else columns
+    figure.legend(unique.values(), unique.keys(), loc="outside lower center", ncols=columns)
+
+
 def save_figure(figure: Figure, stem: Path) -> list[Path]:
     """Write a figure as SVG, the same bytes for the same figure, and as PNG to print; return the paths."""
-    written = []
-    options: dict[str, dict[str, Any]] = {"svg": {"metadata": {"Date": None}}, "png": {"dpi": 300}}
-    for ending, extra in options.items():
-        written.append(stem.with_name(f"{stem.name}.{ending}"))
-        figure.savefig(written[-1], **extra)
-    return written
+    svg, png = (stem.with_name(f"{stem.name}.{ending}") for ending in ("svg", "png"))
+    svg.write_bytes(as_svg(figure))
+    figure.savefig(png, dpi=300)
+    return [svg, png]
+
+
+def as_svg(figure: Figure) -> bytes:
+    """Return a figure as SVG, the same bytes for the same figure."""
+    written = BytesIO()
+    figure.savefig(written, format="svg", metadata={"Date": None})
+    return written.getvalue()
 
 
 def _matplotlib() -> Any:
-    try:
-        return import_module("matplotlib")
-    except ImportError as error:
-        raise MissingExtra("Drawing the figures", "matplotlib", "figures") from error
+    return needed("Drawing the figures", "matplotlib", "figures")

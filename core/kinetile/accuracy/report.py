@@ -5,23 +5,23 @@ from __future__ import annotations
 import csv
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import suppress
-from dataclasses import fields
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from kinetile.accuracy.parts import Budget, Measure, Progress, Section, Table
+from kinetile.accuracy.drawing import NARROW, as_svg, house_style, save_figure
+from kinetile.accuracy.page import Drawn, page
+from kinetile.accuracy.parts import Budget, Measure, Progress, Section, Table, needed
 from kinetile.errors import BadOption, MissingExtra
 
-__all__ = ["PARTS", "measure_parts", "section_as_dict", "write_report"]
+__all__ = ["PARTS", "check_packages", "measure_parts", "section_as_dict", "write_report"]
 
 PARTS: Mapping[str, str] = {
     "chart": "kinetile.accuracy.stepped.section",
     "queries": "kinetile.accuracy.queries.section",
     "oracle": "kinetile.accuracy.certified.section",
-    "drift": "kinetile.accuracy.drift_section",
-    "rates": "kinetile.accuracy.rates",
+    "drift": "kinetile.accuracy.long_runs.drift_section",
+    "rates": "kinetile.accuracy.long_runs.rates",
 }
 """The parts in the order of the page, each with the module whose ``measure`` does it."""
 
@@ -65,10 +65,18 @@ def _silent(what: str, done: int, total: int) -> None:
     """Show no progress."""
 
 
+def check_packages(parts: Sequence[str] | None = None) -> None:
+    """Raise MissingExtra where the page cannot be made, or one of these parts not be measured."""
+    needed("The report", "Jinja2", "accuracy", "jinja2")
+    needed("The report", "matplotlib", "accuracy")
+    if parts is None or "oracle" in parts:
+        needed("The report's part oracle", "python-flint", "accuracy", "flint")
+
+
 def write_report(
     sections: Iterable[Section], folder: Path, *, budget: Budget, conditions: Mapping[str, Any]
 ) -> list[Path]:
-    """Write the page, its figures (SVG and PNG; not without matplotlib) and the rows of its tables (CSV).
+    """Write the page, its figures (SVG and PNG) and the rows of its tables (CSV).
 
     Args:
         sections: what was measured.
@@ -80,23 +88,24 @@ def write_report(
         The paths, the page ``accuracy.html`` first.
 
     Raises:
+        MissingExtra: Jinja2 or matplotlib is not installed; nothing is written.
         OSError: it cannot be written.
     """
-    from kinetile.accuracy.page import page
-
+    check_packages(())
     sections = list(sections)
     folder.mkdir(parents=True, exist_ok=True)
     written = []
+    drawn: dict[tuple[str, str], Drawn] = {}
     for section in sections:
-        written += [
-            _write_rows(table, folder / f"{section.name}-{table.name}.csv") for table in section.tables
-        ]
-    drawn: dict[tuple[str, str], Path] = {}
-    with suppress(MissingExtra):
-        for section in sections:
-            for name, paths in _draw(section, folder).items():
-                drawn[section.name, name] = paths[0]
-                written += paths
+        for table in section.tables:
+            written.append(_write_rows(table, folder / f"{section.name}-{table.name}.csv"))
+        for picture in section.pictures:
+            stem = folder / f"{section.name}-{picture.name}"
+            with house_style():
+                written += save_figure(picture.draw(), stem)
+            with house_style(NARROW):
+                narrow = as_svg(picture.draw())
+            drawn[section.name, picture.name] = Drawn(stem.with_name(f"{stem.name}.svg").read_bytes(), narrow)
     data = folder / "accuracy.json"
     found = {
         "budget": budget,
@@ -115,6 +124,7 @@ def section_as_dict(section: Section) -> dict[str, Any]:
         "name": section.name,
         "title": section.title,
         "about": section.about,
+        "claims": [claim._asdict() for claim in section.claims],
         "findings": list(section.findings),
         "left_out": list(section.left_out),
         "tables": {
@@ -129,21 +139,9 @@ def _plain(value: Any) -> Any:
     return str(value) if isinstance(value, float) and not abs(value) < float("inf") else value
 
 
-def _draw(section: Section, folder: Path) -> dict[str, list[Path]]:
-    from kinetile.accuracy.drawing import house_style, save_figure
-
-    drawn = {}
-    with house_style():
-        for picture in section.pictures:
-            drawn[picture.name] = save_figure(picture.draw(), folder / f"{section.name}-{picture.name}")
-    return drawn
-
-
 def _write_rows(table: Table, path: Path) -> Path:
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        if table.rows:
-            names = [field.name for field in fields(table.rows[0])]
-            writer.writerow(names)
-            writer.writerows([getattr(row, name) for name in names] for row in table.rows)
+        writer.writerow(table.columns)
+        writer.writerows([getattr(row, name) for name in table.columns] for row in table.rows)
     return path

@@ -4,18 +4,24 @@ from __future__ import annotations
 
 import csv
 import json
+import math
 import sys
+from base64 import b64decode
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 from kinetile.accuracy import report
-from kinetile.accuracy.drawing import new_figure
-from kinetile.accuracy.page import command, shown
-from kinetile.accuracy.parts import Picture, Section, Table
+from kinetile.accuracy.drawing import NARROW, WIDTH, new_figure
+from kinetile.accuracy.page import command, verdict
+from kinetile.accuracy.parts import Claim, Column, Picture, Section, Table
 from kinetile.accuracy.report import PARTS, measure_parts, write_report
+from kinetile.accuracy.wording import cells, listed, number, scientific
 from kinetile.cli import app
 from kinetile.errors import BadOption, MissingExtra
 
@@ -24,14 +30,14 @@ from kinetile.errors import BadOption, MissingExtra
 class Row:
     """A row as the parts make them."""
 
-    what: str
-    error: float | None
-    count: int
-    fine: bool
+    what: Annotated[str, Column("which queries", "family")]
+    error: Annotated[float | None, Column("of the time, in <R>", "error / R")]
+    count: Annotated[int, Column("how many", "n")]
+    fine: Annotated[bool, Column("whether it holds")]
 
 
 ROWS = (Row("grazing <hits>", 1.25e-15, 12345, True), Row("generic", None, 0, False))
-HEADS = {"what": "family", "error": "error / R", "count": "n", "fine": "fine"}
+CLAIMS = (Claim("No <contact> is missed", "0 of 12", True), Claim("Rates are exact", "2 of 6", False))
 CONDITIONS = {"versions": {"python": "3.11"}, "processor": "a processor", "processors": 2, "system": "Linux"}
 
 
@@ -44,7 +50,13 @@ def draw():
 def section(name: str = "queries") -> Section:
     pictures = (Picture("depth", "What is seen.", draw),)
     return Section(
-        name, "A title", "About it.", ("It holds & stays.",), (Table("rows", "Rows.", ROWS, HEADS),), pictures
+        name,
+        "A title",
+        "About it.",
+        ("It holds & stays.",),
+        (Table("rows", "Rows.", ROWS),),
+        pictures,
+        CLAIMS,
     )
 
 
@@ -129,11 +141,74 @@ def test_all_columns_are_in_the_file(tmp_path):
     assert found["parts"][0]["tables"]["rows"][0]["error"] == 1.25e-15
 
 
-def test_without_matplotlib_the_page_says_what_is_not_drawn(tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "matplotlib", None)
-    paths = write_report([section()], tmp_path, budget="quick", conditions=CONDITIONS)
-    assert not [path for path in paths if path.suffix in (".svg", ".png")]
-    assert "Not drawn for want of matplotlib: What is seen." in paths[0].read_text(encoding="utf-8")
+@pytest.mark.parametrize(
+    ("module", "package", "part"),
+    [
+        ("matplotlib", "matplotlib", "rates"),
+        ("jinja2", "Jinja2", "rates"),
+        ("flint", "python-flint", "oracle"),
+    ],
+)
+def test_a_missing_package_is_told_with_its_extra_before_anything_is_measured(
+    module, package, part, tmp_path, monkeypatch
+):
+    monkeypatch.setitem(sys.modules, module, None)
+    monkeypatch.setattr(report, "import_module", lambda name: pytest.fail("it was measured"))
+    done = CliRunner().invoke(app, ["accuracy", "--part", part, "--out", str(tmp_path / "report")])
+    assert done.exit_code == 2
+    assert f"needs {package}, which is not installed" in done.stderr
+    assert "kinetile[accuracy]" in done.stderr
+    assert not (tmp_path / "report").exists()
+    if part == "rates":
+        with pytest.raises(MissingExtra, match="accuracy"):
+            write_report([section()], tmp_path / "report", budget="quick", conditions=CONDITIONS)
+        assert not (tmp_path / "report").exists()
+
+
+def test_the_page_begins_with_a_verdict_and_a_table_of_what_must_hold(tmp_path):
+    page = written(tmp_path)
+    summary = page[page.index("<body>") : page.index("<nav")]
+    assert "1 of 2 statements do not hold in what was measured." in summary
+    assert '<table class="summary">' in summary
+    assert "No &lt;contact&gt; is missed" in summary
+    assert summary.count(">holds</td>") == summary.count(">does not hold</td>") == 1
+    assert "<ul" not in summary
+
+
+def test_the_page_has_contents_and_a_viewport(tmp_path):
+    page = written(tmp_path)
+    assert '<meta name="viewport" content="width=device-width, initial-scale=1">' in page
+    contents = page[page.index("<nav") : page.index("</nav>")]
+    assert '<a href="#queries">A title</a>' in contents
+    assert '<section id="queries">' in page
+
+
+def test_figures_are_drawn_for_narrow_pages_too(tmp_path):
+    page = written(tmp_path)
+    narrow, wide = (
+        b64decode(page.split(f'{attribute}="data:image/svg+xml;base64,')[1].split('"')[0]).decode()
+        for attribute in ("srcset", "src")
+    )
+    assert 'media="(max-width: 640px)"' in page
+    width_of = [float(svg.split('width="')[1].split("pt")[0]) for svg in (narrow, wide)]
+    assert width_of == pytest.approx([72 * NARROW, 72 * WIDTH])
+
+
+def test_captions_stand_outside_of_what_scrolls(tmp_path):
+    page = written(tmp_path)
+    assert "<caption" not in page
+    assert page.index("Rows. All columns:") < page.index('<div class="wide">')
+
+
+def test_the_page_says_what_its_columns_are(tmp_path):
+    page = written(tmp_path)
+    assert "<dt>error / R</dt><dd>of the time, in &lt;R&gt;</dd>" in page
+    assert "<dt>fine (in the file)</dt><dd>whether it holds</dd>" in page
+
+
+def test_a_verdict_counts_what_fails():
+    assert verdict(CLAIMS[:1]) == "All 1 statements hold in what was measured."
+    assert verdict(()) == "Nothing was measured that could hold or fail."
 
 
 def test_the_same_rows_make_the_same_figures(tmp_path):
@@ -153,11 +228,31 @@ def test_the_same_rows_make_the_same_figures(tmp_path):
         (1.23456e-15, "1.23e-15"),
         (4096.0, "4,096"),
         (1146.5, "1,146"),
+        (math.nan, "–"),
         ("x", "x"),
     ],
 )
 def test_values_are_shown_as_people_read_them(value, text):
-    assert shown(value) == text
+    assert cells([value]) == [text]
+
+
+def test_numbers_of_a_column_have_one_notation():
+    assert cells([0.25, 12.0, 0.0, None]) == ["0.25", "12", "0", "–"]
+    assert cells([0.25, 1.5e-15, 0.0, 1200.0]) == ["2.5e-1", "1.5e-15", "0", "1.2e3"]
+
+
+@given(st.floats(min_value=-1e300, max_value=1e300), st.integers(1, 6))
+def test_a_number_is_written_within_its_digits(value, digits):
+    near = pytest.approx(value, rel=0.5001 * 10.0 ** (1 - digits), abs=5e-324)
+    for text in (number(value, digits), scientific(value, digits)):
+        assert float(text.replace(",", "")) == near
+        assert "e+" not in text
+        assert "e-0" not in text
+
+
+@pytest.mark.parametrize(("words", "text"), [("", ""), ("a", "a"), ("ab", "a and b"), ("abc", "a, b and c")])
+def test_words_are_listed(words, text):
+    assert listed(list(words)) == text
 
 
 def test_a_part_that_does_not_exist_is_refused():

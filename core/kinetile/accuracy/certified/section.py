@@ -11,14 +11,16 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from statistics import median
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import numpy as np
 
 import kinetile as kt
 from kinetile.accuracy.certified.certify import Agreement, certify
 from kinetile.accuracy.certified.oracle import CertifiedRun, Ending, Oracle
-from kinetile.accuracy.parts import Budget, Picture, Progress, Section, Table
+from kinetile.accuracy.drawing import LOOKS, curve, legend_below, new_figure
+from kinetile.accuracy.parts import Budget, Claim, Column, Picture, Progress, Section, Table, grouped
+from kinetile.accuracy.wording import listed, number
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -37,54 +39,43 @@ class Case(NamedTuple):
 CASES = (Case(0.5, 16, 40.0), Case(0.1, 16, 13.0), Case(0.01, 25, 4.5))
 SEEDS: dict[Budget, int] = {"quick": 3, "normal": 10, "full": 50}
 TWINS = 3
+CLOSE = 0.95
+"""A run that agrees for this part of its twin's time agrees for about as long."""
 LONG_ENOUGH = 2000
 """Contacts of a run that is compared, and of a truth that is tried on a twin: far more than can agree."""
 
 
 @dataclass(frozen=True)
 class Horizon:
-    """How far one run agrees with the oracle.
+    """How far one run agrees with the oracle; its twin: how far the median of a few agrees."""
 
-    Attributes:
-        density, bodies, seed: the scene.
-        contacts, disc_contacts: how many agree, in order; and how many of these are of two discs.
-        contacts_per_disc: each contact counted for each disc in it.
-        collisions_per_disc: the same without contacts with walls.
-        required: contacts per disc that must agree.
-        holds, holds_without_walls: whether so many agree, with and without those with walls.
-        twin_contacts_per_disc, twin_collisions_per_disc: for how long the twin agrees (median of a few).
-        bits: the precision that certified all this.
-        worst_ticks, worst_ulps: the largest error of a time up to half of the contacts that agree.
-        differs: what the first contact is that does not.
-    """
-
-    density: float
-    bodies: int
-    seed: int
-    contacts: int
-    disc_contacts: int
-    contacts_per_disc: float
-    collisions_per_disc: float
-    required: float
-    holds: bool
-    holds_without_walls: bool
-    twin_contacts_per_disc: float
-    twin_collisions_per_disc: float
-    bits: int
-    worst_ticks: float
-    worst_ulps: float
-    differs: str
+    density: Annotated[float, Column("of the scene", "density")]
+    bodies: Annotated[int, Column("how many discs", "discs")]
+    seed: Annotated[int, Column("of the scene", "seed")]
+    contacts: Annotated[int, Column("how many contacts agree, in order", "contacts agree")]
+    disc_contacts: Annotated[int, Column("how many of these are of two discs")]
+    contacts_per_disc: Annotated[float, Column("each contact counted for each disc in it", "a disc")]
+    required: Annotated[float, Column("contacts a disc that must agree", "required")]
+    collisions_per_disc: Annotated[float, Column("the same without contacts with walls", "collisions a disc")]
+    holds: Annotated[bool, Column("whether so many contacts a disc agree")]
+    holds_without_walls: Annotated[bool, Column("whether so many collisions a disc agree")]
+    twin_contacts_per_disc: Annotated[float, Column("for how many contacts a disc the twin agrees")]
+    twin_collisions_per_disc: Annotated[float, Column("for how many collisions a disc it does", "the twin's")]
+    bits: Annotated[int, Column("the precision that certified all this", "bits")]
+    worst_ticks: Annotated[float, Column("largest error of a time, first half", "off by, first half: ticks")]
+    worst_ulps: Annotated[float, Column("the same in units of the last place of the time", "ulps")]
+    differs: Annotated[str, Column("what the first contact is that does not agree")]
 
 
 @dataclass(frozen=True)
 class ErrorGrowth:
-    """How far times are off, in ticks, about so many contacts per disc from the start, on all seeds."""
+    """How far times are off about so many contacts a disc from the start, on all seeds."""
 
-    density: float
-    contacts_per_disc: float
-    contacts: int
-    median_ticks: float
-    worst_ticks: float
+    density: Annotated[float, Column("of the scenes", "density")]
+    contacts_per_disc: Annotated[float, Column("the middle of the bin", "contacts a disc")]
+    contacts: Annotated[int, Column("contacts in the bin", "contacts")]
+    median_ticks: Annotated[float, Column("how far off: median", "off by ticks, median")]
+    worst_ticks: Annotated[float, Column("how far off: the worst", "worst")]
 
 
 def measure(budget: Budget, progress: Progress) -> Section:
@@ -112,9 +103,21 @@ def measure(budget: Budget, progress: Progress) -> Section:
             "ticks of 2^-52 of a time unit."
         ),
         findings=tuple(_findings(rows, growth)),
+        claims=(
+            Claim(
+                "Runs agree with the certified oracle for as many contacts a disc as is required",
+                f"{sum(row.holds for row in rows)} of {len(rows)} runs",
+                all(row.holds for row in rows),
+            ),
+            Claim(
+                "Runs agree for as long as chaos lets an exact run that begins one last digit off",
+                f"{_beside_twin(rows):.0%} of it",
+                _beside_twin(rows) > CLOSE,
+            ),
+        ),
         tables=(
-            Table("horizons", "How far each run agrees.", tuple(rows), _HORIZON_HEADS),
-            Table("growth", "How far times are off, all seeds together.", tuple(growth), _GROWTH_HEADS),
+            Table("horizons", "How far each run agrees.", tuple(rows)),
+            Table("growth", "How far times are off, all seeds together.", tuple(growth)),
         ),
         pictures=(
             Picture(
@@ -126,28 +129,6 @@ def measure(budget: Budget, progress: Progress) -> Section:
             ),
         ),
     )
-
-
-_HORIZON_HEADS = {
-    "density": "density",
-    "bodies": "discs",
-    "seed": "seed",
-    "contacts": "contacts agree",
-    "contacts_per_disc": "a disc",
-    "required": "required",
-    "collisions_per_disc": "collisions a disc",
-    "twin_collisions_per_disc": "the twin's",
-    "bits": "bits",
-    "worst_ticks": "off by, first half: ticks",
-    "worst_ulps": "ulps",
-}
-_GROWTH_HEADS = {
-    "density": "density",
-    "contacts_per_disc": "contacts a disc",
-    "contacts": "contacts",
-    "median_ticks": "off by ticks, median",
-    "worst_ticks": "worst",
-}
 
 
 def measure_horizon(case: Case, seed: int, twins: int = TWINS) -> tuple[Agreement, Horizon]:
@@ -251,10 +232,9 @@ def _findings(rows: Sequence[Horizon], growth: Sequence[ErrorGrowth]) -> list[st
 
 def _each(rows: Sequence[Horizon], say: Callable[[list[Horizon]], str]) -> str:
     """Say something about each density."""
-    said = []
-    for density in dict.fromkeys(row.density for row in rows):
-        said.append(f"{say([row for row in rows if row.density == density])} at density {density:g}")
-    return ", ".join(said[:-1]) + f" and {said[-1]}"
+    return listed(
+        [f"{say(some)} at density {density:g}" for density, some in grouped(rows, "density").items()]
+    )
 
 
 def _requirement(rows: Sequence[Horizon], field: str, verdict: str, unit: str) -> str:
@@ -278,8 +258,8 @@ def _beside_twins(rows: Sequence[Horizon]) -> str:
         twin = median(row.twin_collisions_per_disc for row in some)
         return f"{mine:.1f} against {twin:.1f}"
 
-    ratio = median(row.collisions_per_disc / max(row.twin_collisions_per_disc, 1e-9) for row in rows)
-    verdict = "about all that chaos allows" if ratio > 0.95 else f"{ratio:.0%} of what chaos allows"
+    ratio = _beside_twin(rows)
+    verdict = "about all that chaos allows" if ratio > CLOSE else f"{ratio:.0%} of what chaos allows"
     return (
         "The twin, an exact run that differs by one unit in the last place at the start and never again, "
         "agrees for no longer than chaos lets it. Contacts a disc of two discs alone, the median of the runs "
@@ -287,49 +267,45 @@ def _beside_twins(rows: Sequence[Horizon]) -> str:
     )
 
 
+def _beside_twin(rows: Sequence[Horizon]) -> float:
+    """Return for which part of their twins' time runs agree, the median."""
+    return median(row.collisions_per_disc / max(row.twin_collisions_per_disc, 1e-9) for row in rows)
+
+
 def _growing(growth: Sequence[ErrorGrowth]) -> str:
+    densities = grouped(growth, "density")
     said = []
-    for density in dict.fromkeys(row.density for row in growth):
-        some = [row for row in growth if row.density == density and row.median_ticks > 10.0]
+    for density, rows in densities.items():
+        some = [row for row in rows if row.median_ticks > 10.0]
         if len(some) > 2:
-            slope = np.polyfit(
-                [row.contacts_per_disc for row in some], [math.log2(row.median_ticks) for row in some], 1
-            )[0]
+            bits = [math.log2(row.median_ticks) for row in some]
+            slope = np.polyfit([row.contacts_per_disc for row in some], bits, 1)[0]
             said.append(f"{slope:.1f} bits at density {density:g}")
-    densities = dict.fromkeys(row.density for row in growth)
-    first = [next(row for row in growth if row.density == density) for density in densities]
+    first = [rows[0] for rows in densities.values()]
     return (
         "In the first tenth of the required contacts times are off by at most "
-        f"{max(row.worst_ticks for row in first):.3g} ticks, by {max(row.median_ticks for row in first):.2g} "
-        f"in the median; after that, for each contact a disc, the error grows by {', '.join(said)}, as chaos "
-        "makes it."
+        f"{number(max(row.worst_ticks for row in first), 3)} ticks, by "
+        f"{number(max(row.median_ticks for row in first))} in the median; after that, for each contact a "
+        f"disc, the error grows by {', '.join(said)}, as chaos makes it."
     )
 
 
 def _draw(growth: Sequence[ErrorGrowth]) -> Figure:
-    from kinetile.accuracy.drawing import new_figure
-
     figure, panel = new_figure()
-    looks: tuple[tuple[str, str, str], ...] = (
-        ("#0072B2", "o", "-"),
-        ("#D55E00", "s", "--"),
-        ("#000000", "^", ":"),
-    )
-    for case, (colour, marker, line) in zip(CASES, looks, strict=True):
+    for look, case in enumerate(CASES):
         some = [row for row in growth if row.density == case.density]
         across = [row.contacts_per_disc for row in some]
-        options: dict[str, Any] = {"color": colour, "linestyle": line}
         label = f"density {case.density:g}, {case.bodies} discs"
-        middle = [max(row.median_ticks, 0.1) for row in some]
-        panel.plot(across, middle, marker=marker, markersize=4, linewidth=1.3, label=label, **options)
-        panel.plot(across, [max(row.worst_ticks, 0.1) for row in some], linewidth=0.6, **options)
-        panel.axvline(case.required, 0.95, 1.0, color=colour, linewidth=1.5)
+        curve(panel, across, [max(row.median_ticks, 0.1) for row in some], look, label=label)
+        worst = [max(row.worst_ticks, 0.1) for row in some]
+        curve(panel, across, worst, look, marker="", linewidth=0.6)
+        panel.axvline(case.required, 0.95, 1.0, color=LOOKS[look][0], linewidth=1.5)
     panel.set(
         yscale="log",
         ylim=(0.1, 2.0**52),
         xlabel="contacts a disc (each counted for each disc in it)",
-        ylabel="time of contact off by (ticks of 2^-52 time units)",
+        ylabel="time of contact off by (ticks of 2^-52)",
     )
     panel.grid(True, which="major", axis="y")
-    panel.legend(loc="lower right")
+    legend_below(figure, len(CASES))
     return figure

@@ -9,19 +9,21 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
-from kinetile.accuracy.parts import Budget
+from kinetile.accuracy.parts import Budget, Column
 from kinetile.accuracy.queries.families import chains_of_three
 from kinetile.accuracy.queries.forms import KERNEL, ask, forms
 from kinetile.accuracy.queries.truth import chain_of_three, line_contacts
+from kinetile.accuracy.wording import number
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.tables import NEVER
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene
 
-__all__ = ["CHAIN_HEADS", "ChainRow", "chain_findings", "chains", "line_chain", "three_discs"]
+__all__ = ["ChainRow", "chain_findings", "chains", "line_chain", "three_discs"]
 
 LENGTHS: dict[Budget, tuple[int, ...]] = {
     "quick": (1, 10, 100, 1_000),
@@ -44,36 +46,15 @@ DECADES = ((0.0, 4.0), (4.0, 8.0), (8.0, 12.0))
 
 @dataclass(frozen=True)
 class ChainRow:
-    """How far the times of contact are off after so many contacts.
+    """How far the times of contact are off after so many contacts; R at a wall is the radius."""
 
-    Attributes:
-        chain: what meets what.
-        runs: how many chains, each with another start.
-        contacts: of each; the last one counts.
-        wrong: chains in which another contact took place, or none.
-        error_median, error_max: error of the last contact's time times its closing speed over R (the sum of
-            the radii, or the radius at a wall).
-        ticks_max: the same as ticks.
-    """
-
-    chain: str
-    runs: int
-    contacts: int
-    wrong: int
-    error_median: float
-    error_max: float
-    ticks_max: float
-
-
-CHAIN_HEADS = {
-    "chain": "chain",
-    "runs": "runs",
-    "contacts": "contacts",
-    "wrong": "wrong",
-    "error_median": "error / R, median",
-    "error_max": "max",
-    "ticks_max": "ticks, max",
-}
+    chain: Annotated[str, Column("what meets what", "chain")]
+    runs: Annotated[int, Column("how many chains, each with another start", "runs")]
+    contacts: Annotated[int, Column("of each; the last one counts", "contacts")]
+    wrong: Annotated[int, Column("chains in which another contact took place, or none", "wrong")]
+    error_median: Annotated[float, Column("error of the last time x closing speed / R", "error / R, median")]
+    error_max: Annotated[float, Column("the largest of these", "max")]
+    ticks_max: Annotated[float, Column("the largest error in ticks", "ticks, max")]
 
 
 def chains(budget: Budget) -> list[ChainRow]:
@@ -177,7 +158,7 @@ def chain_findings(rows: list[ChainRow]) -> list[str]:
             continue
         found.append(
             f"{name.capitalize()}: after {last.contacts:,} contacts the last is at most "
-            f"{last.error_max:.1e} R off, {last.ticks_max / last.contacts:.2g} ticks for each "
+            f"{number(last.error_max)} R off, {number(last.ticks_max / last.contacts)} ticks for each "
             f"contact{_growth(chain)}."
         )
     threes = [row for row in rows if row.chain not in LINES]
@@ -185,7 +166,7 @@ def chain_findings(rows: list[ChainRow]) -> list[str]:
     wrong = sum(row.wrong for row in threes)
     found.append(
         "A disc struck by one up to 1e12 times heavier or lighter meets a third at most "
-        f"{worst.error_max:.1e} R off ({worst.chain.removeprefix('a third disc, ')}); hit and miss are "
+        f"{number(worst.error_max)} R off ({worst.chain.removeprefix('a third disc, ')}); hit and miss are "
         f"right in all but {wrong} of {sum(row.runs for row in threes):,}."
     )
     return found

@@ -10,11 +10,10 @@ from __future__ import annotations
 
 from decimal import Context, Decimal, localcontext
 from functools import cached_property
-from math import isqrt
+from math import hypot, isqrt, sqrt
 from typing import NamedTuple
 
 __all__ = [
-    "ALLOWED",
     "DEAD_ZONE",
     "EPSILON",
     "HORIZON",
@@ -27,9 +26,6 @@ __all__ = [
 
 EPSILON = 2.0**-53
 """Half the distance from 1 to the next double."""
-
-ALLOWED = 5.0
-"""The deepest overlap allowed at a contact, in units of EPSILON times the separation at the anchor."""
 
 DEAD_ZONE = 2.0**-47
 """Overlaps up to this times (R + separation at the anchor) are neglected, as the narrow phase documents."""
@@ -102,9 +98,10 @@ class Encounter:
         self._root = self._b**2 - self._a * self._c
         self.hit = self._b < 0 and (self._c <= 0 or self._root > 0)
 
+        self._corners = [(_ratio(at, bits), speed) for at, speed in zip(corners, speeds, strict=True)]
         self.reach = _ratio(self._reach, bits)
         self.separation = _root_ratio(self._c + self._reach**2, 2 * bits)
-        self.extent = max(abs(place) for place in (*lengths[:4], *(_ratio(at, bits) for at in corners)))
+        self.extent = max(abs(place) for place in (*lengths[:4], *(at for at, _ in self._corners)))
         self.overlap = self._deepest()
         self.closing = 0.0
         if self.hit:
@@ -115,6 +112,19 @@ class Encounter:
     def dead_zone(self) -> float:
         """The overlap that the narrow phase may neglect, as it documents, as a length."""
         return DEAD_ZONE * (self.reach + self.separation)
+
+    @property
+    def proved(self) -> float:
+        """The proved bound of the overlap at a contact that is computed, as a length: eta = 16 u X + 2 V q.
+
+        See docs/one-answer.md. V is the larger of the two speeds, q a tick, X the largest coordinate up to
+        the contact, or the separation over sqrt(2) where that is larger: no arena that holds it is smaller.
+        """
+        wait = self.contact / (1 << (_GUARD + _CLOCK))
+        ends = [abs(at + speed * wait) for at, speed in self._corners]
+        speeds = [speed for _, speed in self._corners]
+        size = max(self.extent, *ends, self.separation / sqrt(2.0))
+        return 16.0 * EPSILON * size + 2.0 * max(hypot(*speeds[:2]), hypot(*speeds[2:])) / (1 << _CLOCK)
 
     @cached_property
     def contact(self) -> int:

@@ -4,128 +4,75 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from kinetile.accuracy.parts import Column
 from kinetile.accuracy.queries.families import Family
 from kinetile.accuracy.queries.questions import Queries
 from kinetile.accuracy.queries.truth import EPSILON, Encounter
 from kinetile.kernel.tables import NEVER
 
-__all__ = ["QUERY_HEADS", "TIE_HEADS", "QueryRow", "TieRow", "Verdict", "judge", "query_row", "tie_row"]
+__all__ = ["QueryRow", "TieRow", "Verdict", "judge", "query_row", "tie_row"]
 
 Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class QueryRow:
-    """One form on one family. R is the sum of the radii.
+    """One form on one family. R is the sum of the radii; errors are None where no contact was found."""
 
-    Attributes:
-        family, form: their names.
-        anchors_apart: whether the two discs of a query are anchored at different ticks.
-        queries, hits: how many, and how many of them meet in truth.
-        prevalence: the share of hits.
-        too_far: contacts not found, but more than 1,024 units of time off, as far as the kernel predicts.
-        false_negatives: other contacts that were not found.
-        outside_dead_zone: of these, such as the kernel does not document that it neglects.
-        deepest_missed: by how much the discs of a false negative come too near, at most; in R.
-        deepest_in_zones: the same in units of what the kernel documents that it neglects.
-        false_positives: contacts that were found and are none.
-        widest_false: the gap at which the discs of a false positive pass, at most; in R.
-        error_median, error_p99, error_max: error of the time, the clock's rounding included, times closing
-            speed, in R; None where no contact was found.
-        exact: the share of times that are the last tick not after the contact: no better can be done.
-        ticks_median, ticks_p99, ticks_max: ticks between the answer and that one: the formula's own error.
-        late: the share of times that are after the contact.
-        depth: by how much the discs have come too near by the computed time, at most; in R.
-        depth_separation: the same in units of 2^-53 times the separation at the anchor.
-        depth_extent: in units of 2^-53 times separation and largest coordinate together.
-        ns_median, ns_p99: CPU nanoseconds a query, over batches.
-        batches: how many batches were timed.
-    """
-
-    family: str
-    form: str
-    anchors_apart: bool
-    queries: int
-    hits: int
-    prevalence: float
-    too_far: int
-    false_negatives: int
-    outside_dead_zone: int
-    deepest_missed: float
-    deepest_in_zones: float
-    false_positives: int
-    widest_false: float
-    error_median: float | None
-    error_p99: float | None
-    error_max: float | None
-    exact: float | None
-    ticks_median: float | None
-    ticks_p99: float | None
-    ticks_max: float | None
-    late: float | None
-    depth: float
-    depth_separation: float
-    depth_extent: float
-    ns_median: float
-    ns_p99: float
-    batches: int
-
-
-QUERY_HEADS = {
-    "family": "family",
-    "form": "form",
-    "queries": "queries",
-    "hits": "hits",
-    "false_negatives": "missed",
-    "outside_dead_zone": "outside dead zone",
-    "deepest_missed": "deepest missed / R",
-    "false_positives": "false",
-    "widest_false": "widest false / R",
-    "error_median": "error / R, median",
-    "error_p99": "99 %",
-    "error_max": "max",
-    "exact": "exact tick",
-    "ticks_p99": "ticks off, 99 %",
-    "late": "late",
-    "depth_separation": "depth / 2⁻⁵³ separation",
-    "depth_extent": "/ 2⁻⁵³ (separation + coordinate)",
-    "ns_median": "ns, median",
-    "ns_p99": "99 %",
-}
+    family: Annotated[str, Column("the family's name", "family")]
+    form: Annotated[str, Column("the form's name", "form")]
+    anchors_apart: Annotated[bool, Column("whether the discs of a query are anchored at different ticks")]
+    queries: Annotated[int, Column("how many", "queries")]
+    hits: Annotated[int, Column("how many of them meet in truth", "hits")]
+    prevalence: Annotated[float, Column("the share of hits")]
+    too_far: Annotated[int, Column("not found, but later than the kernel predicts: 1,024 units of time")]
+    false_negatives: Annotated[int, Column("other contacts that were not found", "missed")]
+    outside_dead_zone: Annotated[
+        int, Column("of these, such as the kernel does not say it neglects", "outside dead zone")
+    ]
+    deepest_missed: Annotated[float, Column("how much too near discs come unseen", "deepest missed / R")]
+    deepest_in_zones: Annotated[float, Column("the same in units of what the kernel says it neglects")]
+    false_positives: Annotated[int, Column("contacts that were found and are none", "false")]
+    widest_false: Annotated[float, Column("the widest gap at which such discs pass", "widest false / R")]
+    error_median: Annotated[
+        float | None, Column("error of the time x closing speed / R", "error / R, median")
+    ]
+    error_p99: Annotated[float | None, Column("the same: 99 % are no larger", "99 %")]
+    error_max: Annotated[float | None, Column("the same: the largest", "max")]
+    exact: Annotated[float | None, Column("share of times that are the last tick before", "exact tick")]
+    ticks_median: Annotated[float | None, Column("ticks between the answer and that one: median")]
+    ticks_p99: Annotated[float | None, Column("the same: 99 % are no more", "ticks off, 99 %")]
+    ticks_max: Annotated[float | None, Column("the same: the most")]
+    late: Annotated[float | None, Column("the share of times that are after the contact", "late")]
+    depth: Annotated[float, Column("how much too near discs are by the computed time, at most, in R")]
+    depth_separation: Annotated[float, Column("the same by the separation", "depth / 2^-53 separation")]
+    depth_extent: Annotated[
+        float, Column("by separation and largest coordinate", "/ 2^-53 (separation + coordinate)")
+    ]
+    depth_proved: Annotated[float, Column("by eta, the proved bound of each query", "/ eta")]
+    ns_median: Annotated[float, Column("CPU time of a query over batches: median", "ns, median")]
+    ns_p99: Annotated[float, Column("the same: 99 % take no longer", "99 %")]
+    batches: Annotated[int, Column("how many batches were timed")]
 
 
 @dataclass(frozen=True)
 class TieRow:
-    """One form on groups of contacts that are simultaneous in truth.
+    """One form on groups of contacts that are simultaneous in truth."""
 
-    Attributes:
-        family, form: their names.
-        groups, size: how many groups, and of how many contacts each.
-        same: the share of groups whose contacts are all given one tick.
-        spread: the most ticks between two contacts of a group; None: not all contacts were found.
-    """
-
-    family: str
-    form: str
-    groups: int
-    size: int
-    same: float
-    spread: int | None
-
-
-TIE_HEADS = {
-    "family": "family",
-    "form": "form",
-    "groups": "groups",
-    "size": "contacts each",
-    "same": "share with one tick",
-    "spread": "ticks apart, at most",
-}
+    family: Annotated[str, Column("the family's name", "family")]
+    form: Annotated[str, Column("the form's name", "form")]
+    groups: Annotated[int, Column("how many groups", "groups")]
+    size: Annotated[int, Column("how many contacts in each", "contacts each")]
+    same: Annotated[float, Column("groups whose contacts all get one tick", "share with one tick")]
+    spread: Annotated[
+        int | None,
+        Column("between two contacts of a group; none: not all were found", "ticks apart, at most"),
+    ]
 
 
 class Verdict(NamedTuple):
@@ -143,6 +90,7 @@ class Verdict(NamedTuple):
     depth: float = 0.0
     depth_separation: float = 0.0
     depth_extent: float = 0.0
+    depth_proved: float = 0.0
 
 
 def judge(encounter: Encounter, tick: int) -> Verdict:
@@ -166,6 +114,7 @@ def judge(encounter: Encounter, tick: int) -> Verdict:
         depth=depth / reach,
         depth_separation=depth / encounter.separation / EPSILON,
         depth_extent=depth / (encounter.separation + encounter.extent) / EPSILON,
+        depth_proved=depth / encounter.proved,
     )
 
 
@@ -208,6 +157,7 @@ def query_row(
         depth=float(table["depth"].max()),
         depth_separation=float(table["depth_separation"].max()),
         depth_extent=float(table["depth_extent"].max()),
+        depth_proved=float(table["depth_proved"].max()),
         ns_median=float(np.median(times)),
         ns_p99=float(np.quantile(times, 0.99)),
         batches=len(times),

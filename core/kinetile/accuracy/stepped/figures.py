@@ -14,13 +14,14 @@ from importlib import import_module
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from kinetile.accuracy.drawing import house_style, new_figure
+from kinetile.accuracy.drawing import is_narrow, new_figure
+from kinetile.accuracy.parts import grouped
 from kinetile.accuracy.stepped.runs import SpeedError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["draw_speed_error"]
+__all__ = ["ROUNDING", "draw_speed_error"]
 
 
 class _Look(NamedTuple):
@@ -38,47 +39,65 @@ _LOOKS = {
     "sweep": _Look("snapshots, sweep", "snapshots", "#000000", "o", "-"),
     "cells": _Look("snapshots, cells", "snapshots", "#777777", "s", "--"),
     "chipmunk": _Look("Chipmunk", "Chipmunk", "#009E73", "D", "-."),
-    "box2d": _Look("Box2D, continuous", "Box2D", "#D55E00", "v", "-"),
+    "box2d": _Look("Box2D 2.3, no bullets", "Box2D", "#D55E00", "v", ":"),
+    "box2d-bullets": _Look("Box2D 2.3, bullets", "bullets", "#D55E00", "P", "-"),
 }
 _BEST = "sweep-tiling"
 _KINETIC = "#0072B2"
 _HEIGHT = 4.2
-_PLACES = ((0.085, 0.13), (0.225, 0.295), (0.555, 0.13), (0.695, 0.295))
-"""Left end and width of each panel, in widths of the figure: a strip, its main part, twice."""
-_ROUNDING = 1e-10
+_COST = "CPU seconds for one unit of simulated time"
+_PLACES = (
+    (0.085, 0.11, 0.13, 0.86),
+    (0.225, 0.11, 0.295, 0.86),
+    (0.555, 0.11, 0.13, 0.86),
+    (0.695, 0.11, 0.295, 0.86),
+)
+_NARROW_PLACES = (
+    (0.15, 0.56, 0.2, 0.42),
+    (0.37, 0.56, 0.58, 0.42),
+    (0.15, 0.06, 0.2, 0.42),
+    (0.37, 0.06, 0.58, 0.42),
+)
+"""Left, bottom, width and height of each panel, in sizes of the figure: a strip, its main part, twice."""
+ROUNDING = 1e-10
 """Overlaps below this belong to the strip beyond the break."""
 
 
 def draw_speed_error(rows: Sequence[SpeedError]) -> Figure:
     """Return the chart of the rows of one kind of scene."""
-    with house_style():
-        figure, panels = new_figure(4, height=_HEIGHT, sharey=True)
-        figure.set_layout_engine("none")  # names stand outside of their axes on purpose
-        for panel, (left, width) in zip(panels, _PLACES, strict=True):
-            panel.set_position((left, 0.11, width, 0.86))
-        panels[0].set(yscale="log", ylabel="CPU seconds for one unit of simulated time")
-        panels[0].set(ylim=(0.6 * min(row.cost for row in rows), 1.7 * max(row.cost for row in rows)))
-        for strip, main, error in ((*panels[:2], "deepest"), (*panels[2:], "missed_share")):
-            _lay_out(strip, main, error, rows)
-            for method in dict.fromkeys(row.method for row in rows):
-                _draw_method(strip, main, error, [row for row in rows if row.method == method])
-            _draw_equal_cost(strip, main, rows)
-        room = _Room(figure, panels)
-        _name_sides(room, panels[1::2], rows)
-        _name_curves(room, panels[1], "deepest", rows)
-        _name_curves(room, panels[3], "missed_share", rows)
-        _name_steps(room, panels[1], rows)
+    figure, panels = new_figure(4, height=_HEIGHT, sharey=True)
+    figure.set_layout_engine("none")  # names stand outside of their axes on purpose
+    places = _PLACES
+    if is_narrow(figure):
+        figure.set_figheight(2.0 * _HEIGHT)
+        places = _NARROW_PLACES
+        panels[2].tick_params(axis="y", labelleft=True)
+        panels[2].set(ylabel=_COST)
+    for panel, place in zip(panels, places, strict=True):
+        panel.set_position(place)
+    panels[0].set(yscale="log", ylabel=_COST)
+    panels[0].set(ylim=(0.6 * min(row.cost for row in rows), 1.7 * max(row.cost for row in rows)))
+    for strip, main, error in ((*panels[:2], "deepest"), (*panels[2:], "missed_share")):
+        _lay_out(strip, main, error, rows)
+        for some in grouped(rows, "method").values():
+            _draw_method(strip, main, error, some)
+        _draw_equal_cost(strip, main, rows)
+    room = _Room(figure, panels)
+    _name_sides(room, panels[1::2], rows)
+    _name_curves(room, panels[1], "deepest", rows)
+    _name_curves(room, panels[3], "missed_share", rows)
+    _name_steps(room, panels[1], rows)
     return figure
 
 
 def _lay_out(strip: Any, main: Any, error: str, rows: Sequence[SpeedError]) -> None:
     """Set the axes of a panel and its strip, and mark the break between them."""
-    values = [getattr(row, error) for row in rows if getattr(row, error) > _ROUNDING]
+    values = [getattr(row, error) for row in rows if getattr(row, error) > ROUNDING]
     least, most = min(values, default=1e-3), max(values, default=1.0)
     main.set(xscale="log")
     if error == "deepest":
         main.set(xlim=(least / 10.0, most * 2.5), xlabel="deepest overlap of two discs, in radii")
-        strip.set(xscale="log", xlim=(2e-16, _ROUNDING), xticks=[1e-15, 1e-12])
+        strip.set(xscale="log", xlim=(2e-16, ROUNDING), xticks=[1e-15, 1e-12])
     else:
         main.set(xlim=(least / 6.0, most * 3.0), xlabel=f"first encounters missed (of {rows[0].encounters})")
         ticks = [10.0**k for k in range(-6, 1) if 1.5 * main.get_xlim()[0] <= 10.0**k <= main.get_xlim()[1]]
@@ -110,10 +129,10 @@ def _draw_method(strip: Any, main: Any, error: str, rows: Sequence[SpeedError]) 
     rows = sorted(rows, key=lambda row: row.dt or 0.0)
     style = {"color": look.colour, "marker": look.marker, "clip_on": False}
     style |= {"markersize": 6.5} if kinetic else {"markersize": 4.0, "markerfacecolor": "white"}
-    beyond = [row for row in rows if getattr(row, error) <= _ROUNDING]
+    beyond = [row for row in rows if getattr(row, error) <= ROUNDING]
     places = [max(row.deepest, 2e-16) if error == "deepest" else 0.0 for row in beyond]
     strip.plot(places, [row.cost for row in beyond], linestyle="", zorder=4, **style)
-    x = [value if (value := getattr(row, error)) > _ROUNDING else math.nan for row in rows]
+    x = [value if (value := getattr(row, error)) > ROUNDING else math.nan for row in rows]
     main.plot(x, [row.cost for row in rows], linestyle=look.line, linewidth=1.2, zorder=3, **style)
     if kinetic and beyond:
         best = rows[0].method == _BEST  # whose name stands below the line of its cost
@@ -145,7 +164,7 @@ def _name_curves(room: _Room, main: Any, error: str, rows: Sequence[SpeedError])
         look = _look(method)
         name = look.name if error == "deepest" else look.short
         curve = sorted((row for row in rows if row.method == method), key=lambda row: row.dt or 0.0)
-        ats = [(getattr(row, error), row.cost) for row in curve if getattr(row, error) > _ROUNDING]
+        ats = [(getattr(row, error), row.cost) for row in curve if getattr(row, error) > ROUNDING]
         if name not in named:
             room.write(
                 main, name, ats, _LEFT + _RIGHT if method == "sweep" else _RIGHT + _LEFT, color=look.colour

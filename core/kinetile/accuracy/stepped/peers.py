@@ -1,4 +1,5 @@
-"""Two engines that people use, on the same scenes: Chipmunk (through pymunk) and Box2D.
+"""Two engines that people use, on the same scenes: Chipmunk (through pymunk), and Box2D 2.3 with and without
+bullets, which is what it calls bodies whose contacts with each other are detected continuously.
 
 Both are driven as fairly as their interfaces allow: no gravity, friction, damping or sleeping, restitution 1,
 bodies that cannot rotate, nothing that pushes overlaps apart where it can be turned off, walls that cannot be
@@ -14,29 +15,34 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
-from importlib import import_module
+from collections.abc import Callable, Iterator
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any, Literal, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
+from kinetile.accuracy.parts import needed
 from kinetile.accuracy.stepped.snapshot import STEPPED, Stepped, deepest_overlap, kinetic_energy, steps_until
-from kinetile.errors import MissingExtra, Refused
+from kinetile.errors import Refused
 from kinetile.kernel.log import BOTTOM, LEFT, RIGHT, TOP
 from kinetile.scene import Scene
 
-__all__ = ["PEERS", "Peer", "Watched", "configured", "need_peer", "run_peer"]
+__all__ = ["NAMES", "PEERS", "Peer", "Watched", "configured", "need_peer", "run_peer"]
 
 Floats = npt.NDArray[np.float64]
-Peer = Literal["chipmunk", "box2d"]
+Point = tuple[float, float]
+Peer = Literal["chipmunk", "box2d", "box2d-bullets"]
 Watched = Literal["not", "contacts", "depths"]
 """What is noted beside the processor time: nothing, overlaps, or these and how deep they are."""
 
-PEERS: tuple[Peer, ...] = ("chipmunk", "box2d")
+NAMES: dict[Peer, str] = {
+    "chipmunk": "Chipmunk",
+    "box2d": "Box2D 2.3 without bullets",
+    "box2d-bullets": "Box2D 2.3 with bullets",
+}
+PEERS = tuple(NAMES)
 
-_PACKAGES = {"chipmunk": "pymunk", "box2d": "Box2D"}
 _ITERATIONS = 10  # Chipmunk's default; 30 change nothing that shows, 1 loses energy
 _VELOCITY_ITERATIONS, _POSITION_ITERATIONS = 8, 3  # what Box2D's manual suggests
 _LARGEST = 5.0  # metres: Box2D is made for moving bodies of .1 to 10 m
@@ -79,7 +85,12 @@ def run_peer(name: Peer, scene: Scene, dt: float, until: float, *, watched: Watc
     steps = steps_until(scene, dt, until)
     met: list[tuple[int, int, bool]] = []
     told = None if watched == "not" else lambda a, b, acted: met.append((max(a, b), min(a, b), acted))
-    world = (_Chipmunk if name == "chipmunk" else _Box2D)(need_peer(name), scene, dt, told)
+    package = need_peer(name)
+    world: _World
+    if name == "chipmunk":
+        world = _Chipmunk(package, scene, dt, told)
+    else:
+        world = _Box2D(package, scene, dt, told, bullets=name == "box2d-bullets")
     overlaps = np.empty(0, STEPPED)
     deepest = math.nan
     began = time.thread_time()
@@ -96,24 +107,32 @@ def run_peer(name: Peer, scene: Scene, dt: float, until: float, *, watched: Watc
 
 def need_peer(name: Peer) -> Any:
     """Return the engine's module; MissingExtra where it is not installed."""
-    package = _PACKAGES[name]
-    try:
-        return import_module(package)
-    except ImportError as error:
-        raise MissingExtra(f"Comparing with {name}", package, "peers") from error
+    return needed(f"Comparing with {NAMES[name].partition(' with')[0]}", _package(name), "peers")
 
 
 def configured(name: Peer) -> str:
     """Return what an engine is set to, in words, and its version; MissingExtra where it is not installed."""
     need_peer(name)
     try:
-        number = version(_PACKAGES[name])
+        number = version(_package(name))
     except PackageNotFoundError:
         number = "of unknown version"
-    return f"{_PACKAGES[name]} {number}: " + _SETTINGS[name]
+    return f"{_package(name)} {number}: " + _SETTINGS[name]
 
 
-_SETTINGS = {
+def _package(name: Peer) -> str:
+    return "pymunk" if name == "chipmunk" else "Box2D"
+
+
+_OF_BOX2D = (
+    f"warm starting on; {_VELOCITY_ITERATIONS} velocity and {_POSITION_ITERATIONS} position iterations. The "
+    f"scene is scaled: the largest disc has a radius of {_LARGEST:g} m, or as much as lets a disc at "
+    f"{_FASTEST:g} times the mean speed fly the {_FARTHEST:g} m a step that the engine allows; time is "
+    f"scaled so that the mean speed is {_PACE:g} m/s, since pairs that approach at less than "
+    "b2_velocityThreshold = 1 m/s, which cannot be set, do not bounce. b2_linearSlop = 0.005 m cannot be set "
+    "either: continuous detection lets discs overlap by three of it. Numbers are in single precision."
+)
+_SETTINGS: dict[Peer, str] = {
     "chipmunk": (
         "elasticity 1, friction 0, damping 1 (none), no gravity, infinite moments, no sleeping; "
         f"{_ITERATIONS} iterations; collision_slop 0 and collision_bias 1, so that nothing but the elastic "
@@ -121,14 +140,13 @@ _SETTINGS = {
         "has no continuous detection."
     ),
     "box2d": (
-        "restitution 1, friction 0, no damping, gravity or sleeping, fixed rotation; every disc a bullet, "
-        f"so that all contacts are detected continuously; warm starting on; {_VELOCITY_ITERATIONS} "
-        f"velocity and {_POSITION_ITERATIONS} position iterations. The scene is scaled: the largest disc "
-        f"has a radius of {_LARGEST:g} m, or as much as lets a disc at {_FASTEST:g} times the mean speed "
-        f"fly the {_FARTHEST:g} m a step that the engine allows; time is scaled so that the mean speed is "
-        f"{_PACE:g} m/s, since pairs that approach at less than b2_velocityThreshold = 1 m/s, which cannot "
-        "be set, do not bounce. b2_linearSlop = 0.005 m cannot be set either: continuous detection lets "
-        "discs overlap by three of it. Numbers are in single precision."
+        "restitution 1, friction 0, no damping, gravity or sleeping, fixed rotation; no disc is a bullet, so "
+        "that contacts with walls are detected continuously, and those of two discs after each step; "
+        + _OF_BOX2D
+    ),
+    "box2d-bullets": (
+        "restitution 1, friction 0, no damping, gravity or sleeping, fixed rotation; every disc is a bullet, "
+        "so that all contacts are detected continuously; " + _OF_BOX2D
     ),
 }
 
@@ -156,6 +174,14 @@ def _watch(
     return np.array(rows, STEPPED), deepest
 
 
+def _walls(width: float, height: float, out: float) -> Iterator[tuple[int, Point, Point]]:
+    """Yield each wall's number, and the ends of a line so far outside of it."""
+    yield LEFT, (-out, 0.0), (-out, height)
+    yield RIGHT, (width + out, 0.0), (width + out, height)
+    yield BOTTOM, (0.0, -out), (width, -out)
+    yield TOP, (0.0, height + out), (width, height + out)
+
+
 class _Chipmunk:
     """A scene in a pymunk Space."""
 
@@ -176,12 +202,7 @@ class _Chipmunk:
             self._bodies.append(body)
         width, height = scene.arena
         t = 0.5 * max(width, height)  # half the thickness of a wall
-        for wall, start, end in (
-            (LEFT, (-t, 0.0), (-t, height)),
-            (RIGHT, (width + t, 0.0), (width + t, height)),
-            (BOTTOM, (0.0, -t), (width, -t)),
-            (TOP, (0.0, height + t), (width, height + t)),
-        ):
+        for wall, start, end in _walls(width, height, t):
             self._add(pymunk.Segment(space.static_body, start, end, t), wall)
         if told is not None:
             space.on_collision(None, None, **_callbacks(told))
@@ -220,7 +241,7 @@ def _callbacks(told: Told) -> dict[str, Any]:
 class _Box2D:
     """A scene in a b2World, scaled in length and time."""
 
-    def __init__(self, box2d: Any, scene: Scene, dt: float, told: Told | None) -> None:
+    def __init__(self, box2d: Any, scene: Scene, dt: float, told: Told | None, bullets: bool) -> None:
         assert scene.arena is not None
         speed = math.sqrt(2.0 * kinetic_energy(scene.mass, scene.velocity) / float(scene.mass.sum()) or 1.0)
         self._length = min(_LARGEST / float(scene.radius.max()), _FARTHEST / (_FASTEST * speed * dt))
@@ -238,7 +259,7 @@ class _Box2D:
             body = world.CreateDynamicBody(
                 position=(position * self._length).tolist(),
                 linearVelocity=(velocity * self._speed).tolist(),
-                bullet=True,
+                bullet=bullets,
                 fixedRotation=True,
                 allowSleep=False,
                 linearDamping=0.0,
@@ -248,12 +269,7 @@ class _Box2D:
             )
             self._bodies.append(body)
         width, height = (side * self._length for side in scene.arena)
-        for wall, start, end in (
-            (LEFT, (0.0, 0.0), (0.0, height)),
-            (RIGHT, (width, 0.0), (width, height)),
-            (BOTTOM, (0.0, 0.0), (width, 0.0)),
-            (TOP, (0.0, height), (width, height)),
-        ):
+        for wall, start, end in _walls(width, height, 0.0):
             edge = world.CreateStaticBody(userData=wall)
             edge.CreateEdgeFixture(vertices=[start, end], friction=0.0, restitution=1.0)
 

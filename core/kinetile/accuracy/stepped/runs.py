@@ -13,11 +13,12 @@ import statistics
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from kinetile.accuracy.parts import Column
 from kinetile.accuracy.stepped.encounters import Missed, first_encounters, missed_of
 from kinetile.accuracy.stepped.peers import Watched, run_peer
 from kinetile.accuracy.stepped.snapshot import Stepped, run_snapshots
@@ -42,48 +43,30 @@ Kind = Literal["kinetic", "snapshots", "engine"]
 
 @dataclass(frozen=True)
 class SpeedError:
-    """One method on one kind of scene.
+    """One method on one kind of scene; costs and overlaps: the median over the timed scenes."""
 
-    Attributes:
-        bodies, density: the scenes.
-        kind: "kinetic", "snapshots" or "engine".
-        method: the broad phase; how snapshots find pairs; the engine.
-        dt: the step, in the scene's time; None for kinetic methods.
-        cost: CPU seconds for a unit of simulated time, the median over the timed scenes of the median run.
-        cost_low, cost_high: of the cheapest and of the dearest of these scenes.
-        deepest: the deepest overlap of two discs, in radii, the median over the timed scenes.
-        deepest_low, deepest_high: the least and the greatest of these scenes.
-        depth_median: how deep two discs overlap when found, in radii (engines: after that step); None for
-            kinetic methods.
-        energy_drift: relative change of the kinetic energy, the greatest.
-        contacts: of two discs in a unit of time, the mean.
-        encounters: first encounters that were looked for.
-        missed: how many of them the method does not have as the first contact of both discs.
-        passed: how many of them it lets pass without an impulse.
-        unseen: how many of them it does not even see as an overlap.
-        missed_share, missed_error: the share that is missed, and its standard error.
-    """
-
-    bodies: int
-    density: float
-    kind: Kind
-    method: str
-    dt: float | None
-    cost: float
-    cost_low: float
-    cost_high: float
-    deepest: float
-    deepest_low: float
-    deepest_high: float
-    depth_median: float | None
-    energy_drift: float
-    contacts: float
-    encounters: int
-    missed: int
-    passed: int
-    unseen: int
-    missed_share: float
-    missed_error: float
+    bodies: Annotated[int, Column("of the scenes", "discs")]
+    density: Annotated[float, Column("of the scenes", "density")]
+    kind: Annotated[Kind, Column("kinetic, snapshots or engine")]
+    method: Annotated[str, Column("broad phase, how snapshots find pairs, or engine", "method")]
+    dt: Annotated[float | None, Column("the step, in the scene's time; kinetic methods have none", "dt")]
+    cost: Annotated[float, Column("median run of a unit of simulated time", "CPU s per unit of time")]
+    cost_low: Annotated[float, Column("of the cheapest of the scenes")]
+    cost_high: Annotated[float, Column("of the dearest of the scenes")]
+    deepest: Annotated[float, Column("of two discs, in radii", "deepest overlap / r")]
+    deepest_low: Annotated[float, Column("the least of the scenes")]
+    deepest_high: Annotated[float, Column("the greatest of the scenes")]
+    depth_median: Annotated[
+        float | None, Column("when found, in radii (engines: after that step)", "median overlap / r")
+    ]
+    energy_drift: Annotated[float, Column("relative change of the kinetic energy, at most", "energy drift")]
+    contacts: Annotated[float, Column("of two discs in a unit of time, the mean", "contacts of discs")]
+    encounters: Annotated[int, Column("how many were looked for", "first encounters")]
+    missed: Annotated[int, Column("of them, those that are not the first contact of both discs", "missed")]
+    passed: Annotated[int, Column("of them, those that get no impulse", "without an impulse")]
+    unseen: Annotated[int, Column("of them, those that are not even seen as an overlap", "unseen")]
+    missed_share: Annotated[float, Column("missed / first encounters", "share missed")]
+    missed_error: Annotated[float, Column("standard error of that share")]
 
 
 class Truth(NamedTuple):

@@ -15,40 +15,37 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Annotated, NamedTuple
 
-from kinetile.accuracy.parts import Budget, Picture, Progress, Section, Table
+from kinetile.accuracy.parts import Budget, Claim, Column, Picture, Progress, Section, Table, grouped
+from kinetile.accuracy.stepped.figures import ROUNDING, draw_speed_error
+from kinetile.accuracy.stepped.peers import NAMES as ENGINES
 from kinetile.accuracy.stepped.peers import PEERS, configured
 from kinetile.accuracy.stepped.runs import ROUNDS, UNTIL, Method, SpeedError, measure_rows
 from kinetile.accuracy.stepped.snapshot import Finder
+from kinetile.accuracy.wording import number
 from kinetile.errors import MissingExtra
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 __all__ = ["EFFORTS", "Crossing", "Effort", "Setting", "crossing", "findings", "measure"]
 
 KINETIC = ("naive", "sap-1d", "sweep-tiling")
 BEST = "sweep-tiling"
 """The kinetic method that the others are compared with in words."""
+SCENE = ("bodies", "density")
+"""The fields of a row that say which scenes it is of."""
 FINDERS: tuple[Finder, ...] = ("sweep", "cells")
 _STEPS = (3e-2, 1e-2, 3e-3, 1e-3, 3e-4)
 _SCENES = ((100, 0.25), (400, 0.25), (100, 0.5), (400, 0.5))
 
-NAMES = {
-    "sweep": "the snapshot method (sweep)",
-    "cells": "the snapshot method (cells)",
-    "chipmunk": "Chipmunk",
-    "box2d": "Box2D",
-}
+NAMES = {"sweep": "the snapshot method (sweep)", "cells": "the snapshot method (cells)"} | ENGINES
 
 
 @dataclass(frozen=True)
 class Setting:
     """What an engine is set to, in words."""
 
-    engine: str
-    configured: str
+    engine: Annotated[str, Column("its name", "engine")]
+    configured: Annotated[str, Column("all that it is set to", "set to")]
 
 
 class Effort(NamedTuple):
@@ -81,7 +78,7 @@ def measure(budget: Budget, progress: Progress) -> Section:
     engines, left_out = _installed()
     methods = [Method("kinetic", name) for name in KINETIC]
     methods += [Method("snapshots", finder, dt) for finder in FINDERS for dt in effort.steps]
-    methods += [Method("engine", each.engine, dt) for each in engines for dt in effort.engine_steps]
+    methods += [Method("engine", engine, dt) for engine in engines for dt in effort.engine_steps]
     rows: list[SpeedError] = []
     pictures = []
     for k, (bodies, density) in enumerate(effort.scenes):
@@ -96,49 +93,30 @@ def measure(budget: Budget, progress: Progress) -> Section:
         )
         pictures.append(_picture(new))
         rows += new
-    tables = [
-        Table("methods", "What a unit of simulated time costs, and how wrong it is.", tuple(rows), _HEADS)
-    ]
+    tables = [Table("methods", "What a unit of simulated time costs, and how wrong it is.", tuple(rows))]
     if engines:
-        heads = {"engine": "engine", "configured": "set to"}
-        tables.append(Table("engines", "What the engines are set to.", tuple(engines), heads))
+        tables.append(Table("engines", "What the engines are set to.", tuple(engines.values())))
     return Section(
         name="chart",
         title="Speed against error",
         about=_about(effort),
         findings=findings(rows),
+        claims=claims(rows),
         tables=tuple(tables),
         pictures=tuple(pictures),
         left_out=left_out,
     )
 
 
-_HEADS = {
-    "bodies": "discs",
-    "density": "density",
-    "method": "method",
-    "dt": "dt",
-    "cost": "CPU s per unit of time",
-    "deepest": "deepest overlap / r",
-    "depth_median": "median overlap / r",
-    "energy_drift": "energy drift",
-    "contacts": "contacts of discs",
-    "encounters": "first encounters",
-    "missed": "missed",
-    "passed": "without an impulse",
-    "unseen": "unseen",
-    "missed_share": "share missed",
-}
-
-
-def _installed() -> tuple[list[Setting], tuple[str, ...]]:
+def _installed() -> tuple[dict[str, Setting], tuple[str, ...]]:
     """Return the engines that are installed, and what is left out and why."""
-    engines, left_out = [], []
+    engines: dict[str, Setting] = {}
+    left_out: dict[str, None] = {}
     for peer in PEERS:
         try:
-            engines.append(Setting(peer, configured(peer)))
+            engines[peer] = Setting(NAMES[peer], configured(peer))
         except MissingExtra as error:
-            left_out.append(str(error))
+            left_out[str(error)] = None
     return engines, tuple(left_out)
 
 
@@ -169,14 +147,8 @@ def _picture(rows: Sequence[SpeedError]) -> Picture:
         "shaded strips lie beyond a break of the axis: overlaps of the size of rounding, and none missed of "
         f"{rows[0].encounters} first encounters (one missed is {1 / max(rows[0].encounters, 1):.2%}). The "
         f"line is at the cost of {BEST}.",
-        partial(_draw, tuple(rows)),
+        partial(draw_speed_error, tuple(rows)),
     )
-
-
-def _draw(rows: Sequence[SpeedError]) -> Figure:
-    from kinetile.accuracy.stepped.figures import draw_speed_error
-
-    return draw_speed_error(rows)
 
 
 class Crossing(NamedTuple):
@@ -205,25 +177,51 @@ def crossing(curve: Sequence[SpeedError], cost: float) -> Crossing | None:
     return None
 
 
+def claims(rows: Sequence[SpeedError]) -> tuple[Claim, ...]:
+    """Return what must hold of the kinetic methods, and what was found."""
+    kinetic = [row for row in rows if row.kind == "kinetic"]
+    missed, deepest = max(row.missed for row in kinetic), max(row.deepest_high for row in kinetic)
+    each = sum(row.encounters for row in kinetic if row.method == BEST)
+    fast, true, both = (len(some) for some in _rivals(rows))
+    stepped = sum(row.kind != "kinetic" for row in rows)
+    return (
+        Claim("Kinetic methods miss no first encounter", f"{missed:,} of {each:,}", not missed),
+        Claim(
+            f"Their overlaps are roundings: no deeper than {number(ROUNDING)} radii",
+            f"{number(deepest)} radii",
+            deepest <= ROUNDING,
+        ),
+        Claim(
+            f"No method in steps is both as fast as {BEST} and as true",
+            f"of {stepped} measurements {fast} are as fast, {true} overlap as little, {both} are both",
+            not both,
+        ),
+    )
+
+
 def findings(rows: Sequence[SpeedError]) -> tuple[str, ...]:
     """Return what the rows say, in sentences."""
-    scenes = dict.fromkeys(map(_scene, rows))
     return (
         _of_kinetic([row for row in rows if row.kind == "kinetic"]),
-        *(said for scene in scenes for said in _of_scene([row for row in rows if _scene(row) == scene])),
+        *(said for some in grouped(rows, *SCENE).values() for said in _of_scene(some)),
         _of_rivals(rows),
     )
 
 
-def _scene(row: SpeedError) -> tuple[int, float]:
-    return row.bodies, row.density
+def _rivals(rows: Sequence[SpeedError]) -> tuple[list[SpeedError], list[SpeedError], list[SpeedError]]:
+    """Return the rows of methods in steps that are as fast as BEST, that are as true, and that are both."""
+    best = {(row.bodies, row.density): row for row in rows if row.method == BEST}
+    beside = [(row, best[row.bodies, row.density]) for row in rows if row.kind != "kinetic"]
+    fast = [row for row, its in beside if row.cost <= its.cost]
+    true = [row for row, its in beside if row.deepest <= its.deepest]
+    return fast, true, [row for row in fast if row in true]
 
 
 def _of_kinetic(rows: Sequence[SpeedError]) -> str:
     missed, encounters = max(row.missed for row in rows), sum(row.encounters for row in rows)
     methods = ", ".join(dict.fromkeys(row.method for row in rows))
     deepest = max(row.deepest_high for row in rows)
-    return f"Kinetic methods ({methods}): the deepest overlap is {deepest:.1e} radii; " + (
+    return f"Kinetic methods ({methods}): the deepest overlap is {number(deepest)} radii; " + (
         "none of the first encounters is missed."
         if not missed
         else f"up to {missed} first encounters are missed (of {encounters} in all)."
@@ -233,20 +231,23 @@ def _of_kinetic(rows: Sequence[SpeedError]) -> str:
 def _of_scene(rows: Sequence[SpeedError]) -> list[str]:
     """Compare each method in steps with BEST on scenes of one kind."""
     best = next(row.cost for row in rows if row.method == BEST)
-    head = f"{rows[0].bodies} discs at density {rows[0].density:g} ({BEST}: {best * 1e3:.2g} ms)"
+    head = f"{rows[0].bodies} discs at density {rows[0].density:g} ({BEST}: {number(best * 1e3)} ms)"
     sentences = []
-    for method in dict.fromkeys(row.method for row in rows if row.kind != "kinetic"):
-        curve = sorted((row for row in rows if row.method == method), key=lambda row: row.dt or 0.0)
+    for method, some in grouped([row for row in rows if row.kind != "kinetic"], "method").items():
+        curve = sorted(some, key=lambda row: row.dt or 0.0)
         cheapest = min(curve, key=lambda row: row.cost)
         equal = crossing(curve, best)
         said = (
-            f"at dt = {cheapest.dt:g}, where it is fastest, {NAMES[method]} takes "
-            f"{_times(cheapest.cost / best)} times as long as {BEST}, {_errors(cheapest)}"
+            f"at dt = {number(cheapest.dt or 0.0)}, where it is fastest, {NAMES[method]} takes "
+            f"{number(cheapest.cost / best)} times as long as {BEST}, {_errors(cheapest)}"
         )
         if equal is not None:
-            said += f"; it takes as long at dt = {equal.dt:.1e}, {_errors(equal)}"
+            said += f"; it takes as long at dt = {number(equal.dt)}, {_errors(equal)}"
         if cheapest is not curve[0]:
-            said += f"; at dt = {curve[0].dt:g}, {_times(curve[0].cost / best)} times, {_errors(curve[0])}"
+            finest = curve[0]
+            said += (
+                f"; at dt = {number(finest.dt or 0.0)}, {number(finest.cost / best)} times, {_errors(finest)}"
+            )
         sentences.append(f"{head}: {said}.")
     return sentences
 
@@ -258,28 +259,26 @@ def _errors(at: SpeedError | Crossing) -> str:
         if share == 0.0
         else f"{share:.{1 if share >= 0.01 else 2}%} of first encounters"
     )
-    return f"with overlaps up to {at.deepest:.2g} radii and {missed} missed"
+    return f"with overlaps up to {number(at.deepest)} radii and {missed} missed"
 
 
 def _of_rivals(rows: Sequence[SpeedError]) -> str:
     """Say what in steps is as fast as BEST, and what is as true."""
-    best = {_scene(row): row for row in rows if row.method == BEST}
     stepped = [row for row in rows if row.kind != "kinetic"]
-    as_fast = [row for row in stepped if row.cost <= best[_scene(row)].cost]
-    as_true = [row for row in stepped if row.deepest <= best[_scene(row)].deepest]
-    both = [row for row in as_fast if row in as_true]
+    as_fast, as_true, both = _rivals(rows)
     complete = sum(row.missed == 0 for row in as_fast)
     said = f"Of {len(stepped)} measurements of methods in steps, {len(as_fast) or 'none'}"
     said += f" are as fast as {BEST}"
     if as_fast:
         truest = min(as_fast, key=lambda row: row.deepest)
-        said += f" (of these the least deepest overlap is {truest.deepest:.2g} radii: {_called(truest)})"
+        said += f" (of these the least deepest overlap is {number(truest.deepest)} radii: {_called(truest)})"
     said += f", {len(as_true) or 'none'} overlap as little"
     if stepped:
         truest = min(stepped, key=lambda row: row.deepest)
-        times = truest.cost / best[_scene(truest)].cost
-        cost = f"at {_times(times)} times the time: {_called(truest)}"
-        said += f" (the least is {truest.deepest:.1e} radii, {cost})"
+        best = next(row for row in grouped(rows, *SCENE)[truest.bodies, truest.density] if row.method == BEST)
+        times = truest.cost / best.cost
+        cost = f"at {number(times)} times the time: {_called(truest)}"
+        said += f" (the least is {number(truest.deepest)} radii, {cost})"
     return (
         f"{said}, and {len(both) or 'none'} are both. Of those as fast, {complete or 'none'} have every "
         "first encounter that was looked for."
@@ -287,11 +286,7 @@ def _of_rivals(rows: Sequence[SpeedError]) -> str:
 
 
 def _called(row: SpeedError) -> str:
-    return f"{NAMES[row.method]}, dt = {row.dt:g}, {row.bodies} discs at {row.density:g}"
-
-
-def _times(ratio: float) -> str:
-    return f"{ratio:.2g}" if ratio < 10.0 else f"{ratio:.0f}"
+    return f"{NAMES[row.method]}, dt = {number(row.dt or 0.0)}, {row.bodies} discs at {row.density:g}"
 
 
 def _between(fine: float, coarse: float, part: float) -> float:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from kinetile.cli.commands.run import as_json
-from kinetile.cli.folder import prepare_folder
+from kinetile.cli.folder import try_folder
 from kinetile.cli.terminal import Bar, exit_codes
 from kinetile.errors import BadOption
 
@@ -22,7 +22,7 @@ __all__ = ["accuracy"]
 
 def accuracy(quick: bool, full: bool, parts: Sequence[str] | None, out: Path | None, json: bool) -> None:
     """Measure, print each part when it is finished, and write them all; after Ctrl-C, those until then."""
-    from kinetile.accuracy.report import PARTS, measure_parts
+    from kinetile.accuracy.report import PARTS, check_packages, measure_parts
 
     done: list[Section] = []
     with exit_codes(), Bar("measuring") as bar:
@@ -41,7 +41,8 @@ def accuracy(quick: bool, full: bool, parts: Sequence[str] | None, out: Path | N
         budget: Budget = "quick" if quick else "full" if full else "normal"
         parts = list(dict.fromkeys(parts)) if parts else None
         out = out or _free_folder()
-        prepare_folder(out)
+        check_packages(parts)
+        try_folder("--out", out, keep=True)
         try:
             measure_parts(
                 budget,
@@ -63,6 +64,8 @@ def _free_folder() -> Path:
 
 def _print(section: Section) -> None:
     typer.echo(section.title)
+    for claim in section.claims:
+        typer.echo(f"{'holds' if claim.holds else 'DOES NOT HOLD'}: {claim.says}: {claim.measured}")
     for sentence in section.findings:
         typer.echo(f"- {sentence}")
     for sentence in section.left_out:

@@ -12,11 +12,12 @@ import pytest
 from kinetile.accuracy.queries import chains as query_chains
 from kinetile.accuracy.queries import section as part
 from kinetile.accuracy.queries.chains import chain_findings, line_chain, three_discs
+from kinetile.accuracy.queries.climbing import CHILDREN, KEPT, STARTS, Climb, climb
 from kinetile.accuracy.queries.families import FAMILIES, Family
 from kinetile.accuracy.queries.forms import KERNEL, ask, batch_times, forms
 from kinetile.accuracy.queries.questions import Queries
 from kinetile.accuracy.queries.truth import Encounter, Plan
-from kinetile.accuracy.queries.verdicts import QUERY_HEADS, QueryRow, Verdict, judge, query_row, tie_row
+from kinetile.accuracy.queries.verdicts import QueryRow, Verdict, judge, query_row, tie_row
 from kinetile.kernel.tables import NEVER
 from kinetile.toolbox import Kernel, hook, since_anchor, ticks_after
 
@@ -230,7 +231,6 @@ def test_rows_count_what_the_verdicts_say() -> None:
     assert (row.error_median, row.error_max, row.exact, row.late) == (2.0, 3.0, 0.5, 0.5)
     assert (row.ticks_max, row.depth, row.depth_separation, row.depth_extent) == (2.0, 0.25, 7.0, 5.0)
     assert (row.ns_median, row.batches, row.anchors_apart) == (2.0, 3, False)
-    assert set(QUERY_HEADS) <= set(vars(row))
 
 
 def test_ties_are_counted_by_groups() -> None:
@@ -265,28 +265,50 @@ def test_batches_are_timed_in_turn() -> None:
     assert len(batch_times(forms(), FAMILIES[0].draw(100), batch=20, least=3)[KERNEL]) == 5
 
 
+CLIMBED = Climb(1_000, 5.75, 0.5)
+
+
 def test_findings_say_what_is_wrong() -> None:
     good = query_row(FAMILIES[0], FAMILIES[0].draw(2), KERNEL, [Verdict(True, True)] * 2, np.ones(1))
-    naive = replace(good, form="naive", depth=1e-3)
-    others = [naive, replace(naive, form="citardauq", depth=2e-3)]
-    said = part.query_findings([good, *others])
+    naive = replace(good, form="naive", depth=1e-4)
+    others = [naive, replace(naive, form="citardauq", depth=2e-4)]
+    said = part.query_findings([good, *others], CLIMBED)
     assert "No false negative of the kernel outside its dead zone in any of 1 families, 2 queries" in said[0]
     assert "No false positive" in said[1]
-    assert "within the 5 allowed" in said[2]
-    assert "1.0e-03" not in said[3]
-    assert "2.0e-03 R (citardauq, generic)" in said[3]
+    assert "eta, is nowhere passed" in said[2]
+    assert "finds an overlap of 5.75 × 2^-53 × the separation, and one of 0.5 eta" in said[3]
+    assert "1e-4" not in said[4]
+    assert "2e-4 R (citardauq, generic)" in said[4]
+    assert all(claim.holds for claim in part.query_claims([good, *others], CLIMBED))
     bad = replace(good, false_negatives=3, outside_dead_zone=2, deepest_in_zones=1.25, false_positives=4)
-    bad = replace(bad, depth_separation=6.5, widest_false=0.5)
-    said = part.query_findings([bad, *others])
+    bad = replace(bad, depth_separation=6.5, depth_proved=1.5, widest_false=0.5)
+    said = part.query_findings([bad, *others], CLIMBED)
     assert "misses contacts outside the dead zone" in said[0]
     assert "generic: 2 of 3" in said[0]
     assert "1.250 times" in said[0]
     assert "contacts that are none (generic: 4" in said[1]
-    assert "6.50 x 2^-53" in said[2]
-    assert "more than the 5 allowed" in said[2]
-    said = part.query_findings([replace(bad, anchors_apart=True, depth_extent=0.5), *others])
+    assert "sampled maximum of the overlap" in said[2]
+    assert "6.50 × 2^-53" in said[2]
+    assert "eta, is passed: the sample's largest is 1.5 of it" in said[2]
+    assert not any(claim.holds for claim in part.query_claims([bad, *others], CLIMBED))
+    said = part.query_findings([replace(bad, anchors_apart=True, depth_extent=0.5), *others], CLIMBED)
     assert "anchored before" in said[2]
     assert "generic 6.5" in said[2]
+
+
+def test_the_overlap_is_judged_by_the_proved_bound_and_not_by_what_a_sample_happened_to_hold() -> None:
+    """Overlaps beyond 5 x 2^-53 separations are found as soon as one looks for them, and stay below eta."""
+    deepest = climb(12)
+    assert deepest.queries == 12 * 2 * len(STARTS) * KEPT * CHILDREN
+    assert deepest.depth_separation > 5.0
+    assert 0.2 < deepest.depth_proved < 1.0
+
+
+def test_the_proved_bound_of_a_query_is_eta() -> None:
+    one, two = Plan(0.0, 0.0, 0.0, 0.0, 0, 1.0), Plan(4.0, 0.0, -1.0, 0.0, 0, 1.0)
+    assert Encounter(one, two).proved == 16 * 2.0**-53 * 4.0 + 2 * 1.0 * 2.0**-52
+    beyond = Plan(-4.0, 0.0, -8.0, 0.0, 0, 1.0), Plan(-8.0, 0.0, -7.0, 0.0, 0, 1.0)
+    assert Encounter(*beyond).proved == 16 * 2.0**-53 * 22.0 + 2 * 8.0 * 2.0**-52, "until they meet"
 
 
 def test_chains_on_a_line_keep_their_order_and_lose_a_tick_a_contact() -> None:
@@ -327,6 +349,7 @@ def test_a_third_disc_is_met_where_it_should_be() -> None:
 
 def test_the_part_measures_every_family_and_form(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(part.COUNTS, "quick", 40)
+    monkeypatch.setitem(part.ROUNDS, "quick", 1)
     monkeypatch.setitem(part.BATCHES, "quick", 1)
     monkeypatch.setattr(part, "BATCH", 20)
     monkeypatch.setitem(query_chains.LENGTHS, "quick", (1, 10))
@@ -334,7 +357,8 @@ def test_the_part_measures_every_family_and_form(monkeypatch: pytest.MonkeyPatch
     told: list[tuple[str, int, int]] = []
     section = part.measure("quick", lambda *what: told.append(what))
     assert section.name == "queries"
-    families, ties, chains = section.tables
+    families, ties, chains, hardness = section.tables
+    assert [row.family for row in hardness.rows] == [family.name for family in FAMILIES]
     assert [(row.family, row.form) for row in families.rows] == [
         (family.name, form) for family in FAMILIES for form in forms()
     ]

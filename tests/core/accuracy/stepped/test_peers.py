@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import kinetile as kt
-from kinetile.accuracy.stepped.peers import PEERS, Peer, configured, need_peer, run_peer
+from kinetile.accuracy.stepped.peers import NAMES, PEERS, Peer, configured, need_peer, run_peer
 from kinetile.accuracy.stepped.snapshot import Stepped
 from kinetile.errors import MissingExtra, Refused
 
-PACKAGES = {"chipmunk": "pymunk", "box2d": "Box2D"}
+PACKAGES = {"chipmunk": "pymunk", "box2d": "Box2D", "box2d-bullets": "Box2D"}
 
 
 @pytest.fixture(params=PEERS)
@@ -73,8 +73,21 @@ def test_many_discs_keep_their_energy_and_stay_inside(peer: Peer) -> None:
     assert (run.position < 1.0).all()
     discs = (run.contacts["b"] >= 0).sum()
     assert discs == pytest.approx(simulation.readings.contacts_disc, rel=0.2)
-    assert run.deepest < (0.3 if peer == "chipmunk" else 0.01)
+    assert run.deepest < (0.01 if peer == "box2d-bullets" else 0.3)
     assert len(run.overlaps) > len(run.contacts)
+
+
+@pytest.mark.compiled
+def test_bullets_are_an_engine_of_their_own_and_overlap_less() -> None:
+    pytest.importorskip("Box2D")
+    scene = kt.make_scene("grid", bodies=100, density=0.25, seed=1)
+    plain, bullets = (
+        run_peer(name, scene, 1e-3, 0.3, watched="depths").deepest for name in ("box2d", "box2d-bullets")
+    )
+    assert bullets < 0.01 < 0.05 < plain
+    assert "Box2D 2.3" in NAMES["box2d"]
+    assert "no disc is a bullet" in configured("box2d")
+    assert "every disc is a bullet" in configured("box2d-bullets")
 
 
 def test_what_is_not_watched_is_missing(peer: Peer) -> None:

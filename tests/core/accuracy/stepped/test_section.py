@@ -31,6 +31,7 @@ def row(method: str, dt: float | None = None, **more: Any) -> SpeedError:
         "cells": "snapshots",
         "chipmunk": "engine",
         "box2d": "engine",
+        "box2d-bullets": "engine",
     }
     plain = SpeedError(
         bodies=100,
@@ -111,7 +112,7 @@ def test_the_sentences_say_what_the_rows_say() -> None:
     assert "naive, sap-1d, sweep-tiling" in first
     assert "none of the first encounters is missed" in first
     assert "0.1 times as long as sweep-tiling, with overlaps up to 1 radii and 10.0% of first" in of_sweep
-    assert "it takes as long at dt = 3.2e-04, with overlaps up to 0.032 radii and 0.50% of first" in of_sweep
+    assert "it takes as long at dt = 3.2e-4, with overlaps up to 0.032 radii and 0.50% of first" in of_sweep
     assert "2 times, with overlaps up to 0.01 radii and no first encounters missed" in of_sweep
     assert "2 are as fast as sweep-tiling" in last
     assert "none overlap as little" in last
@@ -119,16 +120,16 @@ def test_the_sentences_say_what_the_rows_say() -> None:
 
 
 def test_the_sentences_turn_round_with_the_rows() -> None:
-    slower = [row("box2d", dt, cost=cost, deepest=0.01) for dt, cost in ((1e-2, 5e-3), (1e-3, 9e-3))]
+    slower = [row("box2d-bullets", dt, cost=cost, deepest=0.01) for dt, cost in ((1e-2, 5e-3), (1e-3, 9e-3))]
     said = findings([*KINETIC, *slower])
-    assert "Box2D takes 5 times as long" in said[1]
+    assert "Box2D 2.3 with bullets takes 5 times as long" in said[1]
     assert "it takes as long" not in said[1]
     assert "none are as fast as sweep-tiling" in said[-1]
     truer = row("cells", 1e-3, cost=5e-4, deepest=1e-16)
     assert "and 1 are both. Of those as fast, 1 have every" in findings([*KINETIC, truer])[-1]
     lossy = replace(KINETIC[2], missed=7, missed_share=7 / 2000, deepest_high=0.2)
     said = findings([*KINETIC[:2], lossy])
-    assert "the deepest overlap is 2.0e-01 radii; up to 7 first encounters are missed" in said[0]
+    assert "the deepest overlap is 0.2 radii; up to 7 first encounters are missed" in said[0]
 
 
 @pytest.mark.compiled
@@ -170,7 +171,7 @@ def test_the_section_holds_together(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "Box2D", None)
     section = measure("quick", SILENT)
     assert section.name == "chart"
-    assert len(section.left_out) == 2
+    assert len(section.left_out) == 2, "each package once"
     assert all("kinetile[peers]" in reason for reason in section.left_out)
     (table,) = section.tables
     assert len(table.rows) == 3 + 2 * 2
@@ -186,11 +187,20 @@ def test_the_chart_is_drawn_and_names_every_method() -> None:
 
     engines = (
         row("chipmunk", 1e-2, cost=2e-3, deepest=0.9, missed_share=0.01),
-        row("box2d", 1e-2, cost=9e-3),
+        row("box2d", 1e-2, cost=7e-3, deepest=0.2),
+        row("box2d-bullets", 1e-2, cost=9e-3),
     )
     figure = draw_speed_error((*KINETIC, *CURVE, *engines, row("cells", 1e-2, deepest=0.5)))
     said = {text.get_text() for axes in figure.axes for text in axes.texts}
-    for name in ("naive", "sap-1d", "sweep-tiling", "snapshots, sweep", "snapshots, cells", "Chipmunk"):
+    for name in (
+        "naive",
+        "sap-1d",
+        "sweep-tiling",
+        "snapshots, sweep",
+        "snapshots, cells",
+        "Chipmunk",
+        "Box2D 2.3, no bullets",
+    ):
         assert name in said
     assert {"slower", "faster", "dt = 0.0001"} <= said
     assert [axes.get_yscale() for axes in figure.axes] == ["log"] * 4

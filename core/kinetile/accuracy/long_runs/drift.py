@@ -19,14 +19,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
 
 import kinetile as kt
-from kinetile.accuracy.parts import Progress
+from kinetile.accuracy.parts import Column, Progress
 
-__all__ = ["Clock", "Drift", "WayBack", "clocks", "drifts", "way_back"]
+__all__ = ["Clock", "Drift", "WayBack", "clocks", "contacts_of", "drifts", "way_back"]
 
 STARTS = (0.0, 2.0**20, 2.0**40)
 _BINS_PER_OCTAVE = 8
@@ -35,61 +36,49 @@ _SMALLEST = -80  # octaves
 
 @dataclass(frozen=True)
 class Drift:
-    """The readings of a run after so many contacts.
+    """The readings of a run after so many contacts."""
 
-    Attributes:
-        contacts: of discs and walls.
-        time: in the scene's time.
-        energy: relative change of the kinetic energy.
-        momentum: what all contacts of two discs left over of it, relative to the sum of m |v|.
-        deepest_overlap: at any contact so far, in radii of the smaller body.
-        gap_median, gap_p99, gap_max: distance from the exact distance R at contacts of two discs, in R.
-        late: share of these contacts at which the discs overlap, by however little.
-        lateness: how far in the past a structural event was found, in the scene's time.
-        audits: times that the structure was compared with the bodies by brute force.
-        seconds: processor time in the loop.
-    """
-
-    contacts: int
-    time: float
-    energy: float
-    momentum: float
-    deepest_overlap: float
-    gap_median: float
-    gap_p99: float
-    gap_max: float
-    late: float
-    lateness: float
-    audits: int
-    seconds: float
+    contacts: Annotated[int, Column("contacts of discs and walls", "contacts")]
+    time: Annotated[float, Column("in the scene's time")]
+    energy: Annotated[float, Column("relative change of the kinetic energy", "energy")]
+    momentum: Annotated[
+        float, Column("what contacts of two discs left over, of the sum of m |v|", "momentum")
+    ]
+    deepest_overlap: Annotated[float, Column("at any contact so far, in radii", "deepest overlap / r")]
+    gap_median: Annotated[
+        float, Column("distance at contact from the exact one, in R: median", "gap / R, median")
+    ]
+    gap_p99: Annotated[float, Column("the same: 99 % are no further off", "99 %")]
+    gap_max: Annotated[float, Column("the same: the furthest", "max")]
+    late: Annotated[
+        float, Column("share of contacts at which discs overlap, by however little", "overlapping")
+    ]
+    lateness: Annotated[float, Column("how far in the past a structural event was found", "lateness")]
+    audits: Annotated[int, Column("times that all was compared with the bodies by brute force", "audits")]
+    seconds: Annotated[float, Column("processor time in the loop")]
 
 
 @dataclass(frozen=True)
 class Clock:
-    """A run whose clock begins late: ``same`` says whether its contacts are those of the clock at 0."""
+    """A run whose clock begins late."""
 
-    start: float
-    contacts: int
-    deepest_overlap: float
-    energy: float
-    same: bool
+    start: Annotated[float, Column("when the clock begins", "clock begins at")]
+    contacts: Annotated[int, Column("of discs and walls", "contacts")]
+    deepest_overlap: Annotated[float, Column("at any contact, in radii", "deepest overlap / r")]
+    energy: Annotated[float, Column("relative change of the kinetic energy", "energy")]
+    same: Annotated[bool, Column("whether the contacts are those of the clock at 0", "same contacts")]
 
 
 @dataclass(frozen=True)
 class WayBack:
-    """A run that is turned back.
+    """A run that is turned back."""
 
-    Attributes:
-        density: of the scene.
-        until: when it is turned back.
-        contacts_per_disc: until then; a contact of two discs counts for both.
-        error: the largest distance from where a disc began, in radii.
-    """
-
-    density: float
-    until: float
-    contacts_per_disc: float
-    error: float
+    density: Annotated[float, Column("of the scene", "density")]
+    until: Annotated[float, Column("when it is turned back", "turned back at")]
+    contacts_per_disc: Annotated[
+        float, Column("until then; a contact of two discs counts for both", "contacts a disc")
+    ]
+    error: Annotated[float, Column("largest distance from where a disc began, in radii", "error / r")]
 
 
 class _FromTheLog:
@@ -155,6 +144,11 @@ class _FromTheLog:
         return float(2.0 ** (_SMALLEST + (np.searchsorted(seen, share * seen[-1]) + 1) / _BINS_PER_OCTAVE))
 
 
+def contacts_of(sim: kt.Simulation) -> int:
+    """Return how many contacts a simulation has had, of discs and walls."""
+    return sim.readings.contacts_disc + sim.readings.contacts_wall
+
+
 def drifts(scene: kt.Scene, most: int, progress: Progress, broad_phase: str | None = None) -> list[Drift]:
     """Run a scene for ``most`` contacts, audited a thousand times; return its readings at 10^3, 10^4, ..."""
     ledger = _FromTheLog(scene)
@@ -163,16 +157,15 @@ def drifts(scene: kt.Scene, most: int, progress: Progress, broad_phase: str | No
     marks = [10**k for k in range(3, int(math.log10(most)) + 1)]
     rows = []
     for mark in marks:
-        done = sim.readings.contacts_disc + sim.readings.contacts_wall
         sim.run(
-            max_contacts=mark - done,
+            max_contacts=mark - contacts_of(sim),
             recorder=ledger,
             progress=lambda now: progress("a long run", now.contacts, most),
         )
         found = sim.readings
         rows.append(
             Drift(
-                contacts=found.contacts_disc + found.contacts_wall,
+                contacts=contacts_of(sim),
                 time=sim.time,
                 energy=found.energy_drift,
                 momentum=ledger.momentum,
@@ -201,7 +194,7 @@ def clocks(scene: kt.Scene, contacts: int, starts: tuple[float, ...] = STARTS) -
         rows.append(
             Clock(
                 start=start,
-                contacts=found.contacts_disc + found.contacts_wall,
+                contacts=contacts_of(sim),
                 deepest_overlap=found.deepest_overlap,
                 energy=found.energy_drift,
                 same=found.fingerprint == usual,

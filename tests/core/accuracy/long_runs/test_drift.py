@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import kinetile as kt
-from kinetile.accuracy import drift
-from kinetile.accuracy.drift import clocks, drifts, way_back
+from kinetile.accuracy.long_runs import drift
+from kinetile.accuracy.long_runs.drift import clocks, drifts, way_back
 
 
 def silent(what: str, done: int, total: int) -> None:

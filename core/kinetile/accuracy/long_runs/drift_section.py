@@ -1,13 +1,15 @@
-"""The part of the report on long runs: what ``kinetile.accuracy.drift`` measures, in words and pictures."""
+"""The part of the report on long runs: what ``drift`` measures, in words and pictures."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import kinetile as kt
-from kinetile.accuracy.drift import Clock, Drift, WayBack, clocks, drifts, way_back
-from kinetile.accuracy.parts import Budget, Picture, Progress, Section, Table
+from kinetile.accuracy.drawing import curve, legend_below, new_figure
+from kinetile.accuracy.long_runs.drift import Clock, Drift, WayBack, clocks, drifts, way_back
+from kinetile.accuracy.parts import Budget, Claim, Picture, Progress, Section, Table, grouped
+from kinetile.accuracy.wording import listed, number
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -48,10 +50,11 @@ def measure(budget: Budget, progress: Progress) -> Section:
         ),
         findings=tuple(_findings(drift, clock, back)),
         tables=(
-            Table("drift", "The readings after so many contacts.", tuple(drift), _DRIFT_HEADS),
-            Table("clocks", "The same scene with clocks that begin late.", tuple(clock), _CLOCK_HEADS),
-            Table("way-back", "Runs turned back after a while.", tuple(back), _BACK_HEADS),
+            Table("drift", "The readings after so many contacts.", tuple(drift)),
+            Table("clocks", "The same scene with clocks that begin late.", tuple(clock)),
+            Table("way-back", "Runs turned back after a while.", tuple(back)),
         ),
+        claims=tuple(_claims(most, drift, clock)),
         pictures=(
             Picture(
                 "drift",
@@ -69,31 +72,34 @@ def measure(budget: Budget, progress: Progress) -> Section:
     )
 
 
-_DRIFT_HEADS = {
-    "contacts": "contacts",
-    "energy": "energy",
-    "momentum": "momentum",
-    "deepest_overlap": "deepest overlap / r",
-    "gap_median": "gap / R, median",
-    "gap_p99": "99 %",
-    "gap_max": "max",
-    "late": "overlapping",
-    "lateness": "lateness",
-    "audits": "audits",
-}
-_CLOCK_HEADS = {
-    "start": "clock begins at",
-    "contacts": "contacts",
-    "deepest_overlap": "deepest overlap / r",
-    "energy": "energy",
-    "same": "same contacts",
-}
-_BACK_HEADS = {
-    "density": "density",
-    "until": "turned back at",
-    "contacts_per_disc": "contacts a disc",
-    "error": "error / r",
-}
+def _claims(most: int, drift: list[Drift], clock: list[Clock]) -> list[Claim]:
+    last = drift[-1]
+    walk = _walk(last.contacts)
+    return [
+        Claim(
+            f"A run of {most:,} contacts comes to its end under audit",
+            f"{last.contacts:,} contacts, {last.audits:,} audits",
+            last.contacts >= most and last.audits > 0,
+        ),
+        *(
+            Claim(
+                f"{name.capitalize()} wanders no further than one rounding a contact would take it",
+                f"{number(off)}; the walk: {number(walk)}",
+                off <= walk,
+            )
+            for name, off in (("energy", last.energy), ("momentum", last.momentum))
+        ),
+        Claim(
+            "Late clocks show the same contacts, to the last bit",
+            f"{sum(row.same for row in clock)} of {len(clock)} clocks, {clock[0].contacts:,} contacts",
+            all(row.same for row in clock),
+        ),
+    ]
+
+
+def _walk(contacts: int) -> float:
+    """Return how far a random walk of one rounding a contact comes."""
+    return 2.0**-53 * math.sqrt(contacts)
 
 
 def _findings(drift: list[Drift], clock: list[Clock], back: list[WayBack]) -> list[str]:
@@ -101,23 +107,21 @@ def _findings(drift: list[Drift], clock: list[Clock], back: list[WayBack]) -> li
     middle = drift[len(drift) // 2]
     growth = last.deepest_overlap / middle.deepest_overlap if middle.deepest_overlap else 1.0
     found = [
-        f"After {last.contacts:,} contacts the energy has changed by {last.energy:.1e} of itself, and the "
-        f"momentum that contacts of two discs left over is {last.momentum:.1e}.",
-        f"The deepest overlap at any contact is {last.deepest_overlap:.1e} radii, {growth:.1f} times that "
-        f"of the first {middle.contacts:,}; half of all contacts are within {last.gap_median:.1e} R of the "
-        f"exact distance, 99 % within {last.gap_p99:.1e}.",
+        f"After {last.contacts:,} contacts the energy has changed by {number(last.energy)} of itself, and "
+        f"the momentum that contacts of two discs left over is {number(last.momentum)}.",
+        f"The deepest overlap at any contact is {number(last.deepest_overlap)} radii, {growth:.1f} times "
+        f"that of the first {middle.contacts:,}; half of all contacts are within {number(last.gap_median)} R "
+        f"of the exact distance, 99 % within {number(last.gap_p99)}.",
     ]
-    others = [row for row in clock if row.start != 0.0]
-    starts = " and ".join(f"2^{math.log2(row.start):.0f}" for row in others)
     if all(row.same for row in clock):
+        starts = listed([f"2^{math.log2(row.start):.0f}" for row in clock if row.start])
         found.append(
             f"With the clock at {starts} the {clock[0].contacts:,} contacts are the same to the last bit."
         )
     else:
-        wrong = ", ".join(f"{row.start:g}" for row in clock if not row.same)
+        wrong = listed([number(row.start) for row in clock if not row.same])
         found.append(f"With the clock at {wrong} the contacts are others: that must not be.")
-    for density in dict.fromkeys(row.density for row in back):
-        rows = [row for row in back if row.density == density]
+    for density, rows in grouped(back, "density").items():
         lost = next((row for row in rows if row.error > 1.0), None)
         if lost is not None:
             found.append(
@@ -128,44 +132,28 @@ def _findings(drift: list[Drift], clock: list[Clock], back: list[WayBack]) -> li
 
 
 def _draw_drift(rows: list[Drift]) -> Figure:
-    from kinetile.accuracy.drawing import new_figure
-
-    figure, panel = new_figure(1)
+    figure, panel = new_figure()
     contacts = [row.contacts for row in rows]
-    lines: tuple[tuple[str, str, str, str], ...] = (
-        ("energy", "energy", "#0072B2", "o-"),
-        ("momentum", "momentum", "#009E73", "s--"),
-        ("deepest_overlap", "deepest overlap / r", "#D55E00", "^-"),
-        ("gap_p99", "distance at contact, 99 %, / R", "#000000", "v-."),
-    )
-    for field, label, colour, look in lines:
-        values = [getattr(row, field) or math.nan for row in rows]
-        panel.plot(contacts, values, look, color=colour, markersize=4, linewidth=1.2, label=label)
-    walk = [2.0**-53 * math.sqrt(n) for n in contacts]
-    panel.plot(contacts, walk, ":", color="0.5", linewidth=1.0, label="a random walk of roundings")
+    labels = {
+        "energy": "energy",
+        "deepest_overlap": "deepest overlap / r",
+        "gap_p99": "distance at contact, 99 %, / R",
+        "momentum": "momentum",
+    }
+    for look, (field, label) in enumerate(labels.items()):
+        curve(panel, contacts, [getattr(row, field) or math.nan for row in rows], look, label=label)
+    panel.plot(contacts, [_walk(n) for n in contacts], ":", color="0.5", label="random walk of roundings")
     panel.set(xscale="log", yscale="log", xlabel="contacts", ylabel="relative")
-    panel.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    legend_below(figure, 3)
     return figure
 
 
 def _draw_back(rows: list[WayBack]) -> Figure:
-    from kinetile.accuracy.drawing import new_figure
-
-    figure, panel = new_figure(1)
-    looks: Any = iter((("#0072B2", "o-"), ("#D55E00", "s--"), ("#000000", "^:")))
-    for density in dict.fromkeys(row.density for row in rows):
-        colour, look = next(looks)
-        chosen = [row for row in rows if row.density == density]
-        panel.plot(
-            [row.contacts_per_disc for row in chosen],
-            [max(row.error, 1e-17) for row in chosen],
-            look,
-            color=colour,
-            markersize=4,
-            linewidth=1.2,
-            label=f"density {density:g}",
-        )
+    figure, panel = new_figure()
+    for look, (density, some) in enumerate(grouped(rows, "density").items()):
+        errors = [max(row.error, 1e-17) for row in some]
+        curve(panel, [row.contacts_per_disc for row in some], errors, look, label=f"density {density:g}")
     panel.axhline(1.0, color="0.5", linewidth=1.0, linestyle=":")
     panel.set(yscale="log", xlabel="contacts a disc until the run is turned back", ylabel="error / r")
-    panel.legend()
+    legend_below(figure, 2)
     return figure

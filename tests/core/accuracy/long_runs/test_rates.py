@@ -7,7 +7,7 @@ import math
 import pytest
 
 import kinetile as kt
-from kinetile.accuracy.rates import enskog_rate, two_disc_rates, two_discs
+from kinetile.accuracy.long_runs.rates import enskog_rate, two_disc_rates, two_discs
 
 
 def silent(what: str, done: int, total: int) -> None:

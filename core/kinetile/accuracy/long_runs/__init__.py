@@ -1,0 +1,1 @@
+"""Long runs: what they lose, and whether discs meet as often as they must."""
