@@ -7,7 +7,7 @@ import json
 import math
 import sys
 from base64 import b64decode
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
@@ -192,6 +192,14 @@ def test_figures_are_drawn_for_narrow_pages_too(tmp_path):
     assert 'media="(max-width: 640px)"' in page
     width_of = [float(svg.split('width="')[1].split("pt")[0]) for svg in (narrow, wide)]
     assert width_of == pytest.approx([72 * NARROW, 72 * WIDTH])
+
+
+def test_numbers_of_a_sentence_are_not_parted(tmp_path):
+    found = replace(section(), findings=("It is 1.2e-15 R & 3 <off>.",))
+    paths = write_report([found], tmp_path, budget="quick", conditions=CONDITIONS)
+    assert '<li>It is <span class="number">1.2e-15</span> R &amp; 3 &lt;off&gt;.</li>' in paths[0].read_text(
+        encoding="utf-8"
+    )
 
 
 def test_captions_stand_outside_of_what_scrolls(tmp_path):

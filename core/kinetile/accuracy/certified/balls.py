@@ -23,6 +23,7 @@ from typing import NamedTuple
 import numpy as np
 from flint import arb, fmpq
 
+from kinetile.accuracy.certified.agenda import TURN, Agenda, Coming, Undecided
 from kinetile.accuracy.certified.flights import (
     ZERO,
     Line,
@@ -32,11 +33,10 @@ from kinetile.accuracy.certified.flights import (
     exchange,
     first_contact,
     first_root,
-    same,
 )
 from kinetile.scene import Scene
 
-__all__ = ["Attempt", "Met", "Undecided"]
+__all__ = ["Attempt", "Met"]
 
 NARROW = 80
 """Bits to which the time of a contact must be known, relative to the time since the start."""
@@ -44,27 +44,6 @@ NARROW = 80
 LEAST = 2.0**-1000
 SURE = 1.0 - 2.0**-40
 """A factor by which bounds in doubles are less than what they are computed from."""
-
-
-class Undecided(Exception):
-    """A comparison did not come out: what it was about, about when, and the bodies concerned."""
-
-    def __init__(self, what: str, time: float, bodies: tuple[int, ...]) -> None:
-        super().__init__(what)
-        self.what, self.time, self.bodies = what, time, bodies
-
-
-class Coming(NamedTuple):
-    """An event that is to come.
-
-    ``root`` is the ball of -d.v of two discs when they touch. ``doubt`` says what is not known about an event
-    that may come, and not before its moment's ``low``. ``late`` is whether the bodies overlap already.
-    """
-
-    moment: Moment
-    root: arb | None = None
-    doubt: str | None = None
-    late: bool = False
 
 
 class Met(NamedTuple):
@@ -80,9 +59,6 @@ class Met(NamedTuple):
 
 class Attempt:
     """A run of a scene at the present precision.
-
-    Events have numbers, which are their order within one moment: 0 the next turn, then body by body the walls
-    (left, right, bottom, top), then the pairs by their bodies, and last the end.
 
     Args:
         scene: what is simulated.
@@ -110,14 +86,10 @@ class Attempt:
         self._plans = []
         for x, y, vx, vy in np.column_stack([scene.position, scene.velocity]).tolist():
             self._plans.append(Plan.along(Line((exact(x), exact(y)), (exact(vx), exact(vy)))))
-        self._first_pair = 1 + 4 * self._n
-        self._end = self._first_pair + self._n**2
-        self._low = np.full(self._end + 1, math.inf)
-        self._high = np.full(self._end + 1, math.inf)
-        self._coming: dict[int, Coming] = {}
+        self._agenda = Agenda(self._n)
         self._come_to(Moment.at(ZERO))
         if until is not None:
-            self._put(self._end, Coming(Moment.at(until)))
+            self._agenda.put(self._agenda.end, Coming(Moment.at(until)))
         self._ask_turn()
         for body in range(self._n):
             self._ask_walls(body, (0, 1))
@@ -129,87 +101,24 @@ class Attempt:
 
         Raises Undecided where it is not certain which that is, or what it does.
         """
-        event = self._next()
-        if event is None or event == self._end:
+        event = self._agenda.next()
+        coming = None if event is None else self._agenda.get(event)
+        if event is None or coming is None or event == self._agenda.end:
             self.ended = "quiet" if event is None else "until"
             return
-        coming = self._coming[event]
         if coming.moment is not self._now:
             self._come_to(coming.moment)
-        self._put(event, None)
+        self._agenda.put(event, None)
         if not coming.late:
             self._touched.add(event)
-        if event == 0:
+        wall = self._agenda.wall_of(event)
+        if event == TURN:
             self._turn()
-        elif event < self._first_pair:
-            body, wall = divmod(event - 1, 4)
-            self._bounce(body, wall, coming)
+        elif wall is not None:
+            self._bounce(*wall, coming)
         else:
-            a, b = divmod(event - self._first_pair, self._n)
+            a, b = self._agenda.bodies_of(event)
             self._collide(a, b, coming)
-
-    # Which event is next
-
-    def _put(self, event: int, coming: Coming | None) -> None:
-        if coming is None:
-            if self._coming.pop(event, None) is not None:
-                self._low[event] = self._high[event] = math.inf
-            return
-        self._coming[event] = coming
-        self._low[event] = coming.moment.low
-        self._high[event] = math.inf if coming.doubt else coming.moment.high
-
-    def _next(self) -> int | None:
-        """Return the next event; None: there is none."""
-        near: list[int] = np.flatnonzero(self._low <= self._high.min()).tolist()
-        near = [event for event in near if event in self._coming]
-        if not near:
-            return None
-        for event in near:
-            doubt = self._coming[event].doubt
-            if doubt is not None:
-                raise self._undecided(doubt, event)
-        first = near[0]
-        for event in near[1:]:
-            order = self._compare(event, first)
-            if order < 0:
-                first = event
-            elif order == 0:
-                self._coming[event] = self._coming[event]._replace(moment=self._coming[first].moment)
-        return first
-
-    def _compare(self, one: int, two: int) -> int:
-        """Return -1, 0 or 1: whether an event is before another, with it, or after it."""
-        moment, other = self._coming[one].moment, self._coming[two].moment
-        if moment is other:
-            return 0
-        if moment.ball < other.ball:
-            return -1
-        if moment.ball > other.ball:
-            return 1
-        if moment.root is not None and other.root is not None and same(moment.root, other.root):
-            return 0
-        raise self._undecided(f"tie of {self._name(two)} and {self._name(one)}", two, one)
-
-    def _undecided(self, what: str, *events: int) -> Undecided:
-        bodies = {body for event in events for body in self._bodies(event)}
-        return Undecided(what, max(self._coming[events[0]].moment.low, 0.0), tuple(sorted(bodies)))
-
-    def _bodies(self, event: int) -> tuple[int, ...]:
-        if event == 0:
-            return (self._turns[-1].body,)
-        if event < self._first_pair:
-            return ((event - 1) // 4,)
-        return () if event == self._end else divmod(event - self._first_pair, self._n)
-
-    def _name(self, event: int) -> str:
-        bodies = self._bodies(event)
-        if event == 0:
-            return f"the turn of disc {bodies[0]}"
-        if event < self._first_pair:
-            wall = ("left", "right", "bottom", "top")[(event - 1) % 4]
-            return f"disc {bodies[0]} and the {wall} wall"
-        return f"discs {bodies[0]} and {bodies[1]}" if bodies else "the end"
 
     # When bodies meet
 
@@ -229,9 +138,15 @@ class Attempt:
             found = self._where[body] = self._plans[body].at(self._reference)
         return found
 
+    def _apart(self, a: int, b: int) -> tuple[tuple[arb, arb], tuple[arb, arb]]:
+        """Return the separation of two bodies at the reference, and their relative velocity."""
+        (ax, ay), (bx, by) = self._at(a), self._at(b)
+        (avx, avy), (bvx, bvy) = self._plans[a].velocity, self._plans[b].velocity
+        return (bx - ax, by - ay), (bvx - avx, bvy - avy)
+
     def _touches(self, event: int) -> bool:
         """Whether bodies touch now for certain: they rested against each other, met now, or were about to."""
-        coming = self._coming.get(event)
+        coming = self._agenda.get(event)
         due = coming is not None and coming.moment is self._now
         return event in self._touched or (coming is not None and due and not (coming.doubt or coming.late))
 
@@ -243,15 +158,13 @@ class Attempt:
 
     def _ask_pair(self, a: int, b: int) -> None:
         if self._discs:
-            event = self._first_pair + a * self._n + b
-            self._put(event, self._pair(a, b, event))
+            event = self._agenda.pair(a, b)
+            self._agenda.put(event, self._pair(a, b, event))
 
     def _pair(self, a: int, b: int, event: int) -> Coming | None:
         """Return the next contact of two bodies, one of which has a new plan."""
         one, two = self._plans[a], self._plans[b]
-        (ax, ay), (bx, by) = self._at(a), self._at(b)
-        dx, dy = bx - ax, by - ay
-        vx, vy = two.velocity[0] - one.velocity[0], two.velocity[1] - one.velocity[1]
+        (dx, dy), (vx, vy) = self._apart(a, b)
         approach = dx * vx + dy * vy
         if approach >= 0:
             return None
@@ -308,8 +221,8 @@ class Attempt:
         """Ask when a body whose velocity changed along these axes meets their walls."""
         if self._sides is not None:
             for wall in (wall for axis in axes for wall in (2 * axis, 2 * axis + 1)):
-                event = 1 + 4 * body + wall
-                self._put(event, self._wall(body, wall, event))
+                event = self._agenda.wall(body, wall)
+                self._agenda.put(event, self._wall(body, wall, event))
 
     def _wall(self, body: int, wall: int, event: int) -> Coming | None:
         """Return the next contact of a body with a wall."""
@@ -331,7 +244,7 @@ class Attempt:
             if moment.rational is not None and now is not None and moment.rational <= now:
                 return Coming(self._now, late=moment.rational < now)
         far = float((self._at(body)[axis] - arb(place)).abs_lower())
-        return self._open(f"whether {self._name(event)} meet", far, float(velocity.abs_upper()))
+        return self._open(f"whether {self._agenda.name_of(event)} meet", far, float(velocity.abs_upper()))
 
     def _place(self, body: int, wall: int) -> fmpq:
         """Return where a body's centre is, on the wall's axis, when it touches the wall."""
@@ -352,8 +265,9 @@ class Attempt:
         self.crowd += 1
 
     def _ask_turn(self) -> None:
-        time = exact(self._turns[-1].time) - self._start if self._turns else None
-        self._put(0, None if time is None else Coming(Moment.at(time)))
+        if self._turns:
+            self._agenda.turning = self._turns[-1].body
+            self._agenda.put(TURN, Coming(Moment.at(exact(self._turns[-1].time) - self._start)))
 
     def _turn(self) -> None:
         """Let a body fly on with the velocity of its turn."""
@@ -383,9 +297,8 @@ class Attempt:
         -root. Where they overlapped before they approached, both are as they are.
         """
         one, two = self._plans[a], self._plans[b]
-        (ax, ay), (bx, by) = self._at(a), self._at(b)
-        vx, vy = two.velocity[0] - one.velocity[0], two.velocity[1] - one.velocity[1]
-        dx, dy = bx - ax + vx * self._delay, by - ay + vy * self._delay
+        (dx, dy), (vx, vy) = self._apart(a, b)
+        dx, dy = dx + vx * self._delay, dy + vy * self._delay
         reach = self._radius[a] + self._radius[b]
         distance2 = dx * dx + dy * dy if coming.late else reach * reach
         closing = -coming.root if coming.root is not None else dx * vx + dy * vy
@@ -420,12 +333,11 @@ class Attempt:
             for wall in range(4 if self._sides is not None else 0):
                 axis = wall // 2
                 if line.velocity[axis] == 0 and line.place[axis] == self._place(body, wall):
-                    self._touched.add(1 + 4 * body + wall)
+                    self._touched.add(self._agenda.wall(body, wall))
             for other, its in enumerate(self._plans):
                 if its.line is not None and body != other and line.velocity == its.line.velocity:
                     dx, dy = (p - q for p, q in zip(line.place, its.line.place, strict=True))
                     if dx * dx + dy * dy == self._exact_reach(body, other) ** 2:
-                        a, b = min(body, other), max(body, other)
-                        self._touched.add(self._first_pair + a * self._n + b)
+                        self._touched.add(self._agenda.pair(min(body, other), max(body, other)))
         self._plans[body] = plan
         self._where.pop(body, None)

@@ -167,8 +167,7 @@ def same(one: Root, two: Root) -> bool:
 
 def first_root(one: Line, two: Line, reach: fmpq) -> Root:
     """Return the first time at which two discs are ``reach`` apart, of two that certainly come so near."""
-    (dx, dy), (vx, vy) = _apart(one, two, ZERO)
-    a, b, c = vx * vx + vy * vy, dx * vx + dy * vy, dx * dx + dy * dy - reach * reach
+    a, b, c = _quadratic(one, two, reach, ZERO)
     return Root(-b / a, (b * b - a * c) / (a * a))
 
 
@@ -178,8 +177,7 @@ def first_contact(one: Line, two: Line, reach: fmpq, now: fmpq) -> Root | None:
     Contact means approach, and tangency is none. Discs that touch or overlap, and approach, meet now, and
     only then is the root ``now`` itself.
     """
-    (dx, dy), (vx, vy) = _apart(one, two, now)
-    a, b, c = vx * vx + vy * vy, dx * vx + dy * vy, dx * dx + dy * dy - reach * reach
+    a, b, c = _quadratic(one, two, reach, now)
     if _sign(b) >= 0 or (_sign(c) > 0 and _sign(b * b - a * c) <= 0):
         return None
     return Root(now, ZERO) if _sign(c) <= 0 else Root(now - b / a, (b * b - a * c) / (a * a))
@@ -195,6 +193,12 @@ def exchange(one: Line, two: Line, masses: tuple[fmpq, fmpq], at: fmpq) -> tuple
         one.turned((ax + to_one * dx, ay + to_one * dy), at),
         two.turned((bx + to_two * dx, by + to_two * dy), at),
     )
+
+
+def _quadratic(one: Line, two: Line, reach: fmpq, at: fmpq) -> tuple[fmpq, fmpq, fmpq]:
+    """Return a, b, c: the squared distance less the squared reach is a t^2 + 2 b t + c, a time t later."""
+    (dx, dy), (vx, vy) = _apart(one, two, at)
+    return vx * vx + vy * vy, dx * vx + dy * vy, dx * dx + dy * dy - reach * reach
 
 
 def _apart(one: Line, two: Line, at: fmpq) -> tuple[tuple[fmpq, fmpq], tuple[fmpq, fmpq]]:

@@ -21,7 +21,8 @@ from decimal import Context
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
-from kinetile.errors import MissingExtra, Refused
+from kinetile.accuracy.parts import needed
+from kinetile.errors import Refused
 from kinetile.scene import Scene
 
 if TYPE_CHECKING:
@@ -222,7 +223,8 @@ class Oracle:
         progress: Callable[[OracleProgress], None] | None,
     ) -> CertifiedRun:
         """Try with more and more bits until the end is reached or trying more is in vain."""
-        from kinetile.accuracy.certified.balls import Attempt, Undecided
+        from kinetile.accuracy.certified.agenda import Undecided
+        from kinetile.accuracy.certified.balls import Attempt
 
         end = None if until is None else _rational(Fraction(until) - self._start)
         bits, failures = FIRST_BITS, []
@@ -294,11 +296,7 @@ def oracle_contacts(
 
 
 def _flint() -> Any:
-    try:
-        import flint
-    except ImportError as error:
-        raise MissingExtra("The certified oracle", "python-flint", "exact") from error
-    return flint
+    return needed("The certified oracle", "python-flint", "exact", "flint")
 
 
 def _rational(number: Fraction) -> Any:

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from kinetile.accuracy.drawing import is_narrow, new_figure
 from kinetile.accuracy.parts import grouped
 from kinetile.accuracy.stepped.runs import SpeedError
+from kinetile.accuracy.wording import number
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -39,8 +40,8 @@ _LOOKS = {
     "sweep": _Look("snapshots, sweep", "snapshots", "#000000", "o", "-"),
     "cells": _Look("snapshots, cells", "snapshots", "#777777", "s", "--"),
     "chipmunk": _Look("Chipmunk", "Chipmunk", "#009E73", "D", "-."),
-    "box2d": _Look("Box2D 2.3, no bullets", "Box2D", "#D55E00", "v", ":"),
-    "box2d-bullets": _Look("Box2D 2.3, bullets", "bullets", "#D55E00", "P", "-"),
+    "box2d": _Look("Box2D 2.3,\nno bullets", "no bullets", "#D55E00", "v", ":"),
+    "box2d-bullets": _Look("Box2D 2.3,\nbullets", "bullets", "#D55E00", "P", "-"),
 }
 _BEST = "sweep-tiling"
 _KINETIC = "#0072B2"
@@ -96,10 +97,13 @@ def _lay_out(strip: Any, main: Any, error: str, rows: Sequence[SpeedError]) -> N
     least, most = min(values, default=1e-3), max(values, default=1.0)
     main.set(xscale="log")
     if error == "deepest":
-        main.set(xlim=(least / 10.0, most * 2.5), xlabel="deepest overlap of two discs, in radii")
+        main.set(xlim=(least / 10.0, most * 9.0), xlabel="deepest overlap of two discs, in radii")
         strip.set(xscale="log", xlim=(2e-16, ROUNDING), xticks=[1e-15, 1e-12])
     else:
-        main.set(xlim=(least / 6.0, most * 3.0), xlabel=f"first encounters missed (of {rows[0].encounters})")
+        main.set(
+            xlim=(least / 6.0, min(most * 9.0, max(1.2 * most, 0.9))),
+            xlabel=f"first encounters missed (of {rows[0].encounters})",
+        )
         ticks = [10.0**k for k in range(-6, 1) if 1.5 * main.get_xlim()[0] <= 10.0**k <= main.get_xlim()[1]]
         main.set_xticks(ticks, [f"{100 * tick:g} %" for tick in ticks])
         strip.set(xlim=(-0.28, 1.0))
@@ -178,7 +182,13 @@ def _name_steps(room: _Room, main: Any, rows: Sequence[SpeedError]) -> None:
         if row.method == "sweep":
             at = (row.deepest, row.cost)
             room.write(
-                main, f"dt = {row.dt:g}", [at], _LEFT + _RIGHT, needed=False, color="0.25", fontsize=6.5
+                main,
+                f"dt = {number(row.dt or 0.0)}",
+                [at],
+                _LEFT + _RIGHT,
+                needed=False,
+                color="0.25",
+                fontsize=6.5,
             )
 
 

@@ -128,7 +128,7 @@ _OF_BOX2D = (
     f"warm starting on; {_VELOCITY_ITERATIONS} velocity and {_POSITION_ITERATIONS} position iterations. The "
     f"scene is scaled: the largest disc has a radius of {_LARGEST:g} m, or as much as lets a disc at "
     f"{_FASTEST:g} times the mean speed fly the {_FARTHEST:g} m a step that the engine allows; time is "
-    f"scaled so that the mean speed is {_PACE:g} m/s, since pairs that approach at less than "
+    f"scaled so that the mean speed is {_PACE:,.0f} m/s, since pairs that approach at less than "
     "b2_velocityThreshold = 1 m/s, which cannot be set, do not bounce. b2_linearSlop = 0.005 m cannot be set "
     "either: continuous detection lets discs overlap by three of it. Numbers are in single precision."
 )

@@ -187,13 +187,13 @@ def claims(rows: Sequence[SpeedError]) -> tuple[Claim, ...]:
     return (
         Claim("Kinetic methods miss no first encounter", f"{missed:,} of {each:,}", not missed),
         Claim(
-            f"Their overlaps are roundings: no deeper than {number(ROUNDING)} radii",
+            f"Overlaps of kinetic methods are roundings: no deeper than {number(ROUNDING)} radii",
             f"{number(deepest)} radii",
             deepest <= ROUNDING,
         ),
         Claim(
             f"No method in steps is both as fast as {BEST} and as true",
-            f"of {stepped} measurements {fast} are as fast, {true} overlap as little, {both} are both",
+            f"of {stepped} measurements {fast} are as fast, {true} as true, {both} both",
             not both,
         ),
     )

@@ -116,9 +116,10 @@ def test_a_run_that_is_off_from_the_start_has_a_shorter_horizon() -> None:
 def test_the_picture_is_drawn(section: Section) -> None:
     pytest.importorskip("matplotlib", reason="figures need matplotlib")
     (picture,) = section.pictures
-    (panel,) = picture.draw().axes
+    figure = picture.draw()
+    (panel,) = figure.axes
     assert panel.get_yscale() == "log"
-    labels = [text.get_text() for text in panel.get_legend().get_texts()]
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert labels == ["density 0.5, 16 discs", "density 0.1, 16 discs", "density 0.01, 25 discs"]
 
 

@@ -199,9 +199,9 @@ def test_the_chart_is_drawn_and_names_every_method() -> None:
         "snapshots, sweep",
         "snapshots, cells",
         "Chipmunk",
-        "Box2D 2.3, no bullets",
+        "Box2D 2.3,\nno bullets",
     ):
         assert name in said
-    assert {"slower", "faster", "dt = 0.0001"} <= said
+    assert {"slower", "faster", "dt = 1e-4"} <= said
     assert [axes.get_yscale() for axes in figure.axes] == ["log"] * 4
     assert figure.axes[2].get_xticklabels()[0].get_text() == "none"
