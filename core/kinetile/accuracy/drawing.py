@@ -94,9 +94,11 @@ def curve(panel: Any, x: Sequence[float], y: Sequence[float], look: int, **optio
 
 def legend_below(figure: Figure, columns: int) -> None:
     """Set one legend of all that is drawn below the panels, in half the columns on a narrow page."""
-    handles, labels = figure.axes[0].get_legend_handles_labels()
-    unique = dict(zip(labels, handles, strict=True))
-    columns = (columns + 1) // 2 if is_narrow(figure) else columns
+    shown = [axes.get_legend_handles_labels() for axes in figure.axes]
+    unique = {
+        label: handle for handles, labels in shown for label, handle in zip(labels, handles, strict=True)
+    }
+    columns = columns // 2 if is_narrow(figure) else columns
     figure.legend(unique.values(), unique.keys(), loc="outside lower center", ncols=columns)
 
 

@@ -204,6 +204,9 @@ class Oracle:
             stop: called with the index, a and b of each contact; True: that is enough.
             progress: called after every few contacts.
         """
+        from kinetile.accuracy.certified.agenda import Undecided
+        from kinetile.accuracy.certified.balls import Attempt
+
         if until is None and max_contacts is None:
             until = self.scene.settings.until
             if until is None:
@@ -212,20 +215,6 @@ class Oracle:
             raise ValueError(f"until must be a time from the scene's start on; found {until}")
         self.certified = CertifiedRun((), FIRST_BITS, "interrupted", until)
         most = math.inf if max_contacts is None else max_contacts
-        return self._run(until, most, max(cap_bits, FIRST_BITS), stop, progress)
-
-    def _run(
-        self,
-        until: float | None,
-        most: float,
-        cap_bits: int,
-        stop: Callable[[int, int, int], bool] | None,
-        progress: Callable[[OracleProgress], None] | None,
-    ) -> CertifiedRun:
-        """Try with more and more bits until the end is reached or trying more is in vain."""
-        from kinetile.accuracy.certified.agenda import Undecided
-        from kinetile.accuracy.certified.balls import Attempt
-
         end = None if until is None else _rational(Fraction(until) - self._start)
         bits, failures = FIRST_BITS, []
         while True:
@@ -239,9 +228,7 @@ class Oracle:
                 except Undecided as doubt:
                     failures.append((len(found), doubt.what))
                     stuck = failures[-STUCK:] == failures[-1:] * STUCK
-                    if not stuck and 2 * bits <= cap_bits:
-                        ended = "interrupted"
-                    else:
+                    if stuck or 2 * bits > max(cap_bits, FIRST_BITS):
                         ended = "undecidable"
                         time = float(self._start + Fraction(doubt.time))
                         undecidable = Undecidable(doubt.what, time, doubt.bodies)

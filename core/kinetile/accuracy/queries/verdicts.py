@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -126,11 +126,19 @@ def query_row(
     hit, found, too_far = (table[name] > 0.0 for name in ("hit", "found", "too_far"))
     right = hit & found
 
-    def quantile(name: str, at: float) -> float | None:
-        return float(np.quantile(table[name][right], at)) if right.any() else None
+    def quantiles(name: str, called: str) -> dict[str, Any]:
+        levels = {"median": 0.5, "p99": 0.99, "max": 1.0}
+        values = table[name][right]
+        return {
+            f"{called}_{level}": float(np.quantile(values, at)) if right.any() else None
+            for level, at in levels.items()
+        }
 
     def share(mask: npt.NDArray[np.bool_]) -> float | None:
         return float(mask[right].mean()) if right.any() else None
+
+    def most(*names: str) -> dict[str, float]:
+        return {name: float(table[name].max()) for name in names}
 
     return QueryRow(
         family=family.name,
@@ -146,21 +154,14 @@ def query_row(
         deepest_in_zones=float(table["zones"].max()),
         false_positives=int((found & ~hit).sum()),
         widest_false=float(table["passing"].max()),
-        error_median=quantile("error", 0.5),
-        error_p99=quantile("error", 0.99),
-        error_max=quantile("error", 1.0),
         exact=share(table["off"] == 0.0),
-        ticks_median=quantile("off", 0.5),
-        ticks_p99=quantile("off", 0.99),
-        ticks_max=quantile("off", 1.0),
         late=share(table["late"] > 0.0),
-        depth=float(table["depth"].max()),
-        depth_separation=float(table["depth_separation"].max()),
-        depth_extent=float(table["depth_extent"].max()),
-        depth_proved=float(table["depth_proved"].max()),
         ns_median=float(np.median(times)),
         ns_p99=float(np.quantile(times, 0.99)),
         batches=len(times),
+        **quantiles("error", "error"),
+        **quantiles("off", "ticks"),
+        **most("depth", "depth_separation", "depth_extent", "depth_proved"),
     )
 
 

@@ -18,7 +18,7 @@ from itertools import pairwise
 from typing import Annotated, NamedTuple
 
 from kinetile.accuracy.parts import Budget, Claim, Column, Picture, Progress, Section, Table, grouped
-from kinetile.accuracy.stepped.figures import ROUNDING, draw_speed_error
+from kinetile.accuracy.stepped.figures import BEST, ROUNDING, draw_speed_error
 from kinetile.accuracy.stepped.peers import NAMES as ENGINES
 from kinetile.accuracy.stepped.peers import PEERS, configured
 from kinetile.accuracy.stepped.runs import ROUNDS, UNTIL, Method, SpeedError, measure_rows
@@ -29,8 +29,6 @@ from kinetile.errors import MissingExtra
 __all__ = ["EFFORTS", "Crossing", "Effort", "Setting", "crossing", "findings", "measure"]
 
 KINETIC = ("naive", "sap-1d", "sweep-tiling")
-BEST = "sweep-tiling"
-"""The kinetic method that the others are compared with in words."""
 SCENE = ("bodies", "density")
 """The fields of a row that say which scenes it is of."""
 FINDERS: tuple[Finder, ...] = ("sweep", "cells")

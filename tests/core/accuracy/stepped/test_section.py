@@ -192,6 +192,7 @@ def test_the_chart_is_drawn_and_names_every_method() -> None:
     )
     figure = draw_speed_error((*KINETIC, *CURVE, *engines, row("cells", 1e-2, deepest=0.5)))
     said = {text.get_text() for axes in figure.axes for text in axes.texts}
+    said |= {text.get_text() for text in figure.legends[0].get_texts()}
     for name in (
         "naive",
         "sap-1d",
@@ -199,7 +200,7 @@ def test_the_chart_is_drawn_and_names_every_method() -> None:
         "snapshots, sweep",
         "snapshots, cells",
         "Chipmunk",
-        "Box2D 2.3,\nno bullets",
+        "Box2D 2.3, no bullets",
     ):
         assert name in said
     assert {"slower", "faster", "dt = 1e-4"} <= said
