@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["CHUNK", "overlapping_pairs"]
+__all__ = ["CHUNK", "distance", "overlapping_pairs"]
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -42,6 +42,13 @@ class _Cells(NamedTuple):
     radius: Floats
     cell: Ints
     key: npt.NDArray[np.uint64]
+
+
+def distance(apart: Floats) -> Floats:
+    """Return the lengths of (n, 2) differences: the same bits everywhere, which np.hypot's are not."""
+    exponent = np.frexp(np.abs(apart).max(axis=1))[1]
+    scaled = np.ldexp(apart, -exponent[:, np.newaxis])  # so that no square over- or underflows
+    return np.asarray(np.ldexp(np.sqrt(scaled[:, 0] * scaled[:, 0] + scaled[:, 1] * scaled[:, 1]), exponent))
 
 
 def overlapping_pairs(position: Floats, radius: Floats, tolerance: float = 0.0) -> Iterator[Ints]:
@@ -101,7 +108,7 @@ def _compare(
         with np.errstate(over="ignore"):
             apart = asking.position[one] - asked.position[other]
             reach = (asking.radius[one] + asked.radius[other]) * (1.0 - tolerance)
-            close = np.flatnonzero(np.hypot(apart[:, 0], apart[:, 1]) < reach)
+            close = np.flatnonzero(distance(apart) < reach)
         one, other = one[close], other[close]
         really = (asked.cell[other] - asking.cell[one] == step).all(axis=1)  # and not by a chance hash
         yield np.sort(np.stack([asking.disc[one[really]], asked.disc[other[really]]], axis=1), axis=1)

@@ -166,7 +166,7 @@ class Scene:
             return 1.0
         extent = max(self.arena) if self.arena else float(np.abs(self.position).max() + self.radius.max())
         squares = [float((self.velocity**2).sum(axis=1).max())]
-        squares += [turn.velocity[0] ** 2 + turn.velocity[1] ** 2 for turn in self.turns]
+        squares += [vx * vx + vy * vy for _, _, (vx, vy) in self.turns]
         return time_unit(extent, math.sqrt(max(squares)))
 
     def __reduce__(self) -> tuple[Any, ...]:

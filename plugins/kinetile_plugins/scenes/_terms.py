@@ -5,17 +5,16 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
 from kinetile.errors import BadOption
 from kinetile.scene.checks import LARGEST
+from kinetile_plugins.scenes._draws import Draws, Floats
+from kinetile_plugins.scenes._functions import cosine_and_sine
 
-__all__ = ["Floats", "demand", "demand_number", "demand_speed", "generators", "in_random_directions"]
+__all__ = ["demand", "demand_number", "demand_speed", "draws", "in_random_directions"]
 
 MOST = 10_000_000
 """How many bodies, or turns, a recipe makes: a scene of more would not fit into memory, nor would its run."""
-
-Floats = npt.NDArray[np.float64]
 
 
 def demand(granted: bool, sentence: str) -> None:
@@ -35,14 +34,13 @@ def demand_speed(speed: float) -> None:
     demand(abs(speed) <= LARGEST, f"speed is {speed}; it is at most 2**200 ({LARGEST:.1e}) in size")
 
 
-def generators(seed: int, count: int) -> list[np.random.Generator]:
-    """Return independent random generators: what one of them draws does not move what the others will."""
+def draws(seed: int, count: int) -> list[Draws]:
+    """Return independent draws from a seed: what is drawn from one does not move what others give."""
     demand(seed >= 0, f"seed is {seed}; a seed is 0 or more")
-    return [np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(count)]
+    return [Draws(child) for child in np.random.SeedSequence(seed).spawn(count)]
 
 
-def in_random_directions(speed: float, bodies: int, random: np.random.Generator) -> Floats:
+def in_random_directions(speed: float, bodies: int, random: Draws) -> Floats:
     """Return (bodies, 2) velocities of one speed, in directions drawn evenly from the whole turn."""
     demand_speed(speed)
-    direction = random.uniform(0.0, 2.0 * math.pi, bodies)
-    return speed * np.stack([np.cos(direction), np.sin(direction)], axis=1)
+    return speed * np.stack(cosine_and_sine(2.0 * math.pi * random.uniform(bodies)), axis=1)

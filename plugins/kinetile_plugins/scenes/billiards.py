@@ -7,7 +7,9 @@ import math
 import numpy as np
 
 from kinetile import Scene
-from kinetile_plugins.scenes._terms import demand, demand_number, demand_speed, generators
+from kinetile_plugins.scenes._draws import Draws, Floats
+from kinetile_plugins.scenes._functions import cosine_and_sine
+from kinetile_plugins.scenes._terms import demand, demand_number, demand_speed, draws
 
 __all__ = ["billiard_break", "cradle", "two_discs"]
 
@@ -36,11 +38,11 @@ def billiard_break(*, speed: float = 8.0, aim: float = 0.0) -> Scene:
     """A billiard break: the cue ball runs into fifteen balls racked in a touching triangle.
 
     Metres, seconds and kilograms: the cushions are 2.54 by 1.27, a ball has a diameter of 57.15 mm.
-    ``speed`` is the cue ball's, ``aim`` its angle to the table's long axis in radians. There is no
-    friction: the balls do not stop. With no angle everything is symmetric, and contacts that share a ball
-    fall on one instant.
+    ``speed`` is the cue ball's, ``aim`` its angle to the table's long axis in radians, at most a whole turn.
+    There is no friction: the balls do not stop. With no angle everything is symmetric, and contacts that
+    share a ball fall on one instant.
     """
-    demand(math.isfinite(speed) and math.isfinite(aim), f"speed is {speed} and aim is {aim}; both are finite")
+    demand(abs(aim) <= 2.0 * math.pi, f"aim is {aim}; it is at most a whole turn, 2 pi = 6.283, in size")
     demand_speed(speed)
     width, height, radius = 2.54, 1.27, 0.028575
     centres = [(width / 4.0, height / 2.0)]
@@ -48,7 +50,7 @@ def billiard_break(*, speed: float = 8.0, aim: float = 0.0) -> Scene:
         x = 0.75 * width + row * math.sqrt(3.0) * radius
         centres += [(x, height / 2.0 + (2 * place - row) * radius) for place in range(row + 1)]
     velocity = np.zeros((len(centres), 2))
-    velocity[0] = speed * math.cos(aim), speed * math.sin(aim)
+    velocity[0] = speed * np.concatenate(cosine_and_sine(np.array([aim])))
     return Scene(centres, velocity, radius, 0.17, (width, height))
 
 
@@ -61,10 +63,26 @@ def two_discs(*, radius: float = 0.15, seed: int = 1) -> Scene:
     """
     roomy = 0.0 < radius <= 0.25
     demand(roomy, f"radius is {radius}; it is above 0 and at most 0.25, beyond which two hardly have room")
-    (random,) = generators(seed, 1)
-    velocity = random.normal(size=(2, 2))
-    velocity *= math.sqrt(2.0 / float(np.sum(velocity**2)))
+    (random,) = draws(seed, 1)
+    one, its_square = _in_unit_disc(random)
+    other, square = _in_unit_disc(random)
+    share = math.sqrt((1.0 - its_square) / square)
+    velocity = math.sqrt(2.0) * np.stack([one, share * other])
+    room = (1.0 - radius) - radius
     while True:
-        position = random.uniform(radius, 1.0 - radius, (2, 2))
-        if math.dist(*position.tolist()) >= 2.0 * radius:
+        position = radius + room * random.uniform(2, 2)
+        across, up = (position[1] - position[0]).tolist()
+        if across * across + up * up >= 4.0 * radius * radius:
             return Scene(position, velocity, radius, arena=(1.0, 1.0))
+
+
+def _in_unit_disc(random: Draws) -> tuple[Floats, float]:
+    """Return a random point of the unit disc, not its centre, and the square of its distance from it.
+
+    Two of them make a random point of the sphere in four dimensions (Marsaglia, 1972).
+    """
+    while True:
+        point = 2.0 * random.uniform(2) - 1.0
+        square = float(point[0] * point[0] + point[1] * point[1])
+        if 0.0 < square < 1.0:
+            return point, square

@@ -22,8 +22,9 @@ import numpy as np
 
 from kinetile import Scene, Turn
 from kinetile.scene.checks import TOLERANCE
-from kinetile.scene.overlaps import overlapping_pairs
-from kinetile_plugins.scenes._terms import Floats, demand, demand_number, generators
+from kinetile.scene.overlaps import distance, overlapping_pairs
+from kinetile_plugins.scenes._draws import Draws, Floats
+from kinetile_plugins.scenes._terms import demand, demand_number, draws
 
 __all__ = ["lattice"]
 
@@ -52,25 +53,25 @@ def lattice(
     demand(turns >= 0, f"turns is {turns}; it is 0 or more")
     demand_number("bodies", bodies)
     demand_number("turns", turns)
-    for_lattice, for_bodies, for_jitter, for_turns = generators(seed, 4)
+    for_lattice, for_bodies, for_jitter, for_turns = draws(seed, 4)
     exact = kind == "dyadic"
-    cells = 8 if exact else int(for_lattice.integers(3, 13))
+    cells = 8 if exact else 3 + int(for_lattice.below(10))
     columns, rows = _shape(bodies, for_lattice)
     arena = (columns / cells, rows / cells)
     radius, mass = _sizes(bodies, exact, 1.0 / cells, for_lattice, for_bodies)
-    steps = int(for_lattice.choice([1, 2, 4])) if exact else int(for_lattice.choice([1, 3, 7]))
-    velocity = for_bodies.integers(-steps, steps + 1, (bodies, 2)) / steps
-    if for_lattice.random() < 0.5:  # along the lattice's lines, where contacts keep all numbers simple
-        velocity[np.arange(bodies), for_bodies.integers(0, 2, bodies)] = 0.0
-    site = for_bodies.permutation(columns * rows)[:bodies]
+    steps = ([1, 2, 4] if exact else [1, 3, 7])[int(for_lattice.below(3))]
+    velocity = (for_bodies.below(2 * steps + 1, bodies, 2) - steps) / steps
+    if for_lattice.uniform() < 0.5:  # along the lattice's lines, where contacts keep all numbers simple
+        velocity[np.arange(bodies), for_bodies.below(2, bodies)] = 0.0
+    site = for_bodies.order(columns * rows)[:bodies]
     position = (np.stack([site % columns, site // columns], axis=1) + 0.5) / cells
-    _move_into_contact(position, radius, int(for_lattice.integers(2)), touching, for_bodies)
+    _move_into_contact(position, radius, int(for_lattice.below(2)), touching, for_bodies)
     if jitter:
-        position += for_jitter.uniform(-jitter, jitter, position.shape)
+        position += 2.0 * jitter * for_jitter.uniform(bodies, 2) - jitter
         radius = _without_overlap(position, radius, arena)
-    times = for_turns.integers(0, _LAST_TURN + 1, turns) / 16.0
-    turned = for_turns.integers(0, bodies, turns)
-    after = for_turns.integers(-steps, steps + 1, (turns, 2)) / steps
+    times = for_turns.below(_LAST_TURN + 1, turns) / 16.0
+    turned = for_turns.below(bodies, turns)
+    after = (for_turns.below(2 * steps + 1, turns, 2) - steps) / steps
     schedule = [
         Turn(body, time, (vx, vy))
         for body, time, (vx, vy) in zip(turned.tolist(), times.tolist(), after.tolist(), strict=True)
@@ -78,34 +79,32 @@ def lattice(
     return Scene(position, velocity, radius, mass, arena, schedule)
 
 
-def _shape(bodies: int, random: np.random.Generator) -> tuple[int, int]:
+def _shape(bodies: int, random: Draws) -> tuple[int, int]:
     """Return the columns and rows of a lattice with room for the bodies and some to spare; never a square."""
-    sites = bodies * random.uniform(1.2, 2.5)
-    columns = max(2, round(math.sqrt(sites) * random.uniform(0.7, 1.4)))
+    sites = bodies * (1.2 + (2.5 - 1.2) * float(random.uniform()))
+    columns = max(2, round(math.sqrt(sites) * (0.7 + (1.4 - 0.7) * float(random.uniform()))))
     rows = math.ceil(sites / columns)
     return columns, rows + (rows == columns)
 
 
 def _sizes(
-    bodies: int, exact: bool, cell: float, for_scene: np.random.Generator, for_bodies: np.random.Generator
+    bodies: int, exact: bool, cell: float, for_lattice: Draws, for_bodies: Draws
 ) -> tuple[Floats, Floats]:
     """Return radii, at most half a cell, and masses: in most of the dyadic scenes all alike."""
     radii = cell * np.array([1.0, 2.0, 3.0, 4.0] if exact else [0.4, 1.1, 2.3, 3.3, 4.0]) / 8.0
     masses = np.array([1.0, 2.0, 4.0] if exact else [0.3, 1.0, 2.5, 7.0])
-    radius = for_bodies.choice(radii, bodies)
-    mass = for_bodies.choice(masses, bodies)
-    if exact and for_scene.random() < 0.7:
-        radius = np.full(bodies, for_scene.choice(radii[1:]))
-    if exact and for_scene.random() < 0.8:
+    radius = radii[for_bodies.below(len(radii), bodies)]
+    mass = masses[for_bodies.below(len(masses), bodies)]
+    if exact and for_lattice.uniform() < 0.7:
+        radius = np.full(bodies, radii[1 + int(for_lattice.below(len(radii) - 1))])
+    if exact and for_lattice.uniform() < 0.8:
         mass = np.ones(bodies)
     return radius, mass
 
 
-def _move_into_contact(
-    position: Floats, radius: Floats, axis: int, share: float, random: np.random.Generator
-) -> None:
+def _move_into_contact(position: Floats, radius: Floats, axis: int, share: float, random: Draws) -> None:
     """Move a share of the discs along ``axis`` until they touch the one before them, or the wall."""
-    moved = random.random(len(radius)) < share
+    moved = random.uniform(len(radius)) < share
     order = np.lexsort((position[:, axis], position[:, 1 - axis]))
     line, end = math.nan, 0.0
     for body in order.tolist():
@@ -124,7 +123,7 @@ def _without_overlap(position: Floats, radius: Floats, arena: tuple[float, float
     less = np.zeros(len(radius))
     for pairs in overlapping_pairs(position, radius, TOLERANCE):
         a, b = pairs.T
-        depth = radius[a] + radius[b] - np.hypot(*(position[a] - position[b]).T)
+        depth = radius[a] + radius[b] - distance(position[a] - position[b])
         np.maximum.at(less, pairs.ravel(), np.repeat(depth / 2.0, 2))
     for axis in (0, 1):
         depth = radius - np.minimum(position[:, axis], arena[axis] - position[:, axis])

@@ -20,7 +20,9 @@ import numpy as np
 from kinetile import Scene
 from kinetile.errors import BadOption
 from kinetile.scene.checks import HEAVIEST
-from kinetile_plugins.scenes._terms import Floats, demand, demand_number, generators, in_random_directions
+from kinetile_plugins.scenes._draws import Draws, Floats
+from kinetile_plugins.scenes._functions import powers
+from kinetile_plugins.scenes._terms import demand, demand_number, draws, in_random_directions
 
 __all__ = ["random_discs"]
 
@@ -52,16 +54,16 @@ def random_discs(
     for name, ratio in (("radius_ratio", radius_ratio), ("mass_ratio", mass_ratio)):
         demand(1.0 <= ratio < math.inf, f"{name} is {ratio}; a ratio is finite, and 1 or more")
         demand(ratio <= HEAVIEST, f"{name} is {ratio}; it is at most 2**100 ({HEAVIEST:.1e})")
-    for_radii, for_masses, for_places, for_velocities = generators(seed, 4)
-    radius = radius_ratio ** for_radii.random(bodies)
-    radius *= math.sqrt(density / (math.pi * float(np.sum(radius**2)))) if bodies else 1.0
+    for_radii, for_masses, for_places, for_velocities = draws(seed, 4)
+    radius = powers(radius_ratio, for_radii.uniform(bodies))
+    radius *= math.sqrt(density / (math.pi * math.fsum(radius * radius))) if bodies else 1.0
     velocity = in_random_directions(speed, bodies, for_velocities)
-    mass = mass_ratio ** for_masses.random(bodies)
+    mass = powers(mass_ratio, for_masses.uniform(bodies))
     position = _places(radius, density, radius_ratio == 1.0, for_places)
     return Scene(position, velocity, radius, mass, (1.0, 1.0))
 
 
-def _places(radius: Floats, density: float, equal: bool, random: np.random.Generator) -> Floats:
+def _places(radius: Floats, density: float, equal: bool, random: Draws) -> Floats:
     """Return (n, 2) places where no two discs overlap; raise BadOption if none are found."""
     order = np.argsort(-radius, kind="stable")
     tries = _TRIES + _TRIES_PER_BODY * len(radius)
@@ -73,17 +75,17 @@ def _places(radius: Floats, density: float, equal: bool, random: np.random.Gener
             position = np.empty((len(radius), 2))
             position[order] = np.array(placed).reshape(-1, 2)
             return position
-    reached = math.pi * float(np.sum(radius[order[:most]] ** 2))
+    reached = math.pi * math.fsum(radius[order[:most]] ** 2)
     refusal = f"density is {density}; random placement came to {reached:.3f} ({most} of {len(radius)} discs)"
     if not equal:
         raise BadOption(f"{refusal}; ask for less, or for equal radii, which can start from a lattice")
     lattice, widest = _lattice(len(radius))
     limit = math.pi * len(radius) * widest**2 / 4.0
     demand(widest >= 2.0 * radius[0], f"{refusal}, and a lattice has room for {limit:.3f}; ask for less")
-    return random.permutation(lattice)[: len(radius)]
+    return lattice[random.order(len(lattice))[: len(radius)]]
 
 
-def _at_random(radius: list[float], tries: int, random: np.random.Generator) -> Iterator[tuple[float, float]]:
+def _at_random(radius: list[float], tries: int, random: Draws) -> Iterator[tuple[float, float]]:
     """Yield places for discs in descending order of radius, until all have one or the tries run out.
 
     Placed discs are kept by size, a power of two each, in cells of that width: a disc that is not larger than
@@ -94,7 +96,7 @@ def _at_random(radius: list[float], tries: int, random: np.random.Generator) -> 
     for r in radius:
         if r > 0.5:
             return
-        width = 2.0 ** math.ceil(math.log2(2.0 * r))
+        width = _power_of_two_above(2.0 * r)
         if not levels or levels[-1][0] != width:
             levels.append((width, {}))
         while True:
@@ -103,7 +105,7 @@ def _at_random(radius: list[float], tries: int, random: np.random.Generator) -> 
             tries -= 1
             point = next(points, None)
             if point is None:
-                points = iter(random.random((1024, 2)).tolist())
+                points = iter(random.uniform(1024, 2).tolist())
                 point = next(points)
             x, y = (r + part * (1.0 - 2.0 * r) for part in point)
             if _has_room(x, y, r, levels):
@@ -113,13 +115,20 @@ def _at_random(radius: list[float], tries: int, random: np.random.Generator) -> 
         yield x, y
 
 
+def _power_of_two_above(length: float) -> float:
+    """Return the least power of two that is not below a length."""
+    part, exponent = math.frexp(length)
+    return math.ldexp(1.0, exponent if part > 0.5 else exponent - 1)
+
+
 def _has_room(x: float, y: float, r: float, levels: _Levels) -> bool:
     for width, cells in levels:
         column, row = int(x / width), int(y / width)
         for i in (column, column - 1, column + 1):
             for j in (row, row - 1, row + 1):
                 for other_x, other_y, other_r in cells.get((i, j), ()):
-                    if math.hypot(x - other_x, y - other_y) <= r + other_r:
+                    across, up, reach = x - other_x, y - other_y, r + other_r
+                    if across * across + up * up <= reach * reach:
                         return False
     return True
 

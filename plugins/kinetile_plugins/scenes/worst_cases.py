@@ -6,6 +6,8 @@ say. All three are rare: nothing keeps discs in such a place, and figures 11 and
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import numpy as np
 
 from kinetile import Scene
@@ -13,7 +15,7 @@ from kinetile_plugins.scenes._terms import (
     demand,
     demand_number,
     demand_speed,
-    generators,
+    draws,
     in_random_directions,
 )
 
@@ -33,11 +35,11 @@ def figure_10(*, bodies: int = 16, speed: float = 1.0, seed: int = 1) -> Scene:
     demand(bodies >= 1, f"bodies is {bodies}; figure 10 has 1 body or more")
     demand_number("bodies", bodies)
     demand_speed(speed)
-    (random,) = generators(seed, 1)
+    (random,) = draws(seed, 1)
     position = np.full((bodies, 2), 0.5)
     position[:, 1] = (np.arange(bodies) + 0.5) / bodies
     velocity = np.zeros((bodies, 2))
-    velocity[:, 1] = speed * random.uniform(-1.0, 1.0, bodies)
+    velocity[:, 1] = speed * (2.0 * random.uniform(bodies) - 1.0)
     return Scene(position, velocity, 0.3 / bodies, arena=(1.0, 1.0))
 
 
@@ -54,8 +56,8 @@ def figure_11(*, bodies: int = 20, speed: float = 1.0, seed: int = 1) -> Scene:
     large against the rounding of its largest coordinates, which about 20 are.
     """
     demand(1 <= bodies <= 152, f"bodies is {bodies}; figure 11 has from 1 to 152, as far as radii may shrink")
-    (random,) = generators(seed, 1)
-    radius = _SHRINK ** (np.arange(bodies) // 2).astype(np.float64)
+    (random,) = draws(seed, 1)
+    radius = np.array([float(Fraction(_SHRINK) ** (k // 2)) for k in range(bodies)])
     side = np.where(np.arange(bodies) % 2 == 0, 1.0, -1.0)
     position = np.repeat((side * _INWARD * radius)[:, np.newaxis], 2, axis=1)
     velocity = in_random_directions(speed, bodies, random) * radius[:, np.newaxis]
@@ -71,7 +73,7 @@ def figure_16(*, bodies: int = 21, speed: float = 0.1, seed: int = 1) -> Scene:
     """
     demand(bodies >= 2, f"bodies is {bodies}; figure 16 has 2 bodies or more, the wide disc and others")
     demand_number("bodies", bodies)
-    (random,) = generators(seed, 1)
+    (random,) = draws(seed, 1)
     others = bodies - 1
     radius = 0.2 / others
     step = np.arange(others)
