@@ -1,0 +1,123 @@
+"""A recipe and a seed give the same bits on every processor and with every NumPy, and so do runs.
+
+What is pinned here may change only by the rule in docs/what-may-change.md.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import kinetile_plugins
+import recipe_bits
+
+SCENES = {
+    "grid": "10c6511924f0c72e",
+    "grid of 2,500": "e9e621299cb1cab3",
+    "random": "659a4e89c2bdf6f0",
+    "random of many sizes": "72c91125cbb04b9c",
+    "random from a lattice": "1db61aeed2e1d976",
+    "lattice": "8f712f68bc0bfd68",
+    "lattice with turns": "26993d93b191ab04",
+    "non-dyadic lattice": "b45de67e87641891",
+    "lattice with jitter": "61a0d5280bbef605",
+    "figure-10": "df09e95ede82b0ec",
+    "figure-11": "62c87f9e09861352",
+    "figure-16": "f6fd726eabc43f18",
+    "cradle": "d2f9cd18dff579b2",
+    "break": "52c48ca4c7aa9a45",
+    "break with an aim": "31016116e5d4786f",
+    "two-discs": "12aa53997fae240d",
+}
+RUNS = {
+    "grid": "f04829bc7d81e763",
+    "grid of 2,500": "3f6fc1082868b543",
+    "random": "c290e23eb6fad81d",
+    "random of many sizes": "4320ddde36055f0f",
+    "random from a lattice": "4d71a2c6c965c8ff",
+    "lattice": "2218ed17257e5925",
+    "lattice with turns": "0da926b895a4bf88",
+    "non-dyadic lattice": "97dda3129ea16b08",
+    "lattice with jitter": "a48878bfa38ee318",
+    "figure-10": "f98bccff143ed2c1",
+    "figure-11": "87a50d8c38ccd5fe",
+    "figure-16": "a247cdca09b1b643",
+    "cradle": "0e69ca2e45b86a0a",
+    "break": "bc78f0b9cf69caf9",
+    "break with an aim": "8897ec1ecbf2b8b0",
+    "two-discs": "4ac139a089825d90",
+    "kinetile run": "0c2a0c588d512ea8",
+}
+
+
+def bits(*words: str, **environment: str) -> Any:
+    """Return what tests/recipe_bits.py prints in a process with these settings."""
+    told = subprocess.run(
+        [sys.executable, recipe_bits.__file__, *words],
+        env={**os.environ, **environment},
+        capture_output=True,
+        text=True,
+        timeout=900,
+        check=True,
+    )
+    return json.loads(told.stdout)
+
+
+def dispatched() -> list[str]:
+    """Return the processor's features, beyond those that it must have, that NumPy's functions use here."""
+    core: Any = getattr(np, "_core", None) or np.core  # named so before NumPy 2
+    inner = core._multiarray_umath
+    return [each for each in inner.__cpu_dispatch__ if inner.__cpu_features__.get(each)]
+
+
+def test_every_recipe_has_a_case() -> None:
+    assert {name for name, _ in recipe_bits.CASES.values()} == {
+        spec.name for spec in kinetile_plugins.kinetile_scenes()
+    }
+
+
+def test_scenes_have_the_bits_that_are_promised() -> None:
+    assert recipe_bits.scene_hashes() == SCENES
+
+
+def test_ratios_gave_other_bits_on_a_processor_with_fewer_features() -> None:
+    features = dispatched()
+    if not features:
+        pytest.skip("NumPy uses no processor feature here that could be turned off")
+    for first in range(len(features)):
+        assert bits(NPY_DISABLE_CPU_FEATURES=" ".join(features[first:]))["scenes"] == SCENES
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the setting is of the GNU C library")
+def test_directions_had_other_bits_where_the_c_library_may_not_fuse_multiply_adds() -> None:
+    without = "glibc.cpu.hwcaps=-FMA,-FMA4,-AVX2,-FMA_Usable,-AVX2_Usable"
+    assert bits(GLIBC_TUNABLES=without)["scenes"] == SCENES
+
+
+@pytest.mark.compiled
+def test_runs_have_the_fingerprints_that_are_promised() -> None:
+    assert recipe_bits.fingerprints() == RUNS
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""},
+        *({"NUMBA_OPT": level} for level in "0123"),
+        {"NPY_DISABLE_CPU_FEATURES": " ".join(dispatched())},
+    ],
+    ids=lambda settings: " ".join(f"{name}={value}" for name, value in settings.items()),
+)
+def test_runs_have_these_fingerprints_however_they_are_compiled(
+    settings: dict[str, str], tmp_path: Path
+) -> None:
+    """Machine code is compiled anew: Numba's cache would serve what other settings have made."""
+    assert bits("run", NUMBA_CACHE_DIR=str(tmp_path), **settings)["runs"] == RUNS
