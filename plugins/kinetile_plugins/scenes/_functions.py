@@ -6,9 +6,9 @@ products of doubles alone, one at a time, which are rounded in one way everywher
 which is defined to the last digit.
 
 Sine and cosine come from tables (Gal, 1986): an angle is k / 128 and a rest below 1 / 256, for which short
-series do. The largest term is multiplied exactly (Dekker, 1971). Of 200,000 angles the worst was wrong by 0.521
-units in the last place; where the nearest double is missed, a C library with fused multiply-adds nearly always
-misses it in the same way.
+series do. The largest term is multiplied exactly (Dekker, 1971). Of 200,000 angles the worst was wrong by
+0.521 units in the last place; where the nearest double is missed, the GNU C library with fused multiply-adds
+nearly always misses it in the same way.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ def _series(square: Floats, *coefficients: float) -> Floats:
 
 
 def _product_and_sum(a: Floats, b: Floats, c: Floats) -> Floats:
-    """Return a b + c, as if it were rounded once; the products of their parts must not over- or underflow."""
+    """Return a b + c, almost as if it were rounded once; the products of their parts must not over- or underflow."""
     product = a * b
     (a_high, a_low), (b_high, b_low) = _halves(a), _halves(b)
     missing = ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low

@@ -7,11 +7,11 @@ import math
 import numpy as np
 
 from kinetile.errors import BadOption
-from kinetile.scene.checks import LARGEST
+from kinetile.scene.checks import LARGEST, SMALLEST
 from kinetile_plugins.scenes._draws import Draws, Floats
 from kinetile_plugins.scenes._functions import cosine_and_sine
 
-__all__ = ["demand", "demand_number", "demand_speed", "draws", "in_random_directions"]
+__all__ = ["demand", "demand_number", "demand_size", "demand_speed", "draws", "in_random_directions"]
 
 MOST = 10_000_000
 """How many bodies, or turns, a recipe makes: a scene of more would not fit into memory, nor would its run."""
@@ -26,6 +26,15 @@ def demand(granted: bool, sentence: str) -> None:
 def demand_number(name: str, number: int) -> None:
     """Raise BadOption if there are to be more bodies, or turns, than memory would hold."""
     demand(number <= MOST, f"{name} is {number}; it is at most {MOST:,}, for memory would not hold more")
+
+
+def demand_size(density: float, radius: float) -> None:
+    """Raise BadOption if the smallest radius that a density leads to is below what a scene can have."""
+    demand(
+        radius >= SMALLEST,
+        f"density is {density}, for which a radius would be {radius:.3g}; radii are at least 2**-200 "
+        f"({SMALLEST:.1e})",
+    )
 
 
 def demand_speed(speed: float) -> None:

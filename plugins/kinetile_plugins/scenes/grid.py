@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from kinetile import Scene
-from kinetile_plugins.scenes._terms import demand, demand_number, draws, in_random_directions
+from kinetile_plugins.scenes._terms import demand, demand_number, demand_size, draws, in_random_directions
 
 __all__ = ["grid"]
 
@@ -32,8 +32,10 @@ def grid(*, bodies: int = 400, density: float = 0.5, seed: int = 1, speed: float
     demand(
         sparse, f"density is {density}; it is above 0, and below pi / 4 = 0.785, where the discs would touch"
     )
+    radius = math.sqrt(density / (bodies * math.pi))
+    demand_size(density, radius)
     (random,) = draws(seed, 1)
     velocity = in_random_directions(speed, bodies, random)
     cell = np.arange(bodies)
     position = (np.stack([cell % side, cell // side], axis=1) + 0.5) / side
-    return Scene(position, velocity, math.sqrt(density / (bodies * math.pi)), arena=(1.0, 1.0))
+    return Scene(position, velocity, radius, arena=(1.0, 1.0))

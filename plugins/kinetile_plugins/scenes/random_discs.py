@@ -22,7 +22,7 @@ from kinetile.errors import BadOption
 from kinetile.scene.checks import HEAVIEST
 from kinetile_plugins.scenes._draws import Draws, Floats
 from kinetile_plugins.scenes._functions import powers
-from kinetile_plugins.scenes._terms import demand, demand_number, draws, in_random_directions
+from kinetile_plugins.scenes._terms import demand, demand_number, demand_size, draws, in_random_directions
 
 __all__ = ["random_discs"]
 
@@ -57,6 +57,7 @@ def random_discs(
     for_radii, for_masses, for_places, for_velocities = draws(seed, 4)
     radius = powers(radius_ratio, for_radii.uniform(bodies))
     radius *= math.sqrt(density / (math.pi * math.fsum(radius * radius))) if bodies else 1.0
+    demand_size(density, min(radius.tolist(), default=1.0))
     velocity = in_random_directions(speed, bodies, for_velocities)
     mass = powers(mass_ratio, for_masses.uniform(bodies))
     position = _places(radius, density, radius_ratio == 1.0, for_places)
