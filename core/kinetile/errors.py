@@ -31,7 +31,11 @@ __all__ = [
     "ZenoError",
     "nearest",
     "one_of",
+    "printable",
 ]
+
+
+_LONGEST_NAME = 100
 
 
 class KinetileError(Exception):
@@ -81,7 +85,8 @@ class Mistake(NamedTuple):
     expected: str
 
     def __str__(self) -> str:
-        return f"{self.where}: found {self.found}; expected {self.expected}"
+        where, found, expected = map(printable, self)
+        return f"{where}: found {found}; expected {expected}"
 
 
 class SceneError(KinetileError, ValueError):
@@ -91,7 +96,7 @@ class SceneError(KinetileError, ValueError):
         self.mistakes = tuple(mistakes)
         self.source = source
         count = f"{len(self.mistakes)} mistake{'s' if len(self.mistakes) != 1 else ''}"
-        head = f"{source}: {count}" if source else f"the scene has {count}"
+        head = f"{printable(source)}: {count}" if source else f"the scene has {count}"
         super().__init__("\n".join([head, *(f"  {mistake}" for mistake in self.mistakes)]))
 
 
@@ -157,6 +162,8 @@ class UnawaitedContactError(MissedContactError, AuditError):
 
 def nearest(name: str, known: Iterable[str]) -> str | None:
     """Return the known name that ``name`` was probably meant to be, or None if none is near."""
+    if len(name) > _LONGEST_NAME:
+        return None
     folded = {_fold(each): each for each in known}
     wanted = _fold(name)
     if wanted in folded:
@@ -166,6 +173,16 @@ def nearest(name: str, known: Iterable[str]) -> str | None:
         return folded[begun[0]]
     close = get_close_matches(wanted, folded, n=1, cutoff=0.6)
     return folded[close[0]] if close else None
+
+
+def printable(text: str, most: int = 1000) -> str:
+    """Return ``text`` fit for a terminal: control characters escaped, and cut where it is too long.
+
+    What files say goes into messages, and a terminal would do what its control characters say.
+    """
+    if len(text) > most:
+        text = f"{text[: most - 3]}..."
+    return text if text.isprintable() else "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
 
 
 def one_of(name: str, known: Iterable[str]) -> str:

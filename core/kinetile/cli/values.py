@@ -38,7 +38,7 @@ def find_scene(name: str, parameters: Sequence[str]) -> Scene:
                 f"a scene file takes no parameters (found {', '.join(parameters)}): they are for recipes, "
                 "which `kinetile scenes` lists"
             )
-        if not Path(name).is_file():
+        if not Path(name).exists():
             raise BadOption(f"there is no scene file {name!r}")
         try:
             return load_scene(name)

@@ -55,14 +55,15 @@ def parse_parameters(name: str, texts: Iterable[str]) -> dict[str, Any]:
     return recipes.parse_parameters(name, registry().scene(name), texts)
 
 
-def load_scene(path: str | os.PathLike[str]) -> Scene:
-    """Read a scene from a TOML file.
+def load_scene(path: str | os.PathLike[str], *, max_bytes: int | None = None) -> Scene:
+    """Read a scene from a TOML file, a regular one of at most ``max_bytes``.
 
+    Without ``max_bytes`` that is what the environment variable KINETILE_MAX_SCENE_BYTES says, or 64 MiB.
     Raises OSError if the file cannot be read, and SceneError, with every mistake in it, if it is no scene.
     """
     from kinetile.scene.files import read_file  # with what only files need
 
-    return read_file(path, _Registered())
+    return read_file(path, _Registered(), max_bytes)
 
 
 def loads_scene(text: str, source: str | None = None) -> Scene:

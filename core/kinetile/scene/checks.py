@@ -47,6 +47,9 @@ TOLERANCE = 1e-12
 LIMIT = 20
 """How many mistakes of one kind are spelled out; of the others only the number is told."""
 
+MOST_TOLD = 100
+"""How many mistakes are told of all kinds together."""
+
 SMALLEST, LARGEST = 2.0**-200, 2.0**200
 """Radii, masses and the sides of the arena lie between; no coordinate and no speed is beyond the larger one.
 
@@ -72,7 +75,7 @@ def is_number(value: object) -> bool:
 
 
 def abridged(mistakes: Iterable[Mistake]) -> list[Mistake]:
-    """Keep the first LIMIT mistakes of each kind of place, and tell how many more there were."""
+    """Keep the first LIMIT mistakes of each kind of place, MOST_TOLD in all, and tell how many more."""
     kept: list[Mistake] = []
     seen: Counter[str] = Counter()
     last: dict[str, Mistake] = {}
@@ -85,6 +88,9 @@ def abridged(mistakes: Iterable[Mistake]) -> list[Mistake]:
     for kind, count in seen.items():
         if count > LIMIT:
             kept.append(Mistake(kind, f"{count - LIMIT:,} more mistakes like these", last[kind].expected))
+    if len(kept) > MOST_TOLD:
+        more = Mistake("the scene", f"{len(kept) - MOST_TOLD:,} more mistakes of other kinds", "none")
+        kept = [*kept[:MOST_TOLD], more]
     return kept
 
 
@@ -100,7 +106,10 @@ def shown(value: object, width: int = 60) -> str:
     """Return ``value`` as it is quoted in a message: numbers without their NumPy type, and not too long."""
     if isinstance(value, np.generic):
         value = value.item()
-    text = repr(value)
+    try:
+        text = repr(value)
+    except ValueError:
+        text = "a whole number of too many digits to be shown"
     return text if len(text) <= width else f"{text[: width - 3]}..."
 
 

@@ -2,8 +2,9 @@
 
 A file either lists its bodies, with the turns of each under it, or names a recipe and its parameters; beside
 that it may say how the scene wants to be run. Reading goes in three steps, so that every mistake in a file is
-reported at once: the syntax (tomllib), the keys and the types (pydantic), and what the numbers mean (the same
-checks that every Scene passes). What fails one step is left out of the next, and all the rest goes on.
+reported at once: the syntax (``kinetile.scene.toml``), the keys and the types (pydantic), and what the
+numbers mean (the same checks that every Scene passes). What fails one step is left out of the next, and all
+the rest goes on.
 
 Floats are written by ``repr``, the shortest text that reads back as the same bits, -0.0 and the smallest
 denormal included. A file is replaced in one step: whoever reads it sees the old scene or the new one, and a
@@ -17,10 +18,8 @@ import os
 import re
 import secrets
 import shutil
-import tomllib
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
@@ -30,11 +29,11 @@ from kinetile.scene.checks import abridged, check_bodies, check_frame, check_tur
 from kinetile.scene.scene import Scene, Settings, Turn, relabelled
 from kinetile.scene.schema import Place, find_faults, written
 from kinetile.scene.targets import writable_target
+from kinetile.scene.toml import read_bytes, read_tables
 
 __all__ = ["Names", "dumps_scene", "read_file", "read_text", "save_scene"]
 
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
-_WHERE = re.compile(r"(.*) \(at (?:line (\d+), column (\d+)|end of document)\)", re.DOTALL)
 
 
 class Names(Protocol):
@@ -58,12 +57,12 @@ class Names(Protocol):
         ...
 
 
-def read_file(path: str | os.PathLike[str], names: Names) -> Scene:
-    """Read a scene from a TOML file.
+def read_file(path: str | os.PathLike[str], names: Names, max_bytes: int | None = None) -> Scene:
+    """Read a scene from a TOML file of at most ``max_bytes`` (see ``load_scene``).
 
     Raises OSError if the file cannot be read, and SceneError, with every mistake in it, if it is no scene.
     """
-    data = Path(path).read_bytes()
+    data = read_bytes(path, max_bytes)
     source = os.fspath(path)
     try:
         text = data.decode("utf-8")
@@ -79,13 +78,7 @@ def read_file(path: str | os.PathLike[str], names: Names) -> Scene:
 def read_text(text: str, source: str | None, names: Names) -> Scene:
     """Read a scene from TOML text; ``source`` is what messages call it. Raises SceneError."""
     text = text.removeprefix("\ufeff")
-    try:
-        tables = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise SceneError([_syntax_mistake(text, str(error))], source) from error
-    except RecursionError as error:
-        mistake = Mistake("the file", "tables nested too deeply to be read", "the keys of a scene")
-        raise SceneError([mistake], source) from error
+    tables = read_tables(text, source)
     mistakes, faults = find_faults(tables)
     settings = _read_settings(tables, faults, mistakes, names)
     scene = None
@@ -161,17 +154,6 @@ def dumps_scene(scene: Scene) -> str:
             lines += ["", "[[bodies.turns]]", f"time = {_toml(turn.time)}"]
             lines.append(f"velocity = {_toml(turn.velocity)}")
     return "\n".join([*lines, ""])
-
-
-def _syntax_mistake(text: str, message: str) -> Mistake:
-    """Turn tomllib's message into a mistake that shows the line."""
-    match = _WHERE.fullmatch(message)
-    what, line, column = match.groups() if match else (message, None, None)
-    lines = text.splitlines()
-    number = int(line or len(lines))
-    where = f"line {number}" + (f", column {column}" if column else "")
-    found = shown(lines[number - 1]) if 0 < number <= len(lines) else "the end of the file"
-    return Mistake(where, found, f"TOML ({what})")
 
 
 def _read_settings(

@@ -218,10 +218,10 @@ def _read_arrays(
     given = {"position": position, "velocity": velocity, "radius": radius, "mass": mass}
     read: dict[str, Floats] = {}
     for name, value in given.items():
-        array = _numbers(value)
+        array, wrong = _numbers(value)
         vectors = name in ("position", "velocity")
         if array is None:
-            mistakes.append(Mistake(name, shown(value), "an array of numbers"))
+            mistakes.append(Mistake(name, *wrong))
         elif vectors and array.shape == (0,):
             read[name] = array.reshape(0, 2)
         elif (array.ndim != 2 or array.shape[1] != 2) if vectors else array.ndim > 1:
@@ -246,15 +246,42 @@ def _read_arrays(
     return (read["position"], read["velocity"], read["radius"], read["mass"]), unknown
 
 
-def _numbers(value: npt.ArrayLike) -> Floats | None:
-    """Return ``value`` as an array of float64, or None if it does not consist of real numbers."""
+def _numbers(value: npt.ArrayLike) -> tuple[Floats | None, tuple[str, str]]:
+    """Return ``value`` as an array of float64, or None where it is none; then what was found and expected."""
+    nothing = "", ""
+    if _is_masked(value):
+        return None, ("a masked array, some of whose numbers are not to be used", "numbers without a mask")
     try:
         array = np.asarray(value)
     except (TypeError, ValueError):
-        return None
+        array = np.array(None)
     if array.dtype.kind not in "fiu":
-        return None
-    return array.astype(np.float64)
+        what = shown(value) if array.dtype.kind == "O" else f"{shown(value)}, of the type {array.dtype}"
+        return None, (what, "an array of numbers")
+    with np.errstate(over="ignore", invalid="ignore"):
+        floats = array.astype(np.float64)
+    changed = _first_rounded(array, floats)
+    if changed is not None:
+        return None, (f"{changed}, of the type {array.dtype}", "numbers that float64 holds without rounding")
+    return floats, nothing
+
+
+def _is_masked(value: object) -> bool:
+    """Say whether numbers are masked in an array, or in one of the rows of which a sequence consists."""
+    if isinstance(value, (list, tuple)):
+        return any(_is_masked(each) for each in value if isinstance(each, (list, tuple, np.ma.MaskedArray)))
+    return isinstance(value, np.ma.MaskedArray) and bool(np.ma.is_masked(value))
+
+
+def _first_rounded(array: npt.NDArray[Any], floats: Floats) -> str | None:
+    """Return the first number of an array of a wider type that is not the same as float64; None: all are."""
+    if array.dtype.kind in "iu" and array.dtype.itemsize == 8:
+        far = np.flatnonzero(np.abs(floats) >= 2.0**53)
+        return next((str(n) for k in far if (n := int(array.flat[k])) != int(floats.flat[k])), None)
+    if array.dtype.kind == "f" and array.dtype.itemsize > 8:
+        other = np.flatnonzero((floats != array) & ~np.isnan(array))
+        return str(array.flat[other[0]]) if len(other) else None
+    return None
 
 
 def _check_settings(settings: Settings) -> list[Mistake]:

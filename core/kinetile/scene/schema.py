@@ -7,19 +7,27 @@ of the file, one for each key.
 
 from __future__ import annotations
 
+import re
+from collections import Counter
 from collections.abc import Mapping
 from typing import Annotated, Any, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from kinetile.errors import Mistake, nearest, one_of
-from kinetile.scene.checks import shown
+from kinetile.scene.checks import LIMIT, shown
 
 __all__ = ["Place", "find_faults", "written"]
+
+_PLAIN = re.compile(r"[A-Za-z0-9_-]{1,60}")
 
 Place: TypeAlias = tuple[str | int, ...]
 """Where a value stands in a file: ("bodies", 3, "radius")."""
 
+_MOST = 100
+"""How many entries a table of options or parameters, and a list of phases, may have."""
+
+_Few = Field(max_length=_MOST)
 _Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
 
 
@@ -47,10 +55,10 @@ class _File(_Table):
     start: float = 0.0
     until: float | None = None
     broad_phase: str | None = None
-    narrow_phases: list[str] | None = None
-    options: dict[str, dict[str, Any]] = {}
+    narrow_phases: Annotated[list[str], _Few] | None = None
+    options: Annotated[dict[str, Annotated[dict[str, Any], _Few]], _Few] = {}
     recipe: str | None = None
-    parameters: dict[str, Any] = {}
+    parameters: Annotated[dict[str, Any], _Few] = {}
     bodies: list[_Body] | None = None
 
 
@@ -88,11 +96,18 @@ def find_faults(tables: Mapping[str, Any]) -> tuple[list[Mistake], set[Place]]:
         found = []
     mistakes: dict[Place, Mistake] = {}
     meant: set[Place] = set()
+    unknown: Counter[Place] = Counter()
     for kind, place in found:
         if kind == "extra_forbidden":
             key, known = str(place[-1]), _keys(place)
-            mistakes[place] = Mistake(written(place), "a key that is not known here", one_of(key, known))
-            meant.add((*place[:-1], nearest(key, known) or ""))
+            table = tuple(step for step in place[:-1] if isinstance(step, str))
+            unknown[table] += 1
+            if unknown[table] <= LIMIT:
+                mistakes[place] = Mistake(written(place), "a key that is not known here", one_of(key, known))
+                meant.add((*place[:-1], nearest(key, known) or ""))
+            else:
+                more = f"{unknown[table] - LIMIT:,} more keys that are not known here"
+                mistakes[table] = Mistake(written(table) or "the file", more, one_of("", known))
     if not {"recipe", "bodies"} & set(tables):
         found.append(("missing", ("bodies",)))
     faults: set[Place] = set()
@@ -102,7 +117,7 @@ def find_faults(tables: Mapping[str, Any]) -> tuple[list[Mistake], set[Place]]:
         place = _whole_value(place)
         faults.add(place)
         if kind != "missing":
-            mistakes[place] = Mistake(written(place), shown(_at(tables, place)), _expected(place))
+            mistakes[place] = Mistake(written(place), *_wrong_value(kind, place, _at(tables, place)))
         elif place not in meant:  # otherwise it is there, and misspelt
             also = ", or a recipe by name" if place == ("bodies",) else ""
             mistakes[place] = Mistake(written(place), "nothing", _expected(place) + also)
@@ -110,11 +125,22 @@ def find_faults(tables: Mapping[str, Any]) -> tuple[list[Mistake], set[Place]]:
 
 
 def written(place: Place) -> str:
-    """Return a place as messages write it: ``bodies[3].radius``."""
+    """Return a place as messages write it: ``bodies[3].radius``; keys that are no plain ones are quoted."""
     text = ""
     for step in place:
-        text += f"[{step}]" if isinstance(step, int) else f".{step}" if text else step
+        if isinstance(step, int):
+            text += f"[{step}]"
+        else:
+            key = step if _PLAIN.fullmatch(step) else shown(step)
+            text += f".{key}" if text else key
     return text
+
+
+def _wrong_value(kind: str, place: Place, value: Any) -> tuple[str, str]:
+    """Return what was found at a place, and what was expected."""
+    if kind == "too_long" and place[0] in ("narrow-phases", "options", "parameters"):
+        return f"{len(value):,} entries", f"at most {_MOST}"
+    return shown(value), _expected(place)
 
 
 def _whole_value(place: Place) -> Place:

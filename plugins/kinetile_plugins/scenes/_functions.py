@@ -85,7 +85,7 @@ def _series(square: Floats, *coefficients: float) -> Floats:
 
 
 def _product_and_sum(a: Floats, b: Floats, c: Floats) -> Floats:
-    """Return a b + c, almost as if it were rounded once; the products of their parts must not over- or underflow."""
+    """Return a b + c, almost as if it were rounded once."""
     product = a * b
     (a_high, a_low), (b_high, b_low) = _halves(a), _halves(b)
     missing = ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low

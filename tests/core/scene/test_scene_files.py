@@ -209,7 +209,7 @@ BODY = "[[bodies]]\nposition = [0.5, 0.5]\nradius = 0.1\n"
         ),
         ("arena = ", "line 1: found 'arena = '; expected TOML (Invalid value)"),
         ("a = 1\na = 2", "found 'a = 2'; expected TOML (Cannot overwrite a value)"),
-        ("a = " + "[" * 100_000, "tables nested too deeply"),
+        ("a = " + "[" * 100_000, "tables or lists in each other, more than 32 deep"),
     ],
 )
 def test_each_mistake_says_where_what_and_what_would_be_right(text: str, told: str) -> None:
