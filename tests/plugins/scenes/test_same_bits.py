@@ -106,13 +106,17 @@ def test_runs_have_the_fingerprints_that_are_promised() -> None:
     assert recipe_bits.fingerprints() == RUNS
 
 
+@pytest.mark.compiled
+def test_runs_have_these_fingerprints_with_fewer_features_of_the_processor() -> None:
+    assert bits("run", NPY_DISABLE_CPU_FEATURES=" ".join(dispatched()))["runs"] == RUNS
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "settings",
     [
         {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""},
         *({"NUMBA_OPT": level} for level in "0123"),
-        {"NPY_DISABLE_CPU_FEATURES": " ".join(dispatched())},
     ],
     ids=lambda settings: " ".join(f"{name}={value}" for name, value in settings.items()),
 )
