@@ -1,4 +1,4 @@
-"""The thesis's benchmark and the growth with n as tables for people."""
+"""The benchmarks' results as tables for people."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any
 
 from rich.table import Table
 
+from kinetile.bench.events import Bench
 from kinetile.bench.growth import Growth
 from kinetile.bench.measures import NOT_MEASURED, Fit, Mean, Spread
 from kinetile.bench.statements import Statement
@@ -19,6 +20,7 @@ __all__ = [
     "growth_table",
     "measures_notes",
     "measures_table",
+    "rates_table",
     "statements_table",
     "time_table",
 ]
@@ -36,6 +38,36 @@ _MEASURES = (
     "pairs_per_body",
     "pairs_in_theory",
 )
+
+
+def rates_table(bench: Bench) -> Table:
+    """Return the rates of a benchmark, one row for each phase on each scene."""
+    table = empty_table(
+        "> discs",
+        "> density",
+        "broad phase",
+        "> million events / CPU s",
+        "slowest .. fastest",
+        "> thousand contacts / CPU s",
+        "> events / contact",
+        "> pairs (mean)",
+    )
+    last = None
+    for row in bench.rows:
+        scene = (row.bodies, row.density)
+        if last not in (None, scene):
+            table.add_section()
+        table.add_row(
+            *(("", "") if scene == last else (f"{row.bodies:,}", f"{row.density:g}")),
+            row.phase,
+            f"{row.events_per_cpu_second / 1e6:.2f}",
+            f"{row.slowest / 1e6:.2f} .. {row.fastest / 1e6:.2f}",
+            f"{row.contacts_per_cpu_second / 1e3:,.1f}",
+            f"{row.events_per_contact:.2f}",
+            f"{row.counts['pairs_mean']:,.1f}",
+        )
+        last = scene
+    return table
 
 
 def time_table(rows: Rows) -> Table:

@@ -11,7 +11,6 @@ from rich.console import Console
 from rich.table import Table
 
 __all__ = [
-    "bench_table",
     "comparison_table",
     "empty_table",
     "parameters_table",
@@ -135,36 +134,6 @@ def parameters_table(parameters: Iterable[Mapping[str, Any]]) -> Table:
     table = empty_table("| parameter", "| type", "default")
     for each in parameters:
         table.add_row(each["name"], each["type"], str(each.get("default", "(none: must be given)")))
-    return table
-
-
-def bench_table(bench: Any) -> Table:
-    """Return the rates of a benchmark, one row for each phase on each scene."""
-    table = empty_table(
-        "> discs",
-        "> density",
-        "broad phase",
-        "> million events / CPU s",
-        "slowest .. fastest",
-        "> thousand contacts / CPU s",
-        "> events / contact",
-        "> pairs (mean)",
-    )
-    last = None
-    for row in bench.rows:
-        scene = (row.bodies, row.density)
-        if last not in (None, scene):
-            table.add_section()
-        table.add_row(
-            *(("", "") if scene == last else (f"{row.bodies:,}", f"{row.density:g}")),
-            row.phase,
-            f"{row.events_per_cpu_second / 1e6:.2f}",
-            f"{row.slowest / 1e6:.2f} .. {row.fastest / 1e6:.2f}",
-            f"{row.contacts_per_cpu_second / 1e3:,.1f}",
-            f"{row.events_per_contact:.2f}",
-            f"{row.counts['pairs_mean']:,.1f}",
-        )
-        last = scene
     return table
 
 

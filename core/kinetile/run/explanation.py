@@ -3,6 +3,7 @@ nothing of the rest."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,16 @@ from kinetile.kernel.skin import Skin
 from kinetile.run.composition import Composition
 from kinetile.scene import Scene
 
-__all__ = ["explanation"]
+__all__ = ["explanation", "explanation_lines"]
+
+_UNITS = {
+    "time_unit": "of the scene's time",
+    "tick": "of the scene's time",
+    "speed_bound": "length / time",
+    "skin": "length",
+    "skin_in_radii": "of the smallest radius",
+    "structural_error": "length",
+}
 
 
 def explanation(
@@ -61,3 +71,19 @@ def explanation(
             "structural_error": skin.eta,
         },
     }
+
+
+def explanation_lines(found: Mapping[str, Any]) -> list[str]:
+    """Return ``Simulation.explain()`` as lines of text: each list under its heading, then the numbers."""
+    lines: list[str] = []
+    for heading, content in found.items():
+        lines.append(f"{heading}:")
+        if isinstance(content, Mapping):
+            width = max(map(len, content), default=0)
+            for name, value in content.items():
+                shown = f"{value:.6g}" if isinstance(value, float) else f"{value:,}"
+                label = name.replace("_", " ")
+                lines.append(f"  {label:{width}}  {shown} {_UNITS.get(name, '')}".rstrip())
+        else:
+            lines += [f"  - {sentence}" for sentence in content]
+    return lines

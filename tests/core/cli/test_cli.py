@@ -10,6 +10,7 @@ import subprocess
 import sys
 import textwrap
 import time
+from pathlib import Path
 
 import pytest
 from rich.console import Console
@@ -18,9 +19,9 @@ from typer.testing import CliRunner
 import broken_phases
 import kinetile as kt
 from kinetile.cli import app
+from kinetile.cli.options import read_numbers
 from kinetile.cli.tables import plugins_table
 from kinetile.cli.terminal import Bar, notice
-from kinetile.cli.values import read_numbers
 from kinetile.errors import AuditError, BadOption
 from kinetile.plugin.choices import read_assignments, read_phase, read_phases, read_value
 
@@ -595,6 +596,35 @@ def test_a_run_imports_only_what_it_needs():
         assert not unwanted, unwanted
     """
     subprocess.run([sys.executable, "-c", textwrap.dedent(script)], check=True, stdout=subprocess.DEVNULL)
+
+
+def test_to_help_nothing_heavy_is_imported():
+    script = """
+        import sys
+        from kinetile.cli import app
+        heavy = {"numpy", "numba", "pyarrow", "hypothesis", "matplotlib", "flint", "pytest"}
+        rooms = ("kinetile.kernel.", "kinetile.accuracy.", "kinetile.conformance.", "kinetile.bench.")
+        for command in [], ["run"], ["compare"], ["oracle"], ["accuracy"], ["conform"], ["bench", "thesis"]:
+            try:
+                app([*command, "--help"])
+            except SystemExit as end:
+                assert not end.code
+            unwanted = heavy & set(sys.modules) | {each for each in sys.modules if each.startswith(rooms)}
+            assert not unwanted, (command, unwanted)
+    """
+    subprocess.run([sys.executable, "-c", textwrap.dedent(script)], check=True, stdout=subprocess.DEVNULL)
+
+
+def test_every_command_has_a_file_of_its_name():
+    from typer.main import get_command
+
+    import kinetile.cli.commands
+
+    folder = Path(kinetile.cli.commands.__file__).parent
+    commands = get_command(app).commands
+    for place, known in ((folder, commands), (folder / "bench", commands["bench"].commands)):
+        files = {each.stem for each in place.iterdir()} - {"__init__", "__pycache__"}
+        assert files == {name.replace("-", "_") for name in known}
 
 
 def test_the_first_run_says_that_it_compiles_and_stdout_stays_clean(tmp_path):

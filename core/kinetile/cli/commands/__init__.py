@@ -1,1 +1,1 @@
-"""What the commands do, a file a command."""
+"""The commands, a file a command: how it is called, and what it does."""

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import count
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from kinetile.cli.commands.run import as_json
 from kinetile.cli.folder import try_folder
+from kinetile.cli.json_output import as_json
+from kinetile.cli.options import Json
 from kinetile.cli.terminal import Bar, exit_codes
 from kinetile.errors import BadOption
 
@@ -20,8 +21,23 @@ if TYPE_CHECKING:
 __all__ = ["accuracy"]
 
 
-def accuracy(quick: bool, full: bool, parts: Sequence[str] | None, out: Path | None, json: bool) -> None:
-    """Measure, print each part when it is finished, and write them all; after Ctrl-C, those until then."""
+def accuracy(
+    quick: Annotated[bool, typer.Option("--quick", help="Measure for about a minute.")] = False,
+    full: Annotated[bool, typer.Option("--full", help="Measure for half an hour or so.")] = False,
+    part: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME", help="Only this part: chart, queries, oracle, drift or rates."),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="The folder for the page, its figures and the data; a new accuracy-report.",
+        ),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Report speed against error: a page with its figures, and the data behind them."""
     from kinetile.accuracy.report import PARTS, check_packages, measure_parts
 
     done: list[Section] = []
@@ -35,11 +51,11 @@ def accuracy(quick: bool, full: bool, parts: Sequence[str] | None, out: Path | N
 
         if quick and full:
             raise BadOption("--quick and --full cannot both be had")
-        for part in parts or ():
-            if part not in PARTS:
-                raise BadOption(f"--part {part}: the parts are {', '.join(PARTS)}")
+        for each in part or ():
+            if each not in PARTS:
+                raise BadOption(f"--part {each}: the parts are {', '.join(PARTS)}")
         budget: Budget = "quick" if quick else "full" if full else "normal"
-        parts = list(dict.fromkeys(parts)) if parts else None
+        parts = list(dict.fromkeys(part)) if part else None
         out = out or _free_folder()
         check_packages(parts)
         try_folder("--out", out, keep=True)

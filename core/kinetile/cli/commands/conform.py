@@ -1,60 +1,67 @@
-"""The commands ``conform``, ``replay`` and ``new-plugin``: for authors of broad phases."""
+"""The command ``kinetile conform``: judges a broad phase."""
 
 from __future__ import annotations
 
-import shlex
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from kinetile.cli.commands.run import as_json
 from kinetile.cli.folder import try_folder
-from kinetile.cli.terminal import DIFFERENT, exit_codes, notice
+from kinetile.cli.json_output import as_json
+from kinetile.cli.options import Json, registered_phase
+from kinetile.cli.terminal import exit_codes, notice
 from kinetile.errors import BadOption
-from kinetile.plugin.choices import read_phase
 
 if TYPE_CHECKING:
     from kinetile.conformance.report import Report, Result
 
-__all__ = ["Trial", "conform", "create_plugin", "replay"]
+__all__ = ["conform"]
 
 
-class Trial(NamedTuple):
-    """What was asked for on the command line of ``kinetile conform``."""
-
-    phase: str
-    examples: int
-    checks: Sequence[str]
-    expected: Sequence[str]
-    save_to: Path
-    shrink: bool
-    seed: int
-    isolated: bool
-    json: bool
-
-
-def conform(trial: Trial) -> None:
-    """Judge a phase and print each result as it comes; raises typer.Exit with the report's exit code."""
+def conform(
+    phase: Annotated[
+        str,
+        typer.Argument(metavar="NAME", help="The broad phase, with options if need be: sap-1d:axis=y."),
+    ],
+    examples: Annotated[int, typer.Option(min=1, metavar="N", help="Scenes drawn for each check.")] = 100,
+    check: Annotated[
+        list[str] | None, typer.Option("--check", metavar="CHECK", help="Run this check, not all.")
+    ] = None,
+    expect_failure: Annotated[
+        list[str] | None,
+        typer.Option("--expect-failure", metavar="CHECK=REASON", help="A check that is known to fail."),
+    ] = None,
+    save_to: Annotated[
+        Path, typer.Option(metavar="DIR", help="Where scenes that fail are saved, if there are any.")
+    ] = Path("conformance-failures"),
+    shrink: Annotated[bool, typer.Option(help="Look for the smallest scene that fails.")] = True,
+    seed: Annotated[int, typer.Option(metavar="N", help="What the drawing of scenes begins with.")] = 0,
+    isolated: Annotated[
+        bool,
+        typer.Option("--isolated/--in-process", help="Judge in processes with limits, or in this one."),
+    ] = True,
+    json: Json = False,
+) -> None:
+    """Judge a broad phase; exit code 1 if it does not conform, 3 if the reference itself is in doubt."""
     with exit_codes():
-        name, options = _phase(trial.phase)
-        checks = [_check(each) for each in trial.checks]
-        expected = dict(map(_expectation, trial.expected))
-        try_folder("--save-to", trial.save_to, keep=False)
-        show = _Show(name, options, trial.json)
-        notice(f"judging {trial.phase} on {trial.examples} scenes a check{_compiling()} ...")
+        name, options = registered_phase(phase)
+        checks = [_check(each) for each in check or ()]
+        expected = dict(map(_expectation, expect_failure or ()))
+        try_folder("--save-to", save_to, keep=False)
+        show = _Show(name, options, json)
+        notice(f"judging {phase} on {examples} scenes a check{_compiling()} ...")
         try:
-            report = _door(trial.isolated)(
+            report = _door(isolated)(
                 name,
                 options=options,
-                examples=trial.examples,
+                examples=examples,
                 checks=checks or None,
                 expected_failures=expected,
-                save_to=trial.save_to,
-                shrink=trial.shrink,
-                seed=trial.seed,
+                save_to=save_to,
+                shrink=shrink,
+                seed=seed,
                 on_result=show.result,
             )
         except KeyboardInterrupt:
@@ -120,61 +127,6 @@ def _from_here(path: Path | None) -> Path | None:
     """Return a path in the working folder as relative to it, and any other as it is."""
     here = Path.cwd()
     return path.relative_to(here) if path is not None and path.is_relative_to(here) else path
-
-
-def replay(phase: str, file: Path, check: str | None, json: bool) -> None:
-    """Run a case again and print what comes of it; raises typer.Exit(DIFFERENT) if it still fails."""
-    with exit_codes():
-        from kinetile.conformance.replay import replay as judge
-
-        name, options = _phase(phase)
-        result = judge(name, file, check=check, options=options)
-    if json:
-        from kinetile.records.versions import versions
-
-        row: dict[str, Any] = {
-            "broad_phase": name,
-            "options": options,
-            "check": result.check,
-            "sentence": result.sentence,
-            "file": str(file),
-            "bodies": result.bodies,
-            "fails": not result.ok,
-            "said": result.said or None,
-            "verdict": result.verdict or None,
-            "versions": versions(),
-        }
-        typer.echo(as_json(row))
-    else:
-        bodies = f"{result.bodies} {'body' if result.bodies == 1 else 'bodies'}"
-        typer.echo(
-            f"{'passes' if result.ok else 'still fails'}: {phase}, {result.check}, {file} ({bodies})\n"
-            f"  {result.sentence}"
-        )
-        for line in [*result.said.splitlines(), *([f"verdict: {result.verdict}"] if result.verdict else [])]:
-            typer.echo(f"  {line}")
-    if not result.ok:
-        raise typer.Exit(DIFFERENT)
-
-
-def create_plugin(name: str, into: Path) -> None:
-    """Write a new plugin's package and print what to do next."""
-    with exit_codes():
-        from kinetile.plugin.new_plugin import new_plugin
-
-        folder = new_plugin(name, into)
-    written = sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
-    typer.echo(f"{folder}: {', '.join(written)}")
-    typer.echo("to make its broad phase known here, and judge it:")
-    typer.echo(f"  cd {shlex.quote(str(folder))}\n  pip install -e '.[test]'\n  pytest")
-
-
-def _phase(text: str) -> tuple[str, dict[str, Any]]:
-    """Return a phase's name (not an alias) and options; raise UnknownName."""
-    from kinetile.plugin.registry import registry
-
-    name, options = read_phase(text)
-    return registry().spec("broad phase", name).name, options
 
 
 def _check(name: str) -> str:

@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from kinetile.cli.commands.run import as_json, scene_summary, until_or_default
+from kinetile.cli.json_output import as_json, scene_summary
+from kinetile.cli.options import (
+    Json,
+    MaxContacts,
+    Parameters,
+    SceneName,
+    Until,
+    find_scene,
+    until_or_default,
+)
 from kinetile.cli.terminal import DIFFERENT, FAULT, Bar, exit_codes, make_ready, notice
-from kinetile.cli.values import find_scene
 from kinetile.plugin.choices import read_phase
 
 if TYPE_CHECKING:
@@ -26,28 +34,27 @@ SHOWN = 20
 
 
 def oracle(
-    scene_name: str,
-    parameters: Sequence[str],
-    until: float | None,
-    max_contacts: int | None,
-    against: str | None,
-    json: bool,
+    scene: SceneName,
+    parameters: Parameters = None,
+    until: Until = None,
+    max_contacts: MaxContacts = None,
+    against: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="Say how far a run under this broad phase agrees."),
+    ] = None,
+    json: Json = False,
 ) -> None:
-    """Certify a scene's contacts, or a run under the broad phase ``against``, and print what came of it.
-
-    After Ctrl-C, what was certified until then. Raises typer.Exit(FAULT) where the oracle could not come to
-    the end that was asked for, typer.Exit(DIFFERENT) where the run differs.
-    """
+    """Certify the contacts of a scene in ball arithmetic; exit code 1 where a run differs."""
     from kinetile.accuracy.certified.oracle import Oracle
 
     found: Agreement | None = None
     with exit_codes():
-        scene = find_scene(scene_name, parameters)
-        end = until_or_default(scene, until, max_contacts)
+        this_scene = find_scene(scene, parameters)
+        end = until_or_default(this_scene, until, max_contacts)
         asked = {"until": end, "max_contacts": max_contacts, "against": against}
-        truth = Oracle(scene)
-        with Bar("certifying", scene.start, max_contacts) as bar:
-            progress = _shown_on(bar, scene, end, max_contacts)
+        truth = Oracle(this_scene)
+        with Bar("certifying", this_scene.start, max_contacts) as bar:
+            progress = _shown_on(bar, this_scene, end, max_contacts)
             try:
                 if against is None:
                     truth.run(end, max_contacts=max_contacts, progress=progress)
@@ -55,9 +62,9 @@ def oracle(
                     found = _run_against(against, truth, end, max_contacts, progress)
             except KeyboardInterrupt:
                 bar.close()
-                _print(scene, asked, truth.certified, None, json)
+                _print(this_scene, asked, truth.certified, None, json)
                 raise
-    _print(scene, asked, truth.certified, found, json)
+    _print(this_scene, asked, truth.certified, found, json)
     if found is not None and found.disagreement is not None:
         raise typer.Exit(DIFFERENT)
     if not (truth.certified.complete if found is None else found.complete):

@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
-import json
 import os
 import signal
-from collections.abc import Sequence
 from contextlib import ExitStack
 from itertools import combinations
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
+from kinetile.cli.json_output import as_json, scene_summary
+from kinetile.cli.options import (
+    Json,
+    MaxContacts,
+    NarrowPhases,
+    Parameters,
+    SceneName,
+    Until,
+    find_scene,
+    narrow_choice,
+    until_or_default,
+)
 from kinetile.cli.terminal import FAULT, FAULTS, Bar, exit_codes, make_ready, notice
-from kinetile.cli.values import find_scene
 from kinetile.errors import BadOption, KinetileError
 from kinetile.plugin.choices import read_assignments, read_phase
 from kinetile.run.interrupts import Interrupts
@@ -22,26 +31,9 @@ from kinetile.run.interrupts import Interrupts
 if TYPE_CHECKING:
     from kinetile.records.events import EventRecorder
     from kinetile.run.simulation import Progress, Simulation
-    from kinetile.scene import Scene
+    from kinetile.scene import Scene, Settings
 
-__all__ = ["Wish", "as_json", "narrow_choice", "run", "scene_summary", "until_or_default"]
-
-
-class Wish(NamedTuple):
-    """What was asked for on the command line of ``kinetile run``."""
-
-    scene: str
-    parameters: Sequence[str] = ()
-    broad_phase: str | None = None
-    options: Sequence[str] = ()
-    narrow_phases: Sequence[str] = ()
-    until: float | None = None
-    max_contacts: int | None = None
-    events: Path | None = None
-    save_scene: Path | None = None
-    json: bool = False
-    explain: bool = False
-    audit: int | None = None
+__all__ = ["run"]
 
 
 class _Ending(NamedTuple):
@@ -52,80 +44,67 @@ class _Ending(NamedTuple):
     message: str = ""
 
 
-def run(wish: Wish) -> None:
-    """Do what was asked for; raises typer.Exit with the exit code unless that is 0."""
+def run(
+    scene: SceneName = "grid",
+    parameters: Parameters = None,
+    broad_phase: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="The broad phase, with options if need be: sap-1d:axis=y."),
+    ] = None,
+    option: Annotated[
+        list[str] | None,
+        typer.Option("--option", "-o", metavar="KEY=VALUE", help="An option of the broad phase."),
+    ] = None,
+    narrow_phase: NarrowPhases = None,
+    until: Until = None,
+    max_contacts: MaxContacts = None,
+    events: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write every event to a Parquet file.")
+    ] = None,
+    save_scene: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Save the scene, with what is chosen here, as a TOML file."),
+    ] = None,
+    explain: Annotated[
+        bool, typer.Option("--explain", help="Say what is modelled and what is left out, and run nothing.")
+    ] = False,
+    audit: Annotated[
+        int | None,
+        typer.Option(metavar="N", min=1, help="Check all that must hold, every N contacts (slow)."),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Run a scene and print what happened."""
     with exit_codes():
-        _check_files(wish)
-        scene = find_scene(wish.scene, wish.parameters)
-        simulation = _compose(scene, wish)
-        if wish.save_scene is not None:
-            _save(simulation, wish)
-        if wish.explain:
-            _explain(simulation, wish.json)
+        _check_files(scene, events, save_scene)
+        this_scene = find_scene(scene, parameters)
+        name, options = (None, {}) if broad_phase is None else read_phase(broad_phase)
+        options |= read_assignments(option or (), "--option")
+        simulation = _compose(this_scene, name, options, narrow_choice(narrow_phase), audit)
+        if save_scene is not None:
+            _save(
+                this_scene,
+                save_scene,
+                _settings(simulation, bool(name or options), bool(narrow_phase), until),
+            )
+        if explain:
+            _explain(simulation, json)
             return
-        until = until_or_default(scene, wish.until, wish.max_contacts)
-        recorder = _recorder(simulation, wish, until)
-        ending = _carry_out(simulation, recorder, wish, until)
-        _print(simulation, recorder, wish, until, ending.status)
+        end = until_or_default(this_scene, until, max_contacts)
+        asked = {"until": end, "max_contacts": max_contacts}
+        recorder = None if events is None else _recorder(simulation, events, asked)
+        ending = _carry_out(simulation, recorder, end, max_contacts)
+        _print(_result(simulation, recorder, asked, ending.status), json)
     if ending.code:
         notice(f"kinetile: {ending.message}")
         raise typer.Exit(ending.code)
 
 
-def until_or_default(scene: Scene, until: float | None, max_contacts: int | None) -> float | None:
-    """Return the time to run to: as asked for, or the scene's own, or one unit; None for contacts alone.
-
-    With ``max_contacts`` the scene's own end holds as well: whichever comes first.
-    """
-    if until is not None:
-        if not scene.start <= until < float("inf"):
-            raise BadOption(
-                f"--until is {until!r}; expected a time from the scene's start on, {scene.start!r}"
-            )
-        return until
-    if scene.settings.until is not None or max_contacts is not None:
-        return scene.settings.until  # which ends a run of so many contacts too, as in Simulation.run
-    return scene.start + 1.0
-
-
-def narrow_choice(texts: Sequence[str]) -> dict[str, dict[str, Any]] | None:
-    """Return the narrow phases of ``--narrow-phase``, each with its options; None where none is named."""
-    return dict(map(read_phase, texts)) or None
-
-
-def scene_summary(scene: Scene) -> dict[str, Any]:
-    """Return where a scene comes from and how large it is, in plain types."""
-    return {
-        "file": scene.origin.get("file"),
-        "recipe": scene.origin.get("recipe"),
-        "parameters": dict(scene.origin.get("parameters", {})),
-        "bodies": len(scene),
-        "arena": scene.arena and list(scene.arena),
-        "start": scene.start,
-        "turns": len(scene.turns),
-    }
-
-
-def as_json(result: Any) -> str:
-    """Return a result as JSON text; JSON has no numbers that are not finite: they become null."""
-    return json.dumps(_plain(result), indent=2, allow_nan=False)
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple | set | frozenset):
-        return [_plain(item) for item in value]
-    if isinstance(value, float):
-        return float(value) if abs(value) < float("inf") else None
-    return value if value is None or isinstance(value, str | int) else str(value)
-
-
-def _check_files(wish: Wish) -> None:
+def _check_files(scene: str, events: Path | None, save_scene: Path | None) -> None:
     """Raise BadOption unless the files of the command line are different ones."""
-    files = {"--events": wish.events, "--save-scene": wish.save_scene}
-    if wish.scene.lower().endswith(".toml"):
-        files["the scene"] = Path(wish.scene)
+    files = {"--events": events, "--save-scene": save_scene}
+    if scene.lower().endswith(".toml"):
+        files["the scene"] = Path(scene)
     given = [(what, Path(path)) for what, path in files.items() if path is not None]
     for (one, path), (other, its_path) in combinations(given, 2):
         if "--events" in (one, other) and _same_file(path, its_path):
@@ -139,74 +118,75 @@ def _same_file(one: Path, other: Path) -> bool:
         return os.path.realpath(one) == os.path.realpath(other)
 
 
-def _save(simulation: Simulation, wish: Wish) -> None:
-    """Save the scene with the phases and the end that were asked for: running the file runs this again."""
-    from kinetile.scene import Settings, relabelled
-    from kinetile.scene.files import save_scene
-
-    scene, settings = simulation.scene, simulation.scene.settings
-    options = {name: dict(given) for name, given in settings.options.items()}
-    if wish.broad_phase is not None or wish.options:
-        options[simulation.broad_phase] = dict(simulation.options)
-    if wish.narrow_phases:
-        options |= _narrow_phases(simulation)
-    chosen = Settings(
-        simulation.broad_phase if wish.broad_phase is not None or wish.options else settings.broad_phase,
-        simulation.narrow_phases if wish.narrow_phases else settings.narrow_phases,
-        {name: given for name, given in options.items() if given},
-        settings.until if wish.until is None else wish.until,
-    )
-    try:
-        save_scene(relabelled(scene, settings=chosen), wish.save_scene or "")
-    except OSError as error:
-        raise BadOption(f"--save-scene {wish.save_scene}: {error.strerror}") from error
-
-
-def _compose(scene: Scene, wish: Wish) -> Simulation:
+def _compose(
+    scene: Scene,
+    broad_phase: str | None,
+    options: dict[str, Any],
+    narrow_phases: dict[str, dict[str, Any]] | None,
+    audit: int | None,
+) -> Simulation:
     from kinetile.run.simulation import Simulation
 
-    name, options = (None, {}) if wish.broad_phase is None else read_phase(wish.broad_phase)
-    options |= read_assignments(wish.options, "--option")
     return Simulation(
         scene,
-        name,
+        broad_phase,
         options=options or None,
-        narrow_phases=narrow_choice(wish.narrow_phases),
+        narrow_phases=narrow_phases,
         keep_contacts=False,
-        audit=wish.audit,
+        audit=audit,
     )
 
 
-def _explain(simulation: Simulation, as_data: bool) -> None:
-    if as_data:
-        typer.echo(as_json(simulation.explain()))
-        return
-    from kinetile.cli.explanation import explanation_lines
+def _settings(simulation: Simulation, broad: bool, narrow: bool, until: float | None) -> Settings:
+    """Return the scene's settings, with the broad phase, narrow phases and end that were chosen instead."""
+    from kinetile.scene import Settings
 
-    typer.echo("\n".join(explanation_lines(simulation.explain())))
+    settings = simulation.scene.settings
+    options = {name: dict(given) for name, given in settings.options.items()}
+    if broad:
+        options[simulation.broad_phase] = dict(simulation.options)
+    if narrow:
+        options |= _narrow_phases(simulation)
+    return Settings(
+        simulation.broad_phase if broad else settings.broad_phase,
+        simulation.narrow_phases if narrow else settings.narrow_phases,
+        {name: given for name, given in options.items() if given},
+        settings.until if until is None else until,
+    )
 
 
-def _recorder(simulation: Simulation, wish: Wish, until: float | None) -> EventRecorder | None:
-    if wish.events is None:
-        return None
+def _save(scene: Scene, path: Path, settings: Settings) -> None:
+    """Save a scene with other settings."""
+    from kinetile.scene import relabelled
+    from kinetile.scene.files import save_scene
+
+    try:
+        save_scene(relabelled(scene, settings=settings), path)
+    except OSError as error:
+        raise BadOption(f"--save-scene {path}: {error.strerror}") from error
+
+
+def _explain(simulation: Simulation, json: bool) -> None:
+    from kinetile.run.explanation import explanation_lines
+
+    found = simulation.explain()
+    typer.echo(as_json(found) if json else "\n".join(explanation_lines(found)))
+
+
+def _recorder(simulation: Simulation, events: Path, asked: dict[str, Any]) -> EventRecorder:
     from kinetile.records.events import EventRecorder
 
-    return EventRecorder(
-        wish.events,
-        simulation.scene,
-        {
-            "broad_phase": simulation.broad_phase,
-            "options": dict(simulation.options),
-            "narrow_phases": _narrow_phases(simulation),
-            "time_unit": simulation.time_unit,
-            "until": until,
-            "max_contacts": wish.max_contacts,
-        },
-    )
+    chosen = {
+        "broad_phase": simulation.broad_phase,
+        "options": dict(simulation.options),
+        "narrow_phases": _narrow_phases(simulation),
+        "time_unit": simulation.time_unit,
+    }
+    return EventRecorder(events, simulation.scene, chosen | asked)
 
 
 def _carry_out(
-    simulation: Simulation, recorder: EventRecorder | None, wish: Wish, until: float | None
+    simulation: Simulation, recorder: EventRecorder | None, until: float | None, max_contacts: int | None
 ) -> _Ending:
     """Run, and close the events file whatever happens."""
     with ExitStack() as stack:
@@ -217,7 +197,7 @@ def _carry_out(
                 raise BadOption(str(error)) from error
         terminated = Interrupts(signal.SIGTERM)
         try:
-            with stack, terminated, Bar("running", simulation.scene.start, wish.max_contacts) as bar:
+            with stack, terminated, Bar("running", simulation.scene.start, max_contacts) as bar:
 
                 def progress(state: Progress) -> None:
                     bar(state)
@@ -225,9 +205,7 @@ def _carry_out(
 
                 try:
                     make_ready(simulation)
-                    simulation.run(
-                        until, max_contacts=wish.max_contacts, progress=progress, recorder=recorder
-                    )
+                    simulation.run(until, max_contacts=max_contacts, progress=progress, recorder=recorder)
                 finally:
                     if recorder is not None:
                         recorder.meta |= {"time": simulation.time, "fingerprint": simulation.fingerprint}
@@ -239,29 +217,28 @@ def _carry_out(
     return _Ending("complete")
 
 
-def _print(
-    simulation: Simulation, recorder: EventRecorder | None, wish: Wish, until: float | None, status: str
-) -> None:
+def _result(
+    simulation: Simulation, recorder: EventRecorder | None, asked: dict[str, Any], status: str
+) -> dict[str, Any]:
+    """Return everything that the run came to, in plain types."""
     from kinetile.records.versions import versions
 
-    result = {
+    reached = {"time": simulation.time, "time_unit": simulation.time_unit, "status": status}
+    return {
         "versions": versions(),
         "scene": scene_summary(simulation.scene),
         "broad_phase": simulation.broad_phase,
         "options": dict(simulation.options),
         "narrow_phases": _narrow_phases(simulation),
-        "run": {
-            "until": until,
-            "max_contacts": wish.max_contacts,
-            "time": simulation.time,
-            "time_unit": simulation.time_unit,
-            "status": status,
-        },
+        "run": asked | reached,
         "readings": simulation.readings.as_dict(),
         "events_file": recorder
         and {"path": str(recorder.path), "rows": recorder.rows, "status": recorder.status},
     }
-    if wish.json:
+
+
+def _print(result: dict[str, Any], json: bool) -> None:
+    if json:
         typer.echo(as_json(result))
         return
     from kinetile.cli.tables import run_table, show

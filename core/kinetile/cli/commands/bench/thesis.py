@@ -1,37 +1,49 @@
-"""The commands ``bench thesis`` and ``bench growth``."""
+"""The command ``kinetile bench thesis``."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from kinetile.cli.commands.run import as_json
 from kinetile.cli.folder import prepare_folder
+from kinetile.cli.json_output import as_json
+from kinetile.cli.options import Json, phase_choices
 from kinetile.cli.terminal import Bar, exit_codes, make_ready
-from kinetile.cli.values import read_numbers
 from kinetile.errors import BadOption, MissingExtra
-from kinetile.plugin.choices import read_phase, read_phases
 
 if TYPE_CHECKING:
-    from kinetile.bench.growth import Growth
     from kinetile.bench.thesis import Cell, ThesisBench
 
-__all__ = ["growth", "thesis"]
+__all__ = ["thesis"]
 
 
-def thesis(phases: str, seeds: int, until: float, seconds: float, out: Path | None, json: bool) -> None:
-    """Measure, print and write; after Ctrl-C, what has been measured until then."""
+def thesis(
+    phases: Annotated[
+        str, typer.Option(metavar="A,B,...", help="Broad phases.")
+    ] = "naive,sap-1d,sap-2d,sweep-tiling",
+    seeds: Annotated[int, typer.Option(min=1, metavar="K", help="Run each scene with the seeds 1 to K.")] = 6,
+    until: Annotated[float, typer.Option(metavar="T", help="How much time is simulated.")] = 1.0,
+    seconds: Annotated[
+        float, typer.Option(min=0.0001, help="CPU seconds of the runs of a phase on a scene, at least.")
+    ] = 0.05,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Write all cells as CSV, and figures 23 and 24, into this folder."),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Do the thesis's benchmark (section 5.3) again, and say which of its statements hold."""
     from kinetile.bench.thesis import ThesisBench, bench_thesis, thesis_conditions
 
     done: list[Cell] = []
     with exit_codes(), Bar("measuring") as bar:
         if not 0.0 < until < float("inf"):
             raise BadOption(f"--until is {until!r}; expected a time greater than 0")
-        chosen = [read_phase(text) for text in read_phases(phases)]
+        chosen = phase_choices(phases)
         if not chosen:
             raise BadOption("--phases names no phase; expected names, with commas between")
         if out is not None:
@@ -50,32 +62,7 @@ def thesis(phases: str, seeds: int, until: float, seconds: float, out: Path | No
             bar.close()
             if done:
                 measured = ThesisBench(tuple(done), thesis_conditions(seeds, until, seconds))
-                _print_thesis(measured, _write(measured, out), json)
-
-
-def growth(phase: str, bodies: str, density: float, seconds: float, json: bool) -> None:
-    """Measure and print; after Ctrl-C, what has been measured until then."""
-    from kinetile.bench.growth import bench_growth
-
-    done: list[Growth] = []
-    with exit_codes(), Bar("measuring") as bar:
-        sizes = read_numbers(bodies, int, "--bodies")
-        if not sizes:
-            raise BadOption("--bodies names no number; expected whole numbers, with commas between")
-        try:
-            bench_growth(
-                read_phase(phase),
-                sizes,
-                density,
-                seconds=seconds,
-                start=lambda label, simulation: make_ready(simulation),
-                finish=done.append,
-                progress=bar.count,
-            )
-        finally:
-            bar.close()
-            if done:
-                _print_growth(done[-1], json)
+                _print(measured, _write(measured, out), json)
 
 
 def _write(measured: ThesisBench, out: Path | None) -> list[Path]:
@@ -93,7 +80,7 @@ def _write(measured: ThesisBench, out: Path | None) -> list[Path]:
     return written
 
 
-def _print_thesis(measured: ThesisBench, written: Sequence[Path], json: bool) -> None:
+def _print(measured: ThesisBench, written: Sequence[Path], json: bool) -> None:
     from kinetile.bench.measures import exponents, summaries
     from kinetile.bench.statements import statements
 
@@ -127,22 +114,3 @@ def _print_thesis(measured: ThesisBench, written: Sequence[Path], json: bool) ->
         f"{where['seconds']:g} CPU s for each phase, scene and seed (or {where['most_runs']} runs)",
         *(f"written: {path}" for path in written),
     )
-
-
-def _print_growth(measured: Growth, json: bool) -> None:
-    if json:
-        typer.echo(as_json(measured.as_dict()))
-        return
-    from kinetile.cli import bench_tables as tables
-    from kinetile.cli.tables import show
-
-    rows, where = measured.rows, measured.conditions
-    lines = [f"{measured.phase} at density {measured.density:g}; {where['processor']}"]
-    if measured.exponent is not None:
-        lines.append(
-            f"CPU time for a unit of simulated time grows as n^{measured.exponent:.2f} "
-            f"from {rows[0].bodies:,} to {rows[-1].bodies:,} discs"
-        )
-    arrays = ", ".join(f"{name} {size:.0f}" for name, size in rows[-1].arrays.items())
-    lines.append(f"bytes a disc in tables, {rows[-1].bodies:,} discs: {arrays}")
-    show(tables.growth_table(measured), *lines)

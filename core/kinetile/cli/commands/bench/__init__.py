@@ -1,0 +1,1 @@
+"""The commands ``kinetile bench ...``, a file a command."""

@@ -1,0 +1,101 @@
+"""The command ``kinetile compare``: one scene under several broad phases."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from kinetile.cli.json_output import as_json, scene_summary
+from kinetile.cli.options import (
+    Json,
+    MaxContacts,
+    NarrowPhases,
+    Parameters,
+    SceneName,
+    Until,
+    find_scene,
+    narrow_choice,
+    phase_choices,
+    until_or_default,
+)
+from kinetile.cli.terminal import DIFFERENT, FAULT, Bar, exit_codes, make_ready, notice
+
+if TYPE_CHECKING:
+    from kinetile.conformance.compare import Comparison
+    from kinetile.run.simulation import Simulation
+
+__all__ = ["compare"]
+
+
+def compare(
+    scene: SceneName = "grid",
+    parameters: Parameters = None,
+    broad_phases: Annotated[
+        str,
+        typer.Option(
+            metavar="A,B,...",
+            help="Broad phases, the first being the reference; with options: sap-1d:axis=y.",
+        ),
+    ] = "naive,sap-1d,sap-2d",
+    narrow_phase: NarrowPhases = None,
+    until: Until = None,
+    max_contacts: MaxContacts = None,
+    json: Json = False,
+) -> None:
+    """Run a scene under several broad phases; exit code 1, and the first difference, unless all agree."""
+    from kinetile.conformance.compare import Comparison, Outcome
+    from kinetile.conformance.compare import compare as compare_phases
+
+    done: list[Outcome] = []
+    with exit_codes():
+        this_scene = find_scene(scene, parameters)
+        end = until_or_default(this_scene, until, max_contacts)
+        choices = phase_choices(broad_phases)
+        with Bar("comparing", this_scene.start, max_contacts) as bar:
+
+            def start(label: str, simulation: Simulation) -> None:
+                bar.what = label
+                make_ready(simulation)
+
+            try:
+                comparison = compare_phases(
+                    this_scene,
+                    choices,
+                    end,
+                    max_contacts=max_contacts,
+                    narrow_phases=narrow_choice(narrow_phase),
+                    start=start,
+                    finish=done.append,
+                    progress=bar,
+                )
+            except KeyboardInterrupt:
+                _print_comparison(Comparison(tuple(done)), None, json)
+                raise
+    run = {"until": end, "max_contacts": max_contacts}
+    _print_comparison(comparison, {"scene": scene_summary(this_scene), "run": run}, json)
+    if not comparison.identical:
+        raise typer.Exit(DIFFERENT)
+    if comparison.fault is not None:
+        notice("kinetile: the phases agree, but none of them came to the end that was asked for")
+        raise typer.Exit(FAULT)
+
+
+def _print_comparison(comparison: Comparison, head: dict[str, Any] | None, json: bool) -> None:
+    """Print what came of a comparison; of one that was interrupted (no head), how the finished runs went."""
+    if json:
+        from kinetile.records.versions import versions
+
+        status = {"status": "complete" if head else "interrupted", "versions": versions()}
+        found = comparison.as_dict() | ({} if head else {"identical": None})
+        typer.echo(as_json(status | (head or {}) | found))
+        return
+    from kinetile.cli.tables import comparison_table, show
+
+    show(comparison_table(comparison.outcomes))
+    if head and comparison.identical:
+        contacts = comparison.outcomes[0].contacts
+        show(f"identical: {contacts:,} contacts, the end and every body's state agree bit for bit")
+        if comparison.fault is not None:
+            show(f"but every run ended in a fault: {comparison.fault}")
+    show(*map(str, comparison.divergences))

@@ -1,0 +1,115 @@
+"""The options that commands have in common: how they are declared, and what is made of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from kinetile.errors import BadOption
+from kinetile.plugin.choices import read_phase, read_phases
+
+if TYPE_CHECKING:
+    from kinetile.scene import Scene
+
+__all__ = [
+    "Json",
+    "MaxContacts",
+    "NarrowPhases",
+    "Parameters",
+    "SceneName",
+    "Until",
+    "find_scene",
+    "narrow_choice",
+    "phase_choices",
+    "read_numbers",
+    "registered_phase",
+    "until_or_default",
+]
+
+SceneName = Annotated[
+    str, typer.Argument(metavar="SCENE", help="A recipe's name (see `kinetile scenes`) or a .toml file.")
+]
+Parameters = Annotated[
+    list[str] | None, typer.Option("--set", "-s", metavar="KEY=VALUE", help="A parameter of the recipe.")
+]
+NarrowPhases = Annotated[
+    list[str] | None,
+    typer.Option("--narrow-phase", metavar="NAME", help="A narrow phase, instead of those the scene needs."),
+]
+Until = Annotated[
+    float | None, typer.Option(help="Run until this time; the scene's own `until`, or one time unit.")
+]
+MaxContacts = Annotated[int | None, typer.Option(min=0, help="Stop after so many contacts.")]
+Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
+
+
+def find_scene(name: str, parameters: Sequence[str] | None) -> Scene:
+    """Return the scene of a TOML file (a name that ends in .toml, or has a slash in it) or of a recipe."""
+    if name.lower().endswith(".toml") or "/" in name or "\\" in name:
+        from kinetile.plugin.by_name import load_scene
+
+        if parameters:
+            raise BadOption(
+                f"a scene file takes no parameters (found {', '.join(parameters)}): they are for recipes, "
+                "which `kinetile scenes` lists"
+            )
+        if not Path(name).exists():
+            raise BadOption(f"there is no scene file {name!r}")
+        try:
+            return load_scene(name)
+        except OSError as error:
+            raise BadOption(f"the scene file {name!r} cannot be read: {error.strerror}") from error
+    from kinetile.plugin.by_name import make_scene, parse_parameters
+
+    return make_scene(name, **parse_parameters(name, parameters or ()))
+
+
+def until_or_default(scene: Scene, until: float | None, max_contacts: int | None) -> float | None:
+    """Return the time to run to: as asked for, or the scene's own, or one unit; None for contacts alone.
+
+    With ``max_contacts`` the scene's own end holds as well: whichever comes first.
+    """
+    if until is not None:
+        if not scene.start <= until < float("inf"):
+            raise BadOption(
+                f"--until is {until!r}; expected a time from the scene's start on, {scene.start!r}"
+            )
+        return until
+    if scene.settings.until is not None or max_contacts is not None:
+        return scene.settings.until  # which ends a run of so many contacts too, as in Simulation.run
+    return scene.start + 1.0
+
+
+def narrow_choice(texts: Sequence[str] | None) -> dict[str, dict[str, Any]] | None:
+    """Return the narrow phases of ``--narrow-phase``, each with its options; None where none is named."""
+    return dict(map(read_phase, texts or ())) or None
+
+
+def phase_choices(text: str) -> list[tuple[str, dict[str, Any]]]:
+    """Return the broad phases of a list with commas, each with its options."""
+    return [read_phase(each) for each in read_phases(text)]
+
+
+def read_numbers(text: str, kind: type, where: str) -> list[Any]:
+    """Return the numbers of a list with commas, each of a kind (int or float) and greater than 0."""
+    numbers = []
+    for piece in filter(None, (piece.strip() for piece in text.split(","))):
+        try:
+            numbers.append(kind(piece))
+        except ValueError:
+            numbers.append(0)
+        if not numbers[-1] > 0:
+            what = "whole numbers" if kind is int else "numbers"
+            raise BadOption(f"{where}: found {piece!r}; expected {what} greater than 0, with commas between")
+    return numbers
+
+
+def registered_phase(text: str) -> tuple[str, dict[str, Any]]:
+    """Return a phase's name (not an alias) and options; raise UnknownName."""
+    from kinetile.plugin.registry import registry
+
+    name, options = read_phase(text)
+    return registry().spec("broad phase", name).name, options
