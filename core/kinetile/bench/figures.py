@@ -37,12 +37,12 @@ def write_cells(bench: ThesisBench, folder: Path) -> Path:
     """Write all cells to cells.csv, a row for each phase, scene and seed; return its path."""
     path = folder / "cells.csv"
     names = [name for name in vars(bench.cells[0]) if name != "cpu_seconds"]
-    timed = ["runs", "cpu_seconds_median", "cpu_seconds_min", "cpu_seconds_max", "cpu_seconds_per_time"]
+    timed = ["rounds", "cpu_seconds_median", "cpu_seconds_min", "cpu_seconds_max"]
     with path.open("w", newline="", encoding="utf-8") as file:
         table = csv.writer(file)
-        table.writerow([*names, *timed])
+        table.writerow([*names, *timed, "cpu_seconds_per_time", "unrest"])
         for cell in bench.cells:
-            times = [len(cell.cpu_seconds), *spread(cell.cpu_seconds), cell.cost]
+            times = [len(cell.cpu_seconds), *spread(cell.cpu_seconds), cell.cost, cell.unrest]
             table.writerow([*(getattr(cell, name) for name in names), *times])
     return path
 

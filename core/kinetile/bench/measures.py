@@ -211,6 +211,7 @@ def summaries(bench: ThesisBench) -> list[dict[str, Any]]:
                 row: dict[str, Any] = {"density": density, "bodies": n, "phase": phase}
                 row["seeds"] = [cell.seed for cell in cells]
                 row["cpu_seconds_per_time"] = spread([cell.cost for cell in cells])._asdict()
+                row["unrest"] = statistics.median(cell.unrest for cell in cells)
                 row["microseconds_per_event"] = spread(
                     [1e6 * cell.cost * cell.until / max(cell.events, 1) for cell in cells]
                 )._asdict()

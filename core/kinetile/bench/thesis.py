@@ -4,8 +4,8 @@ Twelve scenes of the recipe ``grid``: 25, 100 and 400 discs at four densities. E
 them for the same stretch of simulated time, with several seeds, which the thesis does not say it did. What is
 noted is of two kinds. Counts (contacts, bound events, candidate pairs, the queue) are the same on every
 machine. Times are processor time inside the loop, the static construction included and compilation apart: a
-short run is repeated until there is enough to measure, and the phases take turns, scene by scene and seed by
-seed, so that a machine that slows down slows all of them.
+short run is repeated until there is enough to measure, and the phases take turns, several times on each scene
+with each seed, so that a machine that slows down slows all of them, and the same run has several times.
 
 What the cells say is worked out in ``kinetile.bench.measures`` (spreads, exponents, the four measures of a
 kinetic data structure) and ``kinetile.bench.statements`` (the thesis's statements).
@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import math
 import statistics
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -28,10 +29,12 @@ __all__ = ["PHASES", "Cell", "ThesisBench", "bench_thesis", "thesis_conditions"]
 PHASES = ("naive", "sap-1d", "sap-2d", "sweep-tiling")
 """The thesis's three, and its sweep-and-prune on two axes, which it left out of its figures."""
 
-MOST_REPEATS = 200
-"""Runs of one cell; the smallest scenes take 50 microseconds of the loop and a millisecond to set up."""
+ROUNDS = 5
+"""How often the phases take turns on a scene."""
 
-_ROUNDS = 5
+MOST_RUNS = 40
+"""Runs of a phase in a round; the smallest scenes take 50 microseconds of the loop and a millisecond to set
+up."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +45,8 @@ class Cell:
         density, bodies, seed: the scene.
         phase: the broad phase, with its options.
         until: how long was simulated, in the scene's time.
-        cpu_seconds: of each run, from the scene's start to ``until``.
+        cpu_seconds: of a run from the scene's start to ``until``, in each round. In a round all phases run
+            one after the other, so that what the machine does besides falls on all of them.
         contacts_disc, contacts_wall: contacts of two discs, of a disc with a wall.
         bound_events: failures of the broad phase's own certificates.
         certificates_updated: times a failure time was set anew, the static construction apart.
@@ -83,8 +87,13 @@ class Cell:
 
     @property
     def cost(self) -> float:
-        """CPU seconds for one unit of simulated time, the median of the runs."""
+        """CPU seconds for one unit of simulated time, the median of the rounds."""
         return statistics.median(self.cpu_seconds) / self.until
+
+    @property
+    def unrest(self) -> float:
+        """How many times as long the slowest round took as the fastest: what the machine did besides."""
+        return max(self.cpu_seconds) / min(self.cpu_seconds)
 
 
 @dataclass(frozen=True)
@@ -109,6 +118,11 @@ class ThesisBench:
         """The broad phases in the order in which they ran."""
         return tuple(dict.fromkeys(cell.phase for cell in self.cells))
 
+    @property
+    def unrest(self) -> float:
+        """The cells' unrest, the median of all."""
+        return statistics.median(cell.unrest for cell in self.cells)
+
     def of(self, density: float, bodies: int, phase: str) -> tuple[Cell, ...]:
         """Return the cells of one scene and phase, one for each seed that was run."""
         wanted = (density, bodies, phase)
@@ -131,9 +145,9 @@ def bench_thesis(
     """Run every phase on every scene with the seeds 1 to ``seeds``.
 
     ``until`` is the time that is simulated; ``seconds`` the CPU time that the runs of a phase on a scene with
-    one seed have together, at least, unless that would be more than ``MOST_REPEATS`` runs. ``start`` is
-    called with a label and a simulation before a phase first runs on a scene, ``finish`` with a scene's
-    cells, ``progress`` with the steps done and their total.
+    one seed have together, about, unless that would be more than ``MOST_RUNS`` in a round, or less than one.
+    ``start`` is called with a label and a simulation before a phase first runs on a scene, ``finish`` with a
+    scene's cells, ``progress`` with the steps done and their total.
 
     Raises what ``Simulation`` and ``make_scene`` raise.
     """
@@ -172,7 +186,7 @@ def bench_thesis(
 
 def thesis_conditions(seeds: int, until: float, seconds: float) -> dict[str, Any]:
     """Return versions, machine, and how the cells were measured."""
-    return surroundings() | {"seeds": seeds, "until": until, "seconds": seconds, "most_runs": MOST_REPEATS}
+    return surroundings() | {"seeds": seeds, "until": until, "seconds": seconds, "rounds": ROUNDS}
 
 
 def _simulation(scene: Any, choice: tuple[str, Mapping[str, Any]]) -> Any:
@@ -220,17 +234,22 @@ def _times(
     seconds: float,
     expected: Sequence[float],
 ) -> list[list[float]]:
-    """Return the CPU seconds of each phase's runs; the phases take turns, a fifth of their runs at a time."""
-    runs: list[list[float]] = [[] for _ in chosen]
-    waiting = set(range(len(chosen)))
-    while waiting:
-        for k in sorted(waiting):
-            batch = math.ceil(seconds / _ROUNDS / expected[k]) if expected[k] > 0.0 else MOST_REPEATS
-            for _ in range(min(batch, MOST_REPEATS // _ROUNDS)):
-                simulation = _simulation(scene, chosen[k])
-                simulation.compile()
-                simulation.run(until)
-                runs[k].append(simulation.readings.cpu_seconds)
-            if sum(runs[k]) >= seconds or len(runs[k]) >= MOST_REPEATS:
-                waiting.discard(k)
-    return runs
+    """Return the mean CPU seconds of a run for each phase and round; every other round goes backwards."""
+    rounds: list[list[float]] = [[] for _ in chosen]
+    sizes = [
+        min(math.ceil(seconds / ROUNDS / each), MOST_RUNS) if each > 0.0 else MOST_RUNS for each in expected
+    ]
+    for number in range(ROUNDS):
+        turns = range(len(chosen)) if number % 2 == 0 else reversed(range(len(chosen)))
+        for k in turns:
+            mean = statistics.fmean(_timed(scene, chosen[k], until) for _ in range(sizes[k]))
+            rounds[k].append(max(mean, time.get_clock_info("process_time").resolution))
+    return rounds
+
+
+def _timed(scene: Any, choice: tuple[str, Mapping[str, Any]], until: float) -> float:
+    """Return the CPU seconds of a run from the scene's start."""
+    simulation = _simulation(scene, choice)
+    simulation.compile()
+    simulation.run(until)
+    return float(simulation.readings.cpu_seconds)

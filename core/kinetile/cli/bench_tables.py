@@ -71,15 +71,18 @@ def rates_table(bench: Bench) -> Table:
 
 
 def time_table(rows: Rows) -> Table:
-    """Return the CPU time of each phase on each scene (figure 23): median over seeds, and the extremes."""
+    """Return the CPU time of each phase on each scene (figure 23): median over seeds, and the extremes.
+
+    The last column is how many times as long a phase's slowest round took as its fastest, at most.
+    """
     phases = list(dict.fromkeys(row["phase"] for row in rows))
-    table = empty_table("> density", "> discs", *(f"> {phase}" for phase in phases))
+    table = empty_table("> density", "> discs", *(f"> {phase}" for phase in phases), "> unrest")
     for scene, group in _by_scene(rows, table):
         found = {row["phase"]: Spread(**row["cpu_seconds_per_time"]) for row in group}
         fastest = min(found, key=lambda phase: found[phase].median)
         marks = {phase: "*" if phase == fastest else " " for phase in phases}
         cells = [_milliseconds(found[phase]) + marks[phase] if phase in found else "" for phase in phases]
-        table.add_row(*scene, *cells)
+        table.add_row(*scene, *cells, f"{max(row['unrest'] for row in group):.2f}")
     return table
 
 
@@ -185,8 +188,8 @@ def statements_table(found: Iterable[Statement]) -> Table:
     for statement in found:
         lines = [statement.text]
         for part in statement.parts:
-            lines.append(f"  {'yes' if part.holds else 'no '} {part.text}: {part.numbers}")
-        table.add_row(statement.name, statement.verdict, "\n".join(lines))
+            lines.append(f"  {part.answer.mark} {part.text}: {part.numbers}")
+        table.add_row(statement.name, statement.verdict.replace(": ", ":\n"), "\n".join(lines))
     return table
 
 

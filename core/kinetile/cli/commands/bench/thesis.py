@@ -28,7 +28,7 @@ def thesis(
     seeds: Annotated[int, typer.Option(min=1, metavar="K", help="Run each scene with the seeds 1 to K.")] = 6,
     until: Annotated[float, typer.Option(metavar="T", help="How much time is simulated.")] = 1.0,
     seconds: Annotated[
-        float, typer.Option(min=0.0001, help="CPU seconds of the runs of a phase on a scene, at least.")
+        float, typer.Option(min=0.0001, help="CPU seconds of the runs of a phase on a scene, about.")
     ] = 0.05,
     out: Annotated[
         Path | None,
@@ -81,6 +81,7 @@ def _write(measured: ThesisBench, out: Path | None) -> list[Path]:
 
 
 def _print(measured: ThesisBench, written: Sequence[Path], json: bool) -> None:
+    from kinetile.bench.evidence import QUIET
     from kinetile.bench.measures import exponents, summaries
     from kinetile.bench.statements import statements
 
@@ -110,7 +111,9 @@ def _print(measured: ThesisBench, written: Sequence[Path], json: bool) -> None:
         *tables.measures_notes(),
         "\nThe thesis's statements",
         tables.statements_table(found),
-        f"{where['processor']}; seeds 1 to {where['seeds']}, {where['until']:g} units of time; at least "
-        f"{where['seconds']:g} CPU s for each phase, scene and seed (or {where['most_runs']} runs)",
+        f"{where['processor']}; seeds 1 to {where['seeds']}, {where['until']:g} units of time; "
+        f"{where['rounds']} rounds of all phases on each scene, about {where['seconds']:g} CPU s a phase",
+        f"slowest over fastest round of the same run: {measured.unrest:.3f}, the median of all; "
+        f"a machine is quiet up to {QUIET:g}",
         *(f"written: {path}" for path in written),
     )
