@@ -7,7 +7,7 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kinetile.bench.evidence import LOUD, QUIET, Answer, Evidence, all_of, more_than_half
+from kinetile.bench.evidence import POWER, QUIET, Answer, Evidence, all_of, more_than_half
 
 UNDECIDED = {Answer.NOT_QUIET, Answer.TOO_CLOSE}
 ratios = st.lists(st.floats(0.01, 100.0), min_size=1, max_size=40)
@@ -51,7 +51,7 @@ def test_a_machine_that_is_not_quiet_decides_no_more_and_nothing_else(found, unr
     loud, still = evidence(found, unrest).below(), evidence(found).below()
     assert loud is still or loud is Answer.NOT_QUIET
     if loud in (Answer.YES, Answer.NO):
-        assert max(found) > LOUD or min(found) < 1.0 / LOUD
+        assert max(found) > unrest**POWER or min(found) < unrest**-POWER
 
 
 @given(answers)
