@@ -82,7 +82,7 @@ def write_report(
         sections: what was measured.
         folder: where to; made if it is not there.
         budget: how much was measured.
-        conditions: versions and machine (``kinetile.bench.events.surroundings``).
+        conditions: versions and machine (``kinetile.bench.surroundings``).
 
     Returns:
         The paths, the page ``accuracy.html`` first.

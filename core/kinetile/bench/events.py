@@ -9,24 +9,21 @@ contacts a disc, which are the same on every machine.
 from __future__ import annotations
 
 import math
-import os
-import platform
 import statistics
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
+
+from kinetile.bench.choices import Choice, phase_label, phases_with_options, simulation_of
+from kinetile.bench.surroundings import surroundings
 
 __all__ = [
     "BODIES",
     "DENSITIES",
     "Bench",
     "BenchRow",
-    "Choice",
     "bench_events",
     "conditions",
-    "phase_label",
-    "phases_with_options",
-    "surroundings",
 ]
 
 BODIES = (25, 100, 400)
@@ -48,9 +45,6 @@ _COUNTS = (
     "pairs_max",
     "fingerprint",
 )
-
-Choice = str | tuple[str, Mapping[str, Any]]
-"""A broad phase by name, or its name and its options."""
 
 
 @dataclass(frozen=True)
@@ -146,30 +140,6 @@ def bench_events(
     return Bench(tuple(rows), conditions(seconds, repeats, seed))
 
 
-def phases_with_options(choices: Sequence[Choice]) -> list[tuple[str, dict[str, Any]]]:
-    """Return (name, options) for each choice of a broad phase."""
-    return [(each, {}) if isinstance(each, str) else (each[0], dict(each[1])) for each in choices]
-
-
-def phase_label(name: str, options: Mapping[str, Any]) -> str:
-    """Return how a broad phase with its options is written: ``sap-1d:axis=y``."""
-    written = ",".join(f"{key}={value}" for key, value in options.items())
-    return f"{name}:{written}" if written else name
-
-
-def surroundings() -> dict[str, Any]:
-    """Return what every benchmark's figures depend on: versions and machine."""
-    from kinetile.records.versions import versions
-
-    return {
-        "versions": versions(),
-        "machine": platform.machine(),
-        "processor": _processor(),
-        "processors": os.cpu_count(),
-        "system": platform.platform(terse=True),
-    }
-
-
 def conditions(seconds: float, repeats: int, seed: int = 1) -> dict[str, Any]:
     """Return versions, machine, and how the figures of ``bench_events`` were taken."""
     return surroundings() | {
@@ -180,17 +150,11 @@ def conditions(seconds: float, repeats: int, seed: int = 1) -> dict[str, Any]:
     }
 
 
-def _simulation(scene: Any, choice: tuple[str, Mapping[str, Any]]) -> Any:
-    from kinetile.run.simulation import Simulation
-
-    return Simulation(scene, choice[0], options=choice[1], keep_contacts=False)
-
-
 def _pilot(
     scene: Any, choice: tuple[str, Mapping[str, Any]], seconds: float, start: Callable[[str, Any], Any] | None
 ) -> tuple[dict[str, Any], int]:
     """Return the counts after COUNTED contacts a disc, and how many contacts a run of so many seconds has."""
-    simulation = _simulation(scene, choice)
+    simulation = simulation_of(scene, choice)
     if start is not None:
         start(choice[0], simulation)
     simulation.run(max_contacts=COUNTED * len(scene))
@@ -205,7 +169,7 @@ def _pilot(
 
 
 def _timed(scene: Any, choice: tuple[str, Mapping[str, Any]], contacts: int) -> Any:
-    simulation = _simulation(scene, choice)
+    simulation = simulation_of(scene, choice)
     simulation.compile()
     simulation.run(max_contacts=contacts)
     return simulation.readings
@@ -238,15 +202,3 @@ def _row(
 def _contacts(simulation: Any) -> int:
     readings = simulation.readings
     return int(readings.contacts_disc + readings.contacts_wall)
-
-
-def _processor() -> str:
-    """Return the processor's name, as well as the system tells it."""
-    try:
-        with open("/proc/cpuinfo", encoding="utf-8", errors="replace") as lines:
-            for line in lines:
-                if line.startswith("model name"):
-                    return line.partition(":")[2].strip()
-    except OSError:
-        pass
-    return platform.processor() or "unknown"

@@ -20,8 +20,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from kinetile.bench.events import Choice, phase_label, phases_with_options, surroundings
+from kinetile.bench.choices import Choice, phase_label, phases_with_options, simulation_of
 from kinetile.bench.measures import fit_exponent
+from kinetile.bench.surroundings import surroundings
 from kinetile.errors import KinetileError, PhaseError, Refused
 
 __all__ = ["BODIES", "Growth", "GrowthRow", "bench_growth", "square_at_least"]
@@ -122,11 +123,10 @@ def bench_growth(
     Raises what ``Simulation`` and ``make_scene`` raise; the phase must be one that another process finds.
     """
     from kinetile.plugin.by_name import make_scene
-    from kinetile.run.simulation import Simulation
 
     ((name, options),) = phases_with_options([phase])
     wish = {"phase": name, "options": options, "density": density, "seed": seed, "seconds": seconds}
-    small = Simulation(make_scene("grid", bodies=TINY, density=density), name, options=options)
+    small = simulation_of(make_scene("grid", bodies=TINY, density=density), (name, options))
     if start is not None:
         start(name, small)
     small.compile()  # so that the processes load the loop and none of them has the compiler's peak
@@ -187,18 +187,18 @@ def _row(found: Mapping[str, Any], tiny: Mapping[str, Any]) -> GrowthRow:
 
 def _measured(wish: Mapping[str, Any]) -> dict[str, Any]:
     """Run one scene in this process, and note time and memory stage by stage."""
-    import kinetile as kt
+    from kinetile.plugin.by_name import make_scene
 
     peaks: dict[str, int | None] = {}
     began = time.perf_counter()
-    scene = kt.make_scene("grid", bodies=wish["bodies"], density=wish["density"], seed=wish["seed"])
+    scene = make_scene("grid", bodies=wish["bodies"], density=wish["density"], seed=wish["seed"])
     peaks["scene"] = _peak_memory()
-    sim = kt.Simulation(scene, wish["phase"], options=wish["options"], keep_contacts=False)
+    sim = simulation_of(scene, (wish["phase"], wish["options"]))
     setup = time.perf_counter() - began
     peaks["tables"] = _peak_memory()
     sim.compile()
     began = time.perf_counter()
-    sim.run(max_contacts=0, until=scene.start)
+    sim.build()
     setup += time.perf_counter() - began
     peaks["construction"] = _peak_memory()
     sim.run(max_contacts=WARM_UP * len(scene) // 2)
@@ -231,10 +231,10 @@ def _stretch(sim: Any, seconds: float) -> dict[str, float]:
 
 def _arrays(sim: Any) -> dict[str, int]:
     """Return the bytes of the arrays that grow with the number of discs."""
-    scene, kernel = sim.scene, sim._engine.k
+    scene, tables = sim.scene, sim.tables
     found = {"scene": sum(each.nbytes for each in (scene.position, scene.velocity, scene.radius, scene.mass))}
     for name in ("bodies", "mass", "certificates", "queue", "lookup", "fresh"):
-        found[name] = getattr(kernel, name).nbytes
+        found[name] = getattr(tables, name).nbytes
     return found | {sim.broad_phase: sum(each.nbytes for each in sim.state)}
 
 

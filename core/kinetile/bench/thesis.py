@@ -8,7 +8,7 @@ short run is repeated until there is enough to measure, and the phases take turn
 with each seed, so that a machine that slows down slows all of them, and the same run has several times.
 
 What the cells say is worked out in ``kinetile.bench.measures`` (spreads, exponents, the four measures of a
-kinetic data structure) and ``kinetile.bench.statements`` (the thesis's statements).
+kinetic data structure) and ``kinetile.bench.thesis_statements.statements`` (the thesis's statements).
 """
 
 from __future__ import annotations
@@ -22,7 +22,9 @@ from typing import Any
 
 import numpy as np
 
-from kinetile.bench.events import BODIES, DENSITIES, Choice, phase_label, phases_with_options, surroundings
+from kinetile.bench.choices import Choice, phase_label, phases_with_options, simulation_of
+from kinetile.bench.events import BODIES, DENSITIES
+from kinetile.bench.surroundings import surroundings
 
 __all__ = ["PHASES", "Cell", "ThesisBench", "bench_thesis", "thesis_conditions"]
 
@@ -189,12 +191,6 @@ def thesis_conditions(seeds: int, until: float, seconds: float) -> dict[str, Any
     return surroundings() | {"seeds": seeds, "until": until, "seconds": seconds, "rounds": ROUNDS}
 
 
-def _simulation(scene: Any, choice: tuple[str, Mapping[str, Any]]) -> Any:
-    from kinetile.run.simulation import Simulation
-
-    return Simulation(scene, choice[0], options=choice[1], keep_contacts=False)
-
-
 def _counts(
     scene: Any,
     choice: tuple[str, Mapping[str, Any]],
@@ -202,7 +198,7 @@ def _counts(
     start: Callable[[str, Any], Any] | None,
 ) -> dict[str, Any]:
     """Return the counts of a run, those of the static construction taken off, and its CPU seconds."""
-    simulation = _simulation(scene, choice)
+    simulation = simulation_of(scene, choice)
     if start is not None:
         start(choice[0], simulation)
     pairs_first = len(simulation.candidate_pairs())
@@ -249,7 +245,7 @@ def _times(
 
 def _timed(scene: Any, choice: tuple[str, Mapping[str, Any]], until: float) -> float:
     """Return the CPU seconds of a run from the scene's start."""
-    simulation = _simulation(scene, choice)
+    simulation = simulation_of(scene, choice)
     simulation.compile()
     simulation.run(until)
     return float(simulation.readings.cpu_seconds)

@@ -11,7 +11,7 @@ from rich.table import Table
 from kinetile.bench.events import Bench
 from kinetile.bench.growth import Growth
 from kinetile.bench.measures import NOT_MEASURED, Fit, Mean, Spread
-from kinetile.bench.statements import Statement
+from kinetile.bench.thesis_statements.statements import Statement
 from kinetile.cli.tables import empty_table
 
 __all__ = [

@@ -15,11 +15,11 @@ import kinetile as kt
 from kinetile.bench import growth as bench_growth
 from kinetile.bench import measures as bench_measures
 from kinetile.bench import thesis as bench_thesis
-from kinetile.bench.evidence import Answer
 from kinetile.bench.figures import draw_figures, write_cells
 from kinetile.bench.growth import Growth, GrowthRow, square_at_least
-from kinetile.bench.statements import statements
 from kinetile.bench.thesis import PHASES, ROUNDS, Cell, ThesisBench
+from kinetile.bench.thesis_statements.evidence import Answer
+from kinetile.bench.thesis_statements.statements import statements
 from kinetile.cli import app
 from kinetile.errors import MissingExtra, Refused
 

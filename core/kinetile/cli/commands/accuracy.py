@@ -91,7 +91,7 @@ def _print(section: Section) -> None:
 
 def _finish(done: Sequence[Section], out: Path, budget: Budget, json: bool) -> None:
     from kinetile.accuracy.report import section_as_dict, write_report
-    from kinetile.bench.events import surroundings
+    from kinetile.bench.surroundings import surroundings
 
     written: list[Path] = []
     try:

@@ -81,9 +81,9 @@ def _write(measured: ThesisBench, out: Path | None) -> list[Path]:
 
 
 def _print(measured: ThesisBench, written: Sequence[Path], json: bool) -> None:
-    from kinetile.bench.evidence import QUIET
     from kinetile.bench.measures import exponents, summaries
-    from kinetile.bench.statements import statements
+    from kinetile.bench.thesis_statements.evidence import QUIET
+    from kinetile.bench.thesis_statements.statements import statements
 
     rows, fits, found = summaries(measured), exponents(measured), statements(measured)
     where = measured.conditions

@@ -4,9 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 
-from kinetile.bench.evidence import Part, of_counts
-from kinetile.bench.facts import NAIVE, SAP, SHORT, THREE, TILING, Case, Facts, most_discs, over
 from kinetile.bench.thesis import Cell
+from kinetile.bench.thesis_statements.evidence import Part, of_counts
+from kinetile.bench.thesis_statements.facts import (
+    NAIVE,
+    SAP,
+    SHORT,
+    THREE,
+    TILING,
+    Case,
+    Facts,
+    most_discs,
+    over,
+)
 
 __all__ = [
     "bound_events_prevail",

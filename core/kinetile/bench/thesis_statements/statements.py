@@ -4,23 +4,26 @@ B1 to B6 and B11 are about time, B7 to B9 about numbers of events, B10 is what t
 that it left out. A statement is cut into parts that a number decides. Where the thesis gives no number
 ("almost negligible", "many times over") the part says what was taken.
 
-What is said of numbers of events is decided by counts. What is said of times is decided by
-``kinetile.bench.evidence``, or not decided. A statement holds if all its parts do, does not if one does not,
-and is open otherwise.
+What is said of numbers of events is decided by counts. What is said of times is decided by the rules of
+``kinetile.bench.thesis_statements.evidence``, or not decided. A statement holds if all its parts do, does not
+if one does not, and is open otherwise.
 """
 
 from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from kinetile.bench.about_counts import (
+from kinetile.bench.thesis import ThesisBench
+from kinetile.bench.thesis_statements.evidence import Answer, Part, all_of
+from kinetile.bench.thesis_statements.facts import SAP, SAP2, THREE, TILING, Facts, by_density
+from kinetile.bench.thesis_statements.of_counts import (
     bound_events_prevail,
     fewest_events,
     largest_difference,
     longest_queue,
     same_contacts,
 )
-from kinetile.bench.about_times import (
+from kinetile.bench.thesis_statements.of_times import (
     dearer_event,
     dearest_event,
     lead,
@@ -30,9 +33,6 @@ from kinetile.bench.about_times import (
     tiling_first,
     two_axes_slower,
 )
-from kinetile.bench.evidence import Answer, Part, all_of
-from kinetile.bench.facts import SAP, SAP2, THREE, TILING, Facts, by_density
-from kinetile.bench.thesis import ThesisBench
 
 __all__ = ["Statement", "statements"]
 

@@ -7,9 +7,9 @@ import statistics
 from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
-from kinetile.bench.evidence import Evidence
 from kinetile.bench.measures import Fit, fit_exponent, fits, mean
 from kinetile.bench.thesis import Cell, ThesisBench
+from kinetile.bench.thesis_statements.evidence import Evidence
 
 __all__ = [
     "NAIVE",

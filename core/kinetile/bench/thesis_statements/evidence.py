@@ -2,10 +2,10 @@
 
 Times are the machine's as much as the phases'. The same run, repeated, shows how much is the machine's: a
 cell's *unrest* is how many times as long its slowest round took as its fastest. That rounds agree is not
-enough: beside a process that fills the caches, naive with 400 discs, which has the most memory, took 2.8 times
-as long and sweep-tiling did not, in every round alike, with an unrest of 1.42. Of 96 comparisons of two phases
-on a scene, on a machine with and without other processes, none was moved by more than the fourth power of its
-unrest, and none whose unrest was at most ``QUIET`` by more than ``QUIET``.
+enough: beside a process that fills the caches, naive with 400 discs, which has the most memory, took 2.8
+times as long and sweep-tiling did not, in every round alike, with an unrest of 1.42. Of 96 comparisons of two
+phases on a scene, on a machine with and without other processes, none was moved by more than the fourth power
+of its unrest, and none whose unrest was at most ``QUIET`` by more than ``QUIET``.
 
 A comparison is therefore decided where nine of ten pairs of runs, seed by seed and round by round, agree by
 more than that margin. Otherwise it is open, and what is open is not counted for either side.

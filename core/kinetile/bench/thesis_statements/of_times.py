@@ -6,8 +6,9 @@ import math
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
-from kinetile.bench.evidence import Answer, Evidence, Part, all_of, more_than_half
-from kinetile.bench.facts import (
+from kinetile.bench.thesis import Cell
+from kinetile.bench.thesis_statements.evidence import Answer, Evidence, Part, all_of, more_than_half
+from kinetile.bench.thesis_statements.facts import (
     NAIVE,
     SAP,
     SAP2,
@@ -26,7 +27,6 @@ from kinetile.bench.facts import (
     shown_exponent,
     sizes,
 )
-from kinetile.bench.thesis import Cell
 
 __all__ = [
     "dearer_event",

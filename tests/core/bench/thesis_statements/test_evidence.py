@@ -7,7 +7,7 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kinetile.bench.evidence import POWER, QUIET, Answer, Evidence, all_of, more_than_half
+from kinetile.bench.thesis_statements.evidence import POWER, QUIET, Answer, Evidence, all_of, more_than_half
 
 UNDECIDED = {Answer.NOT_QUIET, Answer.TOO_CLOSE}
 ratios = st.lists(st.floats(0.01, 100.0), min_size=1, max_size=40)

@@ -1,0 +1,1 @@
+"""What the thesis says of its benchmark, held against a run of it."""
