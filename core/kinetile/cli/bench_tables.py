@@ -184,7 +184,7 @@ def measures_notes() -> list[str]:
 
 def statements_table(found: Iterable[Statement]) -> Table:
     """Return the thesis's statements, whether they hold, and the numbers that decide it."""
-    table = empty_table("| ", "| verdict", "statement, and the numbers that decide it")
+    table = empty_table("| ", "verdict", "statement, and the numbers that decide it")
     for statement in found:
         lines = [statement.text]
         for part in statement.parts:

@@ -24,10 +24,16 @@ _WIDE = 120
 
 
 def show(*parts: Any) -> None:
-    """Print tables and lines to stdout: as wide as the terminal, or 120 columns where there is none."""
-    console = Console(width=None if sys.stdout.isatty() else _WIDE, highlight=False, markup=False)
+    """Print tables and lines to stdout: as wide as the terminal, or 120 columns where there is none.
+
+    A table with columns of numbers may be 120 wide on any terminal: a number over three lines is none.
+    """
+    wide = _WIDE if not sys.stdout.isatty() else Console().width
+    console = Console(highlight=False, markup=False)
     with console.capture() as captured:
         for part in parts:
+            numbers = isinstance(part, Table) and any(each.justify == "right" for each in part.columns)
+            console.width = max(wide, _WIDE) if numbers else wide
             console.print(part, soft_wrap=isinstance(part, str))
     lines = [line.rstrip() for line in captured.get().splitlines()]
     sys.stdout.write("\n".join(lines).strip("\n") + "\n")

@@ -20,7 +20,7 @@ import broken_phases
 import kinetile as kt
 from kinetile.cli import app
 from kinetile.cli.options import read_numbers
-from kinetile.cli.tables import plugins_table
+from kinetile.cli.tables import empty_table, plugins_table, show
 from kinetile.cli.terminal import Bar, notice
 from kinetile.errors import AuditError, BadOption
 from kinetile.plugin.choices import read_assignments, read_phase, read_phases, read_value
@@ -548,6 +548,17 @@ def test_a_narrow_terminal_cuts_no_name_without_a_mark():
     console.print(table)
     (row,) = [line for line in console.file.getvalue().splitlines() if line.lstrip().startswith("b")]
     assert row.count("…") == 3
+
+
+def test_a_narrow_terminal_breaks_no_number(monkeypatch):
+    # Numbers stood on end: 4,950.0 was "4,", "95", "0." and "0" in four lines.
+    monkeypatch.setenv("COLUMNS", "40")
+    monkeypatch.setattr("sys.stdout", terminal := io.StringIO())
+    monkeypatch.setattr(terminal, "isatty", lambda: True, raising=False)
+    table = empty_table("what it is of", *["> number of things"] * 8)
+    table.add_row("a phase whose name is long", *["123,456.7"] * 8)
+    show(table)
+    assert terminal.getvalue().count("123,456.7") == 8
 
 
 # real processes
