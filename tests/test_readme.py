@@ -1,0 +1,117 @@
+"""What README shows of the sample run and what docs/benchmark.md counts: the same wherever it is run.
+
+Times are not judged: of lines and tables that have them, what stands around them is, and what follows from
+counts.
+"""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import kinetile as kt
+from kinetile.bench.events import DENSITIES
+from kinetile.errors import Refused
+
+ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+BENCHMARK = (ROOT / "docs" / "benchmark.md").read_text(encoding="utf-8")
+
+MEASURED = {"speed", "CPU time"}
+"""Lines that differ from run to run."""
+
+pytestmark = pytest.mark.compiled
+
+
+def by_label(lines: list[str]) -> dict[str, str]:
+    """Return what a run prints, by the label in front of it."""
+    return dict(re.split(r" {2,}", line, maxsplit=1) for line in lines)
+
+
+def cells(text: str, head: str) -> list[list[str]]:
+    """Return the rows of the table that begins with this head."""
+    (place,) = re.finditer(re.escape(head), text)
+    lines = text[place.end() :].splitlines()[2:]
+    rows = lines[: next((k for k, line in enumerate(lines) if not line.startswith("|")), len(lines))]
+    return [[cell.strip() for cell in row.strip("|").split("|")] for row in rows]
+
+
+def test_the_sample_run_is_what_the_command_prints():
+    (sample,) = re.findall(r"```text\n(scene .*?)```", README, flags=re.DOTALL)
+    shown = by_label(sample.splitlines())
+    command = [sys.executable, "-m", "kinetile", "run"]
+    ended = subprocess.run(command, capture_output=True, text=True, check=True)
+    printed = by_label(ended.stdout.splitlines())
+    assert len(shown) >= 9
+    assert [label for label in printed if label in shown] == list(shown)
+    for label in set(shown) - MEASURED:
+        assert shown[label] == printed[label], label
+    numbers = re.compile(r"[\d.,]+")
+    for label in set(shown) & MEASURED:
+        assert numbers.sub("0", shown[label]) == numbers.sub("0", printed[label])
+    sim = kt.Simulation(kt.make_scene("grid"), "sweep-tiling")
+    sim.run(1.0)
+    assert shown["fingerprint"] == sim.fingerprint
+    assert shown["candidate pairs"] == (
+        f"{sim.readings.pairs_mean:,.1f} on average, at most {sim.readings.pairs_max:,}"
+    )
+
+
+def test_the_sample_run_has_the_same_fingerprint_under_every_phase():
+    (fingerprint,) = re.findall(r"^fingerprint +(\w+)$", README, flags=re.MULTILINE)
+    for phase in ("naive", "sap-1d", "sap-2d"):
+        sim = kt.Simulation(kt.make_scene("grid"), phase, keep_contacts=False)
+        sim.run(1.0)
+        assert sim.fingerprint == fingerprint
+
+
+def test_the_table_of_speeds_has_as_many_events_for_a_contact_as_there_are():
+    phases = ("naive", "sap-1d", "sap-2d", "sweep-tiling")
+    head = "| density | " + " | ".join(f"`{phase}`" for phase in phases) + " |"
+    rows = cells(README, head)
+    assert [float(row[0]) for row in rows] == list(DENSITIES)
+    for density, *of_phases in rows:
+        scene = kt.make_scene("grid", bodies=400, density=float(density))
+        for phase, cell in zip(phases, of_phases, strict=True):
+            million_events, thousand_contacts = (float(each) for each in cell.split(", "))
+            sim = kt.Simulation(scene, phase, keep_contacts=False)
+            sim.run(max_contacts=20_000)
+            rounding = 0.005 / million_events + 0.5 / thousand_contacts
+            found = sim.readings.events / 20_000
+            assert 1e3 * million_events / thousand_contacts == pytest.approx(found, rel=0.05 + rounding)
+
+
+def test_naive_refuses_as_many_bodies_as_the_limits_say():
+    (limit,) = re.findall(r"`naive` refuses more than ([\d,]+) bodies", README)
+    most = int(limit.replace(",", ""))
+    velocity = [[0.0, 0.0]]
+    for bodies, refused in ((most, False), (most + 1, True)):
+        scene = kt.Scene([[4.0 * k, 0.0] for k in range(bodies)], velocity * bodies, 1.0)
+        if refused:
+            with pytest.raises(Refused):
+                kt.Simulation(scene, "naive")
+        else:
+            kt.Simulation(scene, "naive")
+
+
+def test_the_counts_of_400_discs_over_a_whole_unit_of_time_are_not_those_of_a_shorter_run():
+    # A table of another implementation was of 0.16 units of time and did not say so.
+    rows = cells(BENCHMARK, "| density | bound events of sweep-tiling: the table |")
+    assert [float(row[0]) for row in rows] == [0.5, 0.25, 0.125, 0.01]
+    for density, *counts in ([float(cell.replace(",", "")) for cell in row] for row in rows):
+        for until, place in ((0.16, 1), (1.0, 2)):
+            found = [0, 0, 0]
+            for seed in range(1, 7):
+                scene = kt.make_scene("grid", bodies=400, density=density, seed=seed)
+                for column, phase in enumerate(("sweep-tiling", "sap-1d")):
+                    sim = kt.Simulation(scene, phase, keep_contacts=False)
+                    sim.run(until)
+                    found[column] += sim.readings.structural_events
+                found[2] += sim.readings.contacts_disc
+            assert counts[place::3] == [int(each / 6 / until) for each in found]
+        table, shorter = counts[0::3], counts[1::3]
+        assert shorter == pytest.approx(table, rel=0.04)
