@@ -6,10 +6,9 @@ import tempfile
 from contextlib import suppress
 from pathlib import Path
 
-from kinetile.cli.terminal import notice
-from kinetile.errors import BadOption, MissingExtra
+from kinetile.errors import BadOption
 
-__all__ = ["prepare_folder", "try_folder"]
+__all__ = ["try_folder"]
 
 
 def try_folder(option: str, folder: Path, *, keep: bool) -> None:
@@ -29,14 +28,3 @@ def try_folder(option: str, folder: Path, *, keep: bool) -> None:
         for each in made:  # the innermost comes first
             with suppress(OSError):
                 each.rmdir()
-
-
-def prepare_folder(out: Path) -> None:
-    """Make the folder of ``--out``, and say so if there will be no figures in it."""
-    from kinetile.accuracy.drawing import check_figures
-
-    try_folder("--out", out, keep=True)
-    try:
-        check_figures()
-    except MissingExtra as error:
-        notice(f"kinetile: {error}; everything else is done without it")

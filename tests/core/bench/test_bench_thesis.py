@@ -1,4 +1,4 @@
-"""The thesis's benchmark: its counts, its arithmetic, its verdicts; no clock is judged here."""
+"""The thesis's benchmark: its counts, its arithmetic, its files; no clock is judged here."""
 
 from __future__ import annotations
 
@@ -6,25 +6,19 @@ import csv
 import json
 import math
 import sys
-from collections.abc import Callable
 
 import pytest
 from typer.testing import CliRunner
 
 import kinetile as kt
-from kinetile.bench import growth as bench_growth
 from kinetile.bench import measures as bench_measures
 from kinetile.bench import thesis as bench_thesis
+from kinetile.bench.events import DENSITIES
 from kinetile.bench.figures import draw_figures, write_cells
-from kinetile.bench.growth import Growth, GrowthRow, square_at_least
-from kinetile.bench.thesis import PHASES, ROUNDS, Cell, ThesisBench
-from kinetile.bench.thesis_statements.evidence import Answer
-from kinetile.bench.thesis_statements.statements import statements
+from kinetile.bench.thesis import ThesisBench
 from kinetile.cli import app
-from kinetile.errors import MissingExtra, Refused
-
-DENSITIES = (0.5, 0.25, 0.125, 0.01)
-BODIES = (25, 100, 400)
+from kinetile.errors import MissingExtra
+from made_up_benchmarks import as_the_thesis_says, bench_of
 
 BOUND_EVENTS = {
     (0.5, 25): 694,
@@ -229,190 +223,6 @@ def test_theory_has_its_limits():
     assert bench_measures.bound_events_in_theory("stripes", 0.5, 100) is None
 
 
-# Verdicts
-
-
-EXPONENT = {0.5: 1.7, 0.25: 1.8, 0.125: 1.88, 0.01: 1.98}
-
-
-def as_the_thesis_says(density: float, n: int, phase: str) -> dict:
-    """Return what a cell has in a world where all is as the thesis says."""
-    contacts = int(8.0 * density * n**1.5)
-    bound = {"naive": 0.0, "sap-1d": 12.0 * n**2, "sap-2d": 24.0 * n**2}.get(
-        phase, 9.0 * n ** EXPONENT[density]
-    )
-    cost_of_one = {"naive": 1.4 * n, "sweep-tiling": 1.2}.get(phase, 1.0)
-    return {
-        "contacts": contacts,
-        "bound": int(bound),
-        "cost": cost_of_one * (contacts + 1 + int(bound)),
-        "queue": 9 * n if phase == "naive" else n,
-    }
-
-
-World = Callable[[float, int, str], dict]
-
-
-Times = Callable[[float, int, str, int, int], float]
-"""What a machine makes of the time of a run: density, discs, phase, seed and round give a factor."""
-
-
-def quiet(density: float, n: int, phase: str, seed: int, number: int) -> float:
-    """A machine that does nothing besides: the same run takes the same time within 1 %."""
-    return 1.0 + 0.002 * ((5 * seed + 3 * number) % 6)
-
-
-def restless(density: float, n: int, phase: str, seed: int, number: int) -> float:
-    """Beside another process: each run takes up to 1.6 times as long, whichever phase it is of."""
-    return quiet(density, n, phase, seed, number) * (1.0 + 0.2 * ((seed + 2 * number + len(phase)) % 4))
-
-
-def crowded(density: float, n: int, phase: str, seed: int, number: int) -> float:
-    """Beside a process that fills the caches: naive with 400 discs takes 2.8 times as long, always."""
-    slowed = 2.8 if (phase, n) == ("naive", 400) else 1.0
-    return slowed * restless(density, n, phase, seed, number)
-
-
-def bench_of(world: World, phases: tuple[str, ...] = PHASES, machine: Times = quiet) -> ThesisBench:
-    cells = []
-    for seed in range(1, 7):
-        for density in DENSITIES:
-            for n in BODIES:
-                for phase in phases:
-                    found = world(density, n, phase)
-                    cells.append(
-                        Cell(
-                            density=density,
-                            bodies=n,
-                            seed=seed,
-                            phase=phase,
-                            until=1.0,
-                            cpu_seconds=tuple(
-                                found["cost"] * machine(density, n, phase, seed, number)
-                                for number in range(ROUNDS)
-                            ),
-                            contacts_disc=found["contacts"],
-                            contacts_wall=1,
-                            bound_events=found["bound"],
-                            certificates_updated=10,
-                            certificates_live_max=n,
-                            queue_max=found["queue"],
-                            pairs_mean=1.0,
-                            pairs_max=1,
-                            pairs_of_one_body=1,
-                            pair_changes=1,
-                            fingerprint=found.get("fingerprint", "same"),
-                        )
-                    )
-    return ThesisBench(tuple(cells), {})
-
-
-def changed(**changes: Callable[[float, int, str, dict], object]) -> World:
-    """Return the thesis's world with some values of some cells replaced."""
-
-    def world(density: float, n: int, phase: str) -> dict:
-        found = as_the_thesis_says(density, n, phase)
-        return found | {name: change(density, n, phase, found) for name, change in changes.items()}
-
-    return world
-
-
-def verdicts(bench: ThesisBench) -> dict[str, str]:
-    return {statement.name: statement.verdict for statement in statements(bench)}
-
-
-def times(factor: float, *cases: tuple) -> Callable[[float, int, str, dict], float]:
-    """Return a change that multiplies the cost of some cells."""
-    return lambda density, n, phase, found: found["cost"] * (factor if (density, n, phase) in cases else 1.0)
-
-
-def test_where_all_is_as_the_thesis_says_all_holds():
-    found = statements(bench_of(as_the_thesis_says))
-    assert [statement.name for statement in found] == [f"B{k}" for k in range(1, 12)]
-    assert [part for statement in found for part in statement.parts if part.answer is not Answer.YES] == []
-    assert {statement.verdict for statement in found} == {"holds"}
-
-
-@pytest.mark.parametrize(
-    ("name", "world"),
-    [
-        ("B1", changed(cost=times(100.0, (0.25, 400, "sweep-tiling")))),
-        ("B2", changed(cost=times(1000.0, (0.125, 25, "naive")))),
-        ("B3", changed(cost=times(1e6, (0.01, 100, "naive")))),
-        ("B4", changed(cost=lambda d, n, p, f: n**3.0 if p == "sweep-tiling" else f["cost"])),
-        ("B5", changed(cost=times(0.001, (0.01, 400, "sweep-tiling")))),
-        ("B6", changed(bound=lambda d, n, p, f: 10**9 if p == "naive" else f["bound"])),
-        ("B7", changed(bound=lambda d, n, p, f: 3 if (d, n, p) == (0.5, 25, "sap-1d") else f["bound"])),
-        ("B8", changed(bound=lambda d, n, p, f: 10**9 if (d, n, p) == (0.01, 25, "sap-1d") else f["bound"])),
-        ("B9", changed(contacts=lambda d, n, p, f: f["contacts"] * (2 if p == "sap-1d" else 1))),
-        ("B10", changed(cost=times(0.1, (0.01, 400, "sap-2d")))),
-        ("B11", changed(queue=lambda d, n, p, f: 10**6 if p == "sweep-tiling" else f["queue"])),
-    ],
-)
-def test_a_verdict_follows_the_numbers(name, world):
-    assert verdicts(bench_of(world))[name] == "does not hold"
-
-
-COUNTED = {"B7", "B8", "B9"}
-"""The statements that are about numbers of events alone."""
-
-
-@pytest.mark.parametrize("machine", [restless, crowded])
-def test_a_verdict_does_not_turn_with_the_load_of_the_machine(machine):
-    # Measured: beside a process that fills the caches naive/sweep-tiling at .01/400 went from 1.0 to 2.8, in
-    # every round alike, and B3 to "does not hold".
-    level = changed(cost=times(0.9 * tiling_over_naive(0.01, 400), (0.01, 400, "naive")))
-    undecided = "undecided: the machine was not quiet"
-    assert verdicts(bench_of(level))["B3"] == "holds"
-    found = verdicts(bench_of(level, machine=machine))
-    assert (found["B1"], found["B3"], found["B10"]) == (undecided,) * 3
-    assert {name for name, verdict in found.items() if verdict == "holds"} >= COUNTED
-    assert "does not hold" not in found.values()
-
-
-def tiling_over_naive(density: float, n: int) -> float:
-    costs = {phase: as_the_thesis_says(density, n, phase)["cost"] for phase in ("sweep-tiling", "naive")}
-    return costs["sweep-tiling"] / costs["naive"]
-
-
-def test_what_no_load_explains_is_decided_on_a_restless_machine():
-    slow = changed(cost=times(100.0, *((density, n, "sap-2d") for density in DENSITIES for n in BODIES)))
-    assert verdicts(bench_of(slow, machine=restless))["B10"] == "holds"
-    fast = changed(cost=times(0.01, (0.01, 400, "sap-2d")))
-    assert verdicts(bench_of(fast, machine=restless))["B10"] == "does not hold"
-
-
-def test_on_a_quiet_machine_what_is_level_is_too_close_to_tell():
-    level = changed(cost=lambda d, n, p, f: as_the_thesis_says(d, n, "sap-1d")["cost"])
-    found = verdicts(bench_of(level))
-    assert found["B10"] == "undecided: too close to tell"
-    assert found["B9"] == "holds"
-
-
-def test_verdicts_of_a_part_of_a_run():
-    cells = bench_of(as_the_thesis_says).cells
-    for end in range(4, len(cells), 4):  # Ctrl-C comes after any scene
-        found = statements(ThesisBench(cells[:end], {}))
-        assert {part.answer for each in found for part in each.parts} <= {Answer.YES, Answer.NO}
-
-
-def test_what_was_not_measured_is_said():
-    found = verdicts(bench_of(as_the_thesis_says, ("naive", "sap-1d")))
-    assert set(found.values()) == {"not measured"}
-    found = verdicts(bench_of(as_the_thesis_says, ("sap-1d", "sap-2d", "sweep-tiling")))
-    assert {name for name, verdict in found.items() if verdict == "holds"} == {"B7", "B8", "B10"}
-    small = bench_of(as_the_thesis_says)
-    dense = ThesisBench(tuple(cell for cell in small.cells if cell.density == 0.5), {})
-    assert statements(dense)[2].verdict == "not measured"
-
-
-def test_a_fingerprint_that_differs_is_counted():
-    world = changed(fingerprint=lambda d, n, p, f: p if (d, n) == (0.5, 25) else "same")
-    (part,) = statements(bench_of(world))[8].parts
-    assert part.answer is Answer.YES
-    assert "in 66 of 72 runs" in part.numbers
-
-
 # Files
 
 
@@ -530,63 +340,3 @@ def test_thesis_measures(tmp_path):
     found = json.loads(kinetile("bench", "thesis", *arguments, "--json").stdout)
     assert len(found["cells"]) == 24
     assert {each["verdict"] for each in found["statements"][6:8]} <= {"holds", "does not hold"}
-
-
-# Growth
-
-
-def row(n: int, cost: float) -> GrowthRow:
-    return GrowthRow(
-        n, 0.1, cost, 1.1 * cost, 0.9 * cost, 1e6, 2.6, 1.0, 600.0, {"run": 600.0}, 500.0, {"scene": 48}
-    )
-
-
-def test_square_numbers():
-    assert [square_at_least(n) for n in (1, 2, 100, 1000, 10_000, 100_000)] == [
-        1,
-        4,
-        100,
-        1024,
-        10_000,
-        100_489,
-    ]
-
-
-def test_growth_has_an_exponent():
-    growth = Growth("sap-1d", 0.5, tuple(row(n, n**1.6) for n in (100, 1024, 10_000)), {})
-    assert growth.exponent == pytest.approx(1.6)
-    assert growth.steps == pytest.approx((1.6, 1.6))
-    assert Growth("sap-1d", 0.5, (row(100, 1.0),), {}).exponent is None
-    assert json.loads(json.dumps(growth.as_dict()))["rows"][2]["peak_bytes_per_body"] == 600.0
-
-
-def test_growth_is_printed(monkeypatch):
-    growth = Growth("sap-1d", 0.5, (row(100, 1.0), row(400, 8.0)), {"processor": "none"})
-    monkeypatch.setattr(bench_growth, "bench_growth", lambda *_, finish, **__: finish(growth))
-    result = kinetile("bench", "growth", "--phase", "sap-1d")
-    assert "n^1.50 from 100 to 400 discs" in result.stdout
-    found = json.loads(kinetile("bench", "growth", "--json").stdout)
-    assert found["exponent"] == pytest.approx(1.5)
-    assert kinetile("bench", "growth", "--bodies", "x").exit_code == 2
-    assert kinetile("bench", "growth", "--bodies", "").exit_code == 2
-
-
-@pytest.mark.compiled
-def test_growth_measures_in_processes_of_their_own():
-    steps = []
-    found = bench_growth.bench_growth(
-        "sap-1d", [16, 10], seconds=0.01, progress=lambda *step: steps.append(step)
-    )
-    assert [each.bodies for each in found.rows] == [16]
-    assert steps == [(1, 2)]
-    (measured,) = found.rows
-    assert measured.fastest <= measured.cpu_seconds_per_time <= measured.slowest
-    assert measured.simulated > 0.0
-    assert measured.arrays["bodies"] == 64.0
-    assert measured.table_bytes_per_body > 300.0
-
-
-@pytest.mark.compiled
-def test_growth_says_what_a_phase_refuses():
-    with pytest.raises(Refused, match="naive keeps all"):
-        bench_growth.bench_growth("naive", [4900], seconds=0.01)

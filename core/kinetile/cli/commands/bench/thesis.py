@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from kinetile.cli.folder import prepare_folder
+from kinetile.cli.folder import try_folder
 from kinetile.cli.json_output import as_json
 from kinetile.cli.options import Json, phase_choices
-from kinetile.cli.terminal import Bar, exit_codes, make_ready
+from kinetile.cli.terminal import Bar, exit_codes, make_ready, notice
 from kinetile.errors import BadOption, MissingExtra
 
 if TYPE_CHECKING:
@@ -47,7 +47,8 @@ def thesis(
         if not chosen:
             raise BadOption("--phases names no phase; expected names, with commas between")
         if out is not None:
-            prepare_folder(out)
+            try_folder("--out", out, keep=True)
+            _check_figures()
         try:
             bench_thesis(
                 chosen,
@@ -63,6 +64,16 @@ def thesis(
             if done:
                 measured = ThesisBench(tuple(done), thesis_conditions(seeds, until, seconds))
                 _print(measured, _write(measured, out), json)
+
+
+def _check_figures() -> None:
+    """Say so before anything is measured, if there will be no figures."""
+    from kinetile.accuracy.drawing import check_figures
+
+    try:
+        check_figures()
+    except MissingExtra as error:
+        notice(f"kinetile: {error}; everything else is done without it")
 
 
 def _write(measured: ThesisBench, out: Path | None) -> list[Path]:

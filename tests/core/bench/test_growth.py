@@ -1,0 +1,77 @@
+"""Growth with the number of discs: its arithmetic, its processes, what the command prints."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from typer.testing import CliRunner
+
+from kinetile.bench import growth as bench_growth
+from kinetile.bench.growth import Growth, GrowthRow, square_at_least
+from kinetile.cli import app
+from kinetile.errors import Refused
+
+
+def kinetile(*arguments: object):
+    result = CliRunner().invoke(app, [str(argument) for argument in arguments])
+    if result.exception is not None and not isinstance(result.exception, SystemExit):
+        raise result.exception
+    return result
+
+
+def row(n: int, cost: float) -> GrowthRow:
+    return GrowthRow(
+        n, 0.1, cost, 1.1 * cost, 0.9 * cost, 1e6, 2.6, 1.0, 600.0, {"run": 600.0}, 500.0, {"scene": 48}
+    )
+
+
+def test_square_numbers():
+    assert [square_at_least(n) for n in (1, 2, 100, 1000, 10_000, 100_000)] == [
+        1,
+        4,
+        100,
+        1024,
+        10_000,
+        100_489,
+    ]
+
+
+def test_growth_has_an_exponent():
+    growth = Growth("sap-1d", 0.5, tuple(row(n, n**1.6) for n in (100, 1024, 10_000)), {})
+    assert growth.exponent == pytest.approx(1.6)
+    assert growth.steps == pytest.approx((1.6, 1.6))
+    assert Growth("sap-1d", 0.5, (row(100, 1.0),), {}).exponent is None
+    assert json.loads(json.dumps(growth.as_dict()))["rows"][2]["peak_bytes_per_body"] == 600.0
+
+
+def test_growth_is_printed(monkeypatch):
+    growth = Growth("sap-1d", 0.5, (row(100, 1.0), row(400, 8.0)), {"processor": "none"})
+    monkeypatch.setattr(bench_growth, "bench_growth", lambda *_, finish, **__: finish(growth))
+    result = kinetile("bench", "growth", "--phase", "sap-1d")
+    assert "n^1.50 from 100 to 400 discs" in result.stdout
+    found = json.loads(kinetile("bench", "growth", "--json").stdout)
+    assert found["exponent"] == pytest.approx(1.5)
+    assert kinetile("bench", "growth", "--bodies", "x").exit_code == 2
+    assert kinetile("bench", "growth", "--bodies", "").exit_code == 2
+
+
+@pytest.mark.compiled
+def test_growth_measures_in_processes_of_their_own():
+    steps = []
+    found = bench_growth.bench_growth(
+        "sap-1d", [16, 10], seconds=0.01, progress=lambda *step: steps.append(step)
+    )
+    assert [each.bodies for each in found.rows] == [16]
+    assert steps == [(1, 2)]
+    (measured,) = found.rows
+    assert measured.fastest <= measured.cpu_seconds_per_time <= measured.slowest
+    assert measured.simulated > 0.0
+    assert measured.arrays["bodies"] == 64.0
+    assert measured.table_bytes_per_body > 300.0
+
+
+@pytest.mark.compiled
+def test_growth_says_what_a_phase_refuses():
+    with pytest.raises(Refused, match="naive keeps all"):
+        bench_growth.bench_growth("naive", [4900], seconds=0.01)
