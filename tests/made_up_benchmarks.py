@@ -1,4 +1,4 @@
-"""Made-up results of the benchmark: worlds in which statements hold or not, machines that are quiet or not."""
+"""Made-up results of the benchmark: worlds where statements hold or not, machines that are quiet or not."""
 
 from __future__ import annotations
 
