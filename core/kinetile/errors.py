@@ -7,7 +7,8 @@ and the choice between ``_`` and ``-`` folded away, and a beginning that only on
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import pickle
+from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from typing import Any, NamedTuple
 
@@ -39,7 +40,14 @@ _LONGEST_NAME = 100
 
 
 class KinetileError(Exception):
-    """The base of every error that kinetile raises on purpose."""
+    """The base of every error that kinetile raises on purpose.
+
+    It can be copied and pickled, whatever its constructor asks for, so that it comes out of a worker process
+    as it was raised there.
+    """
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _as_raised, (type(self), self.args, self.__dict__)
 
 
 class UnknownName(KinetileError, LookupError):
@@ -63,6 +71,10 @@ class UnknownName(KinetileError, LookupError):
         lines = [f"no {kind} is called {name!r}{meant}", f"available: {', '.join(self.available) or 'none'}"]
         lines += [f"not loaded: {failure}" for failure in self.failures]
         super().__init__("\n".join(lines))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        failures = tuple(map(_portable, self.failures))  # they hold whatever a plugin has raised
+        return _as_raised, (type(self), self.args, self.__dict__ | {"failures": failures})
 
 
 class DuplicateName(KinetileError, ValueError):
@@ -193,6 +205,25 @@ def one_of(name: str, known: Iterable[str]) -> str:
     choice = f"one of {', '.join(names)}" if len(names) > 1 else names[0]
     meant = nearest(name, names)
     return f"{choice}; did you mean {meant!r}?" if meant else choice
+
+
+def _as_raised(
+    kind: type[KinetileError], args: tuple[Any, ...], attributes: Mapping[str, Any]
+) -> KinetileError:
+    """Return an error again from its parts, without the constructor, which has made the message of them."""
+    error = kind.__new__(kind, *args)
+    super(KinetileError, error).__init__(*args)
+    error.__dict__.update(attributes)
+    return error
+
+
+def _portable(value: Any) -> Any:
+    """Return a value if it comes through a pickle, or else its text."""
+    try:
+        pickle.loads(pickle.dumps(value))
+    except Exception:  # a foreign class may raise anything here
+        return str(value)
+    return value
 
 
 def _fold(name: str) -> str:

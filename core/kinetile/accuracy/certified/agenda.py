@@ -7,7 +7,7 @@ by body the walls (left, right, bottom, top), then the pairs by their bodies, an
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from flint import arb
@@ -25,6 +25,9 @@ class Undecided(Exception):
     def __init__(self, what: str, time: float, bodies: tuple[int, ...]) -> None:
         super().__init__(what)
         self.what, self.time, self.bodies = what, time, bodies
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Undecided, (self.what, self.time, self.bodies), self.__dict__
 
 
 class Coming(NamedTuple):

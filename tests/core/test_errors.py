@@ -1,0 +1,119 @@
+"""Errors come out of a worker process, and out of a copy, as they were raised."""
+
+from __future__ import annotations
+
+import copy
+import importlib
+import multiprocessing
+import pickle
+import pkgutil
+import sys
+from collections.abc import Iterator
+
+import pytest
+
+import kinetile as kt
+from kinetile import errors
+from kinetile.accuracy.certified.agenda import Undecided
+from kinetile.conformance.checks.check import Disagreement
+from kinetile.kernel.compiled import NotCompiled
+from kinetile.plugin.registry import Failure
+
+PLACED = {"time": 2.5, "bodies": [3, 1]}
+RAISED: list[Exception] = [
+    errors.AuditError("an audit"),
+    errors.BadOption("an option"),
+    errors.BadPlugin("a plugin"),
+    errors.BusyError("running"),
+    errors.DuplicateName("two of a name"),
+    errors.KinetileError("a sentence", 7),
+    errors.MissedContactError("missed", **PLACED),
+    errors.MissingExtra("Reading event files", "pyarrow", "records"),
+    errors.PhaseError("a phase"),
+    errors.PluginApiMismatch("2.0"),
+    errors.RecordError("a file"),
+    errors.Refused("a scene"),
+    errors.SceneError([errors.Mistake("arena", "-1", "two lengths")], "mine.toml"),
+    errors.StalledError("it stands"),
+    errors.UnawaitedContactError("not awaited", **PLACED),
+    errors.UnknownName(
+        "broad phase", "sap", suggestion="sap-1d", available=["naive", "sap-1d"], failures=["broken: it is"]
+    ),
+    errors.ZenoError("jammed", **PLACED),
+    Disagreement("another contact"),
+    NotCompiled("a hook"),
+    Undecided("which is first", 1.5, (0, 2)),
+]
+
+
+class Foreign(Exception):
+    """What a plugin may raise: it can be pickled, and not be made again from that."""
+
+    def __init__(self, one: int, two: int) -> None:
+        super().__init__(f"{one} and {two}")
+
+
+class Unwilling(Exception):
+    def __reduce__(self) -> str:
+        raise RuntimeError("not to be pickled")
+
+
+def error_classes() -> Iterator[type[BaseException]]:
+    """All exception classes that modules of kinetile define, once each module has been imported."""
+    for module in pkgutil.walk_packages(kt.__path__, "kinetile."):
+        if module.name.split(".")[-1] == "__main__" or ".templates" in module.name:
+            continue
+        importlib.import_module(module.name)
+        for value in vars(sys.modules[module.name]).values():
+            if (
+                isinstance(value, type)
+                and issubclass(value, BaseException)
+                and value.__module__ == module.name
+            ):
+                yield value
+
+
+def test_no_class_of_errors_is_forgotten_here():
+    assert set(error_classes()) == {type(error) for error in RAISED}
+
+
+def same(one: Exception, two: Exception) -> bool:
+    facts = [(type(e), str(e), repr(e), e.args, vars(e), getattr(e, "msg", None)) for e in (one, two)]
+    return facts[0] == facts[1]
+
+
+@pytest.mark.parametrize("error", RAISED, ids=lambda error: type(error).__name__)
+def test_an_error_that_did_not_come_back_from_a_pickle_or_a_copy(error):
+    error.__notes__ = ["said later"]
+    for protocol in range(pickle.HIGHEST_PROTOCOL + 1):
+        assert same(pickle.loads(pickle.dumps(error, protocol)), error)
+    assert same(copy.copy(error), error)
+    assert same(copy.deepcopy(error), error)
+
+
+@pytest.mark.parametrize("raised", [Foreign(1, 2), Unwilling("no"), Exception(lambda: None)])
+def test_an_unknown_name_that_holds_an_error_which_cannot_be_pickled(raised):
+    failures = [Failure("one", "one", raised), Failure("two", "two", ValueError("bad"))]
+    error = errors.UnknownName("scene", "grid", failures=failures)
+    again = pickle.loads(pickle.dumps(error))
+    assert str(again) == str(error)
+    assert again.failures[0] == str(failures[0])
+    assert str(again.failures[1]) == str(failures[1])
+    assert type(again.failures[1].error) is ValueError
+    assert error.failures[0].error is raised
+
+
+@pytest.mark.parametrize(
+    ("call", "arguments", "expected"),
+    [
+        (kt.make_scene, ("gird",), errors.UnknownName),
+        (kt.Scene, ([[0.0, 0.0]], [[0.0, 0.0]], -1.0), errors.SceneError),
+    ],
+)
+def test_a_pool_that_waited_for_ever_for_an_error_gets_it(call, arguments, expected):
+    with multiprocessing.get_context("spawn").Pool(1) as pool, pytest.raises(expected) as caught:
+        pool.apply_async(call, arguments).get(timeout=60)
+    with pytest.raises(expected) as here:
+        call(*arguments)
+    assert str(caught.value) == str(here.value)
+    assert vars(caught.value).keys() == vars(here.value).keys()
