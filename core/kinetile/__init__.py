@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from kinetile.plugin.specs import NarrowPhaseSpec as NarrowPhaseSpec
     from kinetile.plugin.specs import SceneSpec as SceneSpec
     from kinetile.records.events import EventRecorder as EventRecorder
-    from kinetile.records.events import read_events as read_events
+    from kinetile.records.reading import read_events as read_events
     from kinetile.records.trajectory import Trajectory as Trajectory
     from kinetile.run.advance import Event as Event
     from kinetile.run.simulation import Progress as Progress
@@ -46,7 +46,7 @@ _HOME = {
     "EventRecorder": "kinetile.records.events",
     "Progress": "kinetile.run.simulation",
     "Trajectory": "kinetile.records.trajectory",
-    "read_events": "kinetile.records.events",
+    "read_events": "kinetile.records.reading",
     "Registry": "kinetile.plugin.registry",
     "Scene": "kinetile.scene",
     "SceneSpec": "kinetile.plugin.specs",

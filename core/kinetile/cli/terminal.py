@@ -8,7 +8,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from types import TracebackType
+from types import FrameType, TracebackType
 from typing import TYPE_CHECKING, Any, Self, TextIO
 
 import typer
@@ -32,6 +32,7 @@ __all__ = [
     "INTERRUPTED",
     "USAGE",
     "Bar",
+    "FirstSignal",
     "exit_codes",
     "make_ready",
     "notice",
@@ -114,6 +115,40 @@ def make_ready(simulation: Simulation, label: str = "") -> None:
     seconds = simulation.compile()
     if fresh:
         notice(f"compiled in {seconds:.1f} s")
+
+
+class FirstSignal:
+    """A context in which the first Ctrl-C or SIGTERM raises KeyboardInterrupt, and no other one disturbs what
+    this begins: the closing of a file, say.
+
+    ``number`` is that signal's, or None.
+    """
+
+    def __init__(self) -> None:
+        self.number: int | None = None
+        self._before: dict[int, Any] = {}
+
+    def __enter__(self) -> Self:
+        for number in (signal.SIGTERM, signal.SIGINT):
+            if signal.getsignal(number) not in (None, signal.SIG_IGN):
+                self._before[number] = signal.signal(number, self._come)
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+
+    def check(self) -> None:
+        """Raise KeyboardInterrupt if a signal has come: one that came in a callback may be lost there."""
+        if self.number is not None:
+            raise KeyboardInterrupt
+
+    def _come(self, number: int, frame: FrameType | None) -> None:
+        if self.number is None:
+            self.number = number
+            raise KeyboardInterrupt
 
 
 class Bar:

@@ -9,18 +9,18 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from kinetile.records.events import EventFile as EventFile
     from kinetile.records.events import EventRecorder as EventRecorder
-    from kinetile.records.events import read_events as read_events
+    from kinetile.records.reading import EventFile as EventFile
+    from kinetile.records.reading import read_events as read_events
     from kinetile.records.trajectory import Trajectory as Trajectory
     from kinetile.records.trajectory import positions_at as positions_at
 
 _HOME = {
-    "EventFile": "events",
+    "EventFile": "reading",
     "EventRecorder": "events",
     "Trajectory": "trajectory",
     "positions_at": "trajectory",
-    "read_events": "events",
+    "read_events": "reading",
 }
 
 __all__ = ["EventFile", "EventRecorder", "Trajectory", "positions_at", "read_events"]

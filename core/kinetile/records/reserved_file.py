@@ -20,13 +20,11 @@ _ZEROS = bytes(1 << 20)
 
 
 class ReservedFile:
-    """A new binary file, written from front to back, as a sink for pyarrow (write, flush, tell, closed).
+    """An empty file that is open, written from front to back, as a sink for pyarrow (write, flush, tell,
+    closed)."""
 
-    Raises FileExistsError for a name that is taken.
-    """
-
-    def __init__(self, path: Path) -> None:
-        self._file = path.open("xb", buffering=0)
+    def __init__(self, descriptor: int) -> None:
+        self._file = open(descriptor, "wb", buffering=0)  # noqa: SIM115
         self._owned = 0
         self.position = 0
         self.torn = False
@@ -88,9 +86,22 @@ class ReservedFile:
         """Nothing is buffered here, so nothing is done."""
 
     def close(self) -> None:
-        """Give back what was reserved and not used, bring everything to the disk, close."""
-        if self._file.closed:
-            return
-        with self._file:
-            os.ftruncate(self._file.fileno(), self.position)
-            os.fsync(self._file.fileno())
+        """Close the file."""
+        self._file.close()
+
+    def seal(self) -> None:
+        """Give back what was reserved and not used, and bring everything to the disk."""
+        os.ftruncate(self._file.fileno(), self.position)
+        os.fsync(self._file.fileno())
+
+    @property
+    def gone(self) -> bool:
+        """Whether the file has been deleted while it was open."""
+        return os.fstat(self._file.fileno()).st_nlink == 0
+
+    def is_at(self, path: Path) -> bool:
+        """Whether a path means this file."""
+        try:
+            return os.path.samestat(os.fstat(self._file.fileno()), path.stat())
+        except OSError:
+            return False

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from kinetile.errors import RecordError
 from kinetile.kernel.clock import TICKS, Clock
 from kinetile.kernel.log import LOG
-from kinetile.records.events import EventFile, read_events
+from kinetile.records.reading import EventFile, read_with_scene
 
 if TYPE_CHECKING:
     from kinetile.scene import Scene
@@ -50,10 +50,8 @@ class Trajectory:
         Raises MissingExtra and RecordError as ``read_events``, and RecordError for a file that has not all
         rows of its run up to its last one: without them nobody knows where the bodies were.
         """
-        from kinetile.plugin.by_name import loads_scene
-
-        rows, metadata = _whole(path)
-        trajectory = cls(rows, loads_scene(metadata["scene"]))
+        found, scene = _whole(path)
+        trajectory = cls(found.rows, scene)
         trajectory._check_continuity(path)
         return trajectory
 
@@ -125,23 +123,23 @@ def positions_at(source: str | Path | NDArray[Any], scene: Scene | None, time: f
     ``scene`` may be None for a file, which has its own. For many times, make one Trajectory.
     """
     if isinstance(source, (str, Path)):
-        trajectory = Trajectory.read(source) if scene is None else Trajectory(_whole(source).rows, scene)
+        trajectory = Trajectory.read(source) if scene is None else Trajectory(_whole(source)[0].rows, scene)
         return trajectory.positions(time)
     if scene is None:
         raise TypeError("rows alone do not say where the bodies began: positions_at needs their scene")
     return Trajectory(source, scene).positions(time)
 
 
-def _whole(path: str | Path) -> EventFile:
+def _whole(path: str | Path) -> tuple[EventFile, Scene]:
     """Read an event file; raise RecordError if it says that rows are missing from it."""
-    found = read_events(path)
-    missing = found.metadata.get("missing", 0)
+    found, scene = read_with_scene(path)
+    missing = found.metadata["missing"]
     if missing:
         raise RecordError(
             f"{path} is no whole trajectory: {missing:,} events of the run were not given to its recorder, "
             "which has to be there from the start of the first run and in every run after it"
         )
-    return found
+    return found, scene
 
 
 def _columns(rows: NDArray[Any], x: str, y: str) -> NDArray[np.float64]:

@@ -15,6 +15,7 @@ from kinetile.kernel.clock import SPAN, TICKS
 from kinetile.kernel.log import REANCHORED, WALLS
 from kinetile.kernel.loop import CONTACTS_REACHED, TIME_REACHED
 from kinetile.run.engine import UNLIMITED, Engine
+from kinetile.run.interrupts import Unbroken
 
 __all__ = ["End", "Event", "advance", "advance_one", "next_event"]
 
@@ -81,7 +82,8 @@ def advance(engine: Engine, end: End, audit: int | None, after_chunk: Callable[[
             seen = happened
             if end.ticks is None and idle > IDLE_SPANS:
                 return
-            engine.move_base(end.ticks)
+            with Unbroken():
+                engine.move_base(end.ticks)
 
 
 def advance_one(engine: Engine, end: End) -> Event | None:
@@ -103,7 +105,8 @@ def advance_one(engine: Engine, end: End) -> Event | None:
             if rest < SPAN:
                 engine.asked = end.until
                 return None
-            engine.move_base(end.ticks)
+            with Unbroken():
+                engine.move_base(end.ticks)
     return None
 
 

@@ -1,9 +1,12 @@
-"""Ctrl-C, taken at a moment that suits.
+"""Steps that no signal tears.
 
-Python delivers a signal between two of its own instructions, wherever that is: after the compiled loop has
-moved the bodies and before anybody has read its log, or inside a write. Here the signal is only noted, and
-whoever asked for the delay raises it at the next safe place. A second signal is not delayed: the user means
-it.
+Python runs a signal's handler between two of its own instructions, wherever that is: after the compiled loop
+has moved the bodies and before anybody has read its log, or inside a write. What is left behind is then
+neither the one state nor the other. So a step that must happen as a whole is done within ``Unbroken``:
+signals that come meanwhile wait for its end. A second Ctrl-C waits as well; a step is a fraction of a second.
+
+Where a step does not end at all, in a hook that loops for ever, say, a signal without a handler in Python
+still ends the process: SIGQUIT (Ctrl-\\) or SIGKILL.
 """
 
 from __future__ import annotations
@@ -13,51 +16,60 @@ import threading
 from types import FrameType, TracebackType
 from typing import Any, Self
 
-__all__ = ["Interrupts"]
+__all__ = ["Unbroken"]
+
+_NAMES = ("SIGINT", "SIGTERM", "SIGHUP", "SIGALRM", "SIGVTALRM", "SIGUSR1", "SIGUSR2", "SIGXCPU", "SIGBREAK")
+_SIGNALS = [getattr(signal, name) for name in _NAMES if hasattr(signal, name)]
 
 
-class Interrupts:
-    """A context in which the given signals (Ctrl-C if none is given) are noted instead of raised.
+class Unbroken:
+    """A context whose end the handlers of signals wait for; each is then called once.
 
-    ``received`` is the number of the first signal that came, or None. With ``patient`` even a second one
-    waits: for short work that must not be torn, such as a write. Off the main thread, where no signal
-    arrives, it does nothing.
+    An error that ends the step goes before the KeyboardInterrupt of a Ctrl-C. Off the main thread, where no
+    handler runs, there is nothing to wait.
     """
 
-    def __init__(self, *numbers: int, patient: bool = False) -> None:
-        self.received: int | None = None
-        self._numbers = numbers or (signal.SIGINT,)
-        self._patient = patient
-        self._due = False
+    def __init__(self) -> None:
         self._before: dict[int, Any] = {}
+        self._noted: dict[int, FrameType | None] = {}
+        self._waiting = False  # until all handlers are in place, and after that, each goes through at once
 
     def __enter__(self) -> Self:
         if threading.current_thread() is threading.main_thread():
-            for number in self._numbers:
-                if signal.getsignal(number) not in (None, signal.SIG_IGN):
-                    self._before[number] = signal.signal(number, self._note)
+            for number in _SIGNALS:
+                handler = signal.getsignal(number)
+                if callable(handler):
+                    self._before[number] = handler
+                    signal.signal(number, self._come)
+            self._waiting = True
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        for number, handler in self._before.items():
-            signal.signal(number, handler)
-        if error is None:
-            self.check()
+        self._waiting = False
+        try:
+            for number, handler in self._before.items():
+                signal.signal(number, handler)
+        finally:
+            try:
+                self._deliver()
+            except KeyboardInterrupt:
+                if error is None:
+                    raise
 
-    def check(self) -> None:
-        """Deliver a signal that was noted: to the handler it was kept from, or as KeyboardInterrupt."""
-        if not self._due or self.received is None:
-            return
-        self._due = False
-        handler = self._before[self.received]
-        if not callable(handler):
-            raise KeyboardInterrupt
-        handler(self.received, None)
+    def _deliver(self) -> None:
+        """Call the handlers that have waited: all of them, though one raises."""
+        if self._noted:
+            number = next(iter(self._noted))
+            frame = self._noted.pop(number)
+            try:
+                self._before[number](number, frame)
+            finally:
+                self._deliver()
 
-    def _note(self, number: int, frame: FrameType | None) -> None:
-        if self._due and not self._patient:
-            self._due = False
-            raise KeyboardInterrupt
-        self.received, self._due = self.received or number, True
+    def _come(self, number: int, frame: FrameType | None) -> None:
+        if self._waiting:
+            self._noted.setdefault(number, frame)
+        else:
+            self._before[number](number, frame)

@@ -22,7 +22,7 @@ from kinetile.run.composition import Composition, compose_phases
 from kinetile.run.engine import Engine
 from kinetile.run.engine.ledger import Recorder
 from kinetile.run.explanation import explanation
-from kinetile.run.interrupts import Interrupts
+from kinetile.run.interrupts import Unbroken
 from kinetile.run.readings import Readings, energy
 from kinetile.scene import Scene
 
@@ -144,13 +144,14 @@ class Simulation:
         Raises as ``run`` does.
         """
         if not self._engine.built:
-            with self._alone("be built"), Interrupts(patient=True):
+            with self._alone("be built"):
                 self._engine.build()
 
     def rebuild(self) -> None:
         """Build the broad phase's structure anew as of now; no contact can change by it."""
-        with self._alone("be built anew"), Interrupts(patient=True):
-            self._engine.lay_out()
+        with self._alone("be built anew"):
+            with Unbroken():
+                self._engine.lay_out()
             self._engine.build()
 
     def run(
@@ -189,26 +190,28 @@ class Simulation:
             engine.ledger.recorder = recorder
             began = engine.cpu_seconds
             try:
-                with Interrupts() as interrupts:
 
-                    def after_chunk() -> None:
-                        if progress is not None:
-                            cpu = engine.cpu_seconds - began
-                            progress(Progress(self.time, end.until, engine.contacts, engine.events, cpu))
-                        interrupts.check()
+                def after_chunk() -> None:
+                    if progress is not None:
+                        cpu = engine.cpu_seconds - began
+                        progress(Progress(self.time, end.until, engine.contacts, engine.events, cpu))
 
+                with Unbroken():
                     engine.ledger.hand_over()
-                    advance(engine, end, self._audit, after_chunk)
+                advance(engine, end, self._audit, after_chunk)
             finally:
                 self._running = False
                 engine.ledger.recorder = None
+                reached = getattr(recorder, "reached", None)
+                if reached is not None:  # an event file says how far its rows go
+                    reached(self.time)
 
     def step(self) -> Event | None:
         """Run the next event, of whatever kind, and return it; None, with nothing run, where there is none.
 
         Raises as ``run`` does.
         """
-        with self._alone("step"), Interrupts(patient=True):
+        with self._alone("step"):
             return advance_one(self._engine, End())
 
     def steps(self, until: float | None = None) -> Iterator[Event]:
@@ -222,7 +225,7 @@ class Simulation:
         until = self.scene.settings.until if until is None else until
         end = End() if until is None else read_end(self._engine, self.scene, until)
         while True:
-            with self._alone("step"), Interrupts(patient=True):
+            with self._alone("step"):
                 event = advance_one(self._engine, end)
             if event is None:
                 return
@@ -251,7 +254,7 @@ class Simulation:
             BusyError: a chunk of a run is under way: this comes from a recorder, or from another thread.
         """
         body, vx, vy = read_turn(self._engine, self.scene, body, velocity)
-        with self._alone("turn a body"), Interrupts(patient=True):
+        with self._alone("turn a body"), Unbroken():
             self._engine.turn(body, vx, vy)
 
     def audit(self) -> None:

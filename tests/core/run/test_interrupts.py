@@ -1,54 +1,41 @@
-"""Signals wait for a safe place, and only as long as they should."""
+"""Signals wait for the end of a step, all of them, and none is lost."""
 
 from __future__ import annotations
 
 import signal
 import threading
 
+import numpy as np
 import pytest
 
-from kinetile.run.interrupts import Interrupts
+import kinetile as kt
+from kinetile.errors import PhaseError
+from kinetile.run.engine.engine import Engine
+from kinetile.run.interrupts import Unbroken
 
 
-def press():
-    signal.raise_signal(signal.SIGINT)
+def press(number: int = signal.SIGINT) -> None:
+    signal.raise_signal(number)
 
 
-def test_the_first_waits_until_it_is_asked_for():
-    with Interrupts() as interrupts:
-        interrupts.check()
-        press()
-        assert interrupts.received == signal.SIGINT
-        with pytest.raises(KeyboardInterrupt):
-            interrupts.check()
-        interrupts.check()
+@pytest.fixture
+def handled():
+    """Let a function of the test's own handle a signal, and put back what was there."""
+    before = {}
+
+    def handle(number, handler):
+        before[number] = signal.signal(number, handler)
+
+    yield handle
+    for number, handler in before.items():
+        signal.signal(number, handler)
 
 
-def test_at_the_latest_it_comes_at_the_end():
+def test_a_second_one_does_not_tear_the_step():
     done = []
 
     def work():
-        with Interrupts():
-            press()
-            done.append(1)
-
-    with pytest.raises(KeyboardInterrupt):
-        work()
-    assert done == [1]
-
-
-def test_a_second_is_meant():
-    with Interrupts():
-        press()
-        with pytest.raises(KeyboardInterrupt):
-            press()
-
-
-def test_patient_work_is_not_torn_by_a_second():
-    done = []
-
-    def work():
-        with Interrupts(patient=True):
+        with Unbroken():
             press()
             press()
             done.append(1)
@@ -58,18 +45,61 @@ def test_patient_work_is_not_torn_by_a_second():
     assert done == [1]
 
 
-def test_an_inner_one_hands_on_to_the_outer():
-    with Interrupts() as outer:
-        with Interrupts(patient=True) as inner:
-            press()
-        assert inner.received == outer.received == signal.SIGINT
-        with pytest.raises(KeyboardInterrupt):
-            outer.check()
+def test_without_a_signal_nothing_happens():
+    with Unbroken():
+        pass
 
 
-def test_an_error_goes_before_the_signal():
+def test_an_inner_step_hands_on_to_the_outer():
+    done = []
+
     def work():
-        with Interrupts():
+        with Unbroken():
+            with Unbroken():
+                press()
+            done.append(1)
+
+    with pytest.raises(KeyboardInterrupt):
+        work()
+    assert done == [1]
+
+
+def test_a_handler_that_raises_waits_too(handled):
+    def leave(number, frame):
+        raise SystemExit(number)
+
+    handled(signal.SIGTERM, leave)
+    done = []
+
+    def work():
+        with Unbroken():
+            press(signal.SIGTERM)
+            done.append(1)
+
+    with pytest.raises(SystemExit):
+        work()
+    assert done == [1]
+
+
+def test_every_handler_is_called_though_one_raises(handled):
+    came = []
+    handled(signal.SIGTERM, lambda number, frame: came.append((number, frame is not None)))
+
+    def work():
+        with Unbroken():
+            press()
+            press(signal.SIGTERM)
+            press(signal.SIGTERM)
+            assert came == []
+
+    with pytest.raises(KeyboardInterrupt):
+        work()
+    assert came == [(signal.SIGTERM, True)]
+
+
+def test_an_error_goes_before_the_keyboard_interrupt():
+    def work():
+        with Unbroken():
             press()
             raise ValueError("first")
 
@@ -77,32 +107,133 @@ def test_an_error_goes_before_the_signal():
         work()
 
 
+def test_an_error_does_not_keep_a_handler_from_its_signal(handled):
+    came = []
+    handled(signal.SIGTERM, lambda number, frame: came.append(number))
+
+    def work():
+        with Unbroken():
+            press(signal.SIGTERM)
+            raise ValueError("first")
+
+    with pytest.raises(ValueError, match="first"):
+        work()
+    assert came == [signal.SIGTERM]
+
+
+@pytest.mark.parametrize("at", range(4))
+def test_a_signal_while_the_handlers_are_changed_leaves_none_deaf(handled, monkeypatch, at):
+    """One that comes after its own handler is back, and before the others are, raises at once."""
+    came = []
+    handled(signal.SIGTERM, lambda number, frame: came.append(number))
+    change, calls = signal.signal, []
+
+    def interrupted(number, handler):
+        before = change(number, handler)
+        if number in (signal.SIGINT, signal.SIGTERM):
+            calls.append(number)
+            if len(calls) == at + 1:
+                press()
+        return before
+
+    def work():
+        with Unbroken():
+            monkeypatch.setattr(signal, "signal", change)
+            if at > 1:
+                calls[:] = [0, 0]
+                monkeypatch.setattr(signal, "signal", interrupted)
+
+    if at <= 1:
+        monkeypatch.setattr(signal, "signal", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        work()
+    monkeypatch.undo()
+    press(signal.SIGTERM)
+    assert came == [signal.SIGTERM]
+    with pytest.raises(KeyboardInterrupt):
+        press()
+
+
 def test_the_handler_from_before_is_put_back():
     before = signal.getsignal(signal.SIGINT)
-    with Interrupts():
+    with Unbroken():
         assert signal.getsignal(signal.SIGINT) is not before
     assert signal.getsignal(signal.SIGINT) is before
 
 
-def test_what_is_ignored_stays_ignored():
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        with Interrupts() as interrupts:
-            press()
-        assert interrupts.received is None
-    finally:
-        signal.signal(signal.SIGINT, before)
+def test_what_is_ignored_stays_ignored(handled):
+    handled(signal.SIGINT, signal.SIG_IGN)
+    with Unbroken():
+        press()
 
 
 def test_another_thread_is_left_alone():
     found = []
 
     def work():
-        with Interrupts() as interrupts:
-            interrupts.check()
-            found.append(interrupts.received)
+        with Unbroken():
+            found.append(signal.getsignal(signal.SIGINT))
 
+    before = signal.getsignal(signal.SIGINT)
     thread = threading.Thread(target=work)
     thread.start()
     thread.join()
-    assert found == [None]
+    assert found == [before]
+
+
+# What the steps of a run leave behind
+
+
+def recorded(parts: list[np.ndarray]) -> np.ndarray:
+    return np.concatenate([np.zeros(0, kt.LOG), *parts])
+
+
+def test_two_ctrl_c_while_the_recorder_takes_a_chunk_lose_no_row():
+    sim = kt.Simulation(kt.make_scene("grid", bodies=25, seed=3), "naive")
+    parts: list[np.ndarray] = []
+
+    def interrupted(rows):
+        press()
+        press()
+        parts.append(rows.copy())
+
+    for _ in range(3):
+        with pytest.raises(KeyboardInterrupt):
+            sim.run(sim.time + 1.0, recorder=interrupted)
+        assert len(recorded(parts)) == len(sim.contacts)
+        assert recorded(parts)["time"][-1] <= sim.time
+    again = kt.Simulation(sim.scene, "naive")
+    again.run(max_contacts=len(sim.contacts))
+    assert again.fingerprint == sim.fingerprint
+
+
+def test_ctrl_c_ends_a_run_out_of_its_progress_and_its_audit(monkeypatch):
+    sim = kt.Simulation(kt.make_scene("grid", bodies=25, seed=3), "naive", audit=1)
+    with pytest.raises(KeyboardInterrupt):
+        sim.run(1.0, progress=lambda progress: press())
+    done = []
+
+    def interrupted(engine):
+        press()
+        done.append(1)
+
+    monkeypatch.setattr(Engine, "audit", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        sim.run(1.0)
+    assert done == []
+
+
+def test_rows_before_the_hook_that_raised_reach_the_recorder(monkeypatch):
+    sim = kt.Simulation(kt.make_scene("grid", bodies=25, seed=3), "naive")
+    sim.compile()
+    loop, parts = sim._engine.loop, []
+
+    def broken(k, state, until, budget, contacts):
+        loop(k, state, until, budget, 7)
+        raise ValueError("a hook that is interpreted")
+
+    monkeypatch.setattr(sim._engine, "loop", broken)
+    with pytest.raises(PhaseError, match="a hook that is interpreted"):
+        sim.run(1.0, recorder=parts.append)
+    assert len(recorded(parts)) == len(sim.contacts) == 7
+    assert recorded(parts)["time"][-1] == sim.time

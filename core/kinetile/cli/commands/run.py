@@ -23,10 +23,9 @@ from kinetile.cli.options import (
     narrow_choice,
     until_or_default,
 )
-from kinetile.cli.terminal import FAULT, FAULTS, Bar, exit_codes, make_ready, notice
-from kinetile.errors import BadOption, KinetileError
+from kinetile.cli.terminal import FAULT, FAULTS, Bar, FirstSignal, exit_codes, make_ready, notice
+from kinetile.errors import BadOption, RecordError
 from kinetile.plugin.choices import read_assignments, read_phase
-from kinetile.run.interrupts import Interrupts
 
 if TYPE_CHECKING:
     from kinetile.records.events import EventRecorder
@@ -59,8 +58,11 @@ def run(
     until: Until = None,
     max_contacts: MaxContacts = None,
     events: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write every event to a Parquet file.")
+        Path | None, typer.Option(metavar="FILE", help="Write every event to a new Parquet file.")
     ] = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace the file of --events where it is there already.")
+    ] = False,
     save_scene: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Save the scene, with what is chosen here, as a TOML file."),
@@ -81,6 +83,9 @@ def run(
         name, options = (None, {}) if broad_phase is None else read_phase(broad_phase)
         options |= read_assignments(option or (), "--option")
         simulation = _compose(this_scene, name, options, narrow_choice(narrow_phase), audit)
+        end = until_or_default(this_scene, until, max_contacts)
+        asked = {"until": end, "max_contacts": max_contacts}
+        recorder = None if events is None or explain else _recorder(simulation, events, overwrite, asked)
         if save_scene is not None:
             _save(
                 this_scene,
@@ -90,9 +95,6 @@ def run(
         if explain:
             _explain(simulation, json)
             return
-        end = until_or_default(this_scene, until, max_contacts)
-        asked = {"until": end, "max_contacts": max_contacts}
-        recorder = None if events is None else _recorder(simulation, events, asked)
         ending = _carry_out(simulation, recorder, end, max_contacts)
         _print(_result(simulation, recorder, asked, ending.status), json)
     if ending.code:
@@ -101,11 +103,14 @@ def run(
 
 
 def _check_files(scene: str, events: Path | None, save_scene: Path | None) -> None:
-    """Raise BadOption unless the files of the command line are different ones."""
+    """Raise BadOption unless the files of the command line have names and are different ones."""
     files = {"--events": events, "--save-scene": save_scene}
     if scene.lower().endswith(".toml"):
         files["the scene"] = Path(scene)
     given = [(what, Path(path)) for what, path in files.items() if path is not None]
+    for what, path in given:
+        if not path.name:
+            raise BadOption(f"{what} names no file: expected the path of a file")
     for (one, path), (other, its_path) in combinations(given, 2):
         if "--events" in (one, other) and _same_file(path, its_path):
             raise BadOption(f"{one} and {other} are one file, {path}: expected two, for one would be lost")
@@ -173,44 +178,43 @@ def _explain(simulation: Simulation, json: bool) -> None:
     typer.echo(as_json(found) if json else "\n".join(explanation_lines(found)))
 
 
-def _recorder(simulation: Simulation, events: Path, asked: dict[str, Any]) -> EventRecorder:
+def _recorder(
+    simulation: Simulation, events: Path, overwrite: bool, asked: dict[str, Any]
+) -> EventRecorder:
     from kinetile.records.events import EventRecorder
 
     chosen = {
         "broad_phase": simulation.broad_phase,
         "options": dict(simulation.options),
         "narrow_phases": _narrow_phases(simulation),
-        "time_unit": simulation.time_unit,
     }
-    return EventRecorder(events, simulation.scene, chosen | asked)
+    try:
+        return EventRecorder(events, simulation.scene, chosen | asked, overwrite=overwrite)
+    except RecordError as error:
+        raise BadOption(f"--events: {error}") from error
 
 
 def _carry_out(
     simulation: Simulation, recorder: EventRecorder | None, until: float | None, max_contacts: int | None
 ) -> _Ending:
     """Run, and close the events file whatever happens."""
-    with ExitStack() as stack:
+    with FirstSignal() as signals, ExitStack() as stack:
         if recorder is not None:
             try:
                 stack.enter_context(recorder)
-            except KinetileError as error:
-                raise BadOption(str(error)) from error
-        terminated = Interrupts(signal.SIGTERM)
+            except RecordError as error:
+                raise BadOption(f"--events: {error}") from error
         try:
-            with stack, terminated, Bar("running", simulation.scene.start, max_contacts) as bar:
+            with stack, Bar("running", simulation.scene.start, max_contacts) as bar:
 
                 def progress(state: Progress) -> None:
                     bar(state)
-                    terminated.check()
+                    signals.check()
 
-                try:
-                    make_ready(simulation)
-                    simulation.run(until, max_contacts=max_contacts, progress=progress, recorder=recorder)
-                finally:
-                    if recorder is not None:
-                        recorder.meta |= {"time": simulation.time, "fingerprint": simulation.fingerprint}
+                make_ready(simulation)
+                simulation.run(until, max_contacts=max_contacts, progress=progress, recorder=recorder)
         except KeyboardInterrupt:
-            number = terminated.received or signal.SIGINT
+            number = signals.number or signal.SIGINT
             return _Ending("interrupted", 128 + number, f"interrupted at time {simulation.time:.10g}")
         except FAULTS as error:
             return _Ending(f"fault: {type(error).__name__}", FAULT, str(error))

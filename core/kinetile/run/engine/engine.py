@@ -32,6 +32,7 @@ from kinetile.run.engine.agenda import Agenda, Planned
 from kinetile.run.engine.failures import failure
 from kinetile.run.engine.layout import tables_of
 from kinetile.run.engine.ledger import Ledger
+from kinetile.run.interrupts import Unbroken
 from kinetile.run.readings import energy
 from kinetile.scene import Scene
 
@@ -139,11 +140,12 @@ class Engine:
         self.compile()
         if self.broken is not None:
             raise PhaseError(f"this simulation cannot go on: {self.broken}") from self.broken
-        self.busy = True
-        try:
-            return self._chunk(until, contacts, most)
-        finally:
-            self.busy = False
+        with Unbroken():  # the loop, its log, the recorder: one step
+            self.busy = True
+            try:
+                return self._chunk(until, contacts, most)
+            finally:
+                self.busy = False
 
     def _chunk(self, until: int, contacts: int, most: int) -> int:
         began = time.thread_time()
@@ -154,13 +156,12 @@ class Engine:
             who = described("broad phase", self.composition.broad_phase)
             said = f"a hook of {self._phases} raised {sentence(error)}{place_of(error)} ({who})"
             self.broken = PhaseError(f"at time {self.clock.time(self.now)!r} {said}")
+            self._take_over(before)
             raise self.broken from error
         self._turns_wait = False
         took = time.thread_time() - began
         self.cpu_seconds += took
-        if self.now != before:
-            self.asked = None
-        self.ledger.take(self.k)
+        self._take_over(before)
         if reason == BUDGET_SPENT and budget == self._budget and took < CHUNK_SECONDS / 2:
             self._budget *= 2
         elif took > 2 * CHUNK_SECONDS:
@@ -170,6 +171,12 @@ class Engine:
         if reason == NO_ROOM:
             self._grow()
         return BUDGET_SPENT if reason in (NO_ROOM, LOG_FULL) else reason
+
+    def _take_over(self, before: int) -> None:
+        """Take over the log of a chunk that began at a tick."""
+        if self.now != before:
+            self.asked = None
+        self.ledger.take(self.k)
 
     def audit(self) -> None:
         """Check everything that must hold between two events.

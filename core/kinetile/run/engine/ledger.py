@@ -13,7 +13,7 @@ from kinetile.kernel.clock import Clock
 from kinetile.kernel.log import CONTACT, LOG, TURNED
 from kinetile.kernel.tables import Kernel
 
-__all__ = ["Ledger", "Recorder"]
+__all__ = ["Ledger", "Recorder", "digestible"]
 
 Recorder = Callable[[npt.NDArray[np.void]], None]
 """Called with the log rows (``kinetile.kernel.log.LOG``) of each chunk of a run."""
@@ -64,7 +64,7 @@ class Ledger:
         for name, column in columns.items():
             contacts[name] = column[met]
         rows = _rows(raw, columns) if self.recorder is not None else None
-        self._digest.update(_digestible(contacts))
+        self._digest.update(digestible(contacts))
         if self._keep:
             self._put(contacts)
         header.logged = 0
@@ -104,7 +104,7 @@ def _rows(raw: Any, columns: dict[str, Any]) -> npt.NDArray[np.void]:
     return rows
 
 
-def _digestible(contacts: npt.NDArray[np.void]) -> bytes:
+def digestible(contacts: npt.NDArray[np.void]) -> bytes:
     """Return what the fingerprint is made from, in an order of bytes that is the same everywhere."""
     exact = np.zeros(len(contacts), [("epoch", "<i8"), ("tick", "<i8"), ("a", "<i4"), ("b", "<i4")])
     for name in ("epoch", "tick", "a", "b"):
