@@ -1,0 +1,287 @@
+"""Files that were tampered with, damaged or never were event files: a RecordError, or exactly what was written."""
+
+from __future__ import annotations
+
+import json
+import os
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import kinetile as kt
+from kinetile.errors import RecordError
+from kinetile.records import Trajectory, read_events
+
+pa = pytest.importorskip("pyarrow")
+pq = pytest.importorskip("pyarrow.parquet")
+
+MANY = settings(max_examples=400, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+
+
+@pytest.fixture(scope="module")
+def good(tmp_path_factory):
+    """A file of a run with walls, discs and turns."""
+    path = tmp_path_factory.mktemp("good") / "good.parquet"
+    made = kt.make_scene("grid", bodies=9, density=0.5, seed=3)
+    scene = kt.Scene(
+        made.position,
+        made.velocity,
+        made.radius,
+        arena=made.arena,
+        turns=[(4, 0.125, (0.5, -0.25))],
+        start=0.0,
+    )
+    sim = kt.Simulation(scene, "naive")
+    with kt.EventRecorder(path, scene, {"note": "as it was"}) as recorder:
+        sim.run(1.0, recorder=recorder)
+    assert 50 < len(read_events(path).rows) < 500
+    return path
+
+
+@pytest.fixture(scope="module")
+def truth(good):
+    return read_events(good)
+
+
+def is_refused_or_right(path, truth) -> bool:
+    """Whether a file is refused; AssertionError where it is read and gives anything but what was written."""
+    try:
+        found = read_events(path)
+    except RecordError as error:
+        assert str(error)
+        with pytest.raises(RecordError):
+            Trajectory.read(path)
+        return True
+    assert found.rows.tobytes() == truth.rows.tobytes()
+    assert found.metadata == truth.metadata
+    return False
+
+
+# Bytes
+
+
+@MANY
+@given(data=st.data())
+def test_flipped_bits(good, truth, tmp_path, data):
+    content = bytearray(good.read_bytes())
+    in_the_footer = data.draw(st.booleans())
+    first = len(content) - int.from_bytes(content[-8:-4], "little") - 8 if in_the_footer else 0
+    places = data.draw(st.lists(st.integers(first, len(content) - 1), min_size=1, max_size=4))
+    for place in places:
+        content[place] ^= 1 << data.draw(st.integers(0, 7))
+    path = tmp_path / "flipped.parquet"
+    path.write_bytes(content)
+    is_refused_or_right(path, truth)
+
+
+@MANY
+@given(data=st.data())
+def test_bytes_cut_off_put_in_or_replaced(good, truth, tmp_path, data):
+    content = good.read_bytes()
+    first, second = sorted(data.draw(st.tuples(*[st.integers(0, len(content))] * 2)))
+    content = content[:first] + data.draw(st.binary(max_size=40)) + content[second:]
+    path = tmp_path / "cut.parquet"
+    path.write_bytes(content)
+    is_refused_or_right(path, truth)
+
+
+@given(st.binary(max_size=300))
+def test_anything_else(tmp_path_factory, content):
+    path = tmp_path_factory.getbasetemp() / "anything"
+    for whole in (content, b"PAR1" + content + b"PAR1"):
+        path.write_bytes(whole)
+        with pytest.raises(RecordError, match="cannot be read as an event file"):
+            read_events(path)
+
+
+def test_what_is_no_file_at_all(tmp_path):
+    pipe = tmp_path / "pipe"
+    paths = [tmp_path, tmp_path / "nothing"]
+    if hasattr(os, "mkfifo"):
+        os.mkfifo(pipe)
+        paths.append(pipe)
+    for path in paths:
+        with pytest.raises(RecordError, match="cannot be read as an event file"):
+            read_events(path)
+
+
+# Tables
+
+
+def rewrite(good, path, *, table=None, seal=False, texts=None, **changes):
+    """Write a file anew with other rows or metadata: as somebody does who knows Parquet, and the seal too."""
+    from kinetile.records.seal import Seal
+
+    old = pq.read_metadata(good).metadata
+    metadata = json.loads(old[b"kinetile"]) | changes
+    metadata = {key: value for key, value in metadata.items() if value is not ...}
+    table = pq.read_table(good) if table is None else table
+    found = {key: old[key.encode()].decode() for key in ("kinetile", "kinetile.scene", "kinetile.digest")}
+    found["kinetile"] = json.dumps(metadata)
+    found |= texts or {}
+    if seal:
+        sealed = Seal()
+        rows = np.empty(table.num_rows, kt.LOG)
+        for name in kt.LOG.names:
+            rows[name] = table[name].to_numpy()
+        sealed.add(rows)
+        if "fingerprint" not in changes and "kinetile" not in (texts or {}):
+            found["kinetile"] = json.dumps(metadata | {"fingerprint": sealed.fingerprint})
+        found["kinetile.digest"] = sealed.digest(found["kinetile"], found["kinetile.scene"])
+    found = {key: text for key, text in found.items() if text is not ...}
+    pq.write_table(table.replace_schema_metadata(found), path)
+
+
+def changed(good, column, row, value):
+    table = pq.read_table(good)
+    values = table[column].to_numpy().copy()
+    values[row] = value
+    return table.set_column(kt.LOG.names.index(column), column, pa.array(values))
+
+
+def test_a_file_that_is_written_anew_as_it_was_is_read(good, truth, tmp_path):
+    path = tmp_path / "anew.parquet"
+    for seal in (False, True):
+        rewrite(good, path, seal=seal)
+        assert not is_refused_or_right(path, truth)
+
+
+@MANY
+@given(data=st.data())
+def test_one_value_of_the_table_changed(good, truth, tmp_path, data):
+    column = data.draw(st.sampled_from(kt.LOG.names))
+    row = data.draw(st.integers(0, len(truth.rows) - 1))
+    if kt.LOG[column].kind == "f":
+        value = data.draw(st.floats())
+    else:
+        info = np.iinfo(kt.LOG[column])
+        value = data.draw(st.integers(-10, 30) | st.integers(int(info.min), int(info.max)))
+    same = np.array(value, kt.LOG[column]).tobytes() == truth.rows[column][row].tobytes()
+    path = tmp_path / "changed.parquet"
+    rewrite(good, path, table=changed(good, column, row, value))
+    nans = np.isnan(truth.rows[column][row]) and np.isnan(value)
+    assert is_refused_or_right(path, truth) is not same or nans
+
+
+SEALED = [
+    ("a", 3, -1, "is about a body a that its scene has not, with 9 bodies"),
+    ("a", 3, 9, "is about a body a that its scene has not, with 9 bodies"),
+    ("b", 3, 9, "is about a body b that its scene has not, with 9 bodies"),
+    ("b", 3, -7, "is about a body b that its scene has not, with 9 bodies"),
+    ("epoch", 0, -1, "has an epoch or a tick out of range"),
+    ("tick", 0, -1, "has an epoch or a tick out of range"),
+    ("tick", -1, 2**52, "has an epoch or a tick out of range"),
+    ("epoch", 3, 5, "is earlier than the row before it"),
+    ("time", 3, 0.5, "has a time that is not that of its epoch and tick"),
+    ("time", 3, np.nan, "has a time that is not that of its epoch and tick"),
+    ("ax", 3, np.nan, "has a position or velocity of a that is not finite"),
+    ("avy", 3, np.inf, "has a position or velocity of a that is not finite"),
+]
+
+
+@pytest.mark.parametrize(("column", "row", "value", "said"), SEALED)
+def test_a_row_that_cannot_be_is_named_though_the_seal_is_right(good, tmp_path, column, row, value, said):
+    path = tmp_path / "sealed.parquet"
+    rewrite(good, path, table=changed(good, column, row, value), seal=True)
+    with pytest.raises(RecordError, match=rf"contradicts itself: row \d+ \(.*\) {said}"):
+        read_events(path)
+
+
+def test_second_bodies_that_are_there_and_are_not(good, truth, tmp_path):
+    path = tmp_path / "second.parquet"
+    disc, wall = (int(np.flatnonzero(found)[0]) for found in (truth.rows["b"] >= 0, truth.rows["b"] < 0))
+    for row, column, value, said in (
+        (disc, "bx", np.nan, "has a position or velocity of b that is not finite"),
+        (wall, "bvy", 0.0, "has a position or velocity of a second body, and there is none"),
+        (disc, "b", int(truth.rows["a"][disc]), "has bodies that are not in ascending order"),
+    ):
+        rewrite(good, path, table=changed(good, column, row, value), seal=True)
+        with pytest.raises(RecordError, match=said):
+            read_events(path)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"rows": 3}, "its metadata say 3 rows, and "),
+        ({"rows": "3"}, "'rows' is '3'; expected a value of type int"),
+        ({"rows": True}, "'rows' is True; expected a value of type int"),
+        ({"missing": -1}, "say that -1 rows are missing"),
+        ({"missing": None}, "'missing' is None; expected a value of type int"),
+        ({"missing": ...}, "has metadata without 'missing'"),
+        ({"status": "running"}, "the run goes on"),
+        ({"status": ["complete"]}, "'status' is .*expected a value of type str"),
+        ({"start": 0.5}, "say that start is 0.5, and by its scene it is 0.0"),
+        ({"time_unit": 2.0}, "say that time_unit is 2.0, and by its scene it is"),
+        ({"time": -1.0}, "it ends at -1.0, before its scene's start"),
+        ({"time": 0.5}, "it ends at 0.5, before its last row"),
+        ({"time": float("nan")}, "'time' is nan"),
+        ({"fingerprint": "0" * 64}, "the fingerprint of its contacts is"),
+        ({"note": "another"}, "have another digest"),
+    ],
+)
+def test_metadata_that_contradict_the_rows(good, tmp_path, changes, said):
+    path = tmp_path / "metadata.parquet"
+    rewrite(good, path, **changes)
+    with pytest.raises(RecordError, match=said):
+        read_events(path)
+
+
+@pytest.mark.parametrize(
+    ("key", "text", "said"),
+    [
+        ("kinetile", ..., "not an event file of kinetile: no 'kinetile'"),
+        ("kinetile.scene", ..., "not an event file of kinetile: no 'kinetile.scene'"),
+        ("kinetile.digest", ..., "not an event file of kinetile: no 'kinetile.digest'"),
+        ("kinetile.digest", "abc", "have another digest"),
+        ("kinetile", "{", "metadata that are no JSON"),
+        ("kinetile", "[" * 100_000, "metadata that are no JSON"),
+        ("kinetile", "[1, 2]", "expected a JSON object"),
+        ("kinetile.scene", "bodies = 3", "has a scene that is none"),
+        ("kinetile.scene", "no TOML", "has a scene that is none"),
+        ("kinetile.scene", 'recipe = "grid"', "expected the bodies themselves"),
+        ("kinetile.scene", "bodies = []", "contradicts itself"),
+        ("kinetile.scene", "start = " + "9" * 5000, "has a scene that is none"),
+    ],
+)
+def test_texts_in_the_footer_that_are_none(good, tmp_path, key, text, said):
+    path = tmp_path / "texts.parquet"
+    rewrite(good, path, texts={key: text})
+    with pytest.raises(RecordError, match=said):
+        read_events(path)
+
+
+def test_texts_that_are_not_utf_8(good, tmp_path):
+    old = pq.read_metadata(good).metadata
+    path = tmp_path / "bytes.parquet"
+    found = {key: old[key] for key in (b"kinetile", b"kinetile.scene", b"kinetile.digest")}
+    pq.write_table(pq.read_table(good).replace_schema_metadata(found | {b"kinetile": b"\xff"}), path)
+    with pytest.raises(RecordError, match="cannot be read as an event file"):
+        read_events(path)
+
+
+def test_columns_that_are_missing_more_retyped_in_another_order_or_empty(good, tmp_path):
+    whole = pq.read_table(good)
+    path = tmp_path / "columns.parquet"
+    for table, said in (
+        (whole.drop_columns(["tick"]), r"found 'no tick \(int64\)'; expected"),
+        (whole.append_column("more", whole["tick"]), r"found 'more \(int64\)'; expected"),
+        (
+            whole.set_column(3, "a", whole["a"].cast("int64")),
+            r"found 'a \(int64\), no a \(int32\)'; expected",
+        ),
+        (whole.select(list(reversed(whole.column_names))), "found 'another order'; expected"),
+        (whole.set_column(5, "ax", pa.nulls(len(whole), "float64")), "without a value in column ax"),
+    ):
+        rewrite(good, path, table=table)
+        with pytest.raises(RecordError, match=said):
+            read_events(path)
+
+
+def test_a_file_of_phases_that_are_not_installed_is_read(tmp_path):
+    scene = kt.Scene([[0.0, 0.0]], [[1.0, 0.0]], 0.5, settings=kt.Settings("nobody-has-this", None, {}, None))
+    with kt.EventRecorder(tmp_path / "e.parquet", scene):
+        pass
+    assert Trajectory.read(tmp_path / "e.parquet").positions(1.0).tolist() == [[1.0, 0.0]]
