@@ -272,6 +272,45 @@ def test_an_events_file_that_cannot_be_written_stops_before_the_run(tmp_path):
     assert "cannot be written" in result.stderr
 
 
+def test_events_into_a_file_without_a_name_were_a_traceback(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for option in ("--events", "--save-scene"):
+        result = kinetile("run", "-s", "bodies=4", option, "")
+        assert (result.exit_code, result.stdout) == (2, "")
+        assert f"{option} names no file: expected the path of a file" in result.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_events_file_that_is_there_was_overwritten_unasked(tmp_path):
+    pytest.importorskip("pyarrow")
+    from kinetile.records import read_events
+
+    path, saved = tmp_path / "e.parquet", tmp_path / "saved.toml"
+    path.write_text("precious")
+    run = ["run", "-s", "bodies=4", "--broad-phase", "naive", "--events", path]
+    result = kinetile(*run, "--save-scene", saved)
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert "is there already: choose another name, or have it overwritten" in result.stderr
+    assert path.read_text() == "precious"
+    assert not saved.exists()  # nothing was done
+    assert kinetile(*run, "--explain").exit_code == 0
+    assert kinetile(*run, "--overwrite").exit_code == 0
+    assert read_events(path).metadata["status"] == "complete"
+
+
+def test_a_second_run_into_a_file_that_is_being_written_was_not_told(tmp_path):
+    pytest.importorskip("pyarrow")
+    from kinetile.records import EventRecorder, one_writer, read_events
+
+    path = tmp_path / "e.parquet"
+    with EventRecorder(path, kt.make_scene("two-discs")):
+        result = kinetile("run", "-s", "bodies=4", "--events", path, "--overwrite")
+        assert (result.exit_code, result.stdout) == (2, "")
+        said = "is being written by another run" if one_writer.flock else "another run is writing it"
+        assert said in result.stderr
+    assert len(read_events(path).rows) == 0
+
+
 def test_events_without_pyarrow_name_the_extra(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     result = kinetile("run", "-s", "bodies=4", "--broad-phase", "naive", "--events", tmp_path / "e.parquet")

@@ -122,7 +122,7 @@ def test_a_second_ctrl_c_made_event_files_that_were_not_true(rounds, tmp_path, h
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_handler_that_raises_tore_the_step_in_which_its_signal_came(tmp_path, number):
-    """In the recorder's place, where it hurts most: the rows have been taken over and are not yet given on."""
+    """It comes where it hurts most: the rows have been taken over and are not yet given on."""
     scene = kt.make_scene("grid", bodies=100, seed=7)
     sim = kt.Simulation(scene, "sap-2d")
     path = tmp_path / "e.parquet"
@@ -130,18 +130,24 @@ def test_a_handler_that_raises_tore_the_step_in_which_its_signal_came(tmp_path, 
     def leave(number, frame):
         raise SystemExit
 
-    with pytest.raises(SystemExit), kt.EventRecorder(path, scene) as recorder:
-        before = signal.signal(number, leave)
+    def run():
+        with kt.EventRecorder(path, scene) as recorder:
 
-        def interrupted(rows):
-            os.kill(os.getpid(), number)
-            recorder(rows)
+            def interrupted(rows):
+                os.kill(os.getpid(), number)
+                recorder(rows)
 
-        try:
-            sim.run(1e3, recorder=interrupted)
-        finally:
-            signal.signal(number, before)
-            recorder.reached(sim.time)
+            try:
+                sim.run(1e3, recorder=interrupted)
+            finally:
+                recorder.reached(sim.time)
+
+    before = signal.signal(number, leave)
+    try:
+        with pytest.raises(SystemExit):
+            run()
+    finally:
+        signal.signal(number, before)
     found = kt.read_events(path)
     assert len(found.rows) == len(sim.contacts) > 0
     assert found.metadata["fingerprint"] == sim.fingerprint

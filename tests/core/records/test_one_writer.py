@@ -1,0 +1,244 @@
+"""One writer a file, nothing overwritten unasked, and the truth about files that are lost meanwhile."""
+
+from __future__ import annotations
+
+import errno
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import textwrap
+
+import numpy as np
+import pytest
+
+import kinetile as kt
+from kinetile.errors import RecordError
+from kinetile.records import EventRecorder, one_writer, read_events
+
+pytest.importorskip("pyarrow")
+
+locks = pytest.mark.skipif(one_writer.flock is None, reason="there are no locks here")
+SCENE = kt.Scene([[1.0, 1.0], [3.0, 1.0]], [[1.0, 0.0], [-1.0, 0.0]], 0.5)
+
+
+def rows(count: int) -> np.ndarray:
+    made = np.zeros(count, kt.LOG)
+    made["tick"] = np.arange(count)
+    made["time"] = made["tick"] * 2.0**-52
+    made["b"] = 1
+    return made
+
+
+def record(path, meanwhile) -> EventRecorder:
+    """Record five rows, and close the file after what happens meanwhile; it raises what closing raises."""
+    recorder = EventRecorder(path, SCENE)
+    with recorder:
+        recorder(rows(5))
+        meanwhile()
+    return recorder
+
+
+def names(folder) -> list[str]:
+    return sorted(each.name for each in folder.iterdir())
+
+
+def test_a_file_that_was_there_was_overwritten_unasked(tmp_path):
+    path = tmp_path / "e.parquet"
+    path.write_text("precious")
+    with pytest.raises(RecordError, match=r"is there already: choose another name, or .*overwrite=True"):
+        EventRecorder(path, SCENE)
+    assert path.read_text() == "precious"
+    with EventRecorder(path, SCENE, overwrite=True):
+        assert path.read_text() == "precious"
+    assert len(read_events(path).rows) == 0
+
+
+def test_a_file_that_comes_between_making_and_opening_a_recorder_is_not_overwritten(tmp_path):
+    path = tmp_path / "e.parquet"
+    recorder = EventRecorder(path, SCENE)
+    path.write_text("precious")
+    with pytest.raises(RecordError, match="is there already"), recorder:
+        pass
+    assert (path.read_text(), names(tmp_path)) == ("precious", ["e.parquet"])
+
+
+def test_a_file_that_comes_during_the_run_is_not_overwritten(tmp_path):
+    path = tmp_path / "e.parquet"
+    with pytest.raises(RecordError, match=r"has come to be there meanwhile; the events are in .*\.partial"):
+        record(path, lambda: path.write_text("precious"))
+    assert path.read_text() == "precious"
+    assert len(read_events(tmp_path / "e.parquet.partial").rows) == 5
+
+
+def test_a_name_that_is_none(tmp_path):
+    for path in ("", ".", "/"):
+        with pytest.raises(RecordError, match="names no file"):
+            EventRecorder(path, SCENE)
+
+
+@locks
+def test_two_runs_wrote_one_file_and_the_second_was_not_told(tmp_path):
+    path = tmp_path / "e.parquet"
+    link = tmp_path / "link"
+    link.symlink_to(path)
+    with EventRecorder(path, SCENE) as one:
+        one(rows(5))
+        for second in (path, link):
+            for overwrite in (False, True):
+                with (
+                    pytest.raises(RecordError, match=r"e\.parquet is being written by another run"),
+                    EventRecorder(second, SCENE, overwrite=overwrite),
+                ):
+                    pass
+    assert read_events(path).rows.tobytes() == rows(5).tobytes()
+    assert names(tmp_path) == ["e.parquet", "link"]
+
+
+WRITE = """
+    import sys, time
+    sys.path.insert(0, {tests!r})
+    import test_one_writer as made
+    from kinetile.records import EventRecorder, events
+
+    events._ROWS_A_GROUP = 1
+    with EventRecorder({path!r}, made.SCENE) as recorder:
+        recorder(made.rows(3))
+        print("writes", flush=True)
+        time.sleep(600)
+"""
+
+
+@locks
+def test_a_killed_run_holds_no_lock_and_its_rest_is_written_over(tmp_path):
+    path = tmp_path / "e.parquet"
+    tests = os.path.dirname(os.path.abspath(__file__))
+    script = textwrap.dedent(WRITE.format(tests=tests, path=str(path)))
+    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout.readline() == "writes\n"
+        with pytest.raises(RecordError, match="is being written by another run"), EventRecorder(path, SCENE):
+            pass
+        process.send_signal(signal.SIGKILL)
+    assert names(tmp_path) == ["e.parquet.partial"]
+    with EventRecorder(path, SCENE) as recorder:
+        recorder(rows(5))
+    assert read_events(path).rows.tobytes() == rows(5).tobytes()
+    assert names(tmp_path) == ["e.parquet"]
+
+
+@locks
+def test_events_that_could_not_get_their_name_are_not_written_over(tmp_path):
+    path, partial = tmp_path / "e.parquet", tmp_path / "e.parquet.partial"
+    with EventRecorder(partial, SCENE) as recorder:
+        recorder(rows(5))
+    with (
+        pytest.raises(RecordError, match="holds the events of an earlier run, which could not get the name"),
+        EventRecorder(path, SCENE),
+    ):
+        pass
+    assert len(read_events(partial).rows) == 5
+    with EventRecorder(path, SCENE, overwrite=True):
+        pass
+    assert names(tmp_path) == ["e.parquet"]
+
+
+def _no_lock_here(descriptor, operation):
+    raise OSError(errno.ENOLCK, "No locks available")
+
+
+@pytest.mark.parametrize("flock", [None, _no_lock_here])
+def test_without_locks_a_partial_file_is_refused_until_it_is_taken_away(tmp_path, monkeypatch, flock):
+    monkeypatch.setattr(one_writer, "flock", flock)
+    path = tmp_path / "e.parquet"
+    with EventRecorder(path, SCENE) as one:
+        with (
+            pytest.raises(RecordError, match="another run is writing it, or one that was killed has left it"),
+            EventRecorder(path, SCENE, overwrite=True),
+        ):
+            pass
+        one(rows(5))
+    assert len(read_events(path).rows) == 5
+    assert names(tmp_path) == ["e.parquet"]
+
+
+@locks
+def test_a_file_that_gets_its_name_while_another_run_opens_it_is_left_alone(tmp_path, monkeypatch):
+    path = tmp_path / "e.parquet"
+    opened = one_writer._open
+    one = EventRecorder(path, SCENE).__enter__()
+    one(rows(5))
+
+    def open_late(partial):
+        found = opened(partial)
+        monkeypatch.undo()
+        one.close()
+        return found
+
+    monkeypatch.setattr(one_writer, "_open", open_late)
+    with pytest.raises(RecordError, match="is there already"), EventRecorder(path, SCENE):
+        pass
+    assert read_events(path).rows.tobytes() == rows(5).tobytes()
+    assert names(tmp_path) == ["e.parquet"]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="an open file cannot be removed there")
+def test_a_folder_that_was_removed_was_said_to_hold_the_events(tmp_path):
+    folder = tmp_path / "out"
+    folder.mkdir()
+    with pytest.raises(RecordError, match=r"removed while .*; none of the events is kept"):
+        record(folder / "e.parquet", lambda: shutil.rmtree(folder))
+    assert names(tmp_path) == []
+
+
+@pytest.mark.skipif(os.name == "nt", reason="an open file cannot be removed there")
+def test_a_run_whose_file_was_removed_ends_with_the_next_write(tmp_path, monkeypatch):
+    from kinetile.records import events
+
+    monkeypatch.setattr(events, "_ROWS_A_GROUP", 5)
+    recorder = EventRecorder(tmp_path / "e.parquet", SCENE).__enter__()
+    recorder(rows(5))
+    recorder.partial.unlink()
+    for end in (lambda: recorder(rows(5)), recorder.close):
+        with pytest.raises(RecordError, match="none of the events is kept"):
+            end()
+    assert recorder.status.startswith("lost: ")
+    assert names(tmp_path) == []
+
+
+@pytest.mark.skipif(os.name == "nt", reason="an open file cannot be moved there")
+def test_a_folder_that_was_moved_keeps_the_events(tmp_path):
+    folder, moved = tmp_path / "out", tmp_path / "moved"
+    folder.mkdir()
+
+    def move():
+        folder.rename(moved)
+        folder.mkdir()
+        (folder / "e.parquet.partial").write_text("somebody else's")
+
+    with pytest.raises(RecordError, match=r"partial has been moved meanwhile.* the events are in it"):
+        record(folder / "e.parquet", move)
+    assert len(read_events(moved / "e.parquet.partial").rows) == 5
+    assert (folder / "e.parquet.partial").read_text() == "somebody else's"
+
+
+def test_the_time_reached_after_a_full_disk_is_that_of_the_last_row_in_the_file(tmp_path, monkeypatch):
+    from kinetile.records import events
+
+    monkeypatch.setattr(events, "_ROWS_A_GROUP", 4)
+    path = tmp_path / "e.parquet"
+
+    def full(self, size):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    def run():
+        with EventRecorder(path, SCENE) as recorder:
+            recorder(rows(4))
+            monkeypatch.setattr(events.ReservedFile, "reserve", full)
+            recorder.reached(7.0)
+            recorder(rows(8)[4:])
+
+    with pytest.raises(RecordError, match="it holds the first 4 events"):
+        run()
+    metadata = read_events(path).metadata
+    assert (metadata["time"], metadata["rows"]) == (3 * 2.0**-52, 4)
