@@ -28,10 +28,10 @@ ROUNDS = """
     import signal, sys, typer
     from pathlib import Path
     import kinetile as kt
-    from kinetile.cli.commands.run import Wish, run
+    from kinetile.cli.commands.run import run
 
     def by_command(path):
-        run(Wish("grid", ("bodies=100", "seed=7"), "sap-2d", until=1e6, events=path, json=True))
+        run("grid", ["bodies=100", "seed=7"], "sap-2d", until=1e6, events=path, json=True)
 
     def in_python(path):
         scene = kt.make_scene("grid", bodies=100, seed=7)

@@ -178,9 +178,7 @@ def _explain(simulation: Simulation, json: bool) -> None:
     typer.echo(as_json(found) if json else "\n".join(explanation_lines(found)))
 
 
-def _recorder(
-    simulation: Simulation, events: Path, overwrite: bool, asked: dict[str, Any]
-) -> EventRecorder:
+def _recorder(simulation: Simulation, events: Path, overwrite: bool, asked: dict[str, Any]) -> EventRecorder:
     from kinetile.records.events import EventRecorder
 
     chosen = {
