@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import kinetile as kt
-from kinetile.accuracy.drift import drifts
+from kinetile.accuracy.long_runs.drift import drifts
 from kinetile.errors import AuditError, MissedContactError, ZenoError
 from kinetile.kernel.queue import schedule
 from kinetile.kernel.tables import NEVER
