@@ -24,6 +24,7 @@ def example():
     sys.modules["sorted_list"] = module
     spec.loader.exec_module(module)
     yield module
+    kt.registry().remove("Plugin")
     del sys.modules["sorted_list"]
 
 
