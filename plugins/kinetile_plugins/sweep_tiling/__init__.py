@@ -42,11 +42,6 @@ __all__ = ["SweepTiling"]
 L_OUTER, R_OUTER, R_UPPER = 0, 8, 9
 """Ports of a body, counted from 16 * body."""
 
-FINEST = 2.0**-46
-"""Of the arena's side: how far apart bounds must be to be told apart, eight times what rounding moves them
-by. Beside a contact of two bodies a third's bound can be as near as r^2 / 2R, for radii from r to R."""
-
-
 @hook
 def watch(k: Kernel, s: State, p: int) -> None:
     """Work out when the tile at left port ``p`` fails: by its width, or a corner by its vertical order."""
@@ -175,20 +170,18 @@ class SweepTiling:
     """Sweep-tiling: the free space in tiles, candidate pairs of bodies that see each other."""
 
     def prepare(self, scene: Scene) -> BroadPhaseParts:
-        """Return the parts; refuse a scene without an arena, or with radii that differ beyond measure."""
+        """Return the parts; refuse a scene without an arena.
+
+        Beside a contact of two bodies a third's bound is at least .41 r^2 / R away, for radii from r to R; a
+        skin of at most an eighth of r^2 / R cannot hide the contact from sight (docs/sweep-tiling.md).
+        """
         if scene.arena is None:
             raise Refused(
                 "sweep-tiling tiles an arena, and this scene has none: "
                 "give the scene an arena, or choose sap-1d, sap-2d or naive"
             )
         n = len(scene)
-        if n:
-            small, large = float(scene.radius.min()), float(scene.radius.max())
-            if small * small < FINEST * max(scene.arena) * large:
-                raise Refused(
-                    "sweep-tiling needs bounds that rounding does not confuse, and in this scene the radii, "
-                    f"from {small!r} to {large!r}, are too different for that: choose sap-1d, sap-2d or naive"
-                )
+        radius = scene.radius
         state = empty(n)
         return BroadPhaseParts(
             state=state,
@@ -200,6 +193,6 @@ class SweepTiling:
             audit=audit,
             ticks=(state.due,),
             solid=True,
-            skin_limit=0.125 * float(scene.radius.min()) if n else None,
+            skin_limit=float(radius.min() / (8.0 * radius.max()) * radius.min()) if n else None,
             pairs=3 * n + 8,
         )

@@ -34,9 +34,8 @@ def arrange(k: Kernel, s: State) -> None:
     s.at_level[:] = np.lexsort((np.arange(n), bodies.vy, place[:, 1]))
     s.level[s.at_level] = np.arange(n)
     clock = k.clock[0]
-    skin = 2.0 * (n + 2) * float(clock.theta)
-    tie = max(2.0**-46 * max(float(clock.width), float(clock.height)), skin)
-    s.limits[:] = tie, max(tie, 4.0 * skin, 2.0**-30 * float(bodies.radius.min()) if n else 0.0)
+    tie = max(2.0**-46 * max(float(clock.width), float(clock.height)), float(clock.skin))
+    s.limits[:] = tie, max(tie, 4.0 * float(clock.skin), 2.0**-30 * float(bodies.radius.min()) if n else 0.0)
 
 
 @hook
