@@ -271,8 +271,7 @@ class Engine:
         self._load_turns()
 
     def lay_out(self, speed: float) -> None:
-        """Fatten the bodies by a skin for this speed, and put the structure in order as of now; the loop
-        builds it next.
+        """Fatten the bodies for this speed, put the structure in order as of now; the loop builds it next.
 
         Raises Refused, with nothing changed, where the broad phase cannot bear the skin.
         """
@@ -297,10 +296,7 @@ class Engine:
                 raise
 
     def _skin(self, speed: float) -> tuple[float, Skin]:
-        """Return the extent of the scene, and the skin in it for bodies never faster than this.
-
-        Raises Refused where the broad phase cannot bear that skin.
-        """
+        """Return the scene's extent and the skin for this speed; Refused where the phase cannot bear it."""
         extent = self._extent
         if self._walled:
             extent = max(self.scene.arena or (0.0,))
