@@ -297,11 +297,8 @@ class Engine:
 
     def _skin(self, speed: float) -> tuple[float, Skin]:
         """Return the scene's extent and the skin for this speed; Refused where the phase cannot bear it."""
-        extent = self._extent
-        if self._walled:
-            extent = max(self.scene.arena or (0.0,))
-        elif len(self.scene):
-            extent = max(extent, self._reach_of_flight(speed, 4))
+        far = self._reach_of_flight(speed, 4) if len(self.scene) else 0.0
+        extent = max(self.scene.arena or (0.0,)) if self._walled else max(self._extent, far)
         skin = Skin.of(len(self.scene), extent, speed, float(self.k.clock[0].tick))
         limit = self.composition.broad.skin_limit
         if limit is not None and skin.delta > limit:
