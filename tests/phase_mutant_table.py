@@ -425,7 +425,7 @@ SAP_2D_MUTANTS = [
     ),
 ]
 
-# sweep-tiling; tests/tiling_mutants.py has one for each of its rules
+# sweep-tiling; tests/tiling_mutant_table.py has one for each of its rules
 
 SWEEP_TILING_MUTANTS = [
     Mutant(
@@ -449,7 +449,13 @@ SWEEP_TILING_MUTANTS = [
     Mutant(
         "a passing leaves an end behind",
         "sweep-tiling",
-        [instead("    web[b + 4 + other] = far\n", "", "events")],
+        [
+            instead(
+                "    link(s, port(a, p), beyond_b)\n    set_end(s, b, o, end(s, a, o))\n",
+                "    link(s, port(a, p), beyond_b)\n",
+                "events",
+            )
+        ],
         "one half of a link forgotten",
     ),
     Mutant(

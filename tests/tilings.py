@@ -7,6 +7,7 @@ body b's bound L begins at 16 b, its R at 16 b + 8; n as an end is TOP, n + 1 BO
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -18,6 +19,7 @@ from kinetile.kernel.flight import positions_now
 from kinetile.kernel.loop import BUDGET_SPENT
 from kinetile.kernel.tables import NEVER
 from kinetile.run.engine import UNLIMITED
+from kinetile_plugins.sweep_tiling import SweepTiling
 
 OUTER, UPPER, LOWER = 0, 1, 2
 SCENES = Path(__file__).parent / "scenes"
@@ -267,6 +269,14 @@ def crevice(seed: int, small: float) -> kt.Scene:
             continue  # the two small ones overlap
 
 
+def take_the_limit_away(monkeypatch: Any) -> None:
+    """Let sweep-tiling accept any skin, which it does not claim to bear."""
+    prepare = SweepTiling.prepare
+    monkeypatch.setattr(
+        SweepTiling, "prepare", lambda phase, scene: replace(prepare(phase, scene), skin_limit=None)
+    )
+
+
 def random_scene(seed: int, bodies: int | None = None) -> kt.Scene:
     """Discs of a radius ratio of up to 1000, and a mass ratio of up to a million."""
     rng = np.random.default_rng(seed)
@@ -294,6 +304,7 @@ __all__ = [
     "hard_scenes",
     "lattice",
     "random_scene",
+    "take_the_limit_away",
     "tiling_by_force",
     "tiling_of",
 ]

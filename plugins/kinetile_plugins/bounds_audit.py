@@ -69,8 +69,8 @@ def _order(k: Kernel, order: Any, axis: int, first: int) -> Iterator[str]:
     for gap in np.flatnonzero(queued != wanted):
         times = [("never" if tick == NEVER else f"at tick {tick}") for tick in (wanted[gap], queued[gap])]
         yield f"{_names(left[gap], right[gap], axis)} pass {times[0]}, but are watched {times[1]}"
-    place_now = positions_now(k)[:, axis]
-    edge = place_now[order >> 1] + np.where(order & 1, bodies.reach[order >> 1], -bodies.reach[order >> 1])
+    then = positions_now(k)[:, axis] + speed * clock.tick  # events of this tick have happened, to its end
+    edge = then[order >> 1] + np.where(order & 1, bodies.reach[order >> 1], -bodies.reach[order >> 1])
     wrong = (np.diff(edge) < -2.0 * clock.theta) & (queued > clock.now)
     for gap in np.flatnonzero(wrong):
         by = edge[gap] - edge[gap + 1]

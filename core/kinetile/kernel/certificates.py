@@ -31,8 +31,8 @@ def falls(k: Kernel, since: int, gap: float, rate: float) -> int:
 
     ``gap`` is its value at tick ``since``, ``rate`` its change per unit of time; ``since`` must be the later
     of the anchors of the bodies involved. A quantity that falls through zero before now fails now. One that
-    does not fall is left alone, unless it is already more negative than rounding explains (by ``theta``):
-    then it fails now, whatever its rate.
+    does not fall is left alone, unless at the end of this tick it is still more negative than rounding
+    explains (by ``theta``): then it fails now, whatever its rate.
     """
     clock = k.clock[0]
     if rate < 0.0:
@@ -46,7 +46,7 @@ def falls(k: Kernel, since: int, gap: float, rate: float) -> int:
             k.counts[0].late = max(k.counts[0].late, clock.now - tick)
             return int(clock.now)
         return tick
-    if gap < -clock.theta and gap + rate * ((clock.now - since) * clock.tick) < -clock.theta:
+    if gap < -clock.theta and gap + rate * ((clock.now + 1 - since) * clock.tick) < -clock.theta:
         return int(clock.now)
     return NEVER
 
@@ -73,5 +73,5 @@ def falls_many(k: Kernel, since: Integers, gap: Floats, rate: Floats) -> Integer
         near = np.clip(np.nan_to_num(np.floor(ticks)), -FAR, FAR).astype(np.int64)
     falling = np.where(ticks <= -FAR, clock.now, np.maximum(since + near, clock.now))
     falling = np.where(ticks < FAR, falling, NEVER)
-    deep = (gap < -clock.theta) & (gap + rate * ((clock.now - since) * clock.tick) < -clock.theta)
+    deep = (gap < -clock.theta) & (gap + rate * ((clock.now + 1 - since) * clock.tick) < -clock.theta)
     return np.where(rate < 0.0, falling, np.where(deep, clock.now, NEVER))

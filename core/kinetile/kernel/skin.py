@@ -1,10 +1,11 @@
 """The skin: by how much bodies are fattened for the broad phase, so that no rounding can change an answer.
 
-A structural event is found with an error of at most ``eta``, as a length. A chain of neighbours in a sorted
-list can add up 2n such errors, and a contact can lie ``eta`` off its prediction. A skin ``delta`` of 4 (n +
-2) eta covers both with room: a pair is a candidate from a gap of 2 delta on, so it is there when its contact
-comes, ties included, and it is still there while they touch. Contact times never see the skin. The derivation
-is in docs/one-answer.md.
+Two things move an event: positions are rounded, and so are times, down to a tick. A structure is in order at
+the end of each tick, whatever the speeds, but for the rounding of positions, and a chain of neighbours in a
+sorted list can add that up 2n times. Time's part comes once: what two bodies fly in a tick. The skin covers
+both with room: a pair is a candidate from a gap of 2 delta on, so it is there when its contact comes, ties
+included, and it is still there while they touch. Contact times never see the skin. The derivation is in
+docs/one-answer.md.
 """
 
 from __future__ import annotations
@@ -20,9 +21,9 @@ class Skin(NamedTuple):
     """Lengths, all in the scene's unit.
 
     Attributes:
-        eta: error bound of one structural event.
+        eta: how far from zero a gap can be at the tick of its event: by rounding, and by a tick of flight.
         delta: the skin itself; a body's reach is its radius plus this.
-        theta: an inversion deeper than this is repaired whatever its rate.
+        theta: an inversion deeper than this at the end of a tick is repaired whatever its rate.
         tolerance: an overlap deeper than this (and 1e-9 of the radii) is a missed contact.
     """
 
@@ -34,8 +35,14 @@ class Skin(NamedTuple):
     @classmethod
     def of(cls, bodies: int, extent: float, speed: float, tick: float) -> Skin:
         """Return the skin for so many bodies within ``extent`` of the origin, never faster than ``speed``."""
-        eta = 16.0 * ULP * extent + 2.0 * speed * tick
-        return cls(eta=eta, delta=4.0 * (bodies + 2) * eta, theta=2.0 * eta, tolerance=64.0 * eta)
+        rounding = 16.0 * ULP * extent
+        flight = 2.0 * speed * tick
+        return cls(
+            eta=rounding + flight,
+            delta=4.0 * (bodies + 4) * rounding + 2.0 * flight,
+            theta=2.0 * rounding,
+            tolerance=64.0 * (rounding + flight),
+        )
 
 
 def too_thick(broad_phase: str, delta: float, limit: float) -> str:

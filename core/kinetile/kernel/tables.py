@@ -70,7 +70,8 @@ CLOCK = np.dtype(
         ("now", "i8"),
         ("tick", "f8"),  # length of a tick in the scene's time
         ("per_time", "f8"),  # ticks in one unit of the scene's time
-        ("theta", "f8"),  # an inversion deeper than this is repaired at once
+        ("skin", "f8"),  # what a body's reach has over its radius
+        ("theta", "f8"),  # an inversion deeper than this at the end of a tick is repaired at once
         ("tolerance", "f8"),  # an overlap deeper than this is a missed contact
         ("width", "f8"),
         ("height", "f8"),

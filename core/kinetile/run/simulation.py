@@ -151,7 +151,7 @@ class Simulation:
         """Build the broad phase's structure anew as of now; no contact can change by it."""
         with self._alone("be built anew"):
             with Unbroken():
-                self._engine.lay_out()
+                self._engine.lay_out(self._engine.speed)
             self._engine.build()
 
     def run(

@@ -25,6 +25,7 @@ from kinetile.toolbox import (
     NEVER,
     BroadPhaseParts,
     Kernel,
+    Records,
     add_pair,
     falls,
     hook,
@@ -34,30 +35,50 @@ from kinetile.toolbox import (
 
 from .audit import audit
 from .construction import arrange, construct
-from .events import flip, meeting, parting, passing
-from .web import FLIPS, LOWER, OUTER, UPPER, State, empty
+from .events import Change, Pair, flip, meeting, parting, passing
+from .web import (
+    LOWER,
+    OUTER,
+    UPPER,
+    State,
+    body_of,
+    bottom_of,
+    bound_of,
+    due_of,
+    empty,
+    facing,
+    fails_by_order,
+    is_inner,
+    is_right_bound,
+    left_bound,
+    own_tile,
+    port,
+    right_bound,
+    set_due,
+    side_of,
+    top_of,
+)
 
 __all__ = ["SweepTiling"]
 
-L_OUTER, R_OUTER, R_UPPER = 0, 8, 9
-"""Ports of a body, counted from 16 * body."""
 
-FINEST = 2.0**-46
-"""Of the arena's side: how far apart bounds must be to be told apart, eight times what rounding moves them
-by. Beside a contact of two bodies a third's bound can be as near as r^2 / 2R, for radii from r to R."""
+@hook
+def reach_to(body: Records, p: int) -> float:
+    """How far right of a body's centre the bound of its port ``p`` is."""
+    return float(body.reach if is_right_bound(p) else -body.reach)
 
 
 @hook
 def watch(k: Kernel, s: State, p: int) -> None:
     """Work out when the tile at left port ``p`` fails: by its width, or a corner by its vertical order."""
-    q = s.web[p]
-    a = p >> 4
-    b = q >> 4
+    q = facing(s, p)
+    a = body_of(p)
+    b = body_of(q)
     n = len(s.level)
     if a == n:
         return
     tick = NEVER
-    flips = 0
+    by_order = 0
     if b != n and b != a:
         left = k.bodies[a]
         right = k.bodies[b]
@@ -65,15 +86,15 @@ def watch(k: Kernel, s: State, p: int) -> None:
         unit = k.clock[0].tick
         left_time = (since - left.anchor) * unit
         right_time = (since - right.anchor) * unit
-        left_reach = left.reach if p & 8 else -left.reach
-        right_reach = right.reach if q & 8 else -right.reach
-        width = (right.x + right.vx * right_time + right_reach) - (left.x + left.vx * left_time + left_reach)
+        left_edge = left.x + left.vx * left_time + reach_to(left, p)
+        right_edge = right.x + right.vx * right_time + reach_to(right, q)
+        width = right_edge - left_edge
         rate = right.vx - left.vx
         tick = falls(k, since, width, rate)
-        if p & 7 != OUTER and q & 7 != OUTER:
+        if is_inner(p) and is_inner(q):
             rise = (right.y + right.vy * right_time) - (left.y + left.vy * left_time)
             climb = right.vy - left.vy
-            if p & 7 == LOWER:  # the left body is the upper one
+            if side_of(p) == LOWER:  # the left body is the upper one
                 rise = -rise
                 climb = -climb
             if climb < 0.0:
@@ -82,32 +103,50 @@ def watch(k: Kernel, s: State, p: int) -> None:
                     level = falls(k, since, rise, climb)
                     if level < tick:
                         tick = level
-                        flips = 1
-    slot = p & 3
-    s.due[4 * a + slot] = tick
-    s.web[16 * a + FLIPS] = (s.web[16 * a + FLIPS] & ~(1 << slot)) | (flips << slot)
+                        by_order = 1
+    set_due(s, p, tick, by_order)
 
 
 @hook
 def settle(k: Kernel, s: State, body: int) -> None:
     """Queue a body's certificate for the first of its three tiles to fail."""
     if body < len(s.level):
-        schedule(k, body, min(s.due[4 * body], min(s.due[4 * body + 1], s.due[4 * body + 2])))
+        schedule(k, body, min(due_of(s, body, OUTER), min(due_of(s, body, UPPER), due_of(s, body, LOWER))))
 
 
 @hook
-def hold(k: Kernel, s: State, a: int, b: int) -> None:
+def first_to_fail(s: State, body: int) -> int:
+    """Which of the three tiles that a body owns fails first."""
+    which = OUTER
+    if due_of(s, body, UPPER) < due_of(s, body, which):
+        which = UPPER
+    if due_of(s, body, LOWER) < due_of(s, body, which):
+        which = LOWER
+    return own_tile(body, which)
+
+
+@hook
+def hold(k: Kernel, s: State, pair: Pair) -> None:
     """Two bodies bound a tile from above and below: a candidate pair, unless one of them is TOP or BOTTOM."""
-    if a < len(s.level) and b < len(s.level):
-        add_pair(k, a, b)
+    if pair.one < len(s.level) and pair.other < len(s.level):
+        add_pair(k, pair.one, pair.other)
 
 
 @hook
-def tile_of(s: State, body: int, which: int) -> int:
-    """Return the left port of one of the six tiles at a body's ports: 0 to 2 are those that the body owns."""
+def release(k: Kernel, s: State, pair: Pair) -> None:
+    """A tile between two bodies is gone: the pair is held once less."""
+    if pair.one < len(s.level) and pair.other < len(s.level):
+        remove_pair(k, pair.one, pair.other)
+
+
+@hook
+def tile_around(s: State, body: int, which: int) -> int:
+    """One of the six tiles at a body's ports: the three that it owns, then those at its right ports."""
     if which < 3:
-        return 16 * body + (R_OUTER if which == 0 else which)
-    return int(s.web[16 * body + (L_OUTER if which == 3 else R_UPPER + which - 4)])
+        return own_tile(body, which)
+    if which == 3:
+        return facing(s, port(left_bound(body), OUTER))
+    return facing(s, port(right_bound(body), UPPER if which == 4 else LOWER))
 
 
 @hook
@@ -115,80 +154,70 @@ def build(k: Kernel, s: State) -> None:
     """Construct the tiling, watch its tiles, and make their tops and bottoms candidate pairs."""
     construct(k, s)
     for body in range(len(s.level)):
-        for slot in range(3):
-            watch(k, s, tile_of(s, body, slot))
-            top = body if slot == LOWER else s.web[16 * body + (12 if slot == 0 else 4) + UPPER]
-            bottom = body if slot == UPPER else s.web[16 * body + (12 if slot == 0 else 4) + LOWER]
-            hold(k, s, top, bottom)
+        for which in range(3):
+            tile = own_tile(body, which)
+            watch(k, s, tile)
+            hold(k, s, Pair(top_of(s, tile), bottom_of(s, tile)))
         settle(k, s, body)
 
 
 @hook
+def collapse(k: Kernel, s: State, p: int, q: int) -> Change:
+    """Relink after the width of the tile between left port ``p`` and right port ``q`` has become zero."""
+    if not is_inner(p) and not is_inner(q):
+        return meeting(k, s, bound_of(p), bound_of(q))
+    if is_inner(p) and is_inner(q):
+        return parting(s, bound_of(q), bound_of(p), side_of(q))
+    inner, outer = (p, q) if is_inner(p) else (q, p)
+    return passing(s, bound_of(inner), bound_of(outer), side_of(inner))
+
+
+@hook
 def repair(k: Kernel, s: State, body: int) -> None:
-    """The first of a body's three tiles fails: see which, see how, relink, and watch the new tiles."""
-    due = s.due
-    slot = 0
-    if due[4 * body + 1] < due[4 * body + slot]:
-        slot = 1
-    if due[4 * body + 2] < due[4 * body + slot]:
-        slot = 2
-    p = 16 * body + (R_OUTER if slot == 0 else slot)
-    q = int(s.web[p])
-    left = p & 7
-    right = q & 7
-    one = two = three = 0
-    gone = going = come = coming = len(s.level)
-    count = 3
-    if s.web[16 * body + FLIPS] >> slot & 1:
-        flip(s, p - left, q - right, right)
-        count = 12  # all tiles of both bodies
-    elif left == OUTER and right == OUTER:
-        one, two, three, gone, going, come, coming = meeting(k, s, p, q)
-    elif left == OUTER or right == OUTER:
-        inner, outer, side = (q - right, p, right) if left == OUTER else (p - left, q, left)
-        one, two, three, gone, going, come, coming = passing(s, inner, outer, side)
+    """The first of a body's three tiles fails: see how, relink, and watch what is new."""
+    p = first_to_fail(s, body)
+    q = facing(s, p)
+    if fails_by_order(s, p):
+        flip(s, bound_of(q), bound_of(p), side_of(q))
+        for turn in range(12):  # all tiles of both bodies
+            tile = tile_around(s, body_of(p) if turn < 6 else body_of(q), turn % 6)
+            watch(k, s, tile)
+            settle(k, s, body_of(tile))
     else:
-        one, two, three, gone, going, come, coming = parting(s, p - left, q - right, right)
-    if gone < len(s.level) and going < len(s.level):
-        remove_pair(k, gone, going)
-    hold(k, s, come, coming)
-    for turn in range(count):
-        if count == 3:
-            tile = one if turn == 0 else two if turn == 1 else three
-        else:
-            tile = tile_of(s, p >> 4 if turn < 6 else q >> 4, turn % 6)
-        watch(k, s, tile)
-        settle(k, s, tile >> 4)
+        change = collapse(k, s, p, q)
+        release(k, s, change.gone)
+        hold(k, s, change.come)
+        for tile in change.tiles:
+            watch(k, s, tile)
+            settle(k, s, body_of(tile))
 
 
 @hook
 def replan(k: Kernel, s: State, body: int) -> None:
     """A body's plan changed: watch the six tiles at its ports."""
     for which in range(6):
-        tile = tile_of(s, body, which)
+        tile = tile_around(s, body, which)
         watch(k, s, tile)
         if which > 1:
-            settle(k, s, tile >> 4)
+            settle(k, s, body_of(tile))
 
 
 class SweepTiling:
     """Sweep-tiling: the free space in tiles, candidate pairs of bodies that see each other."""
 
     def prepare(self, scene: Scene) -> BroadPhaseParts:
-        """Return the parts; refuse a scene without an arena, or with radii that differ beyond measure."""
+        """Return the parts; refuse a scene without an arena.
+
+        Beside a contact of two bodies a third's bound is at least .41 r^2 / R away, for radii from r to R; a
+        skin of at most an eighth of r^2 / R cannot hide the contact from sight (docs/sweep-tiling.md).
+        """
         if scene.arena is None:
             raise Refused(
                 "sweep-tiling tiles an arena, and this scene has none: "
                 "give the scene an arena, or choose sap-1d, sap-2d or naive"
             )
         n = len(scene)
-        if n:
-            small, large = float(scene.radius.min()), float(scene.radius.max())
-            if small * small < FINEST * max(scene.arena) * large:
-                raise Refused(
-                    "sweep-tiling needs bounds that rounding does not confuse, and in this scene the radii, "
-                    f"from {small!r} to {large!r}, are too different for that: choose sap-1d, sap-2d or naive"
-                )
+        radius = scene.radius
         state = empty(n)
         return BroadPhaseParts(
             state=state,
@@ -200,6 +229,6 @@ class SweepTiling:
             audit=audit,
             ticks=(state.due,),
             solid=True,
-            skin_limit=0.125 * float(scene.radius.min()) if n else None,
+            skin_limit=float(radius.min() / (8.0 * radius.max()) * radius.min()) if n else None,
             pairs=3 * n + 8,
         )

@@ -273,8 +273,9 @@ def _geometry(k: Kernel, s: State, tiles: Tiles) -> Iterator[str]:
     clock = k.clock[0]
     due = np.append(s.due[4 * (tiles.left[:-1] >> 4) + (tiles.left[:-1] & 3)], NEVER)
     pending = due <= clock.now
-    thin = (16.0 if pending.any() else 8.0) * (n + 2) * float(clock.theta)  # in quiet moments 4 skins
-    place = positions_now(k)
+    thin = (8.0 if pending.any() else 4.0) * float(clock.skin)
+    flown = np.column_stack([k.bodies.vx, k.bodies.vy]) * clock.tick
+    place = positions_now(k) + flown  # events of this tick have happened: they are right at its end
     reach: Any = k.bodies.reach
     ends = [np.inf, -np.inf]  # TOP and BOTTOM, as wide as you like
     west = np.append(place[:, 0] - reach, [-np.inf, -np.inf])

@@ -17,7 +17,7 @@ import numpy as np
 
 from kinetile.toolbox import Kernel, hook, positions_now
 
-from .web import LOWER, OUTER, UPPER, State, link
+from .web import LOWER, OUTER, UPPER, State, body_of, bounds, left_bound, link, port, right_bound, set_end
 
 __all__ = ["arrange", "construct"]
 
@@ -27,16 +27,15 @@ def arrange(k: Kernel, s: State) -> None:
     bodies = k.bodies
     n = len(bodies)
     place = positions_now(k)
-    bound = np.arange(2 * n)
-    body, upper = bound >> 1, bound & 1
-    edge = place[body, 0] + np.where(upper == 1, bodies.reach[body], -bodies.reach[body])
-    s.sweep[:] = np.lexsort((body, 1 - upper, bodies.vx[body], edge))
+    body = np.repeat(np.arange(n), 2)  # of each bound
+    right = np.tile([False, True], n)
+    edge = place[body, 0] + np.where(right, bodies.reach[body], -bodies.reach[body])
+    s.sweep[:] = bounds(n)[np.lexsort((body, ~right, bodies.vx[body], edge))]
     s.at_level[:] = np.lexsort((np.arange(n), bodies.vy, place[:, 1]))
     s.level[s.at_level] = np.arange(n)
     clock = k.clock[0]
-    skin = 2.0 * (n + 2) * float(clock.theta)
-    tie = max(2.0**-46 * max(float(clock.width), float(clock.height)), skin)
-    s.limits[:] = tie, max(tie, 4.0 * skin, 2.0**-30 * float(bodies.radius.min()) if n else 0.0)
+    tie = max(2.0**-46 * max(float(clock.width), float(clock.height)), float(clock.skin))
+    s.limits[:] = tie, max(tie, 4.0 * float(clock.skin), 2.0**-30 * float(bodies.radius.min()) if n else 0.0)
 
 
 @hook
@@ -83,29 +82,27 @@ def next_below(s: State, rank: int) -> int:
 def construct(k: Kernel, s: State) -> None:
     """Link all ports and set all ends."""
     n = len(s.level)
-    left_edge = 16 * n + 8
-    right_edge = 16 * n
+    left_edge = right_bound(n)
+    right_edge = left_bound(n)
     for edge in (left_edge, right_edge):
-        s.web[edge + 4 + UPPER] = n
-        s.web[edge + 4 + LOWER] = n + 1
-    s.opened[n] = left_edge + OUTER
-    for step in range(2 * n):
-        q = s.sweep[step]
-        b = q >> 1
-        port = 8 * q
+        set_end(s, edge, UPPER, n)
+        set_end(s, edge, LOWER, n + 1)
+    s.opened[n] = port(left_edge, OUTER)
+    for bound in s.sweep:
+        b = body_of(bound)
         above = next_above(s, s.level[b])
         below = next_below(s, s.level[b])
-        s.web[port + 4 + UPPER] = above
-        s.web[port + 4 + LOWER] = below
+        set_end(s, bound, UPPER, above)
+        set_end(s, bound, LOWER, below)
         gap = min(below, n)
-        if q & 1 == 0:
-            link(s, s.opened[gap], port + OUTER)
-            s.opened[gap] = port + LOWER
-            s.opened[b] = port + UPPER
+        if bound == left_bound(b):
+            link(s, s.opened[gap], port(bound, OUTER))
+            s.opened[gap] = port(bound, LOWER)
+            s.opened[b] = port(bound, UPPER)
             mark(s, s.level[b], 1)
         else:
-            link(s, s.opened[gap], port + LOWER)
-            link(s, s.opened[b], port + UPPER)
-            s.opened[gap] = port + OUTER
+            link(s, s.opened[gap], port(bound, LOWER))
+            link(s, s.opened[b], port(bound, UPPER))
+            s.opened[gap] = port(bound, OUTER)
             mark(s, s.level[b], 0)
-    link(s, s.opened[n], right_edge + OUTER)
+    link(s, s.opened[n], port(right_edge, OUTER))

@@ -9,9 +9,8 @@ ports:
     L.UPPER      L.OUTER       *passing*: one body's bound passes that of a body it stands on or hangs under;
     R.OUTER      R.UPPER       likewise with LOWER
 
-Each replaces three links and two ends, takes one candidate pair away and brings one; it returns the left
-ports of the three new tiles, the pair that goes and the pair that comes. It never looks at a
-coordinate, but for one question at a meeting: which of the two is above.
+Each replaces three links and two ends, and one pair of bodies in sight by another: that is a ``Change``. It
+never looks at a coordinate, but for one question at a meeting: which of the two is above.
 
 Two bodies whose tile is a corner (one just over the end of the other, its width nearly zero) can slide past
 each other exactly where they would graze: no width changes its sign, no contact happens, and yet the one that
@@ -22,11 +21,50 @@ order of a narrow corner tile is a certificate too, and when it fails the two ex
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from kinetile.toolbox import Kernel, hook
 
-from .web import LOWER, OUTER, UPPER, State, link
+from .web import (
+    LOWER,
+    OUTER,
+    UPPER,
+    State,
+    body_of,
+    end,
+    facing,
+    is_right_bound,
+    link,
+    opposite,
+    port,
+    set_end,
+)
 
-__all__ = ["flip", "meeting", "parting", "passing"]
+__all__ = ["Change", "Pair", "Tiles", "flip", "meeting", "parting", "passing"]
+
+
+class Tiles(NamedTuple):
+    """The three new tiles of an event."""
+
+    first: int
+    second: int
+    third: int
+
+
+class Pair(NamedTuple):
+    """Two bodies in sight of each other; TOP and BOTTOM count as bodies."""
+
+    one: int
+    other: int
+
+
+class Change(NamedTuple):
+    """What an event did: the tiles that it made, the pair that went out of sight and the one that came into
+    it."""
+
+    tiles: Tiles
+    gone: Pair
+    come: Pair
 
 
 @hook
@@ -46,84 +84,77 @@ def stands_above(k: Kernel, s: State, a: int, b: int) -> bool:
 
 
 @hook
-def join(s: State, rb: int, lb: int, near: int) -> tuple[int, int, int]:
-    """Relink for a meeting of R bound ``rb`` and L bound ``lb``; ``near`` is the port of rb on the side of
-    lb.
-
-    Returns the left ports of the three tiles that are new.
-    """
-    web = s.web
-    far = 3 - near
-    x = int(web[rb + near])
-    z = int(web[lb + far])
-    link(s, lb + OUTER, x)
-    link(s, rb + OUTER, z)
-    link(s, lb + far, rb + near)
-    web[rb + 4 + near] = lb >> 4
-    web[lb + 4 + far] = rb >> 4
-    return x, rb + OUTER, lb + far
+def join(s: State, a: int, b: int, p: int) -> Tiles:
+    """Relink bounds a, an R, and b, an L: the body of b comes to stand on side ``p`` of the body of a."""
+    o = opposite(p)
+    beyond_a = facing(s, port(a, p))
+    beyond_b = facing(s, port(b, o))
+    link(s, port(b, OUTER), beyond_a)
+    link(s, port(a, OUTER), beyond_b)
+    link(s, port(b, o), port(a, p))
+    set_end(s, a, p, body_of(b))
+    set_end(s, b, o, body_of(a))
+    return Tiles(beyond_a, port(a, OUTER), port(b, o))
 
 
 @hook
-def separate(s: State, rb: int, lb: int, near: int) -> tuple[int, int, int]:
-    """Relink for a parting, the inverse of ``join``; return the left ports of the new tiles."""
-    web = s.web
-    far = 3 - near
-    x = int(web[lb + OUTER])
-    z = int(web[rb + OUTER])
-    link(s, rb + near, x)
-    link(s, lb + far, z)
-    link(s, rb + OUTER, lb + OUTER)
-    web[rb + 4 + near] = web[lb + 4 + near]
-    web[lb + 4 + far] = web[rb + 4 + far]
-    return x, lb + far, rb + OUTER
+def separate(s: State, a: int, b: int, p: int) -> Tiles:
+    """Relink bounds a, an R, and b, an L, whose body stands on side ``p`` of that of a: ``join`` undone."""
+    o = opposite(p)
+    beyond_a = facing(s, port(b, OUTER))
+    beyond_b = facing(s, port(a, OUTER))
+    link(s, port(a, p), beyond_a)
+    link(s, port(b, o), beyond_b)
+    link(s, port(a, OUTER), port(b, OUTER))
+    set_end(s, a, p, end(s, b, p))
+    set_end(s, b, o, end(s, a, o))
+    return Tiles(beyond_a, port(b, o), port(a, OUTER))
 
 
 @hook
-def meeting(k: Kernel, s: State, rb: int, lb: int) -> tuple[int, int, int, int, int, int, int]:
-    """Tile R.OUTER - L.OUTER collapses: the bodies come to stand over each other (thesis, figure 14)."""
-    a = rb >> 4
-    b = lb >> 4
-    top = int(s.web[rb + 4 + UPPER])
-    bottom = int(s.web[rb + 4 + LOWER])
-    one, two, three = join(s, rb, lb, LOWER if stands_above(k, s, a, b) else UPPER)
-    return one, two, three, top, bottom, a, b
+def meeting(k: Kernel, s: State, a: int, b: int) -> Change:
+    """Tile a.OUTER - b.OUTER of an R and an L collapses: the bodies come to stand over each other (thesis,
+    figure 14)."""
+    gone = Pair(end(s, a, UPPER), end(s, a, LOWER))
+    tiles = join(s, a, b, LOWER if stands_above(k, s, body_of(a), body_of(b)) else UPPER)
+    return Change(tiles, gone, Pair(body_of(a), body_of(b)))
 
 
 @hook
-def parting(s: State, lb: int, rb: int, near: int) -> tuple[int, int, int, int, int, int, int]:
-    """A corner tile collapses: the bodies come to stand side by side (thesis, figure 14, read backwards)."""
-    one, two, three = separate(s, rb, lb, near)
-    return one, two, three, rb >> 4, lb >> 4, int(s.web[rb + 4 + UPPER]), int(s.web[rb + 4 + LOWER])
+def parting(s: State, a: int, b: int, p: int) -> Change:
+    """The corner tile at port ``p`` of a, an R, and b, an L, collapses: the bodies come to stand side by side
+    (thesis, figure 14, read backwards)."""
+    tiles = separate(s, a, b, p)
+    return Change(tiles, Pair(body_of(a), body_of(b)), Pair(end(s, a, UPPER), end(s, a, LOWER)))
 
 
 @hook
-def passing(s: State, a: int, b: int, side: int) -> tuple[int, int, int, int, int, int, int]:
-    """The tile of inner port ``side`` of bound a and OUTER of bound b collapses (thesis, figure 15).
+def passing(s: State, a: int, b: int, p: int) -> Change:
+    """The tile of inner port ``p`` of bound a and OUTER of bound b collapses (thesis, figure 15).
 
     One rule for L and R bounds, above and below; once more, with the roles exchanged, it undoes itself.
     """
-    web = s.web
-    other = 3 - side
-    p = int(web[a + OUTER])
-    x = int(web[b + other])
-    end = int(web[a + 4 + side])
-    far = int(web[a + 4 + other])
-    link(s, b + OUTER, p)
-    link(s, b + other, a + OUTER)
-    link(s, a + side, x)
-    web[b + 4 + other] = far
-    web[a + 4 + side] = b >> 4
-    if a & 8 == 0:
-        return p, b + other, a + side, a >> 4, end, b >> 4, far
-    return b + OUTER, a + OUTER, x, a >> 4, end, b >> 4, far
+    o = opposite(p)
+    beyond_a = facing(s, port(a, OUTER))
+    beyond_b = facing(s, port(b, o))
+    gone = Pair(body_of(a), end(s, a, p))
+    come = Pair(body_of(b), end(s, a, o))
+    link(s, port(b, OUTER), beyond_a)
+    link(s, port(b, o), port(a, OUTER))
+    link(s, port(a, p), beyond_b)
+    set_end(s, b, o, end(s, a, o))
+    set_end(s, a, p, body_of(b))
+    if is_right_bound(a):
+        return Change(Tiles(port(b, OUTER), port(a, OUTER), beyond_b), gone, come)
+    return Change(Tiles(beyond_a, port(b, o), port(a, p)), gone, come)
 
 
 @hook
-def flip(s: State, lb: int, rb: int, near: int) -> None:
-    """The vertical order of a corner tile fails: its two bodies exchange top and bottom, in place.
+def flip(s: State, a: int, b: int, p: int) -> None:
+    """The vertical order of the corner tile at port ``p`` of a, an R, and b, an L, fails: the two bodies
+    exchange top and bottom, in place.
 
     Parting and meeting at once; the candidate pairs stay the same, each held as often as before.
     """
-    separate(s, rb, lb, near)
-    join(s, rb, lb, 3 - near)
+    separate(s, a, b, p)
+    join(s, a, b, opposite(p))

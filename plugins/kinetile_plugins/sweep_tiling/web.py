@@ -22,8 +22,9 @@ places:
     8 * bound + 5, 6      its ends above and below
     8 * bound + 3         of an L bound: which of its body's three tiles would fail by a flip, as bits
 
-A port is known by the place that holds its link, so ``web[web[p]] == p``, ``p >> 4`` is the body, and the end
-that a port UPPER or LOWER looks at stands four places on. The two bounds of a body share a cache line.
+A port is known by the place that holds its link, and a bound by its first place, that of its port OUTER. The
+two bounds of a body share a cache line. The hooks below are the only ones to know these numbers: the rules
+speak of bodies, bounds, ports, ends and tiles, and a tile goes by its left port.
 """
 
 from __future__ import annotations
@@ -31,15 +32,44 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from kinetile.toolbox import NEVER, Records, hook
 
-__all__ = ["FLIPS", "LOWER", "OUTER", "UPPER", "State", "empty", "is_left", "link"]
+__all__ = [
+    "LOWER",
+    "OUTER",
+    "UPPER",
+    "State",
+    "body_of",
+    "bottom_of",
+    "bound_of",
+    "bounds",
+    "due_of",
+    "empty",
+    "end",
+    "facing",
+    "fails_by_order",
+    "is_inner",
+    "is_right_bound",
+    "left_bound",
+    "link",
+    "opposite",
+    "own_tile",
+    "port",
+    "right_bound",
+    "set_due",
+    "set_end",
+    "side_of",
+    "top_of",
+]
 
 OUTER, UPPER, LOWER = 0, 1, 2
-"""Ports of a bound; 3 - UPPER is LOWER."""
+"""Ports of a bound, and sides of a body; also the numbers of the three tiles that a body owns: those at
+R.OUTER, L.UPPER and L.LOWER, its left ports."""
 
-FLIPS = 3
+ENDS, FLIPS = 4, 3
+"""Where a bound's ends stand in its eight places, counted from a side, and where its body's flips do."""
 
 
 class State(NamedTuple):
@@ -73,6 +103,11 @@ def empty(bodies: int) -> State:
     )
 
 
+def bounds(bodies: int) -> npt.NDArray[np.int32]:
+    """Return L and R of each body, one body after the other."""
+    return np.arange(0, 16 * bodies, 8, dtype=np.int32)
+
+
 @hook
 def link(s: State, p: int, q: int) -> None:
     """Make two ports the two sides of one tile."""
@@ -81,6 +116,112 @@ def link(s: State, p: int, q: int) -> None:
 
 
 @hook
-def is_left(p: int) -> bool:
-    """Whether a port is the left one of its tile: OUTER of an R bound, or an inner port of an L bound."""
-    return (p & 7 == OUTER) == (p >> 3 & 1 == 1)
+def left_bound(body: int) -> int:
+    """L of a body; of body n it is the arena's right edge."""
+    return 16 * body
+
+
+@hook
+def right_bound(body: int) -> int:
+    """R of a body; of body n it is the arena's left edge."""
+    return 16 * body + 8
+
+
+@hook
+def port(bound: int, side: int) -> int:
+    """The port of a bound on a side."""
+    return bound + side
+
+
+@hook
+def opposite(side: int) -> int:
+    """LOWER for UPPER, UPPER for LOWER."""
+    return 3 - side
+
+
+@hook
+def side_of(p: int) -> int:
+    """Which of its bound's ports a port is: OUTER, UPPER or LOWER."""
+    return p & 7
+
+
+@hook
+def bound_of(p: int) -> int:
+    """The bound of a port."""
+    return p & ~7
+
+
+@hook
+def body_of(p: int) -> int:
+    """The body of a bound or a port; n: it is an edge of the arena."""
+    return p >> 4
+
+
+@hook
+def is_right_bound(p: int) -> bool:
+    """Whether a bound, or the bound of a port, is an R."""
+    return p & 8 != 0
+
+
+@hook
+def is_inner(p: int) -> bool:
+    """Whether a port is UPPER or LOWER."""
+    return p & 7 != OUTER
+
+
+@hook
+def facing(s: State, p: int) -> int:
+    """The port at the other side of a port's tile."""
+    return int(np.int64(s.web[p]))  # compiled, int alone would leave it 32 bits wide
+
+
+@hook
+def end(s: State, bound: int, side: int) -> int:
+    """The body, or TOP or BOTTOM, that a bound's line meets on a side."""
+    return int(np.int64(s.web[bound + ENDS + side]))
+
+
+@hook
+def set_end(s: State, bound: int, side: int, body: int) -> None:
+    """From now on a bound's line meets this body on that side."""
+    s.web[bound + ENDS + side] = body
+
+
+@hook
+def top_of(s: State, p: int) -> int:
+    """The body above a tile, as the bound of one of its ports knows it."""
+    return body_of(p) if side_of(p) == LOWER else end(s, bound_of(p), UPPER)
+
+
+@hook
+def bottom_of(s: State, p: int) -> int:
+    """The body below a tile, as the bound of one of its ports knows it."""
+    return body_of(p) if side_of(p) == UPPER else end(s, bound_of(p), LOWER)
+
+
+@hook
+def own_tile(body: int, which: int) -> int:
+    """One of the three tiles that a body owns."""
+    return right_bound(body) if which == OUTER else left_bound(body) + which
+
+
+@hook
+def due_of(s: State, body: int, which: int) -> int:
+    """When one of the three tiles that a body owns fails."""
+    return int(s.due[4 * body + which])
+
+
+@hook
+def set_due(s: State, tile: int, tick: int, by_order: int) -> None:
+    """Note when a tile fails, and whether by its vertical order (1) or its width (0)."""
+    body = body_of(tile)
+    which = tile & 3  # side_of, in two bits: knowing that the shift is short saves 4 % of the whole run
+    flips = left_bound(body) + FLIPS
+    s.due[4 * body + which] = tick
+    s.web[flips] = (s.web[flips] & ~(1 << which)) | (by_order << which)
+
+
+@hook
+def fails_by_order(s: State, tile: int) -> bool:
+    """Whether a tile would fail by its vertical order."""
+    return bool(s.web[left_bound(body_of(tile)) + FLIPS] >> side_of(tile) & 1)

@@ -39,8 +39,7 @@ def test_a_construction_in_the_midst_of_a_run_is_the_maintained_tiling(seed):
         steps.step(budget=25)
         if steps.to_the_middle():
             maintained = tiling_of(steps.state)
-            steps.engine.lay_out()
-            steps.engine.build()
+            steps.sim.rebuild()
             assert tiling_of(steps.state) == maintained == steps.by_force()
 
 

@@ -1,6 +1,6 @@
 """Every rule of sweep-tiling matters, and the tests would notice if it were another: mutants are killed.
 
-``pytest -s`` shows the table of who noticed what. The mutants are in ``tests/tiling_mutants.py``.
+``pytest -s`` shows the table of who noticed what. The mutants are in ``tests/tiling_mutant_table.py``.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 import tiling_mutants
-from tiling_mutants import MUTANTS, UNCHANGED
+from tiling_mutant_table import MUTANTS, UNCHANGED
 
 SAVES_WORK_ONLY = {"ties at a meeting by number alone", "ties at a meeting by the wrong velocity"}
 """A wrong order at a meeting of two level bodies is put right by a flip at the same moment."""

@@ -87,7 +87,7 @@ class Engine:
         self.audits = 0
         self._walled = scene.arena is not None and composition.wall is not None
         self.k = tables_of(scene, composition, self.clock.unit)
-        self.lay_out()
+        self.lay_out(self.speed)
 
     @property
     def now(self) -> int:
@@ -225,8 +225,8 @@ class Engine:
         k = self.k
         squares = 2.0 * energy(k) + float(k.mass[body]) * (vx * vx + vy * vy) + self.agenda.squares(k.mass)
         needed = math.sqrt(squares / float(k.mass.min()))
-        speed = self.speed if needed <= self.speed else 2.0 * needed
-        self._skin(speed)
+        if needed > self.speed:
+            self.lay_out(2.0 * needed)
         self._allow_turns()
         self._forget_turns()
         self.agenda.put(Planned(self.clock.base * TICKS + self.now, body, vx, vy, TURNED))
@@ -238,9 +238,6 @@ class Engine:
                 pass
         finally:
             self.ledger.recorder = recorder
-        if speed > self.speed:
-            self.speed = speed
-            self.lay_out()
 
     def move_base(self, end: int | None) -> None:
         """Move the clock's base on by a span and anchor anew what has flown for two: so under every phase.
@@ -253,6 +250,8 @@ class Engine:
             k.clock[0].now = -1
             return
         clock = k.clock[0]
+        if not self._walled and len(k.bodies) and self._reach_of_flight(self.speed, 2) > self._extent:
+            self.lay_out(self.speed)
         self._forget_turns()
         k.bodies.anchor -= SPAN
         k.queue.tick[: int(clock.queued)] -= SPAN
@@ -270,20 +269,18 @@ class Engine:
                 *(Planned(begin, *plan, REANCHORED) for plan in zip(old.tolist(), vx, vy, strict=True))
             )
         self._load_turns()
-        if not self._walled and len(self.scene) and self._reach_of_flight(spans=2) > self._extent:
-            self.lay_out()
 
-    def lay_out(self) -> None:
-        """Fatten the bodies by the skin and put the structure in order as of now; the loop builds it next."""
+    def lay_out(self, speed: float) -> None:
+        """Fatten the bodies for this speed, put the structure in order as of now; the loop builds it next.
+
+        Raises Refused, with nothing changed, where the broad phase cannot bear the skin.
+        """
         k = self.k
         clock = k.clock[0]
-        if self._walled:
-            self._extent = max(self.scene.arena or (0.0,))
-        elif len(self.scene):
-            self._extent = max(self._extent, self._reach_of_flight(spans=4))
-        self.skin = self._skin(self.speed)
+        self._extent, self.skin = self._skin(speed)
+        self.speed = speed
         k.bodies.reach = k.bodies.radius + self.skin.delta
-        clock.theta, clock.tolerance = self.skin.theta, self.skin.tolerance
+        clock.skin, clock.theta, clock.tolerance = self.skin.delta, self.skin.theta, self.skin.tolerance
         if len(self.scene) and self.speed > 0.0:  # jammed: contacts within 1e-13 radii of flight each
             flight = 1e-13 * float(self.scene.radius.min()) / self.speed
             clock.window_ticks = int(min(int(clock.window_size) * flight * clock.per_time, SPAN))
@@ -298,28 +295,31 @@ class Engine:
                 self.broken = error
                 raise
 
-    def _skin(self, speed: float) -> Skin:
-        """Return the skin for bodies never faster than this; Refused where the broad phase cannot bear it."""
-        skin = Skin.of(len(self.scene), self._extent, speed, float(self.k.clock[0].tick))
+    def _skin(self, speed: float) -> tuple[float, Skin]:
+        """Return the scene's extent and the skin for this speed; Refused where the phase cannot bear it."""
+        far = self._reach_of_flight(speed, 4) if len(self.scene) else 0.0
+        extent = max(self.scene.arena or (0.0,)) if self._walled else max(self._extent, far)
+        skin = Skin.of(len(self.scene), extent, speed, float(self.k.clock[0].tick))
         limit = self.composition.broad.skin_limit
         if limit is not None and skin.delta > limit:
             raise Refused(too_thick(self.composition.broad_phase, skin.delta, limit))
-        return skin
+        return extent, skin
 
-    def _reach_of_flight(self, spans: int) -> float:
-        """How far from the origin a body can come within so many spans."""
-        ahead = self.speed * self.clock.unit * (spans * SPAN // TICKS)
+    def _reach_of_flight(self, speed: float, spans: int) -> float:
+        """How far from the origin a body can come at this speed within so many spans."""
+        ahead = speed * self.clock.unit * (spans * SPAN // TICKS)
         return float(np.abs(positions_now(self.k)).max()) + ahead
 
     def _grow(self) -> None:
         """Make room for more candidate pairs, and build anew."""
+        self._skin(self.speed)  # what is refused is refused before the tables change
         clock = self.k.clock[0]
         room = max(2 * len(self.k.fresh), int(1.25 * (int(clock.pairs) + int(clock.wanted))))
         new = allocate(len(self.scene), self.composition.broad.certificates, room, 0)
         self.k = self.k._replace(
             certificates=new.certificates, queue=new.queue, lookup=new.lookup, fresh=new.fresh
         )
-        self.lay_out()
+        self.lay_out(self.speed)
 
     def _allow_turns(self) -> None:
         """Compose the loop with turns in it, where it was composed without."""
