@@ -16,12 +16,15 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from kinetile.errors import AuditError, KinetileError, UnawaitedContactError
 from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
 from kinetile.kernel.flight import positions_now
 from kinetile.kernel.tables import NEVER, Kernel
+from kinetile.plugin.calling import place_of
+from kinetile.plugin.discovery import sentence
 from kinetile.run.composition import Composition
 
-__all__ = ["Complaint", "complaints"]
+__all__ = ["Complaint", "check_all", "complaints"]
 
 Integers = npt.NDArray[np.int64]
 
@@ -34,6 +37,22 @@ class Complaint(NamedTuple):
 
     said: str
     bodies: tuple[int, ...] = ()
+
+
+def check_all(k: Kernel, composition: Composition, delta: float, time: float, events: int) -> None:
+    """Raise AuditError for the first thing that does not hold now, at a time and after so many events; an
+    UnawaitedContactError where it would make a contact be missed. ``delta`` is the skin."""
+    who = f"at time {time!r}, after {events} events under broad phase {composition.broad_phase!r}"
+    try:
+        for said, bodies in complaints(k, composition, delta):
+            if bodies:
+                raise UnawaitedContactError(f"{who}: {said}", time=time, bodies=bodies)
+            raise AuditError(f"{who}: {said}")
+    except (KinetileError, KeyboardInterrupt):
+        raise
+    except (Exception, SystemExit) as error:  # tables that are not what they were, or the phase's audit
+        said = f"the audit cannot be finished: {sentence(error)}{place_of(error)}"
+        raise AuditError(f"{who}: {said}") from error
 
 
 def complaints(k: Kernel, composition: Composition, delta: float) -> Iterator[Complaint]:

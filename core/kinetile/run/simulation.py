@@ -254,7 +254,7 @@ class Simulation:
             BusyError: a chunk of a run is under way: this comes from a recorder, or from another thread.
         """
         body, vx, vy = read_turn(self._engine, self.scene, body, velocity)
-        with self._alone("turn a body"), Unbroken():
+        with self._alone("turn a body"):
             self._engine.turn(body, vx, vy)
 
     def audit(self) -> None:

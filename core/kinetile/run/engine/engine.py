@@ -16,7 +16,7 @@ import time
 
 import numpy as np
 
-from kinetile.errors import AuditError, KinetileError, PhaseError, Refused, UnawaitedContactError
+from kinetile.errors import PhaseError, Refused
 from kinetile.kernel.clock import SPAN, TICKS, Clock
 from kinetile.kernel.compiled import INTERPRETED, NotCompiled, make_ready
 from kinetile.kernel.flight import positions_now
@@ -26,7 +26,7 @@ from kinetile.kernel.skin import Skin, too_thick
 from kinetile.kernel.tables import NEVER, allocate, clear, read_only, record_table
 from kinetile.plugin.calling import calling, described, place_of
 from kinetile.plugin.discovery import sentence
-from kinetile.run.audit import complaints
+from kinetile.run.audit import check_all
 from kinetile.run.composition import Composition, speed_bound
 from kinetile.run.engine.agenda import Agenda, Planned
 from kinetile.run.engine.failures import failure
@@ -186,19 +186,7 @@ class Engine:
                 contact be missed.
         """
         self.build()
-        time = self.clock.time(self.now)
-        moment = f"at time {time!r}, after {self.events} events"
-        who = f"{moment} under broad phase {self.composition.broad_phase!r}"
-        try:
-            for said, bodies in complaints(self.k, self.composition, self.skin.delta):
-                if bodies:
-                    raise UnawaitedContactError(f"{who}: {said}", time=time, bodies=bodies)
-                raise AuditError(f"{who}: {said}")
-        except (KinetileError, KeyboardInterrupt):
-            raise
-        except (Exception, SystemExit) as error:  # tables that are not what they were, or the phase's audit
-            said = f"the audit cannot be finished: {sentence(error)}{place_of(error)}"
-            raise AuditError(f"{who}: {said}") from error
+        check_all(self.k, self.composition, self.skin.delta, self.clock.time(self.now), self.events)
         self.audits += 1
 
     @property
@@ -226,18 +214,22 @@ class Engine:
         squares = 2.0 * energy(k) + float(k.mass[body]) * (vx * vx + vy * vy) + self.agenda.squares(k.mass)
         needed = math.sqrt(squares / float(k.mass.min()))
         if needed > self.speed:
-            self.lay_out(2.0 * needed)
+            self._skin(2.0 * needed)  # refused here, if at all: nothing has changed yet
         self._allow_turns()
-        self._forget_turns()
-        self.agenda.put(Planned(self.clock.base * TICKS + self.now, body, vx, vy, TURNED))
-        self._load_turns()
-        recorder = self.ledger.recorder
-        self.ledger.recorder = recorder or self.ledger.unrecorded.append
-        try:
-            while self.chunk(self.now, UNLIMITED) != TIME_REACHED:
-                pass
-        finally:
-            self.ledger.recorder = recorder
+        self.compile()
+        with Unbroken():
+            if needed > self.speed:
+                self.lay_out(2.0 * needed)
+            self._forget_turns()
+            self.agenda.put(Planned(self.clock.base * TICKS + self.now, body, vx, vy, TURNED))
+            self._load_turns()
+            recorder = self.ledger.recorder
+            self.ledger.recorder = recorder or self.ledger.unrecorded.append
+            try:
+                while self.chunk(self.now, UNLIMITED) != TIME_REACHED:
+                    pass
+            finally:
+                self.ledger.recorder = recorder
 
     def move_base(self, end: int | None) -> None:
         """Move the clock's base on by a span and anchor anew what has flown for two: so under every phase.
