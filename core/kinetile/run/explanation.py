@@ -6,8 +6,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
-
 from kinetile.kernel.skin import Skin
 from kinetile.run.composition import Composition
 from kinetile.scene import Scene
@@ -43,7 +41,7 @@ def explanation(
         (left_out if equal else modelled).append(
             "masses: all are equal"
             if equal
-            else f"masses from {np.min(scene.mass)!r} to {np.max(scene.mass)!r}"
+            else f"masses from {float(scene.mass.min())!r} to {float(scene.mass.max())!r}"
         )
     else:
         left_out.append("contacts of two bodies: no narrow phase for pairs is named")

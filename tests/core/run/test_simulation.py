@@ -309,6 +309,9 @@ def test_explain_names_what_is_left_out():
     assert any("turns" in line for line in told["left out"])
     assert any("masses: all are equal" in line for line in told["left out"])
     assert told["numbers"]["skin_in_radii"] < 1e-6
+    plain = grid(4)
+    uneven = kt.Scene(plain.position, plain.velocity, plain.radius, [1.0, 2.0, 3.0, 4.5], plain.arena)
+    assert "masses from 1.0 to 4.5" in kt.Simulation(uneven).explain()["modelled"]
 
 
 def test_a_turn_made_while_a_run_is_recorded_stays_in_the_record():
