@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+import kinetile as kt
+
 CORE = Path(__file__).parents[1] / "core" / "kinetile"
 USERS = ("accuracy", "bench", "cli", "conformance", "records")
 """Rooms above ``run``: users of the public interface like anybody."""
@@ -49,3 +51,18 @@ def test_no_file_is_longer_than_350_lines():
     for tree in (CORE, CORE.parents[1] / "plugins"):
         for path in tree.rglob("*.py"):
             assert len(path.read_text(encoding="utf-8").splitlines()) <= 350, path.name
+
+
+def test_public_names_are_where_they_were():
+    from kinetile import trajectory
+    from kinetile.conformance.isolation import check_isolated
+    from kinetile.conformance.strategies import scenes
+    from kinetile.records import EventRecorder, read_events
+    from kinetile.scene import Scene
+
+    assert (trajectory.Trajectory, Scene) == (kt.Trajectory, kt.Scene)
+    assert (EventRecorder, read_events) == (kt.EventRecorder, kt.read_events)
+    assert callable(check_isolated)
+    assert callable(scenes)
+    with pytest.raises(AttributeError):
+        _ = trajectory.nothing

@@ -209,7 +209,7 @@ class Simulation:
     def step(self) -> Event | None:
         """Run the next event, of whatever kind, and return it; None, with nothing run, where there is none.
 
-        Raises as ``run`` does.
+        None as well, two million time units later, where none comes before that. Raises as ``run`` does.
         """
         with self._alone("step"):
             return advance_one(self._engine, End())
