@@ -110,3 +110,11 @@ class Plugin:
     @kt.hookimpl
     def kinetile_broad_phases(self) -> list[kt.BroadPhaseSpec]:
         return [kt.BroadPhaseSpec(name, target) for name, target in BROKEN.items()]
+
+
+class Blind:
+    """Brings a broad phase that never sees bodies 0 and 1 meet."""
+
+    @kt.hookimpl
+    def kinetile_broad_phases(self):
+        return [kt.BroadPhaseSpec("blind", phase(all_but_one))]

@@ -16,7 +16,6 @@ import pytest
 from rich.console import Console
 from typer.testing import CliRunner
 
-import broken_phases
 import kinetile as kt
 from kinetile.cli import app
 from kinetile.cli.options import read_numbers
@@ -329,22 +328,6 @@ def test_all_mistakes_of_a_scene_file_are_told(tmp_path):
 
 
 # compare
-
-
-class Blind:
-    """Brings a broad phase that never sees bodies 0 and 1 meet."""
-
-    @kt.hookimpl
-    def kinetile_broad_phases(self):
-        return [kt.BroadPhaseSpec("blind", broken_phases.phase(broken_phases.all_but_one))]
-
-
-@pytest.fixture
-def blind():
-    plugin = Blind()
-    kt.registry().add(plugin)
-    yield "blind"
-    kt.registry().remove(plugin)
 
 
 def test_compare_says_that_all_agree():

@@ -7,26 +7,9 @@ import json
 import numpy as np
 import pytest
 
-import broken_phases
 import kinetile as kt
 from kinetile.conformance.compare import Divergence, _Answer, _first_difference, compare, describe_row
 from kinetile.errors import AuditError, BadOption, UnknownName
-
-
-class Blind:
-    """Brings a broad phase that never sees bodies 0 and 1 meet."""
-
-    @kt.hookimpl
-    def kinetile_broad_phases(self):
-        return [kt.BroadPhaseSpec("blind", broken_phases.phase(broken_phases.all_but_one))]
-
-
-@pytest.fixture
-def blind():
-    plugin = Blind()
-    kt.registry().add(plugin)
-    yield "blind"
-    kt.registry().remove(plugin)
 
 
 def three_in_a_row() -> kt.Scene:
