@@ -6,13 +6,13 @@ own state as ``s``.
 
 from __future__ import annotations
 
-from kinetile.kernel.certificates import falls, falls_many, ticks_after
+from kinetile.kernel.certificates import falls, falls_many, schedule, ticks_after
 from kinetile.kernel.compiled import hook
 from kinetile.kernel.faults import TOO_DEEP, blame
-from kinetile.kernel.flight import positions_now, since_anchor
+from kinetile.kernel.flight import positions_now, since_anchor, since_origin
 from kinetile.kernel.log import BOTTOM, LEFT, RIGHT, TOP
-from kinetile.kernel.pairs import add_pair, remove_pair
-from kinetile.kernel.queue import schedule_own as schedule
+from kinetile.kernel.loop.idle import NoState
+from kinetile.kernel.pairs import add_pair, offer, pairs_of, remove_pair
 from kinetile.kernel.tables import NEVER, NOBODY, Kernel, Records
 from kinetile.plugin.protocols import BroadPhase, BroadPhaseParts, NarrowPhase, PairParts, WallParts
 
@@ -27,6 +27,7 @@ __all__ = [
     "BroadPhase",
     "BroadPhaseParts",
     "Kernel",
+    "NoState",
     "NarrowPhase",
     "PairParts",
     "Records",
@@ -36,9 +37,12 @@ __all__ = [
     "falls",
     "falls_many",
     "hook",
+    "offer",
+    "pairs_of",
     "positions_now",
     "remove_pair",
     "schedule",
     "since_anchor",
+    "since_origin",
     "ticks_after",
 ]

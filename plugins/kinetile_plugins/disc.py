@@ -22,9 +22,11 @@ from __future__ import annotations
 
 import math
 
+from kinetile.kernel.vectors import LANES, choose, lane, numbers, pick, places, root, spread, spread_whole
 from kinetile.scene import Scene
 from kinetile.toolbox import (
     NEVER,
+    NOBODY,
     TOO_DEEP,
     Kernel,
     PairParts,
@@ -32,6 +34,7 @@ from kinetile.toolbox import (
     blame,
     hook,
     since_anchor,
+    since_origin,
     ticks_after,
 )
 
@@ -100,6 +103,63 @@ def meet(k: Kernel, a: int, b: int) -> int:
     if not root > GRAZE * span * (span - approach):
         return NEVER
     return ticks_after(k, since, gap / (math.sqrt(root) - approach))
+
+
+@hook
+def soonest(k: Kernel, body: int, count: int, barred: int, known: int, at: int) -> tuple[float, float, int]:
+    """Return bounds below the first contact of a body with ``k.near[:count]``, the second, and with whom.
+
+    Eight at a time, on the common clock, with discs fattened by more than all rounding (``clock.fat``, and 2^-46
+    of the distance, relative), so that they touch before the discs do. The bounds are delays after tick
+    ``at``; infinite where there is no contact. docs/one-answer.md proves that they are bounds.
+    """
+    elapsed = spread(since_origin(k, at))
+    place = k.places[body]
+    x = spread(place.x)
+    y = spread(place.y)
+    vx = spread(place.vx)
+    vy = spread(place.vy)
+    fat = spread(k.clock[0].fat)
+    own_reach = spread(k.radii[body] + k.clock[0].fat)
+    zero = spread(0.0)
+    never = spread(math.inf)
+    less = spread(1.0 - 2.0**-46)
+    myself = spread_whole(body)
+    first = never
+    second = never
+    who = spread_whole(NOBODY)
+    for start in range(0, count, LANES):
+        other = numbers(k.near, start, count, body)
+        other_x, other_y, other_vx, other_vy = places(k.places, other)
+        reach = pick(k.radii, other) + own_reach
+        dvx = other_vx - vx
+        dvy = other_vy - vy
+        dx = (other_x - x) + dvx * elapsed
+        dy = (other_y - y) + dvy * elapsed
+        approach = dx * dvx + dy * dvy
+        speed2 = dvx * dvx + dvy * dvy
+        gap = (dx * dx + dy * dy) * less - reach * reach
+        inside = approach * approach - speed2 * gap
+        slack = fat * root(speed2)
+        passes = (approach > slack) | (inside < zero)
+        delay = gap / (root(inside) - approach)
+        delay = choose(delay > zero, delay, zero)  # what is not a number may touch now
+        left_out = (other == myself) | (other == spread_whole(barred)) | (other == spread_whole(known))
+        delay = choose(passes | left_out, never, delay)
+        sooner = delay < first
+        second = choose(sooner, first, choose(delay < second, delay, second))
+        first = choose(sooner, delay, first)
+        who = choose(sooner, other, who)
+    best = math.inf
+    next_best = math.inf
+    partner = NOBODY
+    for i in range(LANES):
+        delay_i = lane(first, i)
+        sooner_i = delay_i < best
+        next_best = min(min(next_best, lane(second, i)), best if sooner_i else delay_i)
+        partner = lane(who, i) if sooner_i else partner
+        best = min(delay_i, best)
+    return best, next_best, int(partner)
 
 
 @hook
@@ -183,4 +243,4 @@ class Disc:
     def prepare(self, scene: Scene) -> PairParts:
         """Return the parts; masses are left out of the loop where all are equal."""
         equal = len(scene) == 0 or bool((scene.mass == scene.mass[0]).all())
-        return PairParts(meet=meet, collide=collide_equals if equal else collide)
+        return PairParts(meet=meet, collide=collide_equals if equal else collide, soonest=soonest)

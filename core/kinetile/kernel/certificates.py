@@ -1,4 +1,4 @@
-"""Failure times of structural certificates.
+"""Structural certificates: when they fail, and how a broad phase says so.
 
 A structural certificate says that some quantity, a gap between two bounds, is not negative. Whether it will
 fail is decided by the sign of its rate alone, never by comparing times with now: a failure time in the past
@@ -13,9 +13,10 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.kernel.compiled import hook
-from kinetile.kernel.tables import NEVER, Kernel
+from kinetile.kernel.faults import BAD_CERTIFICATE, blame
+from kinetile.kernel.tables import NEVER, NOBODY, Kernel
 
-__all__ = ["FAR", "falls", "falls_many", "ticks_after"]
+__all__ = ["FAR", "falls", "falls_many", "schedule", "ticks_after", "to_be_settled"]
 
 Integers = npt.NDArray[np.int64]
 Floats = npt.NDArray[np.float64]
@@ -23,6 +24,33 @@ Floats = npt.NDArray[np.float64]
 FAR = 2.0**62
 """Ticks. What lies further than this after its bodies' anchors is not predicted: both are re-anchored before.
 """
+
+
+@hook
+def schedule(k: Kernel, body: int, tick: int) -> None:
+    """Set when a body's structural certificate fails; ``NEVER``: it does not. O(1).
+
+    A body has one. A phase that has several for it schedules the first of them to fail. The body is filed in
+    the queue when the hook has returned.
+    """
+    if body < 0 or body >= k.clock[0].bodies:
+        blame(k, BAD_CERTIFICATE, body, NOBODY)
+        return
+    if k.queue[body].own != tick:
+        k.queue[body].own = tick
+        k.counts[0].updated += 1
+        if body != k.clock[0].hand:
+            to_be_settled(k, body, NOBODY)
+
+
+@hook
+def to_be_settled(k: Kernel, body: int, newcomer: int) -> None:
+    """Leave a body to be settled after the hook, and a newcomer near it, or NOBODY, to be asked by it."""
+    clock = k.clock[0]
+    if clock.offered < len(k.offers):
+        k.offers[clock.offered].a = body
+        k.offers[clock.offered].b = newcomer
+    clock.offered += 1
 
 
 @hook

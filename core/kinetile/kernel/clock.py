@@ -64,7 +64,7 @@ class Clock:
     def moment(self, ticks: int) -> tuple[float, int, int]:
         """Return (time, epoch, tick) of ticks since the start: see ``kinetile.kernel.log``."""
         epoch, tick = divmod(ticks, TICKS)
-        return float(self.start + (epoch + tick * 2.0**-52) * self.unit), epoch, tick
+        return float(self.rounded(epoch, tick)), epoch, tick
 
     def time(self, relative: int) -> float:
         """Return a kernel's tick as time, rounded once."""
@@ -75,5 +75,8 @@ class Clock:
         """Return (time, epoch, tick) of kernel ticks: see ``kinetile.kernel.log``."""
         epoch = (relative >> 52) + self.base
         tick = relative & (TICKS - 1)
-        time = self.start + (epoch + tick * 2.0**-52) * self.unit
-        return time, epoch, tick
+        return self.rounded(epoch, tick), epoch, tick
+
+    def rounded(self, epoch: Any, tick: Any) -> Any:
+        """Return times of (epoch, tick), for numbers and arrays alike."""
+        return self.start + (epoch + tick * 2.0**-52) * self.unit

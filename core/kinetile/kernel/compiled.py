@@ -40,6 +40,7 @@ __all__ = [
     "is_hook",
     "make_ready",
     "nobody_compiles",
+    "template",
     "to_be_filled_in",
 ]
 
@@ -53,6 +54,12 @@ T = TypeVar("T")
 def to_be_filled_in(*arguments: Any) -> Any:
     """Stand, in a template, where ``compose`` puts a hook."""
     raise NotImplementedError
+
+
+def template(function: F) -> F:
+    """Mark a function of which ``compose`` makes a hook, with parts in place of its global names."""
+    cast(Any, function).is_template = True
+    return function
 
 
 class NotCompiled(Exception):
@@ -122,8 +129,8 @@ def compose(
 ) -> Callable[..., Any]:
     """Compile ``template`` with ``parts`` in place of its global names: once a process, and cached on disk.
 
-    ``template`` is a plain function; ``parts`` maps names it uses to hooks and constants; ``label`` names the
-    choice of phases in the cache. The result is compiled when it is first called.
+    ``template`` is a plain function; ``parts`` maps names it uses, itself or in a ``template`` that it calls,
+    to hooks and constants; ``label`` names the choice of phases in the cache. The result is compiled when it is first called.
     """
     key = (template, label, state, *sorted(parts.items(), key=lambda part: part[0]))
     if key not in _composed:
@@ -137,12 +144,8 @@ _composed: dict[tuple[Any, ...], Callable[..., Any]] = {}
 def _compose(
     template: Callable[..., Any], parts: Mapping[str, Any], label: str, state: type
 ) -> Callable[..., Any]:
-    names = dict(template.__globals__)
-    names.update(parts)
     source = cast(FunctionType, template)
-    function = FunctionType(source.__code__, names, source.__name__, source.__defaults__, source.__closure__)
-    function.__module__ = source.__module__
-    function.__doc__ = source.__doc__
+    function = _filled_in(source, parts, {})
     if INTERPRETED:
         return function
     fingerprint, modules = _fingerprint(function, state)
@@ -153,6 +156,23 @@ def _compose(
         except RuntimeError:  # there is no folder that Numba could write its cache to
             pass
     return _njit(function, cache=False)
+
+
+def _filled_in(source: FunctionType, parts: Mapping[str, Any], made: dict[str, Any]) -> FunctionType:
+    """Return a function with parts in place of its global names, and of those of the templates it calls."""
+    names = dict(source.__globals__)
+    names.update(parts)
+    function = FunctionType(source.__code__, names, source.__name__, source.__defaults__, source.__closure__)
+    function.__module__ = source.__module__
+    function.__qualname__ = source.__qualname__
+    function.__doc__ = source.__doc__
+    for name in source.__code__.co_names:
+        value = names.get(name)
+        if getattr(value, "is_template", False):
+            if name not in made:
+                made[name] = hook(_filled_in(cast(FunctionType, value), parts, made))
+            names[name] = made[name]
+    return function
 
 
 def _njit(function: Callable[..., Any], cache: bool) -> Callable[..., Any]:
@@ -168,6 +188,7 @@ def _fingerprint(function: Callable[..., Any], state: type) -> tuple[str, set[st
     module.
     """
     digest = hashlib.sha256(repr((sys.version, np.__version__, API)).encode())
+    digest.update(Path(__file__).with_name("vectors.py").read_bytes())  # bytecode does not show intrinsics
     seen: set[int] = set()
     modules: set[str] = set()
 
@@ -230,7 +251,7 @@ def _foreign(module: ModuleType) -> bool:
     return root in sys.stdlib_module_names or root in ("numpy", "numba")
 
 
-API = 1
+API = 2
 """Raised when the shape of the kernel's tables changes in a way that bytecode does not show."""
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from kinetile.kernel.compiled import hook
 from kinetile.kernel.tables import Kernel, Records
 
-__all__ = ["anchor_at", "positions_now", "since_anchor"]
+__all__ = ["anchor_at", "note_place", "positions_now", "since_anchor", "since_origin"]
 
 
 @hook
@@ -30,6 +30,28 @@ def anchor_at(k: Kernel, body: Records, tick: int) -> None:
     body.x += body.vx * elapsed
     body.y += body.vy * elapsed
     body.anchor = tick
+
+
+@hook
+def since_origin(k: Kernel, tick: int) -> float:
+    """Return the time from the common clock's origin to a tick, in the scene's unit."""
+    clock = k.clock[0]
+    return float((tick - clock.origin) * clock.tick)
+
+
+@hook
+def note_place(k: Kernel, number: int) -> None:
+    """Write a body's row of ``k.places``: where its plan has it at the origin of the common clock.
+
+    Rounded once more than its plan, hence only good for bounds.
+    """
+    body = k.bodies[number]
+    place = k.places[number]
+    back = since_anchor(k, body, k.clock[0].origin)
+    place.x = body.x + body.vx * back
+    place.y = body.y + body.vy * back
+    place.vx = body.vx
+    place.vy = body.vy
 
 
 def positions_now(k: Kernel) -> np.ndarray[Any, np.dtype[np.float64]]:

@@ -1,23 +1,51 @@
-"""The candidate pairs: the attribute that a broad phase maintains.
+"""Pairs: how a broad phase says that two bodies have become near, and a set of pairs for phases that keep one.
 
-A pair is found by its bodies through an open-addressing table (linear probing, deletion by shifting back, no
-tombstones) and by each of its bodies through a list threaded through the pairs' records. Both together cost
-O(1) a change, and memory grows with the pairs there are, not with the pairs there could be.
+The kernel asks who is near a body when it needs to know (``near``); a pair that becomes near between two such
+questions is *offered*, and one of its bodies looks at the other. Nothing need be said when a pair parts.
 
-A pair is held once for every ``add_pair`` and leaves with the last ``remove_pair``, so a broad phase that
-finds a pair for several reasons need not count them itself.
-
-The kernel asks the narrow phase about new pairs after the hook has returned; a broad phase never does.
+Sweep-and-prune knows its pairs only by their history. For such phases there is the *pair set*: ``add_pair``,
+``remove_pair``, and ``pairs_of``, which answers ``near`` with a body's list. A pair is found by its bodies
+through an open-addressing table (linear probing, deletion by shifting back, no tombstones) and by each of its
+bodies through a list threaded through the pairs' records. Both together cost O(1) a change, and memory grows
+with the pairs there are, not with the pairs there could be. A pair is held once for every ``add_pair`` and
+leaves with the last ``remove_pair``, so a broad phase that finds a pair for several reasons need not count
+them itself.
 """
 
 from __future__ import annotations
 
+from kinetile.kernel.certificates import to_be_settled
 from kinetile.kernel.compiled import hook
 from kinetile.kernel.faults import BAD_PAIR, UNKNOWN_PAIR, blame
-from kinetile.kernel.queue import schedule
-from kinetile.kernel.tables import NEVER, NOBODY, Kernel
+from kinetile.kernel.tables import NOBODY, Kernel
 
-__all__ = ["add_pair", "remove_pair"]
+__all__ = ["add_pair", "offer", "pairs_of", "remove_pair"]
+
+
+@hook
+def offer(k: Kernel, a: int, b: int) -> None:
+    """Say that two bodies have become near each other: a looks at b when the hook has returned. O(1)."""
+    if a < 0 or a >= k.clock[0].bodies or b < 0 or b >= k.clock[0].bodies or a == b:
+        blame(k, BAD_PAIR, a, b)
+        return
+    to_be_settled(k, a, b)
+
+
+@hook
+def pairs_of(k: Kernel, body: int) -> int:
+    """Write the bodies that are in a pair with a body to ``k.near``; return how many there are."""
+    table = k.pairs
+    if len(k.firsts) == 0:
+        return 0
+    count = 0
+    pair = k.firsts[body]
+    while pair >= 0:
+        record = table[pair]
+        first = record.a == body
+        k.near[count] = record.b if first else record.a
+        pair = record.next_a if first else record.next_b
+        count += 1
+    return count
 
 
 @hook
@@ -30,7 +58,7 @@ def _home(k: Kernel, a: int, b: int) -> int:
 @hook
 def _find(k: Kernel, a: int, b: int) -> int:
     """Return the slot of the lookup that holds a pair a < b, or the empty one where it would stand."""
-    table = k.certificates
+    table = k.pairs
     lookup = k.lookup
     mask = len(lookup) - 1
     slot = _home(k, a, b)
@@ -41,26 +69,28 @@ def _find(k: Kernel, a: int, b: int) -> int:
 
 @hook
 def add_pair(k: Kernel, a: int, b: int) -> None:
-    """Make {a, b} a candidate pair, or hold it once more. O(1) expected."""
+    """Put {a, b} into the pair set and offer it, or hold it once more. O(1) expected."""
     clock = k.clock[0]
     if b < a:
         a, b = b, a
     if a < 0 or b >= clock.bodies or a == b:
         blame(k, BAD_PAIR, a, b)
         return
-    table = k.certificates
+    if len(k.lookup) == 0:
+        clock.wanted += 1
+        return
+    table = k.pairs
     slot = _find(k, a, b)
     if k.lookup[slot] >= 0:
         table[k.lookup[slot]].holds += 1
         return
-    if clock.free < 0 or clock.fresh >= len(k.fresh):
+    if clock.free < 0:
         clock.wanted += 1
         return
     new = clock.free
     record = table[new]
     clock.free = record.next_a
     k.lookup[slot] = new
-    record.place = -1
     record.a = a
     record.b = b
     record.holds = 1
@@ -68,33 +98,32 @@ def add_pair(k: Kernel, a: int, b: int) -> None:
     record.prev_b = -1
     record.next_a = _push_front(k, a, new)
     record.next_b = _push_front(k, b, new)
-    k.fresh[clock.fresh] = new
-    clock.fresh += 1
     clock.pairs += 1
     counts = k.counts[0]
     counts.pairs_created += 1
     counts.pairs_max = max(counts.pairs_max, clock.pairs)
+    to_be_settled(k, a, b)
 
 
 @hook
 def _push_front(k: Kernel, body: int, new: int) -> int:
     """Put a pair at the head of a body's list; return the former head."""
-    head = k.bodies[body].first
-    k.bodies[body].first = new
+    head = k.firsts[body]
+    k.firsts[body] = new
     if head >= 0:
-        if k.certificates[head].a == body:
-            k.certificates[head].prev_a = new
+        if k.pairs[head].a == body:
+            k.pairs[head].prev_a = new
         else:
-            k.certificates[head].prev_b = new
+            k.pairs[head].prev_b = new
     return int(head)
 
 
 @hook
 def _unlink(k: Kernel, body: int, before: int, after: int) -> None:
     """Take a pair out of a body's list, given its neighbours there."""
-    table = k.certificates
+    table = k.pairs
     if before < 0:
-        k.bodies[body].first = after
+        k.firsts[body] = after
     elif table[before].a == body:
         table[before].next_a = after
     else:
@@ -108,12 +137,15 @@ def _unlink(k: Kernel, body: int, before: int, after: int) -> None:
 
 @hook
 def remove_pair(k: Kernel, a: int, b: int) -> None:
-    """Take back one hold on the candidate pair {a, b}; with the last one it is no longer a candidate. O(1)
-    expected."""
+    """Take back one hold on {a, b}; with the last one it leaves the pair set. O(1) expected."""
     clock = k.clock[0]
     if b < a:
         a, b = b, a
-    table = k.certificates
+    if len(k.lookup) == 0:
+        if clock.wanted == 0:
+            blame(k, UNKNOWN_PAIR, a, b)
+        return
+    table = k.pairs
     lookup = k.lookup
     hole = _find(k, a, b)
     old = lookup[hole]
@@ -125,7 +157,6 @@ def remove_pair(k: Kernel, a: int, b: int) -> None:
     record.holds -= 1
     if record.holds > 0:
         return
-    schedule(k, old, NEVER)
     _unlink(k, a, record.prev_a, record.next_a)
     _unlink(k, b, record.prev_b, record.next_b)
     record.a = NOBODY

@@ -32,6 +32,11 @@ class Skin(NamedTuple):
     theta: float
     tolerance: float
 
+    def fat(self, length: float) -> float:
+        """Return by how much a lower bound fattens two bodies whose places on the common clock are less than
+        ``length`` from the origin: more than rounding can move them (docs/one-answer.md)."""
+        return 64.0 * (ULP * length + self.eta)
+
     @classmethod
     def of(cls, bodies: int, extent: float, speed: float, tick: float) -> Skin:
         """Return the skin for so many bodies within ``extent`` of the origin, never faster than ``speed``."""

@@ -4,13 +4,10 @@ Records, not separate arrays: a body fits one cache line, and passing many array
 work done on them. Counts and lengths that change live in the one-record tables ``clock`` and ``counts``,
 because a named tuple cannot be changed in place.
 
-Certificates are numbered in the order of their classes, which is also the order in which events of one tick
-run::
-
-    0 .. S-1          structural certificates, owned by the broad phase
-    S                 the next turn
-    S+1 .. S+n        one wall certificate a body
-    S+n+1 ..          contact certificates of candidate pairs, recycled through a free list
+The queue has one entry a body, and stands in the body's record ``queue[body]``: the first of what awaits it.
+That is the structural certificate which the broad phase has given it, its first contact with another body (a
+*guess*, a lower bound, until it has come to the head of the queue and been asked for exactly), or its contact
+with a wall. docs/kernel.md has the rules by which the entries cover every contact that there can be.
 """
 
 from __future__ import annotations
@@ -19,7 +16,23 @@ from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
-__all__ = ["NEVER", "NOBODY", "Kernel", "Records", "allocate", "clear", "read_only", "record_table"]
+__all__ = [
+    "GUESS",
+    "NEVER",
+    "NOBODY",
+    "NOT_ASKED",
+    "PAIR",
+    "STRUCTURAL",
+    "TURN",
+    "WALL",
+    "Kernel",
+    "Records",
+    "allocate",
+    "clear",
+    "pair_set",
+    "read_only",
+    "record_table",
+]
 
 Records: TypeAlias = Any
 """A one-dimensional record array: ``table[i].field`` reads and writes, compiled and interpreted alike."""
@@ -29,7 +42,13 @@ Tables = TypeVar("Tables", bound=tuple[Any, ...])
 NEVER = 2**63 - 1
 """The failure time of a certificate that will not fail."""
 
+NOT_ASKED = -(2**63)
+"""The tick of a contact with a wall that nobody has asked for yet: the body is inside before its entry."""
+
 NOBODY = -1
+
+STRUCTURAL, GUESS, TURN, WALL, PAIR = range(5)
+"""What an entry of the queue is, in the order in which events of one tick run."""
 
 BODY = np.dtype(
     [
@@ -41,13 +60,30 @@ BODY = np.dtype(
         ("reach", "f8"),  # radius + skin: what broad phases use
         ("radius", "f8"),  # what contact times use
         ("last", "i4"),  # the partner of the contact that made this plan, or NOBODY
-        ("first", "i4"),  # head of the list of this body's candidate pairs
+        ("stamp", "i4"),  # how often the plan has changed
     ],
     align=True,
 )
-CERTIFICATE = np.dtype(
+ENTRY = np.dtype(
     [
-        ("place", "i4"),  # position in the queue, -1: not queued
+        ("key", "i8"),  # the tick that the body is filed under in the calendar: the first of the next three
+        ("own", "i8"),  # when its structural certificate fails
+        ("tick", "i8"),  # its first contact with another body: not later than this, or exactly then
+        ("wall", "i8"),  # its contact with a wall, or NOT_ASKED
+        ("guard", "i8"),  # every other contact of the body is not before this
+        ("partner", "i4"),  # whom it meets at tick
+        ("seen", "i4"),  # the partner's stamp when this was worked out
+        ("kind", "i4"),  # what the key is: STRUCTURAL, GUESS, WALL or PAIR
+        ("exact", "i4"),  # whether tick is exact
+        ("next", "i4"),  # neighbours in the slice of the calendar; before the first: -2 - slice
+        ("prev", "i4"),
+    ],
+    align=True,
+)
+PLACE = np.dtype([("x", "f8"), ("y", "f8"), ("vx", "f8"), ("vy", "f8")])
+OFFER = np.dtype([("a", "i4"), ("b", "i4")])
+HELD = np.dtype(
+    [
         ("a", "i4"),  # the bodies of a pair, a < b; a = -1: a free record
         ("b", "i4"),
         ("next_a", "i4"),  # neighbours in a's and b's lists of pairs
@@ -55,11 +91,10 @@ CERTIFICATE = np.dtype(
         ("next_b", "i4"),
         ("prev_b", "i4"),
         ("holds", "i4"),  # how many reasons the broad phase gave for the pair
-    ],
-    align=True,
+    ]
 )
-ENTRY = np.dtype([("tick", "i8"), ("certificate", "i4")], align=True)
-TURN = np.dtype([("tick", "i8"), ("vx", "f8"), ("vy", "f8"), ("body", "i4"), ("code", "i4")], align=True)
+PLANNED = np.dtype([("tick", "i8"), ("vx", "f8"), ("vy", "f8"), ("body", "i4"), ("code", "i4")], align=True)
+MET = np.dtype([("epoch", "<i8"), ("tick", "<i8"), ("a", "<i4"), ("b", "<i4")])
 ROW = np.dtype(
     [("tick", "i8"), ("a", "i4"), ("b", "i4")]
     + [(name, "f8") for name in ("ax", "ay", "avx", "avy", "bx", "by", "bvx", "bvy")],
@@ -76,14 +111,21 @@ CLOCK = np.dtype(
         ("width", "f8"),
         ("height", "f8"),
         ("bodies", "i8"),
-        ("structural", "i8"),  # S, the number of structural certificates
+        ("base", "i8"),  # whole units from the scene's start to tick 0
         ("built", "i8"),
-        ("queued", "i8"),
-        ("free", "i8"),  # head of the free list of pair certificates
-        ("pairs", "i8"),
+        ("origin", "i8"),  # the tick at which the rows of places hold
+        ("span", "i8"),  # how far from the origin they are used
+        ("fat", "f8"),  # by how much a lower bound fattens two bodies
+        ("shift", "i8"),  # a slice of the calendar is 2^shift ticks long
+        ("slice", "i8"),  # the slice in which the head is sought: nothing is filed before it
+        ("filed", "i8"),  # whether the calendar stands
+        ("hand", "i8"),  # the body whose hook is at work: it is settled after it
+        ("offered", "i8"),
+        ("pairs", "i8"),  # of the pair set
+        ("free", "i8"),  # head of the free list of its records
         ("wanted", "i8"),  # pairs for which there was no room: grow the tables and build again
-        ("fresh", "i8"),
         ("logged", "i8"),
+        ("written", "i8"),  # rows of the long log
         ("turn", "i8"),  # the next turn
         ("turns", "i8"),
         ("spins", "i8"),  # structural events since the last progress of time or contact
@@ -104,11 +146,15 @@ COUNTS = np.dtype(
         ("contacts_wall", "i8"),
         ("turns", "i8"),
         ("structural", "i8"),
-        ("pairs_created", "i8"),
-        ("updated", "i8"),
+        ("asks", "i8"),  # times a body's partners were asked
+        ("asked", "i8"),  # partners asked
+        ("exact", "i8"),  # contact times worked out exactly
+        ("updated", "i8"),  # certificates set anew
+        ("queued", "i8"),
         ("queue_max", "i8"),
+        ("pairs_created", "i8"),
         ("pairs_max", "i8"),
-        ("pairs_sum", "f8"),  # of live pairs, over contacts
+        ("logged", "i8"),  # events that changed a plan
         ("late", "i8"),
         ("deepest", "f8"),
         ("turned_energy", "f8"),
@@ -116,18 +162,31 @@ COUNTS = np.dtype(
     align=True,
 )
 
+OFFERS = 1 << 10
+"""Offers that a hook may leave behind; where there are more, every body is asked anew."""
+
+SPARE = 64
+"""Places in ``near`` beyond the bodies: hooks that write eight at a time may go over the end."""
+
 
 class Kernel(NamedTuple):
     """All tables of one simulation; hooks receive it as ``k``."""
 
-    bodies: Records
-    mass: Records
-    certificates: Records
-    queue: Records
-    lookup: Records
-    fresh: Records
+    bodies: Records  # (n,) flight plans
+    mass: Records  # (n,)
+    radii: Records  # (n,) the radii again, close together
+    places: Records  # (n,) place and velocity at the common clock ``clock[0].origin``
+    queue: Records  # (n,) what awaits each body
+    slices: Records  # (2^m,) the calendar: the first body filed in each slice, or -1
+    marks: Records  # (2^m / 64,) a bit for each slice that is not empty
+    near: Records  # the answer of ``near`` and ``repair``: numbers of bodies
+    offers: Records  # bodies and pairs that a hook has left to be looked at
+    pairs: Records  # the pair set: its records,
+    lookup: Records  # its hash table,
+    firsts: Records  # (n,) and the head of each body's list; empty where the phase keeps none
     turns: Records
-    log: Records
+    met: Records  # the log of contacts, as it is digested
+    log: Records  # every event with the plans after it; empty unless somebody records
     clock: Records
     counts: Records
 
@@ -139,43 +198,64 @@ def record_table(dtype: np.dtype[Any], length: int, aligned: int = 0) -> Records
     return raw[offset : offset + length * dtype.itemsize].view(dtype).view(np.recarray)
 
 
-def allocate(bodies: int, structural: int, pairs: int, log_rows: int) -> Kernel:
-    """Return empty tables for so many bodies, structural certificates, candidate pairs and log rows."""
-    certificates = structural + 1 + bodies + pairs
-    slots = 1 << max(4, (2 * pairs - 1).bit_length())
+def allocate(bodies: int, near: int, log_rows: int) -> Kernel:
+    """Return empty tables for so many bodies, numbers that ``near`` may name, and log rows."""
+    slices = 1 << max(6, (2 * bodies - 1).bit_length())
     k = Kernel(
         bodies=record_table(BODY, bodies),
         mass=np.ones(bodies),
-        certificates=record_table(CERTIFICATE, certificates),
-        queue=record_table(ENTRY, certificates, aligned=1),  # four siblings share a line
-        lookup=np.full(slots, -1, dtype=np.int32),
-        fresh=np.zeros(pairs, dtype=np.int32),
-        turns=record_table(TURN, 0),
-        log=record_table(ROW, log_rows),
+        radii=np.zeros(bodies),
+        places=record_table(PLACE, bodies),
+        queue=record_table(ENTRY, bodies),
+        slices=np.full(slices, -1, dtype=np.int32),
+        marks=np.zeros(slices >> 6, dtype=np.int64),
+        near=np.zeros(near + SPARE, dtype=np.int32),
+        offers=record_table(OFFER, OFFERS),
+        pairs=record_table(HELD, 0),
+        lookup=np.full(0, -1, dtype=np.int32),
+        firsts=np.full(0, -1, dtype=np.int32),
+        turns=record_table(PLANNED, 0),
+        met=record_table(MET, log_rows),
+        log=record_table(ROW, 0),
         clock=record_table(CLOCK, 1),
         counts=record_table(COUNTS, 1),
     )
     k.clock[0].bodies = bodies
-    k.clock[0].structural = structural
     return k
 
 
+def pair_set(k: Kernel, room: int) -> Kernel:
+    """Return the tables with a pair set of so much room, empty."""
+    slots = 1 << max(4, (2 * room - 1).bit_length())
+    return k._replace(
+        pairs=record_table(HELD, room),
+        lookup=np.full(slots, -1, dtype=np.int32),
+        firsts=np.full(len(k.bodies), -1, dtype=np.int32),
+    )
+
+
 def clear(k: Kernel) -> None:
-    """Forget every certificate and candidate pair; bodies, clock, counts and log stay."""
+    """Forget all that is awaited, and every pair of the pair set; bodies, clock, counts and log stay."""
     clock = k.clock[0]
-    table = k.certificates
-    table.place = -1
-    table.a = -1
-    table.b = -1
-    first = int(clock.structural) + 1 + int(clock.bodies)
-    table.next_a[first:] = np.arange(first + 1, len(table) + 1)
-    if len(table) > first:
-        table.next_a[-1] = -1
-    clock.free = first if len(table) > first else -1
+    for name in ("key", "own", "tick", "guard"):
+        k.queue[name] = NEVER
+    k.queue.wall = NOT_ASKED
+    k.queue.partner = NOBODY
+    k.queue.exact = 0
+    k.slices[:] = -1
+    k.marks[:] = 0
+    k.counts[0].queued = 0
+    k.pairs.a = NOBODY
+    k.pairs.next_a = np.arange(1, len(k.pairs) + 1)
+    if len(k.pairs):
+        k.pairs.next_a[-1] = -1
+    clock.free = 0 if len(k.pairs) else -1
     k.lookup[:] = -1
-    k.bodies.first = -1
-    for name in ("queued", "pairs", "wanted", "fresh", "built", "spins"):
+    k.firsts[:] = -1
+    for name in ("pairs", "wanted", "offered", "built", "spins"):
         clock[name] = 0
+    clock.filed = 1
+    clock.slice = clock.now >> clock.shift
 
 
 def read_only(tables: Tables) -> Tables:

@@ -15,7 +15,7 @@ from kinetile.plugin.protocols import BroadPhaseParts, PairParts, WallParts
 __all__ = ["check_parts"]
 
 MOST = 2**31 - 1
-"""Certificates are numbered in 32 bits."""
+"""Pairs and bodies are numbered in 32 bits."""
 
 PLAIN = ("arrange", "audit")
 
@@ -31,14 +31,16 @@ def _mistakes(parts: BroadPhaseParts | PairParts | WallParts) -> Iterator[str]:
     hooks = tuple(field.name for field in fields(parts))
     if isinstance(parts, BroadPhaseParts):
         yield from _broad_mistakes(parts)
-        hooks = ("build", "repair", "replan")
+        hooks = ("near", "build", "repair", "replan")
     for name in hooks:
+        if name == "soonest" and getattr(parts, name) is None:
+            continue
         if not is_hook(getattr(parts, name)):
             yield f"{name} is {_shown(getattr(parts, name))}; expected a function marked with toolbox.hook"
 
 
 def _broad_mistakes(parts: BroadPhaseParts) -> Iterator[str]:
-    for name in ("certificates", "pairs"):
+    for name in ("pairs", "room"):
         number = getattr(parts, name)
         if isinstance(number, bool) or not isinstance(number, int | np.integer) or not 0 <= number <= MOST:
             yield f"{name} is {_shown(number)}; expected a whole number from 0 to {MOST}"

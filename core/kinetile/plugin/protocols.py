@@ -9,9 +9,12 @@ these.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
+import numpy as np
+
+from kinetile.kernel.loop import idle
 from kinetile.scene import Scene
 
 __all__ = ["BroadPhase", "BroadPhaseParts", "NarrowPhase", "PairParts", "WallParts"]
@@ -19,28 +22,36 @@ __all__ = ["BroadPhase", "BroadPhaseParts", "NarrowPhase", "PairParts", "WallPar
 Hook = Callable[..., Any]
 
 
+def no_state() -> idle.NoState:
+    """Return the state of a broad phase that keeps none."""
+    return idle.NoState(np.zeros(1))
+
+
 @dataclass(frozen=True)
 class BroadPhaseParts:
-    """A broad phase, ready to be composed.
+    """A broad phase, ready to be composed. ``near`` is enough; a phase that keeps a structure has the others.
+
+    ``near(k, s, body) -> m``: write the numbers of all bodies that may touch a body while the structure
+    stands to ``k.near[:m]``. It may name the body itself; it may name a body twice, which costs time. If a is
+    near b, then b is near a. Eight numbers may be written beyond m.
 
     ``state`` is a NamedTuple of arrays, whose class is defined at a module's top level; every hook receives
     it as ``s``.
-
-    ``certificates`` is the number S of structural certificates. They are numbered from 0 to S-1, and what
-    each says is the phase's own business. ``schedule(k, c, tick)`` sets when certificate c fails; ``falls``
-    computes that time.
 
     ``arrange(k, s)`` (plain Python with NumPy, not compiled; may be None) puts the state into the order of
     the present moment, at the start and whenever the kernel builds anew. It may read ``k.bodies`` and
     ``positions_now(k)``.
 
-    ``build(k, s)``: every certificate is unscheduled and there are no candidate pairs. Leave all certificates
-    scheduled, and every pair of bodies a candidate whose contact the certificates do not exclude.
+    ``build(k, s)``: no certificate is scheduled. Leave the structure whole and every certificate scheduled.
 
-    ``pairs`` is how many candidate pairs to make room for at the start; the tables grow when need be.
+    Each body has one structural certificate, which says what the phase wants: ``schedule(k, body, tick)``
+    sets when it fails, and NEVER that it does not. A phase that watches several things for a body schedules
+    the first of them to fail. ``falls`` computes when a gap closes.
 
-    ``repair(k, s, c)``: certificate c fails now, at ``k.clock[0].now``. It is still queued: reschedule it.
-    Restore the structure, reschedule what changed, add and remove candidate pairs. Never touch a body.
+    ``repair(k, s, body) -> m``: a body's certificate fails now, at ``k.clock[0].now``. Restore the structure
+    and reschedule what changed, that body's certificate in any case. Write the bodies that have become near
+    it to ``k.near[:m]``; ``offer(k, a, b)`` says it of two others. Nothing need be said of bodies that are no
+    longer near. Never touch a flight plan.
 
     ``replan(k, s, body)``: the flight plan of a body changed; its position did not. Reschedule the
     certificates that depend on it. The kernel itself asks the narrow phases again.
@@ -48,26 +59,37 @@ class BroadPhaseParts:
     ``audit(k, s)`` (plain Python; may be None) yields a sentence for each invariant of the state that does
     not hold between two events; it may be slow.
 
-    ``ticks`` are the arrays of the state that hold ticks, other than in the kernel's queue: when the clock's
-    base moves on, all ticks in them that are not NEVER are shifted.
+    ``room`` is how many numbers ``near`` may have to write; at least the number of bodies, which is the
+    default.
+
+    ``pairs`` is for how many pairs to make room in the pair set (``add_pair``, ``remove_pair``, ``pairs_of``)
+    at the start; it grows when need be.
+
+    ``ticks`` are the arrays of the state that hold ticks: when the clock's base moves on, all ticks in them
+    that are not NEVER are shifted.
 
     ``skin_limit`` is the thickest skin, a length, with which the phase is right; None: any. A scene that
     needs a thicker one is refused.
 
     ``solid`` says that the phase is right only while bodies cannot pass through each other.
 
+    What a hook may read besides: ``k.places``, place and velocity of every body at the tick
+    ``k.clock[0].origin``, one row of four doubles each, written before ``replan``.
+
     What must hold: whenever all structural failures up to a tick have been repaired, every two bodies that
-    touch at that tick, each taken with its ``reach``, are a candidate pair.
+    touch at that tick, each taken with its ``reach``, are near each other; and a pair that has become near
+    since it was last looked at has been offered or named by ``repair``.
     """
 
-    state: Any
-    certificates: int
-    build: Hook
-    repair: Hook
-    replan: Hook
+    near: Hook
+    state: Any = field(default_factory=no_state)
+    build: Hook = idle.build
+    repair: Hook = idle.repair
+    replan: Hook = idle.replan
     arrange: Callable[[Any, Any], None] | None = None
     audit: Callable[[Any, Any], Iterator[str]] | None = None
     pairs: int = 0
+    room: int = 0
     ticks: tuple[Any, ...] = ()
     solid: bool = False
     skin_limit: float | None = None
@@ -84,10 +106,18 @@ class PairParts:
 
     ``collide(k, a, b)``: both bodies are anchored at the contact; give them new velocities and return how
     deep they overlap (a length, zero or negative when they do not).
+
+    ``soonest(k, body, count, barred, known, at) -> (first, second, who)``: bounds for many at once. Of the
+    bodies in ``k.near[:count]``, except ``body``, ``barred`` and ``known``, no contact with ``body`` comes
+    earlier than ``first`` after tick ``at``, and none but that of ``who`` earlier than ``second``; delays in
+    the scene's time, infinite where there is no contact, ``who`` NOBODY where there is none at all. A bound may be early and
+    never late: ``meet`` of that pair is not before it, by more than 2^-50 of the delay. None: every partner
+    is asked exactly.
     """
 
     meet: Hook
     collide: Hook
+    soonest: Hook | None = None
 
 
 @dataclass(frozen=True)

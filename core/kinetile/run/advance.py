@@ -14,6 +14,7 @@ import numpy as np
 from kinetile.kernel.clock import SPAN, TICKS
 from kinetile.kernel.log import REANCHORED, WALLS
 from kinetile.kernel.loop import CONTACTS_REACHED, TIME_REACHED
+from kinetile.kernel.tables import NEVER, PAIR, STRUCTURAL, TURN, WALL, Kernel
 from kinetile.run.engine import UNLIMITED, Engine
 from kinetile.run.interrupts import Unbroken
 
@@ -43,7 +44,7 @@ class Event(NamedTuple):
         kind: "structural" (a certificate of the broad phase failed), "turn", "wall" (a body met a wall) or
             "disc" (two bodies met).
         bodies: the bodies whose flight plans change, in ascending order; none at a structural event.
-        certificate: the number of the broad phase's certificate at a structural event, else None.
+        certificate: the body whose certificate fails at a structural event, else None.
         wall: "left", "right", "bottom" or "top" at a contact with a wall that has happened, else None.
     """
 
@@ -91,14 +92,14 @@ def advance_one(engine: Engine, end: End) -> Event | None:
     for _ in range(IDLE_SPANS):
         engine.build()
         rest = SPAN if end.ticks is None else engine.clock.relative(end.ticks)
-        place = _head(engine)
-        if place is not None and int(engine.k.queue[place].tick) <= min(rest, SPAN - 1):
-            event = _event_at(engine, place)
-            engine.chunk(int(engine.k.queue[place].tick), UNLIMITED, most=1)
+        head = _look(engine, min(rest, SPAN - 1))
+        if head is not None:
+            event = _event_of(engine, head)
+            engine.chunk(head.tick, UNLIMITED, most=1)
             engine.build()
             if event is not None:
                 return event if event.kind != "wall" else event._replace(wall=_wall_met(engine))
-        elif end.ticks is None and place is None and engine.next_turn is None:
+        elif end.ticks is None and not _awaited(engine) and engine.next_turn is None:
             return None
         else:
             engine.chunk(min(rest, SPAN - 1), UNLIMITED)
@@ -113,46 +114,76 @@ def advance_one(engine: Engine, end: End) -> Event | None:
 def next_event(engine: Engine) -> Event | None:
     """Return the first event that is scheduled now; None where nothing is."""
     engine.build()
-    place = _head(engine)
-    event = None if place is None else _event_at(engine, place)
-    if place is not None and event is None:  # a body is written down anew first: what comes after that?
-        queue = engine.k.queue[1 : int(engine.k.clock[0].queued)]
-        event = None if not len(queue) else _event_at(engine, 1 + int(np.argmin(queue.tick)))
-    turn = engine.next_turn
-    if turn is not None and (event is None or turn.ticks < event.epoch * TICKS + event.tick):
-        return Event(*engine.clock.moment(turn.ticks), "turn", (turn.body,))
+    clock = engine.k.clock[0]
+    turn = int(clock.turn)
+    try:  # a body that is written down anew is no event: what comes after that?
+        while clock.turn < clock.turns and int(engine.k.turns[int(clock.turn)].code) == REANCHORED:
+            clock.turn += 1
+        head = _look(engine, int(clock.now) + 2 * SPAN)
+        event = None if head is None else _event_of(engine, head)
+    finally:
+        clock.turn = turn
+    planned = engine.next_turn
+    if planned is not None and (event is None or planned.ticks < event.epoch * TICKS + event.tick):
+        return Event(*engine.clock.moment(planned.ticks), "turn", (planned.body,))
     return event
 
 
-def _head(engine: Engine) -> int | None:
-    """Return the place of the queue's head; None for an empty queue."""
-    return 0 if int(engine.k.clock[0].queued) else None
+class _Head(NamedTuple):
+    """What comes next: at a tick, a turn (body None) or what awaits a body."""
+
+    tick: int
+    body: int | None
 
 
-def _event_at(engine: Engine, place: int) -> Event | None:
-    """Return what is awaited at a place of the queue; None for what is no event to a user, a plan that is
-    written down anew without a change."""
+def _look(engine: Engine, until: int) -> _Head | None:
+    """Return what comes next, up to and at a tick; None where nothing does. Nothing happens but that guesses
+    are asked."""
+    if engine.chunk(until, UNLIMITED, most=0) == TIME_REACHED:
+        return None
     k = engine.k
-    clock = k.clock[0]
-    certificate = int(k.queue[place].certificate)
+    clock, key = k.clock[0], np.asarray(k.queue.key)
+    first = np.flatnonzero(key == key.min()).tolist() if len(key) else []
+    body = min(first, key=lambda body: _rank(k, body), default=None)
+    if clock.turn < clock.turns:
+        tick = int(k.turns[int(clock.turn)].tick)
+        if body is None or (tick, TURN) < (int(key[body]), int(k.queue[body].kind)):
+            return _Head(tick, None)
+    return None if body is None else _Head(int(key[body]), body)
+
+
+def _rank(k: Kernel, body: int) -> tuple[int, ...]:
+    """In which order bodies of one tick come: see ``kernel.loop.calendar``."""
+    kind, partner = int(k.queue[body].kind), int(k.queue[body].partner)
+    return (kind, min(body, partner), max(body, partner)) if kind == PAIR else (kind, body)
+
+
+def _awaited(engine: Engine) -> bool:
+    """Whether anything is awaited, however far away."""
+    return bool((engine.k.queue.key != NEVER).any())
+
+
+def _event_of(engine: Engine, head: _Head) -> Event | None:
+    """Return what comes next; None for what is no event to a user, a plan that is written down anew without a
+    change."""
+    k = engine.k
     what: dict[str, Any]
-    first_wall = int(clock.structural) + 1
-    first_pair = first_wall + int(clock.bodies)
-    if certificate < int(clock.structural):
-        what = {"kind": "structural", "certificate": certificate}
-    elif certificate < first_wall:
-        turn = k.turns[int(clock.turn)]
+    if head.body is None:
+        turn = k.turns[int(k.clock[0].turn)]
         if int(turn.code) == REANCHORED:
             return None
         what = {"kind": "turn", "bodies": (int(turn.body),)}
-    elif certificate < first_pair:
-        what = {"kind": "wall", "bodies": (certificate - first_wall,)}
     else:
-        pair = k.certificates[certificate]
-        what = {"kind": "disc", "bodies": (int(pair.a), int(pair.b))}
-    return Event(*engine.clock.moment(engine.clock.total(int(k.queue[place].tick))), **what)
+        entry = k.queue[head.body]
+        if int(entry.kind) == STRUCTURAL:
+            what = {"kind": "structural", "certificate": head.body}
+        elif int(entry.kind) == WALL:
+            what = {"kind": "wall", "bodies": (head.body,)}
+        else:
+            what = {"kind": "disc", "bodies": tuple(sorted((head.body, int(entry.partner))))}
+    return Event(*engine.clock.moment(engine.clock.total(head.tick)), **what)
 
 
 def _wall_met(engine: Engine) -> str:
     """Return the wall of the contact that happened last: the log has it."""
-    return WALLS[int(engine.k.log[0].b)]
+    return WALLS[int(engine.k.met[0].b)]

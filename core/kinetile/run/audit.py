@@ -19,9 +19,10 @@ import numpy.typing as npt
 from kinetile.errors import AuditError, KinetileError, UnawaitedContactError
 from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
 from kinetile.kernel.flight import positions_now
-from kinetile.kernel.tables import NEVER, Kernel
+from kinetile.kernel.tables import GUESS, NEVER, NOBODY, NOT_ASKED, PAIR, WALL, Kernel
 from kinetile.plugin.calling import place_of
 from kinetile.plugin.discovery import sentence
+from kinetile.run.candidates import candidates
 from kinetile.run.composition import Composition
 
 __all__ = ["Complaint", "check_all", "complaints"]
@@ -58,56 +59,88 @@ def check_all(k: Kernel, composition: Composition, delta: float, time: float, ev
 def complaints(k: Kernel, composition: Composition, delta: float) -> Iterator[Complaint]:
     """Yield everything that does not hold now; ``delta`` is the skin."""
     broad = composition.broad
-    yield from map(Complaint, _queue(k))
-    yield from map(Complaint, _pairs(k))
-    yield from _contact_times(k, composition)
+    yield from map(Complaint, _calendar(k))
+    yield from map(Complaint, _entries(k))
+    yield from map(Complaint, _places(k))
+    yield from map(Complaint, _pair_set(k))
+    near = candidates(k, composition) if composition.pair is not None else np.zeros((0, 2), np.int32)
+    yield from _contact_times(k, composition, near)
     if composition.pair is not None and not _repairs_are_due(k):
-        yield from _candidates(k, delta)
+        yield from _touching(k, near, delta)
     if broad.audit is not None:
         yield from map(Complaint, broad.audit(k, broad.state))
 
 
 def _repairs_are_due(k: Kernel) -> bool:
     """Whether a structural certificate fails at this very tick and has not been repaired yet."""
+    return bool((k.queue.own <= k.clock[0].now).any())
+
+
+def _calendar(k: Kernel) -> Iterator[str]:
+    """Every body that awaits something stands once in the list of its slice, and nobody else does."""
     clock = k.clock[0]
-    waiting = k.queue[: int(clock.queued)]
-    return bool(((waiting.tick <= clock.now) & (waiting.certificate < clock.structural)).any())
+    days = np.asarray(k.queue.key) >> int(clock.shift)
+    after, before = k.queue.next.tolist(), k.queue.prev.tolist()
+    slices, found = len(k.slices), 0
+    for at, body in enumerate(k.slices.tolist()):
+        if bool(int(k.marks[at >> 6]) >> (at & 63) & 1) != (body >= 0):
+            yield f"the mark of slice {at} of the calendar is not true"
+        previous = -2 - at
+        while body >= 0 and found <= len(after):
+            if before[body] != previous:
+                yield f"the list of slice {at} of the calendar cannot be read backwards at body {body}"
+                return
+            if int(days[body]) % slices != at or int(k.queue.key[body]) == NEVER:
+                yield f"body {body} stands in slice {at} of the calendar, where it does not belong"
+            previous, body, found = body, after[body], found + 1
+    waiting = np.asarray(k.queue.key) != NEVER
+    if found != int(waiting.sum()) or found != int(k.counts[0].queued):
+        yield f"{found} bodies stand in the calendar, and {int(waiting.sum())} await something"
+    if waiting.any() and int(days[waiting].min()) < int(clock.slice):
+        yield "a body is filed before the slice in which the head is sought"
 
 
-def _queue(k: Kernel) -> Iterator[str]:
-    """The queue is a heap in the order of events, and every certificate knows its place in it."""
+def _entries(k: Kernel) -> Iterator[str]:
+    """Each body is filed under the first of what it knows awaits it."""
+    queue = k.queue
+    contact = np.where(queue.exact == 1, PAIR, GUESS)
+    asked = queue.wall != NOT_ASKED
+    choices = np.stack([queue.own, queue.tick, np.where(asked, queue.wall, NEVER)])
+    kinds = np.stack([np.zeros_like(contact), contact, np.full_like(contact, WALL)])
+    key = choices.min(axis=0)
+    kind = np.where(choices == key, kinds, PAIR + 1).min(axis=0)
+    for body in np.flatnonzero(queue.key != key):
+        yield f"body {body} is filed {_tick(queue.key[body])}, but what it awaits comes {_tick(key[body])}"
+    for body in np.flatnonzero((queue.kind != kind) & (key != NEVER)):
+        yield f"what awaits body {body} is filed as of kind {queue.kind[body]}, and is of kind {kind[body]}"
+    for body in np.flatnonzero(queue.guard < queue.tick):
+        yield f"body {body} has a contact before its first one"
+
+
+def _places(k: Kernel) -> Iterator[str]:
+    """The rows of places at the common clock are those of the plans."""
     clock = k.clock[0]
-    size = int(clock.queued)
-    tick, certificate = k.queue.tick[:size], k.queue.certificate[:size]
-    if size and (k.certificates.place[certificate] != np.arange(size)).any():
-        yield "a certificate does not stand in the queue where it says it does"
-    queued = int((k.certificates.place >= 0).sum())
-    if queued != size:
-        yield f"the queue has {size} entries, but {queued} certificates say that they are queued"
-    bodies = int(clock.bodies)
-    first_pair = int(clock.structural) + 1 + bodies
-    a, b = k.certificates.a[certificate].astype(np.int64), k.certificates.b[certificate]
-    rank = np.where(certificate < first_pair, certificate, first_pair + a * bodies + b)
-    parent = (np.arange(1, size) - 1) >> 2
-    late = (tick[1:] < tick[parent]) | ((tick[1:] == tick[parent]) & (rank[1:] < rank[parent]))
-    if late.any():
-        yield "the queue is out of order"
+    back = (clock.origin - k.bodies.anchor) * clock.tick
+    for at, speed in (("x", "vx"), ("y", "vy")):
+        wrong = (k.places[at] != k.bodies[at] + k.bodies[speed] * back) | (k.places[speed] != k.bodies[speed])
+        for body in np.flatnonzero(wrong):
+            yield f"the place of body {body} at the common clock is not that of its plan"
 
 
-def _pairs(k: Kernel) -> Iterator[str]:
-    """Every candidate pair stands once in the list of each of its bodies and once in the lookup, and all
-    other records are free."""
-    table = k.certificates
+def _pair_set(k: Kernel) -> Iterator[str]:
+    """Every pair of the pair set stands once in the list of each of its bodies and once in the lookup, and
+    all other records are free."""
+    table = k.pairs
     live = np.flatnonzero(table.a >= 0)
     if len(live) != int(k.clock[0].pairs):
-        yield f"there are {len(live)} candidate pairs, but the kernel counts {int(k.clock[0].pairs)}"
+        yield f"there are {len(live)} pairs in the pair set, but the kernel counts {int(k.clock[0].pairs)}"
     if not np.array_equal(np.sort(k.lookup[k.lookup >= 0]), live):
-        yield f"the lookup does not hold each of the {len(live)} candidate pairs once"
+        yield f"the lookup does not hold each of the {len(live)} pairs of the pair set once"
     ones, others = table.a.tolist(), table.b.tolist()
     next_a, next_b = table.next_a.tolist(), table.next_b.tolist()
     prev_a, prev_b = table.prev_a.tolist(), table.prev_b.tolist()
     listed = 0
-    for body, at in enumerate(k.bodies.first.tolist()):
+    for body, at in enumerate(k.firsts.tolist()):
         before = -1
         while at >= 0 and listed <= 2 * len(live):
             if body not in (ones[at], others[at]):
@@ -119,37 +152,52 @@ def _pairs(k: Kernel) -> Iterator[str]:
                 yield f"the list of body {body} cannot be read backwards"
             before, at = at, (next_a if is_a else next_b)[at]
     if listed != 2 * len(live):
-        yield f"the bodies' lists have {listed} entries for {len(live)} candidate pairs"
+        yield f"the bodies' lists have {listed} entries for {len(live)} pairs"
     free, at = 0, int(k.clock[0].free)
-    room = len(table) - int(k.clock[0].structural) - 1 - len(k.bodies)
-    while at >= 0 and free <= room:
+    while at >= 0 and free <= len(table):
         free, at = free + 1, next_a[at]
-    if free + len(live) != room:
-        yield f"of {room} records for pairs {len(live)} are taken and {free} free"
+    if free + len(live) != len(table):
+        yield f"of {len(table)} records for pairs {len(live)} are taken and {free} free"
 
 
-def _contact_times(k: Kernel, composition: Composition) -> Iterator[Complaint]:
-    """Every wall and pair certificate fails when the narrow phases say now; they look at plans alone."""
+def _contact_times(k: Kernel, composition: Composition, near: npt.NDArray[np.int32]) -> Iterator[Complaint]:
+    """No contact, asked anew and exactly, comes before one of its bodies is looked at: coverage.
+
+    A pair is covered by one of its bodies, which knows that their contact is not before its own key; walls
+    by the body. The narrow phases look at plans alone.
+    """
     pair, wall = composition.pair, composition.wall
     parts: dict[str, Any] = {"PAIRS": pair is not None, "WALLS": wall is not None}
     if pair is not None:
         parts["meet"] = pair.meet
     if wall is not None:
         parts["reach_wall"] = wall.reach_wall
-    wanted = np.full(len(k.certificates), NEVER)
+    pairs, walls = np.full(len(near), NEVER), np.full(len(k.bodies), NEVER)
     aside = k._replace(clock=k.clock.copy())  # a narrow phase may blame; here nobody is to hear it
-    compose(ask_again, parts, "audit", Kernel)(aside, wanted)
-    queued = np.full(len(k.certificates), NEVER)
-    waiting = k.queue[: int(k.clock[0].queued)]
-    queued[waiting.certificate] = waiting.tick
-    first = int(k.clock[0].structural) + 1
-    for certificate in np.flatnonzero(wanted[first:] != queued[first:]) + first:
-        record = k.certificates[certificate]
-        body = int(certificate) - first
-        bodies = (body,) if body < len(k.bodies) else (int(record.a), int(record.b))
-        who = f"body {body} and a wall" if len(bodies) == 1 else f"bodies {bodies[0]} and {bodies[1]}"
-        ticks = f"{_tick(queued[certificate])}, but by their plans they meet {_tick(wanted[certificate])}"
-        yield Complaint(f"the contact of {who} is awaited {ticks}", bodies)
+    compose(ask_again, parts, "audit", Kernel)(aside, near, pairs, walls)
+    key, kind = np.asarray(k.queue.key), np.asarray(k.queue.kind)
+    for body in np.flatnonzero(walls < key):
+        by_plan = f"but by its plan it meets it {_tick(walls[body])}"
+        yield Complaint(f"body {body} and a wall are awaited {_tick(key[body])}, {by_plan}", (int(body),))
+    told = (np.asarray(k.queue.wall) != NOT_ASKED) & (np.asarray(k.queue.wall) != walls)
+    for body in np.flatnonzero(told):
+        said = f"the contact of body {body} and a wall is awaited {_tick(k.queue.wall[body])}"
+        yield Complaint(f"{said}, but by its plan they meet {_tick(walls[body])}", (int(body),))
+    first = np.minimum(key[near[:, 0]], key[near[:, 1]])
+    for number in np.flatnonzero(pairs < first):
+        a, b = near[number].tolist()
+        said = f"the contact of bodies {a} and {b} is awaited {_tick(first[number])} at the earliest"
+        yield Complaint(f"{said}, but by their plans they meet {_tick(pairs[number])}", (a, b))
+    exact = np.flatnonzero(np.where(kind == PAIR, k.queue.partner, NOBODY) >= 0)
+    times = dict(zip(map(tuple, near.tolist()), pairs.tolist(), strict=True))
+    stamp = np.asarray(k.bodies.stamp)
+    for body in exact.tolist():
+        other = int(k.queue.partner[body])
+        a, b = min(body, other), max(body, other)
+        meeting = times.get((a, b), NEVER)
+        if k.queue.seen[body] == stamp[other] and meeting != key[body]:
+            said = f"the contact of bodies {a} and {b} is awaited {_tick(key[body])}"
+            yield Complaint(f"{said}, but by their plans they meet {_tick(meeting)}", (a, b))
 
 
 def _tick(tick: int) -> str:
@@ -157,31 +205,33 @@ def _tick(tick: int) -> str:
 
 
 PAIRS = WALLS = True
+"""Filled in by ``compose``; PAIR, GUESS and WALL are kinds of entries."""
+
 meet = reach_wall = to_be_filled_in
 
 
-def ask_again(k: Kernel, ticks: Integers) -> None:
-    """Write down when each wall and pair certificate fails; a template, as ``kernel.advance`` is."""
+def ask_again(
+    k: Kernel, near: npt.NDArray[np.int32], pairs: Integers, walls: Integers
+) -> None:
+    """Write down when each near pair and each body and a wall meet; a template, as ``kernel.loop.advance``."""
     k = disowned(k)
     bodies = k.bodies
-    table = k.certificates
-    first_wall = k.clock[0].structural + 1
     if WALLS:
         for body in range(len(bodies)):
-            ticks[first_wall + body] = reach_wall(k, bodies[body])[0]
+            walls[body] = reach_wall(k, bodies[body])[0]
     if PAIRS:
-        for certificate in range(first_wall + len(bodies), len(table)):
-            record = table[certificate]
-            if record.a >= 0 and (bodies[record.a].last != record.b or bodies[record.b].last != record.a):
-                ticks[certificate] = meet(k, record.a, record.b)
+        for pair in range(len(near)):
+            a = near[pair, 0]
+            b = near[pair, 1]
+            if bodies[a].last != b or bodies[b].last != a:
+                pairs[pair] = meet(k, a, b)
 
 
-def _candidates(k: Kernel, delta: float) -> Iterator[Complaint]:
+def _touching(k: Kernel, near: npt.NDArray[np.int32], delta: float) -> Iterator[Complaint]:
     """Every two bodies closer than a skin are a candidate pair."""
     place: Any = positions_now(k)
     radius = np.asarray(k.bodies.radius)
-    live = k.certificates[k.certificates.a >= 0]
-    held = set(zip(live.a.tolist(), live.b.tolist(), strict=True))
+    held = set(map(tuple, near.tolist()))
     for first in range(0, len(place), ROWS):
         rows = slice(first, first + ROWS)
         apart = np.hypot(

@@ -55,17 +55,25 @@ class Composition:
             "build": self.broad.build,
             "repair": self.broad.repair,
             "replan": self.broad.replan,
+            "near": self.broad.near,
             "PAIRS": self.pair is not None,
+            "BOUNDS": self.pair is not None and self.pair.soonest is not None,
             "WALLS": self.wall is not None,
             "TURNS": turns,
         }
         if self.pair is not None:
             parts |= {"meet": self.pair.meet, "collide": self.pair.collide}
+            if self.pair.soonest is not None:
+                parts["soonest"] = self.pair.soonest
         if self.wall is not None:
             parts |= {"reach_wall": self.wall.reach_wall, "bounce": self.wall.bounce}
+        return compose(advance, parts, self.label, type(self.broad.state))
+
+    @property
+    def label(self) -> str:
+        """The names of the phases, for the cache of compiled code."""
         label = "_".join([self.broad_phase, *self.narrow_phases])
-        label = "".join(c if c.isalnum() else "_" for c in label)[:60]
-        return compose(advance, parts, label, type(self.broad.state))
+        return "".join(c if c.isalnum() else "_" for c in label)[:60]
 
 
 def compose_phases(

@@ -23,12 +23,12 @@ class Readings:
         turns: changes of velocity by the user or the scene.
         structural_events: failures of the broad phase's own certificates.
         events: all of the above together.
-        certificates_created: certificates made, those of the start included.
-        certificates_updated: times a failure time was set anew.
-        certificates_live_max: most certificates alive at one time.
-        queue_max: most certificates waiting to fail at one time.
-        pairs_mean: candidate pairs, averaged over contacts.
-        pairs_max: most candidate pairs at one time.
+        certificates_updated: times a certificate's failure time was set anew: structural ones and contacts.
+        partners_asked: bodies asked by another for their contact, a bound or exactly.
+        contacts_computed: contact times worked out exactly.
+        queue_max: most bodies queued at one time; there is one entry a body.
+        pairs_created: pairs that came into the broad phase's pair set, where it keeps one.
+        pairs_max: most pairs in it at one time.
         deepest_overlap: deepest overlap found at a contact, in radii of the smaller body.
         energy_drift: relative change of kinetic energy, turns apart.
         lateness: how far in the past a structural event was found, in the scene's time.
@@ -45,11 +45,11 @@ class Readings:
     turns: int
     structural_events: int
     events: int
-    certificates_created: int
     certificates_updated: int
-    certificates_live_max: int
+    partners_asked: int
+    contacts_computed: int
     queue_max: int
-    pairs_mean: float
+    pairs_created: int
     pairs_max: int
     deepest_overlap: float
     energy_drift: float
@@ -71,7 +71,6 @@ class Readings:
         k: Kernel,
         *,
         start_energy: float,
-        certificates_created: int,
         cpu_seconds: float,
         compile_seconds: float,
         audits: int,
@@ -89,11 +88,11 @@ class Readings:
             turns=int(counts.turns),
             structural_events=int(counts.structural),
             events=events,
-            certificates_created=certificates_created + int(counts.pairs_created),
             certificates_updated=int(counts.updated),
-            certificates_live_max=certificates_created + int(counts.pairs_max),
+            partners_asked=int(counts.asked),
+            contacts_computed=int(counts.exact),
             queue_max=int(counts.queue_max),
-            pairs_mean=float(counts.pairs_sum) / contacts if contacts else float(k.clock[0].pairs),
+            pairs_created=int(counts.pairs_created),
             pairs_max=int(counts.pairs_max),
             deepest_overlap=max(float(counts.deepest), 0.0),
             energy_drift=abs(energy(k) - expected) / scale if scale > 0.0 else 0.0,

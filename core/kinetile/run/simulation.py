@@ -18,6 +18,7 @@ from kinetile.kernel.flight import positions_now
 from kinetile.kernel.tables import Kernel, read_only
 from kinetile.run.advance import End, Event, advance, advance_one, next_event
 from kinetile.run.arguments import read_end, read_turn
+from kinetile.run.candidates import candidates
 from kinetile.run.composition import Composition, compose_phases
 from kinetile.run.engine import Engine
 from kinetile.run.engine.ledger import Recorder
@@ -302,10 +303,8 @@ class Simulation:
 
     def candidate_pairs(self) -> npt.NDArray[np.int32]:
         """Return the candidate pairs now, (k, 2), a < b, sorted."""
-        table = self.tables.certificates
-        live = table[table.a >= 0]
-        pairs = np.column_stack([live.a, live.b])
-        return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
+        self.build()
+        return candidates(self._engine.k, self.composition)
 
     @property
     def contacts(self) -> npt.NDArray[np.void]:
@@ -332,11 +331,9 @@ class Simulation:
     @property
     def readings(self) -> Readings:
         """The instruments, now."""
-        walls = len(self.scene) if self.composition.wall is not None else 0
         return Readings.take(
             self._engine.k,
             start_energy=self._start_energy,
-            certificates_created=self.composition.broad.certificates + walls,
             cpu_seconds=self._engine.cpu_seconds,
             compile_seconds=self._engine.compile_seconds,
             audits=self._engine.audits,

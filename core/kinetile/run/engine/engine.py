@@ -23,7 +23,7 @@ from kinetile.kernel.flight import positions_now
 from kinetile.kernel.log import REANCHORED, TURNED
 from kinetile.kernel.loop import BUDGET_SPENT, FAULT, LOG_FULL, NO_ROOM, TIME_REACHED
 from kinetile.kernel.skin import Skin, too_thick
-from kinetile.kernel.tables import NEVER, allocate, clear, read_only, record_table
+from kinetile.kernel.tables import NEVER, NOT_ASKED, ROW, clear, pair_set, read_only, record_table
 from kinetile.plugin.calling import calling, described, place_of
 from kinetile.plugin.discovery import sentence
 from kinetile.run.audit import check_all
@@ -148,8 +148,9 @@ class Engine:
                 self.busy = False
 
     def _chunk(self, until: int, contacts: int, most: int) -> int:
+        self._record(self.ledger.recorder is not None)
         began = time.thread_time()
-        budget, before = min(self._budget, most), self.now
+        budget, before, steps = min(self._budget, most), self.now, self._steps
         try:
             reason = int(self.loop(self.k, self.state, until, budget, contacts))
         except Exception as error:  # a hook that raises, or one that is interpreted and leaves its arrays
@@ -162,6 +163,7 @@ class Engine:
         took = time.thread_time() - began
         self.cpu_seconds += took
         self._take_over(before)
+        self._fit_calendar(before, self._steps - steps)
         if reason == BUDGET_SPENT and budget == self._budget and took < CHUNK_SECONDS / 2:
             self._budget *= 2
         elif took > 2 * CHUNK_SECONDS:
@@ -177,6 +179,11 @@ class Engine:
         if self.now != before:
             self.asked = None
         self.ledger.take(self.k)
+
+    def _record(self, wanted: bool) -> None:
+        """Let the loop write long rows where somebody reads them, and only there."""
+        if wanted != bool(len(self.k.log)):
+            self.k = self.k._replace(log=record_table(ROW, len(self.k.met) if wanted else 0))
 
     def audit(self) -> None:
         """Check everything that must hold between two events.
@@ -239,6 +246,7 @@ class Engine:
         k = self.k
         if not len(k.bodies) and end is not None:
             self.clock.base += max(self.clock.relative(end) // SPAN, 1) * (SPAN // TICKS)
+            k.clock[0].base = self.clock.base
             k.clock[0].now = -1
             return
         clock = k.clock[0]
@@ -246,12 +254,15 @@ class Engine:
             self.lay_out(self.speed)
         self._forget_turns()
         k.bodies.anchor -= SPAN
-        k.queue.tick[: int(clock.queued)] -= SPAN
-        for ticks in self.composition.broad.ticks:
+        for ticks in (k.queue.key, k.queue.own, k.queue.tick, k.queue.guard, *self.composition.broad.ticks):
             ticks[ticks != NEVER] -= SPAN
+        k.queue.wall[(k.queue.wall != NEVER) & (k.queue.wall != NOT_ASKED)] -= SPAN
         clock.now -= SPAN
+        clock.origin -= SPAN
+        clock.filed = 0
         clock.window_tick = max(int(clock.window_tick) - SPAN, -(2**62))
         self.clock.base += SPAN // TICKS
+        clock.base = self.clock.base
         old = np.flatnonzero(k.bodies.anchor < -SPAN)
         if len(old):
             self._allow_turns()
@@ -276,6 +287,11 @@ class Engine:
         if len(self.scene) and self.speed > 0.0:  # jammed: contacts within 1e-13 radii of flight each
             flight = 1e-13 * float(self.scene.radius.min()) / self.speed
             clock.window_ticks = int(min(int(clock.window_size) * flight * clock.per_time, SPAN))
+        span = min(4.0 * self._extent / speed * clock.per_time if speed > 0.0 else math.inf, float(SPAN // 2))
+        clock.span = int(span)
+        clock.fat = self.skin.fat(self._extent + 2.0 * speed * (clock.span * float(clock.tick)))
+        if clock.shift == 0:
+            clock.shift = self._first_shift()
         clear(k)
         self._load_turns()
         if self.composition.broad.arrange is not None:
@@ -302,15 +318,38 @@ class Engine:
         ahead = speed * self.clock.unit * (spans * SPAN // TICKS)
         return float(np.abs(positions_now(self.k)).max()) + ahead
 
+    def _first_shift(self) -> int:
+        """Return the length of the calendar's slices, before anything is known: what discs in a gas need."""
+        k, n = self.k, len(self.scene)
+        squares = float(np.sum(k.bodies.vx**2 + k.bodies.vy**2)) if n else 0.0
+        events = 8.0 * n * math.sqrt(n) * math.sqrt(squares / n) / self._extent if squares > 0.0 else 1.0
+        return self._shift(float(k.clock[0].per_time) / events)
+
+    def _shift(self, ticks: float) -> int:
+        """Return the shift of slices of about so many ticks."""
+        most = 61 - len(self.k.slices).bit_length()
+        return min(max(round(math.log2(max(ticks, 1.0))), 1), most)
+
+    def _fit_calendar(self, since: int, steps: int) -> None:
+        """Give the calendar's slices the length that heads were apart in a chunk of so many."""
+        clock = self.k.clock[0]
+        if steps > 256 and self.now > since:
+            shift = self._shift((self.now - since) / steps)
+            if abs(shift - int(clock.shift)) > 1:
+                clock.shift = shift
+                clock.filed = 0
+
+    @property
+    def _steps(self) -> int:
+        """Times something came to the head of the queue, but for guesses that were right."""
+        return int(self.k.counts[0].asks) + int(self.k.counts[0].structural)
+
     def _grow(self) -> None:
         """Make room for more candidate pairs, and build anew."""
         self._skin(self.speed)  # what is refused is refused before the tables change
         clock = self.k.clock[0]
-        room = max(2 * len(self.k.fresh), int(1.25 * (int(clock.pairs) + int(clock.wanted))))
-        new = allocate(len(self.scene), self.composition.broad.certificates, room, 0)
-        self.k = self.k._replace(
-            certificates=new.certificates, queue=new.queue, lookup=new.lookup, fresh=new.fresh
-        )
+        room = max(2 * len(self.k.pairs), int(1.25 * (int(clock.pairs) + int(clock.wanted))))
+        self.k = pair_set(self.k, room)
         self.lay_out(self.speed)
 
     def _allow_turns(self) -> None:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from kinetile.errors import PhaseError
 from kinetile.kernel.clock import TICKS
-from kinetile.kernel.tables import Kernel, allocate
+from kinetile.kernel.tables import Kernel, allocate, pair_set
 from kinetile.plugin.calling import described
 from kinetile.run.composition import Composition
 from kinetile.scene import Scene
 
 __all__ = ["tables_of"]
 
-LOG_ROWS = 1 << 15
+LOG_ROWS = 1 << 13
 
 
 def tables_of(scene: Scene, composition: Composition, unit: float) -> Kernel:
@@ -20,17 +20,19 @@ def tables_of(scene: Scene, composition: Composition, unit: float) -> Kernel:
     Raises PhaseError where there is no memory for what the broad phase asks for.
     """
     n = len(scene)
-    certificates = int(composition.broad.certificates)
-    pairs = int(composition.broad.pairs or 4 * n + 64)
+    pairs, room = int(composition.broad.pairs), max(int(composition.broad.room), n)
     try:
-        k = allocate(n, certificates, pairs, LOG_ROWS)
+        k = allocate(n, room, LOG_ROWS)
+        if pairs:
+            k = pair_set(k, pairs)
     except MemoryError as error:
         who = described("broad phase", composition.broad_phase)
-        said = f"there is no memory for its {certificates} certificates and {pairs} pairs"
+        said = f"there is no memory for its {pairs} pairs and for {room} bodies near one"
         raise PhaseError(f"{who}: {said}") from error
     k.bodies.x, k.bodies.y = scene.position.T
     k.bodies.vx, k.bodies.vy = scene.velocity.T
     k.bodies.radius = scene.radius
+    k.radii[:] = scene.radius
     k.bodies.last = -1
     k.mass[:] = scene.mass
     clock = k.clock[0]

@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.kernel.clock import Clock
-from kinetile.kernel.log import CONTACT, LOG, TURNED
-from kinetile.kernel.tables import Kernel
+from kinetile.kernel.log import CONTACT, LOG
+from kinetile.kernel.tables import MET, Kernel
 
 __all__ = ["Ledger", "Recorder", "digestible"]
 
@@ -24,6 +24,9 @@ class Ledger:
 
     ``recorder``, where there is one, is given every row; ``unrecorded`` are rows that wait for the next one;
     ``rows`` is how many there have been; ``keep`` says whether contacts are kept at all.
+
+    The loop writes contacts as they are digested, so that a chunk costs little more than its digest; they get
+    their times as floats when somebody asks.
     """
 
     def __init__(self, clock: Clock, keep: bool) -> None:
@@ -32,6 +35,7 @@ class Ledger:
         self.rows = 0
         self._clock = clock
         self._keep = keep
+        self._waiting: list[Any] = []
         self._kept = np.zeros(0, CONTACT)
         self._count = 0
         self._digest = hashlib.sha256()
@@ -41,6 +45,9 @@ class Ledger:
         """All contacts so far, in canonical order."""
         if not self._keep:
             raise ValueError("this simulation keeps no contacts: it was made with keep_contacts=False")
+        waiting, self._waiting = self._waiting, []
+        if waiting:
+            self._put(np.concatenate(waiting))
         contacts = self._kept[: self._count]
         contacts.flags.writeable = False
         return contacts
@@ -52,33 +59,29 @@ class Ledger:
 
     def take(self, k: Kernel) -> None:
         """Take over what the loop has logged, and empty its log."""
-        header = k.clock[0]
-        if header.logged == 0:
-            return
-        raw = k.log[: int(header.logged)]
-        self.rows += len(raw)
-        time, epoch, tick = self._clock.split(raw.tick)
-        columns = {"time": time, "epoch": epoch, "tick": tick, "a": raw.a, "b": raw.b}
-        met = raw.b > TURNED
-        contacts = np.zeros(int(met.sum()), CONTACT)
-        for name, column in columns.items():
-            contacts[name] = column[met]
-        rows = _rows(raw, columns) if self.recorder is not None else None
-        self._digest.update(digestible(contacts))
+        clock = k.clock[0]
+        met = k.met[: int(clock.logged)]
+        written = k.log[: int(clock.written)]
+        self.rows = int(k.counts[0].logged)
+        self._digest.update(met.view(np.uint8).data)
         if self._keep:
-            self._put(contacts)
-        header.logged = 0
-        if rows is not None and self.recorder is not None:
-            self.recorder(rows)
+            self._waiting.append(met.copy())
+        clock.logged = 0
+        clock.written = 0
+        if len(written) and self.recorder is not None:
+            self.recorder(_rows(written, self._clock))
 
-    def _put(self, contacts: npt.NDArray[np.void]) -> None:
+    def _put(self, met: Any) -> None:
         """Keep contacts; room is made by doubling, so that what was handed out before is never moved."""
-        end = self._count + len(contacts)
+        end = self._count + len(met)
         if end > len(self._kept):
             room = np.zeros(max(end, 2 * len(self._kept)), CONTACT)
             room[: self._count] = self._kept[: self._count]
             self._kept = room
-        self._kept[self._count : end] = contacts
+        new = self._kept[self._count : end]
+        for name in ("epoch", "tick", "a", "b"):
+            new[name] = met[name]
+        new["time"] = self._clock.rounded(met["epoch"], met["tick"])
         self._count = end
 
     def hand_over(self) -> None:
@@ -92,21 +95,20 @@ class Ledger:
                 self.recorder(rows)
 
 
-def _rows(raw: Any, columns: dict[str, Any]) -> npt.NDArray[np.void]:
+def _rows(written: Any, clock: Clock) -> npt.NDArray[np.void]:
     """Return the log rows, with NaN for second bodies that do not exist."""
-    rows = np.zeros(len(raw), LOG)
-    for name, column in columns.items():
-        rows[name] = column
-    for name in ("ax", "ay", "avx", "avy"):
-        rows[name] = raw[name]
+    rows = np.zeros(len(written), LOG)
+    rows["time"], rows["epoch"], rows["tick"] = clock.split(written.tick)
+    for name in ("a", "b", "ax", "ay", "avx", "avy"):
+        rows[name] = written[name]
     for name in ("bx", "by", "bvx", "bvy"):
-        rows[name] = np.where(raw.b >= 0, raw[name], np.nan)
+        rows[name] = np.where(written.b >= 0, written[name], np.nan)
     return rows
 
 
 def digestible(contacts: npt.NDArray[np.void]) -> bytes:
     """Return what the fingerprint is made from, in an order of bytes that is the same everywhere."""
-    exact = np.zeros(len(contacts), [("epoch", "<i8"), ("tick", "<i8"), ("a", "<i4"), ("b", "<i4")])
+    exact = np.zeros(len(contacts), MET)
     for name in ("epoch", "tick", "a", "b"):
         exact[name] = contacts[name]
     return exact.tobytes()

@@ -1,0 +1,23 @@
+"""The main loop: its queue, its predictions, and what it does with the head."""
+
+from __future__ import annotations
+
+from kinetile.kernel.loop.advance import (
+    BUDGET_SPENT,
+    CONTACTS_REACHED,
+    FAULT,
+    LOG_FULL,
+    NO_ROOM,
+    TIME_REACHED,
+    advance,
+)
+
+__all__ = [
+    "BUDGET_SPENT",
+    "CONTACTS_REACHED",
+    "FAULT",
+    "LOG_FULL",
+    "NO_ROOM",
+    "TIME_REACHED",
+    "advance",
+]

@@ -1,0 +1,328 @@
+"""The main loop: take the next event, restore the proof, again (thesis, section 2).
+
+``advance`` is a template. Its hooks (``build``, ``repair``, ``replan``, ``near`` of the broad phase;
+``meet``, ``soonest``, ``collide`` of the narrow phase for pairs; ``reach_wall``, ``bounce`` of the one for
+walls) and its constants (``PAIRS``, ``BOUNDS``, ``WALLS``, ``TURNS``) are filled in by
+``kinetile.kernel.compiled.compose`` from what the scene names; what it does not name is not compiled.
+
+Of one tick, structural events run first, then turns, then contacts with walls, then contacts of pairs, and
+after each of them the head of the queue is taken anew. So at a contact's tick every structural event up to
+and at that tick has been restored, and which broad phase did it cannot matter: a contact's time is a function
+of the two flight plans alone, and the broad phase sees bodies fattened by a skin wide enough for all rounding
+(docs/one-answer.md has the rule and its proof).
+
+A guess at the head is no event: nothing happens at its tick but that a contact is asked for exactly. It moves
+neither the clock nor a body, so when guesses are asked cannot matter either.
+
+The loop cannot raise. It runs until something has to be done outside and returns a reason.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from kinetile.kernel.compiled import disowned, hook, to_be_filled_in
+from kinetile.kernel.faults import JAMMED, LATE_CONTACT, NOT_FINITE, STALLED, TOO_DEEP, blame
+from kinetile.kernel.flight import anchor_at, note_place
+from kinetile.kernel.log import TURNED
+from kinetile.kernel.loop.calendar import file_all, head, runner_up
+from kinetile.kernel.loop.predictions import ask_all_exactly, forget, look_at, settle, wall_is_before
+from kinetile.kernel.tables import (
+    GUESS,
+    NEVER,
+    NOBODY,
+    NOT_ASKED,
+    STRUCTURAL,
+    WALL,
+    Kernel,
+)
+
+__all__ = [
+    "BUDGET_SPENT",
+    "CONTACTS_REACHED",
+    "FAULT",
+    "LOG_FULL",
+    "NO_ROOM",
+    "TIME_REACHED",
+    "advance",
+]
+
+# Why the loop returned.
+TIME_REACHED, CONTACTS_REACHED, BUDGET_SPENT, LOG_FULL, NO_ROOM, FAULT = range(6)
+
+PAIRS = WALLS = TURNS = True
+
+build = repair = replan = near = meet = collide = reach_wall = bounce = to_be_filled_in
+
+
+@hook
+def _log(k: Kernel, tick: int, a: int, b: int) -> None:
+    """Log an event: what is digested of a contact, and for whoever records the plans after it."""
+    clock = k.clock[0]
+    k.counts[0].logged += 1
+    if b > TURNED:
+        met = k.met[clock.logged]
+        clock.logged += 1
+        met.epoch = clock.base + (tick >> 52)
+        met.tick = tick & ((1 << 52) - 1)
+        met.a = a
+        met.b = b
+    if len(k.log) > 0:
+        row = k.log[clock.written]
+        clock.written += 1
+        row.tick = tick
+        row.a = a
+        row.b = b
+        one = k.bodies[a]
+        row.ax = one.x
+        row.ay = one.y
+        row.avx = one.vx
+        row.avy = one.vy
+        if b >= 0:
+            two = k.bodies[b]
+            row.bx = two.x
+            row.by = two.y
+            row.bvx = two.vx
+            row.bvy = two.vy
+
+
+@hook
+def _log_is_full(k: Kernel) -> bool:
+    """Whether there is no room for another event."""
+    clock = k.clock[0]
+    return bool(clock.logged >= len(k.met) or (len(k.log) > 0 and clock.written >= len(k.log)))
+
+
+@hook
+def _count_contact(k: Kernel, tick: int, a: int, b: int, depth: float, radius: float, slack: float) -> None:
+    """Keep the readings of a contact and look for jams and for overlaps that rounding does not explain."""
+    clock = k.clock[0]
+    counts = k.counts[0]
+    counts.deepest = max(counts.deepest, depth / radius)
+    if not depth <= clock.tolerance + 1e-9 * slack:
+        blame(k, TOO_DEEP if depth > 0.0 else NOT_FINITE, a, b)
+    clock.spins = 0
+    clock.window += 1
+    if clock.window >= clock.window_size:
+        if tick - clock.window_tick <= clock.window_ticks:
+            blame(k, JAMMED, a, b)
+        clock.window = 0
+        clock.window_tick = tick
+
+
+@hook
+def _note_all_places(k: Kernel, tick: int) -> None:
+    """Move the origin of the common clock to a tick."""
+    k.clock[0].origin = tick
+    for body in range(k.clock[0].bodies):
+        note_place(k, body)
+
+
+@hook
+def _changed(k: Kernel, body: int) -> None:
+    """A body's plan has changed: what was known of it is not true any more."""
+    k.bodies[body].stamp += 1
+    k.queue[body].wall = NOT_ASKED
+    note_place(k, body)
+
+
+def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
+    """Run the events up to and at tick ``until``; return the reason for stopping.
+
+    ``s`` is the broad phase's state, ``budget`` how many events may run, ``contacts`` how many contacts.
+    With a budget of 0 nothing moves, not even the clock, but guesses are asked until an event is at the head.
+    At the first call after ``tables.clear`` the structure is built and every body asked.
+    """
+    k = disowned(k)
+    s = disowned(s)
+    clock = k.clock[0]
+    counts = k.counts[0]
+    bodies = k.bodies
+    queue = k.queue
+
+    if clock.filed == 0:
+        file_all(k)
+    moving = budget > 0
+    at = clock.now  # the tick of the head: no contact can be before it
+    a = NOBODY  # the next bodies to ask all that is near them
+    b = NOBODY
+    changed = False  # whether because their plans changed
+    everyone = False  # whether after a all others
+    body = NOBODY  # one that is to be settled, when
+    count = 0  # it has looked at so many newcomers
+    if clock.built == 0:
+        clock.built = 1
+        _note_all_places(k, at)
+        clock.hand = NOBODY
+        build(k, s)
+        clock.offered = len(k.offers) + 1
+
+    while True:
+        while True:  # what hangs on a change of plan or of structure is asked again
+            if body < 0:
+                if a >= 0:
+                    body = a
+                    if changed:
+                        clock.hand = a
+                        replan(k, s, a)
+                    if PAIRS:
+                        forget(k, a)
+                        counts.asks += 1
+                        count = near(k, s, a)
+                    a = b
+                    b = NOBODY
+                    if everyone:
+                        a = body + 1 if body + 1 < clock.bodies else NOBODY
+                        everyone = a >= 0
+                elif clock.offered > len(k.offers):
+                    clock.offered = 0
+                    changed = False
+                    everyone = clock.bodies > 0
+                    a = 0 if everyone else NOBODY
+                    continue
+                elif clock.offered > 0:
+                    clock.offered -= 1
+                    body = k.offers[clock.offered].a
+                    if k.offers[clock.offered].b >= 0:
+                        k.near[0] = k.offers[clock.offered].b
+                        count = 1
+                else:
+                    break
+            if PAIRS and count > 0:
+                look_at(k, body, count, at)
+            settle(k, body)
+            body = NOBODY
+            count = 0
+
+        if clock.fault != 0:
+            return FAULT
+        if clock.wanted > 0:
+            return NO_ROOM
+        if counts.contacts_disc + counts.contacts_wall >= contacts:
+            return CONTACTS_REACHED
+        h = head(k)
+        at = queue[h].key if h >= 0 else NEVER
+        kind = queue[h].kind if h >= 0 else STRUCTURAL
+        turning = False
+        if TURNS and clock.turn < clock.turns:
+            turn_tick = k.turns[clock.turn].tick
+            if turn_tick < at or (turn_tick == at and (h < 0 or kind >= WALL)):
+                turning = True
+                at = turn_tick
+        if at > until or (h < 0 and not turning):
+            if moving:
+                clock.now = max(clock.now, until)
+            return TIME_REACHED
+        if at - clock.origin > clock.span:
+            _note_all_places(k, at)
+
+        if PAIRS and not turning and kind >= GUESS and kind != WALL:
+            entry = queue[h]
+            other = entry.partner
+            if entry.seen != bodies[other].stamp:
+                a = h
+                changed = False
+                continue
+            if kind == GUESS:
+                counts.exact += 1
+                tick = meet(k, min(h, other), max(h, other))
+                if tick >= entry.guard and entry.guard != NEVER:
+                    ask_all_exactly(k, s, h)
+                    body = h
+                    continue
+                entry.tick = tick
+                entry.exact = 1
+                twin = queue[other]
+                rival = min(entry.own, twin.key)
+                if twin.partner == h and twin.kind == GUESS and twin.seen == bodies[h].stamp:
+                    rival = min(entry.own, min(twin.own, twin.guard))  # the same guess, seen from there
+                if TURNS and clock.turn < clock.turns:
+                    rival = min(rival, k.turns[clock.turn].tick)
+                if (
+                    tick >= rival
+                    or tick >= runner_up(k, h, other)
+                    or tick > until
+                    or tick < clock.now
+                    or budget <= 0
+                    or _log_is_full(k)
+                    or (WALLS and (wall_is_before(k, h, tick) or wall_is_before(k, other, tick)))
+                ):
+                    body = h
+                    continue
+                at = tick  # nothing comes before it: it runs at once
+        if budget <= 0:
+            return BUDGET_SPENT
+        budget -= 1
+
+        if kind == STRUCTURAL and not turning:
+            if at > clock.now:
+                clock.now = at
+                clock.spins = 0
+            clock.spins += 1
+            if clock.spins > clock.spin_limit:
+                blame(k, STALLED, h, NOBODY)
+            counts.structural += 1
+            clock.hand = h
+            body = h
+            count = repair(k, s, h)
+            continue
+
+        if _log_is_full(k):
+            return LOG_FULL
+        changed = True
+        if TURNS and turning:
+            turn = k.turns[clock.turn]
+            clock.turn += 1
+            clock.now = max(clock.now, at)
+            a = turn.body
+            turned = bodies[a]
+            anchor_at(k, turned, at)
+            if turn.code == TURNED:
+                counts.turns += 1
+                gained = turn.vx * turn.vx + turn.vy * turn.vy - (turned.vx * turned.vx + turned.vy * turned.vy)
+                counts.turned_energy += 0.5 * k.mass[a] * gained
+                turned.vx = turn.vx
+                turned.vy = turn.vy
+            turned.last = NOBODY
+            _changed(k, a)
+            _log(k, at, a, turn.code)
+            continue
+
+        if WALLS and kind == WALL:
+            if at < clock.now:
+                blame(k, LATE_CONTACT, h, NOBODY)
+                continue
+            clock.now = at
+            a = h
+            bounced = bodies[a]
+            wall = reach_wall(k, bounced)[1]
+            anchor_at(k, bounced, at)
+            depth = bounce(k, bounced, wall)
+            bounced.last = NOBODY
+            counts.contacts_wall += 1
+            _changed(k, a)
+            _log(k, at, a, wall)
+            _count_contact(k, at, a, wall, depth, bounced.radius, bounced.radius)
+            continue
+
+        if PAIRS:
+            a = min(h, queue[h].partner)
+            b = max(h, queue[h].partner)
+            if at < clock.now:
+                blame(k, LATE_CONTACT, a, b)
+                a = NOBODY
+                b = NOBODY
+                continue
+            clock.now = at
+            one = bodies[a]
+            two = bodies[b]
+            anchor_at(k, one, at)
+            anchor_at(k, two, at)
+            depth = collide(k, a, b)
+            one.last = b
+            two.last = a
+            counts.contacts_disc += 1
+            _changed(k, a)
+            _changed(k, b)
+            _log(k, at, a, b)
+            _count_contact(k, at, a, b, depth, min(one.radius, two.radius), one.radius + two.radius)

@@ -1,0 +1,32 @@
+"""What stands in the loop for hooks that a broad phase does not have: nothing is to be done."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from kinetile.kernel.compiled import hook
+from kinetile.kernel.tables import Kernel, Records
+
+__all__ = ["NoState", "build", "repair", "replan"]
+
+
+class NoState(NamedTuple):
+    """The state of a broad phase that keeps none; a named tuple of arrays needs one array."""
+
+    nothing: Records
+
+
+@hook
+def build(k: Kernel, s: NoState) -> None:
+    """There is no structure."""
+
+
+@hook
+def repair(k: Kernel, s: NoState, body: int) -> int:
+    """There is no certificate that could fail."""
+    return 0
+
+
+@hook
+def replan(k: Kernel, s: NoState, body: int) -> None:
+    """There is no certificate that depends on a flight plan."""

@@ -1,0 +1,169 @@
+"""Predictions: what a body's entry in the queue knows about its contacts, and how it comes to know it.
+
+An entry says of body h, about all that was near it when it was asked and all newcomers since::
+
+    its contact with ``partner`` is not before ``tick``, if the partner still has the plan of stamp ``seen``;
+    every other contact is not before ``guard``; tick <= guard
+
+The first answers are lower bounds, cheap and for eight partners at once. Only what comes to the head of the
+queue is asked for exactly. Lower bounds come from ``soonest`` of the narrow phase, as a delay; where a narrow
+phase has none, every partner is asked exactly at once.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from kinetile.kernel.compiled import template, to_be_filled_in
+from kinetile.kernel.loop.calendar import move
+from kinetile.kernel.tables import (
+    GUESS,
+    NEVER,
+    NOBODY,
+    NOT_ASKED,
+    PAIR,
+    STRUCTURAL,
+    WALL,
+    Kernel,
+)
+
+__all__ = ["ask_all_exactly", "forget", "look_at", "settle", "wall_is_before"]
+
+FAR = 2.0**62
+MARGIN = 1 << 12
+"""Ticks by which a bound is set back: for the rounding of a delay of up to 2^62 ticks."""
+
+HORIZON = 1 << 60
+"""Ticks. What is awaited later than this from now: the wall is asked rather than where the body will be."""
+
+WALLS = BOUNDS = True
+near = meet = soonest = reach_wall = to_be_filled_in
+
+
+@template
+def forget(k: Kernel, h: int) -> None:
+    """Forget what an entry knows about contacts: all that is near is going to be asked."""
+    entry = k.queue[h]
+    entry.tick = NEVER
+    entry.guard = NEVER
+    entry.partner = NOBODY
+    entry.exact = 0
+
+
+@template
+def not_before(at: int, ticks: float) -> int:
+    """Return a tick that a contact is not before, ``ticks`` after a tick; NEVER for what is too far."""
+    if not ticks < FAR:
+        return NEVER
+    return int(max(at + (int(ticks) - MARGIN), at))
+
+
+@template
+def look_at(k: Kernel, h: int, count: int, at: int) -> None:
+    """Take what is in ``k.near[:count]`` into an entry, as seen at a tick before which no contact can be."""
+    entry = k.queue[h]
+    barred = k.bodies[h].last
+    if barred >= 0 and k.bodies[barred].last != h:
+        barred = NOBODY
+    known = h
+    if entry.partner >= 0 and entry.seen == k.bodies[entry.partner].stamp:
+        known = entry.partner
+    k.counts[0].asked += count
+    if BOUNDS:
+        first, second, who = soonest(k, h, count, barred, known, at)
+        per_time = k.clock[0].per_time
+        tick = not_before(at, first * per_time)
+        rest = not_before(at, second * per_time)
+        exact = 0
+    else:
+        tick, rest, who = soonest_exactly(k, h, count, barred, known)
+        exact = 1
+    if tick < entry.tick:
+        entry.guard = min(min(entry.guard, entry.tick), rest)
+        entry.tick = tick
+        entry.partner = who
+        entry.seen = k.bodies[who].stamp
+        entry.exact = exact
+    else:
+        entry.guard = min(entry.guard, tick)
+        if tick == entry.tick:
+            entry.exact = 0
+
+
+@template
+def soonest_exactly(k: Kernel, h: int, count: int, barred: int, known: int) -> tuple[int, int, int]:
+    """Return the first contact, the second, and with whom the first, of ``k.near[:count]``, exactly.
+
+    ``barred`` and ``known`` are left out. Of contacts at one tick the first is that of the smaller numbers.
+    """
+    first = NEVER
+    second = NEVER
+    who = NOBODY
+    for i in range(count):
+        other = k.near[i]
+        if other != h and other != barred and other != known and other != who:
+            k.counts[0].exact += 1
+            tick = meet(k, min(h, other), max(h, other))
+            sooner = tick < first
+            if tick == first and tick != NEVER:
+                sooner = min(h, other) < min(h, who) or (
+                    min(h, other) == min(h, who) and max(h, other) < max(h, who)
+                )
+            if sooner:
+                second = first
+                first = tick
+                who = other
+            else:
+                second = min(second, tick)
+    return first, second, int(who)
+
+
+@template
+def ask_all_exactly(k: Kernel, s: Any, h: int) -> None:
+    """Ask all that is near a body exactly: bounds could not tell who comes first."""
+    barred = k.bodies[h].last
+    if barred >= 0 and k.bodies[barred].last != h:
+        barred = NOBODY
+    first, second, who = soonest_exactly(k, h, near(k, s, h), barred, h)
+    entry = k.queue[h]
+    entry.tick = first
+    entry.guard = second
+    entry.partner = who
+    entry.exact = 1
+    if who >= 0:
+        entry.seen = k.bodies[who].stamp
+
+
+@template
+def wall_is_before(k: Kernel, h: int, tick: int) -> bool:
+    """Whether a body may be at a wall at a tick or before; asks the wall only if it may."""
+    clock = k.clock[0]
+    entry = k.queue[h]
+    if entry.wall == NOT_ASKED:
+        body = k.bodies[h]
+        if tick < clock.now + HORIZON:
+            ahead = (tick - body.anchor) * clock.tick
+            x = body.x + body.vx * ahead
+            y = body.y + body.vy * ahead
+            edge = body.radius + clock.fat
+            if x > edge and y > edge and x < clock.width - edge and y < clock.height - edge:
+                return False
+        entry.wall = reach_wall(k, body)[0]
+    return bool(entry.wall <= tick)
+
+
+@template
+def settle(k: Kernel, h: int) -> None:
+    """File a body under the first of what awaits it."""
+    entry = k.queue[h]
+    key = entry.own
+    kind = STRUCTURAL
+    if entry.tick < key:
+        key = entry.tick
+        kind = PAIR if entry.exact else GUESS
+    if WALLS and wall_is_before(k, h, key) and (entry.wall < key or kind == PAIR):
+        key = entry.wall
+        kind = WALL
+    entry.kind = kind
+    if key != entry.key:
+        move(k, h, key)

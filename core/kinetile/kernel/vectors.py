@@ -1,0 +1,318 @@
+"""Eight numbers at once: what a hook may do with the vectors of the processor.
+
+Loops over bodies compile to code that takes one body at a time. Where the same arithmetic is done for many,
+the bound of a narrow phase for all partners of a body, eight at a time are three times as fast. Numba has no
+vectors, so here are some: ``Floats`` (8 doubles), ``Wholes`` (8 32-bit integers) and ``Truths`` (8 truth
+values), with the operators ``+ - * /``, ``< > <= >= ==`` and ``& |``, and the functions below. They are
+portable LLVM vectors: a machine with shorter ones takes two or four steps, and gives the same bits, since
+each lane is IEEE arithmetic and nothing is fused.
+
+Interpreted, the same names are NumPy arrays of eight, and that is their meaning: each function stands here
+twice, and a test compares the two.
+"""
+
+from __future__ import annotations
+
+import operator
+from typing import Any, TypeAlias, cast
+
+import numpy as np
+
+from kinetile.kernel.compiled import INTERPRETED
+
+__all__ = [
+    "LANES",
+    "Floats",
+    "Truths",
+    "Wholes",
+    "append",
+    "places",
+    "choose",
+    "lane",
+    "lowest_bit",
+    "numbers",
+    "pick",
+    "root",
+    "spread",
+    "spread_whole",
+]
+
+LANES = 8
+
+Floats: TypeAlias = Any
+Wholes: TypeAlias = Any
+Truths: TypeAlias = Any
+
+if INTERPRETED:
+
+    def spread(value: float) -> Floats:
+        """Return eight times the same number."""
+        return np.full(LANES, value)
+
+    def spread_whole(value: int) -> Wholes:
+        """Return eight times the same whole number."""
+        return np.full(LANES, value, dtype=np.int32)
+
+    def numbers(table: Any, first: int, end: int, filler: int) -> Wholes:
+        """Return ``table[first:first + 8]``, with ``filler`` in place of what lies at ``end`` or beyond."""
+        found = spread_whole(filler)
+        found[: max(end - first, 0)] = table[first : min(first + LANES, end)]
+        return found
+
+    def places(table: Any, which: Wholes) -> tuple[Floats, Floats, Floats, Floats]:
+        """Return x, y, vx, vy of eight rows of a table of places."""
+        rows = table[which]
+        return tuple(np.array(rows[name]) for name in ("x", "y", "vx", "vy"))  # type: ignore[return-value]
+
+    def pick(table: Any, which: Wholes) -> Floats:
+        """Return eight entries of an array of doubles."""
+        return np.array(table[which])
+
+    def root(value: Floats) -> Floats:
+        """Return the square roots, correctly rounded; of a negative number, not a number."""
+        with np.errstate(invalid="ignore"):
+            return np.sqrt(value)
+
+    def choose(where: Truths, yes: Any, no: Any) -> Any:
+        """Return ``yes`` in the lanes where it is true, else ``no``."""
+        return np.where(where, yes, no)
+
+    def lane(value: Any, which: int) -> Any:
+        """Return one of the eight."""
+        return value[which]
+
+    def append(source: Any, first: int, target: Any, end: int) -> int:
+        """Copy the numbers of a block of eight behind ``target[:end]``; return the new end.
+
+        A block is ``source[first:first + 8]``: seven numbers and, last, how many of them count. Eight places
+        of ``target`` are written, whatever the count.
+        """
+        target[end : end + LANES] = source[first : first + LANES]
+        return int(end + source[first + LANES - 1])
+
+    def lowest_bit(word: int) -> int:
+        """Return the place of the lowest bit that is set in a word of 64; the word is not zero."""
+        word = int(word)
+        return (word & -word).bit_length() - 1
+
+else:
+    from llvmlite import ir
+    from numba import types
+    from numba.core import cgutils as _cgutils
+    from numba.extending import intrinsic, models, overload, register_model
+
+    cgutils = cast(Any, _cgutils)
+
+    _DOUBLE, _WHOLE, _BIT, _WORD = ir.DoubleType(), ir.IntType(32), ir.IntType(1), ir.IntType(64)
+
+    class _Eight(types.Type):
+        """The type of eight values of an LLVM type."""
+
+        def __init__(self, name: str, element: Any) -> None:
+            super().__init__(name=f"kinetile.eight({name})")
+            self.element = element
+            self.vector = ir.VectorType(element, LANES)
+
+    @register_model(_Eight)
+    class _EightModel(models.PrimitiveModel):
+        """Held in registers, as an LLVM vector."""
+
+        def __init__(self, manager: Any, fe_type: Any) -> None:
+            super().__init__(manager, fe_type, fe_type.vector)
+
+    _floats = _Eight("double", _DOUBLE)
+    _wholes = _Eight("int32", _WHOLE)
+    _truths = _Eight("bool", _BIT)
+
+    def _splat(builder: Any, value: Any, vector: Any) -> Any:
+        """Return a vector with a value in all its lanes."""
+        one = builder.insert_element(ir.Constant(vector, ir.Undefined), value, ir.Constant(_WHOLE, 0))
+        zeros = ir.Constant(ir.VectorType(_WHOLE, LANES), [ir.Constant(_WHOLE, 0)] * LANES)
+        return builder.shuffle_vector(one, one, zeros)
+
+    def _shuffle(builder: Any, one: Any, two: Any, lanes: list[int]) -> Any:
+        """Return a vector of lanes of two."""
+        mask = ir.Constant(ir.VectorType(_WHOLE, len(lanes)), [ir.Constant(_WHOLE, i) for i in lanes])
+        return builder.shuffle_vector(one, two, mask)
+
+    def _data(context: Any, builder: Any, kind: Any, array: Any, element: Any) -> Any:
+        """Return where an array's data begins, as a pointer to elements."""
+        data = context.make_array(kind)(context, builder, value=array).data
+        return builder.bitcast(data, element.as_pointer())
+
+    def _load(builder: Any, pointer: Any, vector: Any, align: int) -> Any:
+        """Load a vector."""
+        return builder.load(builder.bitcast(pointer, vector.as_pointer()), align=align)
+
+    def _binary(kinds: tuple[Any, Any], result: Any, build: Any) -> Any:
+        """Return an intrinsic of two vectors."""
+
+        @intrinsic
+        def both(typing_context: Any, one: Any, two: Any) -> Any:
+            def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+                return build(builder, *arguments)
+
+            return result(*kinds), codegen
+
+        return both
+
+    def _operator(symbol: Any, kind: Any, result: Any, build: Any) -> None:
+        """Give two vectors of a kind an operator."""
+        both = _binary((kind, kind), result, build)
+
+        @overload(symbol, jit_options={"forceinline": True})
+        def typed(one: Any, two: Any) -> Any:
+            def run(one: Any, two: Any) -> Any:
+                return both(one, two)
+
+            return run if one == kind and two == kind else None
+
+    for _symbol, _name in ((operator.add, "fadd"), (operator.sub, "fsub"), (operator.mul, "fmul")):
+        _operator(_symbol, _floats, _floats, lambda b, x, y, name=_name: getattr(b, name)(x, y))
+    _operator(operator.truediv, _floats, _floats, lambda b, x, y: b.fdiv(x, y))
+    for _symbol, _name in ((operator.lt, "<"), (operator.le, "<="), (operator.gt, ">"), (operator.ge, ">=")):
+        _operator(_symbol, _floats, _truths, lambda b, x, y, name=_name: b.fcmp_ordered(name, x, y))
+    _operator(operator.eq, _wholes, _truths, lambda b, x, y: b.icmp_signed("==", x, y))
+    _operator(operator.and_, _truths, _truths, lambda b, x, y: b.and_(x, y))
+    _operator(operator.or_, _truths, _truths, lambda b, x, y: b.or_(x, y))
+
+    @intrinsic
+    def spread(typing_context: Any, value: Any) -> Any:
+        """Return eight times the same number."""
+
+        def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return _splat(builder, arguments[0], _floats.vector)
+
+        return _floats(types.float64), codegen
+
+    @intrinsic
+    def spread_whole(typing_context: Any, value: Any) -> Any:
+        """Return eight times the same whole number."""
+
+        def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return _splat(builder, builder.trunc(arguments[0], _WHOLE), _wholes.vector)
+
+        return _wholes(types.int64), codegen
+
+    @intrinsic
+    def numbers(typing_context: Any, table: Any, first: Any, end: Any, filler: Any) -> Any:
+        """Return ``table[first:first + 8]``, with ``filler`` in place of what lies at ``end`` or beyond.
+
+        Eight places of the table are read: it has to be that much longer than ``end``.
+        """
+
+        def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            array, first, end, filler = arguments
+            at = builder.gep(_data(context, builder, signature.args[0], array, _WHOLE), [first])
+            found = _load(builder, at, _wholes.vector, 4)
+            order = ir.Constant(_wholes.vector, [ir.Constant(_WHOLE, i) for i in range(LANES)])
+            left = _splat(builder, builder.trunc(builder.sub(end, first), _WHOLE), _wholes.vector)
+            other = _splat(builder, builder.trunc(filler, _WHOLE), _wholes.vector)
+            return builder.select(builder.icmp_signed("<", order, left), found, other)
+
+        return _wholes(table, types.int64, types.int64, types.int64), codegen
+
+    @intrinsic
+    def places(typing_context: Any, table: Any, which: Any) -> Any:
+        """Return x, y, vx, vy of eight rows of a table of places."""
+        result = types.UniTuple(_floats, 4)
+
+        def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            array, which = arguments
+            data = _data(context, builder, signature.args[0], array, _DOUBLE)
+            row = ir.VectorType(_DOUBLE, 4)
+            rows = []
+            for i in range(LANES):
+                number = builder.sext(builder.extract_element(which, ir.Constant(_WHOLE, i)), _WORD)
+                at = builder.gep(data, [builder.shl(number, ir.Constant(_WORD, 2))])
+                rows.append(_load(builder, at, row, 8))
+            pairs = [_shuffle(builder, rows[2 * i], rows[2 * i + 1], list(range(8))) for i in range(4)]
+
+            def columns(c: int) -> list[Any]:  # two columns of four rows each, then of all eight
+                lanes = [c, c + 4, c + 8, c + 12, c + 1, c + 5, c + 9, c + 13]
+                upper = _shuffle(builder, pairs[0], pairs[1], lanes)
+                lower = _shuffle(builder, pairs[2], pairs[3], lanes)
+                return [
+                    _shuffle(builder, upper, lower, [0, 1, 2, 3, 8, 9, 10, 11]),
+                    _shuffle(builder, upper, lower, [4, 5, 6, 7, 12, 13, 14, 15]),
+                ]
+
+            return context.make_tuple(builder, result, columns(0) + columns(2))
+
+        return result(table, _wholes), codegen
+
+    @intrinsic
+    def pick(typing_context: Any, table: Any, which: Any) -> Any:
+        """Return eight entries of an array of doubles."""
+
+        def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            array, which = arguments
+            data = _data(context, builder, signature.args[0], array, _DOUBLE)
+            found = ir.Constant(_floats.vector, ir.Undefined)
+            for i in range(LANES):
+                place = ir.Constant(_WHOLE, i)
+                number = builder.sext(builder.extract_element(which, place), _WORD)
+                found = builder.insert_element(found, builder.load(builder.gep(data, [number])), place)
+            return found
+
+        return _floats(table, _wholes), codegen
+
+    @intrinsic
+    def root(typing_context: Any, value: Any) -> Any:
+        """Return the square roots, correctly rounded; of a negative number, not a number."""
+
+        def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            vector = _floats.vector
+            kind = ir.FunctionType(vector, [vector])
+            function = cgutils.get_or_insert_function(builder.module, kind, "llvm.sqrt.v8f64")
+            return builder.call(function, arguments)
+
+        return _floats(_floats), codegen
+
+    @intrinsic
+    def choose(typing_context: Any, where: Any, yes: Any, no: Any) -> Any:
+        """Return ``yes`` in the lanes where it is true, else ``no``."""
+
+        def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return builder.select(*arguments)
+
+        return yes(_truths, yes, yes), codegen
+
+    @intrinsic
+    def lane(typing_context: Any, value: Any, which: Any) -> Any:
+        """Return one of the eight."""
+        result = {_floats: types.float64, _wholes: types.int32, _truths: types.boolean}[value]
+
+        def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            vector, which = arguments
+            return builder.extract_element(vector, builder.trunc(which, _WHOLE))
+
+        return result(value, types.int64), codegen
+
+    @intrinsic
+    def append(typing_context: Any, source: Any, first: Any, target: Any, end: Any) -> Any:
+        """Copy the numbers of a block of eight behind ``target[:end]``; return the new end.
+
+        A block is ``source[first:first + 8]``: seven numbers and, last, how many of them count. Eight places
+        of ``target`` are written, whatever the count.
+        """
+
+        def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            source, first, target, end = arguments
+            here = builder.gep(_data(context, builder, signature.args[0], source, _WHOLE), [first])
+            there = builder.gep(_data(context, builder, signature.args[2], target, _WHOLE), [end])
+            block = _load(builder, here, _wholes.vector, 4)
+            builder.store(block, builder.bitcast(there, _wholes.vector.as_pointer()), align=4)
+            count = builder.extract_element(block, ir.Constant(_WHOLE, LANES - 1))
+            return builder.add(end, builder.sext(count, _WORD))
+
+        return types.int64(source, types.int64, target, types.int64), codegen
+
+    @intrinsic
+    def lowest_bit(typing_context: Any, word: Any) -> Any:
+        """Return the place of the lowest bit that is set in a word of 64; the word is not zero."""
+
+        def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return builder.cttz(arguments[0], ir.Constant(_BIT, 1))
+
+        return types.int64(types.int64), codegen

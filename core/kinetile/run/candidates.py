@@ -1,0 +1,47 @@
+"""The candidate pairs of a simulation: who is near whom, as its broad phase says now."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
+from kinetile.kernel.tables import Kernel
+from kinetile.run.composition import Composition
+
+__all__ = ["candidates"]
+
+near = to_be_filled_in
+
+
+def list_near(k: Kernel, s: Any, found: npt.NDArray[np.int32]) -> int:
+    """Write (body, other) for everybody near each body, while there is room; return how many there are.
+
+    A template, as ``kernel.loop.advance`` is.
+    """
+    k = disowned(k)
+    s = disowned(s)
+    count = 0
+    for body in range(len(k.bodies)):
+        for i in range(near(k, s, body)):
+            if count < len(found):
+                found[count, 0] = body
+                found[count, 1] = k.near[i]
+            count += 1
+    return count
+
+
+def candidates(k: Kernel, composition: Composition) -> npt.NDArray[np.int32]:
+    """Return the pairs (a, b), a < b, of which one is near the other, sorted; (m, 2)."""
+    broad = composition.broad
+    listing = compose(list_near, {"near": broad.near}, composition.label, type(broad.state))
+    found = np.zeros((8 * len(k.bodies) + 64, 2), dtype=np.int32)
+    count = int(listing(k, broad.state, found))
+    if count > len(found):
+        found = np.zeros((count, 2), dtype=np.int32)
+        listing(k, broad.state, found)
+    pairs = np.sort(found[:count], axis=1)
+    pairs = pairs[pairs[:, 0] != pairs[:, 1]]
+    return np.unique(pairs, axis=0).astype(np.int32).reshape(-1, 2)
