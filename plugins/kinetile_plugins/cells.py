@@ -89,7 +89,7 @@ class Cells:
     def prepare(self, scene):
         n=len(scene)
         R=2*float(scene.radius.max())*1.05
-        R=max(R,math.sqrt(scene.arena[0]*scene.arena[1]/n))
+        import os; R=max(R,float(os.environ.get("SF","1"))*math.sqrt(scene.arena[0]*scene.arena[1]/n))
         nx=max(int(scene.arena[0]/R),1); side=scene.arena[0]/nx
         m=int(np.ceil(scene.arena[1]/side)); st=nx+2
         s=State(np.zeros(st*(m+2)*8,np.int32),np.zeros(n,np.int32),np.zeros(n,np.int32),np.array([st,m+2,0]),np.array([side,0.]))

@@ -22,7 +22,7 @@ from __future__ import annotations
 
 import math
 
-from kinetile.kernel.vectors import LANES, choose, lane, numbers, pick, places, root, spread, spread_whole
+from kinetile.kernel.vectors import LANES, Floats, Wholes, choose, lane, turned, numbers, pick, places, root, spread, spread_whole
 from kinetile.scene import Scene
 from kinetile.toolbox import (
     NEVER,
@@ -106,6 +106,21 @@ def meet(k: Kernel, a: int, b: int) -> int:
 
 
 @hook
+def sooner_of(
+    first: Floats, second: Floats, who: Wholes, other_first: Floats, other_second: Floats, other_who: Wholes
+) -> tuple[Floats, Floats, Wholes]:
+    """Return, in each lane, the first and the second of two firsts and two seconds, and whose the first is."""
+    sooner = other_first < first
+    later = choose(sooner, first, other_first)
+    rest = choose(other_second < second, other_second, second)
+    return (
+        choose(sooner, other_first, first),
+        choose(later < rest, later, rest),
+        choose(sooner, other_who, who),
+    )
+
+
+@hook
 def soonest(k: Kernel, body: int, count: int, barred: int, known: int, at: int) -> tuple[float, float, int]:
     """Return bounds below the first contact of a body with ``k.near[:count]``, the second, and with whom.
 
@@ -150,16 +165,10 @@ def soonest(k: Kernel, body: int, count: int, barred: int, known: int, at: int) 
         second = choose(sooner, first, choose(delay < second, delay, second))
         first = choose(sooner, delay, first)
         who = choose(sooner, other, who)
-    best = math.inf
-    next_best = math.inf
-    partner = NOBODY
-    for i in range(LANES):
-        delay_i = lane(first, i)
-        sooner_i = delay_i < best
-        next_best = min(min(next_best, lane(second, i)), best if sooner_i else delay_i)
-        partner = lane(who, i) if sooner_i else partner
-        best = min(delay_i, best)
-    return best, next_best, int(partner)
+    first, second, who = sooner_of(first, second, who, turned(first, 4), turned(second, 4), turned(who, 4))
+    first, second, who = sooner_of(first, second, who, turned(first, 2), turned(second, 2), turned(who, 2))
+    first, second, who = sooner_of(first, second, who, turned(first, 1), turned(second, 1), turned(who, 1))
+    return lane(first, 0), lane(second, 0), int(lane(who, 0))
 
 
 @hook

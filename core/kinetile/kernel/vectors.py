@@ -35,6 +35,7 @@ __all__ = [
     "root",
     "spread",
     "spread_whole",
+    "turned",
 ]
 
 LANES = 8
@@ -80,6 +81,10 @@ if INTERPRETED:
     def lane(value: Any, which: int) -> Any:
         """Return one of the eight."""
         return value[which]
+
+    def turned(value: Any, by: int) -> Any:
+        """Return the lanes turned round: lane i is what was lane i xor ``by`` (1, 2 or 4)."""
+        return value[np.arange(LANES) ^ by]
 
     def append(source: Any, first: int, target: Any, end: int) -> int:
         """Copy the numbers of a block of eight behind ``target[:end]``; return the new end.
@@ -277,6 +282,19 @@ else:
             return builder.select(*arguments)
 
         return yes(_truths, yes, yes), codegen
+
+    @intrinsic
+    def turned(typing_context: Any, value: Any, by: Any) -> Any:
+        """Return the lanes turned round: lane i is what was lane i xor ``by`` (1, 2 or 4)."""
+        if not isinstance(by, types.IntegerLiteral):
+            return None
+        distance = by.literal_value
+
+        def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            vector, _ = arguments
+            return _shuffle(builder, vector, vector, [i ^ distance for i in range(LANES)])
+
+        return value(value, by), codegen
 
     @intrinsic
     def lane(typing_context: Any, value: Any, which: Any) -> Any:

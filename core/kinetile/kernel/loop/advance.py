@@ -162,13 +162,13 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
             if body < 0:
                 if a >= 0:
                     body = a
-                    if changed:
-                        clock.hand = a
-                        replan(k, s, a)
                     if PAIRS:
                         forget(k, a)
                         counts.asks += 1
                         count = near(k, s, a)
+                    if changed:
+                        clock.hand = a
+                        replan(k, s, a)
                     a = b
                     b = NOBODY
                     if everyone:
