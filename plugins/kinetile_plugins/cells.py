@@ -12,25 +12,25 @@ class State(NamedTuple):
     cell: Records
     cross: Records
     shape: Records
+    edges: Records
     side: Records
 
 @hook
 def watch(k, s, body):
     b=k.bodies[body]; c=k.clock[0]
     stride=s.shape[0]
-    cell=np.int64(s.cell[body])
-    cx=cell%stride; cy=cell//stride
+    cx=s.edges[body,0]; cy=s.edges[body,1]
     t=np.inf; d=0
     side=s.side[0]
     if b.vx<0.0:
-        t=((cx-1)*side-b.x)/b.vx; d=0
+        t=(cx-b.x)/b.vx; d=0
     elif b.vx>0.0:
-        t=(cx*side-b.x)/b.vx; d=1
+        t=(cx+side-b.x)/b.vx; d=1
     if b.vy<0.0:
-        u=((cy-1)*side-b.y)/b.vy
+        u=(cy-b.y)/b.vy
         if u<t: t=u; d=2
     elif b.vy>0.0:
-        u=(cy*side-b.y)/b.vy
+        u=(cy+side-b.y)/b.vy
         if u<t: t=u; d=3
     s.cross[body]=d
     ticks=t*c.per_time
@@ -43,6 +43,8 @@ def put(s,body,cell):
     s.cells[at+m]=body
     s.cells[at+7]=m+1
     s.cell[body]=cell
+    s.edges[body,0]=(cell%s.shape[0]-1)*s.side[0]
+    s.edges[body,1]=(cell//s.shape[0]-1)*s.side[0]
 @hook
 def take(s,body):
     at=np.int64(s.cell[body])*8
@@ -92,5 +94,5 @@ class Cells:
         import os; R=max(R,float(os.environ.get("SF","1"))*math.sqrt(scene.arena[0]*scene.arena[1]/n))
         nx=max(int(scene.arena[0]/R),1); side=scene.arena[0]/nx
         m=int(np.ceil(scene.arena[1]/side)); st=nx+2
-        s=State(np.zeros(st*(m+2)*8,np.int32),np.zeros(n,np.int32),np.zeros(n,np.int32),np.array([st,m+2,0]),np.array([side,0.]))
+        s=State(np.zeros(st*(m+2)*8,np.int32),np.zeros(n,np.int32),np.zeros(n,np.int32),np.array([st,m+2,0]),np.zeros((n,2)),np.array([side,0.]))
         return BroadPhaseParts(near=near,state=s,build=build,repair=repair,replan=watch,arrange=arrange)

@@ -134,7 +134,7 @@ def soonest(k: Kernel, body: int, count: int, barred: int, known: int, at: int) 
     y = spread(place.y)
     vx = spread(place.vx)
     vy = spread(place.vy)
-    fat = spread(k.clock[0].fat)
+    fat2 = spread(k.clock[0].fat * k.clock[0].fat)
     own_reach = spread(k.radii[body] + k.clock[0].fat)
     zero = spread(0.0)
     never = spread(math.inf)
@@ -154,9 +154,10 @@ def soonest(k: Kernel, body: int, count: int, barred: int, known: int, at: int) 
         approach = dx * dvx + dy * dvy
         speed2 = dvx * dvx + dvy * dvy
         gap = (dx * dx + dy * dy) * less - reach * reach
-        inside = approach * approach - speed2 * gap
-        slack = fat * root(speed2)
-        passes = (approach > slack) | (inside < zero)
+        approach2 = approach * approach
+        inside = approach2 - speed2 * gap
+        parts = (approach > zero) & (approach2 > fat2 * speed2)
+        passes = parts | (inside < zero)
         delay = gap / (root(inside) - approach)
         delay = choose(delay > zero, delay, zero)  # what is not a number may touch now
         left_out = (other == myself) | (other == spread_whole(barred)) | (other == spread_whole(known))

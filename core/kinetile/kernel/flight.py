@@ -13,6 +13,7 @@ import numpy as np
 
 from kinetile.kernel.compiled import hook
 from kinetile.kernel.tables import Kernel, Records
+from kinetile.kernel.vectors import put_place
 
 __all__ = ["anchor_at", "note_place", "positions_now", "since_anchor", "since_origin"]
 
@@ -46,12 +47,8 @@ def note_place(k: Kernel, number: int) -> None:
     Rounded once more than its plan, hence only good for bounds.
     """
     body = k.bodies[number]
-    place = k.places[number]
     back = since_anchor(k, body, k.clock[0].origin)
-    place.x = body.x + body.vx * back
-    place.y = body.y + body.vy * back
-    place.vx = body.vx
-    place.vy = body.vy
+    put_place(k.places, number, body.x + body.vx * back, body.y + body.vy * back, body.vx, body.vy)
 
 
 def positions_now(k: Kernel) -> np.ndarray[Any, np.dtype[np.float64]]:

@@ -32,6 +32,7 @@ __all__ = [
     "lowest_bit",
     "numbers",
     "pick",
+    "put_place",
     "root",
     "spread",
     "spread_whole",
@@ -64,6 +65,10 @@ if INTERPRETED:
         """Return x, y, vx, vy of eight rows of a table of places."""
         rows = table[which]
         return tuple(np.array(rows[name]) for name in ("x", "y", "vx", "vy"))  # type: ignore[return-value]
+
+    def put_place(table: Any, number: int, x: float, y: float, vx: float, vy: float) -> None:
+        """Write a row of a table of places, in one piece: a vector that reads it need not wait for the parts."""
+        table[number] = (x, y, vx, vy)
 
     def pick(table: Any, which: Wholes) -> Floats:
         """Return eight entries of an array of doubles."""
@@ -209,11 +214,14 @@ else:
         def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             array, first, end, filler = arguments
             at = builder.gep(_data(context, builder, signature.args[0], array, _WHOLE), [first])
-            found = _load(builder, at, _wholes.vector, 4)
-            order = ir.Constant(_wholes.vector, [ir.Constant(_WHOLE, i) for i in range(LANES)])
-            left = _splat(builder, builder.trunc(builder.sub(end, first), _WHOLE), _wholes.vector)
-            other = _splat(builder, builder.trunc(filler, _WHOLE), _wholes.vector)
-            return builder.select(builder.icmp_signed("<", order, left), found, other)
+            left, filler = builder.sub(end, first), builder.trunc(filler, _WHOLE)
+            found = ir.Constant(_wholes.vector, ir.Undefined)
+            for i in range(LANES):  # one by one: see above
+                place = ir.Constant(_WHOLE, i)
+                number = builder.load_atomic(builder.gep(at, [ir.Constant(_WORD, i)]), "unordered", 4)
+                counts = builder.icmp_signed("<", ir.Constant(_WORD, i), left)
+                found = builder.insert_element(found, builder.select(counts, number, filler), place)
+            return found
 
         return _wholes(table, types.int64, types.int64, types.int64), codegen
 
@@ -245,6 +253,23 @@ else:
             return context.make_tuple(builder, result, columns(0) + columns(2))
 
         return result(table, _wholes), codegen
+
+    @intrinsic
+    def put_place(typing_context: Any, table: Any, number: Any, x: Any, y: Any, vx: Any, vy: Any) -> Any:
+        """Write a row of a table of places, in one piece: a vector that reads it need not wait for the parts."""
+
+        def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            array, number, *values = arguments
+            row = ir.VectorType(_DOUBLE, 4)
+            whole = ir.Constant(row, ir.Undefined)
+            for i, value in enumerate(values):
+                whole = builder.insert_element(whole, value, ir.Constant(_WHOLE, i))
+            data = _data(context, builder, signature.args[0], array, _DOUBLE)
+            at = builder.gep(data, [builder.shl(number, ir.Constant(_WORD, 2))])
+            builder.store(whole, builder.bitcast(at, row.as_pointer()), align=8)
+            return context.get_dummy_value()
+
+        return types.void(table, types.int64, *[types.float64] * 4), codegen
 
     @intrinsic
     def pick(typing_context: Any, table: Any, which: Any) -> Any:
