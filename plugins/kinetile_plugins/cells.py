@@ -4,6 +4,7 @@ import math
 from typing import NamedTuple
 import numpy as np
 from kinetile.scene import Scene
+from kinetile.kernel.compiled import larger
 from kinetile.kernel.vectors import append
 from kinetile.toolbox import BroadPhaseParts, Kernel, Records, hook, schedule, NEVER, positions_now
 
@@ -34,7 +35,7 @@ def watch(k, s, body):
         if u<t: t=u; d=3
     s.cross[body]=d
     ticks=t*c.per_time
-    if ticks<4.6e18: schedule(k,body,max(b.anchor+int(math.floor(ticks)),c.now))
+    if ticks<4.6e18: schedule(k,body,larger(b.anchor+int(math.floor(ticks)),c.now))
     else: schedule(k,body,NEVER)
 @hook
 def put(s,body,cell):

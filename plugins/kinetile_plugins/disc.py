@@ -22,6 +22,7 @@ from __future__ import annotations
 
 import math
 
+from kinetile.kernel.compiled import larger
 from kinetile.kernel.vectors import LANES, Floats, Wholes, choose, lane, turned, numbers, pick, places, root, spread, spread_whole
 from kinetile.scene import Scene
 from kinetile.toolbox import (
@@ -75,7 +76,7 @@ def meet(k: Kernel, a: int, b: int) -> int:
     """Return the tick of the first contact of two discs, or ``NEVER``."""
     one = k.bodies[a]
     two = k.bodies[b]
-    since = max(one.anchor, two.anchor)
+    since = larger(one.anchor, two.anchor)
     one_time = since_anchor(k, one, since)
     two_time = since_anchor(k, two, since)
     dx = (two.x + two.vx * two_time) - (one.x + one.vx * one_time)

@@ -12,7 +12,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.kernel.compiled import hook
+from kinetile.kernel.compiled import hook, larger
 from kinetile.kernel.faults import BAD_CERTIFICATE, blame
 from kinetile.kernel.tables import NEVER, NOBODY, Kernel
 
@@ -71,7 +71,7 @@ def falls(k: Kernel, since: int, gap: float, rate: float) -> int:
             return int(clock.now)
         tick = since + int(math.floor(ticks))
         if tick < clock.now:
-            k.counts[0].late = max(k.counts[0].late, clock.now - tick)
+            k.counts[0].late = larger(k.counts[0].late, clock.now - tick)
             return int(clock.now)
         return tick
     if gap < -clock.theta and gap + rate * ((clock.now + 1 - since) * clock.tick) < -clock.theta:

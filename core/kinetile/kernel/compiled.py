@@ -38,8 +38,10 @@ __all__ = [
     "hook",
     "is_cached",
     "is_hook",
+    "larger",
     "make_ready",
     "nobody_compiles",
+    "smaller",
     "template",
     "to_be_filled_in",
 ]
@@ -74,6 +76,18 @@ def hook(function: F) -> F:
     import numba
 
     return cast(F, numba.njit(forceinline=True, error_model="numpy")(function))
+
+
+@hook
+def smaller(a: Any, b: Any) -> Any:
+    """Return the smaller of two numbers. Numba's ``min`` is not inlined into a function as large as the loop."""
+    return a if a < b else b
+
+
+@hook
+def larger(a: Any, b: Any) -> Any:
+    """Return the larger of two numbers."""
+    return a if a > b else b
 
 
 def is_hook(value: Any) -> bool:

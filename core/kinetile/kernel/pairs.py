@@ -15,7 +15,7 @@ them itself.
 from __future__ import annotations
 
 from kinetile.kernel.certificates import to_be_settled
-from kinetile.kernel.compiled import hook
+from kinetile.kernel.compiled import hook, larger
 from kinetile.kernel.faults import BAD_PAIR, UNKNOWN_PAIR, blame
 from kinetile.kernel.tables import NOBODY, Kernel
 
@@ -101,7 +101,7 @@ def add_pair(k: Kernel, a: int, b: int) -> None:
     clock.pairs += 1
     counts = k.counts[0]
     counts.pairs_created += 1
-    counts.pairs_max = max(counts.pairs_max, clock.pairs)
+    counts.pairs_max = larger(counts.pairs_max, clock.pairs)
     to_be_settled(k, a, b)
 
 

@@ -21,7 +21,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from kinetile.kernel.compiled import disowned, hook, to_be_filled_in
+from kinetile.kernel.compiled import disowned, hook, larger, smaller, to_be_filled_in
 from kinetile.kernel.faults import JAMMED, LATE_CONTACT, NOT_FINITE, STALLED, TOO_DEEP, blame
 from kinetile.kernel.flight import anchor_at, note_place
 from kinetile.kernel.log import TURNED
@@ -98,7 +98,7 @@ def _count_contact(k: Kernel, tick: int, a: int, b: int, depth: float, radius: f
     """Keep the readings of a contact and look for jams and for overlaps that rounding does not explain."""
     clock = k.clock[0]
     counts = k.counts[0]
-    counts.deepest = max(counts.deepest, depth / radius)
+    counts.deepest = larger(counts.deepest, depth / radius)
     if not depth <= clock.tolerance + 1e-9 * slack:
         blame(k, TOO_DEEP if depth > 0.0 else NOT_FINITE, a, b)
     clock.spins = 0
@@ -211,7 +211,7 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
                 at = turn_tick
         if at > until or (h < 0 and not turning):
             if moving:
-                clock.now = max(clock.now, until)
+                clock.now = larger(clock.now, until)
             return TIME_REACHED
         if at - clock.origin > clock.span:
             _note_all_places(k, at)
@@ -225,7 +225,7 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
                 continue
             if kind == GUESS:
                 counts.exact += 1
-                tick = meet(k, min(h, other), max(h, other))
+                tick = meet(k, smaller(h, other), larger(h, other))
                 if tick >= entry.guard and entry.guard != NEVER:
                     ask_all_exactly(k, s, h)
                     body = h
@@ -233,11 +233,11 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
                 entry.tick = tick
                 entry.exact = 1
                 twin = queue[other]
-                rival = min(entry.own, twin.key)
+                rival = smaller(entry.own, twin.key)
                 if twin.partner == h and twin.kind == GUESS and twin.seen == bodies[h].stamp:
-                    rival = min(entry.own, min(twin.own, twin.guard))  # the same guess, seen from there
+                    rival = smaller(entry.own, smaller(twin.own, twin.guard))  # the same guess, seen from there
                 if TURNS and clock.turn < clock.turns:
-                    rival = min(rival, k.turns[clock.turn].tick)
+                    rival = smaller(rival, k.turns[clock.turn].tick)
                 if (
                     tick >= rival
                     or tick >= runner_up(k, h, other)
@@ -273,7 +273,7 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
         if TURNS and turning:
             turn = k.turns[clock.turn]
             clock.turn += 1
-            clock.now = max(clock.now, at)
+            clock.now = larger(clock.now, at)
             a = turn.body
             turned = bodies[a]
             anchor_at(k, turned, at)
@@ -306,8 +306,8 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
             continue
 
         if PAIRS:
-            a = min(h, queue[h].partner)
-            b = max(h, queue[h].partner)
+            a = smaller(h, queue[h].partner)
+            b = larger(h, queue[h].partner)
             if at < clock.now:
                 blame(k, LATE_CONTACT, a, b)
                 a = NOBODY
@@ -325,4 +325,4 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
             _changed(k, a)
             _changed(k, b)
             _log(k, at, a, b)
-            _count_contact(k, at, a, b, depth, min(one.radius, two.radius), one.radius + two.radius)
+            _count_contact(k, at, a, b, depth, smaller(one.radius, two.radius), one.radius + two.radius)

@@ -13,7 +13,7 @@ pair), then by number, and for pairs by the bodies.
 
 from __future__ import annotations
 
-from kinetile.kernel.compiled import hook
+from kinetile.kernel.compiled import hook, larger, smaller
 from kinetile.kernel.tables import NEVER, NOBODY, PAIR, Kernel
 from kinetile.kernel.vectors import lowest_bit
 
@@ -30,10 +30,10 @@ def precedes(k: Kernel, a: int, b: int) -> bool:
     if one.kind != two.kind:
         return bool(one.kind < two.kind)
     if one.kind == PAIR:
-        if min(a, one.partner) != min(b, two.partner):
-            return bool(min(a, one.partner) < min(b, two.partner))
-        if max(a, one.partner) != max(b, two.partner):
-            return bool(max(a, one.partner) < max(b, two.partner))
+        if smaller(a, one.partner) != smaller(b, two.partner):
+            return bool(smaller(a, one.partner) < smaller(b, two.partner))
+        if larger(a, one.partner) != larger(b, two.partner):
+            return bool(larger(a, one.partner) < larger(b, two.partner))
     return a < b
 
 
@@ -52,7 +52,7 @@ def _file(k: Kernel, body: int, key: int) -> None:
     else:
         k.marks[at >> 6] |= 1 << (at & 63)
     k.slices[at] = body
-    clock.slice = min(clock.slice, day)
+    clock.slice = smaller(clock.slice, day)
 
 
 @hook
@@ -83,7 +83,7 @@ def move(k: Kernel, body: int, key: int) -> None:
     if key != NEVER:
         _file(k, body, key)
         counts.queued += 1
-        counts.queue_max = max(counts.queue_max, counts.queued)
+        counts.queue_max = larger(counts.queue_max, counts.queued)
 
 
 @hook
@@ -139,7 +139,7 @@ def head(k: Kernel) -> int:
         if day > end:  # nothing in a whole year: look for the next entry itself
             soonest = NEVER
             for body in range(clock.bodies):
-                soonest = min(soonest, queue[body].key)
+                soonest = smaller(soonest, queue[body].key)
             if soonest == NEVER:
                 return NOBODY
             day = soonest >> clock.shift
@@ -158,6 +158,6 @@ def runner_up(k: Kernel, first: int, partner: int) -> int:
     at = k.slices[clock.slice & (len(k.slices) - 1)]
     while at >= 0:
         if at != first and at != partner:
-            soonest = min(soonest, queue[at].key)
+            soonest = smaller(soonest, queue[at].key)
         at = queue[at].next
     return int(soonest)

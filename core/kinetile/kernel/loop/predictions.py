@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from kinetile.kernel.compiled import template, to_be_filled_in
+from kinetile.kernel.compiled import larger, smaller, template, to_be_filled_in
 from kinetile.kernel.loop.calendar import move
 from kinetile.kernel.tables import (
     GUESS,
@@ -55,7 +55,7 @@ def not_before(at: int, ticks: float) -> int:
     """Return a tick that a contact is not before, ``ticks`` after a tick; NEVER for what is too far."""
     if not ticks < FAR:
         return NEVER
-    return int(max(at + (int(ticks) - MARGIN), at))
+    return int(larger(at + (int(ticks) - MARGIN), at))
 
 
 @template
@@ -79,13 +79,13 @@ def look_at(k: Kernel, h: int, count: int, at: int) -> None:
         tick, rest, who = soonest_exactly(k, h, count, barred, known)
         exact = 1
     if tick < entry.tick:
-        entry.guard = min(min(entry.guard, entry.tick), rest)
+        entry.guard = smaller(smaller(entry.guard, entry.tick), rest)
         entry.tick = tick
         entry.partner = who
         entry.seen = k.bodies[who].stamp
         entry.exact = exact
     else:
-        entry.guard = min(entry.guard, tick)
+        entry.guard = smaller(entry.guard, tick)
         if tick == entry.tick:
             entry.exact = 0
 
@@ -103,18 +103,18 @@ def soonest_exactly(k: Kernel, h: int, count: int, barred: int, known: int) -> t
         other = k.near[i]
         if other != h and other != barred and other != known and other != who:
             k.counts[0].exact += 1
-            tick = meet(k, min(h, other), max(h, other))
+            tick = meet(k, smaller(h, other), larger(h, other))
             sooner = tick < first
             if tick == first and tick != NEVER:
-                sooner = min(h, other) < min(h, who) or (
-                    min(h, other) == min(h, who) and max(h, other) < max(h, who)
+                sooner = smaller(h, other) < smaller(h, who) or (
+                    smaller(h, other) == smaller(h, who) and larger(h, other) < larger(h, who)
                 )
             if sooner:
                 second = first
                 first = tick
                 who = other
             else:
-                second = min(second, tick)
+                second = smaller(second, tick)
     return first, second, int(who)
 
 
