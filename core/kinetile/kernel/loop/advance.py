@@ -150,6 +150,7 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
     everyone = False  # whether after a all others
     body = NOBODY  # one that is to be settled, when
     count = 0  # it has looked at so many newcomers
+    waiting = NOBODY  # another that is to be settled then
     if clock.built == 0:
         clock.built = 1
         _note_all_places(k, at)
@@ -190,9 +191,15 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
                     break
             if PAIRS and count > 0:
                 look_at(k, body, count, at)
-            settle(k, body)
-            body = NOBODY
             count = 0
+            if a >= 0 and not everyone:
+                waiting = body
+                body = NOBODY
+                continue
+            while body >= 0:
+                settle(k, body)
+                body = waiting
+                waiting = NOBODY
 
         if clock.fault != 0:
             return FAULT
