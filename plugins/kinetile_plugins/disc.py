@@ -23,7 +23,7 @@ from __future__ import annotations
 import math
 
 from kinetile.kernel.compiled import larger
-from kinetile.kernel.vectors import LANES, Floats, Wholes, choose, lane, turned, numbers, pick, places, root, spread, spread_whole
+from kinetile.kernel.vectors import LANES, Floats, Wholes, choose, lane, turned, numbers, pick, places, product_error, root, spread, spread_whole
 from kinetile.scene import Scene
 from kinetile.toolbox import (
     NEVER,
@@ -43,19 +43,6 @@ __all__ = ["Disc"]
 
 GRAZE = 0.9375 * 2.0**-46
 ROUNDING = 2.0**-50
-SPLIT = 2.0**27 + 1.0
-
-
-@hook
-def product_error(a: float, b: float, product: float) -> float:
-    """Return a * b - product exactly, for the rounded product (Dekker 1971)."""
-    t = SPLIT * a
-    a_high = t - (t - a)
-    a_low = a - a_high
-    t = SPLIT * b
-    b_high = t - (t - b)
-    b_low = b - b_high
-    return ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
 
 
 @hook

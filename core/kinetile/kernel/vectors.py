@@ -32,6 +32,7 @@ __all__ = [
     "lowest_bit",
     "numbers",
     "pick",
+    "product_error",
     "put_place",
     "root",
     "spread",
@@ -40,6 +41,7 @@ __all__ = [
 ]
 
 LANES = 8
+SPLIT = 2.0**27 + 1.0
 
 Floats: TypeAlias = Any
 Wholes: TypeAlias = Any
@@ -99,6 +101,16 @@ if INTERPRETED:
         """
         target[end : end + LANES] = source[first : first + LANES]
         return int(end + source[first + LANES - 1])
+
+    def product_error(a: float, b: float, product: float) -> float:
+        """Return a * b - product exactly, for the rounded product (Dekker 1971)."""
+        t = SPLIT * a
+        a_high = t - (t - a)
+        a_low = a - a_high
+        t = SPLIT * b
+        b_high = t - (t - b)
+        b_low = b - b_high
+        return ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
 
     def lowest_bit(word: int) -> int:
         """Return the place of the lowest bit that is set in a word of 64; the word is not zero."""
@@ -350,6 +362,16 @@ else:
             return builder.add(end, builder.sext(count, _WORD))
 
         return types.int64(source, types.int64, target, types.int64), codegen
+
+    @intrinsic
+    def product_error(typing_context: Any, a: Any, b: Any, product: Any) -> Any:
+        """Return a * b - product exactly, for the rounded product: a fused multiply-add."""
+
+        def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            a, b, product = arguments
+            return builder.fma(a, b, builder.fneg(product))
+
+        return types.float64(*[types.float64] * 3), codegen
 
     @intrinsic
     def lowest_bit(typing_context: Any, word: Any) -> Any:
