@@ -75,11 +75,11 @@ ENTRY = np.dtype(
         ("seen", "i4"),  # the partner's stamp when this was worked out
         ("kind", "i4"),  # what the key is: STRUCTURAL, GUESS, WALL or PAIR
         ("exact", "i4"),  # whether tick is exact
-        ("next", "i4"),  # neighbours in the slice of the calendar; before the first: -2 - slice
-        ("prev", "i4"),
+        ("spare", "i8"),  # a record is a cache line
     ],
     align=True,
 )
+LINK = np.dtype([("next", "i4"), ("prev", "i4")])
 PLACE = np.dtype([("x", "f8"), ("y", "f8"), ("vx", "f8"), ("vy", "f8")])
 OFFER = np.dtype([("a", "i4"), ("b", "i4")])
 HELD = np.dtype(
@@ -177,7 +177,7 @@ class Kernel(NamedTuple):
     radii: Records  # (n,) the radii again, close together
     places: Records  # (n,) place and velocity at the common clock ``clock[0].origin``
     queue: Records  # (n,) what awaits each body
-    slices: Records  # (2^m,) the calendar: the first body filed in each slice, or -1
+    links: Records  # (n + 2^m,) the calendar: a ring for each slice, of its own link n + slice and its bodies
     marks: Records  # (2^m / 64,) a bit for each slice that is not empty
     near: Records  # the answer of ``near`` and ``repair``: numbers of bodies
     offers: Records  # bodies and pairs that a hook has left to be looked at
@@ -207,7 +207,7 @@ def allocate(bodies: int, near: int, log_rows: int) -> Kernel:
         radii=np.zeros(bodies),
         places=record_table(PLACE, bodies),
         queue=record_table(ENTRY, bodies),
-        slices=np.full(slices, -1, dtype=np.int32),
+        links=record_table(LINK, bodies + slices),
         marks=np.zeros(slices >> 6, dtype=np.int64),
         near=np.zeros(near + SPARE, dtype=np.int32),
         offers=record_table(OFFER, OFFERS),
@@ -242,7 +242,7 @@ def clear(k: Kernel) -> None:
     k.queue.wall = NOT_ASKED
     k.queue.partner = NOBODY
     k.queue.exact = 0
-    k.slices[:] = -1
+    k.links.next = k.links.prev = np.arange(len(k.links))
     k.marks[:] = 0
     k.counts[0].queued = 0
     k.pairs.a = NOBODY

@@ -80,13 +80,14 @@ def _calendar(k: Kernel) -> Iterator[str]:
     """Every body that awaits something stands once in the list of its slice, and nobody else does."""
     clock = k.clock[0]
     days = np.asarray(k.queue.key) >> int(clock.shift)
-    after, before = k.queue.next.tolist(), k.queue.prev.tolist()
-    slices, found = len(k.slices), 0
-    for at, body in enumerate(k.slices.tolist()):
-        if bool(int(k.marks[at >> 6]) >> (at & 63) & 1) != (body >= 0):
+    after, before = k.links.next.tolist(), k.links.prev.tolist()
+    bodies = len(k.bodies)
+    slices, found = len(after) - bodies, 0
+    for at in range(slices):
+        previous, body = bodies + at, after[bodies + at]
+        if bool(int(k.marks[at >> 6]) >> (at & 63) & 1) != (body < bodies):
             yield f"the mark of slice {at} of the calendar is not true"
-        previous = -2 - at
-        while body >= 0 and found <= len(after):
+        while body < bodies and found <= bodies:
             if before[body] != previous:
                 yield f"the list of slice {at} of the calendar cannot be read backwards at body {body}"
                 return

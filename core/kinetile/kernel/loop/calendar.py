@@ -38,37 +38,38 @@ def precedes(k: Kernel, a: int, b: int) -> bool:
 
 
 @hook
+def _slices(k: Kernel) -> int:
+    """How many slices there are, a power of two."""
+    return len(k.links) - len(k.bodies)
+
+
+@hook
 def _file(k: Kernel, body: int, key: int) -> None:
-    """Put a body at the head of the list of its slice."""
+    """Put a body into the ring of its slice."""
     clock = k.clock[0]
-    entry = k.queue[body]
+    links = k.links
     day = key >> clock.shift
-    at = day & (len(k.slices) - 1)
-    first = k.slices[at]
-    entry.next = first
-    entry.prev = -2 - at
-    if first >= 0:
-        k.queue[first].prev = body
-    else:
-        k.marks[at >> 6] |= 1 << (at & 63)
-    k.slices[at] = body
+    at = day & (_slices(k) - 1)
+    ring = len(k.bodies) + at
+    first = links[ring].next
+    links[body].next = first
+    links[body].prev = ring
+    links[ring].next = body
+    links[first].prev = body
+    k.marks[at >> 6] |= 1 << (at & 63)
     clock.slice = smaller(clock.slice, day)
 
 
 @hook
-def _take_out(k: Kernel, body: int) -> None:
-    """Take a body out of the list of its slice."""
-    entry = k.queue[body]
-    after = entry.next
-    if entry.prev >= 0:
-        k.queue[entry.prev].next = after
-    else:
-        at = -2 - entry.prev
-        k.slices[at] = after
-        if after < 0:
-            k.marks[at >> 6] &= ~(1 << (at & 63))
-    if after >= 0:
-        k.queue[after].prev = entry.prev
+def _take_out(k: Kernel, body: int, key: int) -> None:
+    """Take a body out of the ring of its slice. No branch: none could be guessed."""
+    links = k.links
+    after = links[body].next
+    before = links[body].prev
+    links[before].next = after
+    links[after].prev = before
+    at = (key >> k.clock[0].shift) & (_slices(k) - 1)
+    k.marks[at >> 6] &= ~(int(after == before) << (at & 63))
 
 
 @hook
@@ -77,7 +78,7 @@ def move(k: Kernel, body: int, key: int) -> None:
     entry = k.queue[body]
     counts = k.counts[0]
     if entry.key != NEVER:
-        _take_out(k, body)
+        _take_out(k, body, entry.key)
         counts.queued -= 1
     entry.key = key
     if key != NEVER:
@@ -92,8 +93,9 @@ def file_all(k: Kernel) -> None:
     clock = k.clock[0]
     clock.filed = 1
     clock.slice = clock.now >> clock.shift
-    for at in range(len(k.slices)):
-        k.slices[at] = NOBODY
+    for at in range(len(k.links)):
+        k.links[at].next = at
+        k.links[at].prev = at
     for at in range(len(k.marks)):
         k.marks[at] = 0
     for body in range(clock.bodies):
@@ -104,7 +106,7 @@ def file_all(k: Kernel) -> None:
 @hook
 def _next_marked(k: Kernel, day: int) -> int:
     """Return the first slice from ``day`` on whose list is not empty; a year later if none is."""
-    mask = len(k.slices) - 1
+    mask = _slices(k) - 1
     at = day & mask
     word = at >> 6
     bits = k.marks[word] >> (at & 63) << (at & 63)
@@ -123,16 +125,17 @@ def head(k: Kernel) -> int:
     """Return the body whose turn it is, or NOBODY; the slice sought in is left where it stands."""
     clock = k.clock[0]
     queue = k.queue
-    mask = len(k.slices) - 1
+    mask = _slices(k) - 1
+    bodies = len(k.bodies)
     day = clock.slice
     end = day + mask
     first = NOBODY
     while True:
-        at = k.slices[day & mask]
-        while at >= 0:
+        at = k.links[bodies + (day & mask)].next
+        while at < bodies:
             if queue[at].key >> clock.shift == day and (first < 0 or precedes(k, at, first)):
                 first = at
-            at = queue[at].next
+            at = k.links[at].next
         if first >= 0:
             break
         day = _next_marked(k, day + 1)
@@ -155,9 +158,10 @@ def runner_up(k: Kernel, first: int, partner: int) -> int:
     clock = k.clock[0]
     queue = k.queue
     soonest = (clock.slice + 1) << clock.shift
-    at = k.slices[clock.slice & (len(k.slices) - 1)]
-    while at >= 0:
+    bodies = len(k.bodies)
+    at = k.links[bodies + (clock.slice & (_slices(k) - 1))].next
+    while at < bodies:
         if at != first and at != partner:
             soonest = smaller(soonest, queue[at].key)
-        at = queue[at].next
+        at = k.links[at].next
     return int(soonest)

@@ -327,7 +327,7 @@ class Engine:
 
     def _shift(self, ticks: float) -> int:
         """Return the shift of slices of about so many ticks."""
-        most = 61 - len(self.k.slices).bit_length()
+        most = 61 - len(self.k.marks).bit_length() - 6
         return min(max(round(math.log2(max(ticks, 1.0))), 1), most)
 
     def _fit_calendar(self, since: int, steps: int) -> None:
