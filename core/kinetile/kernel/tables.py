@@ -165,6 +165,9 @@ COUNTS = np.dtype(
 OFFERS = 1 << 10
 """Offers that a hook may leave behind; where there are more, every body is asked anew."""
 
+MANY = 1 << 15
+"""Bodies. For fewer, twice as many slices are 5 % faster; for more, memory counts."""
+
 SPARE = 64
 """Places in ``near`` beyond the bodies: hooks that write eight at a time may go over the end."""
 
@@ -200,7 +203,8 @@ def record_table(dtype: np.dtype[Any], length: int, aligned: int = 0) -> Records
 
 def allocate(bodies: int, near: int, log_rows: int) -> Kernel:
     """Return empty tables for so many bodies, numbers that ``near`` may name, and log rows."""
-    slices = 1 << max(6, (2 * bodies - 1).bit_length())
+    per_body = 4 if bodies < MANY else 2
+    slices = 1 << max(6, (per_body * bodies - 1).bit_length())
     k = Kernel(
         bodies=record_table(BODY, bodies),
         mass=np.ones(bodies),
