@@ -29,12 +29,14 @@ import numpy as np
 from kinetile.errors import BadOption
 from kinetile.scene import Scene
 from kinetile.toolbox import (
+    NEVER,
     BroadPhaseParts,
     Kernel,
     Records,
     add_pair,
     falls,
     hook,
+    pairs_of,
     positions_now,
     remove_pair,
     schedule,
@@ -50,6 +52,7 @@ class State(NamedTuple):
 
     order: Records  # (2n,) the bounds from left to right
     rank: Records  # (2n,) where each bound stands in the order
+    due: Records  # (2n,) the tick at which each bound passes the one right of it
     axis: Records  # (1,) 0 for x, 1 for y
 
 
@@ -66,10 +69,8 @@ def arrange(k: Kernel, s: State) -> None:
 
 
 @hook
-def watch(k: Kernel, s: State, certificate: int) -> None:
-    """Schedule the certificate of two neighbours in the list."""
-    left = s.order[certificate]
-    right = s.order[certificate + 1]
+def passes(k: Kernel, s: State, left: int, right: int) -> int:
+    """Return the tick at which a bound passes its right neighbour."""
     p = k.bodies[left >> 1]
     q = k.bodies[right >> 1]
     since = max(p.anchor, q.anchor)
@@ -84,15 +85,25 @@ def watch(k: Kernel, s: State, certificate: int) -> None:
     else:
         gap = (q.y + q.vy * q_time + q_reach) - (p.y + p.vy * p_time + p_reach)
         rate = q.vy - p.vy
-    schedule(k, certificate, falls(k, since, gap, rate))
+    return falls(k, since, gap, rate)
+
+
+@hook
+def watch(k: Kernel, s: State, gap: int) -> None:
+    """Watch the gap right of a place, for the body whose bound stands there."""
+    left = s.order[gap]
+    s.due[left] = passes(k, s, left, s.order[gap + 1]) if gap + 1 < len(s.order) else NEVER
+    body = left >> 1
+    schedule(k, body, min(s.due[2 * body], s.due[2 * body + 1]))
 
 
 @hook
 def build(k: Kernel, s: State) -> None:
-    """Watch all neighbours; every body whose L stands between the bounds of another makes a pair with it."""
-    for certificate in range(len(s.order) - 1):
-        watch(k, s, certificate)
+    """Watch all gaps; every body whose L stands between the bounds of another makes a pair with it."""
     for place in range(len(s.order)):
+        s.due[place] = NEVER
+    for place in range(len(s.order)):
+        watch(k, s, place)
         bound = s.order[place]
         if bound & 1 == 0:
             inside = place + 1
@@ -103,21 +114,23 @@ def build(k: Kernel, s: State) -> None:
 
 
 @hook
-def repair(k: Kernel, s: State, certificate: int) -> None:
-    """Two neighbours pass: exchange them, note whether their intervals meet or part, watch the three gaps
-    around."""
-    left = s.order[certificate]
-    right = s.order[certificate + 1]
-    s.order[certificate] = right
-    s.order[certificate + 1] = left
-    s.rank[right] = certificate
-    s.rank[left] = certificate + 1
+def repair(k: Kernel, s: State, body: int) -> int:
+    """A bound passes the one right of it: exchange them, note whether their intervals meet or part, watch the
+    three gaps around."""
+    left = 2 * body if s.due[2 * body] <= s.due[2 * body + 1] else 2 * body + 1
+    place = s.rank[left]
+    right = s.order[place + 1]
+    s.order[place] = right
+    s.order[place + 1] = left
+    s.rank[right] = place
+    s.rank[left] = place + 1
     if left & 1 and not right & 1:
-        add_pair(k, left >> 1, right >> 1)
+        add_pair(k, body, right >> 1)
     elif right & 1 and not left & 1:
-        remove_pair(k, left >> 1, right >> 1)
-    for gap in range(max(certificate - 1, 0), min(certificate + 2, len(s.order) - 1)):
+        remove_pair(k, body, right >> 1)
+    for gap in range(max(place - 1, 0), place + 2):
         watch(k, s, gap)
+    return 0
 
 
 @hook
@@ -125,8 +138,14 @@ def replan(k: Kernel, s: State, body: int) -> None:
     """A body's plan changed: watch the gaps on both sides of its two bounds."""
     for side in range(4):
         gap = s.rank[2 * body + (side >> 1)] - (side & 1)
-        if 0 <= gap < len(s.order) - 1:
+        if gap >= 0:
             watch(k, s, gap)
+
+
+@hook
+def near(k: Kernel, s: State, body: int) -> int:
+    """Name the bodies whose intervals overlap a body's."""
+    return pairs_of(k, body)
 
 
 def audit(k: Kernel, s: State) -> Iterator[str]:
@@ -149,17 +168,23 @@ class SweepAndPrune:
     def prepare(self, scene: Scene) -> BroadPhaseParts:
         """Return the parts; any scene will do."""
         n = len(scene)
+        place = scene.position[:, 0 if self.axis == "x" else 1]
+        left, right = np.sort(place - scene.radius), np.sort(place + scene.radius)
+        overlapping = int(np.searchsorted(left, right).sum()) - n * (n + 1) // 2
         state = State(
             order=np.zeros(2 * n, dtype=np.int32),
             rank=np.zeros(2 * n, dtype=np.int32),
+            due=np.full(2 * n, NEVER),
             axis=np.array([0 if self.axis == "x" else 1]),
         )
         return BroadPhaseParts(
             state=state,
-            certificates=max(2 * n - 1, 0),
+            near=near,
             arrange=arrange,
             build=build,
             repair=repair,
             replan=replan,
             audit=audit,
+            pairs=overlapping + overlapping // 4 + 64,
+            ticks=(state.due,),
         )
