@@ -29,12 +29,14 @@ import numpy as np
 from kinetile.errors import BadOption
 from kinetile.scene import Scene
 from kinetile.toolbox import (
+    NEVER,
     BroadPhaseParts,
     Kernel,
     Records,
     add_pair,
     falls,
     hook,
+    pairs_of,
     positions_now,
     remove_pair,
     schedule,
@@ -45,11 +47,18 @@ from .bounds_audit import audit_bounds
 __all__ = ["SweepAndPrune"]
 
 
-class State(NamedTuple):
-    """The sorted list; a bound is 2 * body for L, 2 * body + 1 for R."""
+PLACE = 2
+"""Where the place of a bound stands behind its tick in ``bounds``."""
 
-    order: Records  # (2n,) the bounds from left to right
-    rank: Records  # (2n,) where each bound stands in the order
+END = -1
+"""What stands in the order before the first bound and behind the last."""
+
+
+class State(NamedTuple):
+    """The sorted list. The bounds of a body are numbered 4 * body for L and 4 * body + 1 for R."""
+
+    order: Records  # (2n + 2,) the bounds from left to right, between two ENDs
+    bounds: Records  # (4n,) the tick at which each bound passes the one right of it; at PLACE behind it, its place
     axis: Records  # (1,) 0 for x, 1 for y
 
 
@@ -58,75 +67,92 @@ def arrange(k: Kernel, s: State) -> None:
     axis = int(s.axis[0])
     place = positions_now(k)[:, axis]
     speed = k.bodies.vy if axis else k.bodies.vx
-    bound = np.arange(len(s.order))
-    body, upper = bound >> 1, bound & 1
+    body, upper = np.divmod(np.arange(2 * len(place)), 2)
     edge = place[body] + np.where(upper == 1, k.bodies.reach[body], -k.bodies.reach[body])
-    s.order[:] = np.lexsort((body, 1 - upper, speed[body], edge))
-    s.rank[s.order] = bound
+    order = np.lexsort((body, 1 - upper, speed[body], edge))
+    s.order[1:-1] = 4 * body[order] + upper[order]
+    s.bounds[s.order[1:-1] + PLACE] = 1 + np.arange(len(order))
 
 
 @hook
-def watch(k: Kernel, s: State, certificate: int) -> None:
-    """Schedule the certificate of two neighbours in the list."""
-    left = s.order[certificate]
-    right = s.order[certificate + 1]
-    p = k.bodies[left >> 1]
-    q = k.bodies[right >> 1]
-    since = max(p.anchor, q.anchor)
-    tick = k.clock[0].tick
-    p_time = (since - p.anchor) * tick
-    q_time = (since - q.anchor) * tick
-    p_reach = p.reach if left & 1 else -p.reach
-    q_reach = q.reach if right & 1 else -q.reach
-    if s.axis[0] == 0:
-        gap = (q.x + q.vx * q_time + q_reach) - (p.x + p.vx * p_time + p_reach)
-        rate = q.vx - p.vx
-    else:
-        gap = (q.y + q.vy * q_time + q_reach) - (p.y + p.vy * p_time + p_reach)
-        rate = q.vy - p.vy
-    schedule(k, certificate, falls(k, since, gap, rate))
+def watch(k: Kernel, s: State, left: int, right: int) -> None:
+    """Watch the gap between two neighbours, for the body of the left one."""
+    p = k.bodies[left >> 2]
+    due = NEVER
+    if right != END:
+        q = k.bodies[right >> 2]
+        since = max(p.anchor, q.anchor)
+        tick = k.clock[0].tick
+        p_time = (since - p.anchor) * tick
+        q_time = (since - q.anchor) * tick
+        p_reach = p.reach if left & 1 else -p.reach
+        q_reach = q.reach if right & 1 else -q.reach
+        if s.axis[0] == 0:
+            gap = (q.x + q.vx * q_time + q_reach) - (p.x + p.vx * p_time + p_reach)
+            rate = q.vx - p.vx
+        else:
+            gap = (q.y + q.vy * q_time + q_reach) - (p.y + p.vy * p_time + p_reach)
+            rate = q.vy - p.vy
+        due = falls(k, since, gap, rate)
+    s.bounds[left] = due
+    schedule(k, left >> 2, min(due, s.bounds[left ^ 1]))
 
 
 @hook
 def build(k: Kernel, s: State) -> None:
-    """Watch all neighbours; every body whose L stands between the bounds of another makes a pair with it."""
-    for certificate in range(len(s.order) - 1):
-        watch(k, s, certificate)
-    for place in range(len(s.order)):
+    """Watch all gaps; every body whose L stands between the bounds of another makes a pair with it."""
+    for body in range(k.clock[0].bodies):
+        s.bounds[4 * body] = NEVER
+        s.bounds[4 * body + 1] = NEVER
+    for place in range(1, len(s.order) - 1):
         bound = s.order[place]
+        watch(k, s, bound, s.order[place + 1])
         if bound & 1 == 0:
             inside = place + 1
-            while inside < len(s.order) and s.order[inside] != bound + 1:
+            while s.order[inside] != bound + 1:
                 if s.order[inside] & 1 == 0:
-                    add_pair(k, bound >> 1, s.order[inside] >> 1)
+                    add_pair(k, bound >> 2, s.order[inside] >> 2)
                 inside += 1
 
 
 @hook
-def repair(k: Kernel, s: State, certificate: int) -> None:
-    """Two neighbours pass: exchange them, note whether their intervals meet or part, watch the three gaps
-    around."""
-    left = s.order[certificate]
-    right = s.order[certificate + 1]
-    s.order[certificate] = right
-    s.order[certificate + 1] = left
-    s.rank[right] = certificate
-    s.rank[left] = certificate + 1
+def repair(k: Kernel, s: State, body: int) -> int:
+    """A bound passes the one right of it: exchange them, note whether their intervals meet or part, watch the
+    three gaps around."""
+    left = 4 * body if s.bounds[4 * body] <= s.bounds[4 * body + 1] else 4 * body + 1
+    place = s.bounds[left + PLACE]
+    before = s.order[place - 1]
+    right = s.order[place + 1]
+    after = s.order[place + 2]
+    s.order[place] = right
+    s.order[place + 1] = left
+    s.bounds[right + PLACE] = place
+    s.bounds[left + PLACE] = place + 1
     if left & 1 and not right & 1:
-        add_pair(k, left >> 1, right >> 1)
+        add_pair(k, body, right >> 2)
     elif right & 1 and not left & 1:
-        remove_pair(k, left >> 1, right >> 1)
-    for gap in range(max(certificate - 1, 0), min(certificate + 2, len(s.order) - 1)):
-        watch(k, s, gap)
+        remove_pair(k, body, right >> 2)
+    if before != END:
+        watch(k, s, before, right)
+    watch(k, s, right, left)
+    watch(k, s, left, after)
+    return 0
 
 
 @hook
 def replan(k: Kernel, s: State, body: int) -> None:
     """A body's plan changed: watch the gaps on both sides of its two bounds."""
-    for side in range(4):
-        gap = s.rank[2 * body + (side >> 1)] - (side & 1)
-        if 0 <= gap < len(s.order) - 1:
-            watch(k, s, gap)
+    for bound in range(4 * body, 4 * body + 2):
+        place = s.bounds[bound + PLACE]
+        if s.order[place - 1] != END:
+            watch(k, s, s.order[place - 1], bound)
+        watch(k, s, bound, s.order[place + 1])
+
+
+@hook
+def near(k: Kernel, s: State, body: int) -> int:
+    """Name the bodies whose intervals overlap a body's."""
+    return pairs_of(k, body)
 
 
 def audit(k: Kernel, s: State) -> Iterator[str]:
@@ -149,17 +175,22 @@ class SweepAndPrune:
     def prepare(self, scene: Scene) -> BroadPhaseParts:
         """Return the parts; any scene will do."""
         n = len(scene)
+        place = scene.position[:, 0 if self.axis == "x" else 1]
+        left, right = np.sort(place - scene.radius), np.sort(place + scene.radius)
+        overlapping = int(np.searchsorted(left, right).sum()) - n * (n + 1) // 2
         state = State(
-            order=np.zeros(2 * n, dtype=np.int32),
-            rank=np.zeros(2 * n, dtype=np.int32),
+            order=np.full(2 * n + 2, END, dtype=np.int32),
+            bounds=np.full(4 * n, NEVER),
             axis=np.array([0 if self.axis == "x" else 1]),
         )
         return BroadPhaseParts(
             state=state,
-            certificates=max(2 * n - 1, 0),
+            near=near,
             arrange=arrange,
             build=build,
             repair=repair,
             replan=replan,
             audit=audit,
+            pairs=overlapping + overlapping // 4 + 64,
+            ticks=(state.bounds[0::4], state.bounds[1::4]),
         )

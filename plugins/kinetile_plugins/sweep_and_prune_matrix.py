@@ -28,12 +28,14 @@ import numpy as np
 
 from kinetile.scene import Scene
 from kinetile.toolbox import (
+    NEVER,
     BroadPhaseParts,
     Kernel,
     Records,
     add_pair,
     falls,
     hook,
+    pairs_of,
     positions_now,
     remove_pair,
     schedule,
@@ -49,6 +51,7 @@ class State(NamedTuple):
 
     order: Records  # (2, 2n) the bounds in order
     rank: Records  # (2, 2n) where each bound stands
+    due: Records  # (n, 4) when L and R on x, L and R on y pass the bound after them
 
 
 def arrange(k: Kernel, s: State) -> None:
@@ -63,10 +66,8 @@ def arrange(k: Kernel, s: State) -> None:
 
 
 @hook
-def watch(k: Kernel, s: State, axis: int, place: int) -> None:
-    """Schedule the certificate of two neighbours in the list of an axis."""
-    left = s.order[axis, place]
-    right = s.order[axis, place + 1]
+def passes(k: Kernel, axis: int, left: int, right: int) -> int:
+    """Return the tick at which a bound passes the one after it on an axis."""
     p = k.bodies[left >> 1]
     q = k.bodies[right >> 1]
     since = max(p.anchor, q.anchor)
@@ -81,7 +82,19 @@ def watch(k: Kernel, s: State, axis: int, place: int) -> None:
     else:
         gap = (q.y + q.vy * q_time + q_reach) - (p.y + p.vy * p_time + p_reach)
         rate = q.vy - p.vy
-    schedule(k, axis * (s.order.shape[1] - 1) + place, falls(k, since, gap, rate))
+    return falls(k, since, gap, rate)
+
+
+@hook
+def watch(k: Kernel, s: State, axis: int, place: int) -> None:
+    """Watch the gap after a place in the list of an axis, for the body whose bound stands there."""
+    left = s.order[axis, place]
+    body = left >> 1
+    due = NEVER
+    if place + 1 < s.order.shape[1]:
+        due = passes(k, axis, left, s.order[axis, place + 1])
+    s.due[body, 2 * axis + (left & 1)] = due
+    schedule(k, body, min(min(s.due[body, 0], s.due[body, 1]), min(s.due[body, 2], s.due[body, 3])))
 
 
 @hook
@@ -94,10 +107,13 @@ def overlap(s: State, axis: int, a: int, b: int) -> bool:
 
 @hook
 def build(k: Kernel, s: State) -> None:
-    """Watch all neighbours on both axes; make a pair of every two bodies that overlap on both."""
+    """Watch all gaps on both axes; make a pair of every two bodies that overlap on both."""
     bounds = s.order.shape[1]
+    for body in range(len(s.due)):
+        for gap in range(4):
+            s.due[body, gap] = NEVER
     for axis in range(2):
-        for place in range(bounds - 1):
+        for place in range(bounds):
             watch(k, s, axis, place)
     for place in range(bounds):
         bound = s.order[0, place]
@@ -111,24 +127,29 @@ def build(k: Kernel, s: State) -> None:
 
 
 @hook
-def repair(k: Kernel, s: State, certificate: int) -> None:
-    """Two neighbours pass on one axis: exchange them, look at the other axis, watch the three gaps around."""
-    bounds = s.order.shape[1]
-    axis = 0 if certificate < bounds - 1 else 1
-    place = certificate - axis * (bounds - 1)
-    left = s.order[axis, place]
+def repair(k: Kernel, s: State, body: int) -> int:
+    """A bound passes the one after it on its axis: exchange them, look at the other axis, watch the three gaps
+    around."""
+    first = 0
+    for gap in range(1, 4):
+        if s.due[body, gap] < s.due[body, first]:
+            first = gap
+    axis = first >> 1
+    left = 2 * body + (first & 1)
+    place = s.rank[axis, left]
     right = s.order[axis, place + 1]
     s.order[axis, place] = right
     s.order[axis, place + 1] = left
     s.rank[axis, right] = place
     s.rank[axis, left] = place + 1
-    if (left ^ right) & 1 and overlap(s, 1 - axis, left >> 1, right >> 1):
+    if (left ^ right) & 1 and overlap(s, 1 - axis, body, right >> 1):
         if left & 1:
-            add_pair(k, left >> 1, right >> 1)
+            add_pair(k, body, right >> 1)
         else:
-            remove_pair(k, left >> 1, right >> 1)
-    for gap in range(max(place - 1, 0), min(place + 2, bounds - 1)):
+            remove_pair(k, body, right >> 1)
+    for gap in range(max(place - 1, 0), place + 2):
         watch(k, s, axis, gap)
+    return 0
 
 
 @hook
@@ -137,8 +158,14 @@ def replan(k: Kernel, s: State, body: int) -> None:
     for side in range(8):
         axis = side >> 2
         place = s.rank[axis, 2 * body + (side >> 1 & 1)] - (side & 1)
-        if 0 <= place < s.order.shape[1] - 1:
+        if place >= 0:
             watch(k, s, axis, place)
+
+
+@hook
+def near(k: Kernel, s: State, body: int) -> int:
+    """Name the bodies whose boxes overlap a body's."""
+    return pairs_of(k, body)
 
 
 def audit(k: Kernel, s: State) -> Iterator[str]:
@@ -155,13 +182,16 @@ class SweepAndPruneMatrix:
         state = State(
             order=np.zeros((2, bounds), dtype=np.int32),
             rank=np.zeros((2, bounds), dtype=np.int32),
+            due=np.full((len(scene), 4), NEVER),
         )
         return BroadPhaseParts(
             state=state,
-            certificates=max(2 * (bounds - 1), 0),
+            near=near,
             arrange=arrange,
             build=build,
             repair=repair,
             replan=replan,
             audit=audit,
+            pairs=4 * len(scene) + 64,
+            ticks=(state.due,),
         )
