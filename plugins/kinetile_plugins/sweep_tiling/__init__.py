@@ -26,23 +26,22 @@ from kinetile.toolbox import (
     BroadPhaseParts,
     Kernel,
     Records,
-    add_pair,
     falls,
     hook,
-    remove_pair,
+    offer,
     schedule,
 )
 
 from .audit import audit
 from .construction import arrange, construct
-from .events import Change, Pair, flip, meeting, parting, passing
+from .events import Change, flip, meeting, parting, passing
+from .walk import near
 from .web import (
     LOWER,
     OUTER,
     UPPER,
     State,
     body_of,
-    bottom_of,
     bound_of,
     due_of,
     empty,
@@ -56,7 +55,6 @@ from .web import (
     right_bound,
     set_due,
     side_of,
-    top_of,
 )
 
 __all__ = ["SweepTiling"]
@@ -126,20 +124,6 @@ def first_to_fail(s: State, body: int) -> int:
 
 
 @hook
-def hold(k: Kernel, s: State, pair: Pair) -> None:
-    """Two bodies bound a tile from above and below: a candidate pair, unless one of them is TOP or BOTTOM."""
-    if pair.one < len(s.level) and pair.other < len(s.level):
-        add_pair(k, pair.one, pair.other)
-
-
-@hook
-def release(k: Kernel, s: State, pair: Pair) -> None:
-    """A tile between two bodies is gone: the pair is held once less."""
-    if pair.one < len(s.level) and pair.other < len(s.level):
-        remove_pair(k, pair.one, pair.other)
-
-
-@hook
 def tile_around(s: State, body: int, which: int) -> int:
     """One of the six tiles at a body's ports: the three that it owns, then those at its right ports."""
     if which < 3:
@@ -151,13 +135,11 @@ def tile_around(s: State, body: int, which: int) -> int:
 
 @hook
 def build(k: Kernel, s: State) -> None:
-    """Construct the tiling, watch its tiles, and make their tops and bottoms candidate pairs."""
+    """Construct the tiling and watch its tiles."""
     construct(k, s)
     for body in range(len(s.level)):
         for which in range(3):
-            tile = own_tile(body, which)
-            watch(k, s, tile)
-            hold(k, s, Pair(top_of(s, tile), bottom_of(s, tile)))
+            watch(k, s, own_tile(body, which))
         settle(k, s, body)
 
 
@@ -173,8 +155,8 @@ def collapse(k: Kernel, s: State, p: int, q: int) -> Change:
 
 
 @hook
-def repair(k: Kernel, s: State, body: int) -> None:
-    """The first of a body's three tiles fails: see how, relink, and watch what is new."""
+def repair(k: Kernel, s: State, body: int) -> int:
+    """The first of a body's three tiles fails: see how, relink, watch what is new; name who comes in sight."""
     p = first_to_fail(s, body)
     q = facing(s, p)
     if fails_by_order(s, p):
@@ -185,11 +167,18 @@ def repair(k: Kernel, s: State, body: int) -> None:
             settle(k, s, body_of(tile))
     else:
         change = collapse(k, s, p, q)
-        release(k, s, change.gone)
-        hold(k, s, change.come)
         for tile in change.tiles:
             watch(k, s, tile)
             settle(k, s, body_of(tile))
+        one = change.come.one
+        other = change.come.other
+        if one < len(s.level) and other < len(s.level):
+            if one != body and other != body:
+                offer(k, one, other)
+            else:
+                k.near[0] = other if one == body else one
+                return 1
+    return 0
 
 
 @hook
@@ -220,8 +209,8 @@ class SweepTiling:
         radius = scene.radius
         state = empty(n)
         return BroadPhaseParts(
+            near=near,
             state=state,
-            certificates=n,
             arrange=arrange,
             build=build,
             repair=repair,
@@ -230,5 +219,5 @@ class SweepTiling:
             ticks=(state.due,),
             solid=True,
             skin_limit=float(radius.min() / (8.0 * radius.max()) * radius.min()) if n else None,
-            pairs=3 * n + 8,
+            room=3 * n + 1,
         )

@@ -42,7 +42,6 @@ __all__ = [
     "UPPER",
     "State",
     "body_of",
-    "bottom_of",
     "bound_of",
     "bounds",
     "due_of",
@@ -61,7 +60,6 @@ __all__ = [
     "set_due",
     "set_end",
     "side_of",
-    "top_of",
 ]
 
 OUTER, UPPER, LOWER = 0, 1, 2
@@ -185,18 +183,6 @@ def end(s: State, bound: int, side: int) -> int:
 def set_end(s: State, bound: int, side: int, body: int) -> None:
     """From now on a bound's line meets this body on that side."""
     s.web[bound + ENDS + side] = body
-
-
-@hook
-def top_of(s: State, p: int) -> int:
-    """The body above a tile, as the bound of one of its ports knows it."""
-    return body_of(p) if side_of(p) == LOWER else end(s, bound_of(p), UPPER)
-
-
-@hook
-def bottom_of(s: State, p: int) -> int:
-    """The body below a tile, as the bound of one of its ports knows it."""
-    return body_of(p) if side_of(p) == UPPER else end(s, bound_of(p), LOWER)
 
 
 @hook
