@@ -40,15 +40,22 @@ from .web import (
     set_end,
 )
 
-__all__ = ["Change", "Pair", "Tiles", "flip", "meeting", "parting", "passing"]
+__all__ = ["Change", "Pair", "Tile", "Tiles", "flip", "meeting", "parting", "passing"]
+
+
+class Tile(NamedTuple):
+    """A tile, by the two ports that it links."""
+
+    left: int
+    right: int
 
 
 class Tiles(NamedTuple):
     """The three new tiles of an event."""
 
-    first: int
-    second: int
-    third: int
+    first: Tile
+    second: Tile
+    third: Tile
 
 
 class Pair(NamedTuple):
@@ -92,7 +99,9 @@ def join(s: State, a: int, b: int, p: int) -> Tiles:
     link(s, port(b, o), port(a, p))
     set_end(s, a, p, body_of(b))
     set_end(s, b, o, body_of(a))
-    return Tiles(beyond_a, port(a, OUTER), port(b, o))
+    return Tiles(
+        Tile(beyond_a, port(b, OUTER)), Tile(port(a, OUTER), beyond_b), Tile(port(b, o), port(a, p))
+    )
 
 
 @hook
@@ -106,7 +115,9 @@ def separate(s: State, a: int, b: int, p: int) -> Tiles:
     link(s, port(a, OUTER), port(b, OUTER))
     set_end(s, a, p, end(s, b, p))
     set_end(s, b, o, end(s, a, o))
-    return Tiles(beyond_a, port(b, o), port(a, OUTER))
+    return Tiles(
+        Tile(beyond_a, port(a, p)), Tile(port(b, o), beyond_b), Tile(port(a, OUTER), port(b, OUTER))
+    )
 
 
 @hook
@@ -140,9 +151,10 @@ def passing(s: State, a: int, b: int, p: int) -> Change:
     link(s, port(a, p), beyond_b)
     set_end(s, b, o, end(s, a, o))
     set_end(s, a, p, body_of(b))
+    first, second, third = port(b, OUTER), port(a, OUTER), beyond_b
     if is_right_bound(a):
-        return Change(Tiles(port(b, OUTER), port(a, OUTER), beyond_b), come)
-    return Change(Tiles(beyond_a, port(b, o), port(a, p)), come)
+        return Change(Tiles(Tile(first, beyond_a), Tile(second, port(b, o)), Tile(third, port(a, p))), come)
+    return Change(Tiles(Tile(beyond_a, first), Tile(port(b, o), second), Tile(port(a, p), third)), come)
 
 
 @hook
