@@ -90,7 +90,7 @@ def empty(bodies: int) -> State:
     """Return a state for so many bodies, to be filled by the construction."""
     leaves = 1 << max(bodies - 1, 0).bit_length()
     return State(
-        web=np.zeros(16 * (bodies + 1), dtype=np.int32),
+        web=np.zeros(16 * (bodies + 1), dtype=np.uint32),
         due=np.full(4 * bodies, NEVER, dtype=np.int64),
         sweep=np.zeros(2 * bodies, dtype=np.int32),
         level=np.zeros(bodies, dtype=np.int32),
