@@ -6,7 +6,7 @@ own state as ``s``.
 
 from __future__ import annotations
 
-from kinetile.kernel.certificates import falls, falls_many, schedule, ticks_after
+from kinetile.kernel.certificates import falls, falls_eight, falls_many, schedule, ticks_after
 from kinetile.kernel.compiled import hook
 from kinetile.kernel.faults import TOO_DEEP, blame
 from kinetile.kernel.flight import positions_now, since_anchor, since_origin
@@ -35,6 +35,7 @@ __all__ = [
     "add_pair",
     "blame",
     "falls",
+    "falls_eight",
     "falls_many",
     "hook",
     "offer",

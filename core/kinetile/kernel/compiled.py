@@ -202,7 +202,8 @@ def _fingerprint(function: Callable[..., Any], state: type) -> tuple[str, set[st
     module.
     """
     digest = hashlib.sha256(repr((sys.version, np.__version__, API)).encode())
-    digest.update(Path(__file__).with_name("vectors.py").read_bytes())  # bytecode does not show intrinsics
+    for source in sorted(Path(__file__).with_name("vectors").glob("*.py")):
+        digest.update(source.read_bytes())  # bytecode does not show intrinsics
     seen: set[int] = set()
     modules: set[str] = set()
 

@@ -21,97 +21,47 @@ from __future__ import annotations
 
 from kinetile.errors import Refused
 from kinetile.scene import Scene
+from kinetile.kernel.vectors import eight, lane, spread_whole
 from kinetile.toolbox import (
-    NEVER,
     BroadPhaseParts,
     Kernel,
-    Records,
-    add_pair,
-    falls,
     hook,
-    remove_pair,
+    offer,
     schedule,
 )
 
 from .audit import audit
 from .construction import arrange, construct
-from .events import Change, Pair, flip, meeting, parting, passing
+from .events import Change, flip, meeting, parting, passing
+from .walk import near
+from .watch import chosen, failures, sides, swapped
 from .web import (
     LOWER,
     OUTER,
     UPPER,
     State,
     body_of,
-    bottom_of,
     bound_of,
     due_of,
     empty,
     facing,
     fails_by_order,
     is_inner,
-    is_right_bound,
     left_bound,
     own_tile,
     port,
     right_bound,
     set_due,
     side_of,
-    top_of,
 )
 
 __all__ = ["SweepTiling"]
 
 
 @hook
-def reach_to(body: Records, p: int) -> float:
-    """How far right of a body's centre the bound of its port ``p`` is."""
-    return float(body.reach if is_right_bound(p) else -body.reach)
-
-
-@hook
-def watch(k: Kernel, s: State, p: int) -> None:
-    """Work out when the tile at left port ``p`` fails: by its width, or a corner by its vertical order."""
-    q = facing(s, p)
-    a = body_of(p)
-    b = body_of(q)
-    n = len(s.level)
-    if a == n:
-        return
-    tick = NEVER
-    by_order = 0
-    if b != n and b != a:
-        left = k.bodies[a]
-        right = k.bodies[b]
-        since = max(left.anchor, right.anchor)
-        unit = k.clock[0].tick
-        left_time = (since - left.anchor) * unit
-        right_time = (since - right.anchor) * unit
-        left_edge = left.x + left.vx * left_time + reach_to(left, p)
-        right_edge = right.x + right.vx * right_time + reach_to(right, q)
-        width = right_edge - left_edge
-        rate = right.vx - left.vx
-        tick = falls(k, since, width, rate)
-        if is_inner(p) and is_inner(q):
-            rise = (right.y + right.vy * right_time) - (left.y + left.vy * left_time)
-            climb = right.vy - left.vy
-            if side_of(p) == LOWER:  # the left body is the upper one
-                rise = -rise
-                climb = -climb
-            if climb < 0.0:
-                then = width * -climb + rate * rise  # the width when they are level, times -climb
-                if s.limits[0] * climb <= then <= s.limits[1] * -climb:
-                    level = falls(k, since, rise, climb)
-                    if level < tick:
-                        tick = level
-                        by_order = 1
-    set_due(s, p, tick, by_order)
-
-
-@hook
 def settle(k: Kernel, s: State, body: int) -> None:
-    """Queue a body's certificate for the first of its three tiles to fail."""
-    if body < len(s.level):
-        schedule(k, body, min(due_of(s, body, OUTER), min(due_of(s, body, UPPER), due_of(s, body, LOWER))))
+    """Schedule a body's certificate for the first of its three tiles to fail."""
+    schedule(k, body, min(due_of(s, body, OUTER), min(due_of(s, body, UPPER), due_of(s, body, LOWER))))
 
 
 @hook
@@ -126,39 +76,41 @@ def first_to_fail(s: State, body: int) -> int:
 
 
 @hook
-def hold(k: Kernel, s: State, pair: Pair) -> None:
-    """Two bodies bound a tile from above and below: a candidate pair, unless one of them is TOP or BOTTOM."""
-    if pair.one < len(s.level) and pair.other < len(s.level):
-        add_pair(k, pair.one, pair.other)
-
-
-@hook
-def release(k: Kernel, s: State, pair: Pair) -> None:
-    """A tile between two bodies is gone: the pair is held once less."""
-    if pair.one < len(s.level) and pair.other < len(s.level):
-        remove_pair(k, pair.one, pair.other)
-
-
-@hook
-def tile_around(s: State, body: int, which: int) -> int:
-    """One of the six tiles at a body's ports: the three that it owns, then those at its right ports."""
-    if which < 3:
-        return own_tile(body, which)
-    if which == 3:
-        return facing(s, port(left_bound(body), OUTER))
-    return facing(s, port(right_bound(body), UPPER if which == 4 else LOWER))
+def watch_around(k: Kernel, s: State, body: int) -> None:
+    """Watch the six tiles at a body's ports: the three that it owns, and those at its right ports."""
+    n = len(s.level)
+    outer = own_tile(body, OUTER)
+    upper = own_tile(body, UPPER)
+    lower = own_tile(body, LOWER)
+    before = port(left_bound(body), OUTER)
+    over_it = port(right_bound(body), UPPER)
+    under_it = port(right_bound(body), LOWER)
+    first = facing(s, before)
+    second = facing(s, over_it)
+    third = facing(s, under_it)
+    own = sides(k, eight(outer, upper, lower, lower, before, over_it, under_it, under_it))
+    far = sides(k, eight(facing(s, outer), facing(s, upper), facing(s, lower), facing(s, lower), first, second, third, third))
+    mine = eight(1, 1, 1, 1, 0, 0, 0, 0) > spread_whole(0)
+    tick, by_order = failures(k, s, chosen(mine, own, far), chosen(mine, far, own))
+    set_due(s, outer, lane(tick, 0), lane(by_order, 0))
+    set_due(s, upper, lane(tick, 1), lane(by_order, 1))
+    set_due(s, lower, lane(tick, 2), lane(by_order, 2))
+    if body_of(first) < n:
+        set_due(s, first, lane(tick, 4), lane(by_order, 4))
+        settle(k, s, body_of(first))
+    set_due(s, second, lane(tick, 5), lane(by_order, 5))
+    settle(k, s, body_of(second))
+    set_due(s, third, lane(tick, 6), lane(by_order, 6))
+    settle(k, s, body_of(third))
+    settle(k, s, body)
 
 
 @hook
 def build(k: Kernel, s: State) -> None:
-    """Construct the tiling, watch its tiles, and make their tops and bottoms candidate pairs."""
+    """Construct the tiling and watch its tiles."""
     construct(k, s)
     for body in range(len(s.level)):
-        for which in range(3):
-            tile = own_tile(body, which)
-            watch(k, s, tile)
-            hold(k, s, Pair(top_of(s, tile), bottom_of(s, tile)))
-        settle(k, s, body)
+        watch_around(k, s, body)
 
 
 @hook
@@ -173,33 +125,49 @@ def collapse(k: Kernel, s: State, p: int, q: int) -> Change:
 
 
 @hook
-def repair(k: Kernel, s: State, body: int) -> None:
-    """The first of a body's three tiles fails: see how, relink, and watch what is new."""
+def repair(k: Kernel, s: State, body: int) -> int:
+    """The first of a body's three tiles fails: see how, relink, watch what is new; name who comes in sight."""
+    n = len(s.level)
     p = first_to_fail(s, body)
     q = facing(s, p)
     if fails_by_order(s, p):
         flip(s, bound_of(q), bound_of(p), side_of(q))
-        for turn in range(12):  # all tiles of both bodies
-            tile = tile_around(s, body_of(p) if turn < 6 else body_of(q), turn % 6)
-            watch(k, s, tile)
-            settle(k, s, body_of(tile))
-    else:
-        change = collapse(k, s, p, q)
-        release(k, s, change.gone)
-        hold(k, s, change.come)
-        for tile in change.tiles:
-            watch(k, s, tile)
-            settle(k, s, body_of(tile))
+        for turn in range(2):
+            watch_around(k, s, body if turn == 0 else body_of(q))
+        return 0
+    change = collapse(k, s, p, q)
+    one, two, three = change.tiles
+    near_side = sides(
+        k, eight(one.left, two.left, three.left, three.left, one.right, two.right, three.right, three.right)
+    )
+    tick, by_order = failures(k, s, near_side, swapped(near_side))
+    if body_of(one.left) < n:
+        set_due(s, one.left, lane(tick, 0), lane(by_order, 0))
+    if body_of(two.left) < n:
+        set_due(s, two.left, lane(tick, 1), lane(by_order, 1))
+    if body_of(three.left) < n:
+        set_due(s, three.left, lane(tick, 2), lane(by_order, 2))
+    if body_of(one.left) < n:
+        settle(k, s, body_of(one.left))
+    if body_of(two.left) < n:
+        settle(k, s, body_of(two.left))
+    if body_of(three.left) < n:
+        settle(k, s, body_of(three.left))
+    above = change.come.one
+    below = change.come.other
+    if above >= n or below >= n:
+        return 0
+    if above != body and below != body:
+        offer(k, above, below)
+        return 0
+    k.near[0] = below if above == body else above
+    return 1
 
 
 @hook
 def replan(k: Kernel, s: State, body: int) -> None:
     """A body's plan changed: watch the six tiles at its ports."""
-    for which in range(6):
-        tile = tile_around(s, body, which)
-        watch(k, s, tile)
-        if which > 1:
-            settle(k, s, body_of(tile))
+    watch_around(k, s, body)
 
 
 class SweepTiling:
@@ -220,8 +188,8 @@ class SweepTiling:
         radius = scene.radius
         state = empty(n)
         return BroadPhaseParts(
+            near=near,
             state=state,
-            certificates=n,
             arrange=arrange,
             build=build,
             repair=repair,
@@ -230,5 +198,5 @@ class SweepTiling:
             ticks=(state.due,),
             solid=True,
             skin_limit=float(radius.min() / (8.0 * radius.max()) * radius.min()) if n else None,
-            pairs=3 * n + 8,
+            room=3 * n + 1,
         )

@@ -17,6 +17,7 @@ import numpy.typing as npt
 
 from kinetile.toolbox import NEVER, Kernel, falls_many, positions_now
 
+from .walk import near
 from .web import FLIPS, LOWER, OUTER, UPPER, State
 
 __all__ = ["Tiles", "around", "audit", "tiles_of"]
@@ -90,8 +91,11 @@ def audit(k: Kernel, s: State) -> Iterator[str]:
         yield complaint
     if broken:
         return  # the rest would walk in circles
-    yield from _pairs(k, s, tiles)
-    yield from _walks(s, tiles)
+    for complaint in _walks(s, tiles):
+        broken = True
+        yield complaint
+    if not broken:
+        yield from _pairs(k, s, tiles)
     yield from _sweep(s, tiles)
     yield from _certificates(k, s, tiles)
     yield from _geometry(k, s, tiles)
@@ -121,23 +125,19 @@ def _links(s: State, tiles: Tiles) -> Iterator[str]:
 
 
 def _pairs(k: Kernel, s: State, tiles: Tiles) -> Iterator[str]:
-    """The candidate pairs are the tops and bottoms of the tiles, each held once a tile, and few."""
+    """The candidate pairs are the tops and bottoms of the tiles, told by both bodies, and few."""
     n = len(s.level)
     both = (tiles.top < n) & (tiles.bottom < n)
     top, bottom = tiles.top[both], tiles.bottom[both]
-    wanted, times = np.unique(np.minimum(top, bottom) * n + np.maximum(top, bottom), return_counts=True)
-    live = k.certificates[k.certificates.a >= 0]
-    held = live.a.astype(np.int64) * n + live.b
-    order = np.argsort(held)
-    if not (np.array_equal(held[order], wanted) and np.array_equal(live.holds[order], times)):
-        tiled = dict(zip(wanted.tolist(), times.tolist(), strict=True))
-        kept = dict(zip(held.tolist(), live.holds.tolist(), strict=True))
-        odd = min(pair for pair, _ in set(tiled.items()) ^ set(kept.items()))
-        counts = f"{tiled.get(odd, 0)} times, the kernel {kept.get(odd, 0)} times"
-        yield f"the tiles have the pair {divmod(odd, n)} {counts}"
+    wanted = set(zip(np.append(top, bottom).tolist(), np.append(bottom, top).tolist(), strict=True))
+    told = {(body, other) for body in range(n) for other in k.near[: near(k, s, body)].tolist()}
+    for body, other in sorted(wanted - told):
+        yield f"bodies {body} and {other} bound a tile, and {other} is not named as near {body}"
+    for body, other in sorted(told - wanted):
+        yield f"body {other} is named as near {body}, and they bound no tile"
     most = 3 * n - 6 if n >= 3 else max(n - 1, 0)
-    if len(wanted) > most:
-        yield f"{len(wanted)} pairs of bodies see each other; among {n} there can be {most}"
+    if len(wanted) > 2 * most:
+        yield f"{len(wanted) // 2} pairs of bodies see each other; among {n} there can be {most}"
     seen = len(np.unique(np.minimum(tiles.top, tiles.bottom) * (n + 2) + np.maximum(tiles.top, tiles.bottom)))
     if seen - 1 > max(3 * n - 1, 0):  # all but {TOP, BOTTOM}
         yield f"{seen - 1} pairs see each other, TOP and BOTTOM among them; there can be {3 * n - 1}"
@@ -235,8 +235,7 @@ def _certificates(k: Kernel, s: State, tiles: Tiles) -> Iterator[str]:
         kind = "order" if flips[tile] else "width"
         yield f"{tiles.name(tile)} fails by its {kind}, but is watched otherwise"
     first = s.due.reshape(n, 4).min(axis=1)
-    place = k.certificates.place[:n]
-    queued = np.where(place >= 0, k.queue.tick[place], NEVER)
+    queued = np.asarray(k.queue.own)
     for body in np.flatnonzero(queued != first):
         yield f"body {body} is queued for tick {queued[body]}, but its first tile fails at {first[body]}"
 

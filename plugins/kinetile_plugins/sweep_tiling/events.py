@@ -9,7 +9,7 @@ ports:
     L.UPPER      L.OUTER       *passing*: one body's bound passes that of a body it stands on or hangs under;
     R.OUTER      R.UPPER       likewise with LOWER
 
-Each replaces three links and two ends, and one pair of bodies in sight by another: that is a ``Change``. It
+Each replaces three links and two ends, and one pair of bodies in sight by another: ``Change`` says what is new. It
 never looks at a coordinate, but for one question at a meeting: which of the two is above.
 
 Two bodies whose tile is a corner (one just over the end of the other, its width nearly zero) can slide past
@@ -40,15 +40,22 @@ from .web import (
     set_end,
 )
 
-__all__ = ["Change", "Pair", "Tiles", "flip", "meeting", "parting", "passing"]
+__all__ = ["Change", "Pair", "Tile", "Tiles", "flip", "meeting", "parting", "passing"]
+
+
+class Tile(NamedTuple):
+    """A tile, by the two ports that it links."""
+
+    left: int
+    right: int
 
 
 class Tiles(NamedTuple):
     """The three new tiles of an event."""
 
-    first: int
-    second: int
-    third: int
+    first: Tile
+    second: Tile
+    third: Tile
 
 
 class Pair(NamedTuple):
@@ -59,11 +66,9 @@ class Pair(NamedTuple):
 
 
 class Change(NamedTuple):
-    """What an event did: the tiles that it made, the pair that went out of sight and the one that came into
-    it."""
+    """What an event did: the tiles that it made, and the pair that came into sight."""
 
     tiles: Tiles
-    gone: Pair
     come: Pair
 
 
@@ -94,7 +99,9 @@ def join(s: State, a: int, b: int, p: int) -> Tiles:
     link(s, port(b, o), port(a, p))
     set_end(s, a, p, body_of(b))
     set_end(s, b, o, body_of(a))
-    return Tiles(beyond_a, port(a, OUTER), port(b, o))
+    return Tiles(
+        Tile(beyond_a, port(b, OUTER)), Tile(port(a, OUTER), beyond_b), Tile(port(b, o), port(a, p))
+    )
 
 
 @hook
@@ -108,16 +115,17 @@ def separate(s: State, a: int, b: int, p: int) -> Tiles:
     link(s, port(a, OUTER), port(b, OUTER))
     set_end(s, a, p, end(s, b, p))
     set_end(s, b, o, end(s, a, o))
-    return Tiles(beyond_a, port(b, o), port(a, OUTER))
+    return Tiles(
+        Tile(beyond_a, port(a, p)), Tile(port(b, o), beyond_b), Tile(port(a, OUTER), port(b, OUTER))
+    )
 
 
 @hook
 def meeting(k: Kernel, s: State, a: int, b: int) -> Change:
     """Tile a.OUTER - b.OUTER of an R and an L collapses: the bodies come to stand over each other (thesis,
     figure 14)."""
-    gone = Pair(end(s, a, UPPER), end(s, a, LOWER))
     tiles = join(s, a, b, LOWER if stands_above(k, s, body_of(a), body_of(b)) else UPPER)
-    return Change(tiles, gone, Pair(body_of(a), body_of(b)))
+    return Change(tiles, Pair(body_of(a), body_of(b)))
 
 
 @hook
@@ -125,7 +133,7 @@ def parting(s: State, a: int, b: int, p: int) -> Change:
     """The corner tile at port ``p`` of a, an R, and b, an L, collapses: the bodies come to stand side by side
     (thesis, figure 14, read backwards)."""
     tiles = separate(s, a, b, p)
-    return Change(tiles, Pair(body_of(a), body_of(b)), Pair(end(s, a, UPPER), end(s, a, LOWER)))
+    return Change(tiles, Pair(end(s, a, UPPER), end(s, a, LOWER)))
 
 
 @hook
@@ -137,16 +145,16 @@ def passing(s: State, a: int, b: int, p: int) -> Change:
     o = opposite(p)
     beyond_a = facing(s, port(a, OUTER))
     beyond_b = facing(s, port(b, o))
-    gone = Pair(body_of(a), end(s, a, p))
     come = Pair(body_of(b), end(s, a, o))
     link(s, port(b, OUTER), beyond_a)
     link(s, port(b, o), port(a, OUTER))
     link(s, port(a, p), beyond_b)
     set_end(s, b, o, end(s, a, o))
     set_end(s, a, p, body_of(b))
+    first, second, third = port(b, OUTER), port(a, OUTER), beyond_b
     if is_right_bound(a):
-        return Change(Tiles(port(b, OUTER), port(a, OUTER), beyond_b), gone, come)
-    return Change(Tiles(beyond_a, port(b, o), port(a, p)), gone, come)
+        return Change(Tiles(Tile(first, beyond_a), Tile(second, port(b, o)), Tile(third, port(a, p))), come)
+    return Change(Tiles(Tile(beyond_a, first), Tile(port(b, o), second), Tile(port(a, p), third)), come)
 
 
 @hook
@@ -154,7 +162,7 @@ def flip(s: State, a: int, b: int, p: int) -> None:
     """The vertical order of the corner tile at port ``p`` of a, an R, and b, an L, fails: the two bodies
     exchange top and bottom, in place.
 
-    Parting and meeting at once; the candidate pairs stay the same, each held as often as before.
+    Parting and meeting at once; the pairs in sight of each other stay the same.
     """
     separate(s, a, b, p)
     join(s, a, b, opposite(p))

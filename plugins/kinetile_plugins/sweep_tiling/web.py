@@ -19,8 +19,8 @@ All of it is one array of integers, ``web``. Bound 2b is L of body b, bound 2b +
 places:
 
     8 * bound + 0, 1, 2   the port linked to its OUTER, UPPER, LOWER port
-    8 * bound + 5, 6      its ends above and below
-    8 * bound + 3         of an L bound: which of its body's three tiles would fail by a flip, as bits
+    8 * bound + 6, 7      its ends above and below
+    8 * bound + 3, 4, 5   for its left ports: whether that tile would fail by a flip
 
 A port is known by the place that holds its link, and a bound by its first place, that of its port OUTER. The
 two bounds of a body share a cache line. The hooks below are the only ones to know these numbers: the rules
@@ -42,7 +42,6 @@ __all__ = [
     "UPPER",
     "State",
     "body_of",
-    "bottom_of",
     "bound_of",
     "bounds",
     "due_of",
@@ -61,15 +60,14 @@ __all__ = [
     "set_due",
     "set_end",
     "side_of",
-    "top_of",
 ]
 
 OUTER, UPPER, LOWER = 0, 1, 2
 """Ports of a bound, and sides of a body; also the numbers of the three tiles that a body owns: those at
 R.OUTER, L.UPPER and L.LOWER, its left ports."""
 
-ENDS, FLIPS = 4, 3
-"""Where a bound's ends stand in its eight places, counted from a side, and where its body's flips do."""
+ENDS, FLIPS = 5, 3
+"""Where a bound's ends stand in its eight places, counted from a side, and a tile's flip, from its port."""
 
 
 class State(NamedTuple):
@@ -92,7 +90,7 @@ def empty(bodies: int) -> State:
     """Return a state for so many bodies, to be filled by the construction."""
     leaves = 1 << max(bodies - 1, 0).bit_length()
     return State(
-        web=np.zeros(16 * (bodies + 1), dtype=np.int32),
+        web=np.zeros(16 * (bodies + 1), dtype=np.uint32),
         due=np.full(4 * bodies, NEVER, dtype=np.int64),
         sweep=np.zeros(2 * bodies, dtype=np.int32),
         level=np.zeros(bodies, dtype=np.int32),
@@ -188,18 +186,6 @@ def set_end(s: State, bound: int, side: int, body: int) -> None:
 
 
 @hook
-def top_of(s: State, p: int) -> int:
-    """The body above a tile, as the bound of one of its ports knows it."""
-    return body_of(p) if side_of(p) == LOWER else end(s, bound_of(p), UPPER)
-
-
-@hook
-def bottom_of(s: State, p: int) -> int:
-    """The body below a tile, as the bound of one of its ports knows it."""
-    return body_of(p) if side_of(p) == UPPER else end(s, bound_of(p), LOWER)
-
-
-@hook
 def own_tile(body: int, which: int) -> int:
     """One of the three tiles that a body owns."""
     return right_bound(body) if which == OUTER else left_bound(body) + which
@@ -212,16 +198,13 @@ def due_of(s: State, body: int, which: int) -> int:
 
 
 @hook
-def set_due(s: State, tile: int, tick: int, by_order: int) -> None:
-    """Note when a tile fails, and whether by its vertical order (1) or its width (0)."""
-    body = body_of(tile)
-    which = tile & 3  # side_of, in two bits: knowing that the shift is short saves 4 % of the whole run
-    flips = left_bound(body) + FLIPS
-    s.due[4 * body + which] = tick
-    s.web[flips] = (s.web[flips] & ~(1 << which)) | (by_order << which)
+def set_due(s: State, tile: int, tick: int, by_order: bool) -> None:
+    """Note when a tile fails, and whether by its vertical order or its width."""
+    s.due[4 * body_of(tile) + (tile & 3)] = tick  # side_of, in two bits: that the shift is short saves time
+    s.web[tile + FLIPS] = by_order
 
 
 @hook
 def fails_by_order(s: State, tile: int) -> bool:
     """Whether a tile would fail by its vertical order."""
-    return bool(s.web[left_bound(body_of(tile)) + FLIPS] >> side_of(tile) & 1)
+    return bool(s.web[tile + FLIPS])

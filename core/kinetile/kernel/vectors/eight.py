@@ -1,15 +1,4 @@
-"""Eight numbers at once: what a hook may do with the vectors of the processor.
-
-Loops over bodies compile to code that takes one body at a time. Where the same arithmetic is done for many,
-the bound of a narrow phase for all partners of a body, eight at a time are three times as fast. Numba has no
-vectors, so here are some: ``Floats`` (8 doubles), ``Wholes`` (8 32-bit integers) and ``Truths`` (8 truth
-values), with the operators ``+ - * /``, ``< > <= >= ==`` and ``& |``, and the functions below. They are
-portable LLVM vectors: a machine with shorter ones takes two or four steps, and gives the same bits, since
-each lane is IEEE arithmetic and nothing is fused.
-
-Interpreted, the same names are NumPy arrays of eight, and that is their meaning: each function stands here
-twice, and a test compares the two.
-"""
+"""Vectors of eight, their operators, and what takes or gives one lane after the other."""
 
 from __future__ import annotations
 
@@ -23,6 +12,7 @@ from kinetile.kernel.compiled import INTERPRETED
 __all__ = [
     "LANES",
     "Floats",
+    "Ticks",
     "Truths",
     "Wholes",
     "append",
@@ -45,6 +35,7 @@ SPLIT = 2.0**27 + 1.0
 
 Floats: TypeAlias = Any
 Wholes: TypeAlias = Any
+Ticks: TypeAlias = Any
 Truths: TypeAlias = Any
 
 if INTERPRETED:
@@ -130,9 +121,9 @@ else:
     class _Eight(types.Type):
         """The type of eight values of an LLVM type."""
 
-        def __init__(self, name: str, element: Any) -> None:
+        def __init__(self, name: str, element: Any, one: Any) -> None:
             super().__init__(name=f"kinetile.eight({name})")
-            self.element = element
+            self.one = one
             self.vector = ir.VectorType(element, LANES)
 
     @register_model(_Eight)
@@ -142,9 +133,10 @@ else:
         def __init__(self, manager: Any, fe_type: Any) -> None:
             super().__init__(manager, fe_type, fe_type.vector)
 
-    _floats = _Eight("double", _DOUBLE)
-    _wholes = _Eight("int32", _WHOLE)
-    _truths = _Eight("bool", _BIT)
+    _floats = _Eight("double", _DOUBLE, types.float64)
+    _wholes = _Eight("int32", _WHOLE, types.int32)
+    _ticks = _Eight("int64", _WORD, types.int64)
+    _truths = _Eight("bool", _BIT, types.boolean)
 
     def _splat(builder: Any, value: Any, vector: Any) -> Any:
         """Return a vector with a value in all its lanes."""
@@ -194,7 +186,13 @@ else:
     _operator(operator.truediv, _floats, _floats, lambda b, x, y: b.fdiv(x, y))
     for _symbol, _name in ((operator.lt, "<"), (operator.le, "<="), (operator.gt, ">"), (operator.ge, ">=")):
         _operator(_symbol, _floats, _truths, lambda b, x, y, name=_name: b.fcmp_ordered(name, x, y))
-    _operator(operator.eq, _wholes, _truths, lambda b, x, y: b.icmp_signed("==", x, y))
+    for _kind in (_wholes, _ticks):
+        for _symbol, _name in ((operator.lt, "<"), (operator.gt, ">"), (operator.eq, "==")):
+            _operator(_symbol, _kind, _truths, lambda b, x, y, name=_name: b.icmp_signed(name, x, y))
+        for _symbol, _name in ((operator.add, "add"), (operator.sub, "sub")):
+            _operator(_symbol, _kind, _kind, lambda b, x, y, name=_name: getattr(b, name)(x, y))
+    _operator(operator.and_, _wholes, _wholes, lambda b, x, y: b.and_(x, y))
+    _operator(operator.rshift, _wholes, _wholes, lambda b, x, y: b.ashr(x, y))
     _operator(operator.and_, _truths, _truths, lambda b, x, y: b.and_(x, y))
     _operator(operator.or_, _truths, _truths, lambda b, x, y: b.or_(x, y))
 
@@ -336,7 +334,7 @@ else:
     @intrinsic
     def lane(typing_context: Any, value: Any, which: Any) -> Any:
         """Return one of the eight."""
-        result = {_floats: types.float64, _wholes: types.int32, _truths: types.boolean}[value]
+        result = value.one
 
         def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             vector, which = arguments
