@@ -67,7 +67,7 @@ def test_growth_measures_in_processes_of_their_own():
     (measured,) = found.rows
     assert measured.fastest <= measured.cpu_seconds_per_time <= measured.slowest
     assert measured.simulated > 0.0
-    assert measured.arrays["bodies"] == 64.0
+    assert measured.arrays["bodies"] == 72.0
     assert measured.table_bytes_per_body > 300.0
 
 

@@ -187,6 +187,7 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
                     if k.offers[clock.offered].b >= 0:
                         k.near[0] = k.offers[clock.offered].b
                         count = 1
+                        counts.newcomers += 1
                 else:
                     break
             if PAIRS and count > 0:
@@ -272,6 +273,7 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
             clock.hand = h
             body = h
             count = repair(k, s, h)
+            counts.newcomers += count
             continue
 
         if _log_is_full(k):
