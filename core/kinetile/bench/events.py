@@ -215,7 +215,7 @@ def _row(
 
 def _contact_rate(runs: Sequence[Any]) -> float:
     """Return the contacts a CPU second of a phase's runs on a scene, the median."""
-    return statistics.median(run.contacts_per_cpu_second for run in runs)
+    return float(statistics.median(run.contacts_per_cpu_second for run in runs))
 
 
 def _contacts(simulation: Any) -> int:

@@ -172,8 +172,10 @@ def measures(cells: Sequence[Cell]) -> Measures:
     """Return the four measures of the cells of one phase on one scene."""
     first = cells[0]
     name, n, r = _name(first.phase), first.bodies, radius(first.density, first.bodies)
-    kinds = ("events", "bound_events", "plan_changes", "certificates_updated", "pair_changes")
-    kinds += ("partners_asked", "contacts_computed")
+    kinds = (
+        *("events", "bound_events", "plan_changes", "pair_changes"),
+        *("certificates_updated", "partners_asked", "contacts_computed"),
+    )
     total = {kind: sum(getattr(cell, kind) for cell in cells) for kind in kinds}
     pairs = 2.0 * statistics.fmean(cell.pairs_mean for cell in cells) / n
     contacts = total["events"] - total["bound_events"]

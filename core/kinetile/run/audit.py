@@ -211,8 +211,7 @@ meet = reach_wall = to_be_filled_in
 
 
 def ask_again(k: Kernel, near: npt.NDArray[np.int32], pairs: Integers, walls: Integers) -> None:
-    """Write down when each near pair and each body and a wall meet; a template, as ``kernel.loop.advance`` is.
-    """
+    """Write down when each near pair, and each body and a wall, meet; a template, as the loop is."""
     k = disowned(k)
     bodies = k.bodies
     if WALLS:

@@ -91,8 +91,9 @@ def test_on_a_quiet_machine_what_is_level_is_too_close_to_tell():
 def test_verdicts_of_a_part_of_a_run():
     cells = bench_of(as_the_thesis_says).cells
     for end in range(4, len(cells), 4):  # Ctrl-C comes after any scene
-        found = statements(ThesisBench(cells[:end], {}))
+        *found, last = statements(ThesisBench(cells[:end], {}))
         assert {part.answer for each in found for part in each.parts} <= {Answer.YES, Answer.NO}
+        assert {part.answer for part in last.parts} <= {Answer.YES, Answer.NO, Answer.NOT_MEASURED}
 
 
 def test_what_was_not_measured_is_said():
