@@ -221,7 +221,7 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
             if moving:
                 clock.now = larger(clock.now, until)
             return TIME_REACHED
-        if at - clock.origin > clock.span:
+        if abs(at - clock.origin) > clock.span:  # before it, where guesses ran ahead and a body is turned
             _note_all_places(k, at)
 
         if PAIRS and not turning and kind >= GUESS and kind != WALL:
