@@ -13,6 +13,8 @@ pair), then by number, and for pairs by the bodies.
 
 from __future__ import annotations
 
+import numpy as np
+
 from kinetile.kernel.compiled import hook, larger, smaller
 from kinetile.kernel.tables import NEVER, NOBODY, PAIR, Kernel
 from kinetile.kernel.vectors import lowest_bit
@@ -43,7 +45,7 @@ def _file(k: Kernel, body: int, key: int) -> None:
     clock = k.clock[0]
     entry = k.queue[body]
     day = key >> clock.shift
-    at = day & (len(k.slices) - 1)
+    at = np.int64(day & (len(k.slices) - 1))
     first = k.slices[at]
     entry.next = first
     entry.prev = -2 - at
@@ -63,7 +65,7 @@ def _take_out(k: Kernel, body: int) -> None:
     if entry.prev >= 0:
         k.queue[entry.prev].next = after
     else:
-        at = -2 - entry.prev
+        at = np.int64(-2 - entry.prev)  # interpreted, the bit of a 32-bit number would be lost
         k.slices[at] = after
         if after < 0:
             k.marks[at >> 6] &= ~(1 << (at & 63))
