@@ -37,11 +37,11 @@ _COUNTS = (
     "contacts_wall",
     "structural_events",
     "events",
-    "certificates_created",
     "certificates_updated",
-    "certificates_live_max",
+    "newcomers",
+    "partners_asked",
+    "contacts_computed",
     "queue_max",
-    "pairs_mean",
     "pairs_max",
     "fingerprint",
 )
@@ -57,6 +57,9 @@ class BenchRow:
         events_per_cpu_second, contacts_per_cpu_second: medians over the repeats.
         slowest, fastest: events a CPU second of the slowest and the fastest repeat.
         events_per_contact: structural and all other events, over contacts.
+        of_fastest: contacts a CPU second, over those of the phase that had the most on this scene.
+        asked_per_contact, computed_per_contact: partners that a body looked at, and contact times worked out
+            exactly, over contacts, as the counts have them.
         contacts: how many a timed run has; the same in every repeat.
         cpu_seconds: of each repeat.
         counts: readings after COUNTED contacts a disc, the same on every machine.
@@ -69,7 +72,10 @@ class BenchRow:
     slowest: float
     fastest: float
     contacts_per_cpu_second: float
+    of_fastest: float
     events_per_contact: float
+    asked_per_contact: float
+    computed_per_contact: float
     contacts: int
     cpu_seconds: tuple[float, ...]
     counts: Mapping[str, Any]
@@ -133,8 +139,9 @@ def bench_events(
                 for k, choice in enumerate(chosen):
                     runs[k].append(_timed(scene, choice, pilots[k][1]))
                     tell()
+            most = max((_contact_rate(timed) for timed in runs), default=0.0)
             for k, choice in enumerate(chosen):
-                rows.append(_row(n, density, choice, pilots[k][0], runs[k]))
+                rows.append(_row(n, density, choice, pilots[k][0], runs[k], most))
                 if finish is not None:
                     finish(rows[-1])
     return Bench(tuple(rows), conditions(seconds, repeats, seed))
@@ -181,9 +188,13 @@ def _row(
     choice: tuple[str, Mapping[str, Any]],
     counts: Mapping[str, Any],
     runs: Sequence[Any],
+    most: float,
 ) -> BenchRow:
+    """Return a phase's row; ``most`` is the rate of contacts of the fastest phase on the scene."""
     rates = [run.events_per_cpu_second for run in runs]
     contacts = runs[0].contacts_disc + runs[0].contacts_wall
+    counted = max(counts["contacts_disc"] + counts["contacts_wall"], 1)
+    speed = _contact_rate(runs)
     return BenchRow(
         bodies=n,
         density=density,
@@ -191,12 +202,20 @@ def _row(
         events_per_cpu_second=statistics.median(rates),
         slowest=min(rates),
         fastest=max(rates),
-        contacts_per_cpu_second=statistics.median(run.contacts_per_cpu_second for run in runs),
+        contacts_per_cpu_second=speed,
+        of_fastest=speed / most if most > 0.0 else 0.0,
         events_per_contact=runs[0].events / contacts if contacts else 0.0,
+        asked_per_contact=counts["partners_asked"] / counted,
+        computed_per_contact=counts["contacts_computed"] / counted,
         contacts=contacts,
         cpu_seconds=tuple(run.cpu_seconds for run in runs),
         counts=counts,
     )
+
+
+def _contact_rate(runs: Sequence[Any]) -> float:
+    """Return the contacts a CPU second of a phase's runs on a scene, the median."""
+    return float(statistics.median(run.contacts_per_cpu_second for run in runs))
 
 
 def _contacts(simulation: Any) -> int:

@@ -34,6 +34,9 @@ PHASES = ("naive", "sap-1d", "sap-2d", "sweep-tiling")
 ROUNDS = 5
 """How often the phases take turns on a scene."""
 
+MOMENTS = 17
+"""Moments of a run, evenly apart from its start to its end, at which the candidate pairs are counted."""
+
 MOST_RUNS = 40
 """Runs of a phase in a round; the smallest scenes take 50 microseconds of the loop and a millisecond to set
 up."""
@@ -51,12 +54,16 @@ class Cell:
             one after the other, so that what the machine does besides falls on all of them.
         contacts_disc, contacts_wall: contacts of two discs, of a disc with a wall.
         bound_events: failures of the broad phase's own certificates.
-        certificates_updated: times a failure time was set anew, the static construction apart.
-        certificates_live_max, queue_max: the most alive, the most queued at one time.
-        pairs_mean, pairs_max: candidate pairs.
-        pairs_of_one_body: the most candidate pairs of one body, at the end.
-        pair_changes: candidate pairs that came or went, the static construction apart.
+        certificates_updated: times the broad phase set anew when a body's certificate fails.
+        partners_asked: bodies that another looked at for their contact.
+        contacts_computed: contact times worked out exactly.
+        queue_max: the most bodies queued at one time.
+        pairs_mean, pairs_max: candidate pairs, at ``MOMENTS`` moments.
+        pairs_of_one_body: the most candidate pairs of one body, at these moments.
+        pair_changes: candidate pairs that came, as the broad phase said, or went, as is left then.
         fingerprint: digest of the contacts.
+
+    What the static construction does is not in the counts.
     """
 
     density: float
@@ -69,7 +76,8 @@ class Cell:
     contacts_wall: int
     bound_events: int
     certificates_updated: int
-    certificates_live_max: int
+    partners_asked: int
+    contacts_computed: int
     queue_max: int
     pairs_mean: float
     pairs_max: int
@@ -201,24 +209,27 @@ def _counts(
     simulation = simulation_of(scene, choice)
     if start is not None:
         start(choice[0], simulation)
-    pairs_first = len(simulation.candidate_pairs())
+    pairs = [simulation.candidate_pairs()]
     built = simulation.readings
-    simulation.run(until)
-    pairs = simulation.candidate_pairs()
+    for moment in range(1, MOMENTS):
+        simulation.run(until * moment / (MOMENTS - 1))
+        pairs.append(simulation.candidate_pairs())
     found = simulation.readings
-    made = found.certificates_created - built.certificates_created
+    numbers = [len(each) for each in pairs]
+    came = found.newcomers - built.newcomers
     return {
         "cpu_seconds": found.cpu_seconds,
         "contacts_disc": found.contacts_disc,
         "contacts_wall": found.contacts_wall,
         "bound_events": found.structural_events,
         "certificates_updated": found.certificates_updated - built.certificates_updated,
-        "certificates_live_max": found.certificates_live_max,
+        "partners_asked": found.partners_asked - built.partners_asked,
+        "contacts_computed": found.contacts_computed - built.contacts_computed,
         "queue_max": found.queue_max,
-        "pairs_mean": found.pairs_mean,
-        "pairs_max": found.pairs_max,
-        "pairs_of_one_body": int(np.bincount(pairs.ravel()).max()) if len(pairs) else 0,
-        "pair_changes": made + (pairs_first + made - len(pairs)),
+        "pairs_mean": statistics.fmean(numbers),
+        "pairs_max": max(numbers),
+        "pairs_of_one_body": max(int(np.bincount(each.ravel(), minlength=1).max()) for each in pairs),
+        "pair_changes": came + (numbers[0] + came - numbers[-1]),
         "fingerprint": found.fingerprint,
     }
 

@@ -100,7 +100,6 @@ def add_pair(k: Kernel, a: int, b: int) -> None:
     record.next_b = _push_front(k, b, new)
     clock.pairs += 1
     counts = k.counts[0]
-    counts.pairs_created += 1
     counts.pairs_max = larger(counts.pairs_max, clock.pairs)
     to_be_settled(k, a, b)
 

@@ -148,11 +148,11 @@ COUNTS = np.dtype(
         ("structural", "i8"),
         ("asks", "i8"),  # times a body's partners were asked
         ("asked", "i8"),  # partners asked
+        ("newcomers", "i8"),  # bodies that a hook said have become near another
         ("exact", "i8"),  # contact times worked out exactly
-        ("updated", "i8"),  # certificates set anew
+        ("updated", "i8"),  # structural certificates set anew
         ("queued", "i8"),
         ("queue_max", "i8"),
-        ("pairs_created", "i8"),
         ("pairs_max", "i8"),
         ("logged", "i8"),  # events that changed a plan
         ("late", "i8"),

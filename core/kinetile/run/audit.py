@@ -1,9 +1,10 @@
 """Auditing a run: between two events, check slowly everything that must hold.
 
-Every structure of the kernel is compared with what it stands for, every contact time is asked anew, every two
-bodies are looked at whether they are a candidate pair where they must be, and the broad phase is asked for
-its own invariants. The first thing that does not hold ends the run with an ``AuditError``, close to the event
-that broke it; where a contact would be missed it is a ``MissedContactError`` as well.
+Every structure of the kernel is compared with what it stands for, every contact of two bodies that are near
+is asked anew and held against what the queue says of it, every two bodies are looked at whether they are a
+candidate pair where they must be, and the broad phase is asked for its own invariants. The first thing that
+does not hold ends the run with an ``AuditError``, close to the event that broke it; where a contact would be
+missed it is a ``MissedContactError`` as well.
 
 The cost is O(n^2) an audit; ``Simulation(..., audit=N)`` audits every N contacts.
 """
@@ -19,15 +20,16 @@ import numpy.typing as npt
 from kinetile.errors import AuditError, KinetileError, UnawaitedContactError
 from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
 from kinetile.kernel.flight import positions_now
-from kinetile.kernel.tables import GUESS, NEVER, NOBODY, NOT_ASKED, PAIR, WALL, Kernel
+from kinetile.kernel.tables import GUESS, NEVER, NOT_ASKED, PAIR, SPARE, WALL, Kernel
 from kinetile.plugin.calling import place_of
 from kinetile.plugin.discovery import sentence
-from kinetile.run.candidates import candidates
+from kinetile.run.candidates import named_near, pairs_of_named
 from kinetile.run.composition import Composition
 
 __all__ = ["Complaint", "check_all", "complaints"]
 
 Integers = npt.NDArray[np.int64]
+Pairs = npt.NDArray[np.int32]
 
 ROWS = 1 << 9
 """Bodies compared with all others at a time: bounds the memory of an audit."""
@@ -63,7 +65,11 @@ def complaints(k: Kernel, composition: Composition, delta: float) -> Iterator[Co
     yield from map(Complaint, _entries(k))
     yield from map(Complaint, _places(k))
     yield from map(Complaint, _pair_set(k))
-    near = candidates(k, composition) if composition.pair is not None else np.zeros((0, 2), np.int32)
+    near = np.zeros((0, 2), dtype=np.int32)
+    if composition.pair is not None:
+        named = named_near(k, composition)
+        yield from map(Complaint, _near(k, named))
+        near = pairs_of_named(named)
     yield from _contact_times(k, composition, near)
     if composition.pair is not None and not _repairs_are_due(k):
         yield from _touching(k, near, delta)
@@ -95,8 +101,10 @@ def _calendar(k: Kernel) -> Iterator[str]:
                 yield f"body {body} stands in slice {at} of the calendar, where it does not belong"
             previous, body, found = body, after[body], found + 1
     waiting = np.asarray(k.queue.key) != NEVER
-    if found != int(waiting.sum()) or found != int(k.counts[0].queued):
-        yield f"{found} bodies stand in the calendar, and {int(waiting.sum())} await something"
+    await_something, counted = int(waiting.sum()), int(k.counts[0].queued)
+    if not found == await_something == counted:
+        said = f"{found} bodies stand in the calendar, and {await_something} await something"
+        yield f"{said}; {counted} are counted"
     if waiting.any() and int(days[waiting].min()) < int(clock.slice):
         yield "a body is filed before the slice in which the head is sought"
 
@@ -161,44 +169,93 @@ def _pair_set(k: Kernel) -> Iterator[str]:
         yield f"of {len(table)} records for pairs {len(live)} are taken and {free} free"
 
 
-def _contact_times(k: Kernel, composition: Composition, near: npt.NDArray[np.int32]) -> Iterator[Complaint]:
-    """No contact, asked anew and exactly, comes before one of its bodies is looked at: coverage.
+def _near(k: Kernel, named: Pairs) -> Iterator[str]:
+    """Whoever is near a body is a body, which has that one near it; and there is room for the answer."""
+    n, room = len(k.bodies), len(k.near) - SPARE
+    for body, other in named[(named[:, 1] < 0) | (named[:, 1] >= n)].tolist():
+        yield f"near names {other} for body {body}, and there is no such body"
+    number = np.bincount(named[:, 0], minlength=n)
+    for body in np.flatnonzero(number > room):
+        yield f"near names {number[body]} bodies for body {body}, and there is room for {room}"
+    code = named[:, 0].astype(np.int64) * n + named[:, 1]
+    back = named[:, 1].astype(np.int64) * n + named[:, 0]
+    for body, other in named[~np.isin(code, back)].tolist():
+        yield f"body {other} is near body {body}, but body {body} is not near body {other}"
 
-    A pair is covered by one of its bodies, which knows that their contact is not before its own key; walls
-    by the body. The narrow phases look at plans alone.
-    """
+
+def _contact_times(k: Kernel, composition: Composition, near: Pairs) -> Iterator[Complaint]:
+    """What the entries say of contacts is true, when all of them are asked anew and exactly."""
+    queue, bodies = k.queue, k.bodies
+    partner = np.asarray(queue.partner)
+    known = np.flatnonzero(partner >= 0)
+    known = known[queue.seen[known] == bodies.stamp[partner[known]]]
+    expected = np.sort(np.column_stack([known, partner[known]]).astype(np.int32), axis=1)
+    meetings, walls = _asked_anew(k, composition, np.concatenate([near, expected]))
+    yield from _of_walls(k, walls)
+    yield from _of_partners(k, known, meetings[len(near) :])
+    yield from _of_near(k, near, meetings[: len(near)])
+
+
+def _asked_anew(k: Kernel, composition: Composition, pairs: Pairs) -> tuple[Integers, Integers]:
+    """Return when each pair, and each body and a wall, meet by their plans; NEVER for who have just met."""
     pair, wall = composition.pair, composition.wall
     parts: dict[str, Any] = {"PAIRS": pair is not None, "WALLS": wall is not None}
     if pair is not None:
         parts["meet"] = pair.meet
     if wall is not None:
         parts["reach_wall"] = wall.reach_wall
-    pairs, walls = np.full(len(near), NEVER), np.full(len(k.bodies), NEVER)
+    meetings, walls = np.full(len(pairs), NEVER), np.full(len(k.bodies), NEVER)
     aside = k._replace(clock=k.clock.copy())  # a narrow phase may blame; here nobody is to hear it
-    compose(ask_again, parts, "audit", Kernel)(aside, near, pairs, walls)
-    key, kind = np.asarray(k.queue.key), np.asarray(k.queue.kind)
-    for body in np.flatnonzero(walls < key):
-        by_plan = f"but by its plan it meets it {_tick(walls[body])}"
-        yield Complaint(f"body {body} and a wall are awaited {_tick(key[body])}, {by_plan}", (int(body),))
-    told = (np.asarray(k.queue.wall) != NOT_ASKED) & (np.asarray(k.queue.wall) != walls)
-    for body in np.flatnonzero(told):
-        said = f"the contact of body {body} and a wall is awaited {_tick(k.queue.wall[body])}"
-        yield Complaint(f"{said}, but by its plan they meet {_tick(walls[body])}", (int(body),))
-    first = np.minimum(key[near[:, 0]], key[near[:, 1]])
-    for number in np.flatnonzero(pairs < first):
+    compose(ask_again, parts, "audit", Kernel)(aside, pairs, meetings, walls)
+    return meetings, walls
+
+
+def _of_walls(k: Kernel, walls: Integers) -> Iterator[Complaint]:
+    """No body is at a wall before it is looked at, and what is known of a wall is so."""
+    key, kind, known = (np.asarray(k.queue[name]) for name in ("key", "kind", "wall"))
+    for body in np.flatnonzero((walls < key) | ((walls == key) & (kind == PAIR) & (key != NEVER))).tolist():
+        said = f"body {body} is looked at {_tick(key[body])} at the earliest"
+        yield Complaint(f"{said}, but by its plan it meets a wall {_tick(walls[body])}", (body,))
+    for body in np.flatnonzero((known != NOT_ASKED) & (known != walls)).tolist():
+        said = f"the contact of body {body} and a wall is awaited {_tick(known[body])}"
+        yield Complaint(f"{said}, but by its plan they meet {_tick(walls[body])}", (body,))
+
+
+def _of_partners(k: Kernel, known: Integers, meetings: Integers) -> Iterator[Complaint]:
+    """A body meets its partner at the tick of its entry, or not before where that is a guess."""
+    tick, exact = np.asarray(k.queue.tick)[known], np.asarray(k.queue.exact)[known] == 1
+    for at in np.flatnonzero(np.where(exact, meetings != tick, meetings < tick)).tolist():
+        a, b = sorted((int(known[at]), int(k.queue.partner[known[at]])))
+        said = f"the contact of bodies {a} and {b} is awaited {_tick(tick[at])}"
+        said += "" if exact[at] else " at the earliest"
+        yield Complaint(f"{said}, but by their plans they meet {_tick(meetings[at])}", (a, b))
+
+
+def _of_near(k: Kernel, near: Pairs, meetings: Integers) -> Iterator[Complaint]:
+    """Coverage: of every near pair one body knows when they meet at the earliest, and is looked at by then.
+
+    That is the body that looked at the other last. It knows its partner by ``tick``, as long as the partner
+    has the plan that it had then, and everybody else by ``guard``. At the very tick of the contact it is
+    looked at before the pair's turn comes: as something that precedes pairs, or as a pair that precedes this.
+    """
+    queue, n = k.queue, len(k.bodies)
+    stamp, rank = np.asarray(k.bodies.stamp), near[:, 0].astype(np.int64) * n + near[:, 1]
+    covered, earliest = np.zeros(len(near), dtype=bool), np.full(len(near), NEVER)
+    for body, other in (near.T, near.T[::-1]):
+        partner = np.asarray(queue.partner)[body]
+        knows = (partner == other) & (queue.seen[body] == stamp[other])
+        bound = np.where(knows, queue.tick[body], queue.guard[body])
+        first, second = np.minimum(body, partner).astype(np.int64), np.maximum(body, partner)
+        key = np.asarray(queue.key)[body]
+        in_time = (key < meetings) | (queue.kind[body] < PAIR) | (first * n + second <= rank)
+        covered |= (bound <= meetings) & (key <= meetings) & in_time
+        earliest = np.minimum(earliest, bound)
+    for number in np.flatnonzero(~covered & (meetings != NEVER)).tolist():
         a, b = near[number].tolist()
-        said = f"the contact of bodies {a} and {b} is awaited {_tick(first[number])} at the earliest"
-        yield Complaint(f"{said}, but by their plans they meet {_tick(pairs[number])}", (a, b))
-    exact = np.flatnonzero(np.where(kind == PAIR, k.queue.partner, NOBODY) >= 0)
-    times = dict(zip(map(tuple, near.tolist()), pairs.tolist(), strict=True))
-    stamp = np.asarray(k.bodies.stamp)
-    for body in exact.tolist():
-        other = int(k.queue.partner[body])
-        a, b = min(body, other), max(body, other)
-        meeting = times.get((a, b), NEVER)
-        if k.queue.seen[body] == stamp[other] and meeting != key[body]:
-            said = f"the contact of bodies {a} and {b} is awaited {_tick(key[body])}"
-            yield Complaint(f"{said}, but by their plans they meet {_tick(meeting)}", (a, b))
+        said = f"the contact of bodies {a} and {b} is awaited {_tick(earliest[number])} at the earliest"
+        if earliest[number] <= meetings[number]:
+            said = f"bodies {a} and {b} are looked at too late"
+        yield Complaint(f"{said}, but by their plans they meet {_tick(meetings[number])}", (a, b))
 
 
 def _tick(tick: int) -> str:
@@ -206,29 +263,25 @@ def _tick(tick: int) -> str:
 
 
 PAIRS = WALLS = True
-"""Filled in by ``compose``; PAIR, GUESS and WALL are kinds of entries."""
-
 meet = reach_wall = to_be_filled_in
 
 
-def ask_again(
-    k: Kernel, near: npt.NDArray[np.int32], pairs: Integers, walls: Integers
-) -> None:
-    """Write down when each near pair and each body and a wall meet; a template, as ``kernel.loop.advance``."""
+def ask_again(k: Kernel, pairs: Pairs, meetings: Integers, walls: Integers) -> None:
+    """Write down when each pair, and each body and a wall, meet; a template, as ``kernel.loop`` has."""
     k = disowned(k)
     bodies = k.bodies
     if WALLS:
         for body in range(len(bodies)):
             walls[body] = reach_wall(k, bodies[body])[0]
     if PAIRS:
-        for pair in range(len(near)):
-            a = near[pair, 0]
-            b = near[pair, 1]
+        for pair in range(len(pairs)):
+            a = pairs[pair, 0]
+            b = pairs[pair, 1]
             if bodies[a].last != b or bodies[b].last != a:
-                pairs[pair] = meet(k, a, b)
+                meetings[pair] = meet(k, a, b)
 
 
-def _touching(k: Kernel, near: npt.NDArray[np.int32], delta: float) -> Iterator[Complaint]:
+def _touching(k: Kernel, near: Pairs, delta: float) -> Iterator[Complaint]:
     """Every two bodies closer than a skin are a candidate pair."""
     place: Any = positions_now(k)
     radius = np.asarray(k.bodies.radius)

@@ -11,7 +11,7 @@ from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
 from kinetile.kernel.tables import Kernel
 from kinetile.run.composition import Composition
 
-__all__ = ["candidates"]
+__all__ = ["candidates", "named_near", "pairs_of_named"]
 
 near = to_be_filled_in
 
@@ -33,8 +33,8 @@ def list_near(k: Kernel, s: Any, found: npt.NDArray[np.int32]) -> int:
     return count
 
 
-def candidates(k: Kernel, composition: Composition) -> npt.NDArray[np.int32]:
-    """Return the pairs (a, b), a < b, of which one is near the other, sorted; (m, 2)."""
+def named_near(k: Kernel, composition: Composition) -> npt.NDArray[np.int32]:
+    """Return (body, other) for everybody whom the broad phase names near each body, itself apart; (m, 2)."""
     broad = composition.broad
     listing = compose(list_near, {"near": broad.near}, composition.label, type(broad.state))
     found = np.zeros((8 * len(k.bodies) + 64, 2), dtype=np.int32)
@@ -42,6 +42,16 @@ def candidates(k: Kernel, composition: Composition) -> npt.NDArray[np.int32]:
     if count > len(found):
         found = np.zeros((count, 2), dtype=np.int32)
         listing(k, broad.state, found)
-    pairs = np.sort(found[:count], axis=1)
-    pairs = pairs[pairs[:, 0] != pairs[:, 1]]
-    return np.unique(pairs, axis=0).astype(np.int32).reshape(-1, 2)
+    found = found[:count]
+    return found[found[:, 0] != found[:, 1]]
+
+
+def pairs_of_named(named: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
+    """Return the pairs (a, b), a < b, of which one is near the other, sorted; (m, 2)."""
+    pairs: npt.NDArray[np.int32] = np.unique(np.sort(named, axis=1), axis=0).astype(np.int32)
+    return pairs
+
+
+def candidates(k: Kernel, composition: Composition) -> npt.NDArray[np.int32]:
+    """Return the candidate pairs (a, b), a < b, sorted; (m, 2)."""
+    return pairs_of_named(named_near(k, composition))

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from kinetile.kernel.loop import idle
 from kinetile.kernel.skin import Skin
 from kinetile.run.composition import Composition
 from kinetile.scene import Scene
@@ -29,9 +30,10 @@ def explanation(
     modelled = [f"{len(scene)} discs, flying straight between contacts"]
     left_out = ["gravity, friction, rotation, growth and any loss of energy"]
     options = ", ".join(f"{name}={value}" for name, value in composition.options.items())
+    certificates = 0 if composition.broad.repair is idle.repair else len(scene)
     modelled.append(
         f"candidate pairs by the broad phase {composition.broad_phase}{f' ({options})' if options else ''}, "
-        f"with {composition.broad.certificates} structural certificates"
+        f"with {'one structural certificate a body' if certificates else 'no structural certificate'}"
     )
     role = {"pair": composition.pair is not None, "wall": composition.wall is not None}
     equal = len(scene) == 0 or bool((scene.mass == scene.mass[0]).all())
@@ -46,7 +48,9 @@ def explanation(
     else:
         left_out.append("contacts of two bodies: no narrow phase for pairs is named")
     if role["wall"] and scene.arena is not None:
-        modelled.append(f"four walls around {scene.arena[0]!r} x {scene.arena[1]!r}, one certificate a body")
+        modelled.append(
+            f"four walls around {scene.arena[0]!r} x {scene.arena[1]!r}, one contact of each body awaited"
+        )
     elif scene.arena is not None:
         left_out.append("walls: the scene has an arena, but no narrow phase for walls is named")
     else:
@@ -60,7 +64,7 @@ def explanation(
         "left out": left_out,
         "numbers": {
             "bodies": len(scene),
-            "structural_certificates": composition.broad.certificates,
+            "structural_certificates": certificates,
             "time_unit": time_unit,
             "tick": time_unit * 2.0**-52,
             "speed_bound": speed,

@@ -23,12 +23,13 @@ class Readings:
         turns: changes of velocity by the user or the scene.
         structural_events: failures of the broad phase's own certificates.
         events: all of the above together.
-        certificates_updated: times a certificate's failure time was set anew: structural ones and contacts.
-        partners_asked: bodies asked by another for their contact, a bound or exactly.
+        certificates_updated: times the broad phase set anew when a body's certificate fails.
+        newcomers: pairs that the broad phase said have become near, those of the static construction apart.
+        partners_asked: bodies that another looked at for their contact, by a bound where the narrow phase has
+            one: all that the broad phase named.
         contacts_computed: contact times worked out exactly.
-        queue_max: most bodies queued at one time; there is one entry a body.
-        pairs_created: pairs that came into the broad phase's pair set, where it keeps one.
-        pairs_max: most pairs in it at one time.
+        queue_max: most bodies queued at one time; a body has one entry, so it is at most their number.
+        pairs_max: most pairs in the broad phase's pair set; 0 where it keeps none.
         deepest_overlap: deepest overlap found at a contact, in radii of the smaller body.
         energy_drift: relative change of kinetic energy, turns apart.
         lateness: how far in the past a structural event was found, in the scene's time.
@@ -46,10 +47,10 @@ class Readings:
     structural_events: int
     events: int
     certificates_updated: int
+    newcomers: int
     partners_asked: int
     contacts_computed: int
     queue_max: int
-    pairs_created: int
     pairs_max: int
     deepest_overlap: float
     energy_drift: float
@@ -89,10 +90,10 @@ class Readings:
             structural_events=int(counts.structural),
             events=events,
             certificates_updated=int(counts.updated),
+            newcomers=int(counts.newcomers),
             partners_asked=int(counts.asked),
             contacts_computed=int(counts.exact),
             queue_max=int(counts.queue_max),
-            pairs_created=int(counts.pairs_created),
             pairs_max=int(counts.pairs_max),
             deepest_overlap=max(float(counts.deepest), 0.0),
             energy_drift=abs(energy(k) - expected) / scale if scale > 0.0 else 0.0,

@@ -34,6 +34,17 @@ def test_every_phase_on_every_scene():
         assert row.slowest <= row.events_per_cpu_second <= row.fastest
         assert row.contacts > 0
         assert row.events_per_contact >= 1.0
+        assert row.asked_per_contact > row.computed_per_contact > 0.0
+
+
+def test_the_fastest_phase_of_a_scene_is_the_measure_of_the_others():
+    result = bench_events(["naive", "cells"], [9, 16], [0.5, 0.25], seconds=0.001, repeats=1)
+    for n in (9, 16):
+        for density in (0.5, 0.25):
+            rows = [row for row in result.rows if (row.bodies, row.density) == (n, density)]
+            most = max(row.contacts_per_cpu_second for row in rows)
+            assert [row.of_fastest for row in rows] == [row.contacts_per_cpu_second / most for row in rows]
+            assert max(row.of_fastest for row in rows) == 1.0
 
 
 def test_counts_are_taken_over_a_fixed_number_of_contacts():

@@ -140,19 +140,24 @@ def test_the_counts_are_those_of_the_simulation(small):
         found = sim.readings
         assert cell.fingerprint == found.fingerprint
         assert (cell.bound_events, cell.events) == (found.structural_events, found.events)
-        assert (cell.queue_max, cell.pairs_max) == (found.queue_max, found.pairs_max)
+        assert cell.queue_max == found.queue_max
 
 
-def test_naive_sets_every_certificate_of_a_body_anew_and_changes_no_pair(small):
+def test_naive_sets_no_certificate_and_changes_no_pair(small):
     for n in (4, 9):
         for cell in small.of(0.5, n, "naive"):
-            assert cell.certificates_updated == n * cell.plan_changes
-            assert cell.pair_changes == 0
+            assert (cell.certificates_updated, cell.pair_changes) == (0, 0)
+            assert (cell.pairs_mean, cell.pairs_max) == (n * (n - 1) / 2, n * (n - 1) // 2)
             assert cell.pairs_of_one_body == n - 1
+            assert cell.partners_asked >= n * cell.plan_changes
         found = bench_measures.measures(small.of(0.5, n, "naive"))
-        assert found.updates_per_event == pytest.approx(found.updates_in_theory, rel=1e-12)
-        assert found.live_per_body == found.live_in_theory
+        assert found.updates_per_event == found.updates_in_theory == 0.0
+        assert found.pairs_per_body == found.pairs_in_theory
         assert found.bound_per_pair_change is None
+
+
+def test_no_queue_is_longer_than_there_are_bodies(small):
+    assert all(0 < cell.queue_max <= cell.bodies for cell in small.cells)
 
 
 def test_pair_changes_are_counted_one_by_one():
@@ -167,12 +172,14 @@ def test_pair_changes_are_counted_one_by_one():
     assert cell.pair_changes == changes
 
 
-def test_measures_are_near_theory(small):
-    found = bench_measures.measures(small.of(0.5, 9, "sap-1d:axis=y"))
-    assert found.updates_per_event == pytest.approx(found.updates_in_theory, rel=0.2)
-    assert found.live_per_body <= found.live_in_theory
+@pytest.mark.parametrize("phase", ["sap-1d:axis=y", "sweep-tiling"])
+def test_certificates_are_set_anew_no_more_often_than_in_theory(small, phase):
+    found = bench_measures.measures(small.of(0.5, 9, phase))
+    assert 0.0 < found.updates_per_event <= found.updates_in_theory
+
+
+def test_a_body_has_no_more_pairs_than_in_theory(small):
     found = bench_measures.measures(small.of(0.5, 9, "sweep-tiling"))
-    assert found.live_per_body <= found.live_in_theory
     assert found.pairs_per_body < found.pairs_in_theory
 
 

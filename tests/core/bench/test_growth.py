@@ -73,5 +73,5 @@ def test_growth_measures_in_processes_of_their_own():
 
 @pytest.mark.compiled
 def test_growth_says_what_a_phase_refuses():
-    with pytest.raises(Refused, match="naive keeps all"):
+    with pytest.raises(Refused, match="naive asks every body"):
         bench_growth.bench_growth("naive", [4900], seconds=0.01)

@@ -48,11 +48,12 @@ class Answer(Enum):
     NO = "no"
     NOT_QUIET = "undecided: the machine was not quiet"
     TOO_CLOSE = "undecided: too close to tell"
+    NOT_MEASURED = "undecided: a part is not measured"
 
     @property
     def mark(self) -> str:
         """The answer in three columns."""
-        return {Answer.YES: "yes", Answer.NO: "no "}.get(self, "?  ")
+        return {Answer.YES: "yes", Answer.NO: "no ", Answer.NOT_MEASURED: "-  "}.get(self, "?  ")
 
 
 class Evidence(NamedTuple):
@@ -106,7 +107,7 @@ def of_counts(holds: bool) -> Answer:
 def all_of(answers: Iterable[Answer]) -> Answer:
     """Return whether all answers are yes: one no is enough to deny it, what is open leaves it open."""
     given = list(answers)
-    for decisive in (Answer.NO, Answer.NOT_QUIET, Answer.TOO_CLOSE):
+    for decisive in (Answer.NO, Answer.NOT_QUIET, Answer.TOO_CLOSE, Answer.NOT_MEASURED):
         if decisive in given:
             return decisive
     return Answer.YES

@@ -187,6 +187,7 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
                     if k.offers[clock.offered].b >= 0:
                         k.near[0] = k.offers[clock.offered].b
                         count = 1
+                        counts.newcomers += 1
                 else:
                     break
             if PAIRS and count > 0:
@@ -220,7 +221,7 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
             if moving:
                 clock.now = larger(clock.now, until)
             return TIME_REACHED
-        if at - clock.origin > clock.span:
+        if abs(at - clock.origin) > clock.span:  # before it, where guesses ran ahead and a body is turned
             _note_all_places(k, at)
 
         if PAIRS and not turning and kind >= GUESS and kind != WALL:
@@ -272,6 +273,7 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
             clock.hand = h
             body = h
             count = repair(k, s, h)
+            counts.newcomers += count
             continue
 
         if _log_is_full(k):

@@ -13,6 +13,8 @@ pair), then by number, and for pairs by the bodies.
 
 from __future__ import annotations
 
+import numpy as np
+
 from kinetile.kernel.compiled import hook, larger, smaller
 from kinetile.kernel.tables import NEVER, NOBODY, PAIR, Kernel
 from kinetile.kernel.vectors import lowest_bit
@@ -49,7 +51,7 @@ def _file(k: Kernel, body: int, key: int) -> None:
     clock = k.clock[0]
     links = k.links
     day = key >> clock.shift
-    at = day & (_slices(k) - 1)
+    at = np.int64(day & (_slices(k) - 1))  # interpreted, the bit of a shorter number would be lost
     ring = len(k.bodies) + at
     first = links[ring].next
     links[body].next = first
@@ -68,7 +70,7 @@ def _take_out(k: Kernel, body: int, key: int) -> None:
     before = links[body].prev
     links[before].next = after
     links[after].prev = before
-    at = (key >> k.clock[0].shift) & (_slices(k) - 1)
+    at = np.int64((key >> k.clock[0].shift) & (_slices(k) - 1))
     k.marks[at >> 6] &= ~(int(after == before) << (at & 63))
 
 

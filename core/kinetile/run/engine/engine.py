@@ -203,9 +203,10 @@ class Engine:
 
     @property
     def built(self) -> bool:
-        """Whether the structure stands, holds all pairs that were asked for, and awaits the turns."""
+        """Whether the structure stands, holds all pairs that were asked for, and awaits the turns, and the
+        calendar is filed."""
         clock = self.k.clock[0]
-        return bool(clock.built) and not clock.wanted and not self._turns_wait
+        return bool(clock.built and clock.filed) and not clock.wanted and not self._turns_wait
 
     def build(self) -> None:
         """Build the structure, if that is still to be done, and run no event."""

@@ -16,10 +16,20 @@ def verdicts(bench: ThesisBench) -> dict[str, str]:
 
 
 def test_where_all_is_as_the_thesis_says_all_holds():
-    found = statements(bench_of(as_the_thesis_says))
-    assert [statement.name for statement in found] == [f"B{k}" for k in range(1, 12)]
+    *found, last = statements(bench_of(as_the_thesis_says))
+    assert [statement.name for statement in found] == [f"B{k}" for k in range(1, 11)]
     assert [part for statement in found for part in statement.parts if part.answer is not Answer.YES] == []
     assert {statement.verdict for statement in found} == {"holds"}
+    assert last.name == "B11"
+    assert [part.answer for part in last.parts] == [Answer.YES, Answer.NOT_MEASURED, Answer.YES]
+
+
+def test_what_the_thesis_says_of_the_queue_is_not_dropped_in_silence():
+    """With one entry a body under every method, whose queue is longest is no question any more."""
+    found = statements(bench_of(as_the_thesis_says))[-1]
+    assert found.verdict == "undecided: a part is not measured"
+    assert found.parts[1].text == "naive's queue is longest in every scene"
+    assert "one entry a body and none a pair, under every method" in found.parts[1].numbers
 
 
 @pytest.mark.parametrize(
@@ -35,7 +45,7 @@ def test_where_all_is_as_the_thesis_says_all_holds():
         ("B8", changed(bound=lambda d, n, p, f: 10**9 if (d, n, p) == (0.01, 25, "sap-1d") else f["bound"])),
         ("B9", changed(contacts=lambda d, n, p, f: f["contacts"] * (2 if p == "sap-1d" else 1))),
         ("B10", changed(cost=times(0.1, (0.01, 400, "sap-2d")))),
-        ("B11", changed(queue=lambda d, n, p, f: 10**6 if p == "sweep-tiling" else f["queue"])),
+        ("B11", changed(cost=times(0.001, (0.25, 100, "naive")))),
     ],
 )
 def test_a_verdict_follows_the_numbers(name, world):
@@ -81,8 +91,9 @@ def test_on_a_quiet_machine_what_is_level_is_too_close_to_tell():
 def test_verdicts_of_a_part_of_a_run():
     cells = bench_of(as_the_thesis_says).cells
     for end in range(4, len(cells), 4):  # Ctrl-C comes after any scene
-        found = statements(ThesisBench(cells[:end], {}))
+        *found, last = statements(ThesisBench(cells[:end], {}))
         assert {part.answer for each in found for part in each.parts} <= {Answer.YES, Answer.NO}
+        assert {part.answer for part in last.parts} <= {Answer.YES, Answer.NO, Answer.NOT_MEASURED}
 
 
 def test_what_was_not_measured_is_said():

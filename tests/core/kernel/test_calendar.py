@@ -1,0 +1,185 @@
+"""The calendar against a sorted list: any sequence of filings leaves in the one total order, whatever the
+length of the slices, the years between the entries and the order of filing."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from kinetile.kernel.compiled import hook
+from kinetile.kernel.loop import calendar
+from kinetile.kernel.tables import (
+    GUESS,
+    NEVER,
+    NOBODY,
+    PAIR,
+    STRUCTURAL,
+    WALL,
+    Kernel,
+    allocate,
+    clear,
+)
+
+BODIES = 9
+PARTNERS = (3, 5, 8, 0, 1, 2, 4, 6, 7)
+"""Whom each body would meet: some pairs are there twice, some run against the order of their bodies."""
+
+kinds = st.sampled_from([STRUCTURAL, GUESS, WALL, PAIR])
+ticks = st.one_of(
+    st.integers(-3, 3),
+    st.integers(-200, 200),
+    st.integers(0, 2**40),
+    st.integers(2**60, 2**62),
+    st.just(NEVER),
+)
+filings = st.tuples(st.just("file"), st.integers(0, BODIES - 1), ticks, kinds)
+changes = st.lists(
+    st.one_of(
+        filings,
+        filings,
+        filings,
+        st.tuples(st.just("head"), st.just(0), st.just(0), st.just(0)),
+        st.tuples(st.just("shift"), st.integers(0, 55), st.just(0), st.just(0)),
+    ),
+    max_size=50,
+)
+
+
+@hook
+def file(k: Kernel, body: int, key: int, kind: int) -> None:
+    """File a body under a tick and a kind."""
+    k.queue[body].kind = kind
+    calendar.move(k, body, key)
+
+
+@hook
+def pop(k: Kernel) -> int:
+    """Take the head out of the calendar."""
+    first = calendar.head(k)
+    if first >= 0:
+        calendar.move(k, first, NEVER)
+    return first
+
+
+def tables(shift: int = 0, bodies: int = BODIES) -> Kernel:
+    k = allocate(bodies, bodies, 1)
+    k.clock[0].shift = shift
+    clear(k)
+    for body in range(min(bodies, BODIES)):
+        k.queue[body].partner = PARTNERS[body]
+    return k
+
+
+def order(entry: tuple[int, int, int]) -> tuple[int, ...]:
+    """Where an entry (body, key, kind) stands in the total order."""
+    body, key, kind = entry
+    first, second = sorted((body, PARTNERS[body])) if kind == PAIR else (0, 0)
+    return (key, kind, first, second, body)
+
+
+def popped(k: Kernel) -> list[int]:
+    found = []
+    while (body := int(pop(k))) >= 0:
+        found.append(body)
+    return found
+
+
+@given(changes, st.integers(0, 55))
+@settings(deadline=None, max_examples=300)
+def test_entries_leave_in_the_one_total_order(changes, shift):
+    k = tables(shift)
+    model: dict[int, tuple[int, int, int]] = {}
+    for what, body, key, kind in changes:
+        if what == "shift":
+            k.clock[0].shift = body
+            calendar.file_all(k)
+        elif what == "head":
+            assert int(calendar.head(k)) == (min(model.values(), key=order)[0] if model else NOBODY)
+        else:
+            file(k, body, np.int64(key), kind)
+            model.pop(body, None)
+            if key != NEVER:
+                model[body] = (body, key, kind)
+        assert int(k.counts[0].queued) == len(model)
+    assert popped(k) == [body for body, _, _ in sorted(model.values(), key=order)]
+    assert not k.marks.any()
+    assert (k.slices == NOBODY).all()
+
+
+@given(st.lists(st.tuples(ticks.filter(lambda tick: tick != NEVER), kinds), min_size=2, max_size=2))
+@settings(deadline=None)
+def test_precedence_is_total(entries):
+    k = tables()
+    for body, (key, kind) in enumerate(entries):
+        file(k, body, np.int64(key), kind)
+    assert not calendar.precedes(k, 0, 0)
+    assert bool(calendar.precedes(k, 0, 1)) != bool(calendar.precedes(k, 1, 0))
+    both = [(body, *entry) for body, entry in enumerate(entries)]
+    assert bool(calendar.precedes(k, 0, 1)) == (order(both[0]) < order(both[1]))
+
+
+def test_the_order_of_filing_does_not_matter():
+    rng = np.random.default_rng(5)
+    first: list[int] = []
+    for _ in range(20):
+        k = tables(shift=3)
+        for body in rng.permutation(BODIES):
+            file(k, int(body), np.int64(7), (STRUCTURAL, PAIR, WALL, GUESS)[body % 4])
+        first = first or popped(k)
+        k = tables(shift=3)
+        for body in rng.permutation(BODIES):
+            file(k, int(body), np.int64(7), (STRUCTURAL, PAIR, WALL, GUESS)[body % 4])
+        assert popped(k) == first
+
+
+@given(
+    st.lists(st.tuples(ticks.filter(lambda tick: tick != NEVER), kinds), min_size=1, max_size=BODIES),
+    st.integers(0, 55),
+)
+@settings(deadline=None)
+def test_nothing_but_head_and_partner_comes_before_the_runner_up(entries, shift):
+    k = tables(shift)
+    for body, (key, kind) in enumerate(entries):
+        file(k, body, np.int64(key), kind)
+    head = int(calendar.head(k))
+    for partner in range(BODIES):
+        bound = int(calendar.runner_up(k, head, partner))
+        others = [key for body, (key, _) in enumerate(entries) if body not in (head, partner)]
+        assert bound <= min([*others, NEVER])
+
+
+def test_the_longest_queue_is_counted():
+    k = tables()
+    for body in (1, 2, 3):
+        file(k, body, np.int64(body), GUESS)
+    pop(k)
+    file(k, 5, np.int64(1), GUESS)
+    assert (int(k.counts[0].queued), int(k.counts[0].queue_max)) == (3, 3)
+
+
+def test_every_slice_has_a_mark_of_its_own():
+    """Interpreted, the bits of the upper half of a word once stayed set: 32-bit numbers have none there."""
+    k = tables()
+    for day in (*range(128), 2**40 + 63):
+        file(k, 4, np.int64(day), GUESS)
+        at = day & (len(k.slices) - 1)
+        assert [int(found) for found in np.flatnonzero(k.slices >= 0)] == [at]
+        marks = [int(word) >> (at & 63) & 1 for word in k.marks]
+        assert marks == [int(at >> 6 == word) for word in range(len(k.marks))]
+        assert int(calendar.head(k)) == 4
+        file(k, 4, np.int64(NEVER), GUESS)
+        assert not k.marks.any()
+
+
+@pytest.mark.compiled
+def test_thousands_of_bodies_leave_in_order():
+    rng = np.random.default_rng(7)
+    k = tables(shift=20, bodies=5000)
+    k.queue.partner = NOBODY
+    keys = rng.integers(0, 2**34, 5000)
+    keys[::7] = keys[0]
+    for body, key in enumerate(keys):
+        file(k, body, np.int64(key), GUESS)
+    assert popped(k) == np.lexsort((np.arange(5000), keys)).tolist()
