@@ -127,7 +127,7 @@ DISTRIBUTIONS: dict[str, tuple[str, str]] = {
         """
         @hookimpl
         def kinetile_broad_phases():
-            return [BroadPhaseSpec("ancient", "kinetile_old:Ancient", api=0)]
+            return [BroadPhaseSpec("ancient", "kinetile_old:Ancient", api=1)]
         """,
     ),
     "kinetile-typo": (
