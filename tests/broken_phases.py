@@ -7,15 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 import kinetile as kt
-from kinetile.toolbox import (
-    BroadPhaseParts,
-    Kernel,
-    Records,
-    add_pair,
-    hook,
-    remove_pair,
-    schedule,
-)
+from kinetile.toolbox import BroadPhaseParts, Kernel, Records, hook, offer, remove_pair, schedule
 
 
 class State(NamedTuple):
@@ -25,43 +17,60 @@ class State(NamedTuple):
 
 
 @hook
-def nothing(k: Kernel, s: State, which: int) -> None:
+def all_but_one(k: Kernel, s: State, body: int) -> int:
+    count = 0
+    for other in range(len(k.bodies)):
+        if body > 1 or other > 1 or s.memory[0] > 0.0:
+            k.near[count] = other
+            count += 1
+    return count
+
+
+@hook
+def nothing(k: Kernel, s: State) -> None:
     """Leave everything as it is."""
 
 
 @hook
-def all_but_one(k: Kernel, s: State) -> None:
-    for a in range(len(k.bodies)):
-        for b in range(a + 1, len(k.bodies)):
-            if a != 0 or b != 1:
-                add_pair(k, a, b)
+def offer_after_a_change(k: Kernel, s: State, body: int) -> None:
+    if body < 2 and s.memory[0] == 0.0:
+        s.memory[0] = 1.0
+        offer(k, 0, 1)
 
 
 @hook
-def add_after_a_change(k: Kernel, s: State, body: int) -> None:
-    if body < 2 and s.memory[0] == 0.0:
-        s.memory[0] = 1.0
-        add_pair(k, 0, 1)
+def leave_plans(k: Kernel, s: State, body: int) -> None:
+    """Nothing depends on a plan."""
 
 
 @hook
 def remember_late(k: Kernel, s: State) -> None:
-    for a in range(len(k.bodies)):
-        for b in range(a + 1, len(k.bodies)):
-            if a != 0 or b != 1:
-                add_pair(k, a, b)
     schedule(k, 0, k.clock[0].now + (1 << 51))
 
 
 @hook
-def add_too_late(k: Kernel, s: State, certificate: int) -> None:
-    add_pair(k, 0, 1)
+def name_too_late(k: Kernel, s: State, body: int) -> int:
     schedule(k, 0, (1 << 63) - 1)
+    s.memory[0] = 1.0
+    k.near[0] = 1
+    return 1
+
+
+@hook
+def keep_it_to_itself(k: Kernel, s: State, body: int) -> int:
+    schedule(k, 0, (1 << 63) - 1)
+    s.memory[0] = 1.0
+    return 0
+
+
+@hook
+def soon(k: Kernel, s: State) -> None:
+    schedule(k, 0, k.clock[0].now + (1 << 49))
 
 
 @hook
 def no_such_pair(k: Kernel, s: State) -> None:
-    add_pair(k, 0, len(k.bodies))
+    offer(k, 0, len(k.bodies))
 
 
 @hook
@@ -80,27 +89,45 @@ def no_such_field(k: Kernel, s: State) -> None:
 
 
 @hook
-def again(k: Kernel, s: State, certificate: int) -> None:
+def again(k: Kernel, s: State, body: int) -> int:
     schedule(k, 0, k.clock[0].now)
+    return 0
 
 
-def phase(build, repair=nothing, certificates=0, replan=nothing):
+@hook
+def not_again(k: Kernel, s: State, body: int) -> int:
+    return 0
+
+
+@hook
+def the_later_ones(k: Kernel, s: State, body: int) -> int:
+    count = 0
+    for other in range(body + 1, len(k.bodies)):
+        k.near[count] = other
+        count += 1
+    return count
+
+
+def phase(near=all_but_one, build=nothing, repair=again, replan=leave_plans):
     """Return a broad phase made of these hooks."""
 
     class Broken:
         def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
-            return BroadPhaseParts(State(np.zeros(1)), certificates, build, repair, replan)
+            return BroadPhaseParts(near, State(np.zeros(1)), build, repair, replan)
 
     return Broken
 
 
 BROKEN = {
-    "adds-when-deep": phase(all_but_one, replan=add_after_a_change),
-    "adds-too-late": phase(remember_late, add_too_late, 1),
-    "names-nobody": phase(no_such_pair),
-    "removes-nothing": phase(was_never_there),
-    "does-not-compile": phase(no_such_field),
-    "never-gets-on": phase(wake, again, 1),
+    "adds-when-deep": phase(replan=offer_after_a_change),
+    "adds-too-late": phase(build=remember_late, repair=name_too_late),
+    "keeps-a-newcomer-to-itself": phase(build=soon, repair=keep_it_to_itself),
+    "is-near-one-way": phase(the_later_ones),
+    "names-nobody": phase(build=no_such_pair),
+    "removes-nothing": phase(build=was_never_there),
+    "does-not-compile": phase(build=no_such_field),
+    "never-gets-on": phase(build=wake),
+    "does-not-reschedule": phase(build=wake, repair=not_again),
 }
 
 
@@ -117,4 +144,4 @@ class Blind:
 
     @kt.hookimpl
     def kinetile_broad_phases(self):
-        return [kt.BroadPhaseSpec("blind", phase(all_but_one))]
+        return [kt.BroadPhaseSpec("blind", phase())]

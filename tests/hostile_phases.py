@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 import kinetile as kt
-from kinetile.toolbox import NEVER, BroadPhaseParts, Kernel, Records, add_pair, hook, schedule
+from kinetile.toolbox import NEVER, BroadPhaseParts, Kernel, Records, hook, offer, schedule
 
 
 class State(NamedTuple):
@@ -25,17 +25,27 @@ class State(NamedTuple):
 
 
 @hook
-def nothing(k: Kernel, s: State, which: int) -> None:
-    """Leave everything as it is."""
+def everyone(k: Kernel, s: State, body: int) -> int:
+    for other in range(len(k.bodies)):
+        k.near[other] = other
+    return len(k.bodies)
 
 
 @hook
-def every_pair(k: Kernel, s: State) -> None:
-    for a in range(len(k.bodies)):
-        for b in range(a + 1, len(k.bodies)):
-            add_pair(k, a, b)
-    if k.clock[0].structural > 0:
+def wake(k: Kernel, s: State) -> None:
+    if len(k.bodies) > 0:
         schedule(k, 0, k.clock[0].now)
+
+
+@hook
+def rest(k: Kernel, s: State, body: int) -> int:
+    schedule(k, body, NEVER)
+    return 0
+
+
+@hook
+def leave_plans(k: Kernel, s: State, body: int) -> None:
+    """Nothing depends on a plan."""
 
 
 @hook
@@ -44,21 +54,23 @@ def no_such_field(k: Kernel, s: State) -> None:
 
 
 @hook
-def for_ever(k: Kernel, s: State, which: int) -> None:
+def for_ever(k: Kernel, s: State, body: int) -> int:
     while s.memory[0] < 1.0:
         s.memory[0] *= 0.5
+    return 0
 
 
 @hook
-def one_too_many(k: Kernel, s: State, which: int) -> None:
+def one_too_many(k: Kernel, s: State, body: int) -> int:
     schedule(k, 0, NEVER)
-    schedule(k, k.clock[0].structural, k.clock[0].now)
+    schedule(k, len(k.bodies), k.clock[0].now)
+    return 0
 
 
 @hook
 def far_too_many(k: Kernel, s: State) -> None:
-    for certificate in range(1 << 20):
-        schedule(k, certificate * 1000, k.clock[0].now)
+    for body in range(1 << 20):
+        schedule(k, body * 1000, k.clock[0].now)
 
 
 @hook
@@ -68,34 +80,74 @@ def below_zero(k: Kernel, s: State) -> None:
 
 @hook
 def nobody_and_nobody(k: Kernel, s: State) -> None:
-    add_pair(k, -3, 1 << 30)
+    offer(k, -3, 1 << 30)
 
 
 @hook
-def into_the_queue(k: Kernel, s: State, which: int) -> None:
+def offer_without_end(k: Kernel, s: State, body: int) -> int:
     schedule(k, 0, NEVER)
-    for place in range(k.clock[0].queued - 1):
-        if k.queue[place].tick != k.queue[place + 1].tick:
-            k.queue[place], k.queue[place + 1] = k.queue[place + 1], k.queue[place]
+    for i in range(1 << 17):
+        offer(k, i % len(k.bodies), (i + 1) % len(k.bodies))
+    return 0
 
 
 @hook
-def queue_without_end(k: Kernel, s: State, which: int) -> None:
+def off_the_answer(k: Kernel, s: State, body: int) -> int:
+    k.near[1 << 40] = body
+    return 0
+
+
+@hook
+def fewer_than_none(k: Kernel, s: State, body: int) -> int:
+    return -1
+
+
+@hook
+def more_than_there_are(k: Kernel, s: State, body: int) -> int:
+    return 1 << 40
+
+
+@hook
+def a_stranger(k: Kernel, s: State, body: int) -> int:
+    k.near[0] = len(k.bodies)
+    return 1
+
+
+@hook
+def far_from_any_body(k: Kernel, s: State, body: int) -> int:
+    k.near[0] = 1 << 30
+    return 1
+
+
+@hook
+def into_the_queue(k: Kernel, s: State, body: int) -> int:
     schedule(k, 0, NEVER)
-    k.clock[0].queued = 1 << 40
+    for other in range(1, len(k.bodies)):
+        k.queue[other].key += 1
+    return 0
 
 
 @hook
-def into_the_bodies(k: Kernel, s: State, which: int) -> None:
+def queue_without_end(k: Kernel, s: State, body: int) -> int:
     schedule(k, 0, NEVER)
-    for body in range(len(k.bodies)):
-        k.bodies[body].vx *= 2.0
+    for other in range(len(k.bodies)):
+        k.queue[other].next = 1 << 30
+    return 0
 
 
 @hook
-def off_its_arrays(k: Kernel, s: State, which: int) -> None:
+def into_the_bodies(k: Kernel, s: State, body: int) -> int:
+    schedule(k, 0, NEVER)
+    for other in range(len(k.bodies)):
+        k.bodies[other].vx *= 2.0
+    return 0
+
+
+@hook
+def off_its_arrays(k: Kernel, s: State, body: int) -> int:
     schedule(k, 0, NEVER)
     s.memory[1 << 40] = 1.0
+    return 0
 
 
 def leaves(k: Kernel, s: State) -> None:
@@ -145,12 +197,12 @@ def audits_badly(k: Kernel, s: State):
     yield
 
 
-def phase(build=every_pair, repair=nothing, replan=nothing, certificates=0, **more):
+def phase(near=everyone, build=wake, repair=rest, **more):
     """Return a broad phase made of these parts."""
 
     class Hostile:
         def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
-            return BroadPhaseParts(State(np.zeros(1)), certificates, build, repair, replan, **more)
+            return BroadPhaseParts(near, State(np.zeros(1)), build, repair, leave_plans, **more)
 
     return Hostile
 
@@ -178,13 +230,20 @@ class ReturnsANumber:
 class ReturnsTheWrongParts:
     def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
         return BroadPhaseParts(
-            (1, 2), -1, every_pair, nothing, lambda k, s, b: None, arrange=7, ticks=[np.zeros(3)]
+            lambda k, s, b: 0, (1, 2), room=-1, pairs=0.5, arrange=7, audit="all", ticks=[np.zeros(3)]
         )
 
 
-class ReturnsTooMuch:
+class ReturnsOldParts:
     def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
-        return BroadPhaseParts(State(np.zeros(1)), 2**31 - 1, every_pair, nothing, nothing)
+        return BroadPhaseParts(State(np.zeros(1)), 0, wake, rest, leave_plans)
+
+
+class ReturnsOldPartsByName:
+    def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
+        return BroadPhaseParts(
+            state=State(np.zeros(1)), certificates=0, build=wake, repair=rest, replan=leave_plans
+        )
 
 
 HOSTILE = {
@@ -193,7 +252,10 @@ HOSTILE = {
     "leaves-in-prepare": LeavesInPrepare,
     "returns-a-number": ReturnsANumber,
     "returns-the-wrong-parts": ReturnsTheWrongParts,
-    "wants-too-many-certificates": ReturnsTooMuch,
+    "returns-old-parts": ReturnsOldParts,
+    "returns-old-parts-by-name": ReturnsOldPartsByName,
+    "wants-too-much-room": phase(room=2**31 - 1),
+    "wants-too-many-pairs": phase(pairs=2**31 - 1),
     "raises-in-arrange": phase(arrange=raises),
     "leaves-in-arrange": phase(arrange=leaves),
     "fails-slowly-in-arrange": phase(arrange=fails_slowly),
@@ -205,15 +267,23 @@ HOSTILE = {
     "touches-bodies-in-arrange": phase(arrange=touches),
     "audits-badly": phase(audit=audits_badly),
     "has-no-such-field": phase(build=no_such_field),
-    "hangs-in-a-hook": phase(repair=for_ever, certificates=1),
-    "schedules-one-too-many": phase(repair=one_too_many, certificates=1),
-    "schedules-far-too-many": phase(build=far_too_many, certificates=1),
-    "schedules-below-zero": phase(build=below_zero, certificates=1),
-    "pairs-nobody": phase(build=nobody_and_nobody),
-    "corrupts-the-queue": phase(repair=into_the_queue, certificates=1),
-    "loses-the-queue": phase(repair=queue_without_end, certificates=1),
-    "turns-bodies": phase(repair=into_the_bodies, certificates=1),
-    "leaves-its-arrays": phase(repair=off_its_arrays, certificates=1),
+    "hangs-in-a-hook": phase(repair=for_ever),
+    "schedules-one-too-many": phase(repair=one_too_many),
+    "schedules-far-too-many": phase(build=far_too_many),
+    "schedules-below-zero": phase(build=below_zero),
+    "offers-nobody": phase(build=nobody_and_nobody),
+    "offers-without-end": phase(repair=offer_without_end),
+    "names-without-room": phase(off_the_answer),
+    "names-fewer-than-none": phase(fewer_than_none),
+    "names-too-many": phase(more_than_there_are),
+    "names-a-stranger": phase(a_stranger),
+    "names-what-is-far-from-any-body": phase(far_from_any_body),
+    "meets-fewer-than-none": phase(repair=fewer_than_none),
+    "meets-too-many": phase(repair=more_than_there_are),
+    "corrupts-the-queue": phase(repair=into_the_queue),
+    "loses-the-queue": phase(repair=queue_without_end),
+    "turns-bodies": phase(repair=into_the_bodies),
+    "leaves-its-arrays": phase(repair=off_its_arrays),
 }
 
 for _name, _phase in HOSTILE.items():

@@ -52,7 +52,7 @@ from typing import NamedTuple
 
 import kinetile as kt
 import numpy as np
-from kinetile.toolbox import BroadPhaseParts, Kernel, Records, add_pair, hook, positions_now
+from kinetile.toolbox import BroadPhaseParts, Kernel, Records, hook, positions_now
 
 
 class State(NamedTuple):
@@ -64,21 +64,18 @@ def arrange(k: Kernel, s: State) -> None:
 
 
 @hook
-def build(k: Kernel, s: State) -> None:
-    for a in range(len(k.bodies)):
-        for b in range(a):
-            if np.hypot(s.place[a, 0] - s.place[b, 0], s.place[a, 1] - s.place[b, 1]) <= 2.5:
-                add_pair(k, a, b)
-
-
-@hook
-def nothing(k: Kernel, s: State, which: int) -> None:
-    pass
+def near(k: Kernel, s: State, body: int) -> int:
+    count = 0
+    for other in range(len(s.place)):
+        if np.hypot(s.place[body, 0] - s.place[other, 0], s.place[body, 1] - s.place[other, 1]) <= 2.5:
+            k.near[count] = other
+            count += 1
+    return count
 
 
 class BlindPhase:
     def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
-        return BroadPhaseParts(State(np.zeros((len(scene), 2))), 0, build, nothing, nothing, arrange)
+        return BroadPhaseParts(near, State(np.zeros((len(scene), 2))), arrange=arrange)
 '''
 
 

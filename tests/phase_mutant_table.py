@@ -14,51 +14,68 @@ from phase_mutants import CONFORMS, EQUIVALENT, Change, Mutant, after, before, i
 
 # naive
 
-PREPARE = "        n = len(scene)\n        return"
-REPLAN = '    """There is no structural certificate that depends on a flight plan."""\n'
-TOOLS = instead("add_pair, hook", "add_pair, hook, remove_pair")
+PREPARE = "        return BroadPhaseParts(near=near)"
+COUNT = "    count = len(k.bodies)\n"
+NAMES = "    for other in range(count):\n        k.near[other] = other\n    return count\n"
+NUMPY = before("from kinetile.errors", "import numpy as np\n\n")
+
+
+def _but(condition: str) -> Change:
+    """Return the change by which only those are named for which a condition holds."""
+    return instead(
+        NAMES,
+        "    named = 0\n"
+        "    for other in range(count):\n"
+        f"        if {condition}:\n"
+        "            k.near[named] = other\n"
+        "            named += 1\n"
+        "    return named\n",
+    )
+
+
+def _replanning(*lines: str) -> list[Change]:
+    """Return the changes by which naive has a hook that is told of new plans."""
+    body = "".join(f"    {line}\n" for line in lines)
+    return [
+        before(
+            "\n\nclass Naive", f"\n\n@hook\ndef replan(k: Kernel, s: NoState, body: int) -> None:\n{body}"
+        ),
+        instead("BroadPhaseParts(near=near)", "BroadPhaseParts(near=near, replan=replan)"),
+    ]
+
 
 NAIVE_MUTANTS = [
     Mutant(
         "only one pair a body",
         "naive",
-        [instead("range(a + 1, len(k.bodies))", "range(a + 1, min(a + 2, len(k.bodies)))")],
-        "pairs that are never made",
+        [_but("abs(other - body) == 1")],
+        "bodies that are never named",
     ),
     Mutant(
         "forgets the last body",
         "naive",
-        [instead("    for a in range(len(k.bodies)):\n", "    for a in range(len(k.bodies) - 2):\n")],
+        [_but("max(other, body) < count - 1")],
         "off by one in a loop",
     ),
     Mutant(
-        "removes a pair that has collided",
+        "names the later ones only",
         "naive",
-        [
-            TOOLS,
-            after(
-                REPLAN,
-                "    other = k.bodies[body].last\n"
-                "    if other > body and s.nothing[0] == 0.0:\n"
-                "        s.nothing[0] = 1.0\n"
-                "        remove_pair(k, body, other)\n",
-            ),
-        ],
-        "a pair removed too early",
+        [_but("other > body")],
+        "who is near whom is not mutual",
+    ),
+    Mutant(
+        "loses a pair that has collided",
+        "naive",
+        [_but("k.bodies[body].last != other and k.bodies[other].last != body")],
+        "a pair that is over too early",
     ),
     Mutant(
         "tires of a late clock",
         "naive",
         [
-            TOOLS,
-            after(
-                REPLAN,
-                "    other = k.bodies[body].last\n"
-                "    if s.nothing[0] > 1e9 and other > body:\n"
-                "        s.nothing[0] = 0.0\n"
-                "        remove_pair(k, body, other)\n",
-            ),
-            instead("np.zeros(1)", "np.full(1, scene.start)"),
+            _but("s.nothing[0] < 1e9"),
+            instead("near=near)", "near=near, state=NoState(np.full(1, scene.start)))"),
+            NUMPY,
         ],
         "a phase that sees when the clock starts",
     ),
@@ -66,12 +83,9 @@ NAIVE_MUTANTS = [
         "writes into the scene",
         "naive",
         [
-            instead(
+            before(
                 PREPARE,
-                "        n = len(scene)\n"
-                "        scene.velocity.flags.writeable = True\n"
-                "        scene.velocity[:] *= 0.5\n"
-                "        return",
+                "        scene.velocity.flags.writeable = True\n        scene.velocity[:] *= 0.5\n",
             )
         ],
         "a scene that is changed, not copied",
@@ -79,7 +93,7 @@ NAIVE_MUTANTS = [
     Mutant(
         "brakes a body that has a new plan",
         "naive",
-        [after(REPLAN, "    k.bodies[body].vx *= 0.5\n")],
+        _replanning("k.bodies[body].vx *= 0.5"),
         "a hook that writes into the bodies",
     ),
     Mutant(
@@ -92,26 +106,37 @@ NAIVE_MUTANTS = [
     Mutant(
         "cannot do without bodies",
         "naive",
-        [instead(PREPARE, PREPARE.replace("len(scene)", "len(scene) or int(scene.radius[0])"))],
+        [before(PREPARE, "        assert scene.radius[0] > 0.0\n")],
         "the empty scene forgotten",
     ),
     Mutant(
         "crashes with three bodies",
         "naive",
         [
-            before("import numpy as np\n", "import ctypes\n\n"),
-            instead(
-                PREPARE,
-                PREPARE.replace("return", "if n > 2:\n            ctypes.string_at(0)\n        return"),
-            ),
+            before("from kinetile.errors", "import ctypes\n\n"),
+            before(PREPARE, "        if len(scene) > 2:\n            ctypes.string_at(0)\n"),
         ],
         "a crash",
     ),
     Mutant(
-        "reports each pair twice",
+        "counts one too many",
         "naive",
-        [after("            add_pair(k, a, b)\n", "            add_pair(k, b, a)\n")],
-        "a pair is held once for every report",
+        [instead("    return count\n", "    return count + 1\n")],
+        "a count that is not that of what is named",
+    ),
+    Mutant(
+        "names each body twice",
+        "naive",
+        [
+            instead(
+                NAMES,
+                NAMES.replace("k.near[other]", "k.near[2 * other] = k.near[2 * other + 1]").replace(
+                    "return count", "return 2 * count"
+                ),
+            ),
+            instead("near=near)", "near=near, room=2 * len(scene))"),
+        ],
+        "it costs time",
         CONFORMS,
     ),
 ]

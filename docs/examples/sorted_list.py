@@ -2,8 +2,8 @@
 
 Points move on a line at constant speeds, and their order from left to right is to be known at any time
 (thesis, section 2, figure 5). The attribute is the order. The proof is one certificate for each two
-neighbours: the left point is not right of the right one. When it fails, the two change places, and the
-certificates around them are made anew.
+neighbours, which is the left one's: it is not right of the next. When it fails, the two change places, and
+the certificates around them are made anew.
 
 This is the whole of it, written against the same protocol as every broad phase: ``kinetile.toolbox`` and one
 class.
@@ -16,7 +16,17 @@ from typing import NamedTuple
 import numpy as np
 
 import kinetile as kt
-from kinetile.toolbox import BroadPhaseParts, Kernel, Records, falls, hook, positions_now, schedule
+from kinetile.toolbox import (
+    NEVER,
+    BroadPhaseParts,
+    Kernel,
+    Records,
+    falls,
+    hook,
+    positions_now,
+    schedule,
+    since_anchor,
+)
 
 
 class State(NamedTuple):
@@ -33,48 +43,59 @@ def arrange(k: Kernel, s: State) -> None:
 
 
 @hook
-def assert_order(k: Kernel, s: State, c: int) -> None:
-    """Certificate c says that the c-th point from the left is not right of the next; say when that fails."""
-    p = k.bodies[s.order[c]]
-    q = k.bodies[s.order[c + 1]]
+def near(k: Kernel, s: State, point: int) -> int:
+    """Nobody is near anybody: the points are on a line, but do not collide."""
+    return 0
+
+
+@hook
+def assert_order(k: Kernel, s: State, point: int) -> None:
+    """A point's certificate says that it is not right of the next one; say when that fails."""
+    right = s.rank[point] + 1
+    if right == len(s.order):
+        schedule(k, point, NEVER)
+        return
+    p = k.bodies[point]
+    q = k.bodies[s.order[right]]
     since = max(p.anchor, q.anchor)
-    tick = k.clock[0].tick
-    gap = (q.x + q.vx * ((since - q.anchor) * tick)) - (p.x + p.vx * ((since - p.anchor) * tick))
-    schedule(k, c, falls(k, since, gap, q.vx - p.vx))
+    gap = (q.x + q.vx * since_anchor(k, q, since)) - (p.x + p.vx * since_anchor(k, p, since))
+    schedule(k, point, falls(k, since, gap, q.vx - p.vx))
 
 
 @hook
 def build(k: Kernel, s: State) -> None:
     """Assert the order of all neighbours."""
-    for c in range(len(s.order) - 1):
-        assert_order(k, s, c)
+    for point in range(len(s.order)):
+        assert_order(k, s, point)
 
 
 @hook
-def repair(k: Kernel, s: State, c: int) -> None:
-    """Point p passes point q: exchange them and assert the order around them."""
-    p, q = s.order[c], s.order[c + 1]
-    s.order[c], s.order[c + 1] = q, p
-    s.rank[q], s.rank[p] = c, c + 1
-    for near in range(max(c - 1, 0), min(c + 2, len(s.order) - 1)):
-        assert_order(k, s, near)
+def repair(k: Kernel, s: State, p: int) -> int:
+    """Point p passes the next one, q: exchange them and assert the order around them."""
+    rank = s.rank[p]
+    q = s.order[rank + 1]
+    s.order[rank], s.order[rank + 1] = q, p
+    s.rank[q], s.rank[p] = rank, rank + 1
+    for at in range(max(rank - 1, 0), rank + 2):
+        assert_order(k, s, s.order[at])
+    return 0
 
 
 @hook
 def replan(k: Kernel, s: State, point: int) -> None:
-    """A point changed its speed: only the certificates with its two neighbours depend on it."""
-    for c in range(max(s.rank[point] - 1, 0), min(s.rank[point] + 1, len(s.order) - 1)):
-        assert_order(k, s, c)
+    """A point changed its speed: only its certificate and that of the point left of it depend on it."""
+    for at in range(max(s.rank[point] - 1, 0), s.rank[point] + 1):
+        assert_order(k, s, s.order[at])
 
 
 class SortedList:
     """Points on a line, kept in order while they move."""
 
     def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
-        """Return the parts: n points, n - 1 certificates."""
+        """Return the parts."""
         n = len(scene)
         state = State(order=np.zeros(n, dtype=np.int32), rank=np.zeros(n, dtype=np.int32))
-        return BroadPhaseParts(state, max(n - 1, 0), build, repair, replan, arrange)
+        return BroadPhaseParts(near, state, build, repair, replan, arrange)
 
 
 class Plugin:

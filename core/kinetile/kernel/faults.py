@@ -8,6 +8,7 @@ from kinetile.kernel.tables import Kernel
 
 __all__ = [
     "BAD_CERTIFICATE",
+    "BAD_COUNT",
     "BAD_PAIR",
     "JAMMED",
     "LATE_CONTACT",
@@ -19,7 +20,7 @@ __all__ = [
 ]
 
 BAD_PAIR, UNKNOWN_PAIR, LATE_CONTACT, TOO_DEEP, JAMMED, STALLED, NOT_FINITE = range(1, 8)
-BAD_CERTIFICATE = 8
+BAD_CERTIFICATE, BAD_COUNT = 8, 9
 
 
 @hook

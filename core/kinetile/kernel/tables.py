@@ -22,6 +22,7 @@ __all__ = [
     "NOBODY",
     "NOT_ASKED",
     "PAIR",
+    "SPARE",
     "STRUCTURAL",
     "TURN",
     "WALL",

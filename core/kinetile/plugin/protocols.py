@@ -15,6 +15,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from kinetile.kernel.loop import idle
+from kinetile.plugin.specs import API_VERSION, MOVING
 from kinetile.scene import Scene
 
 __all__ = ["BroadPhase", "BroadPhaseParts", "NarrowPhase", "PairParts", "WallParts"]
@@ -93,6 +94,16 @@ class BroadPhaseParts:
     ticks: tuple[Any, ...] = ()
     solid: bool = False
     skin_limit: float | None = None
+
+    def __new__(cls, *given: Any, **fields: Any) -> BroadPhaseParts:
+        """Make the parts; raise TypeError for those of the first version of the plugin API, which began with
+        the state and a number of certificates."""
+        if "certificates" in fields or (given and isinstance(given[0], tuple)):
+            raise TypeError(
+                "these are the parts of a broad phase for version 1 of the plugin API (a state, a number of "
+                f"certificates, ...), and this is version {API_VERSION}: {MOVING}"
+            )
+        return super().__new__(cls)
 
 
 @dataclass(frozen=True)

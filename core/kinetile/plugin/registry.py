@@ -30,7 +30,7 @@ from kinetile.errors import (
     nearest,
 )
 from kinetile.plugin.discovery import Kind, installed, offers, sentence
-from kinetile.plugin.specs import API_VERSION, SceneSpec, Spec
+from kinetile.plugin.specs import API_VERSION, MOVING, SceneSpec, Spec
 
 if TYPE_CHECKING:
     from kinetile.scene import Scene
@@ -198,7 +198,7 @@ class Registry:
             if spec.api != API_VERSION:
                 raise PluginApiMismatch(
                     f"{kind} {spec.name!r} was written for version {spec.api!r} of the plugin API; "
-                    f"this kinetile speaks version {API_VERSION}"
+                    f"this kinetile speaks version {API_VERSION}: {MOVING}"
                 )
             for name in _all_names(spec):
                 owner = owners.setdefault((kind, name), provided)

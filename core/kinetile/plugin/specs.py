@@ -17,10 +17,13 @@ from kinetile.errors import BadPlugin
 if TYPE_CHECKING:
     from kinetile.scene import Scene
 
-__all__ = ["API_VERSION", "BroadPhaseSpec", "NarrowPhaseSpec", "SceneSpec", "Spec"]
+__all__ = ["API_VERSION", "MOVING", "BroadPhaseSpec", "NarrowPhaseSpec", "SceneSpec", "Spec"]
 
-API_VERSION = 1
+API_VERSION = 2
 """The version of the plugin API: of the specs, and of the protocol that phases follow."""
+
+MOVING = "docs/moving-to-api-2.md says what to change"
+"""What is told to whoever comes with an older version."""
 
 _NAME = re.compile(r"[^\s,=:]+")
 _TARGET = re.compile(r"\w+(\.\w+)*:\w+(\.\w+)*")

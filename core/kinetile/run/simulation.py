@@ -18,7 +18,7 @@ from kinetile.kernel.flight import positions_now
 from kinetile.kernel.tables import Kernel, read_only
 from kinetile.run.advance import End, Event, advance, advance_one, next_event
 from kinetile.run.arguments import read_end, read_turn
-from kinetile.run.candidates import candidates
+from kinetile.run.candidates import candidates, named_near
 from kinetile.run.composition import Composition, compose_phases
 from kinetile.run.engine import Engine
 from kinetile.run.engine.ledger import Recorder
@@ -305,6 +305,11 @@ class Simulation:
         """Return the candidate pairs now, (k, 2), a < b, sorted."""
         self.build()
         return candidates(self._engine.k, self.composition)
+
+    def near(self) -> npt.NDArray[np.int32]:
+        """Return who is near whom now: (a, b) wherever the broad phase names b as near a; (k, 2)."""
+        self.build()
+        return named_near(self._engine.k, self.composition)
 
     @property
     def contacts(self) -> npt.NDArray[np.void]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 import hostile_phases
@@ -29,9 +28,7 @@ class EveryPair:
     """A broad phase that is right, as far as these tests look."""
 
     def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
-        state = hostile_phases.State(np.zeros(1))
-        nothing = hostile_phases.nothing
-        return BroadPhaseParts(state, 0, hostile_phases.every_pair, nothing, nothing)
+        return BroadPhaseParts(hostile_phases.everyone)
 
 
 class OnlyAFew(EveryPair):
@@ -90,7 +87,7 @@ def test_a_phase_that_does_not_do_the_dense_gas_gets_its_report(
 
 def failing(save_to: Path) -> Result:
     """Return the result of a check that fails on the first scene; nothing is compiled for it."""
-    check = check_named("names-real-pairs")
+    check = check_named("near-is-mutual")
     result = run_check(check, Subject("raises-in-arrange", {}), 5, "it raises", save_to, False, 0)
     assert result.status == "xfailed"
     assert "arrange raised KeyError: 'no such thing'" in result.said.splitlines()[0]
@@ -105,12 +102,12 @@ def test_a_scene_that_cannot_be_saved_is_a_line_of_the_result(tmp_path: Path) ->
 
 
 def test_a_picture_that_cannot_be_saved_is_a_line_of_the_result(tmp_path: Path) -> None:
-    (tmp_path / "raises-in-arrange-names-real-pairs.svg").mkdir()
+    (tmp_path / "raises-in-arrange-near-is-mutual.svg").mkdir()
     result = failing(tmp_path)
     assert result.picture is None
     assert result.said.splitlines()[-1].startswith("(the picture could not be saved: ")
     assert result.case is not None
-    assert load_case(result.case)[1] == "names-real-pairs"
+    assert load_case(result.case)[1] == "near-is-mutual"
 
 
 # A phase that does not get on

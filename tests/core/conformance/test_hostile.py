@@ -29,6 +29,11 @@ from kinetile.toolbox import BroadPhaseParts
 MIB = 1 << 20
 OWNER = r" of hostile_phases \(added in this process\)"
 HERE = r" \(hostile_phases\.py, line \d+\)"
+OLD = (
+    r": prepare raised TypeError: these are the parts of a broad phase for version 1 of the plugin API "
+    r"\(a state, a number of certificates, \.\.\.\), and this is version 2: "
+    r"docs/moving-to-api-2\.md says what to change \(protocols\.py, line \d+\)"
+)
 
 forks = pytest.mark.skipif(not CAN_FORK, reason="a phase of this process is isolated in a fork")
 
@@ -59,6 +64,8 @@ def said_of(name: str) -> str:
         ("raises-in-prepare", rf": prepare raised RuntimeError: the moon is not full{HERE}"),
         ("leaves-in-prepare", rf": prepare raised SystemExit: good bye{HERE}"),
         ("returns-a-number", ": prepare returned int, not BroadPhaseParts"),
+        ("returns-old-parts", OLD),
+        ("returns-old-parts-by-name", OLD),
         ("raises-in-arrange", rf": arrange raised KeyError: 'no such thing'{HERE}"),
         ("leaves-in-arrange", rf": arrange raised SystemExit: 3{HERE}"),
         (
@@ -76,13 +83,15 @@ def test_everything_that_is_wrong_with_the_parts_is_said_at_once() -> None:
     with pytest.raises(PhaseError, match=f"^{said_of('returns-the-wrong-parts')}") as caught:
         kt.Simulation(scene(), "returns-the-wrong-parts")
     for said in (
-        "certificates is -1; expected a whole number from 0 to 2147483647",
+        "room is -1; expected a whole number from 0 to 2147483647",
+        "pairs is 0.5; expected a whole number",
         "state is (1, 2); expected a NamedTuple of arrays",
         "arrange is 7; expected a function or None",
+        "audit is 'all'; expected a function or None",
         "expected arrays of int64",
     ):
         assert said in str(caught.value)
-    assert INTERPRETED or "replan is a function; expected a function marked with toolbox.hook" in str(
+    assert INTERPRETED or "near is a function; expected a function marked with toolbox.hook" in str(
         caught.value
     )
 
@@ -90,16 +99,27 @@ def test_everything_that_is_wrong_with_the_parts_is_said_at_once() -> None:
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("schedules-one-too-many", " scheduled certificate 1, which is none of those that it declared"),
-        ("schedules-far-too-many", r" scheduled certificate \d+, which is none of those that it declared"),
-        ("schedules-below-zero", " scheduled certificate -1, which is none of those that it declared"),
-        ("pairs-nobody", r" reported the pair \(-3, 1073741824\), which is not two bodies of the scene"),
+        ("schedules-one-too-many", " scheduled the certificate of body 2, which is no body of the scene"),
+        ("schedules-far-too-many", " scheduled the certificate of body 1000, which is no body of the scene"),
+        ("schedules-below-zero", " scheduled the certificate of body -1, which is no body of the scene"),
+        ("offers-nobody", r" reported the pair \(-3, 1073741824\), which is not two bodies of the scene"),
+        ("names-fewer-than-none", r" said that -1 bodies are near body \d, and there is room for 2"),
+        ("names-too-many", r" said that 1099511627776 bodies are near body \d, and there is room for 2"),
+        ("meets-fewer-than-none", " said that -1 bodies are near body 0, and there is room for 2"),
+        ("meets-too-many", " said that 1099511627776 bodies are near body 0, and there is room for 2"),
     ],
 )
 def test_a_number_out_of_range_ends_the_run_and_spares_the_memory(name: str, said: str) -> None:
     sim = kt.Simulation(scene(), name)
     with pytest.raises(PhaseError, match=f"{said_of(name)}{said}"):
         sim.run(until=1.0)
+
+
+def test_offers_without_end_cost_time_and_no_contact() -> None:
+    runs = [kt.Simulation(scene(), name) for name in ("naive", "offers-without-end")]
+    for sim in runs:
+        sim.run(until=4.0)
+    assert runs[0].contacts.tobytes() == runs[1].contacts.tobytes()
 
 
 @pytest.mark.skipif(INTERPRETED, reason="nothing is compiled")
@@ -114,8 +134,9 @@ def test_a_hook_that_does_not_compile_is_named_with_its_distribution() -> None:
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("corrupts-the-queue", "a certificate does not stand in the queue where it says it does"),
-        ("turns-bodies", "the contact of bod"),
+        ("names-a-stranger", "near names 2 for body 0, and there is no such body"),
+        ("corrupts-the-queue", r"body 1 is filed at tick \d+, but what it awaits comes at tick \d+"),
+        ("turns-bodies", "the place of body 0 at the common clock is not that of its plan"),
         ("audits-badly", f"the audit cannot be finished: ZeroDivisionError: by nought{HERE}"),
     ],
 )
@@ -140,10 +161,8 @@ def isolated(name: str, *checks: str, **more: object) -> Report:
         ("aborts-in-arrange", f"the process died of SIGABRT in check 'same-contacts', in aborts{HERE}"),
         ("exits-in-arrange", "the process ended itself with status 7 in check 'same-contacts'"),
         ("takes-all-memory", r"out of memory in check 'same-contacts': it asked for more than 0\.25 GiB"),
-        (
-            "wants-too-many-certificates",
-            r"out of memory in check 'same-contacts': it asked for more than 0\.25 GiB",
-        ),
+        ("wants-too-much-room", r"out of memory in check 'same-contacts': it asked for more than 0\.25 GiB"),
+        ("wants-too-many-pairs", r"out of memory in check 'same-contacts': it asked for more than 0\.25 GiB"),
     ],
 )
 def test_a_death_is_a_result_that_names_check_distribution_and_cause(name: str, said: str) -> None:
@@ -175,6 +194,8 @@ def compiled(name: str, *kinds: tuple[object, object]) -> None:
     ("name", "seconds", "said"),
     [
         ("hangs-in-a-hook", 8.0, r"no answer within 8 s in check '.*': an endless loop in a compiled hook\?"),
+        ("names-without-room", SECONDS, "died of SIG[A-Z]+ in check '.*', in a compiled hook"),
+        ("names-what-is-far-from-any-body", SECONDS, "died of SIG[A-Z]+ in check '.*', in a compiled hook"),
         (
             "loses-the-queue",
             SECONDS,  # what it reads where the queue ends is no more than chance
@@ -194,12 +215,12 @@ def test_what_a_compiled_hook_does_stays_in_the_child(name: str, seconds: float,
 @pytest.mark.skipif(INTERPRETED, reason="nothing is compiled")
 def test_the_scene_of_a_death_is_saved(tmp_path: Path) -> None:
     compiled("leaves-its-arrays", (None, 1.0), ((4.0, 4.0), 1.0), ((4.0, 4.0), [1.0, 2.0]))
-    (result,) = isolated("leaves-its-arrays", "names-real-pairs", save_to=tmp_path).results
+    (result,) = isolated("leaves-its-arrays", "near-is-mutual", save_to=tmp_path).results
     assert result.status == "died"
     assert re.match("the process died of SIG[A-Z]+ in check '.*', in a compiled hook", result.said)
     assert result.case is not None
     saved, check = load_case(result.case)
-    assert (check, len(saved)) == ("names-real-pairs", result.bodies)
+    assert (check, len(saved)) == ("near-is-mutual", result.bodies)
 
 
 @forks
@@ -245,10 +266,7 @@ class ExitsWithTwo:
     def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
         if len(scene) > 1:
             os._exit(7)
-        nothing = hostile_phases.nothing
-        return BroadPhaseParts(
-            hostile_phases.State(np.zeros(1)), 0, hostile_phases.every_pair, nothing, nothing
-        )
+        return BroadPhaseParts(hostile_phases.everyone)
 
 
 @pytest.fixture
@@ -277,7 +295,7 @@ def test_a_scene_that_cannot_be_saved_is_no_fault_of_the_phase(
     name: str, status: str, said: str, tmp_path: Path
 ) -> None:
     (tmp_path / "a-file").touch()
-    report = isolated(name, "names-real-pairs", save_to=tmp_path / "a-file" / "within", shrink=False)
+    report = isolated(name, "near-is-mutual", save_to=tmp_path / "a-file" / "within", shrink=False)
     (result,) = report.results
     assert (result.status, result.case, result.picture) == (status, None, None)
     first, *_, last = result.said.splitlines()

@@ -127,7 +127,7 @@ DISTRIBUTIONS: dict[str, tuple[str, str]] = {
         """
         @hookimpl
         def kinetile_broad_phases():
-            return [BroadPhaseSpec("ancient", "kinetile_old:Ancient", api=0)]
+            return [BroadPhaseSpec("ancient", "kinetile_old:Ancient", api=1)]
         """,
     ),
     "kinetile-typo": (
@@ -305,7 +305,7 @@ FAILURES = [
     "list with 'grid'; expected a list of SceneSpec",
     "kinetile-leaves:leaves (kinetile-leaves 0.2.0): SystemExit: 3",
     "kinetile-old:old (kinetile-old 0.2.0): PluginApiMismatch: broad phase 'ancient' was written for version "
-    "0 of the plugin API; this kinetile speaks version 1",
+    "1 of the plugin API; this kinetile speaks version 2: docs/moving-to-api-2.md says what to change",
     "kinetile-raises:raises (kinetile-raises 0.2.0): BadPlugin: its hook kinetile_scenes raised "
     "RuntimeError: a bad day, all day",
     "kinetile-typo:typo (kinetile-typo 0.2.0): BadPlugin: kinetile has no hook 'kinetile_broad_phase'; did "

@@ -136,22 +136,22 @@ BROKEN = {
         "from its home, and its leash is",
     ),
     "repair leaves out its schedule": (
-        "            add_pair(k, body, other)\n    watch(k, s, body)\n",
-        "            add_pair(k, body, other)\n",
+        "b.vy * time\n    watch(k, s, body)\n",
+        "b.vy * time\n",
         "makes-progress",
         "does not get on",
     ),
-    "repair forgets a neighbour": (
-        "b.vy * time\n    for other in range(len(k.bodies)):",
-        "b.vy * time\n    for other in range(1, len(k.bodies)):",
-        "same-contacts",
-        r"which was not a candidate pair|contact \d+ is",
+    "repair names nobody": (
+        "    watch(k, s, body)\n    return near(k, s, body)\n",
+        "    watch(k, s, body)\n    return 0\n",
+        "never-misses-a-pair",
+        r"the contact of bodies \d and \d is awaited",
     ),
-    "build forgets a neighbour": (
-        "for other in range(body):",
-        "for other in range(body - 1):",
-        "same-contacts",
-        r"which was not a candidate pair|contact \d+ is",
+    "near forgets a neighbour": (
+        "for other in range(len(k.bodies)):",
+        "for other in range(1, len(k.bodies)):",
+        "near-is-mutual",
+        r"0 is near \d, but \d is not near 0|\d is near 0, but 0 is not near \d",
     ),
     "watch has a wrong sign": (
         "-abs(b.vx)",
@@ -166,7 +166,7 @@ BROKEN = {
         "from its home, and its leash is",
     ),
     "near forgets the reach": (
-        "room = k.bodies[a].reach + k.bodies[b].reach + ",
+        "room = k.bodies[body].reach + k.bodies[other].reach + ",
         "room = ",
         "never-misses-a-pair",
         r"touch \(gap",

@@ -7,7 +7,7 @@ import pytest
 
 import broken_phases
 import kinetile as kt
-from kinetile.errors import MissedContactError, PhaseError
+from kinetile.errors import AuditError, MissedContactError, PhaseError
 from kinetile.kernel.compiled import INTERPRETED
 
 
@@ -49,14 +49,30 @@ def test_a_pair_that_is_reported_late_is_named_with_its_time():
     ("name", "said"),
     [
         ("names-nobody", r"reported the pair \(0, 2\), which is not two bodies"),
-        ("removes-nothing", r"removed the pair \(0, 1\), which was not a candidate pair"),
+        ("removes-nothing", r"removed the pair \(0, 1\), which was not in its pair set"),
         ("never-gets-on", "fail again and again at the same moment"),
+        ("does-not-reschedule", "fail again and again at the same moment"),
     ],
 )
 def test_a_broken_promise_is_a_phase_error(name, said):
     sim = kt.Simulation(head_on(), name)
     with pytest.raises(PhaseError, match=said):
         sim.run(until=4.0)
+
+
+def test_a_newcomer_that_repair_does_not_name_is_told_by_the_next_audit():
+    sim = kt.Simulation(head_on(), "keeps-a-newcomer-to-itself")
+    sim.run(until=0.2)
+    said = r"the contact of bodies 0 and 1 is awaited at tick \d+ at the earliest, but by their plans"
+    with pytest.raises(MissedContactError, match=said) as caught:
+        sim.audit()
+    assert caught.value.bodies == (0, 1)
+
+
+def test_a_body_that_is_near_another_one_way_only_is_told_by_an_audit():
+    sim = kt.Simulation(head_on(), "is-near-one-way")
+    with pytest.raises(AuditError, match="body 1 is near body 0, but body 0 is not near body 1"):
+        sim.audit()
 
 
 @pytest.mark.skipif(INTERPRETED, reason="nothing is compiled")

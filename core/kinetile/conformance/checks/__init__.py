@@ -18,7 +18,7 @@ CHECKS: tuple[Check, ...] = (
     outcomes.repeats_itself,
     outcomes.instances_are_independent,
     outcomes.leaves_the_scene_alone,
-    between_events.names_real_pairs,
+    between_events.near_is_mutual,
     outcomes.stops_and_goes_on,
     outcomes.survives_being_built_anew,
     views.does_not_see_the_start,

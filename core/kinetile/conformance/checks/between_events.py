@@ -19,7 +19,7 @@ from kinetile.scene import Scene
 __all__ = [
     "its_structure_is_true",
     "makes_progress",
-    "names_real_pairs",
+    "near_is_mutual",
     "never_misses_a_pair",
     "pairs_are_overlapping_boxes",
     "structural_events_move_nothing",
@@ -119,17 +119,20 @@ def makes_progress(subject: Subject, scene: Scene, reference: Reference) -> None
         return  # whether a run may end so is what the other checks compare
 
 
-@check()
-def names_real_pairs(subject: Subject, scene: Scene, reference: Reference) -> None:
-    """Its candidate pairs are pairs of bodies, a < b, each once."""
+@check(since="2.0")
+def near_is_mutual(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """Whom it says to be near a body is a body, and it says that the one is near the other as well."""
     for count, sim in enumerate(stepped(subject, scene, 120)):
         if count % 3:
             continue
-        a, b = sim.candidate_pairs().astype(np.int64).T
-        if ((a >= b) | (b >= len(scene))).any():
-            raise Disagreement(f"at time {sim.time!r} a candidate pair is not of two bodies a < b")
-        if len(set(zip(a.tolist(), b.tolist(), strict=True))) != len(a):
-            raise Disagreement(f"at time {sim.time!r} a candidate pair is there twice")
+        named = set(map(tuple, sim.near().tolist()))
+        for body, other in sorted(named):
+            if not 0 <= other < len(scene):
+                raise Disagreement(f"at time {sim.time!r} {other} is near {body}, and is no body of the scene")
+            if (other, body) not in named:
+                raise Disagreement(
+                    f"at time {sim.time!r} {other} is near {body}, but {body} is not near {other}"
+                )
 
 
 @check(feature="boxes")

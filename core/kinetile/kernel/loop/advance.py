@@ -22,7 +22,7 @@ from __future__ import annotations
 from typing import Any
 
 from kinetile.kernel.compiled import disowned, hook, larger, smaller, to_be_filled_in
-from kinetile.kernel.faults import JAMMED, LATE_CONTACT, NOT_FINITE, STALLED, TOO_DEEP, blame
+from kinetile.kernel.faults import BAD_COUNT, JAMMED, LATE_CONTACT, NOT_FINITE, STALLED, TOO_DEEP, blame
 from kinetile.kernel.flight import anchor_at, note_place
 from kinetile.kernel.log import TURNED
 from kinetile.kernel.loop.calendar import file_all, head, runner_up
@@ -32,6 +32,7 @@ from kinetile.kernel.tables import (
     NEVER,
     NOBODY,
     NOT_ASKED,
+    SPARE,
     STRUCTURAL,
     WALL,
     Kernel,
@@ -190,7 +191,9 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
                         counts.newcomers += 1
                 else:
                     break
-            if PAIRS and count > 0:
+            if count < 0 or count > len(k.near) - SPARE:
+                blame(k, BAD_COUNT, body, count)
+            elif PAIRS and count > 0:
                 look_at(k, body, count, at)
             count = 0
             if a >= 0 and not everyone:

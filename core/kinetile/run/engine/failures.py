@@ -6,6 +6,7 @@ from kinetile.errors import KinetileError, MissedContactError, PhaseError, Stall
 from kinetile.kernel.compiled import compose, to_be_filled_in
 from kinetile.kernel.faults import (
     BAD_CERTIFICATE,
+    BAD_COUNT,
     BAD_PAIR,
     JAMMED,
     LATE_CONTACT,
@@ -15,7 +16,7 @@ from kinetile.kernel.faults import (
     UNKNOWN_PAIR,
 )
 from kinetile.kernel.log import WALLS
-from kinetile.kernel.tables import Kernel
+from kinetile.kernel.tables import SPARE, Kernel
 from kinetile.plugin.calling import described
 from kinetile.run.composition import Composition
 
@@ -62,13 +63,14 @@ def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
         )
     if fault == STALLED:
         return StalledError(
-            f"at time {time!r} {phase} does not get on: its certificates, the last of them number {a}, "
+            f"at time {time!r} {phase} does not get on: its certificates, the last of them that of body {a}, "
             "fail again and again at the same moment"
         )
     broken = {
-        BAD_CERTIFICATE: f"scheduled certificate {a}, which is none of those that it declared",
+        BAD_CERTIFICATE: f"scheduled the certificate of body {a}, which is no body of the scene",
+        BAD_COUNT: f"said that {b} bodies are near body {a}, and there is room for {len(k.near) - SPARE}",
         BAD_PAIR: f"reported the pair ({a}, {b}), which is not two bodies of the scene",
-        UNKNOWN_PAIR: f"removed the pair ({a}, {b}), which was not a candidate pair",
+        UNKNOWN_PAIR: f"removed the pair ({a}, {b}), which was not in its pair set",
     }
     return PhaseError(f"at time {time!r} {phase} {broken.get(fault, f'left fault {fault} ({a}, {b})')}")
 

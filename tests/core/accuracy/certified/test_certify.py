@@ -21,9 +21,8 @@ from kinetile.accuracy.certified.oracle import oracle_contacts
 from kinetile.cli import app
 from kinetile.errors import PhaseError, Refused
 from kinetile.kernel.clock import TICKS
-from kinetile.kernel.compiled import hook
 from kinetile.kernel.log import WALLS
-from kinetile.toolbox import Kernel, add_pair, schedule
+from kinetile.toolbox import Kernel, hook, offer, schedule
 
 pytest.importorskip("flint", reason="the certified oracle needs python-flint")
 
@@ -254,16 +253,21 @@ def test_phases_for_contacts_are_the_run_s() -> None:
 
 
 @hook
-def all_pairs_for_now(k: Kernel, s: broken_phases.State) -> None:
-    for a in range(len(k.bodies)):
-        for b in range(a + 1, len(k.bodies)):
-            add_pair(k, a, b)
+def everyone(k: Kernel, s: broken_phases.State, body: int) -> int:
+    for other in range(len(k.bodies)):
+        k.near[other] = other
+    return len(k.bodies)
+
+
+@hook
+def for_now(k: Kernel, s: broken_phases.State) -> None:
     schedule(k, 0, k.clock[0].now + 3 * TICKS // 8)
 
 
 @hook
-def name_nobody(k: Kernel, s: broken_phases.State, certificate: int) -> None:
-    add_pair(k, 0, len(k.bodies))
+def offer_nobody(k: Kernel, s: broken_phases.State, body: int) -> int:
+    offer(k, 0, len(k.bodies))
+    return 0
 
 
 class HalfWay:
@@ -271,7 +275,7 @@ class HalfWay:
 
     @kt.hookimpl
     def kinetile_broad_phases(self) -> list[kt.BroadPhaseSpec]:
-        return [kt.BroadPhaseSpec("half-way", broken_phases.phase(all_pairs_for_now, name_nobody, 1))]
+        return [kt.BroadPhaseSpec("half-way", broken_phases.phase(everyone, for_now, offer_nobody))]
 
 
 @pytest.fixture

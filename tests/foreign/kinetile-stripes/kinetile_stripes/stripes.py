@@ -1,14 +1,13 @@
 """Stripes: the plane cut into vertical stripes of one width; a body is in the stripe that its centre is in.
 
-Two bodies are a candidate pair while they are in one stripe or in neighbouring ones. Between the centres of
+Two bodies are near each other while they are in one stripe or in neighbouring ones. Between the centres of
 any others lies a whole stripe, and a stripe is at least as wide as two of the largest bodies with their
 skin, so they do not touch. A crossing is rounded by far less than the skin, so it does not matter on which
 side of a border a body counts that lies on it (see one-answer.md in kinetile's documentation).
 
-There is one certificate a body: it has not crossed the border that lies ahead. When it fails, the body
-loses the stripe behind it and meets the one ahead. Stripes are numbered without bound, so a scene needs no
-arena; the list of a stripe is found by its number modulo the number of lists, and one list may hold several
-stripes.
+A body's certificate says that it has not crossed the border that lies ahead. When it fails, the body meets
+those in the stripe beyond. Stripes are numbered without bound, so a scene needs no arena; the list of a
+stripe is found by its number modulo the number of lists, and one list may hold several stripes.
 """
 
 from __future__ import annotations
@@ -19,17 +18,7 @@ from typing import NamedTuple
 import kinetile as kt
 import numpy as np
 from kinetile.errors import BadOption
-from kinetile.toolbox import (
-    BroadPhaseParts,
-    Kernel,
-    Records,
-    add_pair,
-    falls,
-    hook,
-    positions_now,
-    remove_pair,
-    schedule,
-)
+from kinetile.toolbox import BroadPhaseParts, Kernel, Records, falls, hook, positions_now, schedule
 
 __all__ = ["Stripes"]
 
@@ -44,9 +33,23 @@ class State(NamedTuple):
 
 
 def arrange(k: Kernel, s: State) -> None:
-    """Choose the width, for reaches may have grown, and see which stripe each body is in now."""
+    """Choose the width, for reaches may have grown; everything is alone in its ring."""
     s.width[1] = max(s.width[0], 2.0 * k.bodies.reach.max(initial=0.0))
     s.stripe[:] = np.floor(positions_now(k)[:, 0] / s.width[1])
+    s.after[:] = s.before[:] = np.arange(len(s.after))
+
+
+@hook
+def enter(s: State, body: int, stripe: int) -> None:
+    """Take a body out of the ring it is in and put it into that of a stripe."""
+    s.before[s.after[body]] = s.before[body]
+    s.after[s.before[body]] = s.after[body]
+    end = len(s.stripe) + stripe % (len(s.after) - len(s.stripe))
+    s.after[body] = s.after[end]
+    s.before[body] = end
+    s.before[s.after[end]] = body
+    s.after[end] = body
+    s.stripe[body] = stripe
 
 
 @hook
@@ -59,59 +62,42 @@ def watch(k: Kernel, s: State, body: int) -> None:
 
 
 @hook
-def pair_with(k: Kernel, s: State, body: int, stripe: int, near: bool) -> None:
-    """Make pairs of a body and all in a stripe, or unmake them."""
+def name_all(k: Kernel, s: State, stripe: int, count: int) -> int:
+    """Name the bodies of a stripe, after so many that are named already; return how many are named then."""
     end = len(s.stripe) + stripe % (len(s.after) - len(s.stripe))
-    other = s.after[end]
-    while other != end:
-        if s.stripe[other] == stripe:
-            if near:
-                add_pair(k, body, other)
-            else:
-                remove_pair(k, body, other)
-        other = s.after[other]
-
-
-@hook
-def enter(s: State, body: int) -> None:
-    """Put a body into the ring of its stripe."""
-    end = len(s.stripe) + s.stripe[body] % (len(s.after) - len(s.stripe))
-    s.after[body] = s.after[end]
-    s.before[body] = end
-    s.before[s.after[end]] = body
-    s.after[end] = body
+    body = s.after[end]
+    while body != end:
+        if s.stripe[body] == stripe:
+            k.near[count] = body
+            count += 1
+        body = s.after[body]
+    return count
 
 
 @hook
 def build(k: Kernel, s: State) -> None:
-    """Enter the bodies one by one; each makes pairs with those that are near and there already."""
-    for end in range(len(s.stripe), len(s.after)):
-        s.after[end] = end
-        s.before[end] = end
+    """Put each body into its ring."""
     for body in range(len(s.stripe)):
-        for step in range(-1, 2):
-            pair_with(k, s, body, s.stripe[body] + step, True)
-        enter(s, body)
+        enter(s, body, s.stripe[body])
         watch(k, s, body)
 
 
 @hook
-def repair(k: Kernel, s: State, body: int) -> None:
-    """A body crosses the border ahead of it."""
-    step = -1 if k.bodies[body].vx < 0.0 else 1
-    s.before[s.after[body]] = s.before[body]
-    s.after[s.before[body]] = s.after[body]
-    pair_with(k, s, body, s.stripe[body] - step, False)
-    s.stripe[body] += step
-    enter(s, body)
-    pair_with(k, s, body, s.stripe[body] + step, True)
-    watch(k, s, body)
+def near(k: Kernel, s: State, body: int) -> int:
+    """Name the bodies in the same stripe and in its neighbours."""
+    count = 0
+    for stripe in range(s.stripe[body] - 1, s.stripe[body] + 2):
+        count = name_all(k, s, stripe, count)
+    return count
 
 
 @hook
-def replan(k: Kernel, s: State, body: int) -> None:
-    """A body's plan changed: another border may lie ahead, or the same at another time."""
+def repair(k: Kernel, s: State, body: int) -> int:
+    """A body crosses the border ahead of it, and meets those in the stripe after."""
+    step = -1 if k.bodies[body].vx < 0.0 else 1
+    enter(s, body, s.stripe[body] + step)
     watch(k, s, body)
+    return name_all(k, s, s.stripe[body] + step, 0)
 
 
 class Stripes:
@@ -131,4 +117,5 @@ class Stripes:
         n = len(scene)
         rings = np.zeros(n + max(n, 1), dtype=np.int64)
         state = State(np.zeros(n, dtype=np.int64), rings, rings.copy(), np.array([self.width, 0.0]))
-        return BroadPhaseParts(state, n, build, repair, replan, arrange)
+        # A new plan leaves a body where it is: it only meets another border, or the same at another time.
+        return BroadPhaseParts(near, state, build, repair, replan=watch, arrange=arrange)
