@@ -2,18 +2,19 @@
 
 The plane is cut into square cells, no narrower than the widest body. Two bodies that touch are then in the
 same cell or in two that adjoin: a body is near those in its own cell and the eight around. That is all that
-is kept. The only thing that can go wrong is that a body leaves its cell; when its plan has it reach an edge is
-a division, and the certificate of the body fails then. It goes over into the next cell, and those in the
+is kept. The only thing that can go wrong is that a body leaves its cell. When its plan has it reach an edge
+is a division, and then the certificate of the body fails: it goes over into the next cell, and those in the
 three cells beyond are newcomers.
 
 A cell is history. In which one a body is, is what its crossings say, never what its rounded coordinates do:
 they are asked once, when the structure is built. A body that has crossed an edge may stand before it by a
-rounding, or turn back at once; then its plan has it reach that edge now, and it does. The cells are wider than
-the widest body by more than all rounding (docs/cells.md has the proof).
+rounding, or turn back at once; then its plan has it reach that edge now, and it does. The cells are wider
+than the widest body by more than all rounding (docs/cells.md has the proof).
 
-One grid of cells as wide as the widest body is bad where small bodies crowd around a few large ones. Then there
-are levels, as in the hierarchical grids of ray tracing and of molecular dynamics: cells of the next level are a
-power of two times as wide. docs/cells.md says how, and how widths are chosen.
+One grid of cells as wide as the widest body is bad where small bodies crowd around a few large ones. Then
+there are levels, as in the hierarchical grids of computer graphics: the cells of a level are a power of two
+times as wide as those of the level below. ``hierarchy.py`` says who is near whom then, ``layout.py`` how
+widths are chosen.
 
 What it costs: certificates n, one a body; a failure, O(1); candidates, those in nine cells. That is O(1) for
 bodies of one size spread evenly, and at worst all of them: many in one cell, be it that they come together
@@ -53,8 +54,8 @@ class Cells:
         """Return the parts; refuse a side that is narrower than the smallest body."""
         if self.side is not None and len(scene) and self.side < (least := narrowest(scene)):
             raise Refused(
-                f"cells of side {self.side!r} are narrower than the smallest body of this scene: the side has "
-                f"to be at least {least!r}, or left to cells to choose"
+                f"cells of side {self.side!r} are narrower than the smallest body of this scene: the side has to "
+                f"be at least {least!r}, or left to cells to choose"
             )
         sides = sides_for(scene, self.side)
         hooks = uniform if len(sides) == 1 else hierarchy

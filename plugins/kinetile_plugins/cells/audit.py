@@ -45,7 +45,8 @@ def _places(k: Kernel, s: State) -> Iterator[str]:
     for name, cell, place in zip("xy", (s.homes.x, s.homes.y), positions_now(k).T, strict=True):
         outside = (place < cell * side - slack) | (place > (cell + 1.0) * side + slack)
         for body in np.flatnonzero(outside & waiting):
-            yield f"body {body} is at {name} = {place[body]}, outside cell {cell[body]:.0f} of side {side[body]}"
+            there = f"cell {cell[body]:.0f} of side {side[body]}"
+            yield f"body {body} is at {name} = {place[body]}, outside {there}"
 
 
 def _certificates(k: Kernel, s: State) -> Iterator[str]:
@@ -74,12 +75,12 @@ def _table(s: State) -> Iterator[str]:
     """The blocks and lists have every body once, in its cell; who stands in a list found the block full."""
     grid = s.levels[s.homes.level]
     home = grid.first + s.homes.row.astype(np.int64) * grid.columns + s.homes.column
-    found = np.zeros(len(s.homes), int)
+    found = np.zeros(len(s.homes), dtype=np.int64)
     blocks = s.blocks.reshape(-1, BLOCK)
     cells, places = np.nonzero(np.arange(FULL) < blocks[:, FULL:])
     standing = [(cells, blocks[cells, places])]
     listed = 0
-    for cell in np.flatnonzero(s.lists >= 0):
+    for cell in np.flatnonzero(s.lists >= 0).tolist():
         if blocks[cell, FULL] != FULL:
             yield f"cell {cell} has a list, and its block is not full"
         body = int(s.lists[cell])
@@ -90,8 +91,9 @@ def _table(s: State) -> Iterator[str]:
         yield f"{listed} bodies stand in lists, and {s.levels[0].listed} are counted"
     for where, bodies in standing:
         np.add.at(found, bodies, 1)
-        for cell, body in zip(where[where != home[bodies]], bodies[where != home[bodies]], strict=True):
-            yield f"body {body} stands in cell {cell} of the table, and is at home in cell {home[body]}"
+        for i in np.flatnonzero(where != home[bodies]):
+            there = f"cell {where[i]} of the table, and is at home in cell {home[bodies[i]]}"
+            yield f"body {bodies[i]} stands in {there}"
     for body in np.flatnonzero(found != 1):
         yield f"body {body} stands in the table {found[body]} times"
 
@@ -105,8 +107,8 @@ def _guests(s: State, at: int) -> Iterator[str]:
     wanted: Any = dict.fromkeys(np.flatnonzero(s.homes.level < at).tolist())
     for body in wanted:
         wanted[body] = int(grid.first + rows[body] * grid.columns + columns[body])
-        guest = s.guests[body * coarser + at - 1]
-        if grid.first + int(guest.row) * grid.columns + guest.column != wanted[body]:
+        place = s.guests[body * coarser + at - 1]
+        if grid.first + int(place.row) * grid.columns + place.column != wanted[body]:
             yield f"body {body} is a guest of level {at} in another cell than the one around its own"
     seen = set()
     for cell in range(int(grid.first), int(grid.first + grid.columns * grid.rows)):
@@ -114,7 +116,8 @@ def _guests(s: State, at: int) -> Iterator[str]:
         while number >= 0 and number not in seen:
             seen.add(number)
             if wanted.get(number // coarser) != cell or number % coarser != at - 1:
-                yield f"cell {cell} of level {at} has body {number // coarser} as a guest, who does not belong there"
+                guest = number // coarser
+                yield f"cell {cell} of level {at} has body {guest} as a guest, who does not belong there"
             if s.guests[number].prev != before:
                 yield f"the guests of cell {cell} of level {at} cannot be read backwards"
             before, number = number, int(s.guests[number].next)

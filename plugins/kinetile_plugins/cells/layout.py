@@ -12,7 +12,6 @@ import math
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from kinetile.scene import Scene
 from kinetile.toolbox import NOBODY, Kernel, Records, positions_now
@@ -170,7 +169,7 @@ def _invite(s: State, at: int) -> None:
     guest.column[number] = np.mod(np.floor(home.x * part), grid.columns)
     guest.row[number] = np.mod(np.floor(home.y * part), grid.rows)
     cell = grid.first + guest.row[number].astype(np.int64) * grid.columns + guest.column[number]
-    which, before, rank = _queued(cell)
+    which, _, rank = _queued(cell)
     number, cell = number[which], cell[which]
     first = rank == 0
     guest.next[number] = np.where(first, NOBODY, number[np.maximum(np.arange(len(number)) - 1, 0)])

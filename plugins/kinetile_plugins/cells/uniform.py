@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from kinetile.kernel.certificates import FAR
+from kinetile.kernel.compiled import larger, smaller
 from kinetile.toolbox import NEVER, Kernel, hook, schedule
 from kinetile_plugins.cells.table import State, enter, leave, list_ahead, list_around, wrapped
 
@@ -29,8 +30,8 @@ def watch(k: Kernel, s: State, body: int) -> None:
     across = across / plan.vx if plan.vx != 0.0 else math.inf
     along = along / plan.vy if plan.vy != 0.0 else math.inf
     home.way = (1 if right else 0) if across <= along else (3 if up else 2)
-    ticks = max(min(across, along), 0.0) * clock.per_time
-    schedule(k, body, max(plan.anchor + int(ticks), clock.now) if ticks < FAR else NEVER)
+    ticks = larger(smaller(across, along), 0.0) * clock.per_time
+    schedule(k, body, larger(plan.anchor + int(ticks), clock.now) if ticks < FAR else NEVER)
 
 
 @hook
