@@ -20,7 +20,12 @@ def kinetile_broad_phases() -> list[BroadPhaseSpec]:
             "kinetile_plugins.naive:Naive",
             "every pair is a candidate, always: no certificates, n(n-1)/2 pairs",
         ),
-        BroadPhaseSpec("cells", "kinetile_plugins.cells:Cells", "a uniform grid"),
+        BroadPhaseSpec(
+            "cells",
+            "kinetile_plugins.cells:Cells",
+            "a uniform grid, hierarchical where sizes differ: bodies in adjoining cells",
+            aliases=("uniform-grid",),
+        ),
         BroadPhaseSpec(
             "sap-1d",
             "kinetile_plugins.sweep_and_prune:SweepAndPrune",

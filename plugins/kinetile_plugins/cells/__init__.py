@@ -1,0 +1,70 @@
+"""Cells: a uniform grid as a kinetic data structure, with a level for each size of body where sizes differ.
+
+The plane is cut into square cells, no narrower than the widest body. Two bodies that touch are then in the
+same cell or in two that adjoin: a body is near those in its own cell and the eight around. That is all that
+is kept. The only thing that can go wrong is that a body leaves its cell. When its plan has it reach an edge
+is a division, and then the certificate of the body fails: it goes over into the next cell, and those in the
+three cells beyond are newcomers.
+
+A cell is history. In which one a body is, is what its crossings say, never what its rounded coordinates do:
+they are asked once, when the structure is built. A body that has crossed an edge may stand before it by a
+rounding, or turn back at once; then its plan has it reach that edge now, and it does. The cells are wider
+than the widest body by more than all rounding (docs/cells.md has the proof).
+
+One grid of cells as wide as the widest body is bad where small bodies crowd around a few large ones. Then
+there are levels, as in the hierarchical grids of computer graphics: the cells of a level are a power of two
+times as wide as those of the level below. ``hierarchy.py`` says who is near whom then, ``layout.py`` how
+widths are chosen.
+
+What it costs: certificates n, one a body; a failure, O(1); candidates, those in nine cells. That is O(1) for
+bodies of one size spread evenly, and at worst all of them: many in one cell, be it that they come together
+there, that the cells are wide because there is one wide body among few small ones, or by the option ``side``.
+Then a contact costs O(n). No scene is refused, and none needs an arena.
+"""
+
+from __future__ import annotations
+
+import math
+
+from kinetile.errors import BadOption, Refused
+from kinetile.scene import Scene
+from kinetile.toolbox import BroadPhaseParts
+from kinetile_plugins.cells import hierarchy, uniform
+from kinetile_plugins.cells.audit import audit
+from kinetile_plugins.cells.layout import arrange, empty, narrowest, sides_for
+
+__all__ = ["Cells"]
+
+
+class Cells:
+    """A uniform grid; where sizes differ much, grids of several widths.
+
+    Args:
+        side: the side of the finest cells, a length; None (default): chosen for the scene.
+    """
+
+    def __init__(self, *, side: float | None = None) -> None:
+        if side is not None:
+            number = isinstance(side, int | float) and not isinstance(side, bool)
+            if not (number and 0.0 < side < math.inf):
+                raise BadOption(f"cells have a side that is a length, above 0 and finite; side is {side!r}")
+        self.side = None if side is None else float(side)
+
+    def prepare(self, scene: Scene) -> BroadPhaseParts:
+        """Return the parts; refuse a side that is narrower than the smallest body."""
+        if self.side is not None and len(scene) and self.side < (least := narrowest(scene)):
+            raise Refused(
+                f"cells of side {self.side!r} are narrower than the smallest body of this scene: the side has to "
+                f"be at least {least!r}, or left to cells to choose"
+            )
+        sides = sides_for(scene, self.side)
+        hooks = uniform if len(sides) == 1 else hierarchy
+        return BroadPhaseParts(
+            near=hooks.near,
+            state=empty(scene, sides),
+            build=uniform.build,
+            repair=hooks.repair,
+            replan=uniform.watch,
+            arrange=arrange,
+            audit=audit,
+        )

@@ -1,0 +1,125 @@
+"""The audit of the cells: slow, and from scratch.
+
+Between two events every body is within its home, but for rounding and for one that is about to go over; the
+table has every body in the cell that its home says and nowhere else, block before list; every body is a guest
+in the cells around its own of all coarser levels, and nowhere else; each certificate is for the tick at which
+the plan says that an edge is reached; and no cell is narrower than the bodies at home in its level.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from kinetile.kernel.certificates import FAR
+from kinetile.toolbox import NEVER, Kernel, positions_now
+from kinetile_plugins.cells.layout import least_side
+from kinetile_plugins.cells.table import BLOCK, FULL, State
+
+__all__ = ["audit"]
+
+
+def audit(k: Kernel, s: State) -> Iterator[str]:
+    """Yield a sentence for everything that does not hold."""
+    homes, level = s.homes, s.homes.level
+    narrow = s.levels.side[level] < least_side(np.asarray(k.bodies.radius), k.clock[0].skin)
+    for body in np.flatnonzero(narrow):
+        yield f"body {body} is too wide for the cells of level {level[body]}"
+    yield from _places(k, s)
+    yield from _certificates(k, s)
+    for name, at, size in (("column", homes.x, s.levels.columns), ("row", homes.y, s.levels.rows)):
+        for body in np.flatnonzero(homes[name] != np.mod(at, size[level])):
+            yield f"body {body} stands in {name} {homes[name][body]}, where cell {at[body]:.0f} is not"
+    yield from _table(s)
+    for at in range(1, len(s.levels)):
+        yield from _guests(s, at)
+
+
+def _places(k: Kernel, s: State) -> Iterator[str]:
+    """Every body is within its cell, by its plan, but for less than two skins."""
+    slack = 2.0 * k.clock[0].skin
+    side = s.levels.side[s.homes.level]
+    waiting = np.asarray(k.queue.own) > k.clock[0].now
+    for name, cell, place in zip("xy", (s.homes.x, s.homes.y), positions_now(k).T, strict=True):
+        outside = (place < cell * side - slack) | (place > (cell + 1.0) * side + slack)
+        for body in np.flatnonzero(outside & waiting):
+            there = f"cell {cell[body]:.0f} of side {side[body]}"
+            yield f"body {body} is at {name} = {place[body]}, outside {there}"
+
+
+def _certificates(k: Kernel, s: State) -> Iterator[str]:
+    """Every certificate fails when the body reaches the first of the edges ahead of it, and that edge is
+    noted."""
+    bodies, homes, clock = k.bodies, s.homes, k.clock[0]
+    side = s.levels.side[homes.level]
+    delays = []
+    for cell, at, speed in ((homes.x, bodies.x, bodies.vx), (homes.y, bodies.y, bodies.vy)):
+        with np.errstate(all="ignore"):
+            delay = ((cell + (speed > 0.0)) * side - at) / speed
+        delays.append(np.where(speed != 0.0, delay, np.inf))
+    across, along = delays
+    ticks = np.maximum(np.minimum(across, along), 0.0) * clock.per_time
+    soon = ticks < FAR
+    tick = np.maximum(bodies.anchor + np.where(soon, ticks, 0.0).astype(np.int64), clock.now)
+    tick = np.where(soon, tick, NEVER)
+    way = np.where(across <= along, bodies.vx > 0.0, 2 + (bodies.vy > 0.0))
+    for body in np.flatnonzero(tick != k.queue.own):
+        yield f"body {body} reaches an edge at tick {tick[body]}, and is watched for {k.queue.own[body]}"
+    for body in np.flatnonzero((way != homes.way) & soon):
+        yield f"body {body} reaches edge {way[body]} of its cell first, and edge {homes.way[body]} is noted"
+
+
+def _table(s: State) -> Iterator[str]:
+    """The blocks and lists have every body once, in its cell; who stands in a list found the block full."""
+    grid = s.levels[s.homes.level]
+    home = grid.first + s.homes.row.astype(np.int64) * grid.columns + s.homes.column
+    found = np.zeros(len(s.homes), dtype=np.int64)
+    blocks = s.blocks.reshape(-1, BLOCK)
+    cells, places = np.nonzero(np.arange(FULL) < blocks[:, FULL:])
+    standing = [(cells, blocks[cells, places])]
+    listed = 0
+    for cell in np.flatnonzero(s.lists >= 0).tolist():
+        if blocks[cell, FULL] != FULL:
+            yield f"cell {cell} has a list, and its block is not full"
+        body = int(s.lists[cell])
+        while body >= 0 and listed <= len(s.homes):
+            standing.append((np.array([cell]), np.array([body])))
+            listed, body = listed + 1, int(s.homes.next[body])
+    if listed != s.levels[0].listed:
+        yield f"{listed} bodies stand in lists, and {s.levels[0].listed} are counted"
+    for where, bodies in standing:
+        np.add.at(found, bodies, 1)
+        for i in np.flatnonzero(where != home[bodies]):
+            there = f"cell {where[i]} of the table, and is at home in cell {home[bodies[i]]}"
+            yield f"body {bodies[i]} stands in {there}"
+    for body in np.flatnonzero(found != 1):
+        yield f"body {body} stands in the table {found[body]} times"
+
+
+def _guests(s: State, at: int) -> Iterator[str]:
+    """Who is at home in a finer level is a guest of this one, in the cell around its own, once."""
+    grid, coarser = s.levels[at], len(s.levels) - 1
+    part = s.levels.side[s.homes.level] / grid.side
+    columns = np.mod(np.floor(s.homes.x * part), grid.columns)
+    rows = np.mod(np.floor(s.homes.y * part), grid.rows)
+    wanted: Any = dict.fromkeys(np.flatnonzero(s.homes.level < at).tolist())
+    for body in wanted:
+        wanted[body] = int(grid.first + rows[body] * grid.columns + columns[body])
+        place = s.guests[body * coarser + at - 1]
+        if grid.first + int(place.row) * grid.columns + place.column != wanted[body]:
+            yield f"body {body} is a guest of level {at} in another cell than the one around its own"
+    seen = set()
+    for cell in range(int(grid.first), int(grid.first + grid.columns * grid.rows)):
+        before, number = -2 - cell, int(s.hosts[cell])
+        while number >= 0 and number not in seen:
+            seen.add(number)
+            if wanted.get(number // coarser) != cell or number % coarser != at - 1:
+                guest = number // coarser
+                yield f"cell {cell} of level {at} has body {guest} as a guest, who does not belong there"
+            if s.guests[number].prev != before:
+                yield f"the guests of cell {cell} of level {at} cannot be read backwards"
+            before, number = number, int(s.guests[number].next)
+    if len(seen) != len(wanted):
+        yield f"level {at} has {len(seen)} guests, and {len(wanted)} bodies are at home in finer ones"

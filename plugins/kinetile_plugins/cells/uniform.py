@@ -1,0 +1,67 @@
+"""The hooks where one level of cells serves all bodies: the usual case, and the fastest."""
+
+from __future__ import annotations
+
+import math
+
+from kinetile.kernel.certificates import FAR
+from kinetile.kernel.compiled import larger, smaller
+from kinetile.toolbox import NEVER, Kernel, hook, schedule
+from kinetile_plugins.cells.table import State, enter, leave, list_ahead, list_around, wrapped
+
+__all__ = ["build", "near", "repair", "watch"]
+
+
+@hook
+def watch(k: Kernel, s: State, body: int) -> None:
+    """Schedule when a body reaches an edge of its cell, and note which; never before now.
+
+    Where its plan has it beyond the edge by a rounding already, that is now. An edge that it flies away from,
+    or along, is no concern, whatever its coordinates are.
+    """
+    plan = k.bodies[body]
+    home = s.homes[body]
+    clock = k.clock[0]
+    side = s.levels[home.level].side
+    right = plan.vx > 0.0
+    up = plan.vy > 0.0
+    across = (home.x + (1.0 if right else 0.0)) * side - plan.x
+    along = (home.y + (1.0 if up else 0.0)) * side - plan.y
+    across = across / plan.vx if plan.vx != 0.0 else math.inf
+    along = along / plan.vy if plan.vy != 0.0 else math.inf
+    home.way = (1 if right else 0) if across <= along else (3 if up else 2)
+    ticks = larger(smaller(across, along), 0.0) * clock.per_time
+    schedule(k, body, larger(plan.anchor + int(ticks), clock.now) if ticks < FAR else NEVER)
+
+
+@hook
+def build(k: Kernel, s: State) -> None:
+    """Watch every body; ``arrange`` has put them into their cells."""
+    for body in range(k.clock[0].bodies):
+        watch(k, s, body)
+
+
+@hook
+def near(k: Kernel, s: State, body: int) -> int:
+    """Name the bodies in the cell of a body and in the eight around it."""
+    home = s.homes[body]
+    return list_around(k, s, 0, home.column, home.row, 0)
+
+
+@hook
+def repair(k: Kernel, s: State, body: int) -> int:
+    """A body reaches an edge of its cell: it is in the next one now, and those in the three cells beyond are
+    newcomers."""
+    home = s.homes[body]
+    grid = s.levels[0]
+    step = 2 * (home.way & 1) - 1
+    right = step * (1 - (home.way >> 1))
+    up = step * (home.way >> 1)
+    leave(s, body, home.row * grid.columns + home.column)
+    home.x += right
+    home.y += up
+    home.column = wrapped(home.column + right, grid.columns)
+    home.row = wrapped(home.row + up, grid.rows)
+    enter(s, body, home.row * grid.columns + home.column)
+    watch(k, s, body)
+    return list_ahead(k, s, 0, home.column, home.row, right, up, 0)
