@@ -29,7 +29,9 @@ from kinetile.kernel.tables import (
 
 __all__ = ["ask_all_exactly", "forget", "look_at", "settle", "wall_is_before"]
 
-FAR = 2.0**62
+FAR = 2.0**62 + 2.0**20
+"""Ticks. A contact further away is none: before that both bodies are anchored anew (``certificates.FAR``)."""
+
 MARGIN = 1 << 12
 """Ticks by which a bound is set back: for the rounding of a delay of up to 2^62 ticks."""
 
