@@ -46,83 +46,84 @@ from .bounds_audit import audit_bounds
 __all__ = ["SweepAndPruneMatrix"]
 
 
-class State(NamedTuple):
-    """The two sorted lists, row 0 for x, row 1 for y; a bound is 2 * body for L, 2 * body + 1 for R."""
+PLACE = 4
+"""Where the place of a bound stands behind its tick in ``bounds``."""
 
-    order: Records  # (2, 2n) the bounds in order
-    rank: Records  # (2, 2n) where each bound stands
-    due: Records  # (n, 4) when L and R on x, L and R on y pass the bound after them
+END = -1
+"""What stands in the order before the first bound of an axis and behind the last."""
+
+
+class State(NamedTuple):
+    """The two sorted lists. The bounds of a body are numbered 8 * body + 0 to 3: L and R on x, L and R on y."""
+
+    order: Records  # (4n + 3,) the bounds on x from left to right, then those on y, between ENDs
+    bounds: Records  # (8n,) when each bound passes the one after it; at PLACE behind that, its place in the order
 
 
 def arrange(k: Kernel, s: State) -> None:
     """Sort the bounds of each axis as they stand now, and will a moment later."""
     place = positions_now(k)
-    bound = np.arange(s.order.shape[1])
-    body, upper = bound >> 1, bound & 1
+    body, upper = np.divmod(np.arange(2 * len(place)), 2)
     reach = np.where(upper == 1, k.bodies.reach[body], -k.bodies.reach[body])
     for axis, speed in enumerate((k.bodies.vx, k.bodies.vy)):
-        s.order[axis] = np.lexsort((body, 1 - upper, speed[body], place[body, axis] + reach))
-        s.rank[axis, s.order[axis]] = bound
+        order = np.lexsort((body, 1 - upper, speed[body], place[body, axis] + reach))
+        places = 1 + axis * (len(order) + 1) + np.arange(len(order))
+        s.order[places] = 8 * body[order] + 2 * axis + upper[order]
+        s.bounds[s.order[places] + PLACE] = places
 
 
 @hook
-def passes(k: Kernel, axis: int, left: int, right: int) -> int:
-    """Return the tick at which a bound passes the one after it on an axis."""
-    p = k.bodies[left >> 1]
-    q = k.bodies[right >> 1]
-    since = max(p.anchor, q.anchor)
-    tick = k.clock[0].tick
-    p_time = (since - p.anchor) * tick
-    q_time = (since - q.anchor) * tick
-    p_reach = p.reach if left & 1 else -p.reach
-    q_reach = q.reach if right & 1 else -q.reach
-    if axis == 0:
-        gap = (q.x + q.vx * q_time + q_reach) - (p.x + p.vx * p_time + p_reach)
-        rate = q.vx - p.vx
-    else:
-        gap = (q.y + q.vy * q_time + q_reach) - (p.y + p.vy * p_time + p_reach)
-        rate = q.vy - p.vy
-    return falls(k, since, gap, rate)
-
-
-@hook
-def watch(k: Kernel, s: State, axis: int, place: int) -> None:
-    """Watch the gap after a place in the list of an axis, for the body whose bound stands there."""
-    left = s.order[axis, place]
-    body = left >> 1
+def watch(k: Kernel, s: State, left: int, right: int) -> None:
+    """Watch the gap between two neighbours on an axis, for the body of the left one."""
     due = NEVER
-    if place + 1 < s.order.shape[1]:
-        due = passes(k, axis, left, s.order[axis, place + 1])
-    s.due[body, 2 * axis + (left & 1)] = due
-    schedule(k, body, min(min(s.due[body, 0], s.due[body, 1]), min(s.due[body, 2], s.due[body, 3])))
+    if right != END:
+        p = k.bodies[left >> 3]
+        q = k.bodies[right >> 3]
+        since = max(p.anchor, q.anchor)
+        tick = k.clock[0].tick
+        p_time = (since - p.anchor) * tick
+        q_time = (since - q.anchor) * tick
+        p_reach = p.reach if left & 1 else -p.reach
+        q_reach = q.reach if right & 1 else -q.reach
+        if left & 2 == 0:
+            gap = (q.x + q.vx * q_time + q_reach) - (p.x + p.vx * p_time + p_reach)
+            rate = q.vx - p.vx
+        else:
+            gap = (q.y + q.vy * q_time + q_reach) - (p.y + p.vy * p_time + p_reach)
+            rate = q.vy - p.vy
+        due = falls(k, since, gap, rate)
+    s.bounds[left] = due
+    first = left & -4
+    on_x = min(s.bounds[first], s.bounds[first + 1])
+    on_y = min(s.bounds[first + 2], s.bounds[first + 3])
+    schedule(k, left >> 3, min(on_x, on_y))
 
 
 @hook
-def overlap(s: State, axis: int, a: int, b: int) -> bool:
-    """Read the matrix: whether two bodies overlap on an axis, from the ranks of their bounds."""
-    return bool(
-        s.rank[axis, 2 * a] < s.rank[axis, 2 * b + 1] and s.rank[axis, 2 * b] < s.rank[axis, 2 * a + 1]
-    )
+def overlap(s: State, one: int, other: int) -> bool:
+    """Read the matrix: whether two bodies overlap on an axis, given their Ls there, from the places of their
+    bounds."""
+    one += PLACE
+    other += PLACE
+    return bool(s.bounds[one] < s.bounds[other + 1] and s.bounds[other] < s.bounds[one + 1])
 
 
 @hook
 def build(k: Kernel, s: State) -> None:
     """Watch all gaps on both axes; make a pair of every two bodies that overlap on both."""
-    bounds = s.order.shape[1]
-    for body in range(len(s.due)):
-        for gap in range(4):
-            s.due[body, gap] = NEVER
-    for axis in range(2):
-        for place in range(bounds):
-            watch(k, s, axis, place)
-    for place in range(bounds):
-        bound = s.order[0, place]
-        if bound & 1 == 0:
+    for body in range(k.clock[0].bodies):
+        for bound in range(8 * body, 8 * body + 4):
+            s.bounds[bound] = NEVER
+    for place in range(1, len(s.order) - 1):
+        bound = s.order[place]
+        if bound != END:
+            watch(k, s, bound, s.order[place + 1])
+        if bound & 3 == 0:
             inside = place + 1
-            while inside < bounds and s.order[0, inside] != bound + 1:
-                other = s.order[0, inside] >> 1
-                if s.order[0, inside] & 1 == 0 and overlap(s, 1, bound >> 1, other):
-                    add_pair(k, bound >> 1, other)
+            while s.order[inside] != bound + 1:
+                other = s.order[inside]
+                if other & 1 == 0 and overlap(s, bound + 2, other + 2):
+                    add_pair(k, bound >> 3, other >> 3)
                 inside += 1
 
 
@@ -130,36 +131,38 @@ def build(k: Kernel, s: State) -> None:
 def repair(k: Kernel, s: State, body: int) -> int:
     """A bound passes the one after it on its axis: exchange them, look at the other axis, watch the three gaps
     around."""
-    first = 0
-    for gap in range(1, 4):
-        if s.due[body, gap] < s.due[body, first]:
-            first = gap
-    axis = first >> 1
-    left = 2 * body + (first & 1)
-    place = s.rank[axis, left]
-    right = s.order[axis, place + 1]
-    s.order[axis, place] = right
-    s.order[axis, place + 1] = left
-    s.rank[axis, right] = place
-    s.rank[axis, left] = place + 1
-    if (left ^ right) & 1 and overlap(s, 1 - axis, body, right >> 1):
+    left = 8 * body
+    for bound in range(left + 1, left + 4):
+        if s.bounds[bound] < s.bounds[left]:
+            left = bound
+    place = s.bounds[left + PLACE]
+    before = s.order[place - 1]
+    right = s.order[place + 1]
+    after = s.order[place + 2]
+    s.order[place] = right
+    s.order[place + 1] = left
+    s.bounds[right + PLACE] = place
+    s.bounds[left + PLACE] = place + 1
+    if (left ^ right) & 1 and overlap(s, (left ^ 2) & -2, (right ^ 2) & -2):
         if left & 1:
-            add_pair(k, body, right >> 1)
+            add_pair(k, body, right >> 3)
         else:
-            remove_pair(k, body, right >> 1)
-    for gap in range(max(place - 1, 0), place + 2):
-        watch(k, s, axis, gap)
+            remove_pair(k, body, right >> 3)
+    if before != END:
+        watch(k, s, before, right)
+    watch(k, s, right, left)
+    watch(k, s, left, after)
     return 0
 
 
 @hook
 def replan(k: Kernel, s: State, body: int) -> None:
     """A body's plan changed: watch the gaps on both sides of its four bounds."""
-    for side in range(8):
-        axis = side >> 2
-        place = s.rank[axis, 2 * body + (side >> 1 & 1)] - (side & 1)
-        if place >= 0:
-            watch(k, s, axis, place)
+    for bound in range(8 * body, 8 * body + 4):
+        place = s.bounds[bound + PLACE]
+        if s.order[place - 1] != END:
+            watch(k, s, s.order[place - 1], bound)
+        watch(k, s, bound, s.order[place + 1])
 
 
 @hook
@@ -178,11 +181,10 @@ class SweepAndPruneMatrix:
 
     def prepare(self, scene: Scene) -> BroadPhaseParts:
         """Return the parts; any scene will do."""
-        bounds = 2 * len(scene)
+        n = len(scene)
         state = State(
-            order=np.zeros((2, bounds), dtype=np.int32),
-            rank=np.zeros((2, bounds), dtype=np.int32),
-            due=np.full((len(scene), 4), NEVER),
+            order=np.full(4 * n + 3, END, dtype=np.int32),
+            bounds=np.full(8 * n, NEVER),
         )
         return BroadPhaseParts(
             state=state,
@@ -192,6 +194,6 @@ class SweepAndPruneMatrix:
             repair=repair,
             replan=replan,
             audit=audit,
-            pairs=4 * len(scene) + 64,
-            ticks=(state.due,),
+            pairs=4 * n + 64,
+            ticks=tuple(state.bounds[bound::8] for bound in range(4)),
         )
