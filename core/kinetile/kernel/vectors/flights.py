@@ -23,9 +23,11 @@ if INTERPRETED:
         """Return eight times the same tick."""
         return np.full(LANES, value, dtype=np.int64)
 
-    def flights(table: Any, which: Wholes) -> tuple[Floats, Floats, Floats, Floats, Ticks, Floats]:
+    def flights(
+        table: Any, a: int, b: int, c: int, d: int, e: int, f: int, g: int, h: int
+    ) -> tuple[Floats, Floats, Floats, Floats, Ticks, Floats]:
         """Return x, y, vx, vy, anchor and reach of eight bodies."""
-        rows = table[which]
+        rows = table[[a, b, c, d, e, f, g, h]]
         return tuple(np.array(rows[name]) for name in COLUMNS)  # type: ignore[return-value]
 
     def to_floats(value: Ticks) -> Floats:
@@ -85,7 +87,9 @@ else:
         return _ticks(types.int64), codegen
 
     @intrinsic
-    def flights(typing_context: Any, table: Any, which: Any) -> Any:
+    def flights(
+        typing_context: Any, table: Any, a: Any, b: Any, c: Any, d: Any, e: Any, f: Any, g: Any, h: Any
+    ) -> Any:
         """Return x, y, vx, vy, anchor and reach of eight bodies.
 
         A body's record is a row of eight times eight bytes; the rows are loaded whole and turned into columns.
@@ -94,13 +98,12 @@ else:
         result = types.Tuple(kinds)
 
         def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            array, which = arguments
+            array, *which = arguments
             record = signature.args[0].dtype
             assert record.size == 8 * LANES
             data = _data(context, builder, signature.args[0], array, _DOUBLE)
             rows = []
-            for i in range(LANES):
-                number = builder.sext(builder.extract_element(which, ir.Constant(_WHOLE, i)), _WORD)
+            for number in which:
                 at = builder.gep(data, [builder.shl(number, ir.Constant(_WORD, 3))])
                 rows.append(_load(builder, at, _floats.vector, 8))
 
@@ -118,7 +121,7 @@ else:
             columns = [builder.bitcast(values, kind.vector) for values, kind in zip(columns, kinds, strict=True)]
             return context.make_tuple(builder, result, columns)
 
-        return result(table, _wholes), codegen
+        return result(table, *[types.int64] * LANES), codegen
 
     @intrinsic
     def to_floats(typing_context: Any, value: Any) -> Any:
