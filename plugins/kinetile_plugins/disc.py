@@ -23,7 +23,21 @@ from __future__ import annotations
 import math
 
 from kinetile.kernel.compiled import larger
-from kinetile.kernel.vectors import LANES, Floats, Wholes, choose, lane, turned, numbers, pick, places, product_error, root, spread, spread_whole
+from kinetile.kernel.vectors import (
+    LANES,
+    Floats,
+    Wholes,
+    choose,
+    lane,
+    turned,
+    numbers,
+    pick,
+    places,
+    product_error,
+    root,
+    spread,
+    spread_whole,
+)
 from kinetile.scene import Scene
 from kinetile.toolbox import (
     NEVER,

@@ -20,8 +20,8 @@ Rooms: ``web`` what is stored; ``construction`` the first tiling, by a sweep lin
 from __future__ import annotations
 
 from kinetile.errors import Refused
-from kinetile.scene import Scene
 from kinetile.kernel.vectors import eight, lane, spread_whole
+from kinetile.scene import Scene
 from kinetile.toolbox import (
     BroadPhaseParts,
     Kernel,
