@@ -7,7 +7,7 @@ own state as ``s``.
 from __future__ import annotations
 
 from kinetile.kernel.certificates import falls, falls_eight, falls_many, schedule, ticks_after
-from kinetile.kernel.compiled import hook
+from kinetile.kernel.compiled import hook, larger, smaller
 from kinetile.kernel.faults import TOO_DEEP, blame
 from kinetile.kernel.flight import positions_now, since_anchor, since_origin
 from kinetile.kernel.log import BOTTOM, LEFT, RIGHT, TOP
@@ -38,6 +38,7 @@ __all__ = [
     "falls_eight",
     "falls_many",
     "hook",
+    "larger",
     "offer",
     "pairs_of",
     "positions_now",
@@ -45,5 +46,6 @@ __all__ = [
     "schedule",
     "since_anchor",
     "since_origin",
+    "smaller",
     "ticks_after",
 ]

@@ -23,7 +23,21 @@ from __future__ import annotations
 import math
 
 from kinetile.kernel.compiled import larger
-from kinetile.kernel.vectors import LANES, Floats, Wholes, choose, lane, turned, numbers, pick, places, product_error, root, spread, spread_whole
+from kinetile.kernel.vectors import (
+    LANES,
+    Floats,
+    Wholes,
+    choose,
+    lane,
+    turned,
+    numbers,
+    pick,
+    places,
+    product_error,
+    root,
+    spread,
+    spread_whole,
+)
 from kinetile.scene import Scene
 from kinetile.toolbox import (
     NEVER,
@@ -109,6 +123,29 @@ def sooner_of(
 
 
 @hook
+def not_before(k: Kernel, body: int, other: int, at: int) -> float:
+    """Return what ``soonest`` does for one partner alone."""
+    one = k.places[body]
+    two = k.places[other]
+    fat = k.clock[0].fat
+    elapsed = since_origin(k, at)
+    reach = k.radii[other] + (k.radii[body] + fat)
+    vx = two.vx - one.vx
+    vy = two.vy - one.vy
+    dx = (two.x - one.x) + vx * elapsed
+    dy = (two.y - one.y) + vy * elapsed
+    approach = dx * vx + dy * vy
+    speed2 = vx * vx + vy * vy
+    approach2 = approach * approach
+    gap = (dx * dx + dy * dy) * (1.0 - 2.0**-46) - reach * reach
+    inside = approach2 - speed2 * gap
+    passes = ((approach > 0.0) & (approach2 > fat * fat * speed2)) | (inside < 0.0)
+    delay = gap / (math.sqrt(inside) - approach) if inside >= 0.0 else math.nan
+    delay = delay if delay > 0.0 else 0.0  # what is not a number may touch now
+    return math.inf if passes else delay
+
+
+@hook
 def soonest(k: Kernel, body: int, count: int, barred: int, known: int, at: int) -> tuple[float, float, int]:
     """Return bounds below the first contact of a body with ``k.near[:count]``, the second, and with whom.
 
@@ -116,6 +153,12 @@ def soonest(k: Kernel, body: int, count: int, barred: int, known: int, at: int) 
     of the distance, relative), so that they touch before the discs do. The bounds are delays after tick
     ``at``; infinite where there is no contact. docs/one-answer.md proves that they are bounds.
     """
+    if count == 1:
+        alone = k.near[0]
+        if alone == body or alone == barred or alone == known:
+            return math.inf, math.inf, NOBODY
+        soon = not_before(k, body, alone, at)
+        return soon, math.inf, int(alone) if soon < math.inf else NOBODY
     elapsed = spread(since_origin(k, at))
     place = k.places[body]
     x = spread(place.x)

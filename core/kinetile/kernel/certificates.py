@@ -109,7 +109,7 @@ def falls_eight(k: Kernel, since: Ticks, gap: Floats, rate: Floats) -> Ticks:
     if some(late):
         for i in range(LANES):
             if lane(late, i) and not lane(long_ago, i):
-                counts.late = max(counts.late, clock.now - lane(tick, i))
+                counts.late = larger(counts.late, clock.now - lane(tick, i))
     tick = choose(late | long_ago, now, tick)
     ahead = to_floats(spread_ticks(clock.now + 1) - since) * spread(clock.tick)
     deep = (gap < theta) & (gap + rate * ahead < theta)

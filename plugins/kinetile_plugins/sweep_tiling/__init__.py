@@ -20,19 +20,20 @@ Rooms: ``web`` what is stored; ``construction`` the first tiling, by a sweep lin
 from __future__ import annotations
 
 from kinetile.errors import Refused
-from kinetile.scene import Scene
 from kinetile.kernel.vectors import eight, lane, spread_whole
+from kinetile.scene import Scene
 from kinetile.toolbox import (
     BroadPhaseParts,
     Kernel,
     hook,
     offer,
     schedule,
+    smaller,
 )
 
 from .audit import audit
 from .construction import arrange, construct
-from .events import Change, flip, meeting, parting, passing
+from .events import Change, Tile, flip, meeting, parting, passing
 from .walk import near
 from .watch import chosen, failures, sides, swapped
 from .web import (
@@ -61,18 +62,23 @@ __all__ = ["SweepTiling"]
 @hook
 def settle(k: Kernel, s: State, body: int) -> None:
     """Schedule a body's certificate for the first of its three tiles to fail."""
-    schedule(k, body, min(due_of(s, body, OUTER), min(due_of(s, body, UPPER), due_of(s, body, LOWER))))
+    first = smaller(due_of(s, body, OUTER), smaller(due_of(s, body, UPPER), due_of(s, body, LOWER)))
+    schedule(k, body, first)
 
 
 @hook
-def first_to_fail(s: State, body: int) -> int:
+def first_to_fail(s: State, body: int) -> Tile:
     """Which of the three tiles that a body owns fails first."""
-    which = OUTER
-    if due_of(s, body, UPPER) < due_of(s, body, which):
-        which = UPPER
-    if due_of(s, body, LOWER) < due_of(s, body, which):
-        which = LOWER
-    return own_tile(body, which)
+    outer = own_tile(body, OUTER)
+    upper = own_tile(body, UPPER)
+    lower = own_tile(body, LOWER)
+    p, q, due = outer, facing(s, outer), due_of(s, body, OUTER)
+    other = facing(s, upper)
+    sooner = due_of(s, body, UPPER) < due
+    p, q, due = upper if sooner else p, other if sooner else q, due_of(s, body, UPPER) if sooner else due
+    other = facing(s, lower)
+    sooner = due_of(s, body, LOWER) < due
+    return Tile(lower if sooner else p, other if sooner else q)
 
 
 @hook
@@ -88,10 +94,14 @@ def watch_around(k: Kernel, s: State, body: int) -> None:
     first = facing(s, before)
     second = facing(s, over_it)
     third = facing(s, under_it)
-    own = sides(k, eight(outer, upper, lower, lower, before, over_it, under_it, under_it))
-    far = sides(k, eight(facing(s, outer), facing(s, upper), facing(s, lower), facing(s, lower), first, second, third, third))
-    mine = eight(1, 1, 1, 1, 0, 0, 0, 0) > spread_whole(0)
-    tick, by_order = failures(k, s, chosen(mine, own, far), chosen(mine, far, own))
+    own = sides(k, outer, upper, lower, lower, before, over_it, under_it, under_it)
+    fourth = facing(s, outer)
+    fifth = facing(s, upper)
+    sixth = facing(s, lower)
+    far = sides(k, fourth, fifth, sixth, sixth, first, second, third, third)
+    mine = eight(1, 1, 1, 0, 0, 0, 0, 0) > spread_whole(0)
+    asked = eight(1, 1, 1, 0, 1, 1, 1, 0) > spread_whole(0)
+    tick, by_order = failures(k, s, chosen(mine, own, far), chosen(mine, far, own), asked)
     set_due(s, outer, lane(tick, 0), lane(by_order, 0))
     set_due(s, upper, lane(tick, 1), lane(by_order, 1))
     set_due(s, lower, lane(tick, 2), lane(by_order, 2))
@@ -128,8 +138,7 @@ def collapse(k: Kernel, s: State, p: int, q: int) -> Change:
 def repair(k: Kernel, s: State, body: int) -> int:
     """The first of a body's three tiles fails: see how, relink, watch what is new; name who comes in sight."""
     n = len(s.level)
-    p = first_to_fail(s, body)
-    q = facing(s, p)
+    p, q = first_to_fail(s, body)
     if fails_by_order(s, p):
         flip(s, bound_of(q), bound_of(p), side_of(q))
         for turn in range(2):
@@ -137,10 +146,11 @@ def repair(k: Kernel, s: State, body: int) -> int:
         return 0
     change = collapse(k, s, p, q)
     one, two, three = change.tiles
-    near_side = sides(
-        k, eight(one.left, two.left, three.left, three.left, one.right, two.right, three.right, three.right)
+    left = sides(
+        k, one.left, two.left, three.left, three.left, one.right, two.right, three.right, three.right
     )
-    tick, by_order = failures(k, s, near_side, swapped(near_side))
+    asked = eight(1, 1, 1, 0, 0, 0, 0, 0) > spread_whole(0)
+    tick, by_order = failures(k, s, left, swapped(left), asked)
     if body_of(one.left) < n:
         set_due(s, one.left, lane(tick, 0), lane(by_order, 0))
     if body_of(two.left) < n:

@@ -99,9 +99,7 @@ def join(s: State, a: int, b: int, p: int) -> Tiles:
     link(s, port(b, o), port(a, p))
     set_end(s, a, p, body_of(b))
     set_end(s, b, o, body_of(a))
-    return Tiles(
-        Tile(beyond_a, port(b, OUTER)), Tile(port(a, OUTER), beyond_b), Tile(port(b, o), port(a, p))
-    )
+    return Tiles(Tile(beyond_a, port(b, OUTER)), Tile(port(a, OUTER), beyond_b), Tile(port(b, o), port(a, p)))
 
 
 @hook
@@ -115,9 +113,7 @@ def separate(s: State, a: int, b: int, p: int) -> Tiles:
     link(s, port(a, OUTER), port(b, OUTER))
     set_end(s, a, p, end(s, b, p))
     set_end(s, b, o, end(s, a, o))
-    return Tiles(
-        Tile(beyond_a, port(a, p)), Tile(port(b, o), beyond_b), Tile(port(a, OUTER), port(b, OUTER))
-    )
+    return Tiles(Tile(beyond_a, port(a, p)), Tile(port(b, o), beyond_b), Tile(port(a, OUTER), port(b, OUTER)))
 
 
 @hook

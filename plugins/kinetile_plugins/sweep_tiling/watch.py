@@ -14,6 +14,7 @@ from kinetile.kernel.vectors import (
     Truths,
     Wholes,
     choose,
+    eight,
     flights,
     some,
     spread,
@@ -21,9 +22,9 @@ from kinetile.kernel.vectors import (
     to_floats,
     turned,
 )
-from kinetile.toolbox import Kernel, falls_eight, hook
+from kinetile.toolbox import Kernel, falls_eight, hook, smaller
 
-from .web import LOWER, OUTER, State
+from .web import LOWER, OUTER, State, body_of
 
 __all__ = ["Sides", "chosen", "failures", "sides", "swapped"]
 
@@ -42,13 +43,29 @@ class Sides(NamedTuple):
 
 
 @hook
-def sides(k: Kernel, port: Wholes) -> Sides:
-    """Return the sides of these ports; an edge of the arena has some body's plan."""
-    body = port >> spread_whole(4)
-    nobody = spread_whole(k.clock[0].bodies)
-    x, y, vx, vy, anchor, reach = flights(k.bodies, choose(body == nobody, spread_whole(0), body))
+def some_body(k: Kernel, p: int) -> int:
+    """The body of a port; of an edge of the arena, the last body."""
+    return smaller(body_of(p), k.clock[0].bodies - 1)
+
+
+@hook
+def sides(k: Kernel, a: int, b: int, c: int, d: int, e: int, f: int, g: int, h: int) -> Sides:
+    """Return the sides of eight ports; an edge of the arena has some body's plan."""
+    x, y, vx, vy, anchor, reach = flights(
+        k.bodies,
+        some_body(k, a),
+        some_body(k, b),
+        some_body(k, c),
+        some_body(k, d),
+        some_body(k, e),
+        some_body(k, f),
+        some_body(k, g),
+        some_body(k, h),
+    )
+    port = eight(a, b, c, d, e, f, g, h)
     is_left = (port & spread_whole(8)) == spread_whole(0)
-    return Sides(port, body, x, y, vx, vy, anchor, choose(is_left, spread(0.0) - reach, reach))
+    edge = choose(is_left, spread(0.0) - reach, reach)
+    return Sides(port, port >> spread_whole(4), x, y, vx, vy, anchor, edge)
 
 
 @hook
@@ -82,8 +99,8 @@ def chosen(where: Truths, yes: Sides, no: Sides) -> Sides:
 
 
 @hook
-def failures(k: Kernel, s: State, left: Sides, right: Sides) -> tuple[Ticks, Truths]:
-    """Return when tiles fail, and whether by their vertical order."""
+def failures(k: Kernel, s: State, left: Sides, right: Sides, asked: Truths) -> tuple[Ticks, Truths]:
+    """Return when tiles fail, and whether by their vertical order; where it is not asked, never."""
     zero = spread(0.0)
     nobody = spread_whole(k.clock[0].bodies)
     unit = spread(k.clock[0].tick)
@@ -92,8 +109,9 @@ def failures(k: Kernel, s: State, left: Sides, right: Sides) -> tuple[Ticks, Tru
     right_time = to_floats(since - right.anchor) * unit
     width = (right.x + right.vx * right_time + right.edge) - (left.x + left.vx * left_time + left.edge)
     rate = right.vx - left.vx
-    still = (left.body == nobody) | (right.body == nobody) | (left.body == right.body)
-    tick = falls_eight(k, since, choose(still, zero, width), choose(still, zero, rate))
+    none = zero < zero
+    asked = choose((left.body == nobody) | (right.body == nobody) | (left.body == right.body), none, asked)
+    tick = falls_eight(k, since, choose(asked, width, zero), choose(asked, rate, zero))
     rise = (right.y + right.vy * right_time) - (left.y + left.vy * left_time)
     climb = right.vy - left.vy
     seven = spread_whole(7)
@@ -104,8 +122,8 @@ def failures(k: Kernel, s: State, left: Sides, right: Sides) -> tuple[Ticks, Tru
     then = width * (zero - climb) + rate * rise  # the width when they are level, times -climb
     corner = ((left.port & seven) > outer) & ((right.port & seven) > outer) & (climb < zero)
     corner = corner & (spread(s.limits[0]) * climb <= then) & (then <= spread(s.limits[1]) * (zero - climb))
-    corner = choose(still, zero < zero, corner)
-    by_order = zero < zero
+    corner = corner & asked
+    by_order = none
     if some(corner):
         level = falls_eight(k, since, choose(corner, rise, zero), choose(corner, climb, zero))
         by_order = level < tick

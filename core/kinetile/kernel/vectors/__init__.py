@@ -12,7 +12,7 @@ Interpreted, the same names are NumPy arrays of eight, and that is their meaning
 twice, and a test compares the two.
 
 Rooms: ``eight`` the vectors, their operators and what goes with one lane after the other; ``flights`` the
-flight plans of eight bodies, and times.
+plans and places of eight bodies, and ticks.
 """
 
 from __future__ import annotations
@@ -28,16 +28,23 @@ from kinetile.kernel.vectors.eight import (
     lane,
     lowest_bit,
     numbers,
-    pick,
-    places,
     product_error,
-    put_place,
     root,
     spread,
     spread_whole,
     turned,
 )
-from kinetile.kernel.vectors.flights import eight, flights, floor, some, spread_ticks, to_floats
+from kinetile.kernel.vectors.flights import (
+    eight,
+    flights,
+    floor,
+    pick,
+    places,
+    put_place,
+    some,
+    spread_ticks,
+    to_floats,
+)
 
 __all__ = [
     "LANES",

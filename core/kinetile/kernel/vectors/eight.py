@@ -16,14 +16,11 @@ __all__ = [
     "Truths",
     "Wholes",
     "append",
-    "places",
     "choose",
     "lane",
     "lowest_bit",
     "numbers",
-    "pick",
     "product_error",
-    "put_place",
     "root",
     "spread",
     "spread_whole",
@@ -53,19 +50,6 @@ if INTERPRETED:
         found = spread_whole(filler)
         found[: max(end - first, 0)] = table[first : min(first + LANES, end)]
         return found
-
-    def places(table: Any, which: Wholes) -> tuple[Floats, Floats, Floats, Floats]:
-        """Return x, y, vx, vy of eight rows of a table of places."""
-        rows = table[which]
-        return tuple(np.array(rows[name]) for name in ("x", "y", "vx", "vy"))  # type: ignore[return-value]
-
-    def put_place(table: Any, number: int, x: float, y: float, vx: float, vy: float) -> None:
-        """Write a row of a table of places, in one piece: a vector that reads it need not wait for the parts."""
-        table[number] = (x, y, vx, vy)
-
-    def pick(table: Any, which: Wholes) -> Floats:
-        """Return eight entries of an array of doubles."""
-        return np.array(table[which])
 
     def root(value: Floats) -> Floats:
         """Return the square roots, correctly rounded; of a negative number, not a number."""
@@ -234,68 +218,6 @@ else:
             return found
 
         return _wholes(table, types.int64, types.int64, types.int64), codegen
-
-    @intrinsic
-    def places(typing_context: Any, table: Any, which: Any) -> Any:
-        """Return x, y, vx, vy of eight rows of a table of places."""
-        result = types.UniTuple(_floats, 4)
-
-        def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            array, which = arguments
-            data = _data(context, builder, signature.args[0], array, _DOUBLE)
-            row = ir.VectorType(_DOUBLE, 4)
-            rows = []
-            for i in range(LANES):
-                number = builder.sext(builder.extract_element(which, ir.Constant(_WHOLE, i)), _WORD)
-                at = builder.gep(data, [builder.shl(number, ir.Constant(_WORD, 2))])
-                rows.append(_load(builder, at, row, 8))
-            pairs = [_shuffle(builder, rows[2 * i], rows[2 * i + 1], list(range(8))) for i in range(4)]
-
-            def columns(c: int) -> list[Any]:  # two columns of four rows each, then of all eight
-                lanes = [c, c + 4, c + 8, c + 12, c + 1, c + 5, c + 9, c + 13]
-                upper = _shuffle(builder, pairs[0], pairs[1], lanes)
-                lower = _shuffle(builder, pairs[2], pairs[3], lanes)
-                return [
-                    _shuffle(builder, upper, lower, [0, 1, 2, 3, 8, 9, 10, 11]),
-                    _shuffle(builder, upper, lower, [4, 5, 6, 7, 12, 13, 14, 15]),
-                ]
-
-            return context.make_tuple(builder, result, columns(0) + columns(2))
-
-        return result(table, _wholes), codegen
-
-    @intrinsic
-    def put_place(typing_context: Any, table: Any, number: Any, x: Any, y: Any, vx: Any, vy: Any) -> Any:
-        """Write a row of a table of places, in one piece: a vector that reads it need not wait for the parts."""
-
-        def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            array, number, *values = arguments
-            row = ir.VectorType(_DOUBLE, 4)
-            whole = ir.Constant(row, ir.Undefined)
-            for i, value in enumerate(values):
-                whole = builder.insert_element(whole, value, ir.Constant(_WHOLE, i))
-            data = _data(context, builder, signature.args[0], array, _DOUBLE)
-            at = builder.gep(data, [builder.shl(number, ir.Constant(_WORD, 2))])
-            builder.store(whole, builder.bitcast(at, row.as_pointer()), align=8)
-            return context.get_dummy_value()
-
-        return types.void(table, types.int64, *[types.float64] * 4), codegen
-
-    @intrinsic
-    def pick(typing_context: Any, table: Any, which: Any) -> Any:
-        """Return eight entries of an array of doubles."""
-
-        def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            array, which = arguments
-            data = _data(context, builder, signature.args[0], array, _DOUBLE)
-            found = ir.Constant(_floats.vector, ir.Undefined)
-            for i in range(LANES):
-                place = ir.Constant(_WHOLE, i)
-                number = builder.sext(builder.extract_element(which, place), _WORD)
-                found = builder.insert_element(found, builder.load(builder.gep(data, [number])), place)
-            return found
-
-        return _floats(table, _wholes), codegen
 
     @intrinsic
     def root(typing_context: Any, value: Any) -> Any:

@@ -1,4 +1,4 @@
-"""Flight plans of eight bodies, and ticks."""
+"""Rows and columns: the plans and places of eight bodies; and ticks."""
 
 from __future__ import annotations
 
@@ -9,7 +9,17 @@ import numpy as np
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.kernel.vectors.eight import LANES, Floats, Ticks, Truths, Wholes
 
-__all__ = ["eight", "flights", "floor", "some", "spread_ticks", "to_floats"]
+__all__ = [
+    "eight",
+    "flights",
+    "floor",
+    "pick",
+    "places",
+    "put_place",
+    "some",
+    "spread_ticks",
+    "to_floats",
+]
 
 COLUMNS = ("x", "y", "vx", "vy", "anchor", "reach")
 
@@ -23,10 +33,25 @@ if INTERPRETED:
         """Return eight times the same tick."""
         return np.full(LANES, value, dtype=np.int64)
 
-    def flights(table: Any, which: Wholes) -> tuple[Floats, Floats, Floats, Floats, Ticks, Floats]:
+    def flights(
+        table: Any, a: int, b: int, c: int, d: int, e: int, f: int, g: int, h: int
+    ) -> tuple[Floats, Floats, Floats, Floats, Ticks, Floats]:
         """Return x, y, vx, vy, anchor and reach of eight bodies."""
-        rows = table[which]
+        rows = table[[a, b, c, d, e, f, g, h]]
         return tuple(np.array(rows[name]) for name in COLUMNS)  # type: ignore[return-value]
+
+    def places(table: Any, which: Wholes) -> tuple[Floats, Floats, Floats, Floats]:
+        """Return x, y, vx, vy of eight rows of a table of places."""
+        rows = table[which]
+        return tuple(np.array(rows[name]) for name in ("x", "y", "vx", "vy"))  # type: ignore[return-value]
+
+    def put_place(table: Any, number: int, x: float, y: float, vx: float, vy: float) -> None:
+        """Write a row of a table of places, in one piece: a vector that reads it need not wait for the parts."""
+        table[number] = (x, y, vx, vy)
+
+    def pick(table: Any, which: Wholes) -> Floats:
+        """Return eight entries of an array of doubles."""
+        return np.array(table[which])
 
     def to_floats(value: Ticks) -> Floats:
         """Return ticks as doubles, rounded to nearest."""
@@ -61,9 +86,7 @@ else:
     )
 
     @intrinsic
-    def eight(
-        typing_context: Any, a: Any, b: Any, c: Any, d: Any, e: Any, f: Any, g: Any, h: Any
-    ) -> Any:
+    def eight(typing_context: Any, a: Any, b: Any, c: Any, d: Any, e: Any, f: Any, g: Any, h: Any) -> Any:
         """Return eight whole numbers as a vector."""
 
         def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -85,7 +108,9 @@ else:
         return _ticks(types.int64), codegen
 
     @intrinsic
-    def flights(typing_context: Any, table: Any, which: Any) -> Any:
+    def flights(
+        typing_context: Any, table: Any, a: Any, b: Any, c: Any, d: Any, e: Any, f: Any, g: Any, h: Any
+    ) -> Any:
         """Return x, y, vx, vy, anchor and reach of eight bodies.
 
         A body's record is a row of eight times eight bytes; the rows are loaded whole and turned into columns.
@@ -94,13 +119,12 @@ else:
         result = types.Tuple(kinds)
 
         def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            array, which = arguments
+            array, *which = arguments
             record = signature.args[0].dtype
             assert record.size == 8 * LANES
             data = _data(context, builder, signature.args[0], array, _DOUBLE)
             rows = []
-            for i in range(LANES):
-                number = builder.sext(builder.extract_element(which, ir.Constant(_WHOLE, i)), _WORD)
+            for number in which:
                 at = builder.gep(data, [builder.shl(number, ir.Constant(_WORD, 3))])
                 rows.append(_load(builder, at, _floats.vector, 8))
 
@@ -115,10 +139,74 @@ else:
                 return _shuffle(builder, *halves, [begin + i for i in (0, 1, 2, 3, 8, 9, 10, 11)])
 
             columns = [column(record.offset(name) // 8) for name in COLUMNS]
-            columns = [builder.bitcast(values, kind.vector) for values, kind in zip(columns, kinds, strict=True)]
+            columns = [
+                builder.bitcast(values, kind.vector) for values, kind in zip(columns, kinds, strict=True)
+            ]
             return context.make_tuple(builder, result, columns)
 
+        return result(table, *[types.int64] * LANES), codegen
+
+    @intrinsic
+    def places(typing_context: Any, table: Any, which: Any) -> Any:
+        """Return x, y, vx, vy of eight rows of a table of places."""
+        result = types.UniTuple(_floats, 4)
+
+        def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            array, which = arguments
+            data = _data(context, builder, signature.args[0], array, _DOUBLE)
+            row = ir.VectorType(_DOUBLE, 4)
+            rows = []
+            for i in range(LANES):
+                number = builder.sext(builder.extract_element(which, ir.Constant(_WHOLE, i)), _WORD)
+                at = builder.gep(data, [builder.shl(number, ir.Constant(_WORD, 2))])
+                rows.append(_load(builder, at, row, 8))
+            pairs = [_shuffle(builder, rows[2 * i], rows[2 * i + 1], list(range(8))) for i in range(4)]
+
+            def columns(c: int) -> list[Any]:  # two columns of four rows each, then of all eight
+                lanes = [c, c + 4, c + 8, c + 12, c + 1, c + 5, c + 9, c + 13]
+                upper = _shuffle(builder, pairs[0], pairs[1], lanes)
+                lower = _shuffle(builder, pairs[2], pairs[3], lanes)
+                return [
+                    _shuffle(builder, upper, lower, [0, 1, 2, 3, 8, 9, 10, 11]),
+                    _shuffle(builder, upper, lower, [4, 5, 6, 7, 12, 13, 14, 15]),
+                ]
+
+            return context.make_tuple(builder, result, columns(0) + columns(2))
+
         return result(table, _wholes), codegen
+
+    @intrinsic
+    def put_place(typing_context: Any, table: Any, number: Any, x: Any, y: Any, vx: Any, vy: Any) -> Any:
+        """Write a row of a table of places, in one piece: a vector that reads it need not wait for the parts."""
+
+        def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            array, number, *values = arguments
+            row = ir.VectorType(_DOUBLE, 4)
+            whole = ir.Constant(row, ir.Undefined)
+            for i, value in enumerate(values):
+                whole = builder.insert_element(whole, value, ir.Constant(_WHOLE, i))
+            data = _data(context, builder, signature.args[0], array, _DOUBLE)
+            at = builder.gep(data, [builder.shl(number, ir.Constant(_WORD, 2))])
+            builder.store(whole, builder.bitcast(at, row.as_pointer()), align=8)
+            return context.get_dummy_value()
+
+        return types.void(table, types.int64, *[types.float64] * 4), codegen
+
+    @intrinsic
+    def pick(typing_context: Any, table: Any, which: Any) -> Any:
+        """Return eight entries of an array of doubles."""
+
+        def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            array, which = arguments
+            data = _data(context, builder, signature.args[0], array, _DOUBLE)
+            found = ir.Constant(_floats.vector, ir.Undefined)
+            for i in range(LANES):
+                place = ir.Constant(_WHOLE, i)
+                number = builder.sext(builder.extract_element(which, place), _WORD)
+                found = builder.insert_element(found, builder.load(builder.gep(data, [number])), place)
+            return found
+
+        return _floats(table, _wholes), codegen
 
     @intrinsic
     def to_floats(typing_context: Any, value: Any) -> Any:
