@@ -6,9 +6,11 @@ written here, so each against the other.
 
 from __future__ import annotations
 
+import math
 import os
 import subprocess
 import sys
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -19,7 +21,7 @@ from hypothesis.extra import numpy as arrays
 
 from kinetile.kernel import vectors
 from kinetile.kernel.compiled import INTERPRETED, hook
-from kinetile.kernel.tables import PLACE, record_table
+from kinetile.kernel.tables import BODY, PLACE, record_table
 
 LANES = vectors.LANES
 HARD = (
@@ -234,6 +236,97 @@ def lowest(word: int) -> int:
 @settings(deadline=None)
 def test_the_lowest_bit(word):
     assert lowest(np.int64(word)) == min(bit for bit in range(64) if word >> bit & 1)
+
+
+@hook
+def errors(one: Any, two: Any, out: Any) -> None:
+    for i in range(8):
+        out[i] = vectors.product_error(one[i], two[i], one[i] * two[i])
+
+
+ordinary = arrays.arrays(
+    np.float64, LANES, elements=st.floats(1e-120, 1e120) | st.floats(-1e120, -1e-120) | st.just(0.0)
+)
+
+
+@given(ordinary, ordinary)
+@settings(deadline=None, max_examples=200)
+def test_the_error_of_a_product_is_exact(one, two):
+    out = np.zeros(LANES)
+    errors(one, two, out)
+    exact = [
+        Fraction(a) * Fraction(b) - Fraction(a * b) for a, b in zip(one.tolist(), two.tolist(), strict=True)
+    ]
+    assert [Fraction(each) for each in out.tolist()] == exact
+
+
+@hook
+def of_ticks(ticks: Any, values: Any, numbers: Any, out: Any, floats: Any, truths: Any) -> None:
+    many = vectors.spread_ticks(ticks[0])
+    lay_down(many, out[0])
+    lay_down(vectors.to_floats(many), floats)
+    low = vectors.floor(load(values, numbers))
+    lay_down(low, out[1])
+    lay_down(vectors.eight(numbers[7], numbers[6], numbers[5], numbers[4], 3, 2, 1, 0), truths)
+
+
+@given(
+    st.integers(-(2**63), 2**63 - 1),
+    arrays.arrays(np.float64, LANES, elements=st.floats(-(2.0**62), 2.0**62)),
+)
+@settings(deadline=None)
+def test_ticks(tick, values):
+    out, floats, truths = (
+        np.zeros((2, LANES), dtype=np.int64),
+        np.zeros(LANES),
+        np.zeros(LANES, dtype=np.int32),
+    )
+    of_ticks(np.array([tick]), values, EIGHT, out, floats, truths)
+    same(out[0], np.full(LANES, tick))
+    same(floats, np.full(LANES, float(tick)))
+    assert out[1].tolist() == [math.floor(value) for value in values.tolist()]
+    assert truths.tolist() == [7, 6, 5, 4, 3, 2, 1, 0]
+
+
+@hook
+def any_less(one: Any, two: Any, numbers: Any) -> bool:
+    return vectors.some(load(one, numbers) < load(two, numbers))
+
+
+@given(eight, eight)
+@settings(deadline=None)
+def test_whether_it_is_true_anywhere(one, two):
+    assert bool(any_less(one, two, EIGHT)) == bool((one < two).any())
+
+
+@hook
+def plans(bodies: Any, which: Any, out: Any, anchors: Any) -> None:
+    x, y, vx, vy, anchor, reach = vectors.flights(bodies, vectors.numbers(which, 0, 8, 0))
+    lay_down(x, out[0])
+    lay_down(y, out[1])
+    lay_down(vx, out[2])
+    lay_down(vy, out[3])
+    lay_down(reach, out[4])
+    lay_down(anchor, anchors)
+
+
+@given(
+    arrays.arrays(np.float64, (12, 5), elements=number),
+    arrays.arrays(np.int64, 12, elements=st.integers(-(2**63), 2**63 - 1)),
+    st.lists(st.integers(0, 11), min_size=LANES, max_size=LANES),
+)
+@settings(deadline=None)
+def test_flight_plans_are_those_of_the_bodies(values, ticks, which):
+    bodies = record_table(BODY, 12)
+    for column, name in zip(values.T, ("x", "y", "vx", "vy", "reach"), strict=True):
+        bodies[name] = column
+    bodies.anchor = ticks
+    chosen = np.array(which, dtype=np.int32)
+    out, anchors = np.zeros((5, LANES)), np.zeros(LANES, dtype=np.int64)
+    plans(bodies, chosen, out, anchors)
+    for found, column in zip(out, values.T, strict=True):
+        same(found, column[chosen])
+    same(anchors, ticks[chosen])
 
 
 @pytest.mark.skipif(INTERPRETED, reason="this is the interpreted run")
