@@ -1,5 +1,5 @@
-"""The candidate pairs against a multiset: any sequence of adds and removes leaves the same pairs, lists and
-free records."""
+"""The pair set against a multiset: any sequence of adds and removes leaves the same pairs, lists and free
+records; and who is new is offered."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from kinetile.kernel.faults import BAD_PAIR, UNKNOWN_PAIR
-from kinetile.kernel.pairs import add_pair, remove_pair
-from kinetile.kernel.tables import allocate, clear
+from kinetile.kernel.pairs import add_pair, offer, pairs_of, remove_pair
+from kinetile.kernel.tables import OFFERS, allocate, clear, pair_set
 
 BODIES = 9
 CAPACITY = 40
@@ -21,19 +21,13 @@ steps = st.lists(st.tuples(st.booleans(), pair), max_size=120)
 
 
 def tables(capacity=CAPACITY):
-    k = allocate(BODIES, 0, capacity, 1)
+    k = pair_set(allocate(BODIES, BODIES, 1), capacity)
     clear(k)
     return k
 
 
 def listed(k, body):
-    found = []
-    at = int(k.bodies[body].first)
-    while at >= 0:
-        record = k.certificates[at]
-        found.append(int(record.b if record.a == body else record.a))
-        at = int(record.next_a if record.a == body else record.next_b)
-    return found
+    return k.near[: pairs_of(k, body)].tolist()
 
 
 @given(steps)
@@ -42,16 +36,19 @@ def test_pairs_are_a_multiset(steps):
     k = tables()
     model = Counter()
     for adding, (a, b) in steps:
-        k.clock[0].fresh = 0
+        k.clock[0].offered = 0
         key = (min(a, b), max(a, b))
         if adding:
             add_pair(k, a, b)
             model[key] += 1
+            assert int(k.clock[0].offered) == (model[key] == 1)
+            if model[key] == 1:
+                assert tuple(k.offers[0].tolist()) == key
         elif model[key] > 0:
             remove_pair(k, a, b)
             model[key] -= 1
     live = +model
-    table = k.certificates[k.certificates.a >= 0]
+    table = k.pairs[k.pairs.a >= 0]
     assert {(int(r.a), int(r.b)): int(r.holds) for r in table} == dict(live)
     assert int(k.clock[0].pairs) == len(live)
     for body in range(BODIES):
@@ -60,7 +57,7 @@ def test_pairs_are_a_multiset(steps):
     assert k.clock[0].fault == 0
     free, at = 0, int(k.clock[0].free)
     while at >= 0:
-        free, at = free + 1, int(k.certificates[at].next_a)
+        free, at = free + 1, int(k.pairs[at].next_a)
     assert free == CAPACITY - len(live)
 
 
@@ -85,3 +82,29 @@ def test_removing_what_is_not_there_is_a_fault():
     remove_pair(k, 1, 3)
     assert int(k.clock[0].fault) == UNKNOWN_PAIR
     assert (int(k.clock[0].fault_a), int(k.clock[0].fault_b)) == (1, 3)
+
+
+def test_without_a_pair_set_room_is_asked_for():
+    k = allocate(BODIES, BODIES, 1)
+    clear(k)
+    add_pair(k, 0, 1)
+    assert int(k.clock[0].wanted) == 1
+    assert pairs_of(k, 0) == 0
+    remove_pair(k, 0, 1)  # what was wanted is not known to be missing
+    assert int(k.clock[0].fault) == 0
+
+
+@pytest.mark.parametrize(("a", "b"), [(-1, 2), (0, BODIES), (BODIES, 0), (3, 3)])
+def test_what_is_not_two_bodies_cannot_be_offered(a, b):
+    k = tables()
+    offer(k, a, b)
+    assert int(k.clock[0].fault) == BAD_PAIR
+    assert int(k.clock[0].offered) == 0
+
+
+def test_more_offers_than_there_is_room_for_are_counted_and_nothing_is_overwritten():
+    k = tables()
+    for number in range(OFFERS + 3):
+        offer(k, number % 4, 4 + number % 5)
+    assert int(k.clock[0].offered) == OFFERS + 3
+    assert [tuple(each) for each in k.offers[:2].tolist()] == [(0, 4), (1, 5)]
