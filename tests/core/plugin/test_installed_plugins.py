@@ -21,7 +21,7 @@ import kinetile as kt
 from kinetile.errors import UnknownName
 
 BUILT_IN = {
-    "broad phase": ("naive", "sap-1d", "sap-2d", "sweep-tiling"),
+    "broad phase": ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling"),
     "narrow phase": ("disc", "wall"),
     "scene": (
         "grid",
@@ -329,7 +329,7 @@ def test_failures_name_the_plugin_its_distribution_and_the_cause(seen: Any) -> N
 def test_an_unknown_name_is_answered_with_what_failed_to_load(seen: Any) -> None:
     first, second, *rest = seen["unknown"].splitlines()
     assert first == "UnknownName: no broad phase is called 'Band'; did you mean 'bands'?"
-    assert second.startswith("available: naive, sap-1d, sap-2d, ")
+    assert second.startswith("available: naive, cells, sap-1d, sap-2d, ")
     assert {"bands", "absent", "nowhere"} <= set(second.split(", "))
     assert [line.removeprefix("not loaded: ") for line in rest if "0.2.0" in line] == FAILURES
 

@@ -119,7 +119,7 @@ def test_an_unknown_name_is_answered_with_what_was_meant_and_what_there_is(
     assert error.available == kt.registry().names("broad phase")
     first, second, *_ = str(error).splitlines()
     assert first == f"no broad phase is called {asked!r}" + (f"; did you mean {meant!r}?" if meant else ".")
-    assert second.startswith("available: naive, sap-1d, sap-2d")
+    assert second.startswith("available: naive, cells, sap-1d, sap-2d")
 
 
 # What a plugin of this process can do wrong
