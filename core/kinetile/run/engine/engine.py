@@ -205,7 +205,7 @@ class Engine:
     def built(self) -> bool:
         """Whether the structure stands, holds all pairs that were asked for, and awaits the turns."""
         clock = self.k.clock[0]
-        return bool(clock.built) and not clock.wanted and not self._turns_wait
+        return bool(clock.built) and bool(clock.filed) and not clock.wanted and not self._turns_wait
 
     def build(self) -> None:
         """Build the structure, if that is still to be done, and run no event."""
