@@ -54,8 +54,8 @@ class Cells:
         """Return the parts; refuse a side that is narrower than the smallest body."""
         if self.side is not None and len(scene) and self.side < (least := narrowest(scene)):
             raise Refused(
-                f"cells of side {self.side!r} are narrower than the smallest body of this scene: the side has to "
-                f"be at least {least!r}, or left to cells to choose"
+                f"cells of side {self.side!r} are narrower than the smallest body of this scene: the side "
+                f"has to be at least {least!r}, or left to cells to choose"
             )
         sides = sides_for(scene, self.side)
         hooks = uniform if len(sides) == 1 else hierarchy

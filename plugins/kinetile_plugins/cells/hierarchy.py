@@ -81,8 +81,10 @@ def near(k: Kernel, s: State, body: int) -> int:
 
 @hook
 def repair(k: Kernel, s: State, body: int) -> int:
-    """A body reaches an edge of its cell, which may be one of coarser cells, too: it goes over in all these levels,
-    and whoever it has come near to in one of them is a newcomer."""
+    """A body reaches an edge of its cell, which may be one of coarser cells, too.
+
+    It goes over in all these levels, and whoever it has come near to in one of them is a newcomer.
+    """
     home = s.homes[body]
     level = int(home.level)
     grid = s.levels[level]
