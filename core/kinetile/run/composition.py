@@ -20,10 +20,10 @@ from kinetile.plugin.registry import registry
 from kinetile.plugin.specs import NarrowPhaseSpec
 from kinetile.scene import Scene
 
-__all__ = ["DEFAULT_BROAD_PHASES", "Composition", "compose_phases", "speed_bound"]
+__all__ = ["DEFAULT_BROAD_PHASE", "Composition", "compose_phases", "speed_bound"]
 
-DEFAULT_BROAD_PHASES = ("sweep-tiling", "sap-2d")
-"""Without a name the first of these that does not refuse the scene is taken."""
+DEFAULT_BROAD_PHASE = "cells"
+"""Taken without a name: it does any scene, and is the fastest of the built-in ones (docs/benchmark.md)."""
 
 
 @dataclass(frozen=True)
@@ -84,8 +84,8 @@ def compose_phases(
 ) -> Composition:
     """Find the phases by name and prepare them for a scene.
 
-    An argument that is None follows the scene's settings, then the default: the first of
-    ``DEFAULT_BROAD_PHASES`` that can do the scene, ``disc``, and ``wall`` where the scene has an arena.
+    An argument that is None follows the scene's settings, then the default:
+    ``DEFAULT_BROAD_PHASE``, ``disc``, and ``wall`` where the scene has an arena.
     Options given here go over those of the settings.
 
     Raises:
@@ -101,15 +101,7 @@ def compose_phases(
         raise BadOption(f"narrow_phases is a sequence of names, such as [{narrow!r}], not a string")
     named = narrow if isinstance(narrow, Mapping) else {each: {} for each in narrow}
     name = broad_phase if broad_phase is not None else settings.broad_phase
-    if name is not None:
-        return _compose(scene, name, named, options)
-    *first, last = DEFAULT_BROAD_PHASES
-    for name in first:
-        try:
-            return _compose(scene, name, named, options)
-        except Refused:
-            continue
-    return _compose(scene, last, named, options)
+    return _compose(scene, name if name is not None else DEFAULT_BROAD_PHASE, named, options)
 
 
 def _compose(
