@@ -189,12 +189,12 @@ def _disc() -> PairParts:
 
 def _tables(queries: Queries) -> Kernel:
     """Return the kernel's tables with the discs of query i as bodies 2i and 2i + 1, a unit of time of 1."""
-    k = allocate(2 * len(queries), structural=0, pairs=0, log_rows=0)
+    k = allocate(2 * len(queries), near=0, log_rows=0)
     k.bodies.x, k.bodies.y = queries.position.reshape(-1, 2).T
     k.bodies.vx, k.bodies.vy = queries.velocity.reshape(-1, 2).T
     k.bodies.radius = queries.radius.ravel()
     k.bodies.anchor = queries.anchor.ravel()
-    k.bodies.last = k.bodies.first = -1
+    k.bodies.last = -1
     clock = k.clock[0]
     clock.tick, clock.per_time = 1.0 / TICKS, float(TICKS)
     return k
