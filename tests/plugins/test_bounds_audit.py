@@ -8,8 +8,8 @@ import pytest
 import kinetile as kt
 from kinetile.errors import AuditError
 from kinetile.kernel.pairs import add_pair, remove_pair
-from kinetile.kernel.queue import schedule
-from kinetile.kernel.tables import NEVER
+from kinetile.kernel.tables import NEVER, STRUCTURAL
+from kinetile_plugins import sweep_and_prune, sweep_and_prune_matrix
 from tilings import columns, lattice
 
 PHASES = ("sap-1d", "sap-2d")
@@ -27,9 +27,15 @@ def audited(sim: kt.Simulation) -> None:
     sim.run(max_contacts=0)
 
 
-def list_of(sim: kt.Simulation, name: str) -> np.ndarray:
-    """Return the order or the ranks on the first axis, to be changed in place."""
-    return np.atleast_2d(getattr(sim._engine.state, name))[0]
+def list_of(sim: kt.Simulation) -> np.ndarray:
+    """Return the bounds on x from left to right, to be changed in place."""
+    return sim._engine.state.order[1 : 1 + 2 * len(sim.scene)]
+
+
+def places_of(sim: kt.Simulation, bounds: np.ndarray) -> np.ndarray:
+    """Return where the numbers of the places of bounds stand in ``state.bounds``."""
+    module = sweep_and_prune if sim.broad_phase == "sap-1d" else sweep_and_prune_matrix
+    return bounds + module.PLACE
 
 
 @pytest.mark.compiled
@@ -48,7 +54,7 @@ def test_a_few_sound_contacts_pass(phase):
 @pytest.mark.parametrize("phase", PHASES)
 def test_a_bound_that_is_there_twice(phase):
     sim = running(phase)
-    list_of(sim, "order")[0] = list_of(sim, "order")[1]
+    list_of(sim)[0] = list_of(sim)[1]
     with pytest.raises(AuditError, match="the list of x does not have each bound once"):
         audited(sim)
 
@@ -56,7 +62,8 @@ def test_a_bound_that_is_there_twice(phase):
 @pytest.mark.parametrize("phase", PHASES)
 def test_a_rank_that_is_not_true(phase):
     sim = running(phase)
-    list_of(sim, "rank")[[0, 1]] = list_of(sim, "rank")[[1, 0]]
+    two = places_of(sim, list_of(sim)[:2])
+    sim._engine.state.bounds[two] = sim._engine.state.bounds[two[::-1]]
     with pytest.raises(AuditError, match="the ranks of x are not those of its list"):
         audited(sim)
 
@@ -65,21 +72,39 @@ def test_a_rank_that_is_not_true(phase):
 def test_bounds_in_the_wrong_order(phase):
     """Two neighbours exchanged: their certificates are not those of the plans any more."""
     sim = running(phase)
-    order, rank = list_of(sim, "order"), list_of(sim, "rank")
-    place = next(i for i in range(10, 40) if order[i] >> 1 != order[i + 1] >> 1)
+    order, bounds = list_of(sim), sim._engine.state.bounds
+    body = order // (4 if phase == "sap-1d" else 8)
+    place = next(i for i in range(10, 40) if body[i] != body[i + 1])
     order[[place, place + 1]] = order[[place + 1, place]]
-    rank[order] = np.arange(len(order))
+    bounds[places_of(sim, order)] = 1 + np.arange(len(order))
     with pytest.raises(AuditError, match=r"bounds [LR]\(\d+\) and [LR]\(\d+\) on x pass .*, but are watched"):
+        audited(sim)
+
+
+@pytest.mark.parametrize("phase", PHASES)
+def test_a_gap_that_nobody_watches(phase):
+    sim = running(phase)
+    order, bounds = list_of(sim), sim._engine.state.bounds
+    bounds[next(bound for bound in order if bounds[bound] != NEVER)] = NEVER
+    with pytest.raises(AuditError, match=r"pass at tick .*, but are watched never"):
+        audited(sim)
+
+
+@pytest.mark.parametrize("phase", PHASES)
+def test_a_last_bound_that_is_watched(phase):
+    sim = running(phase)
+    sim._engine.state.bounds[list_of(sim)[-1]] = 2**60
+    with pytest.raises(AuditError, match="the last bound on x has no neighbour, but is watched at tick"):
         audited(sim)
 
 
 @pytest.mark.parametrize("phase", PHASES)
 def test_a_certificate_that_is_dropped(phase):
     sim = running(phase)
-    waiting = sim._engine.k.queue[: sim._engine.k.clock[0].queued]
-    structural = waiting[waiting.certificate < sim._engine.k.clock[0].structural]
-    schedule(sim._engine.k, int(structural.certificate[0]), NEVER)
-    with pytest.raises(AuditError, match=r"pass at tick .*, but are watched never"):
+    k = sim._engine.k
+    body = int(np.flatnonzero((k.queue.own != NEVER) & (k.queue.kind != STRUCTURAL))[0])
+    k.queue[body].own = NEVER
+    with pytest.raises(AuditError, match=f"body {body} is scheduled never, but its bounds pass at tick"):
         audited(sim)
 
 
