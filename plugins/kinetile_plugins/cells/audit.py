@@ -93,7 +93,7 @@ def _table(s: State) -> Iterator[str]:
         if cell != home[body]:
             yield f"body {body} stands in cell {cell} of the table, and is at home in cell {home[body]}"
     times = np.bincount([body for _, body in standing], minlength=len(home))
-    for body in np.flatnonzero(times != 1):
+    for body in np.flatnonzero(times != 1).tolist():
         yield f"body {body} stands in the table {times[body]} times"
 
 

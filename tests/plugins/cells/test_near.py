@@ -87,7 +87,7 @@ def test_cells_a_whole_turn_apart_share_a_place_and_cost_time_alone():
     """In the open: two discs that meet, and two exactly one turn of the table away, which are near them."""
     at = np.array([[0.5, 0.5], [1.5, 0.5]])
     sim = kt.Simulation(
-        kt.Scene(np.vstack([at, at + [7.0, 9.0]]), np.array([[1, 0], [-1, 0]] * 2), 0.25),
+        kt.Scene(np.vstack([at, at + np.array([3.0, 5.0])]), np.array([[1, 0], [-1, 0]] * 2), 0.25),
         "cells",
         options={"side": 1.0},
     )

@@ -1,4 +1,4 @@
-"""Cells give naive's contacts, bit for bit: in the open and in an arena, near and far, many sizes, many ties."""
+"""Cells give naive's contacts, bit for bit: with and without an arena, near and far, many sizes and ties."""
 
 from __future__ import annotations
 
