@@ -60,7 +60,8 @@ def _certificates(k: Kernel, s: State) -> Iterator[str]:
             delay = ((cell + (speed > 0.0)) * side - at) / speed
         delays.append(np.where(speed != 0.0, delay, np.inf))
     across, along = delays
-    ticks = np.maximum(np.minimum(across, along), 0.0) * clock.per_time
+    with np.errstate(over="ignore"):
+        ticks = np.maximum(np.minimum(across, along), 0.0) * clock.per_time
     soon = ticks < FAR
     tick = np.maximum(bodies.anchor + np.where(soon, ticks, 0.0).astype(np.int64), clock.now)
     tick = np.where(soon, tick, NEVER)
@@ -75,27 +76,25 @@ def _table(s: State) -> Iterator[str]:
     """The blocks and lists have every body once, in its cell; who stands in a list found the block full."""
     grid = s.levels[s.homes.level]
     home = grid.first + s.homes.row.astype(np.int64) * grid.columns + s.homes.column
-    found = np.zeros(len(s.homes), dtype=np.int64)
     blocks = s.blocks.reshape(-1, BLOCK)
     cells, places = np.nonzero(np.arange(FULL) < blocks[:, FULL:])
-    standing = [(cells, blocks[cells, places])]
+    standing = list(zip(cells.tolist(), blocks[cells, places].tolist(), strict=True))
     listed = 0
     for cell in np.flatnonzero(s.lists >= 0).tolist():
         if blocks[cell, FULL] != FULL:
             yield f"cell {cell} has a list, and its block is not full"
         body = int(s.lists[cell])
         while body >= 0 and listed <= len(s.homes):
-            standing.append((np.array([cell]), np.array([body])))
+            standing.append((cell, body))
             listed, body = listed + 1, int(s.homes.next[body])
     if listed != s.levels[0].listed:
         yield f"{listed} bodies stand in lists, and {s.levels[0].listed} are counted"
-    for where, bodies in standing:
-        np.add.at(found, bodies, 1)
-        for i in np.flatnonzero(where != home[bodies]):
-            there = f"cell {where[i]} of the table, and is at home in cell {home[bodies[i]]}"
-            yield f"body {bodies[i]} stands in {there}"
-    for body in np.flatnonzero(found != 1):
-        yield f"body {body} stands in the table {found[body]} times"
+    for cell, body in standing:
+        if cell != home[body]:
+            yield f"body {body} stands in cell {cell} of the table, and is at home in cell {home[body]}"
+    times = np.bincount([body for _, body in standing], minlength=len(home))
+    for body in np.flatnonzero(times != 1).tolist():
+        yield f"body {body} stands in the table {times[body]} times"
 
 
 def _guests(s: State, at: int) -> Iterator[str]:

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 
 from kinetile.kernel.certificates import FAR
-from kinetile.kernel.compiled import larger, smaller
-from kinetile.toolbox import NEVER, Kernel, hook, schedule
+from kinetile.toolbox import NEVER, Kernel, hook, larger, schedule, smaller
 from kinetile_plugins.cells.table import State, enter, leave, list_ahead, list_around, wrapped
 
 __all__ = ["build", "near", "repair", "watch"]

@@ -1,0 +1,52 @@
+"""Scenes and looks inside that the tests of cells share."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+import kinetile as kt
+from kinetile.kernel.flight import positions_now
+
+
+def state_of(sim: kt.Simulation) -> Any:
+    """Return the state of a simulation's cells, built."""
+    sim._engine.build()
+    return sim._engine.state
+
+
+def in_the_open(scene: kt.Scene, shift: tuple[float, float] = (0.0, 0.0)) -> kt.Scene:
+    """Return a scene without its arena, moved."""
+    return kt.Scene(scene.position + np.array(shift), scene.velocity, scene.radius, scene.mass)
+
+
+def few_wide_many_small(small: int, ratio: float, seed: int, arena: bool = True) -> kt.Scene:
+    """Four wide discs in the corners of the unit square's middle, small ones anywhere between them."""
+    random = np.random.default_rng(seed)
+    wide = 0.1
+    place = [(0.2, 0.2), (0.8, 0.2), (0.2, 0.8), (0.8, 0.8)]
+    radius = [wide] * 4
+    while len(place) < 4 + small:
+        r = wide / ratio
+        at = random.uniform(r, 1.0 - r, 2)
+        if (np.hypot(*(np.array(place) - at).T) > np.array(radius) + r).all():
+            place.append(tuple(at))
+            radius.append(r)
+    angle = random.uniform(0.0, 2.0 * np.pi, len(place))
+    velocity = np.column_stack([np.cos(angle), np.sin(angle)])
+    return kt.Scene(place, velocity, radius, np.array(radius), arena=(1.0, 1.0) if arena else None)
+
+
+def touching(sim: kt.Simulation) -> set[tuple[int, int]]:
+    """Return the pairs that are no further apart than their reaches, by brute force."""
+    k = sim._engine.k
+    place, reach = positions_now(k), np.asarray(k.bodies.reach)
+    apart = np.hypot(*(place[:, None] - place[None, :]).transpose(2, 0, 1))
+    a, b = np.nonzero(np.triu(apart <= reach[:, None] + reach[None, :], 1))
+    return set(zip(a.tolist(), b.tolist(), strict=True))
+
+
+def pairs(sim: kt.Simulation) -> set[tuple[int, int]]:
+    """Return the candidate pairs."""
+    return set(map(tuple, sim.candidate_pairs().tolist()))

@@ -1,0 +1,89 @@
+"""The audit sees what it says it sees: a state that is broken by hand, and the sentence about it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import kinetile as kt
+from grids import state_of
+from kinetile.errors import AuditError
+from kinetile.toolbox import schedule
+
+
+@pytest.fixture
+def sim() -> kt.Simulation:
+    """Ten small discs in one cell of the finest level, one wide disc two levels above."""
+    position = [[0.05 + 0.02 * i, 0.1] for i in range(10)] + [[0.7, 0.7]]
+    scene = kt.Scene(position, np.full((11, 2), 0.25), [0.005] * 10 + [0.25], arena=(1.0, 1.0))
+    found = kt.Simulation(scene, "cells", options={"side": 0.25})
+    state = state_of(found)
+    assert (state.homes.level[10], len(state.levels), state.levels[0].listed) == (1, 2, 3)
+    assert said(found) == ""
+    return found
+
+
+def said(sim: kt.Simulation) -> str:
+    """All that the phase's audit has to say, a sentence a line."""
+    return "\n".join(sim._engine.composition.broad.audit(sim._engine.k, sim._engine.state))
+
+
+def test_a_body_outside_its_cell(sim):
+    sim._engine.k.bodies[3].x += 0.5
+    assert "body 3 is at x = 0.61, outside cell 0 of side 0.25" in said(sim)
+    with pytest.raises(AuditError):
+        sim._engine.audit()
+
+
+def test_a_certificate_for_another_tick(sim):
+    schedule(sim._engine.k, 3, int(sim._engine.k.queue.own[3]) + 1)
+    assert "body 3 reaches an edge at tick" in said(sim)
+
+
+def test_another_edge(sim):
+    state_of(sim).homes[3].way = 0
+    assert "body 3 reaches edge 1 of its cell first, and edge 0 is noted" in said(sim)
+
+
+def test_a_body_in_another_cell_of_the_table(sim):
+    state = state_of(sim)
+    state.blocks[8 * 7] = state.blocks[0]
+    state.blocks[8 * 7 + 7] = 1
+    assert "stands in cell 7 of the table, and is at home in cell 0" in said(sim)
+    assert "stands in the table 2 times" in said(sim)
+
+
+def test_a_body_in_no_cell(sim):
+    state_of(sim).lists[0] = -1
+    assert "0 bodies stand in lists, and 3 are counted" in said(sim)
+    assert "stands in the table 0 times" in said(sim)
+
+
+def test_a_list_of_a_cell_that_is_not_full(sim):
+    state_of(sim).blocks[7] = 6
+    assert "cell 0 has a list, and its block is not full" in said(sim)
+
+
+def test_a_home_in_a_column_where_its_cell_is_not(sim):
+    state_of(sim).homes[3].column = 1
+    assert "body 3 stands in column 1, where cell 0 is not" in said(sim)
+
+
+def test_a_guest_in_another_cell(sim):
+    state_of(sim).guests[3].row = 1
+    assert "body 3 is a guest of level 1 in another cell than the one around its own" in said(sim)
+
+
+def test_a_guest_that_is_not_listed(sim):
+    state_of(sim).hosts[state_of(sim).levels[1].first] = -1
+    assert "level 1 has 0 guests, and 10 bodies are at home in finer ones" in said(sim)
+
+
+def test_a_list_of_guests_that_cannot_be_read_backwards(sim):
+    state_of(sim).guests[3].prev = 7
+    assert "cannot be read backwards" in said(sim)
+
+
+def test_a_body_too_wide_for_its_cells(sim):
+    state_of(sim).homes[10].level = 0
+    assert "body 10 is too wide for the cells of level 0" in said(sim)

@@ -1,0 +1,96 @@
+"""Who is near whom: all that touch, the same from both sides, and nobody from afar."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import kinetile as kt
+from grids import few_wide_many_small, in_the_open, pairs, state_of, touching
+from kinetile.kernel.flight import positions_now
+from kinetile.kernel.tables import NEVER
+
+
+def lists(sim: kt.Simulation) -> list[list[int]]:
+    """Return whom ``near`` names, for every body."""
+    engine = sim._engine
+    engine.build()
+    near = engine.composition.broad.near
+    return [
+        np.array(engine.k.near[: near(engine.k, engine.state, body)]).tolist()
+        for body in range(len(engine.k.bodies))
+    ]
+
+
+@pytest.mark.compiled
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(
+    seed=st.integers(0, 10**6),
+    bodies=st.integers(2, 80),
+    ratio=st.sampled_from([1.0, 3.0, 1000.0]),
+    arena=st.booleans(),
+    narrow=st.sampled_from([None, 1.01, 3.0]),
+)
+def test_near_is_complete_while_bodies_move(seed, bodies, ratio, arena, narrow):
+    scene = kt.make_scene("random", bodies=bodies, density=0.2, radius_ratio=ratio, seed=seed)
+    scene = scene if arena else in_the_open(scene, (-0.5, 1e5))
+    options = {} if narrow is None else {"side": float(2.0 * scene.radius.min() * narrow)}
+    sim = kt.Simulation(scene, "cells", options=options)
+    for step in range(12):
+        assert touching(sim) <= pairs(sim)
+        sim.run(until=0.05 * (step + 1))
+
+
+@pytest.mark.parametrize("arena", [True, False])
+@pytest.mark.parametrize(("small", "ratio"), [(0, 1.0), (40, 5.0), (600, 1000.0)])
+def test_near_is_symmetric_and_names_nobody_twice(arena, small, ratio):
+    sim = kt.Simulation(few_wide_many_small(small, ratio, 1, arena), "cells")
+    for step in range(4):
+        found = lists(sim)
+        assert all(len(set(each)) == len(each) for each in found)
+        assert all(a in found[b] for a, each in enumerate(found) for b in each)
+        sim.run(until=0.02 * (step + 1))
+
+
+def test_near_names_nobody_from_afar():
+    scene = kt.make_scene("grid", bodies=100, density=0.25)
+    sim = kt.Simulation(scene, "cells")
+    sim.run(max_contacts=50)
+    side = state_of(sim).levels[0].side
+    place = positions_now(sim._engine.k)
+    found = sim.candidate_pairs()
+    assert 100 < len(found) < 1500
+    assert (np.abs(place[found[:, 0]] - place[found[:, 1]]) <= 2.0 * side).all()
+
+
+def test_a_body_that_stands_still_is_never_asked_about():
+    position = [[0.25, 0.25], [0.75, 0.75]]
+    sim = kt.Simulation(kt.Scene(position, [[0.0, 0.0], [0.0, -0.5]], 0.1, arena=(1.0, 1.0)), "cells")
+    sim._engine.build()
+    own = sim._engine.k.queue.own
+    assert own[0] == NEVER
+    assert own[1] < NEVER
+
+
+@pytest.mark.parametrize("arena", [None, (1.0, 1.0)])
+def test_no_body_at_all(arena):
+    sim = kt.Simulation(
+        kt.Scene(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), arena=arena), "cells", audit=1
+    )
+    sim.run(until=1.0)
+    assert len(sim.contacts) == 0
+
+
+def test_cells_a_whole_turn_apart_share_a_place_and_cost_time_alone():
+    """In the open: two discs that meet, and two exactly one turn of the table away, which are near them."""
+    at = np.array([[0.5, 0.5], [1.5, 0.5]])
+    sim = kt.Simulation(
+        kt.Scene(np.vstack([at, at + np.array([3.0, 5.0])]), np.array([[1, 0], [-1, 0]] * 2), 0.25),
+        "cells",
+        options={"side": 1.0},
+    )
+    assert tuple(state_of(sim).levels[0])[1:3] == (3, 5)
+    sim.run(until=1.0)
+    assert sim.contacts[["a", "b"]].tolist() == [(0, 1), (2, 3)]

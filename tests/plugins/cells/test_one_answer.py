@@ -1,0 +1,149 @@
+"""Cells give naive's contacts, bit for bit: with and without an arena, near and far, many sizes and ties."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import kinetile as kt
+from agreement import outcome
+from grids import few_wide_many_small, in_the_open, state_of
+
+SCENES = Path(__file__).parents[2] / "scenes"
+
+
+def assert_naives(
+    scene: kt.Scene, contacts: int = 300, until: float = 20.0, **options: float
+) -> kt.Simulation:
+    """Assert that cells leave behind what naive does, and that their structure holds meanwhile."""
+    _, wanted = outcome(scene, "naive", {}, until, contacts)
+    sim, found = outcome(scene, "cells", options, until, contacts)
+    assert found == wanted
+    if found.ended == "ran":
+        kt.Simulation(scene, "cells", options=options, audit=10).run(until=until, max_contacts=contacts // 4)
+    return sim
+
+
+def test_small_scenes_with_an_audit_at_every_contact():
+    scene = kt.make_scene("random", bodies=9, density=0.3, radius_ratio=3.0, mass_ratio=4.0, seed=2)
+    for options in ({}, {"side": float(2.1 * scene.radius.min())}, {"side": 3.0}):
+        for each in (scene, in_the_open(scene, (-3.0, 100.0))):
+            sims = [kt.Simulation(each, "naive"), kt.Simulation(each, "cells", options=options, audit=1)]
+            for sim in sims:
+                sim.run(until=5.0, max_contacts=30)
+            assert sims[0].contacts.tobytes() == sims[1].contacts.tobytes()
+
+
+@pytest.mark.compiled
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(
+    seed=st.integers(0, 10**6),
+    bodies=st.integers(2, 60),
+    ratio=st.sampled_from([1.0, 2.0, 30.0, 1000.0]),
+    density=st.sampled_from([0.01, 0.1, 0.25]),
+    arena=st.booleans(),
+    shift=st.sampled_from([(0.0, 0.0), (-0.5, -0.5), (-1e6, 1e6), (1e12, 0.0)]),
+    narrow=st.sampled_from([None, 1.01, 1.5, 8.0, 1e4]),
+)
+def test_drawn_scenes(seed, bodies, ratio, density, arena, shift, narrow):
+    scene = kt.make_scene("random", bodies=bodies, density=density, radius_ratio=ratio, seed=seed)
+    scene = scene if arena else in_the_open(scene, shift)
+    options = {} if narrow is None else {"side": float(2.0 * scene.radius.min() * narrow)}
+    assert_naives(scene, until=4.0, **options)
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("block", range(8))
+def test_lattices(block):
+    for seed in range(25 * block, 25 * block + 25):
+        rng = np.random.default_rng(seed)
+        scene = kt.make_scene(
+            "lattice",
+            bodies=int(rng.integers(2, 26)),
+            kind=("dyadic", "non-dyadic")[seed % 2],
+            touching=0.4,
+            jitter=float(10.0 ** rng.uniform(-16, -9)) if seed % 4 >= 2 else 0.0,
+            turns=int(rng.integers(3, 76)) if seed % 8 >= 4 else 0,
+            seed=seed,
+        )
+        assert_naives(scene, contacts=150)
+        wide = float(2.0 * scene.radius.max())
+        assert_naives(scene, contacts=150, side=2.0 ** np.ceil(np.log2(1.01 * wide)))  # edges at the ties
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("path", sorted(SCENES.glob("H*.toml")), ids=lambda path: path.stem)
+def test_hard_scenes(path):
+    assert_naives(kt.load_scene(path), contacts=200)
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("name", ["figure-10", "figure-11", "figure-16", "break", "two-discs", "cradle"])
+def test_worst_cases_and_billiards(name):
+    assert_naives(kt.make_scene(name), contacts=1000)
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("side", [0.09, 0.2, 1.0, 1e6, 1e300])
+def test_any_number_of_bodies_in_a_cell(side):
+    scene = kt.make_scene("grid", bodies=100, density=0.5)
+    sim = assert_naives(scene, contacts=1000, side=side)
+    assert (state_of(sim).levels[0].listed > 0) == (side > 0.2)
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("arena", [(40.0, 0.1), (0.1, 40.0), (2.0**100, 0.1)])
+def test_thin_arenas(arena):
+    across = 0 if arena[0] > arena[1] else 1
+    position = np.full((30, 2), 0.05)
+    position[:, across] = 0.5 + np.arange(30)
+    velocity = np.random.default_rng(3).uniform(-1.0, 1.0, (30, 2))
+    assert_naives(kt.Scene(position, velocity, 0.03, arena=arena), contacts=600, until=100.0)
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize(("ratio", "seed"), [(10.0, 0), (100.0, 1), (1000.0, 2), (1000.0, 3)])
+def test_few_wide_bodies_among_many_small_ones(ratio, seed):
+    scene = few_wide_many_small(600, ratio, seed)
+    sim = assert_naives(scene, contacts=800)
+    assert len(state_of(sim).levels) > 1
+    assert_naives(in_the_open(scene, (-0.5, -0.5)), contacts=100, until=3.0)
+
+
+@pytest.mark.compiled
+def test_four_thousand_bodies_of_all_sizes():
+    scene = kt.make_scene("random", bodies=4000, density=0.25, radius_ratio=1000.0, seed=1)
+    sims = [kt.Simulation(scene, phase, keep_contacts=False) for phase in ("naive", "cells")]
+    for sim in sims:
+        sim.run(max_contacts=4000)
+    assert sims[0].fingerprint == sims[1].fingerprint
+
+
+@pytest.mark.parametrize("speed", [1.0, -1.0])
+def test_bodies_that_start_on_edges_and_corners(speed):
+    """Discs of radius 1/16 at multiples of 1/4, cells of side 1/4: every start is on a corner."""
+    at = np.array([(x, y) for x in (0.25, 0.5, 0.75) for y in (0.25, 0.5, 0.75)])
+    velocity = speed * np.array(
+        [(1, 0), (0, 1), (1, 1), (-1, 0), (0, 0), (0, -1), (1, -1), (-1, 1), (0.5, 0)]
+    )
+    scene = kt.Scene(at, velocity, 0.0625, arena=(1.0, 1.0))
+    sims = [kt.Simulation(scene, "naive"), kt.Simulation(scene, "cells", options={"side": 0.25}, audit=1)]
+    for sim in sims:
+        sim.run(until=4.0, max_contacts=40)
+    assert sims[0].contacts.tobytes() == sims[1].contacts.tobytes()
+
+
+@pytest.mark.compiled
+def test_a_turn_that_asks_for_a_thicker_skin():
+    scene = kt.make_scene("random", bodies=30, density=0.2, radius_ratio=100.0, seed=4)
+    sims = [kt.Simulation(scene, phase) for phase in ("naive", "cells")]
+    for sim in sims:
+        sim.run(until=0.25)
+        sim.set_velocity(3, (1e5, -1e5))
+        sim.run(until=0.251)
+    assert sims[0].fingerprint == sims[1].fingerprint
+    assert len(sims[0].contacts) > 100
