@@ -5,10 +5,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
+from kinetile.kernel.vectors import choose, floor, spread, spread_ticks, to_floats
 from kinetile.toolbox import NEVER, hook
 
 __all__ = ["MUTANTS", "UNCHANGED", "Change", "Mutant"]
@@ -23,7 +23,7 @@ class Change(NamedTuple):
 
 
 class Mutant(NamedTuple):
-    """A name, what is changed, and what replaces ``falls``, if anything."""
+    """A name, what is changed, and what replaces ``falls_eight``, if anything."""
 
     name: str
     changes: tuple[Change, ...]
@@ -38,70 +38,67 @@ def _without(function: str, *lines: str) -> Iterator[Mutant]:
 
 
 @hook
-def past_is_dropped(k: Any, since: int, gap: float, rate: float) -> int:
+def predicted(k: Any, since: Any, gap: Any, rate: Any, early: float) -> tuple[Any, Any]:
+    """Return in how many ticks gaps close, so many ticks early, and at which tick; nonsense where too far."""
+    ticks = gap / (spread(0.0) - rate) * spread(k.clock[0].per_time) - spread(early)
+    near = choose((ticks < spread(2.0**62)) & (ticks > spread(-(2.0**62))), ticks, spread(0.0))
+    return ticks, since + floor(near)
+
+
+@hook
+def not_before_now(k: Any, tick: Any, ticks: Any) -> Any:
+    """Return ticks, or now where they are past."""
+    now = spread_ticks(k.clock[0].now)
+    return choose((tick < now) | (ticks <= spread(-(2.0**62))), now, tick)
+
+
+@hook
+def past_is_dropped(k: Any, since: Any, gap: Any, rate: Any) -> Any:
     """What would have failed before now is taken for an error, and never fails (thesis, section 5.2)."""
-    if rate < 0.0:
-        ticks = gap / -rate * k.clock[0].per_time
-        if not ticks < 2.0**62:
-            return NEVER
-        tick = since + int(math.floor(max(ticks, -(2.0**62))))
-        return NEVER if tick < k.clock[0].now else tick
-    return NEVER
+    ticks, tick = predicted(k, since, gap, rate, 0.0)
+    never = spread_ticks(NEVER)
+    past = (tick < spread_ticks(k.clock[0].now)) | (ticks <= spread(-(2.0**62)))
+    return choose((rate < spread(0.0)) & (ticks < spread(2.0**62)), choose(past, never, tick), never)
 
 
 @hook
-def a_little_early(k: Any, since: int, gap: float, rate: float) -> int:
+def a_little_early(k: Any, since: Any, gap: Any, rate: Any) -> Any:
     """Times have an epsilon of 2^-40 subtracted."""
-    if rate < 0.0:
-        ticks = gap / -rate * k.clock[0].per_time - 2.0**12
-        if not ticks < 2.0**62:
-            return NEVER
-        return max(since + int(math.floor(max(ticks, -(2.0**62)))), int(k.clock[0].now))
-    return NEVER
+    ticks, tick = predicted(k, since, gap, rate, 2.0**12)
+    falls = (rate < spread(0.0)) & (ticks < spread(2.0**62))
+    return choose(falls, not_before_now(k, tick, ticks), spread_ticks(NEVER))
 
 
 @hook
-def time_decides(k: Any, since: int, gap: float, rate: float) -> int:
+def time_decides(k: Any, since: Any, gap: Any, rate: Any) -> Any:
     """An event is due unless it is past by more than an epsilon of 2^-40, whatever the rate's sign (thesis,
     section 5.2)."""
-    if rate != 0.0:
-        ticks = gap / -rate * k.clock[0].per_time
-        if -(2.0**62) < ticks < 2.0**62:
-            tick = since + int(math.floor(ticks))
-            if tick > k.clock[0].now - 4096:
-                return max(tick, int(k.clock[0].now))
-    return NEVER
+    ticks, tick = predicted(k, since, gap, rate, 0.0)
+    due = (ticks < spread(2.0**62)) & (ticks > spread(-(2.0**62)))
+    due = due & ((rate < spread(0.0)) | (rate > spread(0.0))) & (tick > spread_ticks(k.clock[0].now - 4096))
+    return choose(due, not_before_now(k, tick, ticks), spread_ticks(NEVER))
 
 
 @hook
-def nothing_is_repaired(k: Any, since: int, gap: float, rate: float) -> int:
+def nothing_is_repaired(k: Any, since: Any, gap: Any, rate: Any) -> Any:
     """What lies deep on the wrong side and does not fall is left there."""
-    if rate < 0.0:
-        ticks = gap / -rate * k.clock[0].per_time
-        if not ticks < 2.0**62:
-            return NEVER
-        return max(since + int(math.floor(max(ticks, -(2.0**62)))), int(k.clock[0].now))
-    return NEVER
+    ticks, tick = predicted(k, since, gap, rate, 0.0)
+    falls = (rate < spread(0.0)) & (ticks < spread(2.0**62))
+    return choose(falls, not_before_now(k, tick, ticks), spread_ticks(NEVER))
 
 
 @hook
-def judged_too_early(k: Any, since: int, gap: float, rate: float) -> int:
+def judged_too_early(k: Any, since: Any, gap: Any, rate: Any) -> Any:
     """Whether an inversion is deep is asked at the present tick, not at its end: a fast body is still short
     of the crossing then, by what it flies in a tick."""
     clock = k.clock[0]
-    if rate < 0.0:
-        ticks = gap / -rate * clock.per_time
-        if not ticks < 2.0**62:
-            return NEVER
-        return max(since + int(math.floor(max(ticks, -(2.0**62)))), int(clock.now))
-    if gap + rate * ((clock.now - since) * clock.tick) < -clock.theta:
-        return int(clock.now)
-    return NEVER
+    zero = spread(0.0)
+    ahead = to_floats(spread_ticks(clock.now) - since) * spread(clock.tick)
+    deep = choose(rate < zero, zero < zero, gap + rate * ahead < spread(-clock.theta))
+    return choose(deep, spread_ticks(clock.now), nothing_is_repaired(k, since, gap, rate))
 
 
-THREE = "        for tile in change.tiles:\n            watch(k, s, tile)\n"
-THREE += "            settle(k, s, body_of(tile))\n"
-SIX = "        watch(k, s, tile)\n        if which > 1:"
+NOTED = "    set_due(s, {}, lane(tick, {}), lane(by_order, {}))\n"
 ABOVE = "    if one.vy != two.vy:\n        return bool(one.vy > two.vy)\n"
 
 UNCHANGED = "nothing is changed"
@@ -139,7 +136,7 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("links are noted on one side only", (Change("web:link", "    s.web[q] = p\n", ""),)),
     Mutant(
         "no corner rule",
-        (Change("__init__:watch", "                    if level < tick:", "                    if False:"),),
+        (Change("watch:failures", "by_order = level < tick", "by_order = none"),),
     ),
     Mutant(
         "a flip relinks nothing",
@@ -153,14 +150,8 @@ MUTANTS: tuple[Mutant, ...] = (
         (Change("events:flip", "join(s, a, b, opposite(p))", "join(s, a, b, p)"),),
     ),
     Mutant(
-        "a flip watches three tiles only",
-        (
-            Change(
-                "__init__:repair",
-                "        for turn in range(12):  # all tiles of both bodies\n",
-                "        for turn in (0, 1, 6):\n",
-            ),
-        ),
+        "a flip watches the tiles of one body only",
+        (Change("__init__:repair", "for turn in range(2):", "for turn in range(1):"),),
     ),
     Mutant(
         "a corner counts as narrow up to nothing",
@@ -183,57 +174,65 @@ MUTANTS: tuple[Mutant, ...] = (
     *(
         Mutant(
             f"an event forgets to watch its {which} tile",
-            (
-                Change(
-                    "__init__",
-                    THREE,
-                    THREE.replace(
-                        "watch(k, s, tile)",
-                        f"if tile != change.tiles.{which}:\n                watch(k, s, tile)",
-                        1,
-                    ),
-                ),
-            ),
+            (Change("__init__:repair", NOTED.format(tile, lane, lane), ""),),
         )
-        for which in ("first", "second", "third")
+        for which, tile, lane in (
+            ("first", "one.left", 0),
+            ("second", "two.left", 1),
+            ("third", "three.left", 2),
+        )
     ),
     *(
         Mutant(
             f"a new plan forgets {port}",
-            (
-                Change(
-                    "__init__",
-                    SIX,
-                    SIX.replace(
-                        "watch(k, s, tile)", f"if which != {which}:\n            watch(k, s, tile)", 1
-                    ),
-                ),
-            ),
+            (Change("__init__:watch_around", NOTED.format(tile, lane, lane), ""),),
         )
-        for which, port in enumerate(("R.outer", "L.upper", "L.lower", "L.outer", "R.upper", "R.lower"))
+        for port, tile, lane in (
+            ("R.outer", "outer", 0),
+            ("L.upper", "upper", 1),
+            ("L.lower", "lower", 2),
+            ("L.outer", "first", 4),
+            ("R.upper", "second", 5),
+            ("R.lower", "third", 6),
+        )
     ),
     Mutant(
         "a new plan does not queue the owners of other tiles",
-        (Change("__init__:replan", "if which > 1:", "if which == 2:"),),
+        tuple(
+            Change("__init__:watch_around", f"settle(k, s, body_of({tile}))", "pass")
+            for tile in ("first", "second", "third")
+        ),
     ),
     Mutant(
         "an event does not queue the owners",
-        (Change("__init__", THREE, THREE.replace("            settle(k, s, body_of(tile))\n", "", 1)),),
+        tuple(
+            Change("__init__:repair", f"settle(k, s, body_of({tile}.left))", "pass")
+            for tile in ("one", "two", "three")
+        ),
     ),
     Mutant(
-        "a pair that parts stays",
-        (Change("__init__:repair", "        release(k, s, change.gone)\n", ""),),
+        "two others that come into sight are not offered",
+        (Change("__init__:repair", "        offer(k, above, below)\n", ""),),
     ),
     Mutant(
-        "a pair that meets is not held", (Change("__init__:repair", "        hold(k, s, change.come)\n", ""),)
+        "a body that comes into sight is not named",
+        (Change("__init__:repair", "    return 1\n", "    return 0\n"),),
+    ),
+    Mutant(
+        "the walk leaves out what is under a body",
+        (Change("walk:near", "for side in (UPPER, LOWER):", "for side in (UPPER,):"),),
+    ),
+    Mutant(
+        "the walk leaves out what stands on a body",
+        (Change("walk:next_along", "is_right_bound(q) else opposite(side)", "is_right_bound(q) else side"),),
     ),
     Mutant(
         "bounds without the skin",
         (
             Change(
-                "__init__:reach_to",
-                "body.reach if is_right_bound(p) else -body.reach",
-                "body.radius if is_right_bound(p) else -body.radius",
+                "watch:sides",
+                "    port = eight(",
+                "    reach = reach - spread(k.clock[0].skin)\n    port = eight(",
             ),
             Change(
                 "construction:arrange",

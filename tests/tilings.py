@@ -17,7 +17,7 @@ import kinetile as kt
 from kinetile.errors import SceneError, ZenoError
 from kinetile.kernel.flight import positions_now
 from kinetile.kernel.loop import BUDGET_SPENT
-from kinetile.kernel.tables import NEVER
+from kinetile.kernel.tables import NEVER, STRUCTURAL
 from kinetile.run.engine import UNLIMITED
 from kinetile_plugins.sweep_tiling import SweepTiling
 
@@ -41,7 +41,7 @@ def tiling_of(state: Any) -> Tiling:
     web = state.web.tolist()
     bounds = range(0, 16 * n, 8)
     return Tiling(
-        {p: web[p] for p in left}, {at: (web[at + 4 + UPPER], web[at + 4 + LOWER]) for at in bounds}
+        {p: web[p] for p in left}, {at: (web[at + 5 + UPPER], web[at + 5 + LOWER]) for at in bounds}
     )
 
 
@@ -118,16 +118,22 @@ class Steps:
     def state(self) -> Any:
         return self.engine.state
 
+    def _head(self) -> tuple[int, int]:
+        """The body whose entry is the first of the queue, and its tick; guesses are asked before that."""
+        self.engine.chunk(2**60, UNLIMITED, most=0)
+        queue = self.engine.k.queue
+        body = int(np.lexsort((np.arange(len(queue)), queue.kind, queue.key))[0])
+        return body, int(queue.key[body])
+
     @property
     def next_tick(self) -> int:
         """When the next event is."""
-        k = self.engine.k
-        return int(k.queue[0].tick) if k.clock[0].queued else NEVER
+        return self._head()[1]
 
     @property
     def next_is_structural(self) -> bool:
-        k = self.engine.k
-        return bool(k.clock[0].queued and k.queue[0].certificate < k.clock[0].structural)
+        body, tick = self._head()
+        return bool(tick != NEVER and self.engine.k.queue.kind[body] == STRUCTURAL)
 
     @property
     def next_bounds(self) -> tuple[int, int] | None:
@@ -135,18 +141,15 @@ class Steps:
         is next."""
         if not self.next_is_structural:
             return None
-        certificate = int(self.engine.k.queue[0].certificate)
-        if self.phase == "sap-1d":
-            return int(self.state.order[certificate]), int(self.state.order[certificate + 1])
         p = self.next_tile
-        if self.state.web[16 * certificate + 3] >> (p & 3) & 1:
+        if self.state.web[p + 3]:
             return None  # a flip
         return p >> 3, int(self.state.web[p]) >> 3
 
     @property
     def next_tile(self) -> int:
         """The left port of the tile that fails next."""
-        body = int(self.engine.k.queue[0].certificate)
+        body = self._head()[0]
         slot = int(np.argmin(self.state.due[4 * body : 4 * body + 3]))
         return 16 * body + (slot or 8 + OUTER)
 

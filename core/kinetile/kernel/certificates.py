@@ -100,8 +100,8 @@ def falls_eight(k: Kernel, since: Ticks, gap: Floats, rate: Floats) -> Ticks:
     now = spread_ticks(clock.now)
     never = spread_ticks(NEVER)
     theta = spread(-clock.theta)
-    ticks = gap / (zero - rate) * spread(clock.per_time)
     falling = rate < zero
+    ticks = gap / choose(falling, zero - rate, spread(1.0)) * spread(clock.per_time)
     soon = ticks < spread(FAR)
     long_ago = ticks <= spread(-FAR)
     tick = since + floor(choose(soon, choose(long_ago, zero, ticks), zero))

@@ -84,7 +84,6 @@ def first_to_fail(s: State, body: int) -> Tile:
 @hook
 def watch_around(k: Kernel, s: State, body: int) -> None:
     """Watch the six tiles at a body's ports: the three that it owns, and those at its right ports."""
-    n = len(s.level)
     outer = own_tile(body, OUTER)
     upper = own_tile(body, UPPER)
     lower = own_tile(body, LOWER)
@@ -105,12 +104,12 @@ def watch_around(k: Kernel, s: State, body: int) -> None:
     set_due(s, outer, lane(tick, 0), lane(by_order, 0))
     set_due(s, upper, lane(tick, 1), lane(by_order, 1))
     set_due(s, lower, lane(tick, 2), lane(by_order, 2))
-    if body_of(first) < n:
-        set_due(s, first, lane(tick, 4), lane(by_order, 4))
-        settle(k, s, body_of(first))
+    set_due(s, first, lane(tick, 4), lane(by_order, 4))
     set_due(s, second, lane(tick, 5), lane(by_order, 5))
-    settle(k, s, body_of(second))
     set_due(s, third, lane(tick, 6), lane(by_order, 6))
+    if body_of(first) < len(s.level):  # it may be the left edge
+        settle(k, s, body_of(first))
+    settle(k, s, body_of(second))
     settle(k, s, body_of(third))
     settle(k, s, body)
 
@@ -136,7 +135,7 @@ def collapse(k: Kernel, s: State, p: int, q: int) -> Change:
 
 @hook
 def repair(k: Kernel, s: State, body: int) -> int:
-    """The first of a body's three tiles fails: see how, relink, watch what is new; name who comes in sight."""
+    """The first of a body's three tiles fails: relink, watch what is new, name who came into sight."""
     n = len(s.level)
     p, q = first_to_fail(s, body)
     if fails_by_order(s, p):
@@ -151,18 +150,13 @@ def repair(k: Kernel, s: State, body: int) -> int:
     )
     asked = eight(1, 1, 1, 0, 0, 0, 0, 0) > spread_whole(0)
     tick, by_order = failures(k, s, left, swapped(left), asked)
-    if body_of(one.left) < n:
-        set_due(s, one.left, lane(tick, 0), lane(by_order, 0))
-    if body_of(two.left) < n:
-        set_due(s, two.left, lane(tick, 1), lane(by_order, 1))
-    if body_of(three.left) < n:
-        set_due(s, three.left, lane(tick, 2), lane(by_order, 2))
-    if body_of(one.left) < n:
+    set_due(s, one.left, lane(tick, 0), lane(by_order, 0))
+    set_due(s, two.left, lane(tick, 1), lane(by_order, 1))
+    set_due(s, three.left, lane(tick, 2), lane(by_order, 2))
+    if body_of(one.left) < n:  # it may be the left edge
         settle(k, s, body_of(one.left))
-    if body_of(two.left) < n:
-        settle(k, s, body_of(two.left))
-    if body_of(three.left) < n:
-        settle(k, s, body_of(three.left))
+    settle(k, s, body_of(two.left))
+    settle(k, s, body_of(three.left))
     above = change.come.one
     below = change.come.other
     if above >= n or below >= n:

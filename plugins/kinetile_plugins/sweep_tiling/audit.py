@@ -18,7 +18,7 @@ import numpy.typing as npt
 from kinetile.toolbox import NEVER, Kernel, falls_many, positions_now
 
 from .walk import near
-from .web import FLIPS, LOWER, OUTER, UPPER, State
+from .web import ENDS, FLIPS, LOWER, OUTER, UPPER, State
 
 __all__ = ["Tiles", "around", "audit", "tiles_of"]
 
@@ -56,8 +56,8 @@ def _port(p: int, n: int) -> str:
 def _ends(web: Integers, ports: Integers) -> tuple[Integers, Integers]:
     """Return the bodies above and below the tiles at some ports, as these ports' bounds know them."""
     bound, port, body = ports & ~7, ports & 7, ports >> 4
-    top = np.where(port == LOWER, body, web[bound + 4 + UPPER])
-    bottom = np.where(port == UPPER, body, web[bound + 4 + LOWER])
+    top = np.where(port == LOWER, body, web[bound + ENDS + UPPER])
+    bottom = np.where(port == UPPER, body, web[bound + ENDS + LOWER])
     return top, bottom
 
 
@@ -182,7 +182,7 @@ def _sweep(s: State, tiles: Tiles) -> Iterator[str]:
             continue  # the right edge
         swept += 1
         body, at = bound >> 1, 8 * bound
-        high, low = web[at + 4 + UPPER], web[at + 4 + LOWER]
+        high, low = web[at + ENDS + UPPER], web[at + ENDS + LOWER]
         name = f"the sweep comes to {'R' if bound & 1 else 'L'}({body})"
         if bound & 1 == 0:
             if above[low] != high or below[high] != low or opened[low] != web[at + OUTER]:
@@ -225,7 +225,7 @@ def _certificates(k: Kernel, s: State, tiles: Tiles) -> Iterator[str]:
     owner, slot = tiles.left[:-1] >> 4, tiles.left[:-1] & 3
     due = s.due[4 * owner + slot]
     wanted, flips = _failures(k, s, tiles)
-    flip = (s.web[16 * owner + FLIPS] >> slot & 1).astype(bool)
+    flip = s.web[tiles.left[:-1] + FLIPS].astype(bool)
     for tile in np.flatnonzero(due < now):
         yield f"{tiles.name(tile)} failed {now - int(due[tile])} ticks ago"
     for tile in np.flatnonzero(due != wanted):
@@ -234,7 +234,7 @@ def _certificates(k: Kernel, s: State, tiles: Tiles) -> Iterator[str]:
     for tile in np.flatnonzero(flip != flips):
         kind = "order" if flips[tile] else "width"
         yield f"{tiles.name(tile)} fails by its {kind}, but is watched otherwise"
-    first = s.due.reshape(n, 4).min(axis=1)
+    first = s.due[: 4 * n].reshape(n, 4).min(axis=1)
     queued = np.asarray(k.queue.own)
     for body in np.flatnonzero(queued != first):
         yield f"body {body} is queued for tick {queued[body]}, but its first tile fails at {first[body]}"

@@ -9,8 +9,8 @@ ports:
     L.UPPER      L.OUTER       *passing*: one body's bound passes that of a body it stands on or hangs under;
     R.OUTER      R.UPPER       likewise with LOWER
 
-Each replaces three links and two ends, and one pair of bodies in sight by another: ``Change`` says what is new. It
-never looks at a coordinate, but for one question at a meeting: which of the two is above.
+Each replaces three links and two ends, and one pair of bodies in sight by another: ``Change`` says what is
+new. It never looks at a coordinate, but for one question at a meeting: which of the two is above.
 
 Two bodies whose tile is a corner (one just over the end of the other, its width nearly zero) can slide past
 each other exactly where they would graze: no width changes its sign, no contact happens, and yet the one that

@@ -44,11 +44,13 @@ def next_along(q: int, side: int) -> int:
 def near(k: Kernel, s: State, body: int) -> int:
     """Name the bodies on the other side of the tiles over a body, then of those under it."""
     n = len(s.level)
+    left = 3 * n + 1  # there are no more tiles: a web that is broken leads no further
     count = 0
     for side in (UPPER, LOWER):
         p = own_tile(body, side)
         last = n
-        while True:
+        while left > 0:
+            left -= 1
             other = over(s, p, side)
             if other != last and other < n:
                 k.near[count] = other

@@ -37,6 +37,8 @@ import numpy.typing as npt
 from kinetile.toolbox import NEVER, Records, hook
 
 __all__ = [
+    "ENDS",
+    "FLIPS",
     "LOWER",
     "OUTER",
     "UPPER",
@@ -77,7 +79,7 @@ class State(NamedTuple):
     """
 
     web: Records  # (16 (n + 1),) links and ends
-    due: Records  # (4n,) ticks at which a body's tiles at R.OUTER, L.UPPER, L.LOWER fail; the fourth is NEVER
+    due: Records  # (4 (n + 1),) when a body's tiles at R.OUTER, L.UPPER, L.LOWER fail, and NEVER
     sweep: Records  # (2n,) the bounds from left to right, at the last construction
     level: Records  # (n,) rank of each body from bottom to top, at the last construction
     at_level: Records  # (n,) the body of each rank
@@ -91,7 +93,7 @@ def empty(bodies: int) -> State:
     leaves = 1 << max(bodies - 1, 0).bit_length()
     return State(
         web=np.zeros(16 * (bodies + 1), dtype=np.uint32),
-        due=np.full(4 * bodies, NEVER, dtype=np.int64),
+        due=np.full(4 * (bodies + 1), NEVER, dtype=np.int64),
         sweep=np.zeros(2 * bodies, dtype=np.int32),
         level=np.zeros(bodies, dtype=np.int32),
         at_level=np.zeros(bodies, dtype=np.int32),

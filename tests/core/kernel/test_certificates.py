@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kinetile.kernel.certificates import falls
+from kinetile.kernel.certificates import falls, falls_eight
+from kinetile.kernel.compiled import hook
 from kinetile.kernel.skin import Skin
 from kinetile.kernel.tables import NEVER, allocate
+from kinetile.kernel.vectors import floor, lane, numbers, pick
 
 TICK = 2.0**-52
 
@@ -46,3 +49,40 @@ def test_an_inversion_that_is_deep_at_the_end_of_the_tick_fails_now(gap, rate, l
     end = gap + rate * ((later + 1) * TICK)
     if not math.isclose(end, -clock.theta, rel_tol=1e-9):
         assert falls(k, 0, gap, rate) == (later if end < -clock.theta else NEVER)
+
+
+NUMBERS = np.arange(8, dtype=np.int32)
+
+
+@hook
+def fall_together(k, since, gap, rate, ticks):
+    """Lay down what ``falls_eight`` says of eight quantities; ticks come as doubles."""
+    which = numbers(NUMBERS, 0, 8, 0)
+    found = falls_eight(k, floor(pick(since, which)), pick(gap, which), pick(rate, which))
+    for i in range(8):
+        ticks[i] = lane(found, i)
+
+
+@given(
+    st.lists(
+        st.tuples(
+            st.integers(-(2**50), 2**50),
+            st.one_of(st.floats(-1.0, 1.0), st.sampled_from([0.0, -0.0, 1e300, -1e300, 1e-15, -1e-15])),
+            st.one_of(st.floats(-1e9, 1e9), st.sampled_from([0.0, -0.0, 5e-324, -5e-324, -1e-300])),
+        ),
+        min_size=8,
+        max_size=8,
+    ),
+    st.integers(-(2**50), 2**50),
+)
+@settings(deadline=None)
+def test_eight_at_a_time_fell_otherwise_than_one_at_a_time(quantities, now):
+    """To the tick, in every lane; and how late the latest was is counted alike."""
+    one, eight = tables(speed=1.0), tables(speed=1.0)
+    one.clock[0].now = eight.clock[0].now = now
+    expected = [falls(one, *quantity) for quantity in quantities]
+    since, gap, rate = (np.array(column, dtype=np.float64) for column in zip(*quantities, strict=True))
+    found = np.zeros(8, dtype=np.int64)
+    fall_together(eight, since, gap, rate, found)
+    assert found.tolist() == expected
+    assert eight.counts[0].late == one.counts[0].late

@@ -301,7 +301,9 @@ def test_whether_it_is_true_anywhere(one, two):
 
 @hook
 def plans(bodies: Any, which: Any, out: Any, anchors: Any) -> None:
-    x, y, vx, vy, anchor, reach = vectors.flights(bodies, vectors.numbers(which, 0, 8, 0))
+    x, y, vx, vy, anchor, reach = vectors.flights(
+        bodies, which[0], which[1], which[2], which[3], which[4], which[5], which[6], which[7]
+    )
     lay_down(x, out[0])
     lay_down(y, out[1])
     lay_down(vx, out[2])

@@ -46,7 +46,7 @@ if INTERPRETED:
         return tuple(np.array(rows[name]) for name in ("x", "y", "vx", "vy"))  # type: ignore[return-value]
 
     def put_place(table: Any, number: int, x: float, y: float, vx: float, vy: float) -> None:
-        """Write a row of a table of places, in one piece: a vector that reads it need not wait for the parts."""
+        """Write a row of a table of places in one piece: who reads it so need not wait for the parts."""
         table[number] = (x, y, vx, vy)
 
     def pick(table: Any, which: Wholes) -> Floats:
@@ -113,7 +113,7 @@ else:
     ) -> Any:
         """Return x, y, vx, vy, anchor and reach of eight bodies.
 
-        A body's record is a row of eight times eight bytes; the rows are loaded whole and turned into columns.
+        A record is a row of eight times eight bytes; the rows are loaded whole and turned into columns.
         """
         kinds = [_ticks if name == "anchor" else _floats for name in COLUMNS]
         result = types.Tuple(kinds)
@@ -138,9 +138,9 @@ else:
                 begin = c & 4
                 return _shuffle(builder, *halves, [begin + i for i in (0, 1, 2, 3, 8, 9, 10, 11)])
 
-            columns = [column(record.offset(name) // 8) for name in COLUMNS]
             columns = [
-                builder.bitcast(values, kind.vector) for values, kind in zip(columns, kinds, strict=True)
+                builder.bitcast(column(record.offset(name) // 8), kind.vector)
+                for name, kind in zip(COLUMNS, kinds, strict=True)
             ]
             return context.make_tuple(builder, result, columns)
 
@@ -177,7 +177,7 @@ else:
 
     @intrinsic
     def put_place(typing_context: Any, table: Any, number: Any, x: Any, y: Any, vx: Any, vy: Any) -> Any:
-        """Write a row of a table of places, in one piece: a vector that reads it need not wait for the parts."""
+        """Write a row of a table of places in one piece: who reads it so need not wait for the parts."""
 
         def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             array, number, *values = arguments
