@@ -112,7 +112,7 @@ CLOCK = np.dtype(
         ("width", "f8"),
         ("height", "f8"),
         ("bodies", "i8"),
-        ("base", "i8"),  # whole units from the scene's start to tick 0
+        ("epoch", "i8"),  # whole units from the scene's start to tick 0
         ("built", "i8"),
         ("origin", "i8"),  # the tick at which the rows of places hold
         ("span", "i8"),  # how far from the origin they are used

@@ -64,7 +64,7 @@ def _log(k: Kernel, tick: int, a: int, b: int) -> None:
     if b > TURNED:
         met = k.met[clock.logged]
         clock.logged += 1
-        met.epoch = clock.base + (tick >> 52)
+        met.epoch = clock.epoch + (tick >> 52)
         met.tick = tick & ((1 << 52) - 1)
         met.a = a
         met.b = b

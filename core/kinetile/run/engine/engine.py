@@ -247,7 +247,7 @@ class Engine:
         k = self.k
         if not len(k.bodies) and end is not None:
             self.clock.base += max(self.clock.relative(end) // SPAN, 1) * (SPAN // TICKS)
-            k.clock[0].base = self.clock.base
+            k.clock[0].epoch = self.clock.base
             k.clock[0].now = -1
             return
         clock = k.clock[0]
@@ -263,7 +263,7 @@ class Engine:
         clock.filed = 0
         clock.window_tick = max(int(clock.window_tick) - SPAN, -(2**62))
         self.clock.base += SPAN // TICKS
-        clock.base = self.clock.base
+        clock.epoch = self.clock.base
         old = np.flatnonzero(k.bodies.anchor < -SPAN)
         if len(old):
             self._allow_turns()
