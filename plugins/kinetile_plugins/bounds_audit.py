@@ -1,37 +1,41 @@
 """The audit of sorted bounds, which both kinds of sweep-and-prune share: slow, and from scratch.
 
 Between two events the list of an axis must have each bound once and the ranks that belong to it; no bound may
-stand right of its neighbour by more than rounding explains, unless that is about to be put right; each
-certificate must be queued for the tick at which the two plans say that its bounds pass; and the candidate
-pairs are those whose intervals overlap on every axis, each held once.
+stand right of its neighbour by more than rounding explains, unless that is about to be put right; each bound
+must be noted with the tick at which the two plans say that it passes its neighbour, and each body scheduled
+for the first tick of its bounds; and the candidate pairs are those whose intervals overlap on every axis,
+each held once.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.toolbox import NEVER, Kernel, Records, falls_many, positions_now
+from kinetile.toolbox import NEVER, Kernel, falls_many, positions_now
 
 __all__ = ["audit_bounds"]
 
 Truths = npt.NDArray[np.bool_]
+Whole = npt.NDArray[np.int64]
 
 ROWS = 1 << 9
 """Bodies compared with all others at a time."""
 
 
-def audit_bounds(k: Kernel, order: Records, rank: Records, axes: tuple[int, ...]) -> Iterator[str]:
+def audit_bounds(
+    k: Kernel, order: Whole, rank: Whole, due: Whole, axes: tuple[int, ...]
+) -> Iterator[str]:
     """Yield a sentence for everything that does not hold.
 
     Args:
         k: the kernel's tables.
         order: (axes, 2n), the bounds of each axis from left to right; 2 * body is L, 2 * body + 1 R.
-        rank: (axes, 2n), where each bound stands.
-        axes: 0 for x, 1 for y; their certificates are numbered one axis after the other.
+        rank: (axes, 2n), where each bound stands, from 0.
+        due: (axes, 2n), the tick at which each bound passes the one right of it.
+        axes: 0 for x, 1 for y.
     """
     bounds = order.shape[1]
     if bounds == 0:
@@ -46,12 +50,15 @@ def audit_bounds(k: Kernel, order: Records, rank: Records, axes: tuple[int, ...]
             return
         for body in np.flatnonzero(rank[row][0::2] > rank[row][1::2]):
             yield f"body {body} has its right bound left of its left one on {name}"
-        yield from _order(k, order[row].astype(np.int64), axis, row * (bounds - 1))
+        yield from _order(k, order[row], due[row], axis)
+    first = due.min(axis=0).reshape(-1, 2).min(axis=1)
+    for body in np.flatnonzero(k.queue.own != first):
+        yield f"body {body} is scheduled {_tick(k.queue.own[body])}, but its bounds pass {_tick(first[body])}"
     yield from _pairs(k, rank)
 
 
-def _order(k: Kernel, order: Any, axis: int, first: int) -> Iterator[str]:
-    """Neighbours are in order, and their certificates queued for the tick at which they pass."""
+def _order(k: Kernel, order: Whole, due: Whole, axis: int) -> Iterator[str]:
+    """Neighbours are in order, and noted with the tick at which they pass."""
     bodies, clock = k.bodies, k.clock[0]
     left, right = order[:-1], order[1:]
     p, q = left >> 1, right >> 1
@@ -64,17 +71,22 @@ def _order(k: Kernel, order: Any, axis: int, first: int) -> Iterator[str]:
         for body, bound in ((p, left), (q, right))
     ]
     wanted = falls_many(k, since, edges[1] - edges[0], speed[q] - speed[p])
-    place = k.certificates.place[first : first + len(left)]
-    queued = np.where(place >= 0, k.queue.tick[place], NEVER)
-    for gap in np.flatnonzero(queued != wanted):
-        times = [("never" if tick == NEVER else f"at tick {tick}") for tick in (wanted[gap], queued[gap])]
-        yield f"{_names(left[gap], right[gap], axis)} pass {times[0]}, but are watched {times[1]}"
+    noted = due[left]
+    for gap in np.flatnonzero(noted != wanted):
+        times = f"pass {_tick(wanted[gap])}, but are watched {_tick(noted[gap])}"
+        yield f"{_names(left[gap], right[gap], axis)} {times}"
+    if due[order[-1]] != NEVER:
+        yield f"the last bound on {'xy'[axis]} has no neighbour, but is watched {_tick(due[order[-1]])}"
     then = positions_now(k)[:, axis] + speed * clock.tick  # events of this tick have happened, to its end
     edge = then[order >> 1] + np.where(order & 1, bodies.reach[order >> 1], -bodies.reach[order >> 1])
-    wrong = (np.diff(edge) < -2.0 * clock.theta) & (queued > clock.now)
+    wrong = (np.diff(edge) < -2.0 * clock.theta) & (noted > clock.now)
     for gap in np.flatnonzero(wrong):
         by = edge[gap] - edge[gap + 1]
         yield f"{_names(left[gap], right[gap], axis)} stand in the wrong order, by {by}"
+
+
+def _tick(tick: int) -> str:
+    return "never" if tick == NEVER else f"at tick {tick}"
 
 
 def _names(left: int, right: int, axis: int) -> str:
@@ -82,9 +94,9 @@ def _names(left: int, right: int, axis: int) -> str:
     return f"bounds {one} and {two} on {'xy'[axis]}"
 
 
-def _pairs(k: Kernel, rank: Records) -> Iterator[str]:
+def _pairs(k: Kernel, rank: Whole) -> Iterator[str]:
     """The candidate pairs are the bodies whose intervals overlap on every axis, each held once."""
-    live = k.certificates[k.certificates.a >= 0]
+    live = k.pairs[k.pairs.a >= 0]
     for a, b in live[live.holds != 1][["a", "b"]].tolist():
         yield f"the pair ({a}, {b}) is held more than once"
     held = set(zip(live.a.tolist(), live.b.tolist(), strict=True))

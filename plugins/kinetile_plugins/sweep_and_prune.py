@@ -157,7 +157,9 @@ def near(k: Kernel, s: State, body: int) -> int:
 
 def audit(k: Kernel, s: State) -> Iterator[str]:
     """Yield what does not hold of the sorted bounds and the pairs."""
-    return audit_bounds(k, s.order[None], s.rank[None], (int(s.axis[0]),))
+    order = s.order[None, 1:-1].astype(np.int64)
+    due, place = s.bounds.reshape(-1, 2, 2).swapaxes(0, 1).reshape(2, 1, -1)
+    return audit_bounds(k, order >> 2 << 1 | order & 1, place - 1, due, (int(s.axis[0]),))
 
 
 class SweepAndPrune:
@@ -192,5 +194,5 @@ class SweepAndPrune:
             replan=replan,
             audit=audit,
             pairs=overlapping + overlapping // 4 + 64,
-            ticks=(state.bounds[0::4], state.bounds[1::4]),
+            ticks=(state.bounds.reshape(-1, 2, 2)[:, 0],),
         )

@@ -173,7 +173,10 @@ def near(k: Kernel, s: State, body: int) -> int:
 
 def audit(k: Kernel, s: State) -> Iterator[str]:
     """Yield what does not hold of the sorted bounds and the pairs."""
-    return audit_bounds(k, s.order, s.rank, (0, 1))
+    order = s.order[:-1].reshape(2, -1)[:, 1:].astype(np.int64)
+    due, place = s.bounds.reshape(-1, 2, 2, 2).transpose(1, 2, 0, 3).reshape(2, 2, -1)
+    rank = place - np.array([[1], [2 + order.shape[1]]])
+    return audit_bounds(k, order >> 3 << 1 | order & 1, rank, due, (0, 1))
 
 
 class SweepAndPruneMatrix:
@@ -195,5 +198,5 @@ class SweepAndPruneMatrix:
             replan=replan,
             audit=audit,
             pairs=4 * n + 64,
-            ticks=tuple(state.bounds[bound::8] for bound in range(4)),
+            ticks=(state.bounds.reshape(-1, 2, 4)[:, 0],),
         )
