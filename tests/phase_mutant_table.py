@@ -146,23 +146,27 @@ NAIVE_MUTANTS = [
 RIGHT_EDGE = "q_reach = q.reach if right & 1 else -q.reach"
 LEFT_EDGE = "p_reach = p.reach if left & 1 else -p.reach"
 EDGES = "k.bodies.reach[body], -k.bodies.reach[body]"
-WATCH = "    schedule(k, certificate, falls(k, since, gap, rate))\n"
-FIRST_WATCH = "range(len(s.order) - 1):\n        watch(k, s, certificate)"
-EXCHANGE = "    s.order[certificate] = right\n"
-TAKE = "    left = s.order[certificate]\n    right = s.order[certificate + 1]\n    s.order"
+GAP = "        due = falls(k, since, gap, rate)\n"
+NOTE = "    s.bounds[left] = due\n"
+FIRST_WATCH = "        watch(k, s, bound, s.order[place + 1])\n        if bound"
+EXCHANGE = "    s.order[place] = right\n    s.order[place + 1] = left\n"
+RANKS = "    s.bounds[right + PLACE] = place\n    s.bounds[left + PLACE] = place + 1\n"
+TAKE = "    before = s.order[place - 1]\n"
 PASS = """    if left & 1 and not right & 1:
-        add_pair(k, left >> 1, right >> 1)
+        add_pair(k, body, right >> 2)
     elif right & 1 and not left & 1:
-        remove_pair(k, left >> 1, right >> 1)
+        remove_pair(k, body, right >> 2)
 """
-SIDES = "    for side in range(4):\n"
+LEFT_GAP = "    if before != END:\n        watch(k, s, before, right)\n"
+GAPS = LEFT_GAP + "    watch(k, s, right, left)\n    watch(k, s, left, after)\n"
+BOTH = "range(4 * body, 4 * body + 2)"
 STATE = """State(
-            order=np.zeros(2 * n, dtype=np.int32),
-            rank=np.zeros(2 * n, dtype=np.int32),
+            order=np.full(2 * n + 2, END, dtype=np.int32),
+            bounds=np.full(4 * n, NEVER),
             axis=np.array([0 if self.axis == "x" else 1]),
         )
 """
-NEVER = before("    BroadPhaseParts,\n", "    NEVER,\n")
+LEAVE = "        s.bounds[left] = NEVER\n        schedule(k, body, s.bounds[left ^ 1])\n        return 0\n"
 NO_AUDIT = instead("            audit=audit,\n", "")
 """For what changes no answer: the phase's own audit knows its structure, and would see it."""
 FLAG = instead('"x" else 1])', '"x" else 1, 0])')
@@ -182,18 +186,13 @@ SAP_1D_MUTANTS = [
     Mutant(
         "does not watch the middle at the start",
         "sap-1d",
-        [
-            instead(
-                FIRST_WATCH,
-                FIRST_WATCH.replace("watch", "if 2 * certificate + 2 != len(s.order):\n            watch"),
-            )
-        ],
+        [instead(FIRST_WATCH, f"        if 2 * place + 2 != len(s.order):\n    {FIRST_WATCH}")],
         "a certificate dropped",
     ),
     Mutant(
-        "watches one neighbour after an exchange",
+        "does not watch what is left of an exchange",
         "sap-1d",
-        [instead("min(certificate + 2, len(s.order) - 1)", "min(certificate + 1, len(s.order) - 1)")],
+        [instead(LEFT_GAP, "")],
         "a certificate dropped",
     ),
     Mutant(
@@ -212,18 +211,34 @@ SAP_1D_MUTANTS = [
         ],
         "swapped ends",
     ),
-    Mutant("ignores new plans", "sap-1d", [instead(SIDES, SIDES.replace("4", "0"))], "a missed re-plan"),
+    Mutant(
+        "ignores new plans",
+        "sap-1d",
+        [instead(BOTH, "range(4 * body, 4 * body)")],
+        "a missed re-plan",
+    ),
     Mutant(
         "misses one gap of a new plan",
         "sap-1d",
-        [instead(SIDES, SIDES.replace("4", "3"))],
-        "a missed re-plan, for one certificate of four",
+        [
+            instead(
+                "        if s.order[place - 1] != END:",
+                "        if bound & 1 == 0 and s.order[place - 1] != END:",
+            )
+        ],
+        "a missed re-plan, for one gap of four",
     ),
     Mutant(
         "ignores turns",
         "sap-1d",
-        [instead(SIDES, SIDES.replace("4", "4 if k.bodies[body].last >= 0 else 0"))],
+        [instead(BOTH, "range(4 * body, 4 * body + (2 if k.bodies[body].last >= 0 else 0))")],
         "a missed re-plan: only a contact of two bodies is one to it",
+    ),
+    Mutant(
+        "does not say where it keeps ticks",
+        "sap-1d",
+        [instead("            ticks=(state.bounds.reshape(-1, 2, 2)[:, 0],),\n", ""), NO_AUDIT],
+        "ticks kept in the state: when the clock's base moves on, they stay behind",
     ),
     Mutant(
         "one state for all instances",
@@ -252,42 +267,22 @@ SAP_1D_MUTANTS = [
     Mutant(
         "drops failures in the past",
         "sap-1d",
-        [
-            NEVER,
-            instead(
-                WATCH,
-                "    tick = falls(k, since, gap, rate)\n"
-                "    schedule(k, certificate, tick if tick > k.clock[0].now else NEVER)\n",
-            ),
-        ],
+        [before(NOTE, "    if due <= k.clock[0].now:\n        due = NEVER\n")],
         "an event in the past taken for an error",
     ),
     Mutant(
         "stops after time 6",
         "sap-1d",
-        [
-            NEVER,
-            instead(
-                WATCH,
-                "    due = falls(k, since, gap, rate)\n"
-                "    schedule(k, certificate, due if due * k.clock[0].tick < 6.0 else NEVER)\n",
-            ),
-        ],
+        [before(NOTE, "    if due * k.clock[0].tick >= 6.0:\n        due = NEVER\n")],
         "certificates dropped after a while",
     ),
     Mutant(
         "two bounds pass once only",
         "sap-1d",
         [
-            NEVER,
             before("    axis: Records", "    passed: Records\n"),
-            instead(STATE, STATE.replace("order=", "passed=np.zeros((2 * n, 2 * n)),\n            order=")),
-            before(
-                WATCH,
-                "    if s.passed[left, right] > 0.0:\n"
-                "        schedule(k, certificate, NEVER)\n"
-                "        return\n",
-            ),
+            instead(STATE, STATE.replace("order=", "passed=np.zeros((4 * n, 4 * n)),\n            order=")),
+            before(NOTE, "    if right != END and s.passed[left, right] > 0.0:\n        due = NEVER\n"),
             before(EXCHANGE, "    s.passed[right, left] = 1.0\n"),
         ],
         "a history that is kept too long",
@@ -296,16 +291,16 @@ SAP_1D_MUTANTS = [
         "an exchange that is none",
         "sap-1d",
         [
-            instead(f"{EXCHANGE}    s.order[certificate + 1] = left\n", ""),
-            instead("    s.rank[right] = certificate\n    s.rank[left] = certificate + 1\n", ""),
+            instead(EXCHANGE + RANKS, ""),
             instead(PASS, ""),
+            instead(GAPS, "    watch(k, s, left, right)\n"),
         ],
         "a certificate that fails again and again at one moment",
     ),
     Mutant(
         "an endless loop",
         "sap-1d",
-        [before(TAKE, "    while s.order[certificate] >= 0:\n        s.rank[0] ^= 1\n")],
+        [before(TAKE, "    while s.order[place] >= 0:\n        s.axis[0] ^= 1\n")],
         "a loop that never ends, in a compiled hook",
         seconds=45.0,
     ),
@@ -315,11 +310,11 @@ SAP_1D_MUTANTS = [
         [
             before(
                 EXCHANGE,
-                "    body = k.bodies[left >> 1]\n"
-                "    elapsed = (k.clock[0].now - body.anchor) * k.clock[0].tick\n"
-                "    body.x += body.vx * elapsed\n"
-                "    body.y += body.vy * elapsed\n"
-                "    body.anchor = k.clock[0].now\n",
+                "    mover = k.bodies[body]\n"
+                "    elapsed = (k.clock[0].now - mover.anchor) * k.clock[0].tick\n"
+                "    mover.x += mover.vx * elapsed\n"
+                "    mover.y += mover.vy * elapsed\n"
+                "    mover.anchor = k.clock[0].now\n",
             )
         ],
         "a hook that writes into the bodies, and moves them by no more than rounding",
@@ -328,18 +323,15 @@ SAP_1D_MUTANTS = [
         "compares places before an exchange",
         "sap-1d",
         [
-            NEVER,
             before(
                 EXCHANGE,
-                "    one, two = k.bodies[left >> 1], k.bodies[right >> 1]\n"
+                "    one, two = k.bodies[left >> 2], k.bodies[right >> 2]\n"
                 "    now, tick = k.clock[0].now, k.clock[0].tick\n"
                 "    x = one.x + one.vx * ((now - one.anchor) * tick)\n"
                 "    x += one.reach if left & 1 else -one.reach\n"
                 "    z = two.x + two.vx * ((now - two.anchor) * tick)\n"
                 "    z += two.reach if right & 1 else -two.reach\n"
-                "    if x < z:\n"
-                "        schedule(k, certificate, NEVER)\n"
-                "        return\n",
+                f"    if x < z:\n{LEAVE}",
             ),
         ],
         "recomputed places trusted rather than certificates",
@@ -361,31 +353,31 @@ SAP_1D_MUTANTS = [
         "no two runs alike",
         "sap-1d",
         [
-            NEVER,
             FLAG,
+            NO_AUDIT,
             before("from typing import NamedTuple\n", "import itertools\n"),
             before("\n\ndef arrange", "\n\nCOUNT = itertools.count()\n"),
-            after("    s.rank[s.order] = bound\n", "    s.axis[1] = next(COUNT) % 2\n"),
-            after("certificates=max(2 * n - 1, 0)", " + 1"),
-            before(
-                f"    for certificate in {FIRST_WATCH}",
-                "    if s.axis[1] > 0:\n        schedule(k, max(len(s.order) - 1, 0), k.clock[0].now)\n",
+            after("+ PLACE] = 1 + np.arange(len(order))\n", "    s.axis[1] = next(COUNT) % 2\n"),
+            after(
+                "                inside += 1\n",
+                "    if s.axis[1] > 0 and k.clock[0].bodies > 0:\n        schedule(k, 0, k.clock[0].now)\n",
             ),
             before(
-                TAKE,
-                "    if certificate == max(len(s.order) - 1, 0):\n"
-                "        schedule(k, certificate, NEVER)\n"
-                "        return\n",
+                "    left = 4 * body if",
+                "    if s.axis[1] > 0:\n"
+                "        s.axis[1] = 0\n"
+                "        schedule(k, body, min(s.bounds[4 * body], s.bounds[4 * body + 1]))\n"
+                "        return 0\n",
             ),
         ],
-        "state outside of the state: an idle certificate in every other instance",
+        "state outside of the state: an idle event in every other instance",
     ),
     Mutant("says that its pairs are boxes", "sap-1d", [], "a lie about a feature", features=["boxes"]),
     Mutant(
         "never removes a pair",
         "sap-1d",
         [
-            instead("        remove_pair(k, left >> 1, right >> 1)\n", "        pass\n"),
+            instead("        remove_pair(k, body, right >> 2)\n", "        pass\n"),
             NO_AUDIT,
         ],
         "over-reporting is allowed",
@@ -395,25 +387,22 @@ SAP_1D_MUTANTS = [
         "leaves what begins at one place as it was entered",
         "sap-1d",
         [
-            NEVER,
-            instead("np.lexsort((body, 1 - upper, speed[body], edge))", "np.lexsort((bound, edge))"),
-            instead(
-                WATCH, "    schedule(k, certificate, falls(k, since, gap, rate) if gap != 0.0 else NEVER)\n"
-            ),
+            instead("np.lexsort((body, 1 - upper, speed[body], edge))", "np.lexsort((upper, body, edge))"),
+            instead(GAP, f"{GAP.rstrip()} if gap != 0.0 else NEVER\n"),
         ],
         "ties broken by insertion",
     ),
     Mutant(
         "ties by number alone",
         "sap-1d",
-        [instead("np.lexsort((body, 1 - upper, speed[body], edge))", "np.lexsort((bound, edge))")],
+        [instead("np.lexsort((body, 1 - upper, speed[body], edge))", "np.lexsort((upper, body, edge))")],
         "ties broken by insertion, but bounds of one place in the wrong order fail at once",
         EQUIVALENT,
     ),
     Mutant(
         "does not watch the last two at the start",
         "sap-1d",
-        [instead(FIRST_WATCH, FIRST_WATCH.replace("- 1", "- 2")), NO_AUDIT],
+        [instead(FIRST_WATCH, f"        if place + 3 != len(s.order):\n    {FIRST_WATCH}"), NO_AUDIT],
         "the last bound is some R, and what passes it is another R, which makes no pair",
         EQUIVALENT,
     ),
@@ -425,20 +414,20 @@ SAP_2D_MUTANTS = [
     Mutant(
         "looks at the axis of the exchange",
         "sap-2d",
-        [instead("overlap(s, 1 - axis, left", "overlap(s, axis, left"), NO_AUDIT],
+        [instead("(left ^ 2) & -2, (right ^ 2) & -2", "left & -2, right & -2"), NO_AUDIT],
         "a lie about a feature: it finds more pairs than those",
         features=["boxes"],
     ),
     Mutant(
         "new plans count in x only",
         "sap-2d",
-        [instead("in range(8):", "in range(4):")],
+        [instead("8 * body + 4):\n        place", "8 * body + 2):\n        place")],
         "a missed re-plan, on one axis",
     ),
     Mutant(
         "starts without its pairs",
         "sap-2d",
-        [instead("& 1 == 0 and overlap(s, 1,", "& 1 == 2 and overlap(s, 1,")],
+        [instead("other & 1 == 0 and overlap", "other & 1 == 2 and overlap")],
         "pairs missing at the start",
     ),
     Mutant(
@@ -462,7 +451,7 @@ SWEEP_TILING_MUTANTS = [
     Mutant(
         "no corner rule",
         "sweep-tiling",
-        [instead("                    if level < tick:", "                    if False:", "__init__")],
+        [instead("    if some(corner):", "    if False:", "watch")],
         "a case forgotten, as in the thesis: two bodies that graze at a corner",
     ),
     Mutant(

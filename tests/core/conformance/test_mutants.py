@@ -27,7 +27,7 @@ SECTION = re.split(r"^## ", PAGE.partition("\n## The judge is judged\n")[2], fla
 
 QUICK = (
     "naive-only-one-pair-a-body",
-    "naive-removes-a-pair-that-has-collided",
+    "naive-loses-a-pair-that-has-collided",
     "naive-writes-into-the-scene",
     "naive-crashes-with-three-bodies",
     "sap-1d-does-not-watch-the-middle-at-the-start",

@@ -152,7 +152,8 @@ class Engine:
         began = time.thread_time()
         budget, before, steps = min(self._budget, most), self.now, self._steps
         try:
-            reason = int(self.loop(self.k, self.state, until, budget, contacts))
+            with np.errstate(all="ignore"):  # where it is interpreted: compiled, nothing warns
+                reason = int(self.loop(self.k, self.state, until, budget, contacts))
         except Exception as error:  # a hook that raises, or one that is interpreted and leaves its arrays
             who = described("broad phase", self.composition.broad_phase)
             said = f"a hook of {self._phases} raised {sentence(error)}{place_of(error)} ({who})"
