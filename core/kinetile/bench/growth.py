@@ -233,7 +233,7 @@ def _arrays(sim: Any) -> dict[str, int]:
     """Return the bytes of the arrays that grow with the number of discs."""
     scene, tables = sim.scene, sim.tables
     found = {"scene": sum(each.nbytes for each in (scene.position, scene.velocity, scene.radius, scene.mass))}
-    for name in ("bodies", "mass", "radii", "places", "queue", "slices", "marks", "near"):
+    for name in ("bodies", "mass", "radii", "places", "queue", "links", "marks", "near"):
         found[name] = getattr(tables, name).nbytes
     found["pair set"] = sum(each.nbytes for each in (tables.pairs, tables.lookup, tables.firsts))
     return found | {sim.broad_phase: sum(each.nbytes for each in sim.state)}

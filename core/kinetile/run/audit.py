@@ -100,6 +100,9 @@ def _calendar(k: Kernel) -> Iterator[str]:
             if int(days[body]) % slices != at or int(k.queue.key[body]) == NEVER:
                 yield f"body {body} stands in slice {at} of the calendar, where it does not belong"
             previous, body, found = body, after[body], found + 1
+        if body != bodies + at or before[body] != previous:
+            yield f"the list of slice {at} of the calendar does not come back to where it began"
+            return
     waiting = np.asarray(k.queue.key) != NEVER
     await_something, counted = int(waiting.sum()), int(k.counts[0].queued)
     if not found == await_something == counted:

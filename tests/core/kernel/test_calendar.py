@@ -105,7 +105,8 @@ def test_entries_leave_in_the_one_total_order(changes, shift):
         assert int(k.counts[0].queued) == len(model)
     assert popped(k) == [body for body, _, _ in sorted(model.values(), key=order)]
     assert not k.marks.any()
-    assert (k.slices == NOBODY).all()
+    assert (k.links.next == np.arange(len(k.links))).all()
+    assert (k.links.prev == np.arange(len(k.links))).all()
 
 
 @given(st.lists(st.tuples(ticks.filter(lambda tick: tick != NEVER), kinds), min_size=2, max_size=2))
@@ -164,8 +165,8 @@ def test_every_slice_has_a_mark_of_its_own():
     k = tables()
     for day in (*range(128), 2**40 + 63):
         file(k, 4, np.int64(day), GUESS)
-        at = day & (len(k.slices) - 1)
-        assert [int(found) for found in np.flatnonzero(k.slices >= 0)] == [at]
+        at = day & (len(k.links) - BODIES - 1)
+        assert int(k.links[BODIES + at].next) == int(k.links[BODIES + at].prev) == 4
         marks = [int(word) >> (at & 63) & 1 for word in k.marks]
         assert marks == [int(at >> 6 == word) for word in range(len(k.marks))]
         assert int(calendar.head(k)) == 4

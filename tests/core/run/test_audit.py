@@ -162,7 +162,7 @@ def test_after_shifts_of_the_clock_everything_holds(phase):
 
 def filed(found: Engine) -> int:
     """Return a slice of the calendar in which bodies stand."""
-    return int(np.flatnonzero(found.k.slices >= 0)[0])
+    return int(np.flatnonzero(found.k.links.next[len(found.k.bodies) :] < len(found.k.bodies))[0])
 
 
 def bit(at: int) -> np.int64:
@@ -172,8 +172,9 @@ def bit(at: int) -> np.int64:
 
 def unfile(found: Engine, at: int) -> int:
     """Empty a slice; return who stood there first."""
-    body = int(found.k.slices[at])
-    found.k.slices[at] = NOBODY
+    ring = len(found.k.bodies) + at
+    body = int(found.k.links[ring].next)
+    found.k.links[ring].next = found.k.links[ring].prev = ring
     found.k.marks[at >> 6] &= ~bit(at)
     return body
 
@@ -198,11 +199,10 @@ def test_a_body_that_stands_in_the_wrong_slice():
     found = engine()
     at = filed(found)
     body = unfile(found, at)
-    other = (at + 1) % len(found.k.slices)
-    while found.k.slices[other] >= 0:
-        other = (other + 1) % len(found.k.slices)
-    found.k.slices[other] = body
-    found.k.queue[body].prev = -2 - other
+    other = at ^ 1
+    assert int(found.k.links[4 + other].next) == 4 + other
+    found.k.links[4 + other].next = found.k.links[4 + other].prev = body
+    found.k.links[body].next = found.k.links[body].prev = 4 + other
     found.k.marks[other >> 6] |= bit(other)
     with pytest.raises(AuditError, match=r"body \d stands in slice \d+ of the calendar, where it does not"):
         found.audit()
@@ -210,8 +210,15 @@ def test_a_body_that_stands_in_the_wrong_slice():
 
 def test_a_list_that_is_read_backwards():
     found = engine()
-    found.k.queue[first(found)].prev = 3
+    found.k.links[first(found)].prev = 3
     with pytest.raises(AuditError, match=r"slice \d+ of the calendar cannot be read backwards at body \d"):
+        found.audit()
+
+
+def test_a_list_that_ends_elsewhere():
+    found = engine()
+    found.k.links[4 + filed(found)].prev += 1
+    with pytest.raises(AuditError, match=r"slice \d+ of the calendar does not come back to where it began"):
         found.audit()
 
 
