@@ -25,9 +25,7 @@ ROWS = 1 << 9
 """Bodies compared with all others at a time."""
 
 
-def audit_bounds(
-    k: Kernel, order: Whole, rank: Whole, due: Whole, axes: tuple[int, ...]
-) -> Iterator[str]:
+def audit_bounds(k: Kernel, order: Whole, rank: Whole, due: Whole, axes: tuple[int, ...]) -> Iterator[str]:
     """Yield a sentence for everything that does not hold.
 
     Args:

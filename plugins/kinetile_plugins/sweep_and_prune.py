@@ -1,22 +1,25 @@
 """Sweep-and-prune on one axis: the bounds of all bodies, kept sorted while they move (thesis, section 3.2).
 
 Each body has a lower bound L at p - reach and an upper bound R at p + reach. The 2n bounds stand in a list in
-their order along the axis, and one certificate guards each two neighbours: the left one is not right of the
-right one. When it fails, the two change places and the three certificates around them are made anew (thesis,
-figure 9). Two bodies are a candidate pair while their intervals overlap, which changes only when an R and an
-L pass::
+their order along the axis, and each two neighbours have a certificate: the left one is not right of the right
+one. When it fails, the two change places and the three gaps around them are watched anew (thesis, figure 9).
+Two bodies are a candidate pair while their intervals overlap, which changes only when an R and an L pass::
 
     R(a) L(b)  ->  L(b) R(a)    the intervals meet: a candidate pair
     L(a) R(b)  ->  R(b) L(a)    the intervals part: no longer one
+
+The gap right of a bound belongs to the bound's body. A body notes when its two gaps close, and has the kernel
+wait for the first of them: one certificate a body, so that the queue holds n entries and not 2n - 1. Each
+failure repairs one gap, hence the exchanges are those of the thesis, one by one.
 
 Which bound is left is what the list says. Whether a certificate will fail is decided by the sign of the
 relative velocity (``falls``), so no rounded coordinate is ever compared to restore an order that history
 already knows; coordinates are sorted once, at the start, with ties broken by velocity (the order an instant
 later), then R before L, then number.
 
-Certificates 2n - 1; a body is in at most four; each failure costs O(log n). What it cannot avoid is the width
-of its net: 2 r n^2 pairs for n bodies of radius r in a unit box, all of them in the worst case (thesis,
-figure 10).
+A failure costs O(1), and whoever asks who is near a body walks the list of its pairs. What it cannot avoid is
+the width of its net: 2 r n^2 pairs for n bodies of radius r in a unit box, all of them in the worst case
+(thesis, figure 10).
 """
 
 from __future__ import annotations
@@ -58,7 +61,7 @@ class State(NamedTuple):
     """The sorted list. The bounds of a body are numbered 4 * body for L and 4 * body + 1 for R."""
 
     order: Records  # (2n + 2,) the bounds from left to right, between two ENDs
-    bounds: Records  # (4n,) the tick at which each bound passes the one right of it; at PLACE behind it, its place
+    bounds: Records  # (4n,) when each bound passes the one right of it; at PLACE behind that, where it stands
     axis: Records  # (1,) 0 for x, 1 for y
 
 
@@ -177,9 +180,6 @@ class SweepAndPrune:
     def prepare(self, scene: Scene) -> BroadPhaseParts:
         """Return the parts; any scene will do."""
         n = len(scene)
-        place = scene.position[:, 0 if self.axis == "x" else 1]
-        left, right = np.sort(place - scene.radius), np.sort(place + scene.radius)
-        overlapping = int(np.searchsorted(left, right).sum()) - n * (n + 1) // 2
         state = State(
             order=np.full(2 * n + 2, END, dtype=np.int32),
             bounds=np.full(4 * n, NEVER),
@@ -193,6 +193,6 @@ class SweepAndPrune:
             repair=repair,
             replan=replan,
             audit=audit,
-            pairs=overlapping + overlapping // 4 + 64,
+            pairs=4 * n + 64,
             ticks=(state.bounds.reshape(-1, 2, 2)[:, 0],),
         )

@@ -6,17 +6,19 @@ while their intervals overlap on x and on y, that is, while their boxes do. When
 axis, the answer hangs on the other axis; the thesis keeps a matrix for that, with the number of axes on which
 each two bodies overlap.
 
-The matrix is kept here as the two lists themselves. Where each bound stands in its list, its rank, says
-whether two bodies overlap on that axis, in two comparisons and without looking at a coordinate::
+The matrix is kept here as the two lists themselves. The place of each bound in its list says whether two
+bodies overlap on that axis, in two comparisons and without looking at a coordinate::
 
-    rank of L(a) < rank of R(b)   and   rank of L(b) < rank of R(a)
+    place of L(a) < place of R(b)   and   place of L(b) < place of R(a)
 
 That is an entry of the matrix, read instead of stored, so memory is O(n + overlaps) where the thesis needs
-n^2. And since ranks change only when a certificate has failed, the pair set changes one pair at a time, like
+n^2. And since places change only when a certificate has failed, the pair set changes one pair at a time, like
 the matrix would.
 
-Certificates 4n - 2; a body is in at most eight. Twice the events of one axis, for far fewer pairs: about 0.6
-n instead of 2 r n^2 in a dense gas of discs. Boxes can still overlap without number (thesis, figure 11).
+A body owns the gaps after its four bounds, and has the kernel wait for the first of them to close. Their
+ticks and places are eight numbers side by side, a cache line. Twice the events of one axis, for far fewer
+pairs: about 0.6 n instead of 2 r n^2 in a dense gas of discs. Boxes can still overlap without number (thesis,
+figure 11).
 """
 
 from __future__ import annotations
@@ -54,10 +56,10 @@ END = -1
 
 
 class State(NamedTuple):
-    """The two sorted lists. The bounds of a body are numbered 8 * body + 0 to 3: L and R on x, L and R on y."""
+    """The two sorted lists. A body's bounds are numbered 8 * body + 0 to 3: L and R on x, L and R on y."""
 
     order: Records  # (4n + 3,) the bounds on x from left to right, then those on y, between ENDs
-    bounds: Records  # (8n,) when each bound passes the one after it; at PLACE behind that, its place in the order
+    bounds: Records  # (8n,) when each bound passes the one after it; at PLACE behind that, where it stands
 
 
 def arrange(k: Kernel, s: State) -> None:
@@ -129,8 +131,8 @@ def build(k: Kernel, s: State) -> None:
 
 @hook
 def repair(k: Kernel, s: State, body: int) -> int:
-    """A bound passes the one after it on its axis: exchange them, look at the other axis, watch the three gaps
-    around."""
+    """A bound passes the one after it on its axis: exchange them, look at the other axis, watch the three
+    gaps around."""
     left = 8 * body
     for bound in range(left + 1, left + 4):
         if s.bounds[bound] < s.bounds[left]:
