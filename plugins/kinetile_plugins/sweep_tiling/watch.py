@@ -45,7 +45,7 @@ class Sides(NamedTuple):
 @hook
 def some_body(k: Kernel, p: int) -> int:
     """The body of a port; of an edge of the arena, the last body."""
-    return smaller(body_of(p), k.clock[0].bodies - 1)
+    return int(smaller(body_of(p), k.clock[0].bodies - 1))
 
 
 @hook

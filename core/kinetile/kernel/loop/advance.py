@@ -246,7 +246,9 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
                 twin = queue[other]
                 rival = smaller(entry.own, twin.key)
                 if twin.partner == h and twin.kind == GUESS and twin.seen == bodies[h].stamp:
-                    rival = smaller(entry.own, smaller(twin.own, twin.guard))  # the same guess, seen from there
+                    rival = smaller(
+                        entry.own, smaller(twin.own, twin.guard)
+                    )  # the same guess, seen from there
                 if TURNS and clock.turn < clock.turns:
                     rival = smaller(rival, k.turns[clock.turn].tick)
                 if (
@@ -291,7 +293,9 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
             anchor_at(k, turned, at)
             if turn.code == TURNED:
                 counts.turns += 1
-                gained = turn.vx * turn.vx + turn.vy * turn.vy - (turned.vx * turned.vx + turned.vy * turned.vy)
+                gained = (
+                    turn.vx * turn.vx + turn.vy * turn.vy - (turned.vx * turned.vx + turned.vy * turned.vy)
+                )
                 counts.turned_energy += 0.5 * k.mass[a] * gained
                 turned.vx = turn.vx
                 turned.vy = turn.vy

@@ -115,7 +115,7 @@ else:
         """Held in registers, as an LLVM vector."""
 
         def __init__(self, manager: Any, fe_type: Any) -> None:
-            super().__init__(manager, fe_type, fe_type.vector)
+            cast(Any, super()).__init__(manager, fe_type, fe_type.vector)
 
     _floats = _Eight("double", _DOUBLE, types.float64)
     _wholes = _Eight("int32", _WHOLE, types.int32)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -67,7 +67,7 @@ if INTERPRETED:
 
 else:
     from llvmlite import ir
-    from numba import types
+    from numba import types as _types
     from numba.extending import intrinsic
 
     from kinetile.kernel.vectors.eight import (
@@ -84,6 +84,8 @@ else:
         _wholes,
         cgutils,
     )
+
+    types = cast(Any, _types)
 
     @intrinsic
     def eight(typing_context: Any, a: Any, b: Any, c: Any, d: Any, e: Any, f: Any, g: Any, h: Any) -> Any:
@@ -136,7 +138,9 @@ else:
                 four = [first, first + 1, 8 + first, 9 + first, 4 + first, 5 + first, 12 + first, 13 + first]
                 halves = [_shuffle(builder, pairs[i], pairs[i + 1], four) for i in (0, 2)]
                 begin = c & 4
-                return _shuffle(builder, *halves, [begin + i for i in (0, 1, 2, 3, 8, 9, 10, 11)])
+                return _shuffle(
+                    builder, halves[0], halves[1], [begin + i for i in (0, 1, 2, 3, 8, 9, 10, 11)]
+                )
 
             columns = [
                 builder.bitcast(column(record.offset(name) // 8), kind.vector)
