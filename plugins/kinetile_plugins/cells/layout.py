@@ -2,7 +2,7 @@
 
 The narrower the cells, the fewer bodies are near each other, and the more often one goes over into another
 cell. A cell cannot be narrower than the widest body at home in it (docs/cells.md has the exact bound and its
-proof). Where bodies are far apart it is best to have about two in a cell: ``SPACING`` times the side at which
+proof). Where bodies are far apart it is best to have one or two in a cell: ``SPACING`` times the side at which
 there is one. That is measured, and the optimum is flat.
 """
 
@@ -19,7 +19,7 @@ from kinetile_plugins.cells.table import BLOCK, FULL, GUEST, HOME, LEVEL, LIST, 
 
 __all__ = ["arrange", "cells_of", "empty", "least_side", "narrowest", "sides_for"]
 
-SPACING = 1.5
+SPACING = 1.25
 """The side of cells that no body forces to be wider, where 1 is one body a cell."""
 
 CROWD = 16.0

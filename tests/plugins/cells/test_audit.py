@@ -18,11 +18,7 @@ def sim() -> kt.Simulation:
     scene = kt.Scene(position, np.full((11, 2), 0.25), [0.005] * 10 + [0.25], arena=(1.0, 1.0))
     found = kt.Simulation(scene, "cells", options={"side": 0.25})
     state = state_of(found)
-    assert (
-        state.homes.level[10],
-        len(state.levels),
-        len(tuple(found for found in state.homes.next if found >= 0)),
-    ) == (1, 2, 2)
+    assert (state.homes.level[10], len(state.levels), state.lists[0].around) == (1, 2, 3)
     assert said(found) == ""
     return found
 
