@@ -2,8 +2,8 @@
 
 The narrower the cells, the fewer bodies are near each other, and the more often one goes over into another
 cell. A cell cannot be narrower than the widest body at home in it (docs/cells.md has the exact bound and its
-proof). Where bodies are far apart it is best to have one or two in a cell: ``SPACING`` times the side at which
-there is one. That is measured, and the optimum is flat.
+proof). Where bodies are far apart it is best to have one or two in a cell: ``SPACING`` times the side at
+which there is one. That is measured, and the optimum is flat.
 """
 
 from __future__ import annotations
