@@ -15,7 +15,7 @@ import numpy as np
 
 from kinetile.kernel.certificates import FAR
 from kinetile.toolbox import NEVER, Kernel, positions_now
-from kinetile_plugins.cells.layout import least_side
+from kinetile_plugins.cells.layout import cells_of, least_side
 from kinetile_plugins.cells.table import BLOCK, FULL, State
 
 __all__ = ["audit"]
@@ -74,21 +74,24 @@ def _certificates(k: Kernel, s: State) -> Iterator[str]:
 
 def _table(s: State) -> Iterator[str]:
     """The blocks and lists have every body once, in its cell; who stands in a list found the block full."""
-    grid = s.levels[s.homes.level]
-    home = grid.first + s.homes.row.astype(np.int64) * grid.columns + s.homes.column
+    home = cells_of(s, np.arange(len(s.homes)))
     blocks = s.blocks.reshape(-1, BLOCK)
     cells, places = np.nonzero(np.arange(FULL) < blocks[:, FULL:])
     standing = list(zip(cells.tolist(), blocks[cells, places].tolist(), strict=True))
-    listed = 0
-    for cell in np.flatnonzero(s.lists >= 0).tolist():
+    around = np.zeros(len(s.lists), dtype=np.int64)
+    for cell in np.flatnonzero(s.lists.first >= 0).tolist():
         if blocks[cell, FULL] != FULL:
             yield f"cell {cell} has a list, and its block is not full"
-        body = int(s.lists[cell])
-        while body >= 0 and listed <= len(s.homes):
+        body = int(s.lists.first[cell])
+        while body >= 0 and len(standing) <= 2 * len(s.homes):
             standing.append((cell, body))
-            listed, body = listed + 1, int(s.homes.next[body])
-    if listed != s.levels[0].listed:
-        yield f"{listed} bodies stand in lists, and {s.levels[0].listed} are counted"
+            for right in (-1, 0, 1):
+                for up in (-1, 0, 1):
+                    around[cells_of(s, np.array([body]), right, up)] += 1
+            body = int(s.homes.next[body])
+    for cell in np.flatnonzero(around != s.lists.around).tolist():
+        counted = f"and {s.lists.around[cell]} are counted"
+        yield f"{around[cell]} bodies stand in lists around cell {cell}, {counted}"
     for cell, body in standing:
         if cell != home[body]:
             yield f"body {body} stands in cell {cell} of the table, and is at home in cell {home[body]}"

@@ -2,8 +2,8 @@
 
 The narrower the cells, the fewer bodies are near each other, and the more often one goes over into another
 cell. A cell cannot be narrower than the widest body at home in it (docs/cells.md has the exact bound and its
-proof). Where bodies are far apart it is best to have about two in a cell: ``SPACING`` times the side at which
-there is one. That is measured, and the optimum is flat.
+proof). Where bodies are far apart it is best to have one or two in a cell: ``SPACING`` times the side at
+which there is one. That is measured, and the optimum is flat.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ import numpy as np
 
 from kinetile.scene import Scene
 from kinetile.toolbox import NOBODY, Kernel, Records, positions_now
-from kinetile_plugins.cells.table import BLOCK, FULL, GUEST, HOME, LEVEL, State
+from kinetile_plugins.cells.table import BLOCK, FULL, GUEST, HOME, LEVEL, LIST, State
 
-__all__ = ["arrange", "empty", "least_side", "narrowest", "sides_for"]
+__all__ = ["arrange", "cells_of", "empty", "least_side", "narrowest", "sides_for"]
 
-SPACING = 1.5
+SPACING = 1.25
 """The side of cells that no body forces to be wider, where 1 is one body a cell."""
 
 CROWD = 16.0
@@ -101,7 +101,7 @@ def _size(scene: Scene, side: float) -> tuple[int, int]:
         columns, rows = (max(math.floor(length / side) + 2, 3) for length in scene.arena)
         if columns * rows <= most:
             return columns, rows
-    columns = math.isqrt(2 * len(scene)) | 3
+    columns = math.isqrt(3 * len(scene) // 2) | 3
     return columns, columns + 2
 
 
@@ -118,7 +118,7 @@ def empty(scene: Scene, sides: list[float]) -> State:
     homes.level = np.minimum(np.searchsorted(sides, _widths(scene)), coarser)
     return State(
         blocks=_aligned(np.dtype(np.int32), cells * BLOCK),
-        lists=np.zeros(cells, np.int32),
+        lists=_aligned(LIST, cells),
         homes=homes,
         levels=levels,
         guests=_aligned(GUEST, n * coarser),
@@ -144,19 +144,28 @@ def arrange(k: Kernel, s: State) -> None:
     homes.x, homes.y = np.floor(positions_now(k) / levels.side[level][:, None]).T
     homes.next = NOBODY
     s.blocks[:] = 0
-    s.lists[:] = NOBODY
+    s.lists.first = NOBODY
+    s.lists.around = 0
     s.hosts[:] = NOBODY
     homes.column, homes.row = np.mod(homes.x, levels.columns[level]), np.mod(homes.y, levels.rows[level])
-    cell = levels.first[level] + homes.row * levels.columns[level] + homes.column
-    body, before, rank = _queued(cell)
-    inside, cell = rank < FULL, cell[body]
+    body, before, rank = _queued(cells_of(s, np.arange(len(homes))))
+    inside, cell = rank < FULL, cells_of(s, body)
     s.blocks[cell[inside] * BLOCK + rank[inside]] = body[inside]
     np.maximum.at(s.blocks, cell * BLOCK + FULL, np.minimum(rank + 1, FULL))
     homes.next[body[rank > FULL]] = before[rank > FULL]
-    s.lists[cell[~inside]] = body[~inside]  # of several in a cell, the last
-    levels[0].listed = int((~inside).sum())
+    s.lists.first[cell[~inside]] = body[~inside]  # of several in a cell, the last
+    for up in (-1, 0, 1):
+        for right in (-1, 0, 1):
+            np.add.at(s.lists.around, cells_of(s, body[~inside], right, up), 1)
     for at in range(1, len(levels)):
         _invite(s, at)
+
+
+def cells_of(s: State, body: Any, right: int = 0, up: int = 0) -> Any:
+    """Return the numbers of the cells in which bodies are at home, or of cells to the right and above."""
+    home = s.homes[body]
+    grid = s.levels[home.level]
+    return grid.first + (home.row + up) % grid.rows * grid.columns + (home.column + right) % grid.columns
 
 
 def _invite(s: State, at: int) -> None:

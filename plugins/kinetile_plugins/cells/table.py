@@ -9,7 +9,8 @@ from both sides.
 
 A place has a block of eight integers: the numbers of seven bodies, and how many of them count, so that one
 vector copies it (``append``). Whoever finds the block full stands in the list of the cell instead, which is
-threaded through the bodies: any number of bodies fits into a cell, and nothing has to be allocated.
+threaded through the bodies: any number of bodies fits into a cell, and nothing has to be allocated. A cell
+counts who stands in the lists of the nine cells, so that one look tells whether there is any.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ __all__ = [
     "GUEST",
     "HOME",
     "LEVEL",
+    "LIST",
     "State",
     "enter",
     "leave",
@@ -56,7 +58,12 @@ LEVEL = np.dtype(
         ("columns", "i8"),
         ("rows", "i8"),
         ("first", "i8"),  # the number of its first cell
-        ("listed", "i8"),  # of level 0: how many bodies, of all levels, stand in lists of full cells
+    ]
+)
+LIST = np.dtype(
+    [
+        ("first", "i4"),  # the first body in the list of a full cell, or NOBODY
+        ("around", "i4"),  # how many bodies stand in the lists of this cell and the eight around
     ]
 )
 GUEST = np.dtype([("column", "i4"), ("row", "i4"), ("next", "i4"), ("prev", "i4")])
@@ -68,7 +75,7 @@ class State(NamedTuple):
     """The cells of all levels, and the homes of the bodies."""
 
     blocks: Records  # (8 cells,) seven bodies and how many of them there are
-    lists: Records  # (cells,) the first body in the list of a full cell, or NOBODY
+    lists: Records  # (cells,) of those who find the block full
     homes: Records  # (n,)
     levels: Records  # (levels,) from the finest to the coarsest
     guests: Records  # (n (levels - 1),) for each body one for each level above the finest
@@ -84,38 +91,50 @@ def wrapped(place: int, size: int) -> int:
 
 
 @hook
-def enter(s: State, body: int, cell: int) -> None:
+def _count(s: State, level: int, column: int, row: int, more: int) -> None:
+    """Count so many more in the list of a cell, in the nine cells that look into it."""
+    grid = s.levels[level]
+    for up in range(-1, 2):
+        base = grid.first + wrapped(row + up, grid.rows) * grid.columns
+        for right in range(-1, 2):
+            s.lists[base + wrapped(column + right, grid.columns)].around += more
+
+
+@hook
+def enter(s: State, body: int, level: int, column: int, row: int) -> None:
     """Put a body into a cell. O(1)."""
+    cell = s.levels[level].first + row * s.levels[level].columns + column
     at = cell * BLOCK
     count = s.blocks[at + FULL]
     if count < FULL:
         s.blocks[at + count] = body
         s.blocks[at + FULL] = count + 1
     else:
-        s.homes[body].next = s.lists[cell]
-        s.lists[cell] = body
-        s.levels[0].listed += 1
+        s.homes[body].next = s.lists[cell].first
+        s.lists[cell].first = body
+        _count(s, level, column, row, 1)
 
 
 @hook
-def leave(s: State, body: int, cell: int) -> None:
+def leave(s: State, body: int, level: int, column: int, row: int) -> None:
     """Take a body out of a cell; the first of the cell's list takes its place in the block."""
+    cell = s.levels[level].first + row * s.levels[level].columns + column
     at = cell * BLOCK
     last = at + s.blocks[at + FULL] - 1
     place = at
     while place <= last and s.blocks[place] != body:
         place += 1
-    listed = s.lists[cell]
+    listed = s.lists[cell].first
     if listed < 0:
         s.blocks[place] = s.blocks[last]
         s.blocks[at + FULL] = last - at
         return
-    s.levels[0].listed -= 1
+    _count(s, level, column, row, -1)
     if place <= last:
         s.blocks[place] = listed
-        s.lists[cell] = s.homes[listed].next
+        s.lists[cell].first = s.homes[listed].next
     elif listed == body:
-        s.lists[cell] = s.homes[body].next
+        s.lists[cell].first = s.homes[body].next
     else:
         while s.homes[listed].next != body:
             listed = s.homes[listed].next
@@ -123,9 +142,9 @@ def leave(s: State, body: int, cell: int) -> None:
 
 
 @hook
-def _list_cell(k: Kernel, s: State, cell: int, count: int) -> int:
+def _append_list(k: Kernel, s: State, cell: int, count: int) -> int:
     """Write the bodies in the list of a cell behind ``k.near[:count]``; return the new count."""
-    body = s.lists[cell]
+    body = s.lists[cell].first
     while body >= 0:
         k.near[count] = body
         count += 1
@@ -145,12 +164,12 @@ def list_around(k: Kernel, s: State, level: int, column: int, row: int, count: i
         count = append(s.blocks, (base + left) * BLOCK, k.near, count)
         count = append(s.blocks, (base + column) * BLOCK, k.near, count)
         count = append(s.blocks, (base + right) * BLOCK, k.near, count)
-    if s.levels[0].listed > 0:
+    if s.lists[grid.first + row * grid.columns + column].around > 0:
         for step in range(-1, 2):
             base = grid.first + wrapped(row + step, grid.rows) * grid.columns
-            count = _list_cell(k, s, base + left, count)
-            count = _list_cell(k, s, base + column, count)
-            count = _list_cell(k, s, base + right, count)
+            count = _append_list(k, s, base + left, count)
+            count = _append_list(k, s, base + column, count)
+            count = _append_list(k, s, base + right, count)
     return count
 
 
@@ -161,10 +180,11 @@ def list_ahead(
     """Write the bodies at home in the three cells on one side of a cell behind ``k.near[:count]``; return the
     new count. The side is (right, up): (-1, 0), (1, 0), (0, -1) or (0, 1)."""
     grid = s.levels[level]
+    lists = s.lists[grid.first + row * grid.columns + column].around > 0
     for step in range(-1, 2):
         there = wrapped(row + up + step * right, grid.rows) * grid.columns
         cell = grid.first + there + wrapped(column + right + step * up, grid.columns)
         count = append(s.blocks, cell * BLOCK, k.near, count)
-        if s.levels[0].listed > 0:
-            count = _list_cell(k, s, cell, count)
+        if lists:
+            count = _append_list(k, s, cell, count)
     return count

@@ -56,11 +56,11 @@ def repair(k: Kernel, s: State, body: int) -> int:
     step = 2 * (home.way & 1) - 1
     right = step * (1 - (home.way >> 1))
     up = step * (home.way >> 1)
-    leave(s, body, home.row * grid.columns + home.column)
+    leave(s, body, 0, home.column, home.row)
     home.x += right
     home.y += up
     home.column = wrapped(home.column + right, grid.columns)
     home.row = wrapped(home.row + up, grid.rows)
-    enter(s, body, home.row * grid.columns + home.column)
+    enter(s, body, 0, home.column, home.row)
     watch(k, s, body)
     return list_ahead(k, s, 0, home.column, home.row, right, up, 0)

@@ -18,7 +18,7 @@ def sim() -> kt.Simulation:
     scene = kt.Scene(position, np.full((11, 2), 0.25), [0.005] * 10 + [0.25], arena=(1.0, 1.0))
     found = kt.Simulation(scene, "cells", options={"side": 0.25})
     state = state_of(found)
-    assert (state.homes.level[10], len(state.levels), state.levels[0].listed) == (1, 2, 3)
+    assert (state.homes.level[10], len(state.levels), state.lists[0].around) == (1, 2, 3)
     assert said(found) == ""
     return found
 
@@ -54,8 +54,8 @@ def test_a_body_in_another_cell_of_the_table(sim):
 
 
 def test_a_body_in_no_cell(sim):
-    state_of(sim).lists[0] = -1
-    assert "0 bodies stand in lists, and 3 are counted" in said(sim)
+    state_of(sim).lists[0].first = -1
+    assert "0 bodies stand in lists around cell 0, and 3 are counted" in said(sim)
     assert "stands in the table 0 times" in said(sim)
 
 
