@@ -29,7 +29,6 @@ from kinetile.kernel.vectors import (
     Wholes,
     choose,
     lane,
-    turned,
     numbers,
     pick,
     places,
@@ -37,6 +36,7 @@ from kinetile.kernel.vectors import (
     root,
     spread,
     spread_whole,
+    turned,
 )
 from kinetile.scene import Scene
 from kinetile.toolbox import (
@@ -111,7 +111,7 @@ def meet(k: Kernel, a: int, b: int) -> int:
 def sooner_of(
     first: Floats, second: Floats, who: Wholes, other_first: Floats, other_second: Floats, other_who: Wholes
 ) -> tuple[Floats, Floats, Wholes]:
-    """Return, in each lane, the first and the second of two firsts and two seconds, and whose the first is."""
+    """Return the first and the second of two firsts and two seconds, and whose the first is, lane by lane."""
     sooner = other_first < first
     later = choose(sooner, first, other_first)
     rest = choose(other_second < second, other_second, second)
@@ -149,13 +149,13 @@ def not_before(k: Kernel, body: int, other: int, at: int) -> float:
 def soonest(k: Kernel, body: int, count: int, barred: int, known: int, at: int) -> tuple[float, float, int]:
     """Return bounds below the first contact of a body with ``k.near[:count]``, the second, and with whom.
 
-    Eight at a time, on the common clock, with discs fattened by more than all rounding (``clock.fat``, and 2^-46
-    of the distance, relative), so that they touch before the discs do. The bounds are delays after tick
+    Eight at a time, on the common clock, with discs fattened by more than all rounding (``clock.fat``, and a
+    little of the distance), so that they touch before the discs do. The bounds are delays after tick
     ``at``; infinite where there is no contact. docs/one-answer.md proves that they are bounds.
     """
     if count == 1:
         alone = k.near[0]
-        if alone == body or alone == barred or alone == known:
+        if alone == body or alone == barred or alone == known:  # noqa: SIM109
             return math.inf, math.inf, NOBODY
         soon = not_before(k, body, alone, at)
         return soon, math.inf, int(alone) if soon < math.inf else NOBODY

@@ -80,7 +80,7 @@ def hook(function: F) -> F:
 
 @hook
 def smaller(a: Any, b: Any) -> Any:
-    """Return the smaller of two numbers. Numba's ``min`` is not inlined into a function as large as the loop."""
+    """Return the smaller of two numbers. Numba's ``min`` is not inlined into large functions."""
     return a if a < b else b
 
 
@@ -144,7 +144,8 @@ def compose(
     """Compile ``template`` with ``parts`` in place of its global names: once a process, and cached on disk.
 
     ``template`` is a plain function; ``parts`` maps names it uses, itself or in a ``template`` that it calls,
-    to hooks and constants; ``label`` names the choice of phases in the cache. The result is compiled when it is first called.
+    to hooks and constants; ``label`` names the choice of phases in the cache. The result is compiled when it
+    is first called.
     """
     key = (template, label, state, *sorted(parts.items(), key=lambda part: part[0]))
     if key not in _composed:

@@ -1,4 +1,4 @@
-"""Pairs: how a broad phase says that two bodies have become near, and a set of pairs for phases that keep one.
+"""Pairs: how a broad phase says that two bodies have become near, and a set of pairs for those that keep one.
 
 The kernel asks who is near a body when it needs to know (``near``); a pair that becomes near between two such
 questions is *offered*, and one of its bodies looks at the other. Nothing need be said when a pair parts.

@@ -121,9 +121,9 @@ class PairParts:
     ``soonest(k, body, count, barred, known, at) -> (first, second, who)``: bounds for many at once. Of the
     bodies in ``k.near[:count]``, except ``body``, ``barred`` and ``known``, no contact with ``body`` comes
     earlier than ``first`` after tick ``at``, and none but that of ``who`` earlier than ``second``; delays in
-    the scene's time, infinite where there is no contact, ``who`` NOBODY where there is none at all. A bound may be early and
-    never late: ``meet`` of that pair is not before it, by more than 2^-50 of the delay. None: every partner
-    is asked exactly.
+    the scene's time, infinite where there is no contact, ``who`` NOBODY where there is none at all. A bound
+    may be early and never late: ``meet`` of that pair is not before it, by more than 2^-50 of the delay.
+    None: every partner is asked exactly.
     """
 
     meet: Hook

@@ -42,8 +42,8 @@ def named_near(k: Kernel, composition: Composition) -> npt.NDArray[np.int32]:
     if count > len(found):
         found = np.zeros((count, 2), dtype=np.int32)
         listing(k, broad.state, found)
-    found = found[:count]
-    return found[found[:, 0] != found[:, 1]]
+    named: npt.NDArray[np.int32] = found[:count][found[:count, 0] != found[:count, 1]]
+    return named
 
 
 def pairs_of_named(named: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:

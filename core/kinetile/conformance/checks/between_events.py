@@ -128,7 +128,9 @@ def near_is_mutual(subject: Subject, scene: Scene, reference: Reference) -> None
         named = set(map(tuple, sim.near().tolist()))
         for body, other in sorted(named):
             if not 0 <= other < len(scene):
-                raise Disagreement(f"at time {sim.time!r} {other} is near {body}, and is no body of the scene")
+                raise Disagreement(
+                    f"at time {sim.time!r} {other} is near {body}, and is no body of the scene"
+                )
             if (other, body) not in named:
                 raise Disagreement(
                     f"at time {sim.time!r} {other} is near {body}, but {body} is not near {other}"
