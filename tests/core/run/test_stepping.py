@@ -160,3 +160,16 @@ def test_built_anew_a_run_goes_on_as_before():
     other.run(until=1.0)
     assert sim.fingerprint == other.fingerprint
     assert np.array_equal(sim.contacts_since(5), other.contacts[5:])
+
+
+def test_a_body_that_was_turned_after_a_look_ahead_was_placed_too_far_from_the_common_clock():
+    """Bounds are good within a span of the common clock's origin, and that had gone on to what comes next."""
+    position, velocity = [[0.25, 0.5], [0.75, 0.25]], [[0.001, 0.0], [0.0, 0.0]]
+    sim = kt.Simulation(
+        kt.Scene(position, velocity, 0.125, [1e6, 1.0], arena=(1.0, 1.0)), "naive", turning=True
+    )
+    assert sim.next_event is not None
+    sim.set_velocity(1, (5e-4, 2.5e-4))  # so little energy that nothing is built anew
+    clock = sim.tables.clock[0]
+    assert abs(int(clock.origin) - int(clock.now)) <= int(clock.span)
+    sim.audit()
