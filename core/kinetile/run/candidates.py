@@ -34,8 +34,11 @@ def list_near(k: Kernel, s: Any, found: npt.NDArray[np.int32]) -> int:
 
 
 def named_near(k: Kernel, composition: Composition) -> npt.NDArray[np.int32]:
-    """Return (body, other) for everybody whom the broad phase names near each body, itself apart; (m, 2)."""
-    broad = composition.broad
+    """Return (body, other) for everybody whom the broad phase names near each body, itself apart; (m, 2).
+
+    The answers are written aside: a run in another thread has its own in ``k.near``.
+    """
+    broad, k = composition.broad, k._replace(near=np.zeros_like(k.near))
     listing = compose(list_near, {"near": broad.near}, composition.label, type(broad.state))
     found = np.zeros((8 * len(k.bodies) + 64, 2), dtype=np.int32)
     count = int(listing(k, broad.state, found))
@@ -48,7 +51,7 @@ def named_near(k: Kernel, composition: Composition) -> npt.NDArray[np.int32]:
 
 def pairs_of_named(named: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
     """Return the pairs (a, b), a < b, of which one is near the other, sorted; (m, 2)."""
-    pairs: npt.NDArray[np.int32] = np.unique(np.sort(named, axis=1), axis=0).astype(np.int32)
+    pairs: npt.NDArray[np.int32] = np.unique(np.sort(named, axis=1), axis=0)
     return pairs
 
 

@@ -238,9 +238,11 @@ class Simulation:
 
         A body that flies for more than a thousand time units without an event is written down anew on the
         way, which can move what comes later by its rounding.
+
+        Raises BusyError while a chunk of a run is under way: to look ahead, the loop asks who meets first.
         """
-        self.build()
-        return next_event(self._engine)
+        with self._alone("look ahead"):
+            return next_event(self._engine)
 
     def set_velocity(self, body: int, velocity: tuple[float, float]) -> None:
         """Turn a body now: from here on it flies with this velocity.

@@ -171,6 +171,24 @@ def test_a_phase_that_failed_while_it_was_built_anew_was_gone_on_with():
 # While it runs
 
 
+def test_a_recorder_that_looked_ahead_ran_the_loop_within_the_loop():
+    sim = kt.Simulation(kt.make_scene("grid", bodies=9), "naive")
+    with pytest.raises(BusyError, match="cannot look ahead from its own recorder"):
+        sim.run(until=1.0, recorder=lambda rows: sim.next_event)
+    other = kt.Simulation(kt.make_scene("grid", bodies=9), "naive")
+    seen = []
+    other.run(until=1.0, progress=lambda how: seen.append(other.next_event))
+    assert len(seen) > 0
+
+
+def test_candidate_pairs_were_written_where_a_run_in_another_thread_has_its_own():
+    sim = kt.Simulation(kt.make_scene("grid", bodies=9), "naive")
+    sim.build()
+    sim._engine.k.near[:] = 77
+    assert len(sim.candidate_pairs()) == 36
+    assert (sim._engine.k.near == 77).all()
+
+
 def test_a_recorder_that_turns_a_body_is_refused():
     sim = kt.Simulation(grid(), "sap-1d", turning=True)
     with pytest.raises(BusyError, match=r"cannot turn a body from its own recorder"):

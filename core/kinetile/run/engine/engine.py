@@ -248,8 +248,7 @@ class Engine:
         k = self.k
         if not len(k.bodies) and end is not None:
             self.clock.base += max(self.clock.relative(end) // SPAN, 1) * (SPAN // TICKS)
-            k.clock[0].epoch = self.clock.base
-            k.clock[0].now = -1
+            k.clock[0].now = -1  # its epoch, which may be beyond 64 bits, is asked for by no contact
             return
         clock = k.clock[0]
         if not self._walled and len(k.bodies) and self._reach_of_flight(self.speed, 2) > self._extent:
@@ -264,7 +263,8 @@ class Engine:
         clock.filed = 0
         clock.window_tick = max(int(clock.window_tick) - SPAN, -(2**62))
         self.clock.base += SPAN // TICKS
-        clock.epoch = self.clock.base
+        if len(k.bodies):
+            clock.epoch = self.clock.base
         old = np.flatnonzero(k.bodies.anchor < -SPAN)
         if len(old):
             self._allow_turns()
