@@ -235,12 +235,6 @@ SAP_1D_MUTANTS = [
         "a missed re-plan: only a contact of two bodies is one to it",
     ),
     Mutant(
-        "does not say where it keeps ticks",
-        "sap-1d",
-        [instead("            ticks=(state.bounds.reshape(-1, 2, 2)[:, 0],),\n", ""), NO_AUDIT],
-        "ticks kept in the state: when the clock's base moves on, they stay behind",
-    ),
-    Mutant(
         "one state for all instances",
         "sap-1d",
         [
