@@ -11,7 +11,7 @@ from kinetile.scene import Scene
 
 __all__ = ["tables_of"]
 
-LOG_ROWS = 1 << 14
+LOG_ROWS = 1 << 15
 
 
 def tables_of(scene: Scene, composition: Composition, unit: float) -> Kernel:
