@@ -147,3 +147,16 @@ def test_a_turn_that_asks_for_a_thicker_skin():
         sim.run(until=0.251)
     assert sims[0].fingerprint == sims[1].fingerprint
     assert len(sims[0].contacts) > 100
+
+
+def test_without_a_name_cells_do_any_scene():
+    """With walls or without, bodies that part and bodies that pass, and nobody at all."""
+    place, flight = [[0.25, 0.25], [0.75, 0.25]], [[1.0, 0.0], [-1.0, 0.5]]
+    walled = kt.Scene(place, flight, 0.125, arena=(1.0, 1.0))
+    assert kt.Simulation(walled).broad_phase == "cells"
+    assert kt.Simulation(walled, narrow_phases=("wall",)).broad_phase == "cells"
+    assert kt.Simulation(kt.Scene(place, flight, 0.125)).broad_phase == "cells"
+    empty = kt.Scene(np.zeros((0, 2)), np.zeros((0, 2)), 1.0, arena=(1.0, 1.0))
+    sim = kt.Simulation(empty)
+    sim.run(until=1.0)
+    assert (sim.broad_phase, len(sim.contacts)) == ("cells", 0)

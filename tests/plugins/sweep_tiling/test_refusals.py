@@ -1,8 +1,7 @@
-"""What sweep-tiling cannot do it refuses, and says who can; the default goes to one of them."""
+"""What sweep-tiling cannot do it refuses, and says who can."""
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -135,18 +134,6 @@ def test_three_thousand_crevices(monkeypatch):
     take_the_limit_away(monkeypatch)
     for small in (1.2e-7, 3e-8, 1e-8):
         assert crevices_that_differ(small, 1000) == 0
-
-
-def test_without_a_name_it_is_the_default_where_it_applies():
-    assert kt.Simulation(WALLED).broad_phase == "sweep-tiling"
-    assert kt.Simulation(WALLED, narrow_phases=("disc",)).broad_phase == "sweep-tiling"
-    empty = kt.Scene(np.zeros((0, 2)), np.zeros((0, 2)), 1.0, arena=(1.0, 1.0))
-    assert kt.Simulation(empty).broad_phase == "sweep-tiling"
-
-
-def test_without_a_name_and_where_it_does_not_apply_it_is_sap_2d():
-    assert kt.Simulation(OPEN).broad_phase == "sap-2d"
-    assert kt.Simulation(WALLED, narrow_phases=("wall",)).broad_phase == "sap-2d"
 
 
 def test_a_name_is_taken_at_its_word():
