@@ -15,6 +15,7 @@ PHASES: tuple[tuple[str, dict[str, Any]], ...] = (
     ("sap-1d", {"axis": "x"}),
     ("sap-1d", {"axis": "y"}),
     ("sap-2d", {}),
+    ("cells", {}),
 )
 TILING: tuple[tuple[str, dict[str, Any]], ...] = (("sweep-tiling", {}),)
 """Needs an arena."""

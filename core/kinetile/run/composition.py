@@ -146,7 +146,7 @@ def _compose(
     if broad.solid and pair is None:
         raise Refused(
             f"{name} is right only while bodies cannot pass through each other, and no narrow phase for "
-            "pairs is named: name one, such as disc, or choose sap-1d, sap-2d or naive"
+            "pairs is named: name one, such as disc, or choose cells, sap-1d, sap-2d or naive"
         )
     return Composition(name, broad_options, narrow_options, broad, pair, wall)
 

@@ -186,7 +186,7 @@ class SweepTiling:
         if scene.arena is None:
             raise Refused(
                 "sweep-tiling tiles an arena, and this scene has none: "
-                "give the scene an arena, or choose sap-1d, sap-2d or naive"
+                "give the scene an arena, or choose cells, sap-1d, sap-2d or naive"
             )
         n = len(scene)
         radius = scene.radius

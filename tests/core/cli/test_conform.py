@@ -166,7 +166,7 @@ def test_a_phase_that_does_not_conform(blind):
     verdicts = [line for line in lines if line.startswith("verdict: ")]
     assert len(verdicts) == 2
     for verdict in verdicts:
-        assert verdict.startswith("verdict: only blind; sap-1d, sap-2d")
+        assert verdict.startswith("verdict: only blind; cells, sap-1d, sap-2d")
         assert verdict.endswith("agree with the reference")
     assert "replay: kinetile replay blind conformance-failures/blind-same-contacts.toml" in lines
     assert any(line.startswith("begin with ") for line in lines)

@@ -151,11 +151,14 @@ def test_candidate_pairs_hold_all_that_touch(phase, options):
 def test_tables_grow_without_the_user_noticing():
     n = 70  # sap-1d needs hundreds of pairs, the tables begin with 344
     rng = np.random.default_rng(2)
-    position = np.column_stack([np.arange(n) + 0.5, rng.uniform(0.5, 3.5, n)])
+    position = np.column_stack([rng.uniform(0.5, 3.5, n), np.arange(n) + 0.5])
     velocity = rng.normal(size=(n, 2))
-    scene = kt.Scene(position, velocity, 0.25, arena=(float(n), 4.0))
-    sim = assert_one_answer(scene, max_contacts=1000)
-    assert sim.readings.pairs_max == n * (n - 1) // 2
+    scene = kt.Scene(position, velocity, 0.25, arena=(4.0, float(n)))
+    assert_one_answer(scene, max_contacts=1000)
+    sim = kt.Simulation(scene, "sap-1d")
+    sim.run(max_contacts=1000)
+    assert sim.readings.pairs_max > 4 * n + 64
+    assert len(sim.tables.pairs) >= sim.readings.pairs_max
 
 
 @pytest.mark.compiled
@@ -387,8 +390,13 @@ def test_many_bodies_at_rest_do_not_slow_the_clock_down():
     assert len(sim.contacts) == 0
 
 
-def test_where_the_skin_would_be_too_thick_for_sweep_tiling_another_is_the_default():
+def test_where_the_skin_would_be_too_thick_for_sweep_tiling_the_default_is_right():
     scene = kt.Scene([[5e8, 5e8], [5e8 + 1.0, 5e8]], [[1.0, 0.0], [0.0, 0.0]], 3e-5, arena=(1e9, 1e9))
-    with pytest.raises(Refused, match="choose sap-1d, sap-2d or naive"):
+    with pytest.raises(Refused, match="choose cells, sap-1d, sap-2d or naive"):
         kt.Simulation(scene, "sweep-tiling")
-    assert kt.Simulation(scene).broad_phase == "sap-2d"
+    default, naive = kt.Simulation(scene), kt.Simulation(scene, "naive")
+    for sim in (default, naive):
+        sim.run(until=2.0)
+    assert default.broad_phase == "cells"
+    assert len(naive.contacts) == 1
+    assert default.contacts.tolist() == naive.contacts.tolist()
