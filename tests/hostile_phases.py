@@ -131,7 +131,7 @@ def into_the_queue(k: Kernel, s: State, body: int) -> int:
 def queue_without_end(k: Kernel, s: State, body: int) -> int:
     schedule(k, 0, NEVER)
     for other in range(len(k.bodies)):
-        k.queue[other].next = 1 << 30
+        k.links[other].next = 1 << 30
     return 0
 
 

@@ -131,7 +131,7 @@ BROKEN = {
     ),
     "build leaves out its schedules": (
         "range(len(k.bodies)):\n        watch(k, s, body)\n",
-        "range(len(k.bodies)):\n",
+        "range(len(k.bodies)):\n        s.leash[0] = s.leash[0]\n",
         "never-misses-a-pair",
         "from its home, and its leash is",
     ),

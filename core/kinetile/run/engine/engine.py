@@ -30,8 +30,9 @@ from kinetile.run.audit import check_all
 from kinetile.run.composition import Composition, speed_bound
 from kinetile.run.engine.agenda import Agenda, Planned
 from kinetile.run.engine.failures import failure
-from kinetile.run.engine.layout import tables_of
+from kinetile.run.engine.layout import set_limits, tables_of
 from kinetile.run.engine.ledger import Ledger
+from kinetile.run.engine.pace import first_shift, fit, steps
 from kinetile.run.interrupts import Unbroken
 from kinetile.run.readings import energy
 from kinetile.scene import Scene
@@ -150,7 +151,7 @@ class Engine:
     def _chunk(self, until: int, contacts: int, most: int) -> int:
         self._record(self.ledger.recorder is not None)
         began = time.thread_time()
-        budget, before, steps = min(self._budget, most), self.now, self._steps
+        budget, before, heads = min(self._budget, most), self.now, steps(self.k)
         try:
             with np.errstate(all="ignore"):  # where it is interpreted: compiled, nothing warns
                 reason = int(self.loop(self.k, self.state, until, budget, contacts))
@@ -164,7 +165,7 @@ class Engine:
         took = time.thread_time() - began
         self.cpu_seconds += took
         self._take_over(before)
-        self._fit_calendar(before, self._steps - steps)
+        fit(self.k, before, steps(self.k) - heads)
         if reason == BUDGET_SPENT and budget == self._budget and took < CHUNK_SECONDS / 2:
             self._budget *= 2
         elif took > 2 * CHUNK_SECONDS:
@@ -284,16 +285,9 @@ class Engine:
         clock = k.clock[0]
         self._extent, self.skin = self._skin(speed)
         self.speed = speed
-        k.bodies.reach = k.bodies.radius + self.skin.delta
-        clock.skin, clock.theta, clock.tolerance = self.skin.delta, self.skin.theta, self.skin.tolerance
-        if len(self.scene) and self.speed > 0.0:  # jammed: contacts within 1e-13 radii of flight each
-            flight = 1e-13 * float(self.scene.radius.min()) / self.speed
-            clock.window_ticks = int(min(int(clock.window_size) * flight * clock.per_time, SPAN))
-        span = min(4.0 * self._extent / speed * clock.per_time if speed > 0.0 else math.inf, float(SPAN // 2))
-        clock.span = int(span)
-        clock.fat = self.skin.fat(self._extent + 2.0 * speed * (clock.span * float(clock.tick)))
+        set_limits(k, self.skin, self._extent, speed)
         if clock.shift == 0:
-            clock.shift = self._first_shift()
+            clock.shift = first_shift(k, self._extent)
         clear(k)
         self._load_turns()
         if self.composition.broad.arrange is not None:
@@ -319,32 +313,6 @@ class Engine:
         """How far from the origin a body can come at this speed within so many spans."""
         ahead = speed * self.clock.unit * (spans * SPAN // TICKS)
         return float(np.abs(positions_now(self.k)).max()) + ahead
-
-    def _first_shift(self) -> int:
-        """Return the length of the calendar's slices, before anything is known: what discs in a gas need."""
-        k, n = self.k, len(self.scene)
-        squares = float(np.sum(k.bodies.vx**2 + k.bodies.vy**2)) if n else 0.0
-        events = 8.0 * n * math.sqrt(n) * math.sqrt(squares / n) / self._extent if squares > 0.0 else 1.0
-        return self._shift(float(k.clock[0].per_time) / events)
-
-    def _shift(self, ticks: float) -> int:
-        """Return the shift of slices of about so many ticks."""
-        most = 61 - len(self.k.marks).bit_length() - 6
-        return min(max(round(math.log2(max(ticks, 1.0))), 1), most)
-
-    def _fit_calendar(self, since: int, steps: int) -> None:
-        """Give the calendar's slices the length that heads were apart in a chunk of so many."""
-        clock = self.k.clock[0]
-        if steps > 256 and self.now > since:
-            shift = self._shift((self.now - since) / steps)
-            if abs(shift - int(clock.shift)) > 1:
-                clock.shift = shift
-                clock.filed = 0
-
-    @property
-    def _steps(self) -> int:
-        """Times something came to the head of the queue, but for guesses that were right."""
-        return int(self.k.counts[0].asks) + int(self.k.counts[0].structural)
 
     def _grow(self) -> None:
         """Make room for more candidate pairs, and build anew."""
