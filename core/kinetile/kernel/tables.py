@@ -76,7 +76,7 @@ ENTRY = np.dtype(
         ("seen", "i4"),  # the partner's stamp when this was worked out
         ("kind", "i4"),  # what the key is: STRUCTURAL, GUESS, WALL or PAIR
         ("exact", "i4"),  # whether tick is exact
-        ("mass", "f8"),  # here because there is room: a record is a cache line
+        ("spare", "i8"),  # a record is a cache line
     ],
     align=True,
 )
@@ -177,7 +177,7 @@ class Kernel(NamedTuple):
     """All tables of one simulation; hooks receive it as ``k``."""
 
     bodies: Records  # (n,) flight plans
-    mass: Records  # (n,) a view of the masses in ``queue``
+    mass: Records  # (n,)
     radii: Records  # (n,) the radii again, close together
     places: Records  # (n,) place and velocity at the common clock ``clock[0].origin``
     queue: Records  # (n,) what awaits each body
@@ -206,13 +206,12 @@ def allocate(bodies: int, near: int, log_rows: int) -> Kernel:
     """Return empty tables for so many bodies, numbers that ``near`` may name, and log rows."""
     per_body = 4 if bodies < MANY else 2
     slices = 1 << max(6, (per_body * bodies - 1).bit_length())
-    queue = record_table(ENTRY, bodies)
     k = Kernel(
         bodies=record_table(BODY, bodies),
-        mass=queue["mass"],
+        mass=np.ones(bodies),
         radii=np.zeros(bodies),
         places=record_table(PLACE, bodies),
-        queue=queue,
+        queue=record_table(ENTRY, bodies),
         links=record_table(LINK, bodies + slices),
         marks=np.zeros(slices >> 6, dtype=np.int64),
         near=np.zeros(near + SPARE, dtype=np.int32),

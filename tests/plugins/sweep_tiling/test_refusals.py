@@ -95,7 +95,7 @@ def test_a_run_refused_on_its_way_had_gone_on_half():
     for _ in range(3):
         with pytest.raises(Refused) as caught:
             sim.run(until=1e5)
-        assert len(can(str(caught.value))) == 3
+        assert len(can(str(caught.value))) == 4
         ends.append((sim.time, sim.positions().tobytes(), sim.explain()["numbers"]["skin"]))
         sim.audit()
     assert len(set(ends)) == 1
