@@ -83,7 +83,7 @@ def _repairs_are_due(k: Kernel) -> bool:
 
 
 def _calendar(k: Kernel) -> Iterator[str]:
-    """Every body that awaits something stands once in the list of its slice, and nobody else does."""
+    """Every body that awaits something stands once in the list of its slice, in order, and nobody else."""
     clock = k.clock[0]
     days = np.asarray(k.queue.key) >> int(clock.shift)
     after, before = k.links.next.tolist(), k.links.prev.tolist()
@@ -99,6 +99,8 @@ def _calendar(k: Kernel) -> Iterator[str]:
                 return
             if int(days[body]) % slices != at or int(k.queue.key[body]) == NEVER:
                 yield f"body {body} stands in slice {at} of the calendar, where it does not belong"
+            if previous < bodies and _rank(k, body) < _rank(k, previous):
+                yield f"slice {at} of the calendar is out of order: body {previous} stands before body {body}"
             previous, body, found = body, after[body], found + 1
         if body != bodies + at or before[body] != previous:
             yield f"the list of slice {at} of the calendar does not come back to where it began"
@@ -110,6 +112,14 @@ def _calendar(k: Kernel) -> Iterator[str]:
         yield f"{said}; {counted} are counted"
     if waiting.any() and int(days[waiting].min()) < int(clock.slice):
         yield "a body is filed before the slice in which the head is sought"
+
+
+def _rank(k: Kernel, body: int) -> tuple[int, ...]:
+    """Where a body stands in the order of the queue (``kernel.loop.calendar``)."""
+    entry = k.queue[body]
+    kind, partner = int(entry.kind), int(entry.partner)
+    pair = (min(body, partner), max(body, partner)) if kind == PAIR else (body, body)
+    return (int(entry.key), kind, *pair, body)
 
 
 def _entries(k: Kernel) -> Iterator[str]:

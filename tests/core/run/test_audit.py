@@ -215,6 +215,24 @@ def test_a_list_that_is_read_backwards():
         found.audit()
 
 
+def test_a_ring_out_of_order():
+    found = engine()
+    k = found.k
+    k.clock[0].shift = 54  # all bodies in one slice
+    k.clock[0].filed = 0
+    found.build()
+    at = filed(found)
+    ring, links = 4 + at, k.links
+    one = int(links[ring].next)
+    two = int(links[one].next)
+    three = int(links[two].next)
+    links[ring].next, links[two].next, links[one].next = two, one, three
+    links[two].prev, links[one].prev, links[three].prev = ring, two, one
+    said = rf"slice {at} of the calendar is out of order: body {two} stands before body {one}"
+    with pytest.raises(AuditError, match=said):
+        found.audit()
+
+
 def test_a_list_that_ends_elsewhere():
     found = engine()
     found.k.links[4 + filed(found)].prev += 1

@@ -1,10 +1,11 @@
 """The calendar: the queue of bodies, one entry each, by the tick of what awaits them first.
 
 A calendar queue (Brown 1988): time is cut into slices of 2^shift ticks, about as long as events are apart,
-and each body is filed in the slice of its key, in a list. There are about twice as many slices as bodies, and
-they are used again and again, so an entry of a later year may stand in the same list and is passed over. A
-bit for each slice says whether it is empty. To file a body, to take it out and to find the head costs O(1)
-while slices have about the right length; ``fit`` mends that between two chunks of a run. It is faster than a
+and each body is filed in the ring of its slice. There are more slices than bodies, and they are used again
+and again, so an entry of a later year may stand in the same ring. A ring is in order, years and all: the head
+is the first of its ring, and a thousand bodies that are due at one tick cost no search. A bit for each slice
+says whether it is empty. To file a body, to take it out and to find the head costs O(1)
+while slices have about the right length, which is mended between two chunks of a run. It is faster than a
 heap because one entry is touched and not a path of them.
 
 The order is total and owes nothing to the calendar: by tick, then by kind (structural, guess, turn, wall,
@@ -47,17 +48,20 @@ def _slices(k: Kernel) -> int:
 
 @hook
 def _file(k: Kernel, body: int, key: int) -> None:
-    """Put a body into the ring of its slice."""
+    """Put a body into the ring of its slice, in order; what is filed late comes late in most rings."""
     clock = k.clock[0]
     links = k.links
     day = key >> clock.shift
     at = np.int64(day & (_slices(k) - 1))  # interpreted, the bit of a shorter number would be lost
     ring = len(k.bodies) + at
-    first = links[ring].next
-    links[body].next = first
-    links[body].prev = ring
-    links[ring].next = body
-    links[first].prev = body
+    before = links[ring].prev
+    while before != ring and precedes(k, body, before):
+        before = links[before].prev
+    after = links[before].next
+    links[body].next = after
+    links[body].prev = before
+    links[before].next = body
+    links[after].prev = body
     k.marks[at >> 6] |= 1 << (at & 63)
     clock.slice = smaller(clock.slice, day)
 
@@ -131,14 +135,9 @@ def head(k: Kernel) -> int:
     bodies = len(k.bodies)
     day = clock.slice
     end = day + mask
-    first = NOBODY
     while True:
-        at = k.links[bodies + (day & mask)].next
-        while at < bodies:
-            if queue[at].key >> clock.shift == day and (first < 0 or precedes(k, at, first)):
-                first = at
-            at = k.links[at].next
-        if first >= 0:
+        first = k.links[bodies + (day & mask)].next
+        if first < bodies and queue[first].key >> clock.shift == day:
             break
         day = _next_marked(k, day + 1)
         if day > end:  # nothing in a whole year: look for the next entry itself
@@ -157,13 +156,8 @@ def head(k: Kernel) -> int:
 def runner_up(k: Kernel, first: int, partner: int) -> int:
     """Return a tick before which nothing happens but to the head and its partner: the next entry of the
     slice, or the end of the slice."""
-    clock = k.clock[0]
-    queue = k.queue
-    soonest = (clock.slice + 1) << clock.shift
-    bodies = len(k.bodies)
-    at = k.links[bodies + (clock.slice & (_slices(k) - 1))].next
-    while at < bodies:
-        if at != first and at != partner:
-            soonest = smaller(soonest, queue[at].key)
-        at = k.links[at].next
-    return int(soonest)
+    end = (k.clock[0].slice + 1) << k.clock[0].shift
+    second = k.links[first].next
+    if second == partner:
+        second = k.links[second].next
+    return int(smaller(end, k.queue[second].key)) if second < len(k.bodies) else int(end)

@@ -44,7 +44,8 @@ near = meet = soonest = reach_wall = to_be_filled_in
 
 @template
 def forget(k: Kernel, h: int) -> None:
-    """Forget what an entry knows about contacts: all that is near is going to be asked."""
+    """Forget what an entry knows about contacts: all that is near is going to be asked. It awaits nothing."""
+    move(k, h, NEVER)
     entry = k.queue[h]
     entry.tick = NEVER
     entry.guard = NEVER
@@ -166,6 +167,6 @@ def settle(k: Kernel, h: int) -> None:
     if WALLS and wall_is_before(k, h, key) and (entry.wall < key or kind == PAIR):
         key = entry.wall
         kind = WALL
-    entry.kind = kind
-    if key != entry.key:
+    if key != entry.key or kind != entry.kind or kind == PAIR:
+        entry.kind = kind
         move(k, h, key)
