@@ -61,14 +61,14 @@ def test_the_sample_run_is_what_the_command_prints():
 
 def test_the_sample_run_has_the_same_fingerprint_under_every_phase():
     (fingerprint,) = re.findall(r"^fingerprint +(\w+)$", README, flags=re.MULTILINE)
-    for phase in ("naive", "sap-1d", "sap-2d", "sweep-tiling"):
+    for phase in ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling"):
         sim = kt.Simulation(kt.make_scene("grid"), phase, keep_contacts=False)
         sim.run(1.0)
         assert sim.fingerprint == fingerprint
 
 
 def test_the_table_of_speeds_has_as_many_events_for_a_contact_as_there_are():
-    phases = ("naive", "sap-1d", "sap-2d", "sweep-tiling")
+    phases = ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling")
     head = "| density | " + " | ".join(f"`{phase}`" for phase in phases) + " |"
     rows = cells(README, head)
     assert [float(row[0]) for row in rows] == list(DENSITIES)
