@@ -142,6 +142,10 @@ def test_a_hook_that_does_not_compile_is_named_with_its_distribution() -> None:
 )
 def test_an_audit_finds_what_is_written_where_it_should_not_be(name: str, said: str) -> None:
     sim = kt.Simulation(scene(), name, audit=1)
+    if INTERPRETED and name == "names-a-stranger":  # an array of NumPy does not let itself be read there
+        with pytest.raises(PhaseError, match=rf"a hook of {name}.* raised IndexError"):
+            sim.run(until=0.0)
+        return
     with pytest.raises(AuditError, match=rf"broad phase '{name}': {said}"):
         sim.run(until=0.0)
 
