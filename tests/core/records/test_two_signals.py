@@ -48,10 +48,10 @@ ROUNDS = """
 
     for line in sys.stdin:
         how, path = line.split()
-        print("go", flush=True)
         try:
             try:
                 signal.signal(signal.SIGINT, signal.default_int_handler)
+                print("go", flush=True)
                 by_command(Path(path)) if how == "command" else in_python(path)
             except (KeyboardInterrupt, typer.Exit):
                 pass
