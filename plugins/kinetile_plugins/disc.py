@@ -155,7 +155,7 @@ def soonest(k: Kernel, body: int, count: int, barred: int, known: int, at: int) 
     """
     if count == 1:
         alone = k.near[0]
-        if alone == body or alone == barred or alone == known:  # noqa: SIM109
+        if alone == body or alone == barred or alone == known:  # noqa: SIM109 - no tuple in a hook
             return math.inf, math.inf, NOBODY
         soon = not_before(k, body, alone, at)
         return soon, math.inf, int(alone) if soon < math.inf else NOBODY

@@ -14,7 +14,8 @@ import numpy as np
 from kinetile.kernel.clock import SPAN, TICKS
 from kinetile.kernel.log import REANCHORED, WALLS
 from kinetile.kernel.loop import CONTACTS_REACHED, TIME_REACHED
-from kinetile.kernel.tables import NEVER, PAIR, STRUCTURAL, TURN, WALL, Kernel
+from kinetile.kernel.loop.calendar import rank
+from kinetile.kernel.tables import NEVER, STRUCTURAL, TURN, WALL
 from kinetile.run.engine import UNLIMITED, Engine
 from kinetile.run.interrupts import Unbroken
 
@@ -144,18 +145,12 @@ def _look(engine: Engine, until: int) -> _Head | None:
     k = engine.k
     clock, key = k.clock[0], np.asarray(k.queue.key)
     first = np.flatnonzero(key == key.min()).tolist() if len(key) else []
-    body = min(first, key=lambda body: _rank(k, body), default=None)
+    body = min(first, key=lambda body: rank(k, body), default=None)
     if clock.turn < clock.turns:
         tick = int(k.turns[int(clock.turn)].tick)
         if body is None or (tick, TURN) < (int(key[body]), int(k.queue[body].kind)):
             return _Head(tick, None)
     return None if body is None else _Head(int(key[body]), body)
-
-
-def _rank(k: Kernel, body: int) -> tuple[int, ...]:
-    """In which order bodies of one tick come: see ``kernel.loop.calendar``."""
-    kind, partner = int(k.queue[body].kind), int(k.queue[body].partner)
-    return (kind, min(body, partner), max(body, partner)) if kind == PAIR else (kind, body)
 
 
 def _awaited(engine: Engine) -> bool:

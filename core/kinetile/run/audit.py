@@ -20,6 +20,7 @@ import numpy.typing as npt
 from kinetile.errors import AuditError, KinetileError, UnawaitedContactError
 from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
 from kinetile.kernel.flight import positions_now
+from kinetile.kernel.loop.calendar import rank
 from kinetile.kernel.tables import GUESS, NEVER, NOT_ASKED, PAIR, SPARE, WALL, Kernel
 from kinetile.plugin.calling import place_of
 from kinetile.plugin.discovery import sentence
@@ -99,7 +100,7 @@ def _calendar(k: Kernel) -> Iterator[str]:
                 return
             if int(days[body]) % slices != at or int(k.queue.key[body]) == NEVER:
                 yield f"body {body} stands in slice {at} of the calendar, where it does not belong"
-            if previous < bodies and _rank(k, body) < _rank(k, previous):
+            if previous < bodies and rank(k, body) < rank(k, previous):
                 yield f"slice {at} of the calendar is out of order: body {previous} stands before body {body}"
             previous, body, found = body, after[body], found + 1
         if body != bodies + at or before[body] != previous:
@@ -112,14 +113,6 @@ def _calendar(k: Kernel) -> Iterator[str]:
         yield f"{said}; {counted} are counted"
     if waiting.any() and int(days[waiting].min()) < int(clock.slice):
         yield "a body is filed before the slice in which the head is sought"
-
-
-def _rank(k: Kernel, body: int) -> tuple[int, ...]:
-    """Where a body stands in the order of the queue (``kernel.loop.calendar``)."""
-    entry = k.queue[body]
-    kind, partner = int(entry.kind), int(entry.partner)
-    pair = (min(body, partner), max(body, partner)) if kind == PAIR else (body, body)
-    return (int(entry.key), kind, *pair, body)
 
 
 def _entries(k: Kernel) -> Iterator[str]:

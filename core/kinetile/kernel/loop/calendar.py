@@ -20,7 +20,7 @@ from kinetile.kernel.compiled import hook, larger, smaller
 from kinetile.kernel.tables import NEVER, NOBODY, PAIR, Kernel
 from kinetile.kernel.vectors import lowest_bit
 
-__all__ = ["file_all", "head", "move", "precedes", "runner_up"]
+__all__ = ["file_all", "head", "move", "precedes", "rank", "runner_up"]
 
 
 @hook
@@ -38,6 +38,14 @@ def precedes(k: Kernel, a: int, b: int) -> bool:
         if larger(a, one.partner) != larger(b, two.partner):
             return bool(larger(a, one.partner) < larger(b, two.partner))
     return a < b
+
+
+def rank(k: Kernel, body: int) -> tuple[int, ...]:
+    """Return where ``precedes`` puts what awaits a body: tuples in its order; not for hooks."""
+    entry = k.queue[body]
+    kind, partner = int(entry.kind), int(entry.partner)
+    pair = (min(body, partner), max(body, partner)) if kind == PAIR else (body, body)
+    return (int(entry.key), kind, *pair, body)
 
 
 @hook
