@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import kinetile as kt
-from agreement import PHASES, assert_one_answer
+from agreement import PHASES, assert_one_answer, lattice_scene
 from kinetile.errors import KinetileError
 from kinetile.kernel import skin
 
@@ -47,20 +47,6 @@ def test_two_hundred_random_scenes_of_all_sizes_and_masses(block):
 @pytest.mark.parametrize("name", ["figure-10", "figure-11", "figure-16", "break", "two-discs", "cradle"])
 def test_the_worst_cases_and_the_billiards(name):
     assert_one_answer(kt.make_scene(name), until=20.0, max_contacts=2000)
-
-
-def lattice_scene(seed: int) -> kt.Scene:
-    """Exact ties, touching starts, jitter from 1e-16 to 1e-9, turns at tie instants: the seed decides."""
-    rng = np.random.default_rng(seed)
-    return kt.make_scene(
-        "lattice",
-        bodies=int(rng.integers(2, 26)),
-        kind=("dyadic", "non-dyadic")[seed % 2],
-        touching=0.4,
-        jitter=float(10.0 ** rng.uniform(-16, -9)) if seed % 4 >= 2 else 0.0,
-        turns=int(rng.integers(3, 76)) if seed % 8 >= 4 else 0,
-        seed=seed,
-    )
 
 
 def assert_lattice_agrees(seed: int) -> str:

@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import kinetile as kt
-from agreement import outcome
+from agreement import lattice_scene, outcome
 from grids import few_wide_many_small, in_the_open, state_of
 
 SCENES = Path(__file__).parents[2] / "scenes"
@@ -60,16 +60,7 @@ def test_drawn_scenes(seed, bodies, ratio, density, arena, shift, narrow):
 @pytest.mark.parametrize("block", range(8))
 def test_lattices(block):
     for seed in range(25 * block, 25 * block + 25):
-        rng = np.random.default_rng(seed)
-        scene = kt.make_scene(
-            "lattice",
-            bodies=int(rng.integers(2, 26)),
-            kind=("dyadic", "non-dyadic")[seed % 2],
-            touching=0.4,
-            jitter=float(10.0 ** rng.uniform(-16, -9)) if seed % 4 >= 2 else 0.0,
-            turns=int(rng.integers(3, 76)) if seed % 8 >= 4 else 0,
-            seed=seed,
-        )
+        scene = lattice_scene(seed)
         assert_naives(scene, contacts=150)
         wide = float(2.0 * scene.radius.max())
         assert_naives(scene, contacts=150, side=2.0 ** np.ceil(np.log2(1.01 * wide)))  # edges at the ties

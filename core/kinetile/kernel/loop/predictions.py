@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from kinetile.kernel.compiled import larger, smaller, template, to_be_filled_in
+from kinetile.kernel.compiled import hook, larger, smaller, template, to_be_filled_in
 from kinetile.kernel.loop.calendar import move
 from kinetile.kernel.tables import (
     GUESS,
@@ -53,6 +53,13 @@ def forget(k: Kernel, h: int) -> None:
     entry.exact = 0
 
 
+@hook
+def barred_with(k: Kernel, h: int) -> int:
+    """Return the body that h has just met and that has met nobody since, or NOBODY."""
+    partner = k.bodies[h].last
+    return int(partner) if partner >= 0 and k.bodies[partner].last == h else NOBODY
+
+
 @template
 def not_before(at: int, ticks: float) -> int:
     """Return a tick that a contact is not before, ``ticks`` after a tick; NEVER for what is too far."""
@@ -65,9 +72,7 @@ def not_before(at: int, ticks: float) -> int:
 def look_at(k: Kernel, h: int, count: int, at: int) -> None:
     """Take what is in ``k.near[:count]`` into an entry, as seen at a tick before which no contact can be."""
     entry = k.queue[h]
-    barred = k.bodies[h].last
-    if barred >= 0 and k.bodies[barred].last != h:
-        barred = NOBODY
+    barred = barred_with(k, h)
     known = h
     if entry.partner >= 0 and entry.seen == k.bodies[entry.partner].stamp:
         known = entry.partner
@@ -124,9 +129,7 @@ def soonest_exactly(k: Kernel, h: int, count: int, barred: int, known: int) -> t
 @template
 def ask_all_exactly(k: Kernel, s: Any, h: int) -> None:
     """Ask all that is near a body exactly: bounds could not tell who comes first."""
-    barred = k.bodies[h].last
-    if barred >= 0 and k.bodies[barred].last != h:
-        barred = NOBODY
+    barred = barred_with(k, h)
     first, second, who = soonest_exactly(k, h, near(k, s, h), barred, h)
     entry = k.queue[h]
     entry.tick = first
