@@ -19,11 +19,13 @@ With ``NUMBA_DISABLE_JIT=1`` the same source runs interpreted, for a debugger an
 
 from __future__ import annotations
 
+import gc
 import hashlib
 import os
 import sys
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext
+from functools import cache
 from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
 from typing import Any, TypeVar, cast
@@ -68,14 +70,40 @@ class NotCompiled(Exception):
     """The compiler refuses a hook; the message is its own."""
 
 
+if not INTERPRETED:
+    import numba
+    from numba.core.registry import CPUDispatcher
+
+    _HOOK = {
+        "nopython": True,
+        "forceinline": True,
+        "error_model": "numpy",
+        "no_cpython_wrapper": True,
+        "no_cfunc_wrapper": True,
+    }
+    """What a hook is compiled with. Wrappers, to be called from Python, would cost half of the time."""
+
+    class _Hook(CPUDispatcher):
+        """A function that compiled code inlines."""
+
+        def __call__(self, *arguments: Any) -> Any:
+            """Run from Python."""
+            return _alone(self.py_func)(*arguments)
+
+    @cache
+    def _alone(function: Callable[..., Any]) -> Callable[..., Any]:
+        return _njit(function, cache=False)
+
+
 def hook(function: F) -> F:
     """Mark a function that runs inside the kernel's loop: compiled, forced inline, IEEE division (no
-    exceptions)."""
+    exceptions).
+
+    Called from Python, in a test say, it is compiled once more, apart and with what such a call needs.
+    """
     if INTERPRETED:
         return function
-    import numba
-
-    return cast(F, numba.njit(forceinline=True, error_model="numpy")(function))
+    return cast(F, _Hook(function, targetoptions=_HOOK))
 
 
 @hook
@@ -191,9 +219,9 @@ def _filled_in(source: FunctionType, parts: Mapping[str, Any], made: dict[str, A
 
 
 def _njit(function: Callable[..., Any], cache: bool) -> Callable[..., Any]:
-    import numba
-
-    return cast("Callable[..., Any]", numba.njit(cache=cache, error_model="numpy", nogil=True)(function))
+    njit = cast(Any, numba).njit
+    made = njit(cache=cache, error_model="numpy", nogil=True, no_cfunc_wrapper=True)(function)
+    return cast("Callable[..., Any]", made)
 
 
 def _fingerprint(function: Callable[..., Any], state: type) -> tuple[str, set[str]]:
@@ -278,13 +306,16 @@ def make_ready(function: Callable[..., Any], *arguments: Any) -> None:
     """
     if INTERPRETED:
         return
-    import numba
-
     typeof = cast(Any, numba).typeof
+    collecting = gc.isenabled()
+    gc.disable()  # the collector would go through all that Numba has made so far, again and again
     try:
         cast(Any, function).compile(tuple(typeof(argument) for argument in arguments))
     except Exception as error:  # Numba lets errors of all types through
         raise NotCompiled(f"{type(error).__name__}: {error}") from error
+    finally:
+        if collecting:
+            gc.enable()
 
 
 def is_cached(function: Callable[..., Any]) -> bool | None:

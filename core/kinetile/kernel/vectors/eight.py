@@ -100,6 +100,7 @@ else:
 
     cgutils = cast(Any, _cgutils)
 
+    _INLINED: Any = {"forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
     _DOUBLE, _WHOLE, _BIT, _WORD = ir.DoubleType(), ir.IntType(32), ir.IntType(1), ir.IntType(64)
 
     class _Eight(types.Type):
@@ -158,7 +159,7 @@ else:
         """Give two vectors of a kind an operator."""
         both = _binary((kind, kind), result, build)
 
-        @overload(symbol, jit_options={"forceinline": True})
+        @overload(symbol, jit_options=_INLINED)
         def typed(one: Any, two: Any) -> Any:
             def run(one: Any, two: Any) -> Any:
                 return both(one, two)
