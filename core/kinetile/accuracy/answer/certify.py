@@ -1,0 +1,208 @@
+"""Checking a list of contacts against docs/specification.md, line by line, in exact arithmetic.
+
+The certifier runs the scene itself (``course.Course``: integers, no tolerance, nothing of the kernel's contact
+times) and compares each line with what happens next. So a list is right to the end or wrong at one line; what is
+behind that line is not judged. It is not bound to how far two arithmetics agree before chaos parts them: the
+specification fixes every rounding.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetile.accuracy.answer.course import Course, Happening
+from kinetile.accuracy.answer.exact import tick_of, unit_bits
+from kinetile.accuracy.answer.reasons import named, reason, when
+from kinetile.errors import BadOption
+from kinetile.kernel.log import TURNED
+
+if TYPE_CHECKING:
+    from kinetile.scene import Scene
+
+__all__ = ["CertifiedLog", "LogCertifier", "LogProgress", "WrongLine", "certify_log"]
+
+_OFTEN = 256
+"""Lines between two calls of ``progress``."""
+
+_PLAN = ("x", "y", "vx", "vy")
+
+
+class LogProgress(NamedTuple):
+    """How far a certifier is: lines found right, of how many; time of the last."""
+
+    lines: int
+    total: int
+    time: float
+
+
+@dataclass(frozen=True)
+class WrongLine:
+    """The first line that is not as the specification has it.
+
+    Attributes:
+        index: its place, counted from 0; the number of lines where one is missing at the end.
+        found: what it says, as (epoch, tick, a, b); None where it is missing.
+        expected: what should stand there; None where nothing should.
+        why: the reason, in a sentence.
+    """
+
+    index: int
+    found: tuple[int, int, int, int] | None
+    expected: tuple[int, int, int, int] | None
+    why: str
+
+
+@dataclass(frozen=True)
+class CertifiedLog:
+    """What came of a check.
+
+    Attributes:
+        lines: how many lines are right, from the first one on.
+        total: how many there are.
+        until: the time up to and at which there must be no further contact; None: the lines alone were checked.
+        finished: False where the check was broken off.
+        wrong: the first line that is wrong, or None.
+    """
+
+    lines: int
+    total: int
+    until: float | None
+    finished: bool
+    wrong: WrongLine | None = None
+
+    @property
+    def right(self) -> bool:
+        """Whether all lines are right, and none is missing up to ``until``."""
+        return self.finished and self.wrong is None
+
+    def __str__(self) -> str:
+        lines = f"{self.lines:,} {'line is' if self.lines == 1 else 'lines are'} right"
+        if self.wrong is not None:
+            return f"line {self.wrong.index + 1} is wrong: {self.wrong.why}"
+        if not self.finished:
+            return f"the first {lines}, of {self.total:,}; broken off there"
+        end = "what comes after the last was not looked at" if self.until is None else f"up to time {self.until!r}"
+        return f"all {lines}, {end}"
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return everything in plain types, fit for JSON."""
+        wrong = self.wrong and vars(self.wrong)
+        return {**vars(self), "right": self.right, "wrong": wrong, "sentence": str(self)}
+
+
+class LogCertifier:
+    """A check under way; ``report`` says how far it is at any moment.
+
+    See ``certify_log`` for the arguments and errors.
+    """
+
+    def __init__(self, scene: Scene, contacts: NDArray[Any], until: float | None = None) -> None:
+        names = contacts.dtype.names or ()
+        if contacts.ndim != 1 or not {"epoch", "tick", "a", "b"} <= set(names):
+            raise BadOption(
+                "a list of contacts is an array of rows with the fields epoch, tick, a and b, such as sim.contacts; "
+                f"found an array of shape {contacts.shape}, fields {', '.join(names) or 'none'}"
+            )
+        if until is not None and not scene.start <= until < float("inf"):
+            raise BadOption(f"until is {until!r}; expected a time from the scene's start on, {scene.start!r}")
+        self.scene = scene
+        self._rows = contacts
+        self._whole = {"ax", "ay", "avx", "avy", "bx", "by", "bvx", "bvy"} <= set(names)
+        self._until = until
+        self._lines = 0
+        self._finished = False
+        self._wrong: WrongLine | None = None
+
+    @property
+    def report(self) -> CertifiedLog:
+        """What has been found so far."""
+        return CertifiedLog(self._lines, len(self._rows), self._until, self._finished, self._wrong)
+
+    def run(self, progress: Callable[[LogProgress], None] | None = None) -> CertifiedLog:
+        """Go through all lines, or to the first that is wrong."""
+        self._look(progress)
+        self._finished = True
+        return self.report
+
+    def _look(self, progress: Callable[[LogProgress], None] | None) -> None:
+        scene, bits = self.scene, unit_bits(self.scene)
+        course = Course(scene)
+        end = None if self._until is None else tick_of(self._until, scene.start, bits)
+        names = ["epoch", "tick", "a", "b"]
+        before = None
+        columns = [self._rows[name].tolist() for name in names]
+        for index, (epoch, tick, a, b) in enumerate(zip(*columns, strict=True)):
+            line = Happening((epoch << 52) + tick, a, b)
+            if progress is not None and index % _OFTEN == 0:
+                progress(LogProgress(index, len(self._rows), scene.start + course.now * course.tick))
+            due = self._due(course, line.tick if end is None else end)
+            if due != line or not 0 <= tick < 1 << 52:
+                rest = self._rows[names][index + 1 :]
+                why, due = reason(course, (epoch, tick, a, b), due, before, rest, end, self._whole)
+                self._wrong = WrongLine(index, (epoch, tick, a, b), due and _as_row(due), why)
+                return
+            course.happen()
+            if self._whole and (said := self._other_plans(course, index, line)):
+                self._wrong = WrongLine(index, _as_row(line), _as_row(line), said)
+                return
+            before = line
+            self._lines = index + 1
+        due = None if end is None else self._due(course, end)
+        if due is not None:
+            what = f"there is one more before the end: {named(due)} at {when(due.tick)}"
+            self._wrong = WrongLine(len(self._rows), None, _as_row(due), what)
+
+    def _due(self, course: Course, end: int) -> Happening | None:
+        """Return the next event that the list must have; those that it does not have, happen."""
+        due = course.next(end)
+        while due is not None and due.b <= TURNED and not self._whole:
+            course.happen()
+            due = course.next(end)
+        return due
+
+    def _other_plans(self, course: Course, index: int, line: Happening) -> str | None:
+        """Return where a row's plans are not those of rule 9; the sign of a zero is not looked at."""
+        row = self._rows[index]
+        for side, body in (("a", line.a), ("b", line.b)):
+            for name in _PLAN:
+                right = float("nan") if body < 0 else getattr(course.plans[body], name)
+                found = float(row[side + name])
+                if found != right and not (body < 0 and np.isnan(found)):
+                    what = f"{name} of body {body} after {named(line)} is {found!r}"
+                    return f"{what}; by rules 4 and 9 it is {right!r}"
+        return None
+
+
+def certify_log(
+    scene: Scene,
+    contacts: NDArray[Any],
+    until: float | None = None,
+    *,
+    progress: Callable[[LogProgress], None] | None = None,
+) -> CertifiedLog:
+    """Check that a list of contacts is the one that docs/specification.md gives a scene.
+
+    Args:
+        scene: what was simulated, by discs that exchange momentum and walls that reflect.
+        contacts: (m,) rows with the fields epoch, tick, a, b, in their order, such as ``sim.contacts``. Where rows
+            have the fields of ``kinetile.LOG``, turns are among them, and the plans after each event are compared.
+        until: the time up to and at which all contacts must be there, and after which none; None: the lines
+            are checked, and not what comes after the last.
+        progress: told now and then how far the check is.
+
+    Returns:
+        What was found: all lines right, or the first that is wrong, and why.
+
+    Raises:
+        BadOption: the array has other fields, or ``until`` is before the start.
+    """
+    return LogCertifier(scene, contacts, until).run(progress)
+
+
+def _as_row(event: Happening) -> tuple[int, int, int, int]:
+    return event.tick >> 52, event.tick & ((1 << 52) - 1), event.a, event.b
