@@ -1,1 +1,1 @@
-"""The answer of a scene by docs/specification.md, in exact arithmetic, and the checking of lists against it."""
+"""The answer of a scene by docs/specification.md, in exact arithmetic, and lists checked against it."""

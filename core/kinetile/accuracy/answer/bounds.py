@@ -1,8 +1,9 @@
 """Lower bounds of contact times in doubles, so that few pairs have to be asked exactly.
 
 A ``Filter`` has a row for each body's plan. Asked at a tick before which no contact can come any more, and
-not before any anchor, it says of one body and every other that no contact of the two comes before some tick. It
-decides nothing: what it says cannot be earlier than the contact is asked in integers (``exact.pair_tick``).
+not before any anchor, it says of one body and every other that no contact of the two comes before some tick.
+It decides nothing: what it says cannot be earlier than the contact is asked in integers
+(``exact.pair_tick``).
 
 The bound. Let u = 2^-53; X the largest of all coordinates of plans and of places at that tick; R the sum of
 two radii, r the largest radius; d and v separation and relative velocity of two bodies at the tick, in exact
@@ -10,16 +11,18 @@ arithmetic; t the time from there to their contact, at which the distance is at 
 |v| t <= |d| + R <= L with L = 4 X + 2 r, since |d| <= 2 sqrt(2) X.
 
 1. *Places.* A place is x + v s. The time s is a difference of integers, rounded; with the product and the sum
-   three roundings, of numbers below 2 X, X for the sum: at most 5.1 u X. A coordinate of d is the difference of
-   two: off by less than 13 u X, so d by less than 19 u X. The relative velocity is off by u |v|, which until t
-   comes to u L. So along the line of the doubles the distance at t is at most R + e with e = 19 u X + u L.
-2. *The line.* For the doubles d and v, exactly: p = -d.v / |v| is how far the closest point is ahead, h = |d x v| /
-   |v| how close it is. The distance falls to rho after a way of s(rho) = p - sqrt(rho^2 - h^2), and never if h >
-   rho. Since ds/drho <= -1, s(rho + f) <= s(rho) - f for f >= 0.
-3. *Roundings.* h and p are computed with errors of at most 6 u |d|: two products and a sum, none above |d| |v|,
-   two roundings' worth for |v|, one for the quotient. An error f of h is made good by f more of rho, because
-   (rho + f)^2 - (h + f)^2 >= rho^2 - h^2 for h <= rho. The root of (rho - h)(rho + h) is off by 3 u rho, rho
-   itself by 2 u rho, the difference p - root by u L. With e that is, in all, less than 70 u X + 20 u r. So with
+   three roundings, of numbers below 2 X, X for the sum: at most 5.1 u X. A coordinate of d is the difference
+   of two: off by less than 13 u X, so d by less than 19 u X. The relative velocity is off by u |v|, which
+   until t comes to u L. So along the line of the doubles the distance at t is at most R + e with
+   e = 19 u X + u L.
+2. *The line.* For the doubles d and v, exactly: p = -d.v / |v| is how far the closest point is ahead, h =
+   |d x v| / |v| how close it is. The distance falls to rho after a way of s(rho) = p - sqrt(rho^2 - h^2), and
+   never if h > rho. Since ds/drho <= -1, s(rho + f) <= s(rho) - f for f >= 0.
+3. *Roundings.* h and p are computed with errors of at most 6 u |d|: two products and a sum, none above
+   |d| |v|, two roundings' worth for |v|, one for the quotient. An error f of h is made good by f more of rho,
+   because (rho + f)^2 - (h + f)^2 >= rho^2 - h^2 for h <= rho. The root of (rho - h)(rho + h) is off by
+   3 u rho, rho itself by 2 u rho, the difference p - root by u L. With e that is, in all, less than
+   70 u X + 20 u r. So with
 
        rho = R + fat,  fat = 2^-45 (X + r) = 256 u (X + r)
 
@@ -27,12 +30,13 @@ arithmetic; t the time from there to their contact, at which the distance is at 
    contact. Where the way is not positive, the contact may be now. Where p < -fat, d.v > 0 in exact arithmetic
    too: the two part, and never meet.
 4. *The tick.* The way divided by |v| and by a tick has six roundings: 1 - 2^-48 is less than they can lose.
-   Rounded down and added to the present tick, which is an integer, it is a bound of the floor of the contact's.
+   Rounded down and added to the present tick, which is an integer, it is a bound of the floor of the
+   contact's.
 
-Underflow: |v|^2 below 2^-900 decides nothing, unless v is 0, and v = 0 is exact: then the two never meet. Above
-that, what underflows in a product is below 2^-1074, and divided by |v| below 2^-624, where fat is at least
-2^-245 (radii are at least 2^-200). What overflows becomes infinite or not a number, and that is a bound of now;
-an infinite X makes fat infinite, and everything is asked.
+Underflow: |v|^2 below 2^-900 decides nothing, unless v is 0, and v = 0 is exact: then the two never meet.
+Above that, what underflows in a product is below 2^-1074, and divided by |v| below 2^-624, where fat is at
+least 2^-245 (radii are at least 2^-200). What overflows becomes infinite or not a number, and that is a bound
+of now; an infinite X makes fat infinite, and everything is asked.
 """
 
 from __future__ import annotations
@@ -54,8 +58,8 @@ Floats = NDArray[np.float64]
 class Filter:
     """Rows of all bodies' plans: place, velocity, anchor.
 
-    ``origin`` is what anchors are counted from, so that 64 bits hold them: it is moved on in time (``rebase``),
-    and all anchors are within 2^62 ticks of the present one.
+    ``origin`` is what anchors are counted from, so that 64 bits hold them: it is moved on in time
+    (``rebase``), and all anchors are within 2^62 ticks of the present one.
     """
 
     def __init__(self, radius: Floats, fine: int) -> None:
@@ -103,7 +107,7 @@ class Filter:
             ahead = -(dx * dvx + dy * dvy) / speed
             miss = np.abs(dx * dvy - dy * dvx) / speed
             way = ahead - np.sqrt((reach - miss) * (reach + miss))
-            wait = np.fmax(way / speed * (self._ticks * _LESS), 0.0)
+            wait: Floats = np.fmax(way / speed * (self._ticks * _LESS), 0.0)
             passes = (miss > reach) | (ahead < -fat)
             wait[passes] = np.inf
             odd = ~(speed2 >= _SLOWEST)
@@ -112,4 +116,3 @@ class Filter:
                 wait[odd] = np.where(still, np.inf, 0.0)[odd]
             wait[np.arange(len(bodies)), bodies] = np.inf
         return wait
-

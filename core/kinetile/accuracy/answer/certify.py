@@ -1,9 +1,9 @@
 """Checking a list of contacts against docs/specification.md, line by line, in exact arithmetic.
 
-The certifier runs the scene itself (``course.Course``: integers, no tolerance, nothing of the kernel's contact
-times) and compares each line with what happens next. So a list is right to the end or wrong at one line; what is
-behind that line is not judged. It is not bound to how far two arithmetics agree before chaos parts them: the
-specification fixes every rounding.
+The certifier runs the scene itself (``course.Course``: integers, no tolerance, nothing of the kernel's
+contact times) and compares each line with what happens next. So a list is right to the end or wrong at one
+line; what is behind that line is not judged. It is not bound to how far two arithmetics agree before chaos
+parts them: the specification fixes every rounding.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from kinetile.accuracy.answer.course import Course, Happening
 from kinetile.accuracy.answer.exact import tick_of, unit_bits
-from kinetile.accuracy.answer.reasons import named, reason, when
+from kinetile.accuracy.answer.reasons import Row, named, reason, row_of, when
 from kinetile.errors import BadOption
 from kinetile.kernel.log import TURNED
 
@@ -52,8 +52,8 @@ class WrongLine:
     """
 
     index: int
-    found: tuple[int, int, int, int] | None
-    expected: tuple[int, int, int, int] | None
+    found: Row | None
+    expected: Row | None
     why: str
 
 
@@ -64,7 +64,8 @@ class CertifiedLog:
     Attributes:
         lines: how many lines are right, from the first one on.
         total: how many there are.
-        until: the time up to and at which there must be no further contact; None: the lines alone were checked.
+        until: the time up to and at which there must be no further contact; None: the lines alone were
+            checked.
         finished: False where the check was broken off.
         wrong: the first line that is wrong, or None.
     """
@@ -86,7 +87,7 @@ class CertifiedLog:
             return f"line {self.wrong.index + 1} is wrong: {self.wrong.why}"
         if not self.finished:
             return f"the first {lines}, of {self.total:,}; broken off there"
-        end = "what comes after the last was not looked at" if self.until is None else f"up to time {self.until!r}"
+        end = "what comes after them was not asked" if self.until is None else f"to time {self.until!r}"
         return f"all {lines}, {end}"
 
     def as_dict(self) -> dict[str, Any]:
@@ -105,7 +106,7 @@ class LogCertifier:
         names = contacts.dtype.names or ()
         if contacts.ndim != 1 or not {"epoch", "tick", "a", "b"} <= set(names):
             raise BadOption(
-                "a list of contacts is an array of rows with the fields epoch, tick, a and b, such as sim.contacts; "
+                "a list of contacts is an array with the fields epoch, tick, a and b, such as sim.contacts; "
                 f"found an array of shape {contacts.shape}, fields {', '.join(names) or 'none'}"
             )
         if until is not None and not scene.start <= until < float("inf"):
@@ -143,19 +144,20 @@ class LogCertifier:
             due = self._due(course, line.tick if end is None else end)
             if due != line or not 0 <= tick < 1 << 52:
                 rest = self._rows[names][index + 1 :]
-                why, due = reason(course, (epoch, tick, a, b), due, before, rest, end, self._whole)
-                self._wrong = WrongLine(index, (epoch, tick, a, b), due and _as_row(due), why)
+                found = epoch, tick, a, b
+                why, due = reason(course, found, due, before, rest, end)
+                self._wrong = WrongLine(index, found, due and row_of(due), why)
                 return
             course.happen()
             if self._whole and (said := self._other_plans(course, index, line)):
-                self._wrong = WrongLine(index, _as_row(line), _as_row(line), said)
+                self._wrong = WrongLine(index, row_of(line), row_of(line), said)
                 return
             before = line
             self._lines = index + 1
         due = None if end is None else self._due(course, end)
         if due is not None:
             what = f"there is one more before the end: {named(due)} at {when(due.tick)}"
-            self._wrong = WrongLine(len(self._rows), None, _as_row(due), what)
+            self._wrong = WrongLine(len(self._rows), None, row_of(due), what)
 
     def _due(self, course: Course, end: int) -> Happening | None:
         """Return the next event that the list must have; those that it does not have, happen."""
@@ -189,8 +191,9 @@ def certify_log(
 
     Args:
         scene: what was simulated, by discs that exchange momentum and walls that reflect.
-        contacts: (m,) rows with the fields epoch, tick, a, b, in their order, such as ``sim.contacts``. Where rows
-            have the fields of ``kinetile.LOG``, turns are among them, and the plans after each event are compared.
+        contacts: (m,) rows with the fields epoch, tick, a, b, in their order, such as ``sim.contacts``. Where
+            rows have the fields of ``kinetile.LOG``, turns are among them, and the plans after each event are
+            compared.
         until: the time up to and at which all contacts must be there, and after which none; None: the lines
             are checked, and not what comes after the last.
         progress: told now and then how far the check is.
@@ -202,7 +205,3 @@ def certify_log(
         BadOption: the array has other fields, or ``until`` is before the start.
     """
     return LogCertifier(scene, contacts, until).run(progress)
-
-
-def _as_row(event: Happening) -> tuple[int, int, int, int]:
-    return event.tick >> 52, event.tick & ((1 << 52) - 1), event.a, event.b

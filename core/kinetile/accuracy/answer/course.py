@@ -2,15 +2,15 @@
 
 A heap holds what may come next, by tick, class and numbers, which is the order of rule 8:
 
-- *bounds* (class 0, before whatever else is at their tick): no contact of two bodies comes before it; or, without
-  a second body, no contact of one body with any that its entries do not name. At the head of the heap the
-  first is asked exactly, the second looks at all bodies again;
+- *bounds* (class 0, before whatever else is at their tick): no contact of two bodies comes before it; or,
+  without a second body, no contact of one body with any that its entries do not name. At the head of the heap
+  the first is asked exactly, the second looks at all bodies again;
 - anchorings by the clock, turns, walls and pairs, exact.
 
-A body whose plan has changed looks at all others, by ``bounds.Filter``: the few that may come first get an entry
-each, the rest one for all. So of each two bodies at least the one that changed last knows of the other, and
-an entry that is older than the plan of one of its bodies is dropped. That is O(n) a contact, and about one
-question in integers for each body in it.
+A body whose plan has changed looks at all others, by ``bounds.Filter``: the few that may come first get an
+entry each, the rest one for all. So of each two bodies at least the one that changed last knows of the other,
+and an entry that is older than the plan of one of its bodies is dropped. That is O(n) a contact, and about
+one question in integers for each body in it.
 """
 
 from __future__ import annotations
@@ -57,8 +57,8 @@ class Happening(NamedTuple):
 class _Entry(NamedTuple):
     """What may come next: compared in this order, which is that of rule 8.
 
-    ``b`` is a body, or ``_NOBODY``; at a wall its number, negated; at a turn its place in the list. The stamps
-    say which plans of a and b are meant.
+    ``b`` is a body, or ``_NOBODY``; at a wall its number, negated; at a turn its place in the list. The
+    stamps say which plans of a and b are meant.
     """
 
     tick: int
@@ -75,28 +75,31 @@ class Course:
     Attributes:
         plans: the present flight plans, by body.
         now: the tick up to which all is known.
+        tick: how long a tick is.
     """
 
     def __init__(self, scene: Scene) -> None:
         bits = unit_bits(scene)
         self.frame = Frame(scene.arena, bits)
         self.now = 0
-        self._tick = 2.0**-self.frame.fine
+        self.tick = 2.0**-self.frame.fine
         self._radius = scene.radius.tolist()
         masses = scene.mass.tolist()
         self._mass = None if len(set(masses)) <= 1 else masses
-        self._turns = sorted(
-            (tick_of(turn.time, scene.start, bits), turn.body, index) for index, turn in enumerate(scene.turns)
-        )
         self._velocities = [turn.velocity for turn in scene.turns]
-        self._heap = [_Entry(tick, _TURN, body, index) for tick, body, index in self._turns]
+        self._heap = [
+            _Entry(tick_of(turn.time, scene.start, bits), _TURN, turn.body, index)
+            for index, turn in enumerate(scene.turns)
+        ]
         self._heap.append(_Entry(_SPAN, _ANCHORING, _NOBODY, _NOBODY))
         self._met = [_NOBODY] * len(scene)
         self._stamp = [0] * len(scene)
         self._filter = Filter(scene.radius, self.frame.fine)
-        states = np.hstack([scene.position, scene.velocity]).tolist()
         self.plans = [
-            Plan(*state, 0, radius, self.frame) for state, radius in zip(states, self._radius, strict=True)
+            Plan(x, y, vx, vy, 0, radius, self.frame)
+            for (x, y), (vx, vy), radius in zip(
+                scene.position.tolist(), scene.velocity.tolist(), self._radius, strict=True
+            )
         ]
         for body, plan in enumerate(self.plans):
             self._filter.put(body, plan)
@@ -168,7 +171,7 @@ class Course:
 
     def _place(self, plan: Plan, tick: int) -> tuple[float, float]:
         elapsed = tick - plan.anchor
-        return anchored(plan.x, plan.vx, elapsed, self._tick), anchored(plan.y, plan.vy, elapsed, self._tick)
+        return anchored(plan.x, plan.vx, elapsed, self.tick), anchored(plan.y, plan.vy, elapsed, self.tick)
 
     def _change(self, body: int, x: float, y: float, vx: float, vy: float) -> None:
         """Give a body another plan, from now on, which ends its bars."""
@@ -187,7 +190,7 @@ class Course:
         self._look(bodies)
 
     def _look(self, bodies: list[int]) -> None:
-        """Let bodies look at all others: the few that may come first get an entry each, the rest one for all."""
+        """Let bodies look at all others: the few that may come first get entries, the rest one for all."""
         for body, waits in zip(bodies, self._filter.waits(bodies, self.now), strict=True):
             if self._met[body] != _NOBODY and self.barred(body, self._met[body]):
                 waits[self._met[body]] = np.inf

@@ -2,16 +2,17 @@
 
 A double is an integer over a power of two, and so is the length of a tick. So a plan is written once as
 integers of one fineness: its coordinates, and how far it flies in a tick, in units of 2^-bits of the length.
-Where two bodies are at some tick, and the coefficients of the quadratic for the distance of their centres, are
-then integers too, with the time counted in ticks::
+Where two bodies are at some tick, and the coefficients of the quadratic for the distance of their centres,
+are then integers too, with the time counted in ticks::
 
     a T^2 + 2 b T + c,   a = |v|^2,  b = d . v,  c = |d|^2 - R^2
 
-The first root is (-b - sqrt(D)) / a with D = b^2 - a c. Its floor is the floor of floor(-b - sqrt(D)) / a, and
-floor(-b - sqrt(D)) is -b - r with the integer square root r of D, or one less where D is no square. So one
-``isqrt`` and one division give the tick of contact, and nothing is rounded before.
+The first root is (-b - sqrt(D)) / a with D = b^2 - a c. Its floor is the floor of floor(-b - sqrt(D)) / a,
+and floor(-b - sqrt(D)) is -b - r with the integer square root r of D, or one less where D is no square. So
+one ``isqrt`` and one division give the tick of contact, and nothing is rounded before.
 
-Nothing here is shared with the kernel, and nothing of it with ``kinetile.accuracy.queries.truth`` but the idea.
+Nothing here is shared with the kernel, and nothing of it with ``kinetile.accuracy.queries.truth`` but the
+idea.
 """
 
 from __future__ import annotations
@@ -43,14 +44,15 @@ def unit_bits(scene: Scene) -> int:
     if scene.arena is not None:
         extent = max(scene.arena)
     else:
-        extent = max(abs(place) for row in scene.position.tolist() for place in row) + max(scene.radius.tolist())
-    crossings = math.sqrt(largest) / extent * (1 - 2**-20)
+        farthest = max(abs(place) for row in scene.position.tolist() for place in row)
+        extent = farthest + max(scene.radius.tolist())
+    crossings = math.sqrt(largest) / extent * (1.0 - 2.0**-20)
     return next((e for e in range(900) if crossings < 2.0**e), 900)
 
 
 def tick_of(time: float, start: float, bits: int) -> int:
     """Return the tick of a time (rule 3), where the unit is 2^-bits."""
-    return math.floor((Fraction(time) - Fraction(start)) * 2 ** (UNIT_BITS + bits))
+    return math.floor((Fraction(time) - Fraction(start)) * (1 << (UNIT_BITS + bits)))
 
 
 class Frame:

@@ -1,4 +1,5 @@
-"""What is carried on rounded: rules 4 and 9 of docs/specification.md, in doubles and in the order of the rules.
+"""What is carried on rounded: rules 4 and 9 of docs/specification.md, in doubles and in the order of the
+rules.
 
 Python's float is a double, each of its operations rounds once, to nearest and ties to even, and nothing is
 contracted; ``float(n)`` of an integer and the quotient of two integers are rounded correctly as well.
@@ -8,9 +9,9 @@ from __future__ import annotations
 
 import math
 
-__all__ = ["Velocity", "anchored", "exchanged", "product_error"]
+__all__ = ["Vector", "anchored", "exchanged", "product_error"]
 
-Velocity = tuple[float, float]
+Vector = tuple[float, float]
 
 
 def anchored(place: float, speed: float, ticks: int, tick: float) -> float:
@@ -26,8 +27,10 @@ def product_error(a: float, b: float) -> float:
 
 
 def exchanged(
-    places: tuple[Velocity, Velocity], velocities: tuple[Velocity, Velocity], masses: tuple[float, float] | None
-) -> tuple[Velocity, Velocity]:
+    places: tuple[Vector, Vector],
+    velocities: tuple[Vector, Vector],
+    masses: tuple[float, float] | None,
+) -> tuple[Vector, Vector]:
     """Return the velocities of two bodies after their contact (rule 9).
 
     ``places`` are their centres; ``masses`` is None where all bodies of the scene have one mass.
@@ -47,7 +50,7 @@ def exchanged(
     speed = total + (low - total * excess)
     ga = gb = speed
     if masses is not None:
-        ga, gb = _share(*masses, speed), _share(*reversed(masses), speed)
+        ga, gb = _share(masses[0], masses[1], speed), _share(masses[1], masses[0], speed)
     return (vxa + ga * nx, vya + ga * ny), (vxb - gb * nx, vyb - gb * ny)
 
 
