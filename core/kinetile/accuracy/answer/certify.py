@@ -8,7 +8,8 @@ parts them: the specification fixes every rounding.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import hashlib
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -30,6 +31,9 @@ _OFTEN = 256
 """Lines between two calls of ``progress``."""
 
 _PLAN = ("x", "y", "vx", "vy")
+_NAMES = ["epoch", "tick", "a", "b"]
+_ENTRY = np.dtype([("epoch", "<i8"), ("tick", "<i8"), ("a", "<i4"), ("b", "<i4")])
+_AT_ONCE = 1 << 14
 
 
 class LogProgress(NamedTuple):
@@ -68,6 +72,7 @@ class CertifiedLog:
             checked.
         finished: False where the check was broken off.
         wrong: the first line that is wrong, or None.
+        fingerprint: the digest of the contacts (rule 10), where all lines are right.
     """
 
     lines: int
@@ -75,6 +80,7 @@ class CertifiedLog:
     until: float | None
     finished: bool
     wrong: WrongLine | None = None
+    fingerprint: str | None = None
 
     @property
     def right(self) -> bool:
@@ -84,7 +90,7 @@ class CertifiedLog:
     def __str__(self) -> str:
         lines = f"{self.lines:,} {'line is' if self.lines == 1 else 'lines are'} right"
         if self.wrong is not None:
-            return f"line {self.wrong.index + 1} is wrong: {self.wrong.why}"
+            return f"line {self.wrong.index + 1:,} is wrong: {self.wrong.why}"
         if not self.finished:
             return f"the first {lines}, of {self.total:,}; broken off there"
         end = "what comes after them was not asked" if self.until is None else f"to time {self.until!r}"
@@ -102,9 +108,17 @@ class LogCertifier:
     See ``certify_log`` for the arguments and errors.
     """
 
-    def __init__(self, scene: Scene, contacts: NDArray[Any], until: float | None = None) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        contacts: NDArray[Any],
+        until: float | None = None,
+        *,
+        max_contacts: int | None = None,
+        fingerprint: str | None = None,
+    ) -> None:
         names = contacts.dtype.names or ()
-        if contacts.ndim != 1 or not {"epoch", "tick", "a", "b"} <= set(names):
+        if contacts.ndim != 1 or not set(_NAMES) <= set(names):
             raise BadOption(
                 "a list of contacts is an array with the fields epoch, tick, a and b, such as sim.contacts; "
                 f"found an array of shape {contacts.shape}, fields {', '.join(names) or 'none'}"
@@ -115,6 +129,9 @@ class LogCertifier:
         self._rows = contacts
         self._whole = {"ax", "ay", "avx", "avy", "bx", "by", "bvx", "bvy"} <= set(names)
         self._until = until
+        self._most = max_contacts
+        self._said = fingerprint
+        self._print: str | None = None
         self._lines = 0
         self._finished = False
         self._wrong: WrongLine | None = None
@@ -122,42 +139,53 @@ class LogCertifier:
     @property
     def report(self) -> CertifiedLog:
         """What has been found so far."""
-        return CertifiedLog(self._lines, len(self._rows), self._until, self._finished, self._wrong)
+        found = self._lines, len(self._rows), self._until, self._finished, self._wrong, self._print
+        return CertifiedLog(*found)
 
     def run(self, progress: Callable[[LogProgress], None] | None = None) -> CertifiedLog:
         """Go through all lines, or to the first that is wrong."""
-        self._look(progress)
+        self._wrong = self._first_wrong(progress)
         self._finished = True
         return self.report
 
-    def _look(self, progress: Callable[[LogProgress], None] | None) -> None:
+    def _first_wrong(self, progress: Callable[[LogProgress], None] | None) -> WrongLine | None:
+        """Return the first line that is wrong."""
         scene, bits = self.scene, unit_bits(self.scene)
         course = Course(scene)
         end = None if self._until is None else tick_of(self._until, scene.start, bits)
-        names = ["epoch", "tick", "a", "b"]
-        before = None
-        columns = [self._rows[name].tolist() for name in names]
-        for index, (epoch, tick, a, b) in enumerate(zip(*columns, strict=True)):
+        before, contacts = None, 0
+        for index, found in enumerate(self._found()):
+            epoch, tick, a, b = found
             line = Happening((epoch << 52) + tick, a, b)
             if progress is not None and index % _OFTEN == 0:
                 progress(LogProgress(index, len(self._rows), scene.start + course.now * course.tick))
+            contacts += b > TURNED
+            if self._most is not None and contacts > self._most:
+                return WrongLine(index, found, None, f"there are to be {self._most:,} contacts and no more")
             due = self._due(course, line.tick if end is None else end)
             if due != line or not 0 <= tick < 1 << 52:
-                rest = self._rows[names][index + 1 :]
-                found = epoch, tick, a, b
-                why, due = reason(course, found, due, before, rest, end)
-                self._wrong = WrongLine(index, found, due and row_of(due), why)
-                return
+                why, due = reason(course, found, due, before, self._rows[_NAMES][index + 1 :], end)
+                return WrongLine(index, found, due and row_of(due), why)
             course.happen()
             if self._whole and (said := self._other_plans(course, index, line)):
-                self._wrong = WrongLine(index, row_of(line), row_of(line), said)
-                return
+                return WrongLine(index, found, found, said)
             before = line
             self._lines = index + 1
-        due = None if end is None else self._due(course, end)
+        due = None if end is None or contacts == self._most else self._due(course, end)
         if due is not None:
-            what = f"there is one more before the end: {named(due)} at {when(due.tick)}"
-            self._wrong = WrongLine(len(self._rows), None, row_of(due), what)
+            why = f"there is one more before the end: {named(due)} at {when(due.tick)}"
+            return WrongLine(len(self._rows), None, row_of(due), why)
+        self._print = _fingerprint(self._rows)
+        if self._said not in (None, self._print):
+            why = f"the fingerprint of the lines before it is {self._print}, and not {self._said}"
+            return WrongLine(len(self._rows), None, None, why)
+        return None
+
+    def _found(self) -> Iterator[Row]:
+        """Yield the lines in plain numbers."""
+        for first in range(0, len(self._rows), _AT_ONCE):
+            some = self._rows[first : first + _AT_ONCE]
+            yield from zip(*(some[name].tolist() for name in _NAMES), strict=True)
 
     def _due(self, course: Course, end: int) -> Happening | None:
         """Return the next event that the list must have; those that it does not have, happen."""
@@ -185,6 +213,8 @@ def certify_log(
     contacts: NDArray[Any],
     until: float | None = None,
     *,
+    max_contacts: int | None = None,
+    fingerprint: str | None = None,
     progress: Callable[[LogProgress], None] | None = None,
 ) -> CertifiedLog:
     """Check that a list of contacts is the one that docs/specification.md gives a scene.
@@ -196,6 +226,8 @@ def certify_log(
             compared.
         until: the time up to and at which all contacts must be there, and after which none; None: the lines
             are checked, and not what comes after the last.
+        max_contacts: the list is of a run that was ended after so many contacts, if not before.
+        fingerprint: what the list says is its own; None: it says none.
         progress: told now and then how far the check is.
 
     Returns:
@@ -204,4 +236,14 @@ def certify_log(
     Raises:
         BadOption: the array has other fields, or ``until`` is before the start.
     """
-    return LogCertifier(scene, contacts, until).run(progress)
+    certifier = LogCertifier(scene, contacts, until, max_contacts=max_contacts, fingerprint=fingerprint)
+    return certifier.run(progress)
+
+
+def _fingerprint(rows: NDArray[Any]) -> str:
+    """Return the fingerprint of rule 10, of the contacts among rows."""
+    contacts = rows[rows["b"] > TURNED]
+    exact = np.zeros(len(contacts), _ENTRY)
+    for name in _NAMES:
+        exact[name] = contacts[name]
+    return hashlib.sha256(exact.tobytes()).hexdigest()
