@@ -75,8 +75,8 @@ def _numbers(text: str, source: str, number: int) -> tuple[int, ...]:
         found = ()
     if len(found) != 4 or any(not -(2**63) <= each < 2**63 for each in found):
         raise BadOption(
-            f"{source}, line {number}: found {shown(text)}; expected epoch, tick, a and b, four whole numbers "
-            "of 64 bits with spaces between, or as the last line 'fingerprint' and 64 hexadecimal digits"
+            f"{source}, line {number}: found {shown(text)}; expected epoch, tick, a and b, four whole "
+            "numbers of 64 bits, or as the last line 'fingerprint' and 64 hexadecimal digits"
         )
     return found
 

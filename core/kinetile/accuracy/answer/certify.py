@@ -88,13 +88,12 @@ class CertifiedLog:
         return self.finished and self.wrong is None
 
     def __str__(self) -> str:
-        lines = f"{self.lines:,} {'line is' if self.lines == 1 else 'lines are'} right"
         if self.wrong is not None:
             return f"line {self.wrong.index + 1:,} is wrong: {self.wrong.why}"
         if not self.finished:
-            return f"the first {lines}, of {self.total:,}; broken off there"
+            return f"the first {self.lines:,} of {self.total:,} lines are right; broken off there"
         end = "what comes after them was not asked" if self.until is None else f"to time {self.until!r}"
-        return f"all {lines}, {end}"
+        return f"all lines are right: {self.total:,}, {end}"
 
     def as_dict(self) -> dict[str, Any]:
         """Return everything in plain types, fit for JSON."""

@@ -227,5 +227,5 @@ class Course:
         self._filter.rebase(tick)
         for body, plan in enumerate(self.plans):
             if plan.anchor < tick - _SPAN:
-                heapq.heappush(self._heap, _Entry(tick, _ANCHORING, body, 0, self._stamp[body]))
+                heapq.heappush(self._heap, _Entry(tick, _ANCHORING, body, _NOBODY, self._stamp[body]))
         heapq.heappush(self._heap, _Entry(tick + _SPAN, _ANCHORING, _NOBODY, _NOBODY))

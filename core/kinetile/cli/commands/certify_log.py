@@ -106,8 +106,8 @@ def _events(path: str, scene: Scene, end: float | None) -> _Log:
     (rows, metadata), its_scene = read_with_scene(path)
     if metadata["answer"] != ANSWER:
         raise BadOption(
-            f"{path} is of answer {metadata['answer']}, and what is checked here is answer {ANSWER}: its contacts "
-            "follow other rules"
+            f"{path} is of answer {metadata['answer']}, and what is checked here is answer {ANSWER}: "
+            "its contacts follow other rules"
         )
     if relabelled(its_scene, settings=scene.settings) != scene:
         raise BadOption(
