@@ -160,6 +160,10 @@ class Course:
         """Whether two bodies are barred from each other (rule 7)."""
         return self._met[a] == b and self._met[b] == a
 
+    def will_turn(self, body: int, tick: int) -> bool:
+        """Whether the scene has a turn of a body at a tick, which has not happened yet."""
+        return any(entry[:3] == (tick, _TURN, body) for entry in self._heap)
+
     def _is_of_now(self, entry: _Entry) -> bool:
         """Whether an entry is about plans as they are."""
         _, kind, a, b, stamp, other_stamp = entry

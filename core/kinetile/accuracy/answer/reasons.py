@@ -69,7 +69,7 @@ def reason(
         first = f"{named(due)}, at {when(due.tick)}"
         follows = _place_in(rest, due)
         if follows is None and (own == line.tick or due.tick < line.tick):
-            return f"{at}: before that comes {first}, and that contact is not in the log", due
+            return f"{at}: before that comes {first}, and that is not in the log", due
         if own == line.tick or (follows == 0 and _follows(course, due, line)):
             place = "the next line" if follows == 0 else f"{(follows or 0) + 1:,} lines further on"
             return f"{at} is in the wrong order: before it comes {first}, which is {place}", due
@@ -98,10 +98,11 @@ def _malformed(course: Course, found: Row) -> str | None:
 
 def _asked(course: Course, line: Happening) -> tuple[int | None, str]:
     """Return when the bodies of a line meet by their present plans, or None; and that in words."""
-    _, a, b = line
+    tick, a, b = line
     if b < 0:
         if b not in WALLS:
-            return None, "nothing of the kind happens then"
+            here = b == TURNED and course.will_turn(a, tick)
+            return tick if here else None, "nothing of the kind happens then"
         met = wall_tick(course.plans[a], course.frame)
         if met is None:
             return None, "it flies towards no wall"

@@ -133,8 +133,10 @@ SCENES = {
 }
 
 
+@pytest.mark.parametrize("few", [1, 4])
 @pytest.mark.parametrize("name", SCENES)
-def test_the_next_event_is_that_of_asking_everybody(name):
+def test_the_next_event_is_that_of_asking_everybody(name, few, monkeypatch):
+    monkeypatch.setattr("kinetile.accuracy.answer.course._FEW", few)
     made, until = SCENES[name]
     scene = made()
     end = tick_of(until, scene.start, unit_bits(scene))
