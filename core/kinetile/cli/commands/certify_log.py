@@ -12,7 +12,6 @@ from kinetile.cli.json_output import as_json, scene_summary
 from kinetile.cli.options import Json, MaxContacts, Parameters, SceneName, find_scene, until_or_default
 from kinetile.cli.terminal import DIFFERENT, Bar, exit_codes
 from kinetile.errors import BadOption
-from kinetile.kernel.log import ANSWER
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -100,6 +99,7 @@ def _lines(found: Any, end: float | None) -> _Log:
 
 def _events(path: str, scene: Scene, end: float | None) -> _Log:
     """Read an event file, and how far it goes: a run that was broken off goes to its last row."""
+    from kinetile.kernel.log import ANSWER
     from kinetile.records.reading import read_with_scene
     from kinetile.scene import relabelled
 
@@ -120,6 +120,8 @@ def _events(path: str, scene: Scene, end: float | None) -> _Log:
 
 
 def _print(scene: Scene, log: str, report: CertifiedLog, json: bool) -> None:
+    from kinetile.kernel.log import ANSWER
+
     if json:
         from kinetile.records.versions import versions
 

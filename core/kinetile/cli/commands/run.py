@@ -25,7 +25,6 @@ from kinetile.cli.options import (
 )
 from kinetile.cli.terminal import FAULT, FAULTS, Bar, FirstSignal, exit_codes, make_ready, notice
 from kinetile.errors import BadOption, RecordError
-from kinetile.kernel.log import ANSWER
 from kinetile.plugin.choices import read_assignments, read_phase
 
 if TYPE_CHECKING:
@@ -260,6 +259,7 @@ def _result(
     simulation: Simulation, recorder: EventRecorder | None, asked: dict[str, Any], status: str
 ) -> dict[str, Any]:
     """Return everything that the run came to, in plain types."""
+    from kinetile.kernel.log import ANSWER
     from kinetile.records.versions import versions
 
     reached = {"time": simulation.time, "time_unit": simulation.time_unit, "status": status}

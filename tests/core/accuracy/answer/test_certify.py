@@ -198,9 +198,8 @@ def test_the_end(gas):
 def test_what_no_line_can_be(gas, line, why):
     scene, log = gas
     log = log[:3].copy()
-    before = log["tick"][1]
     log[1] = line
-    log["tick"][1] += before * (line[1] == 5)
+    log["tick"][1] += log["tick"][0] * (line[1] == 5)  # between the first two
     index, said = wrong(scene, log, None)
     assert index == 1
     assert why in said
@@ -274,6 +273,7 @@ def test_a_turn_that_is_left_out_or_is_another(turning):
         "vx of body 3 after a turn of body 3 is 0.75; by rules 4 and 9 it is 0.5",
     )
     invented = np.insert(rows, 2, rows[at])
+    invented["tick"][2] = rows["tick"][1] + 1
     assert "nothing of the kind happens then" in wrong(scene, invented)[1]
 
 
