@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from math import ldexp, sqrt
 from typing import NamedTuple
 
-from making.draws import Draws
-from making.whole_runs import Body, Scene, Turn
+from .draws import Draws
+from .whole_runs import Body, Scene, Turn
 
 __all__ = ["Asked", "gases", "lattices", "mixtures", "turning"]
 

@@ -10,7 +10,7 @@ import hashlib
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from making.rules import (
+from .rules import (
     Arena,
     Plan,
     Velocity,
