@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import ldexp
 
-from making.draws import TRIPLES, Draws
-from making.scenes import Asked
-from making.whole_runs import BY_CLOCK, PAIR, Body, Scene, events
+from .draws import TRIPLES, Draws
+from .scenes import Asked
+from .whole_runs import BY_CLOCK, PAIR, Body, Scene, events
 
 __all__ = ["clocks", "touches"]
 
@@ -46,8 +46,7 @@ def touches() -> Iterator[Asked]:
             made.append(
                 Body(place, velocity, c * size / 2.0, d.pick((1.0, 1.0, 3.0)) if number == 2 else 1.0)
             )
-            step = (a, b) if d.below(2) else (b, a)
-            place = place[0] + step[0] * size, place[1] + d.sign() * step[1] * size
+            place = place[0] + b * size, place[1] + d.sign() * a * size  # a < b: none overlap
         yield Asked(f"a chain of {len(made)} touching discs", Scene(tuple(made), (8.0, 4.0)), contacts=150)
 
 

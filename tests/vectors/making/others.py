@@ -5,8 +5,8 @@ from __future__ import annotations
 from math import ldexp, nextafter, sqrt
 from typing import NamedTuple
 
-from making.draws import TRIPLES, Draws
-from making.rules import Arena, Plan, Velocity
+from .draws import TRIPLES, Draws
+from .rules import Arena, Plan, Velocity
 
 __all__ = [
     "Impact",
@@ -169,7 +169,7 @@ def _impact(d: Draws, name: str) -> tuple[Plan, Plan]:
 def impacts() -> dict[str, list[Impact]]:
     """Return the questions of each family."""
     asked: dict[str, list[Impact]] = {}
-    for name in ("any angle", "axis-aligned", "triples", "grazing", "overlapping", "scaled"):
+    for name in ("any angle", "axis-aligned", "triples", "grazing", "overlapping", "scaled", "tiny"):
         d = Draws("exchange, " + name)
         asked[name] = questions = []
         for number in range(300):
@@ -181,10 +181,13 @@ def impacts() -> dict[str, list[Impact]]:
             if how == 2:
                 heavy = d.power(0, 39)
                 masses = d.pick(((1.0, heavy), (heavy, 1.0), (heavy, nextafter(heavy, 0.0))))
-            if name == "scaled":
+            if name in ("scaled", "tiny"):
                 length, speed = d.whole(-190, 190), d.whole(-190, 190)
-                arena = 1.0, 1.0
-                one, two = _sized(one, arena, length, speed)[1], _sized(two, arena, length, speed)[1]
+                if (
+                    name == "tiny"
+                ):  # products of such velocities, and what they lose, are subnormal or nothing
+                    speed = -d.whole(900, 1074)
+                one, two = (_sized(plan, (1.0, 1.0), length, speed)[1] for plan in (one, two))
                 if masses is not None:
                     weight = d.whole(-150, 150)
                     masses = ldexp(masses[0], weight), ldexp(masses[1], weight)

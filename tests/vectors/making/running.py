@@ -6,11 +6,11 @@ import json
 from collections.abc import Callable, Iterator
 from fractions import Fraction
 
-from making.edges import clocks, touches
-from making.rules import tick_of
-from making.scenes import Asked, gases, lattices, mixtures, turning
-from making.whole_runs import BY_CLOCK, PAIR, TURN, WALL, Body, Event, Scene, digest, events, unit_of
-from making.writing import number, numbers
+from .edges import clocks, touches
+from .rules import tick_of
+from .scenes import Asked, gases, lattices, mixtures, turning
+from .whole_runs import BY_CLOCK, PAIR, TURN, WALL, Body, Event, Scene, digest, events, unit_of
+from .writing import number, numbers
 
 __all__ = ["files"]
 

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from math import ldexp, sqrt
 from typing import NamedTuple
 
-from making.draws import Draws
-from making.whole_runs import Body, Scene, Turn
+from .draws import Draws
+from .whole_runs import Body, Scene, Turn
 
 __all__ = ["Asked", "gases", "lattices", "mixtures", "turning"]
 
@@ -100,6 +100,10 @@ def turning() -> Iterator[Asked]:
     back = Body((0.75, 0.5), (-1.0, 0.0), 0.125, turns=turns)
     there = Body((0.25, 0.5), (1.0, 0.0), 0.125, turns=((0.125, (0.5, 0.0)), (1.0, (1.0, 1.0))))
     yield Asked("two bodies, turned at the tick of their contact", Scene((there, back), (1.0, 1.0)), 4.0)
+    soon = ldexp(1.0, -10)
+    turns = ((soon + ldexp(1.0, -60), (0.25, 0.5)), (soon, (-0.5, 1.0)))
+    slow = tuple(body._replace(turns=turns[:: 1 - 2 * n]) for n, body in enumerate((back, there)))
+    yield Asked("turns within a tick, in the order of their times", Scene(slow, (1.0, 1.0)), 4.0)
     there = there._replace(turns=((0.125, (1.0, 0.0)), (0.5, (1.0, 0.5))))
     back = back._replace(turns=((0.125, (-1.0, 0.0)),))
     yield Asked("turns to the velocity a body has", Scene((there, back), (1.0, 1.0)), 8.0)

@@ -10,7 +10,7 @@ import hashlib
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from making.rules import (
+from .rules import (
     Arena,
     Plan,
     Velocity,
@@ -101,11 +101,11 @@ class _Run:
         self.masses = [body.mass for body in scene.bodies]
         self.equal = len(set(self.masses)) <= 1
         self.turns = [
-            (tick_of(time, scene.start, e), body, number, velocity)
+            (tick_of(time, scene.start, e), body, time, number, velocity)
             for body, each in enumerate(scene.bodies)
             for number, (time, velocity) in enumerate(each.turns)
         ]
-        self.turns.sort(key=lambda turn: turn[:3])
+        self.turns.sort(key=lambda turn: turn[:4])
         self.met: set[tuple[int, int]] = set()
         self.walls: dict[int, tuple[int, int]] = {}
         self.pairs: dict[tuple[int, int], int] = {}
@@ -131,7 +131,7 @@ class _Run:
     def next(self) -> Event | None:
         """Return the next event (rule 8)."""
         due = [((plan.anchor // SPAN + 2) * SPAN, BY_CLOCK, body, -1) for body, plan in enumerate(self.plans)]
-        due += [(tick, TURN, body, -1) for tick, body, _, _ in self.turns[:1]]
+        due += [(tick, TURN, body, -1) for tick, body, *_ in self.turns[:1]]
         due += [(tick, WALL, body, wall) for body, (tick, wall) in self.walls.items()]
         due += [(tick, PAIR, a, b) for (a, b), tick in self.pairs.items()]
         return Event(*min(due)) if due else None
@@ -145,7 +145,7 @@ class _Run:
         one = self.plans[a]
         self.met = {pair for pair in self.met if not set(pair) & set(bodies)}  # rule 7
         if kind == TURN:
-            (vx, vy) = self.turns.pop(0)[3]
+            (vx, vy) = self.turns.pop(0)[4]
             self.plans[a] = one._replace(vx=vx, vy=vy)
         elif kind == WALL:
             self.plans[a] = one._replace(vx=-one.vx) if b in (-1, -2) else one._replace(vy=-one.vy)
