@@ -12,6 +12,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from kinetile.kernel.log import ANSWER as ANSWER
     from kinetile.kernel.log import CONTACT as CONTACT
     from kinetile.kernel.log import LOG as LOG
     from kinetile.plugin.by_name import load_scene as load_scene
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _HOME = {
+    "ANSWER": "kinetile.kernel.log",
     "API_VERSION": "kinetile.plugin.specs",
     "BroadPhaseSpec": "kinetile.plugin.specs",
     "CONTACT": "kinetile.kernel.log",

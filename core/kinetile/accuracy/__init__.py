@@ -5,20 +5,32 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from kinetile.accuracy.answer.certify import CertifiedLog, certify_log
     from kinetile.accuracy.certified.certify import Agreement, certify
     from kinetile.accuracy.certified.oracle import CertifiedRun, oracle_contacts
     from kinetile.accuracy.report import measure_parts, write_report
 
 _HOMES = {
     "Agreement": "certified.certify",
+    "CertifiedLog": "answer.certify",
     "CertifiedRun": "certified.oracle",
     "certify": "certified.certify",
+    "certify_log": "answer.certify",
     "measure_parts": "report",
     "oracle_contacts": "certified.oracle",
     "write_report": "report",
 }
 
-__all__ = ["Agreement", "CertifiedRun", "certify", "measure_parts", "oracle_contacts", "write_report"]
+__all__ = [
+    "Agreement",
+    "CertifiedLog",
+    "CertifiedRun",
+    "certify",
+    "certify_log",
+    "measure_parts",
+    "oracle_contacts",
+    "write_report",
+]
 
 
 def __getattr__(name: str) -> Any:

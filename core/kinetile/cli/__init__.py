@@ -1,9 +1,9 @@
 """The command ``kinetile``.
 
 Results go to stdout, as a table or (``--json``) as JSON; everything else goes to stderr. Exit codes: 0; 1 for
-a divergence, a fault in the run or a phase that does not conform; 2 for what cannot be done as it was asked
-for; 3 where the conformance kit's reference itself is in doubt; 130 after Ctrl-C, when what was done until
-then has been printed.
+a divergence, a list of contacts that is wrong, a fault in the run or a phase that does not conform; 2 for
+what cannot be done as it was asked for; 3 where the conformance kit's reference itself is in doubt; 130 after
+Ctrl-C, when what was done until then has been printed.
 
 Each command has a file in ``kinetile.cli.commands``, which declares its options and carries it out. All of
 them are imported here, so that a command's file imports what it needs only when it is called: a run should
@@ -18,7 +18,18 @@ from typing import Annotated
 import typer
 
 from kinetile import __version__
-from kinetile.cli.commands import accuracy, compare, conform, new_plugin, oracle, plugins, replay, run, scenes
+from kinetile.cli.commands import (
+    accuracy,
+    certify_log,
+    compare,
+    conform,
+    new_plugin,
+    oracle,
+    plugins,
+    replay,
+    run,
+    scenes,
+)
 from kinetile.cli.commands.bench import events, growth, thesis
 from kinetile.cli.terminal import results_on_stdout
 
@@ -58,6 +69,7 @@ _COMMANDS: tuple[Callable[..., None], ...] = (
     plugins.plugins,
     scenes.scenes,
     oracle.oracle,
+    certify_log.certify_log,
     accuracy.accuracy,
 )
 _BENCHMARKS: tuple[Callable[..., None], ...] = (events.events, thesis.thesis, growth.growth)

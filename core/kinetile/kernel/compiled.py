@@ -35,6 +35,7 @@ import numpy as np
 __all__ = [
     "INTERPRETED",
     "NotCompiled",
+    "apart",
     "compose",
     "disowned",
     "hook",
@@ -104,6 +105,28 @@ def hook(function: F) -> F:
     if INTERPRETED:
         return function
     return cast(F, _Hook(function, targetoptions=_HOOK))
+
+
+def apart(function: F) -> F:
+    """Mark a function that hooks call but seldom: compiled once, apart from the loop, and called.
+
+    For what is long and rare: inlined, it would be compiled again at each place that calls it, and would
+    crowd the loop. From a hook it takes and returns numbers only, so that no array is passed by value. It
+    counts in the fingerprint like a hook, and its machine code lies in the cache with the loop's.
+    """
+    if INTERPRETED:
+        return function
+    import numba
+
+    unliteral = cast(Any, numba.types).unliteral
+    made: Any = numba.njit(error_model="numpy")(function)
+    template = made.get_call_template
+
+    def one_for_all_constants(arguments: Any, named: Any) -> Any:  # else each constant compiles it anew
+        return template([unliteral(each) for each in arguments], named)
+
+    made.get_call_template = one_for_all_constants
+    return cast(F, made)
 
 
 @hook

@@ -9,7 +9,13 @@ from __future__ import annotations
 
 import numpy as np
 
-__all__ = ["BOTTOM", "CONTACT", "LEFT", "LOG", "REANCHORED", "RIGHT", "TOP", "TURNED", "WALLS"]
+__all__ = ["ANSWER", "BOTTOM", "CONTACT", "LEFT", "LOG", "REANCHORED", "RIGHT", "TOP", "TURNED", "WALLS"]
+
+ANSWER = 1
+"""The number of the specification that the contacts follow (docs/specification.md): another rule, another
+number.
+
+Event files without one are of answer 0, from before there was a specification."""
 
 LEFT, RIGHT, BOTTOM, TOP = -1, -2, -3, -4
 TURNED, REANCHORED = -5, -6

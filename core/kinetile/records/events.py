@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetile.errors import MissingExtra, RecordError
-from kinetile.kernel.log import LOG
+from kinetile.kernel.log import ANSWER, LOG
 from kinetile.records.one_writer import open_alone
 from kinetile.records.reserved_file import ReservedFile
 from kinetile.records.seal import Seal
@@ -62,10 +62,10 @@ class EventRecorder:
     """Writes an event file: ``with EventRecorder(path, scene) as recorder: sim.run(2.0, recorder=recorder)``.
 
     ``meta`` is any JSON-ready mapping (phases, options, ...) and may be added to, as ``recorder.meta``, until
-    the recorder closes; "status", "rows", "missing", "start", "time_unit", "time" and "fingerprint" are the
-    recorder's own. ``rows`` is the number of rows written so far, ``status`` what the file's metadata will
-    say (or what has become of a file that could not be finished), ``missing`` how many rows of the simulation
-    were not given to this recorder.
+    the recorder closes; "status", "rows", "missing", "start", "time_unit", "time", "fingerprint" and "answer"
+    are the recorder's own. ``rows`` is the number of rows written so far, ``status`` what the file's metadata
+    will say (or what has become of a file that could not be finished), ``missing`` how many rows of the
+    simulation were not given to this recorder.
 
     A file that is there already is refused, unless ``overwrite``: then it is replaced when the recorder
     closes, and not before. A recorder writes one file, inside one ``with``: outside of it, it takes no rows.
@@ -261,7 +261,7 @@ class EventRecorder:
     def _metadata(self) -> str:
         time = self._last if self._full else max(self._reached, self._last)
         own = {"status": self.status, "rows": self.rows, "missing": self.missing, **self._clock}
-        own |= {"time": time, "fingerprint": self._seal.fingerprint}
+        own |= {"time": time, "fingerprint": self._seal.fingerprint, "answer": ANSWER}
         return json.dumps(own | self.meta | own, default=str)
 
     def _finish(self) -> None:

@@ -34,6 +34,7 @@ _OWN = {
     "time_unit": float,
     "time": float,
     "fingerprint": str,
+    "answer": int,
 }
 
 
@@ -49,7 +50,8 @@ def read_events(path: str | Path) -> EventFile:
 
     The metadata are those the recorder was given, and "scene" (the scene as TOML text), "status", "rows",
     "missing" (rows of the run that are not in the file), "start", "time_unit", "time" (how far the rows go),
-    "fingerprint" (of the contacts in the file), "recipe", "parameters", "versions".
+    "fingerprint" (of the contacts in the file), "answer" (the number of the specification that they follow; 0
+    in a file that is older than that), "recipe", "parameters", "versions".
 
     Raises MissingExtra without pyarrow, and RecordError where there is no event file of kinetile, or one that
     is damaged or contradicts itself.
@@ -139,6 +141,7 @@ def _read_metadata(path: str | Path, text: str) -> dict[str, Any]:
         raise RecordError(f"{path} has metadata that are no JSON: {error}") from error
     if not isinstance(metadata, dict):
         raise RecordError(f"{path} has metadata that are {shown(metadata)}; expected a JSON object")
+    metadata.setdefault("answer", 0)
     for key, kind in _OWN.items():
         if key not in metadata:
             raise RecordError(f"{path} has metadata without {key!r}")

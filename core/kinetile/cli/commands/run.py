@@ -60,8 +60,12 @@ def run(
     events: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write every event to a new Parquet file.")
     ] = None,
+    contacts: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write the contacts to a new text file: epoch tick a b a line."),
+    ] = None,
     overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace the file of --events where it is there already.")
+        bool, typer.Option("--overwrite", help="Replace the files of --events and --contacts.")
     ] = False,
     save_scene: Annotated[
         Path | None,
@@ -78,11 +82,12 @@ def run(
 ) -> None:
     """Run a scene and print what happened."""
     with exit_codes():
-        _check_files(scene, events, save_scene)
+        _check_files(scene, events, contacts, save_scene, overwrite)
         this_scene = find_scene(scene, parameters)
         name, options = (None, {}) if broad_phase is None else read_phase(broad_phase)
         options |= read_assignments(option or (), "--option")
-        simulation = _compose(this_scene, name, options, narrow_choice(narrow_phase), audit)
+        keep = contacts is not None
+        simulation = _compose(this_scene, name, options, narrow_choice(narrow_phase), audit, keep)
         end = until_or_default(this_scene, until, max_contacts)
         asked = {"until": end, "max_contacts": max_contacts}
         recorder = None if events is None or explain else _recorder(simulation, events, overwrite, asked)
@@ -96,15 +101,19 @@ def run(
             _explain(simulation, json)
             return
         ending = _carry_out(simulation, recorder, end, max_contacts)
+        if contacts is not None:
+            ending = _write_contacts(simulation, contacts, ending)
         _print(_result(simulation, recorder, asked, ending.status), json)
     if ending.code:
         notice(f"kinetile: {ending.message}")
         raise typer.Exit(ending.code)
 
 
-def _check_files(scene: str, events: Path | None, save_scene: Path | None) -> None:
-    """Raise BadOption unless the files of the command line have names and are different ones."""
-    files = {"--events": events, "--save-scene": save_scene}
+def _check_files(
+    scene: str, events: Path | None, contacts: Path | None, save_scene: Path | None, overwrite: bool
+) -> None:
+    """Raise BadOption unless the files of the command line have names, are different and may be written."""
+    files = {"--events": events, "--contacts": contacts, "--save-scene": save_scene}
     if scene.lower().endswith(".toml"):
         files["the scene"] = Path(scene)
     given = [(what, Path(path)) for what, path in files.items() if path is not None]
@@ -112,8 +121,23 @@ def _check_files(scene: str, events: Path | None, save_scene: Path | None) -> No
         if not path.name:
             raise BadOption(f"{what} names no file: expected the path of a file")
     for (one, path), (other, its_path) in combinations(given, 2):
-        if "--events" in (one, other) and _same_file(path, its_path):
+        if {"--events", "--contacts"} & {one, other} and _same_file(path, its_path):
             raise BadOption(f"{one} and {other} are one file, {path}: expected two, for one would be lost")
+    if contacts is not None:
+        _check_contacts(contacts, overwrite)
+
+
+def _check_contacts(path: Path, overwrite: bool) -> None:
+    from kinetile.scene.targets import writable_target
+
+    try:
+        target = writable_target(path)
+    except OSError as error:
+        raise BadOption(f"--contacts {path}: {error.strerror}") from error
+    if target.exists() and not overwrite:
+        raise BadOption(f"--contacts: {path} is there already: choose another name, or say --overwrite")
+    if not target.parent.is_dir():
+        raise BadOption(f"--contacts {path}: there is no folder {str(target.parent)!r}")
 
 
 def _same_file(one: Path, other: Path) -> bool:
@@ -129,6 +153,7 @@ def _compose(
     options: dict[str, Any],
     narrow_phases: dict[str, dict[str, Any]] | None,
     audit: int | None,
+    keep_contacts: bool,
 ) -> Simulation:
     from kinetile.run.simulation import Simulation
 
@@ -137,7 +162,7 @@ def _compose(
         broad_phase,
         options=options or None,
         narrow_phases=narrow_phases,
-        keep_contacts=False,
+        keep_contacts=keep_contacts,
         audit=audit,
     )
 
@@ -192,6 +217,17 @@ def _recorder(simulation: Simulation, events: Path, overwrite: bool, asked: dict
         raise BadOption(f"--events: {error}") from error
 
 
+def _write_contacts(simulation: Simulation, path: Path, ending: _Ending) -> _Ending:
+    """Write the contacts as text; return how the run ended, or that they could not be written."""
+    from kinetile.records.contacts import write_contacts
+
+    try:
+        write_contacts(path, simulation.contacts, simulation.fingerprint)
+    except OSError as error:
+        return _Ending(ending.status, FAULT, f"--contacts {path}: {error.strerror or error}")
+    return ending
+
+
 def _carry_out(
     simulation: Simulation, recorder: EventRecorder | None, until: float | None, max_contacts: int | None
 ) -> _Ending:
@@ -223,11 +259,13 @@ def _result(
     simulation: Simulation, recorder: EventRecorder | None, asked: dict[str, Any], status: str
 ) -> dict[str, Any]:
     """Return everything that the run came to, in plain types."""
+    from kinetile.kernel.log import ANSWER
     from kinetile.records.versions import versions
 
     reached = {"time": simulation.time, "time_unit": simulation.time_unit, "status": status}
     return {
         "versions": versions(),
+        "answer": ANSWER,
         "scene": scene_summary(simulation.scene),
         "broad_phase": simulation.broad_phase,
         "options": dict(simulation.options),

@@ -1,0 +1,102 @@
+"""Lists of contacts as plain text, which anybody's program can write: a line each, "epoch tick a b".
+
+The numbers are those of rule 10 of docs/specification.md. The last line may be "fingerprint" and 64
+hexadecimal
+digits: the digest of the lines before it.
+"""
+
+from __future__ import annotations
+
+import re
+import secrets
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetile.errors import BadOption
+from kinetile.scene.checks import shown
+from kinetile.scene.targets import writable_target
+
+__all__ = ["CONTACT_LINE", "ContactLines", "read_contacts", "write_contacts"]
+
+CONTACT_LINE = np.dtype([(name, "i8") for name in ("epoch", "tick", "a", "b")])
+"""A line of such a list: what it says need not be a contact."""
+
+_PRINT = re.compile(r"fingerprint\s+([0-9a-f]{64})")
+_AT_ONCE = 1 << 16
+
+
+class ContactLines(NamedTuple):
+    """What a list holds: its rows (dtype CONTACT_LINE), and the fingerprint in its last line, or None."""
+
+    rows: NDArray[Any]
+    fingerprint: str | None
+
+
+def read_contacts(lines: Iterable[str], source: str) -> ContactLines:
+    """Read a list of contacts; ``source`` is what messages call it.
+
+    Raises BadOption, which names the line, for what is no such list.
+    """
+    parts: list[NDArray[Any]] = []
+    waiting: list[tuple[int, ...]] = []
+    fingerprint: str | None = None
+    blank = 0
+    for number, line in enumerate(lines, 1):
+        text = line.strip()
+        if not text:
+            blank = blank or number
+            continue
+        if blank:
+            raise BadOption(f"{source}, line {blank}: found nothing; expected a contact, epoch tick a b")
+        if fingerprint is not None:
+            raise BadOption(
+                f"{source}, line {number}: found {shown(text)} after the fingerprint; expected nothing"
+            )
+        said = _PRINT.fullmatch(text)
+        if said:
+            fingerprint = said[1]
+            continue
+        waiting.append(_numbers(text, source, number))
+        if len(waiting) == _AT_ONCE:
+            parts.append(np.array(waiting, CONTACT_LINE))
+            waiting = []
+    parts.append(np.array(waiting, CONTACT_LINE))
+    return ContactLines(np.concatenate(parts), fingerprint)
+
+
+def _numbers(text: str, source: str, number: int) -> tuple[int, ...]:
+    try:
+        found = tuple(map(int, text.split()))
+    except ValueError:
+        found = ()
+    if len(found) != 4 or any(not -(2**63) <= each < 2**63 for each in found):
+        raise BadOption(
+            f"{source}, line {number}: found {shown(text)}; expected epoch, tick, a and b, four whole "
+            "numbers of 64 bits, or as the last line 'fingerprint' and 64 hexadecimal digits"
+        )
+    return found
+
+
+def write_contacts(path: str | Path, contacts: NDArray[Any], fingerprint: str) -> None:
+    """Write a list of contacts (rows with the fields epoch, tick, a, b), and their fingerprint behind them.
+
+    The text goes to a new file, which takes the place of the one that is there. Raises OSError if it cannot
+    be written.
+    """
+    target = writable_target(path)
+    fresh = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
+    try:
+        with fresh.open("x", encoding="ascii", newline="\n") as file:
+            for first in range(0, len(contacts), _AT_ONCE):
+                some = contacts[first : first + _AT_ONCE]
+                columns = [some[name].tolist() for name in ("epoch", "tick", "a", "b")]
+                file.writelines(f"{e} {t} {a} {b}\n" for e, t, a, b in zip(*columns, strict=True))
+            file.write(f"fingerprint {fingerprint}\n")
+        fresh.replace(target)
+    except BaseException:
+        fresh.unlink(missing_ok=True)
+        raise
