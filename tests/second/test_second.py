@@ -1,0 +1,148 @@
+"""The second implementation, in JavaScript: the vectors hold in it, and it prints the list that kinetile finds."""
+
+import json
+import random
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import kinetile as kt
+
+HERE = Path(__file__).parent
+VECTORS = HERE.parent / "vectors"
+NODE = shutil.which("node")
+
+pytestmark = pytest.mark.skipif(NODE is None, reason="node, which runs JavaScript, is not on this machine's path")
+
+Tables = dict[str, Any]
+
+
+def node(script: str, *words: str) -> subprocess.CompletedProcess[str]:
+    command = [str(NODE), str(HERE / script), *words]
+    return subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+
+
+def draw(seed: int, count: int, *, arena: bool, masses: bool) -> Tables:
+    """Discs in the cells of a square grid, with every third body turning once."""
+    some = random.Random(seed)
+    side = 1
+    while side * side < count:
+        side += 1
+    bodies = []
+    for i in range(count):
+        body: Tables = {
+            "position": [i % side + some.uniform(0.3, 0.7), i // side + some.uniform(0.3, 0.7)],
+            "velocity": [some.uniform(-1, 1), some.uniform(-1, 1)],
+            "radius": some.uniform(0.1, 0.3),
+        }
+        if masses:
+            body["mass"] = some.uniform(0.5, 4.0)
+        if i % 3 == 0:
+            velocity = [some.uniform(-2, 2), some.uniform(-2, 2)]
+            body["turns"] = [{"time": some.uniform(1.0, 3.0), "velocity": velocity}]
+        bodies.append(body)
+    return {"bodies": bodies, "start": 0.7, **({"arena": [float(side), float(side)]} if arena else {})}
+
+
+def lattice() -> Tables:
+    """Touching discs at dyadic places with dyadic velocities: many contacts are at one tick."""
+    some = random.Random(4)
+    bodies = [
+        {
+            "position": [1.0 + 2.0 * (i % 4), 1.0 + 2.0 * (i // 4)],
+            "velocity": [some.choice([-1.0, -0.5, 0.0, 0.5, 1.0]) for _ in range(2)],
+            "radius": 1.0 if i % 2 else 0.75,
+        }
+        for i in range(16)
+    ]
+    return {"arena": [8.0, 8.0], "bodies": bodies}
+
+
+def long_flight() -> Tables:
+    """One body crosses the arena in each unit; the others fly on one plan until the clock anchors it."""
+    slow = [
+        {"position": [0.1, 0.2], "velocity": [1.1e-4, 3e-5], "radius": 0.01},
+        {"position": [0.5, 0.21], "velocity": [-1.3e-4, 1e-5], "radius": 0.01},
+        {"position": [0.9, 0.9], "velocity": [-0.0, 0.0], "radius": 0.01},
+    ]
+    return {
+        "arena": [1.0, 1.0],
+        "bodies": [{"position": [0.5, 0.7], "velocity": [0.9, 0.0], "radius": 0.01}, *slow],
+    }
+
+
+def turns_of_one_tick() -> Tables:
+    """Turns of one body at one tick, the later of which is first in the list: the last of the list stands."""
+    late = [{"time": 1.0 + 2.0**-52, "velocity": [0.25, 0.0]}, {"time": 1.0, "velocity": [0.5, 0.125]}]
+    return {
+        "arena": [64.0, 64.0],
+        "bodies": [{"position": [2.0, 2.0], "velocity": [1.0, 0.0], "radius": 0.5, "turns": late}],
+    }
+
+
+SCENES: dict[str, tuple[Tables, float]] = {
+    "arena": (draw(1, 16, arena=True, masses=False), 12.0),
+    "masses": (draw(2, 16, arena=True, masses=True), 12.0),
+    "no-walls": (draw(3, 36, arena=False, masses=True), 8.0),
+    "many": (draw(4, 100, arena=True, masses=False), 4.0),
+    "lattice": (lattice(), 16.0),
+    "long-flight": (long_flight(), 2200.0),
+    "turns-of-one-tick": (turns_of_one_tick(), 300.0),
+}
+
+
+def kinetile_scene(tables: Tables) -> kt.Scene:
+    bodies = tables["bodies"]
+    turns = [kt.Turn(body=i, **turn) for i, body in enumerate(bodies) for turn in body.get("turns", [])]
+    return kt.Scene(
+        position=[body["position"] for body in bodies],
+        velocity=[body["velocity"] for body in bodies],
+        radius=[body["radius"] for body in bodies],
+        mass=[body.get("mass", 1.0) for body in bodies],
+        arena=tables.get("arena"),
+        start=tables.get("start", 0.0),
+        turns=turns,
+    )
+
+
+@pytest.mark.skipif(not VECTORS.is_dir(), reason="there are no vectors beside this folder")
+def test_the_vectors_hold() -> None:
+    done = node("check.js", str(VECTORS))
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_it_prints_the_list_that_kinetile_finds(name: str, tmp_path: Path) -> None:
+    tables, until = SCENES[name]
+    file = tmp_path / "scene.json"
+    file.write_text(json.dumps(tables))
+    done = node("run.js", str(file), "--until", repr(until))
+    assert done.returncode == 0, done.stderr
+
+    sim = kt.Simulation(kinetile_scene(tables), "naive")
+    sim.run(until=until)
+    found = [f"{c['epoch']} {c['tick']} {c['a']} {c['b']}" for c in sim.contacts]
+    assert len(found) >= 3
+    *printed, last = done.stdout.splitlines()
+    assert printed == found
+    assert last == f"fingerprint {sim.fingerprint}"
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ('{"bodies": [{"position": [0, 0]}], "until": 1}', "bodies[0].radius is missing."),
+        ('{"bodies": [{"position": [0], "radius": 1}]}', "bodies[0].position has 1 numbers, not two."),
+        ('{"bodies": [], "speed": 1}', "The scene has an unknown key: speed."),
+        ('{"bodies": []}', "The scene says no `until`; say --until T."),
+        ('{"recipe": "grid"}', "A recipe is kinetile's; write the scene with its bodies."),
+    ],
+)
+def test_mistakes_are_said_in_a_sentence(text: str, sentence: str, tmp_path: Path) -> None:
+    file = tmp_path / "scene.json"
+    file.write_text(text)
+    done = node("run.js", str(file))
+    assert (done.returncode, done.stdout, done.stderr) == (1, "", sentence + "\n")
