@@ -1,0 +1,190 @@
+"""Rules 3 to 6 and 9 of docs/specification.md, word by word, in whole numbers.
+
+Nothing here is kinetile's. Lengths and velocities are floats only as names of doubles; what is computed with
+them is done in integers (``Scaled``) or by ``Double``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from math import floor, isqrt
+from typing import NamedTuple
+
+from making.doubles import Double, error_of_product, sqrt
+
+__all__ = [
+    "FAR",
+    "Plan",
+    "anchored",
+    "exchange",
+    "meeting",
+    "tick_of",
+    "unit_exponent",
+    "wall_contact",
+]
+
+FAR = 1 << 62
+"""Ticks after the anchor from which on nothing is predicted."""
+
+LEFT, RIGHT, BOTTOM, TOP = -1, -2, -3, -4
+
+Arena = tuple[float, float]
+Velocity = tuple[float, float]
+
+
+class Plan(NamedTuple):
+    """A disc and its flight: centre at tick ``anchor``, velocity in the scene's time, radius."""
+
+    x: float
+    y: float
+    vx: float
+    vy: float
+    radius: float
+    anchor: int
+
+
+def unit_exponent(
+    places: Sequence[tuple[float, float]],
+    radii: Sequence[float],
+    velocities: Sequence[Velocity],
+    turned: Sequence[Velocity],
+    arena: Arena | None,
+) -> int:
+    """Return e, where the unit is 2^-e (rule 3)."""
+    if not places:
+        return 0
+    squares = [Double(vx) * Double(vx) + Double(vy) * Double(vy) for vx, vy in (*velocities, *turned)]
+    fastest = max(squares, key=lambda square: square.exact)
+    if arena is not None:
+        length = Double(max(arena))
+    else:
+        length = Double(max(abs(value) for place in places for value in place)) + Double(max(radii))
+    crossings = sqrt(fastest) / length * Double(1 - Fraction(1, 1 << 20))
+    return next((e for e in range(901) if crossings.exact < 1 << e), 900)
+
+
+def tick_of(time: float, start: float, e: int) -> int:
+    """Return the tick of a time (rule 3)."""
+    return floor((Fraction(time) - Fraction(start)) * (1 << 52 + e))
+
+
+def anchored(plan: Plan, tick: int, e: int) -> Plan:
+    """Return a plan anchored at a tick (rule 4)."""
+    delay = Double(tick - plan.anchor) * Double(Fraction(1, 1 << 52 + e))
+    x = Double(plan.x) + Double(plan.vx) * delay
+    y = Double(plan.y) + Double(plan.vy) * delay
+    return plan._replace(x=float(x), y=float(y), anchor=tick)
+
+
+class Scaled:
+    """Doubles as whole numbers of 2^-bits; velocities as what is flown in a tick."""
+
+    def __init__(self, e: int, lengths: Sequence[float], velocities: Sequence[float]) -> None:
+        self.tick = 52 + e
+        self.bits = max(
+            *(_bits(value) for value in lengths), *(_bits(value) + self.tick for value in velocities)
+        )
+
+    def length(self, value: float) -> int:
+        top, _ = value.as_integer_ratio()
+        return top << self.bits - _bits(value)
+
+    def a_tick(self, value: float) -> int:
+        top, _ = value.as_integer_ratio()
+        return top << self.bits - _bits(value) - self.tick
+
+
+def _bits(value: float) -> int:
+    """Return the number of binary places of a double."""
+    return value.as_integer_ratio()[1].bit_length() - 1
+
+
+def meeting(one: Plan, two: Plan, e: int) -> int | None:
+    """Return the tick of contact of two bodies; None: there is none (rule 5)."""
+    lengths = (one.x, one.y, one.radius, two.x, two.y, two.radius)
+    scaled = Scaled(e, lengths, (one.vx, one.vy, two.vx, two.vy))
+    since = max(one.anchor, two.anchor)
+
+    def along(place_1: float, speed_1: float, place_2: float, speed_2: float) -> tuple[int, int]:
+        """Return separation at ``since`` and what it changes by in a tick, along one axis."""
+        w1, w2 = scaled.a_tick(speed_1), scaled.a_tick(speed_2)
+        at_1 = scaled.length(place_1) + w1 * (since - one.anchor)
+        at_2 = scaled.length(place_2) + w2 * (since - two.anchor)
+        return at_2 - at_1, w2 - w1
+
+    dx, wx = along(one.x, one.vx, two.x, two.vx)
+    dy, wy = along(one.y, one.vy, two.y, two.vy)
+    reach = scaled.length(one.radius) + scaled.length(two.radius)
+    a, b, c = wx * wx + wy * wy, dx * wx + dy * wy, dx * dx + dy * dy - reach * reach
+    if b >= 0:
+        return None
+    if c <= 0:
+        return since
+    discriminant = b * b - a * c  # Q(since + t) = a t^2 + 2 b t + c
+    if discriminant <= 0:
+        return None
+    # k <= (-b - sqrt(discriminant))/a, that is, -b - a k is at least the root, rounded up
+    wait = (-b - (isqrt(discriminant - 1) + 1)) // a
+    return None if wait >= FAR else since + wait
+
+
+def wall_contact(plan: Plan, arena: Arena, e: int) -> tuple[int, int] | None:
+    """Return tick and wall of a body's contact with a wall; None: there is none (rule 6)."""
+    scaled = Scaled(e, (plan.x, plan.y, plan.radius, *arena), (plan.vx, plan.vy))
+    first: tuple[int, int] | None = None
+    for place, speed, side, low, high in (
+        (plan.x, plan.vx, arena[0], LEFT, RIGHT),
+        (plan.y, plan.vy, arena[1], BOTTOM, TOP),
+    ):
+        if speed == 0:
+            continue
+        ahead = scaled.length(place) if speed < 0 else scaled.length(side) - scaled.length(place)
+        gap = ahead - scaled.length(plan.radius)
+        wait = max(gap, 0) // abs(scaled.a_tick(speed))
+        if wait < FAR and (first is None or plan.anchor + wait < first[0]):
+            first = (plan.anchor + wait, low if speed < 0 else high)
+    return first
+
+
+def exchange(one: Plan, two: Plan, masses: tuple[float, float] | None) -> tuple[Velocity, Velocity]:
+    """Return the velocities of bodies a < b after their contact; ``masses``: None, if all are
+    equal (rule 9)."""
+    half = Double(Fraction(1, 2))
+    vxa, vya, vxb, vyb = (Double(v) for v in (one.vx, one.vy, two.vx, two.vy))
+    dx = Double(two.x) - Double(one.x)
+    dy = Double(two.y) - Double(one.y)
+    length = sqrt(dx * dx + dy * dy)
+    nx = dx / length
+    ny = dy / length
+    ux = vxb - vxa
+    uy = vyb - vya
+    xx = nx * nx
+    yy = ny * ny
+    excess = ((xx - half) + (yy - half)) + (error_of_product(nx, nx) + error_of_product(ny, ny))
+    px = ux * nx
+    py = uy * ny
+    total = px + py
+    part = total - px
+    low = ((px - (total - part)) + (py - part)) + (error_of_product(ux, nx) + error_of_product(uy, ny))
+    speed = total + (low - total * excess)
+    ga = gb = speed
+    if masses is not None:
+        ma, mb = Double(masses[0]), Double(masses[1])
+        ga, gb = _share(ma, mb, speed), _share(mb, ma, speed)
+    after_a = (float(vxa + ga * nx), float(vya + ga * ny))
+    after_b = (float(vxb - gb * nx), float(vyb - gb * ny))
+    return after_a, after_b
+
+
+def _share(m: Double, o: Double, speed: Double) -> Double:
+    """Return the part of an exchange that a body of mass m takes from one of mass o."""
+    twice = Double(2) * o
+    both = m + o
+    part = both - m
+    low = (m - (both - part)) + (o - part)
+    f = twice / both
+    back = f * both
+    rest = ((twice - back) - error_of_product(f, both) - low * f) / both
+    taken = f * speed
+    return taken + (error_of_product(f, speed) + rest * speed)
