@@ -1,17 +1,17 @@
 // Rules 7 to 10: what happens in a scene, event by event.
 //
-// A scene is {bodies, turns, arena, start}: bodies {x, y, vx, vy, r, m}, turns {body, time, vx, vy} in the order of the list, an arena
-// [W, H] or null, and a start time; all numbers doubles.
+// A scene is {bodies, turns, arena, start}: bodies {x, y, vx, vy, r, m}, turns {body, time, vx, vy} as they are written, an arena [W, H]
+// or null, and a start time; all numbers doubles.
 
-import { anchor, makePlan, tickLength, tickOf } from "./clock.js";
+import { anchor, makePlan, tickLength, tickOf, unit } from "./clock.js";
 import { BOTTOM, LEFT, pairTick, RIGHT, TOP, wallTick } from "./contact.js";
 import { exchange } from "./exchange.js";
 import { sha256 } from "./sha256.js";
 
-const CLOCK = 1;
-const TURN = 2;
-const WALL = 3;
-const PAIR = 4;
+export const CLOCK = 1;
+export const TURN = 2;
+export const WALL = 3;
+export const PAIR = 4;
 const SPAN = 1n << 61n;
 
 /** A scene as it goes on: `next` says what happens next, `happen` lets it happen. */
@@ -19,11 +19,12 @@ export class Run {
   constructor(scene) {
     const { bodies, turns, start } = scene;
     this.scene = scene;
-    this.q = tickLength(scene);
+    this.e = unit(scene);
+    this.q = tickLength(this.e);
     this.alike = bodies.every(({ m }) => m === bodies[0].m);
     this.plans = bodies.map(({ x, y, vx, vy }) => makePlan(x, y, vx, vy, 0n));
-    this.turns = turns.map((turn, place) => ({ ...turn, tick: tickOf(turn.time, start, this.q), place }));
-    this.turns.sort((s, t) => order(s.tick, t.tick) || s.body - t.body || s.place - t.place);
+    this.turns = turns.map((turn) => ({ ...turn, tick: tickOf(turn.time, start, this.q) }));
+    this.turns.sort((s, t) => order(s.tick, t.tick) || s.body - t.body || s.time - t.time); // the sort leaves equals as they are
     this.turned = 0; // how many turns have happened
     this.met = bodies.map(() => new Set()); // rule 7: the bodies from which each body is barred
     this.walls = bodies.map(() => null); // rule 6, {tick, wall} or null
@@ -104,8 +105,18 @@ export function* contacts(scene, until) {
   const end = run.tickOf(until);
   for (let event = run.next(); event !== null && event.tick <= end; event = run.next()) {
     run.happen(event);
-    if (event.class >= WALL) yield { epoch: event.tick >> 52n, tick: event.tick & ((1n << 52n) - 1n), a: event.a, b: event.b };
+    if (isContact(event)) yield entry(event);
   }
+}
+
+/** Whether an event stands in the answer. */
+export function isContact(event) {
+  return event.class === WALL || event.class === PAIR;
+}
+
+/** The entry of a contact in the answer. */
+export function entry({ tick, a, b }) {
+  return { epoch: tick >> 52n, tick: tick & ((1n << 52n) - 1n), a, b };
 }
 
 /** The fingerprint of a list of contacts. */

@@ -2,9 +2,9 @@
 
 import { add, exact, floorQuotient, multiply, nearest, subtract, whole } from "./exact.js";
 
-/** The length of a tick, q = U * 2^-52, of a scene. */
-export function tickLength({ bodies, turns, arena }) {
-  if (bodies.length === 0) return powerOfTwo(-52);
+/** The e of a scene, whose unit of time is U = 2^-e. */
+export function unit({ bodies, turns, arena }) {
+  if (bodies.length === 0) return 0;
   const S = Math.max(...[...bodies, ...turns].map(({ vx, vy }) => vx * vx + vy * vy));
   const L = arena
     ? Math.max(...arena)
@@ -12,6 +12,11 @@ export function tickLength({ bodies, turns, arena }) {
   const c = (Math.sqrt(S) / L) * (1 - powerOfTwo(-20));
   let e = 0;
   while (e < 900 && !(c < powerOfTwo(e))) e += 1;
+  return e;
+}
+
+/** The length of a tick, q = U * 2^-52, for U = 2^-e. */
+export function tickLength(e) {
   return powerOfTwo(-e - 52);
 }
 

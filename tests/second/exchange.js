@@ -7,6 +7,7 @@ export function exchange(a, b, ma, mb, alike) {
   const dx = b.x - a.x;
   const dy = b.y - a.y;
   const l = Math.sqrt(dx * dx + dy * dy);
+  if (l === 0) throw new Error("Two bodies are at one place when they meet, and no rule says what happens then.");
   const nx = dx / l;
   const ny = dy / l;
   const ux = b.vx - a.vx;
