@@ -5,8 +5,8 @@ from __future__ import annotations
 from math import ldexp
 from typing import NamedTuple
 
-from making.draws import TRIPLES, Draws
-from making.rules import Plan
+from .draws import TRIPLES, Draws
+from .rules import Plan
 
 __all__ = ["Question", "aimed", "anchors", "exactly", "flown_back", "scaled", "swapped"]
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TypeVar
 
-from making.contacts import FAMILIES
-from making.draws import Draws
-from making.others import Impact, Moment, Moved, Pace, WallQuestion, impacts, moments, moved, paces, walls
-from making.rules import anchored, exchange, meeting, tick_of, unit_exponent, wall_contact
-from making.writing import Row, number, numbers, plan, table
+from .contacts import FAMILIES
+from .draws import Draws
+from .others import Impact, Moment, Moved, Pace, WallQuestion, impacts, moments, moved, paces, walls
+from .rules import anchored, exchange, meeting, tick_of, unit_exponent, wall_contact
+from .writing import Row, number, numbers, plan, table
 
 __all__ = ["files"]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from math import ldexp, nextafter, sqrt
 
-from making.aiming import Question, aimed, anchors, exactly, flown_back, scaled, swapped
-from making.draws import TRIPLES, Draws
-from making.rules import FAR, Plan, meeting
+from .aiming import Question, aimed, anchors, exactly, flown_back, scaled, swapped
+from .draws import TRIPLES, Draws
+from .rules import FAR, Plan, meeting
 
 __all__ = ["FAMILIES"]
 

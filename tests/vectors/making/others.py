@@ -5,8 +5,8 @@ from __future__ import annotations
 from math import ldexp, nextafter, sqrt
 from typing import NamedTuple
 
-from making.draws import TRIPLES, Draws
-from making.rules import Arena, Plan, Velocity
+from .draws import TRIPLES, Draws
+from .rules import Arena, Plan, Velocity
 
 __all__ = [
     "Impact",
@@ -169,7 +169,7 @@ def _impact(d: Draws, name: str) -> tuple[Plan, Plan]:
 def impacts() -> dict[str, list[Impact]]:
     """Return the questions of each family."""
     asked: dict[str, list[Impact]] = {}
-    for name in ("any angle", "axis-aligned", "triples", "grazing", "overlapping", "scaled"):
+    for name in ("any angle", "axis-aligned", "triples", "grazing", "overlapping", "scaled", "tiny"):
         d = Draws("exchange, " + name)
         asked[name] = questions = []
         for number in range(300):
@@ -181,10 +181,13 @@ def impacts() -> dict[str, list[Impact]]:
             if how == 2:
                 heavy = d.power(0, 39)
                 masses = d.pick(((1.0, heavy), (heavy, 1.0), (heavy, nextafter(heavy, 0.0))))
-            if name == "scaled":
+            if name in ("scaled", "tiny"):
                 length, speed = d.whole(-190, 190), d.whole(-190, 190)
-                arena = 1.0, 1.0
-                one, two = _sized(one, arena, length, speed)[1], _sized(two, arena, length, speed)[1]
+                if (
+                    name == "tiny"
+                ):  # products of such velocities, and what they lose, are subnormal or nothing
+                    speed = -d.whole(900, 1074)
+                one, two = (_sized(plan, (1.0, 1.0), length, speed)[1] for plan in (one, two))
                 if masses is not None:
                     weight = d.whole(-150, 150)
                     masses = ldexp(masses[0], weight), ldexp(masses[1], weight)
@@ -229,10 +232,10 @@ class Pace(NamedTuple):
 def paces() -> dict[str, list[Pace]]:
     """Return the questions of each family: a few bodies, and velocities of turns."""
     asked: dict[str, list[Pace]] = {}
-    for name in ("any", "edges", "none"):
+    for name, count in (("any", 200), ("edges", 200), ("none", 1), ("beyond", 20)):
         d = Draws("units, " + name)
         asked[name] = []
-        for _ in range({"any": 200, "edges": 200, "none": 1}[name]):
+        for _ in range(count):
             n = 0 if name == "none" else d.whole(1, 3)
             size = d.whole(-190, 190) if d.below(2) else 0
             fast = size + d.whole(-10, 30) if d.below(8) else min(size + 390, 190)
@@ -255,6 +258,10 @@ def paces() -> dict[str, list[Pace]]:
                     velocities = [(0.0, 0.0)] * n
                 elif d.below(4) == 0:
                     velocities[-1] = (speed / sqrt(2.0), speed / sqrt(2.0))
+            if name == "beyond":  # too fast, or too small, for any unit; no scene may hold that
+                length = ldexp(1.0, -d.whole(430, 460))
+                arena, places, radii, turned = (length, length), [(0.0, 0.0)], [length * 0.25], []
+                velocities = [(d.power(440, 460), 0.0)]
             asked[name].append(Pace(arena, places, radii, velocities, turned))
     return asked
 

@@ -11,7 +11,7 @@ from fractions import Fraction
 from math import floor, isqrt
 from typing import NamedTuple
 
-from making.doubles import Double, error_of_product, sqrt
+from .doubles import Double, error_of_product, sqrt
 
 __all__ = [
     "FAR",

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 
-from making.rules import Plan
+from .rules import Plan
 
 __all__ = ["Row", "number", "numbers", "plan", "table"]
 

@@ -1,0 +1,338 @@
+"""kinetile against the test vectors of its specification: rules 3 to 6 and 9 one by one, then whole runs.
+
+Questions and answers are in ``tests/vectors``, made in whole numbers; README.md there has their form. Nothing
+is compared with a tolerance: ticks are whole numbers, doubles are equal or not (a zero has no sign).
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from fractions import Fraction
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import kinetile as kt
+from agreement import PHASES, TILING
+from kinetile.errors import Refused
+from kinetile.kernel.clock import TICKS, Clock
+from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
+from kinetile.kernel.flight import anchor_at
+from kinetile.kernel.tables import NEVER, Kernel, allocate
+from kinetile_plugins.disc import Disc
+from kinetile_plugins.wall import Wall
+from vectors.making.doubles import Double, error_of_product, sqrt
+
+VECTORS = Path(__file__).parents[1] / "vectors"
+CONTACTS = sorted(path.stem for path in (VECTORS / "contacts").iterdir())
+RUNS = {
+    f"{path.stem}: {number} {run['name']}": run
+    for path in sorted((VECTORS / "runs").iterdir())
+    for number, run in enumerate(json.loads(path.read_text(encoding="ascii"))["runs"])
+}
+OF_PAIRS = Disc().prepare(kt.Scene([(0.0, 0.0), (3.0, 0.0)], [(0.0, 0.0)] * 2, 1.0, mass=[1.0, 2.0]))
+OF_EQUALS = Disc().prepare(kt.Scene([(0.0, 0.0)], [(0.0, 0.0)], 1.0))
+OF_WALLS = Wall().prepare(kt.Scene([(0.5, 0.5)], [(0.0, 0.0)], 0.1, arena=(1.0, 1.0)))
+
+
+def doubles(*words: str) -> list[float]:
+    return [float.fromhex(word) for word in words]
+
+
+def rows(name: str) -> list[Any]:
+    """Return all rows of a file of questions, whatever their family, as [family, *row]."""
+    families = json.loads((VECTORS / f"{name}.json").read_text(encoding="ascii"))["families"]
+    return [[family, *row] for family, questions in families.items() for row in questions]
+
+
+def tables(plans: list[list[str]]) -> Kernel:
+    """Return the kernel's tables with a body for each plan; the unit is still to be set."""
+    k = allocate(len(plans), near=0, log_rows=0)
+    for body, (*numbers, anchor) in zip(k.bodies, plans, strict=True):
+        body.x, body.y, body.vx, body.vy, body.radius = doubles(*numbers)
+        body.anchor = int(anchor)
+    k.bodies.last = -1
+    k.clock[0].tolerance = np.inf
+    return k
+
+
+def ticks(exponents: list[int]) -> Any:
+    """Return the lengths of ticks where the units are 2^-e."""
+    return np.ldexp(1.0, -52 - np.array(exponents))
+
+
+meet = collide = reach_wall = to_be_filled_in
+
+
+def meet_all(k: Kernel, tick: Any, answers: Any) -> None:
+    """Ask ``meet`` for the bodies 2i and 2i + 1, and then the other way round."""
+    k = disowned(k)
+    for i in range(len(tick)):
+        k.clock[0].tick = tick[i]
+        k.clock[0].per_time = 1.0 / tick[i]
+        answers[2 * i] = meet(k, 2 * i, 2 * i + 1)
+        answers[2 * i + 1] = meet(k, 2 * i + 1, 2 * i)
+
+
+def reach_all(k: Kernel, tick: Any, sides: Any, answers: Any) -> None:
+    """Ask ``reach_wall`` for every body, in an arena of its own."""
+    k = disowned(k)
+    for i in range(len(tick)):
+        k.clock[0].tick = tick[i]
+        k.clock[0].per_time = 1.0 / tick[i]
+        k.clock[0].width = sides[i, 0]
+        k.clock[0].height = sides[i, 1]
+        answers[i, 0], answers[i, 1] = reach_wall(k, k.bodies[i])
+
+
+def anchor_all(k: Kernel, tick: Any, at: Any) -> None:
+    """Anchor every body at a tick of its own."""
+    k = disowned(k)
+    for i in range(len(tick)):
+        k.clock[0].tick = tick[i]
+        anchor_at(k, k.bodies[i], at[i])
+
+
+def collide_all(k: Kernel, pairs: int) -> None:
+    """Let the bodies 2i and 2i + 1 exchange momentum."""
+    k = disowned(k)
+    for i in range(pairs):
+        collide(k, 2 * i, 2 * i + 1)
+
+
+def told(wrong: list[str], asked: int) -> str:
+    return f"{len(wrong)} of {asked} differ; " + "; ".join(wrong[:5])
+
+
+@pytest.mark.parametrize("name", CONTACTS)
+def test_bodies_meet_at_the_tick_of_the_rule_in_either_order(name: str) -> None:
+    questions = rows(f"contacts/{name}")
+    k = tables([plan for row in questions for plan in row[2:4]])
+    found = np.zeros(2 * len(questions), dtype=np.int64)
+    with np.errstate(all="ignore"):
+        compose(meet_all, {"meet": OF_PAIRS.meet}, "vectors", Kernel)(
+            k, ticks([q[1] for q in questions]), found
+        )
+    wrong = [
+        f"{family}, {i // 2}: {tick} and not {answer}"
+        for i, tick in enumerate(found.tolist())
+        for family, *_, answer in [questions[i // 2]]
+        if tick != (NEVER if answer is None else int(answer))
+    ]
+    assert not wrong, told(wrong, len(found))
+
+
+def test_bodies_reach_the_wall_of_the_rule_at_its_tick() -> None:
+    questions = rows("walls")
+    k = tables([plan for _, _, _, plan, _ in questions])
+    sides = np.array([doubles(*arena) for _, _, arena, _, _ in questions])
+    found = np.zeros((len(questions), 2), dtype=np.int64)
+    with np.errstate(all="ignore"):
+        asking = compose(reach_all, {"reach_wall": OF_WALLS.reach_wall}, "vectors", Kernel)
+        asking(k, ticks([q[1] for q in questions]), sides, found)
+    wrong = [
+        f"{family}, {i}: {tick, wall} and not {answer}"
+        for i, ((tick, wall), (family, *_, answer)) in enumerate(zip(found.tolist(), questions, strict=True))
+        if (tick != NEVER if answer is None else (tick, wall) != (int(answer[0]), answer[1]))
+    ]
+    assert not wrong, told(wrong, len(found))
+
+
+def test_an_anchored_plan_is_where_the_rule_has_it() -> None:
+    questions = rows("places")
+    k = tables([[*plan, "0x0p+0", anchor] for _, _, plan, anchor, _, _ in questions])
+    at = np.array([int(tick) for *_, tick, _ in questions])
+    compose(anchor_all, {}, "vectors", Kernel)(k, ticks([q[1] for q in questions]), at)
+    assert np.array_equal(k.bodies.anchor, at)
+    wrong = [
+        f"{family}, {i}: {place} and not {answer}"
+        for i, (place, (family, *_, answer)) in enumerate(
+            zip(zip(k.bodies.x.tolist(), k.bodies.y.tolist(), strict=True), questions, strict=True)
+        )
+        if list(place) != doubles(*answer)
+    ]
+    assert not wrong, told(wrong, len(questions))
+
+
+@pytest.mark.parametrize("equal", [True, False])
+def test_bodies_leave_a_contact_with_the_velocities_of_the_rule(equal: bool) -> None:
+    questions = [row for row in rows("exchanges") if (row[1] is None) == equal]
+    k = tables([[*plan, "0x1p+0", "0"] for _, _, one, two, _ in questions for plan in (one, two)])
+    if not equal:
+        k.mass[:] = np.array([doubles(*masses) for _, masses, *_ in questions]).ravel()
+    hook = (OF_EQUALS if equal else OF_PAIRS).collide
+    with np.errstate(all="ignore"):
+        compose(collide_all, {"collide": hook}, "vectors", Kernel)(k, len(questions))
+    after = np.column_stack([k.bodies.vx, k.bodies.vy]).reshape(-1, 4).tolist()
+    wrong = [
+        f"{family}, {i}: {velocities} and not {doubles(*answer)}"
+        for i, (velocities, (family, *_, answer)) in enumerate(zip(after, questions, strict=True))
+        if velocities != doubles(*answer)
+    ]
+    assert not wrong, told(wrong, len(questions))
+
+
+def test_a_scene_has_the_unit_of_the_rule() -> None:
+    for family, arena, bodies, turned, e in rows("units"):
+        numbers = [doubles(*body) for body in bodies]
+        scene = kt.Scene.__new__(kt.Scene)  # of any size: nothing is refused
+        given = {
+            "position": np.array([each[:2] for each in numbers]).reshape(-1, 2),
+            "velocity": np.array([each[2:4] for each in numbers]).reshape(-1, 2),
+            "radius": np.array([each[4] for each in numbers]),
+            "arena": None if arena is None else tuple(doubles(*arena)),
+            "turns": tuple(kt.Turn(0, 0.0, tuple(doubles(*velocity))) for velocity in turned),
+        }
+        for name, value in given.items():
+            object.__setattr__(scene, name, value)
+        assert scene.time_unit == 2.0**-e, family
+
+
+def test_a_time_has_the_tick_of_the_rule() -> None:
+    for family, e, start, time, tick in rows("times"):
+        clock = Clock(float.fromhex(start), 2.0**-e)
+        assert clock.ticks(float.fromhex(time)) == int(tick), family
+
+
+def scene_of(run: dict[str, Any]) -> kt.Scene:
+    """Return the scene of a run."""
+    said = run["scene"]
+    bodies = said["bodies"]
+    return kt.Scene(
+        [doubles(*body["position"]) for body in bodies],
+        [doubles(*body["velocity"]) for body in bodies],
+        [float.fromhex(body["radius"]) for body in bodies],
+        [float.fromhex(body["mass"]) for body in bodies],
+        tuple(doubles(*said["arena"])) if "arena" in said else None,
+        turns=[
+            kt.Turn(number, float.fromhex(turn["time"]), tuple(doubles(*turn["velocity"])))
+            for number, body in enumerate(bodies)
+            for turn in body.get("turns", ())
+        ],
+        start=float.fromhex(said["start"]),
+    )
+
+
+def assert_runs(run: dict[str, Any], phase: str, options: dict[str, Any]) -> None:
+    """Assert that a run under a phase has the contacts of the vectors."""
+    scene = scene_of(run)
+    assert scene.time_unit == 2.0 ** -run["e"]
+    assert Clock(scene.start, scene.time_unit).ticks(float.fromhex(run["scene"]["until"])) == int(run["end"])
+    sim = kt.Simulation(scene, phase, options=options)
+    sim.run(until=float.fromhex(run["scene"]["until"]))
+    found = [[int(epoch), int(tick), int(a), int(b)] for _, epoch, tick, a, b in sim.contacts.tolist()]
+    for number, (mine, (epoch, tick, a, b)) in enumerate(zip(found, run["contacts"], strict=False)):
+        assert mine == [int(epoch), int(tick), a, b], f"{phase} {options}: contact {number}"
+    assert len(found) == run["count"], f"{phase} {options}"
+    assert sim.fingerprint == run["fingerprint"], f"{phase} {options}"
+    assert sim.readings.contacts_wall == run["happened"]["wall"]
+    assert sim.readings.turns == run["happened"]["turn"]
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("name", RUNS)
+def test_every_phase_has_the_contacts_of_the_specification(name: str) -> None:
+    run = RUNS[name]
+    for phase, options in PHASES:
+        assert_runs(run, phase, options)
+    if "arena" in run["scene"]:
+        try:
+            assert_runs(run, *TILING[0])
+        except Refused:
+            assert name in REFUSED
+        else:
+            assert name not in REFUSED
+
+
+REFUSED: tuple[str, ...] = ()
+"""Runs that sweep-tiling refuses, by its own limits."""
+
+
+@pytest.mark.parametrize("name", [name for name, run in RUNS.items() if run["count"] < 50])
+def test_small_runs_have_the_contacts_of_the_specification(name: str) -> None:
+    """So few that they are run interpreted, too."""
+    assert_runs(RUNS[name], "naive", {})
+
+
+def test_the_vectors_are_what_is_made() -> None:
+    command = [sys.executable, str(VECTORS / "make.py"), "--check"]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+class Course(NamedTuple):
+    """Two discs that fly for ever, in rationals: coordinates and velocities along x and y, anchors, radii."""
+
+    places: list[list[Fraction]]
+    velocities: list[list[Fraction]]
+    anchors: list[int]
+    reach: Fraction
+    q: Fraction
+
+    def at(self, tick: int) -> tuple[Fraction, Fraction, Fraction]:
+        """Return Q and B at a tick, and the square of the relative velocity."""
+        one, two = (
+            [place + speed * (tick - anchor) * self.q for place, speed in zip(places, speeds, strict=True)]
+            for places, speeds, anchor in zip(self.places, self.velocities, self.anchors, strict=True)
+        )
+        d = [b - a for a, b in zip(one, two, strict=True)]
+        v = [b - a for a, b in zip(*self.velocities, strict=True)]
+        square = d[0] * d[0] + d[1] * d[1] - self.reach * self.reach
+        return square, d[0] * v[0] + d[1] * v[1], v[0] * v[0] + v[1] * v[1]
+
+    def is_before(self, tick: int) -> bool:
+        """Whether the discs are outside each other, or touch, and approach."""
+        square, approach, _ = self.at(tick)
+        return square >= 0 and approach < 0
+
+
+@pytest.mark.parametrize("name", CONTACTS)
+def test_an_answer_about_two_bodies_is_the_rule_s(name: str) -> None:
+    """Looked at in rationals at the tick and at the next, without any root."""
+    for family, e, *plans, answer in rows(f"contacts/{name}"):
+        numbers = [[Fraction(value) for value in doubles(*plan[:5])] for plan in plans]
+        anchors = [int(plan[5]) for plan in plans]
+        course = Course(
+            [each[:2] for each in numbers],
+            [each[2:4] for each in numbers],
+            anchors,
+            numbers[0][4] + numbers[1][4],
+            Fraction(1, TICKS << e),
+        )
+        since = max(anchors)
+        gap, approach, speed2 = course.at(since)
+        meets = approach < 0 and (gap <= 0 or approach * approach > speed2 * gap)
+        if answer is None:
+            assert not meets or (gap > 0 and course.is_before(since + (1 << 62))), family
+            continue
+        assert meets, family
+        tick = int(answer)
+        if gap <= 0:
+            assert tick == since, family
+        else:
+            assert since <= tick < since + (1 << 62), family
+            assert course.is_before(tick), family
+            assert not course.is_before(tick + 1), family
+
+
+finite = st.floats(allow_nan=False, allow_infinity=False)
+
+
+@given(finite, finite)
+def test_the_vectors_doubles_are_binary64(a: float, b: float) -> None:
+    one, two = Double(a), Double(b)
+    pairs = [(one.__add__, a + b), (one.__sub__, a - b), (one.__mul__, a * b)]
+    pairs += [(one.__truediv__, a / b)] if b else []
+    for operation, expected in pairs:
+        if np.isfinite(expected):
+            assert float(operation(two)) == expected
+    if a >= 0.0:
+        assert float(sqrt(one)) == np.sqrt(a)
+    if np.isfinite(a * b):
+        assert float(error_of_product(one, two)) == float(Fraction(a) * Fraction(b) - Fraction(a * b))
