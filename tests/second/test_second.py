@@ -85,6 +85,39 @@ def turns_of_one_tick() -> Tables:
     }
 
 
+def bar_ends() -> Tables:
+    """Two discs meet, all but at rest to each other, and still approach; then a third, too light to change a bit of
+    them, meets one. That ends their bar."""
+    return {
+        "bodies": [
+            {
+                "position": [3.789880330142915, 3.613261008097922],
+                "velocity": [-0.1773749291932662, -0.19959827970747418],
+                "radius": 0.5,
+            },
+            {
+                "position": [3.0, 3.0],
+                "velocity": [0.21007171273589925, -0.6986296503614956],
+                "radius": 0.5,
+            },
+            {
+                "position": [2.210119669857085, 2.386738991902078],
+                "velocity": [3.1595213205717236, 2.4530440323917366],
+                "radius": 0.5,
+                "mass": 2.0**-99,
+            },
+        ]
+    }
+
+
+def ends_at_a_contact() -> Tables:
+    """A disc that meets the walls at times 2.5, 5.5, 8.5 and so on."""
+    return {
+        "arena": [4.0, 4.0],
+        "bodies": [{"position": [1.0, 1.0], "velocity": [1.0, 0.0], "radius": 0.5}],
+    }
+
+
 SCENES: dict[str, tuple[Tables, float]] = {
     "arena": (draw(1, 16, arena=True, masses=False), 12.0),
     "masses": (draw(2, 16, arena=True, masses=True), 12.0),
@@ -92,6 +125,8 @@ SCENES: dict[str, tuple[Tables, float]] = {
     "many": (draw(4, 100, arena=True, masses=False), 4.0),
     "lattice": (lattice(), 16.0),
     "long-flight": (long_flight(), 2200.0),
+    "bar-ends": (bar_ends(), 0.5),
+    "ends-at-a-contact": (ends_at_a_contact(), 11.5),
     "turns-of-one-tick": (turns_of_one_tick(), 300.0),
 }
 
