@@ -86,8 +86,8 @@ def turns_of_one_tick() -> Tables:
 
 
 def bar_ends() -> Tables:
-    """Two discs meet, all but at rest to each other, and still approach; then a third, too light to change a bit of
-    them, meets one. That ends their bar."""
+    """Two discs meet, all but at rest to each other, and still approach; then a third, too light to change
+    a bit of them, meets one. That ends their bar."""
     return {
         "bodies": [
             {
