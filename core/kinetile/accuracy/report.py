@@ -20,6 +20,7 @@ PARTS: Mapping[str, str] = {
     "chart": "kinetile.accuracy.stepped.section",
     "queries": "kinetile.accuracy.queries.section",
     "oracle": "kinetile.accuracy.certified.section",
+    "answer": "kinetile.accuracy.answer.section",
     "drift": "kinetile.accuracy.long_runs.drift_section",
     "rates": "kinetile.accuracy.long_runs.rates",
 }

@@ -8,12 +8,13 @@ and where it flies.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetile.accuracy.answer.judgement import judged
 from kinetile.errors import AuditError, BadOption, MissedContactError, PhaseError, ZenoError
 from kinetile.kernel.log import WALLS
 
@@ -47,7 +48,8 @@ class Divergence:
 
     ``what`` is "contact" (``index`` counts contacts from 0), "end" or "body" (``index`` is the body, at the
     end); ``expected`` and ``found`` are rows with exact ticks, or None where there is no such contact;
-    ``before`` is the last contact on which both agree.
+    ``before`` is the last contact on which both agree; ``judged`` says whose contact is the specification's,
+    where that can be said (``kinetile.accuracy.answer``).
     """
 
     reference: str
@@ -57,6 +59,7 @@ class Divergence:
     expected: Mapping[str, Any] | None
     found: Mapping[str, Any] | None
     before: Mapping[str, Any] | None = None
+    judged: str = ""
 
     def __str__(self) -> str:
         place = {
@@ -71,7 +74,7 @@ class Divergence:
             names, rows = ["(before, the same)", *names], [self.before, *rows]
         width = max(map(len, names))
         lines += [f"  {name:{width}}  {describe_row(row)}" for name, row in zip(names, rows, strict=True)]
-        return "\n".join(lines)
+        return "\n".join([*lines, f"  {self.judged}"] if self.judged else lines)
 
 
 @dataclass(frozen=True)
@@ -173,6 +176,10 @@ def compare(
             reference = answer
         else:
             difference = _first_difference(outcomes[0].phase, label, reference, answer)
+            if difference is not None and difference.what == "contact":
+                lists = {outcomes[0].phase: reference.contacts, label: answer.contacts}
+                who = judged(scene, lists, difference.index, simulation.narrow_phases)
+                difference = replace(difference, judged=who)
             divergences += [difference] if difference else []
     return Comparison(tuple(outcomes), tuple(divergences))
 

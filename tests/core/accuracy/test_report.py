@@ -264,7 +264,7 @@ def test_words_are_listed(words, text):
 
 
 def test_a_part_that_does_not_exist_is_refused():
-    with pytest.raises(BadOption, match="its parts are chart, queries, oracle, drift, rates"):
+    with pytest.raises(BadOption, match="its parts are chart, queries, oracle, answer, drift, rates"):
         measure_parts("quick", ["speed"])
 
 

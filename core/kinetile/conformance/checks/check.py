@@ -10,7 +10,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from kinetile.conformance.cases import Outcome, Subject, difference, outcome
+import numpy as np
+
+from kinetile.accuracy.answer.judgement import judged
+from kinetile.conformance.cases import REFERENCE, Outcome, Subject, difference, outcome
 from kinetile.scene import Scene
 
 __all__ = ["Check", "Disagreement", "Reference", "Run", "agree", "check"]
@@ -62,6 +65,18 @@ def check(**how: Any) -> Callable[[Run], Check]:
 def agree(subject: Subject, scene: Scene, reference: Reference, how: str = "") -> None:
     """Raise unless the subject's outcome on a scene is the reference's, bit for bit."""
     expected = reference(scene)  # first, lest the subject change the scene for both
-    said = difference(outcome(subject, scene), expected, subject.name)
+    found = outcome(subject, scene)
+    said = difference(found, expected, subject.name)
     if said is not None:
-        raise Disagreement(f"{how}{said}")
+        raise Disagreement(f"{how}{said}{_who_is_right(subject, scene, found, expected)}")
+
+
+def _who_is_right(subject: Subject, scene: Scene, found: Outcome, expected: Outcome) -> str:
+    """Return a line that says whose contacts are the specification's, where they differ."""
+    rows = min(len(found.contacts), len(expected.contacts))
+    parted = np.flatnonzero(found.contacts[:rows] != expected.contacts[:rows])
+    if not len(parted) and len(found.contacts) == len(expected.contacts):
+        return ""
+    lists = {subject.name: found.contacts, REFERENCE: expected.contacts}
+    said = judged(scene, lists, int(parted[0]) if len(parted) else rows)
+    return f"\n{said}" if said else ""

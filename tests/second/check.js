@@ -1,0 +1,158 @@
+// node check.js DIR: asks everything that the vectors in DIR ask, and says how many answers of each family are theirs.
+
+import { existsSync, readdirSync, readFileSync } from "node:fs";
+import { basename, join } from "node:path";
+
+import { CLOCK, entry, fingerprint, isContact, PAIR, Run, TURN, WALL } from "./answer.js";
+import { anchor, makePlan, tickLength, tickOf, unit } from "./clock.js";
+import { pairTick, wallTick } from "./contact.js";
+import { nearest } from "./exact.js";
+import { exchange } from "./exchange.js";
+import { readScene } from "./scene.js";
+
+const SHOWN = 5; // how many wrong answers are printed
+
+const velocity = ([vx, vy]) => ({ vx, vy });
+const moving = ([x, y, vx, vy]) => ({ x, y, vx, vy });
+const planOf = ([x, y, vx, vy], tick) => makePlan(double(x), double(y), double(vx), double(vy), BigInt(tick));
+
+/** What is answered to a row, in the form of its last field; a list of answers where it is asked in several ways. */
+const ASK = {
+  contacts(e, one, two) {
+    const [q, plan1, plan2, r1, r2] = [tickLength(e), planOf(one, one[5]), planOf(two, two[5]), double(one[4]), double(two[4])];
+    return [pairTick(plan1, r1, plan2, r2, q), pairTick(plan2, r2, plan1, r1, q)].map((tick) => tick?.toString() ?? null);
+  },
+  walls(e, sides, body) {
+    const met = wallTick(planOf(body, body[5]), double(body[4]), sides.map(double), tickLength(e));
+    return [met && [met.tick.toString(), met.wall]];
+  },
+  exchanges(masses, a, b) {
+    const [ma, mb] = masses ? masses.map(double) : [1, 1];
+    return [exchange(moving(a.map(double)), moving(b.map(double)), ma, mb, masses === null)];
+  },
+  places(e, plan, from, to) {
+    const { x, y } = anchor(planOf(plan, from), BigInt(to), tickLength(e));
+    return [[x, y]];
+  },
+  units(arena, bodies, turns) {
+    const read = ([x, y, vx, vy, r]) => ({ x, y, vx, vy, r });
+    return [unit({ arena: arena?.map(double), bodies: bodies.map((b) => read(b.map(double))), turns: turns.map((t) => velocity(t.map(double))) })];
+  },
+  times: (e, start, time) => [tickOf(double(time), double(start), tickLength(e)).toString()],
+};
+
+/** What a whole run answers, in the form of its fields. */
+function answerRun({ scene, contacts }) {
+  const { until, ...read } = readScene(numbers(scene));
+  const run = new Run(read);
+  const end = run.tickOf(until);
+  const happened = [];
+  for (let event = run.next(); event !== null && event.tick <= end; event = run.next()) {
+    run.happen(event);
+    happened.push(event);
+  }
+  const list = happened.filter(isContact).map(entry);
+  const count = (kind) => happened.filter((event) => event.class === kind).length;
+  return {
+    e: run.e,
+    end: end.toString(),
+    happened: { clock: count(CLOCK), turn: count(TURN), wall: count(WALL), pair: count(PAIR) },
+    count: list.length,
+    fingerprint: fingerprint(list),
+    contacts: list.slice(0, contacts.length).map(({ epoch, tick, a, b }) => [epoch.toString(), tick.toString(), a, b]),
+  };
+}
+
+/** The double that a text such as "-0x1.8000000000000p-4" writes. */
+function double(text) {
+  const [, minus, digit, rest, power] = /^(-?)0x([01])\.?([0-9a-f]*)p([+-]\d+)$/.exec(text);
+  const value = nearest({ n: BigInt(`0x${digit}${rest}`), e: Number(power) - 4 * rest.length });
+  return minus ? -value : value;
+}
+
+/** A value with all its texts of doubles read. */
+function numbers(value) {
+  if (typeof value === "string") return double(value);
+  if (Array.isArray(value)) return value.map(numbers);
+  if (typeof value !== "object" || value === null) return value;
+  return Object.fromEntries(Object.entries(value).map(([key, each]) => [key, numbers(each)]));
+}
+
+/** Whether an answer is the one that is written. */
+function same(found, wanted) {
+  if (typeof found === "number" && typeof wanted === "string") return found === double(wanted);
+  if (typeof wanted !== "object" || wanted === null || typeof found !== "object" || found === null) return found === wanted;
+  const keys = Object.keys(wanted);
+  return keys.length === Object.keys(found).length && keys.every((key) => same(found[key], wanted[key]));
+}
+
+/** {family: [[question, found, wanted]]} of a file. */
+function askFile(rule, file) {
+  const told = JSON.parse(readFileSync(file, "utf8"));
+  if (rule === "runs") {
+    const asked = told.runs.map((run) => {
+      const { e, end, happened, count, fingerprint, contacts } = run;
+      return [run.name, attempt(() => answerRun(run)), { e, end, happened, count, fingerprint, contacts }];
+    });
+    return { [`runs, ${basename(file, ".json")}`]: asked };
+  }
+  const families = Object.entries(told.families).map(([family, rows]) => {
+    const asked = rows.flatMap((row) => {
+      const [question, wanted] = [row.slice(0, -1), row.at(-1)];
+      return [attempt(() => ASK[rule](...question))].flat().map((found) => [question, found, wanted]);
+    });
+    return [`${rule}, ${family}`, asked];
+  });
+  return Object.fromEntries(families);
+}
+
+/** A question that cannot be answered is one wrong answer, and the others are still asked. */
+function attempt(ask) {
+  try {
+    return ask();
+  } catch (error) {
+    return `no answer: ${error.message}`;
+  }
+}
+
+/** [rule, file] of all vectors in a folder. */
+function vectors(folder) {
+  const files = (rule, where) => readdirSync(where).filter((name) => name.endsWith(".json")).sort().map((name) => [rule, join(where, name)]);
+  const single = files(null, folder).map(([, file]) => [basename(file, ".json"), file]);
+  const rooms = ["contacts", "runs"].filter((room) => existsSync(join(folder, room)));
+  return [...rooms.flatMap((room) => files(room, join(folder, room))), ...single];
+}
+
+function main([folder, ...more]) {
+  if (folder === undefined || more.length) throw new Error("Say node check.js DIR.");
+  const found = vectors(folder);
+  if (found.length === 0) throw new Error(`There are no vectors in ${folder}.`);
+  const wrong = [];
+  let all = 0;
+  for (const [rule, file] of found) {
+    if (rule !== "runs" && !(rule in ASK)) throw new Error(`${file}: no such questions are known here.`);
+    for (const [family, asked] of Object.entries(askFile(rule, file))) {
+      const failed = asked.filter(([, answer, wanted]) => !same(answer, wanted));
+      process.stdout.write(`${asked.length - failed.length} of ${asked.length} hold: ${family}\n`);
+      wrong.push(...failed.map((each) => [family, ...each]));
+      all += asked.length;
+    }
+  }
+  for (const [family, question, answer, wanted] of wrong.slice(0, SHOWN)) {
+    process.stdout.write(`\n${family}: ${text(question)}\n  found  ${text(answer)}\n  wanted ${text(wanted)}\n`);
+  }
+  process.stdout.write(`${all - wrong.length} of ${all} hold\n`);
+  if (wrong.length || all === 0) process.exitCode = 1;
+}
+
+function text(value) {
+  const whole = JSON.stringify(value);
+  return whole.length > 1000 ? `${whole.slice(0, 1000)} ...` : whole;
+}
+
+try {
+  main(process.argv.slice(2));
+} catch (error) {
+  process.stderr.write(`${error.message}\n`);
+  process.exitCode = 1;
+}

@@ -1,0 +1,49 @@
+// Rules 3 and 4: ticks, and plans that are written down at them.
+
+import { add, exact, floorQuotient, multiply, nearest, subtract, whole } from "./exact.js";
+
+/** The e of a scene, whose unit of time is U = 2^-e. */
+export function unit({ bodies, turns, arena }) {
+  if (bodies.length === 0) return 0;
+  const S = Math.max(...[...bodies, ...turns].map(({ vx, vy }) => vx * vx + vy * vy));
+  const L = arena
+    ? Math.max(...arena)
+    : Math.max(...bodies.map(({ x, y }) => Math.max(Math.abs(x), Math.abs(y)))) + Math.max(...bodies.map(({ r }) => r));
+  const c = (Math.sqrt(S) / L) * (1 - powerOfTwo(-20));
+  let e = 0;
+  while (e < 900 && !(c < powerOfTwo(e))) e += 1;
+  return e;
+}
+
+/** The length of a tick, q = U * 2^-52, for U = 2^-e. */
+export function tickLength(e) {
+  return powerOfTwo(-e - 52);
+}
+
+/** The tick of a time. */
+export function tickOf(time, start, q) {
+  return floorQuotient(subtract(exact(time), exact(start)), exact(q));
+}
+
+/** A flight plan: doubles x, y, vx, vy and the tick A at which its body is at (x, y). */
+export function makePlan(x, y, vx, vy, A) {
+  return { x, y, vx, vy, A, exact: { x: exact(x), y: exact(y), vx: exact(vx), vy: exact(vy) } };
+}
+
+/** Where the body of a plan is at tick T, exactly. */
+export function place(plan, T, q) {
+  const { x, y, vx, vy } = plan.exact;
+  const time = multiply(whole(T - plan.A), exact(q));
+  return [add(x, multiply(vx, time)), add(y, multiply(vy, time))];
+}
+
+/** The plan anchored at tick T. */
+export function anchor({ x, y, vx, vy, A }, T, q) {
+  const d = nearest(whole(T - A)) * q;
+  return makePlan(x + vx * d, y + vy * d, vx, vy, T);
+}
+
+/** 2^e as a double, -1022 <= e <= 1023. */
+function powerOfTwo(e) {
+  return nearest({ n: 1n, e });
+}

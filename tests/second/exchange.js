@@ -1,0 +1,43 @@
+// Rule 9: the momentum two bodies exchange. Every operation on doubles is one of the rule's, in its order.
+
+import { exact, multiply, nearest, subtract } from "./exact.js";
+
+/** The velocities [vxa, vya, vxb, vyb] of two bodies after their contact; `alike`: all masses of the scene are equal. */
+export function exchange(a, b, ma, mb, alike) {
+  const dx = b.x - a.x;
+  const dy = b.y - a.y;
+  const l = Math.sqrt(dx * dx + dy * dy);
+  if (l === 0) throw new Error("Two bodies are at one place when they meet, and no rule says what happens then.");
+  const nx = dx / l;
+  const ny = dy / l;
+  const ux = b.vx - a.vx;
+  const uy = b.vy - a.vy;
+  const xx = nx * nx;
+  const yy = ny * ny;
+  const excess = xx - 0.5 + (yy - 0.5) + (E(nx, nx) + E(ny, ny));
+  const px = ux * nx;
+  const py = uy * ny;
+  const sum = px + py;
+  const part = sum - px;
+  const low = px - (sum - part) + (py - part) + (E(ux, nx) + E(uy, ny));
+  const speed = sum + (low - sum * excess);
+  const ga = alike ? speed : share(ma, mb, speed);
+  const gb = alike ? speed : share(mb, ma, speed);
+  return [a.vx + ga * nx, a.vy + ga * ny, b.vx - gb * nx, b.vy - gb * ny];
+}
+
+function share(m, o, speed) {
+  const both = m + o;
+  const part = both - m;
+  const low = m - (both - part) + (o - part);
+  const f = (2 * o) / both;
+  const back = f * both;
+  const rest = (2 * o - back - E(f, both) - low * f) / both;
+  const taken = f * speed;
+  return taken + (E(f, speed) + rest * speed);
+}
+
+/** The error of the double a * b: a b - a*b, exact, then rounded. */
+export function E(a, b) {
+  return nearest(subtract(multiply(exact(a), exact(b)), exact(a * b)));
+}

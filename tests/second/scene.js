@@ -1,0 +1,68 @@
+// Rule 2: a scene from the tables of a scene file, read from TOML or written as JSON. What is wrong is said in a sentence.
+
+const TOP_LEVEL = ["arena", "start", "until", "broad-phase", "narrow-phases", "options", "bodies"];
+
+/** The scene of these tables, for `Run` and `contacts`, with `until` (null if left out). How it is searched (phases, options) is no part of it. */
+export function readScene(tables) {
+  if ("recipe" in Object(tables)) throw new Error("A recipe is kinetile's; write the scene with its bodies.");
+  keys(tables, TOP_LEVEL, "The scene");
+  const arena = "arena" in tables ? pair(tables.arena, "arena").map((side) => positive(side, "a side of the arena")) : null;
+  const start = number(tables.start ?? 0, "start");
+  const until = "until" in tables ? number(tables.until, "until") : null;
+  phases(tables["narrow-phases"], arena);
+  const bodies = [];
+  const turns = [];
+  list(tables.bodies ?? [], "bodies").forEach((table, body) => {
+    const name = `bodies[${body}]`;
+    keys(table, ["position", "velocity", "radius", "mass", "turns"], name);
+    const [x, y] = pair(table.position, `${name}.position`);
+    const [vx, vy] = pair(table.velocity ?? [0, 0], `${name}.velocity`);
+    const r = positive(table.radius, `${name}.radius`);
+    const m = positive(table.mass ?? 1, `${name}.mass`);
+    bodies.push({ x, y, vx, vy, r, m });
+    list(table.turns ?? [], `${name}.turns`).forEach((turn, i) => turns.push(readTurn(turn, body, start, `${name}.turns[${i}]`)));
+  });
+  return { bodies, turns, arena, start, until };
+}
+
+function readTurn(table, body, start, name) {
+  keys(table, ["time", "velocity"], name);
+  const time = number(table.time, `${name}.time`);
+  if (time < start) throw new Error(`${name}.time is ${time}, before the start, ${start}.`);
+  const [vx, vy] = pair(table.velocity, `${name}.velocity`);
+  return { body, time, vx, vy };
+}
+
+function phases(names, arena) {
+  if (names === undefined) return;
+  const wanted = arena ? ["disc", "wall"] : ["disc"];
+  if ([...list(names, "narrow-phases")].sort().join() === wanted.join()) return;
+  throw new Error(`narrow-phases is ${JSON.stringify(names)}; in the specification bodies meet each other, and in an arena its walls.`);
+}
+
+function keys(table, known, name) {
+  if (typeof table !== "object" || table === null || Array.isArray(table)) throw new Error(`${name} is no table.`);
+  const unknown = Object.keys(table).filter((key) => !known.includes(key));
+  if (unknown.length) throw new Error(`${name} has an unknown key: ${unknown[0]}.`);
+}
+
+function list(value, name) {
+  if (!Array.isArray(value)) throw new Error(`${name} is no list.`);
+  return value;
+}
+
+function pair(value, name) {
+  if (list(value, name).length !== 2) throw new Error(`${name} has ${value.length} numbers, not two.`);
+  return value.map((each) => number(each, name));
+}
+
+function positive(value, name) {
+  if (!(number(value, name) > 0)) throw new Error(`${name} is ${value}, not above 0.`);
+  return value;
+}
+
+function number(value, name) {
+  if (value === undefined) throw new Error(`${name} is missing.`);
+  if (typeof value !== "number" || !Number.isFinite(value)) throw new Error(`${name} is ${JSON.stringify(value)}, no finite number.`);
+  return value;
+}

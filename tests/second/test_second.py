@@ -1,0 +1,204 @@
+"""The second implementation, in JavaScript: the vectors hold in it, and it prints kinetile's list."""
+
+import json
+import random
+import re
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import kinetile as kt
+
+HERE = Path(__file__).parent
+VECTORS = HERE.parent / "vectors"
+NODE = shutil.which("node")
+
+pytestmark = pytest.mark.skipif(NODE is None, reason="there is no node to run JavaScript")
+
+Tables = dict[str, Any]
+
+
+def node(script: str, *words: str) -> subprocess.CompletedProcess[str]:
+    command = [str(NODE), str(HERE / script), *words]
+    return subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+
+
+def draw(seed: int, count: int, *, arena: bool, masses: bool) -> Tables:
+    """Discs in the cells of a square grid, with every third body turning once."""
+    some = random.Random(seed)
+    side = 1
+    while side * side < count:
+        side += 1
+    bodies = []
+    for i in range(count):
+        body: Tables = {
+            "position": [i % side + some.uniform(0.3, 0.7), i // side + some.uniform(0.3, 0.7)],
+            "velocity": [some.uniform(-1, 1), some.uniform(-1, 1)],
+            "radius": some.uniform(0.1, 0.3),
+        }
+        if masses:
+            body["mass"] = some.uniform(0.5, 4.0)
+        if i % 3 == 0:
+            velocity = [some.uniform(-2, 2), some.uniform(-2, 2)]
+            body["turns"] = [{"time": some.uniform(1.0, 3.0), "velocity": velocity}]
+        bodies.append(body)
+    return {"bodies": bodies, "start": 0.7, **({"arena": [float(side), float(side)]} if arena else {})}
+
+
+def lattice() -> Tables:
+    """Discs at dyadic places with dyadic velocities, some touching: many contacts are at one tick."""
+    some = random.Random(4)
+    bodies = [
+        {
+            "position": [1.0 + 2.0 * (i % 4), 1.0 + 2.0 * (i // 4)],
+            "velocity": [some.choice([-1.0, -0.5, 0.0, 0.5, 1.0]) for _ in range(2)],
+            "radius": 1.0 if i in (0, 1, 4, 6, 10) else 0.75,
+        }
+        for i in range(16)
+    ]
+    return {"arena": [8.0, 8.0], "bodies": bodies}
+
+
+def long_flight() -> Tables:
+    """One body crosses the arena in each unit; the others fly on one plan until the clock anchors it."""
+    slow = [
+        {"position": [0.1, 0.2], "velocity": [1.1e-4, 3e-5], "radius": 0.01},
+        {"position": [0.5, 0.21], "velocity": [-1.3e-4, 1e-5], "radius": 0.01},
+        {"position": [0.9, 0.9], "velocity": [-0.0, 0.0], "radius": 0.01},
+    ]
+    return {
+        "arena": [1.0, 1.0],
+        "bodies": [{"position": [0.5, 0.7], "velocity": [0.9, 0.0], "radius": 0.01}, *slow],
+    }
+
+
+def turns_of_one_tick() -> Tables:
+    """Turns of one body at one tick, not written in the order of their times."""
+    velocities = [(2.0**-54, [0.125, 0.0]), (2.0**-54, [0.25, 0.0]), (0.0, [0.5, 0.125])]
+    late = [{"time": 0.25 + after, "velocity": velocity} for after, velocity in velocities]
+    return {
+        "arena": [4.0, 4.0],
+        "bodies": [{"position": [2.0, 2.0], "velocity": [1.0, 0.0], "radius": 0.5, "turns": late}],
+    }
+
+
+def bar_ends() -> Tables:
+    """Two discs meet, all but at rest to each other, and still approach; then a third, too light to change
+    a bit of them, meets one. That ends their bar."""
+    return {
+        "bodies": [
+            {
+                "position": [3.789880330142915, 3.613261008097922],
+                "velocity": [-0.1773749291932662, -0.19959827970747418],
+                "radius": 0.5,
+            },
+            {
+                "position": [3.0, 3.0],
+                "velocity": [0.21007171273589925, -0.6986296503614956],
+                "radius": 0.5,
+            },
+            {
+                "position": [2.210119669857085, 2.386738991902078],
+                "velocity": [3.1595213205717236, 2.4530440323917366],
+                "radius": 0.5,
+                "mass": 2.0**-99,
+            },
+        ]
+    }
+
+
+def ends_at_a_contact() -> Tables:
+    """A disc that meets the walls at times 2.5, 5.5, 8.5 and so on."""
+    return {
+        "arena": [4.0, 4.0],
+        "bodies": [{"position": [1.0, 1.0], "velocity": [1.0, 0.0], "radius": 0.5}],
+    }
+
+
+SCENES: dict[str, tuple[Tables, float]] = {
+    "arena": (draw(1, 16, arena=True, masses=False), 12.0),
+    "masses": (draw(2, 16, arena=True, masses=True), 12.0),
+    "no-walls": (draw(3, 36, arena=False, masses=True), 8.0),
+    "many": (draw(4, 100, arena=True, masses=False), 4.0),
+    "lattice": (lattice(), 16.0),
+    "long-flight": (long_flight(), 2200.0),
+    "bar-ends": (bar_ends(), 0.5),
+    "ends-at-a-contact": (ends_at_a_contact(), 11.5),
+    "turns-of-one-tick": (turns_of_one_tick(), 300.0),
+}
+
+
+def kinetile_scene(tables: Tables) -> kt.Scene:
+    bodies = tables["bodies"]
+    turns = [kt.Turn(body=i, **turn) for i, body in enumerate(bodies) for turn in body.get("turns", [])]
+    return kt.Scene(
+        position=[body["position"] for body in bodies],
+        velocity=[body["velocity"] for body in bodies],
+        radius=[body["radius"] for body in bodies],
+        mass=[body.get("mass", 1.0) for body in bodies],
+        arena=tables.get("arena"),
+        start=tables.get("start", 0.0),
+        turns=turns,
+    )
+
+
+@pytest.mark.skipif(not VECTORS.is_dir(), reason="there are no vectors beside this folder")
+def test_the_vectors_hold() -> None:
+    done = node("check.js", str(VECTORS))
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.skipif(not VECTORS.is_dir(), reason="there are no vectors beside this folder")
+def test_a_wrong_answer_is_found(tmp_path: Path) -> None:
+    times = json.loads((VECTORS / "times.json").read_text())
+    family = next(iter(times["families"]))
+    times["families"][family][0][-1] += "0"
+    (tmp_path / "times.json").write_text(json.dumps(times))
+    done = node("check.js", str(tmp_path))
+    count = len(times["families"][family])
+    assert done.returncode == 1
+    assert f"{count - 1} of {count} hold: times, {family}\n" in done.stdout
+
+
+def test_what_computes_runs_in_a_browser_too() -> None:
+    for file in HERE.glob("*.js"):
+        ours = re.findall(r'from "([^"]+)"', file.read_text())
+        thin = file.name in ("run.js", "check.js")
+        assert thin or (all(name.startswith("./") for name in ours) and "process." not in file.read_text())
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_it_prints_the_list_that_kinetile_finds(name: str, tmp_path: Path) -> None:
+    tables, until = SCENES[name]
+    file = tmp_path / "scene.json"
+    file.write_text(json.dumps(tables))
+    done = node("run.js", str(file), "--until", repr(until))
+    assert done.returncode == 0, done.stderr
+
+    sim = kt.Simulation(kinetile_scene(tables), "naive")
+    sim.run(until=until)
+    found = [f"{c['epoch']} {c['tick']} {c['a']} {c['b']}" for c in sim.contacts]
+    assert len(found) >= 3
+    *printed, last = done.stdout.splitlines()
+    assert printed == found
+    assert last == f"fingerprint {sim.fingerprint}"
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ('{"bodies": [{"position": [0, 0]}], "until": 1}', "bodies[0].radius is missing."),
+        ('{"bodies": [{"position": [0], "radius": 1}]}', "bodies[0].position has 1 numbers, not two."),
+        ('{"bodies": [], "speed": 1}', "The scene has an unknown key: speed."),
+        ('{"bodies": []}', "The scene says no `until`; say --until T."),
+        ('{"recipe": "grid"}', "A recipe is kinetile's; write the scene with its bodies."),
+    ],
+)
+def test_mistakes_are_said_in_a_sentence(text: str, sentence: str, tmp_path: Path) -> None:
+    file = tmp_path / "scene.json"
+    file.write_text(text)
+    done = node("run.js", str(file))
+    assert (done.returncode, done.stdout, done.stderr) == (1, "", sentence + "\n")
