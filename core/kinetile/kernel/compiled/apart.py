@@ -1,0 +1,69 @@
+"""Functions that the loop calls but does not take in: compiled once for all loops, cached by themselves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from types import FunctionType
+from typing import Any, TypeVar, cast
+
+from kinetile.kernel.compiled.fingerprint import fingerprint
+from kinetile.kernel.compiled.hooks import INTERPRETED
+
+__all__ = ["apart"]
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+if not INTERPRETED:
+    import numba
+    from llvmlite.binding import add_symbol
+    from numba import extending, types
+
+    class _Apart(types.ExternalFunction):
+        """A function that compiled code knows by name only; it is loaded before such code is."""
+
+        def __init__(self, function: FunctionType) -> None:
+            digest, _, self.called = fingerprint(function, tuple)
+            self.py_func = function
+            self.address: int | None = None
+            kinds = {"float": types.float64, "int": types.int64}
+            kind = [kinds[name] for name in function.__annotations__.values()]
+            name = f"kinetile_{function.__name__}_{digest}"
+            super().__init__(name, kind[-1](*kind[:-1]))
+
+        def load_apart(self) -> None:
+            """Compile the function, or load it from the disk cache, and make its name known."""
+            for each in self.called:
+                each.load_apart()
+            if self.address is None:
+                source = self.py_func
+                named = FunctionType(source.__code__, source.__globals__, source.__name__)
+                named.__module__ = source.__module__
+                named.__qualname__ = self.symbol
+                self.address = _address(named, self.sig)
+                add_symbol(self.symbol, self.address)
+
+        def get_call_type(self, context: Any, arguments: Any, named: Any) -> Any:
+            """Return the signature, to code that is being compiled."""
+            self.load_apart()
+            return super().get_call_type(context, arguments, named)
+
+    cast(Any, extending).register_model(_Apart)(cast(Any, extending).models.OpaqueModel)
+
+    def _address(function: FunctionType, signature: Any) -> int:
+        for cache in (True, False):
+            try:
+                made = numba.cfunc(signature, cache=cache, error_model="numpy")(function)
+            except RuntimeError:  # there is no folder that Numba could write its cache to
+                continue
+            return int(cast(Any, made).address)
+        raise AssertionError("Numba compiles without a cache")
+
+
+def apart(function: F) -> F:
+    """Mark a function that hooks call but do not take in: compiled once for all loops, and cached by itself.
+
+    For what is long: a hook is compiled again at each place that calls it, and with each choice of phases. It
+    takes and returns numbers only, which its annotations call ``float`` or ``int``, so that no array is
+    passed by value, and code that calls it knows no more of it than a name, with a fingerprint.
+    """
+    return function if INTERPRETED else cast(F, _Apart(cast(FunctionType, function)))

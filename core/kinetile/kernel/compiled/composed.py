@@ -1,0 +1,125 @@
+"""The loop, put together from a template and hooks, compiled, and cached on disk."""
+
+from __future__ import annotations
+
+import gc
+import sys
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
+from types import FunctionType
+from typing import Any, cast
+
+from kinetile.kernel.compiled.fingerprint import fingerprint
+from kinetile.kernel.compiled.hooks import INTERPRETED, hook
+
+if not INTERPRETED:
+    import numba
+
+__all__ = ["NotCompiled", "compose", "is_cached", "make_ready", "nobody_compiles"]
+
+
+class NotCompiled(Exception):
+    """The compiler refuses a hook; the message is its own."""
+
+
+def compose(
+    template: Callable[..., Any], parts: Mapping[str, Any], label: str, state: type
+) -> Callable[..., Any]:
+    """Compile ``template`` with ``parts`` in place of its global names: once a process, and cached on disk.
+
+    ``template`` is a plain function; ``parts`` maps names it uses, itself or in a ``template`` that it calls,
+    to hooks and constants; ``label`` names the choice of phases in the cache. The result is compiled when it
+    is first called.
+    """
+    key = (template, label, state, *sorted(parts.items(), key=lambda part: part[0]))
+    if key not in _composed:
+        _composed[key] = _compose(template, parts, label, state)
+    return _composed[key]
+
+
+_composed: dict[tuple[Any, ...], Callable[..., Any]] = {}
+
+
+def _compose(
+    template: Callable[..., Any], parts: Mapping[str, Any], label: str, state: type
+) -> Callable[..., Any]:
+    source = cast(FunctionType, template)
+    function = _filled_in(source, parts, {})
+    if INTERPRETED:
+        return function
+    digest, modules, called = fingerprint(function, state)
+    function.__qualname__ = f"{source.__name__}_{label}_{digest}"
+    if "__main__" not in modules:
+        try:
+            return _njit(function, True, called)
+        except RuntimeError:  # there is no folder that Numba could write its cache to
+            pass
+    return _njit(function, False, called)
+
+
+def _filled_in(source: FunctionType, parts: Mapping[str, Any], made: dict[str, Any]) -> FunctionType:
+    """Return a function with parts in place of its global names, and of those of the templates it calls."""
+    names = dict(source.__globals__)
+    names.update(parts)
+    function = FunctionType(source.__code__, names, source.__name__, source.__defaults__, source.__closure__)
+    function.__module__ = source.__module__
+    function.__qualname__ = source.__qualname__
+    function.__doc__ = source.__doc__
+    for name in source.__code__.co_names:
+        value = names.get(name)
+        if getattr(value, "is_template", False):
+            if name not in made:
+                made[name] = hook(_filled_in(cast(FunctionType, value), parts, made))
+            names[name] = made[name]
+    return function
+
+
+def _njit(function: Callable[..., Any], cache: bool, called: list[Any]) -> Callable[..., Any]:
+    njit = cast(Any, numba).njit
+    made = njit(cache=cache, error_model="numpy", nogil=True, no_cfunc_wrapper=True)(function)
+    compiles = made.compile
+
+    def with_what_it_calls(signature: Any) -> Any:
+        for each in called:
+            each.load_apart()
+        return compiles(signature)
+
+    made.compile = with_what_it_calls
+    return cast("Callable[..., Any]", made)
+
+
+def make_ready(function: Callable[..., Any], *arguments: Any) -> None:
+    """Compile a composed function for such arguments, or load it from the disk cache, without running it.
+
+    Raises NotCompiled, with what the compiler says, where a hook is not such as can be compiled.
+    """
+    if INTERPRETED:
+        return
+    typeof = cast(Any, numba).typeof
+    collecting = gc.isenabled()
+    gc.disable()  # the collector would go through all that Numba has made so far, again and again
+    try:
+        cast(Any, function).compile(tuple(typeof(argument) for argument in arguments))
+    except Exception as error:  # Numba lets errors of all types through
+        raise NotCompiled(f"{type(error).__name__}: {error}") from error
+    finally:
+        if collecting:
+            gc.enable()
+
+
+def is_cached(function: Callable[..., Any]) -> bool | None:
+    """Whether a composed function's machine code lies in the disk cache; None when it runs interpreted."""
+    if INTERPRETED:
+        return None
+    folder = Path(cast(Any, function).stats.cache_path or ".")
+    return any(folder.glob(f"*{function.__qualname__}*.nbi"))
+
+
+def nobody_compiles() -> AbstractContextManager[Any]:
+    """Return a context in which no other thread compiles: only then is it safe to fork this process."""
+    if INTERPRETED or "numba" not in sys.modules:
+        return nullcontext()
+    from numba.core.compiler_lock import global_compiler_lock
+
+    return cast("AbstractContextManager[Any]", global_compiler_lock)
