@@ -214,6 +214,13 @@ def shared(mass: float, other: float, speed: float) -> float:
 
 
 @hook
+def overlap(one: Records, two: Records, distance: float) -> float:
+    """Return the overlap of two discs; not a number where their centres are one place, so that there is no
+    line along which they could exchange momentum."""
+    return float(one.radius + two.radius - distance) if distance > 0.0 else math.nan
+
+
+@hook
 def collide(k: Kernel, a: int, b: int) -> float:
     """Exchange momentum along the line of centres, elastically; return the overlap."""
     one = k.bodies[a]
@@ -230,7 +237,7 @@ def collide(k: Kernel, a: int, b: int) -> float:
     one.vy += one_share * ny
     two.vx -= two_share * nx
     two.vy -= two_share * ny
-    return float(one.radius + two.radius - distance)
+    return overlap(one, two, distance)
 
 
 @hook
@@ -248,7 +255,7 @@ def collide_equals(k: Kernel, a: int, b: int) -> float:
     one.vy += speed * ny
     two.vx -= speed * nx
     two.vy -= speed * ny
-    return float(one.radius + two.radius - distance)
+    return overlap(one, two, distance)
 
 
 class Disc:

@@ -97,3 +97,14 @@ def test_what_was_done_before_a_fault_stays():
         sim.run(until=4.0, recorder=rows.append)
     assert len(sim.contacts) == sum(len(chunk) for chunk in rows) > 0
     assert sim.readings.contacts_disc == len(sim.contacts)
+
+
+@pytest.mark.parametrize("phase", ["naive", "sap-1d", "cells"])
+def test_discs_that_met_on_one_place_went_on_at_no_place(phase):
+    scene = kt.Scene([[1048577.0, 0.0], [1048577.75, 0.0]], [[1.0, 0.0], [-1.0, 0.0]], 1e-20)
+    sim = kt.Simulation(scene, phase)
+    with pytest.raises(
+        PhaseError, match="bodies 0 and 1 left a place or velocity that is not a finite number"
+    ):
+        sim.run(until=1.0)
+    assert len(sim.contacts) == 0

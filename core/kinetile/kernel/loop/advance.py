@@ -335,6 +335,11 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
             anchor_at(k, one, at)
             anchor_at(k, two, at)
             depth = collide(k, a, b)
+            if depth != depth:  # not a number: two centres on one place, and no line between them
+                blame(k, NOT_FINITE, a, b)
+                a = NOBODY
+                b = NOBODY
+                continue
             one.last = b
             two.last = a
             counts.contacts_disc += 1
