@@ -30,8 +30,8 @@ def judged(
         narrow_phases: how bodies meet; None: as the scene says.
 
     Returns:
-        The sentence; an empty one where the specification does not say how bodies meet in this scene, or where
-        the difference is too far on.
+        The sentence; an empty one where the specification does not say how bodies meet in this scene, or
+        where the difference is too far on.
     """
     names = scene.settings.narrow_phases if narrow_phases is None else narrow_phases
     known = {"disc"} if scene.arena is None else {"disc", "wall"}
