@@ -222,7 +222,7 @@ def test_blocks_are_appended(counts):
     target = np.full(LANES * (len(counts) + 1), -1, dtype=np.int32)
     end = 0
     for block in range(len(counts)):
-        end = appended(source, LANES * block, target, end)
+        end += appended(source, LANES * block, target, end)
     expected = [LANES * block + i for block, count in enumerate(counts) for i in range(count)]
     assert target[:end].tolist() == expected
 
