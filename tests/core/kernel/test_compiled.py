@@ -10,6 +10,8 @@ from typing import NamedTuple
 import pytest
 
 from kinetile.kernel import compiled
+from kinetile.kernel.compiled import composed
+from kinetile.kernel.compiled.fingerprint import fingerprint
 
 
 class State(NamedTuple):
@@ -34,7 +36,7 @@ def module(name: str, source: str, **names: object) -> ModuleType:
 
 
 def prints(hook, state=State) -> str:
-    return compiled._fingerprint(hook, state)[0]
+    return fingerprint(hook, state)[0]
 
 
 def test_a_hook_that_is_reached_through_a_package_and_a_module_counts():
@@ -80,14 +82,14 @@ def test_modules_that_change_only_with_their_version_are_not_searched():
 
 @pytest.mark.skipif(compiled.INTERPRETED, reason="nothing is compiled")
 def test_without_a_folder_for_the_cache_it_compiles_all_the_same(monkeypatch):
-    njit = compiled._njit
+    njit = composed._njit
 
-    def nowhere(function, cache):
+    def nowhere(function, cache, called):
         if cache:
             raise RuntimeError("cannot cache function: no locator available")
-        return njit(function, cache)
+        return njit(function, cache, called)
 
-    monkeypatch.setattr(compiled, "_njit", nowhere)
+    monkeypatch.setattr(composed, "_njit", nowhere)
     template = module("phase", "def double(x):\n    return answer(x)\n").double
     answer = compiled.hook(module("other", "def answer(x):\n    return 2 * x\n").answer)
     function = compiled.compose(template, {"answer": answer}, "test", State)
