@@ -1,19 +1,9 @@
 """The narrow phase of two discs: when they touch, and the elastic exchange that follows.
 
-With d the separation and v the relative velocity at the later of the two anchors, R the sum of the radii and
-k = d x v, the discs touch after::
-
-    (|d| - R)(|d| + R) / (-d.v + sqrt((R|v| - |k|)(R|v| + |k|)))
-
-The textbook's discriminant b^2 - ac is the same number, but loses (|d|/R)^2 ulps to cancellation, and no
-better root formula or fused multiply-add gets them back; the product form loses |d|/R. The cross product k is
-compensated (Dekker's product), since all grazes live there, and so is the numerator, as |d|^2 - R^2: what is
-wrong with it is wrong with the time.
-
-Contact means approach: there is none unless d.v < 0, whatever the rounded gap says, and a pair that touches
-or overlaps and approaches meets at once. Tangency is no event: within 2^-46 of it (relative, the size of the
-rounding in the discriminant) discs pass. The overlap so neglected is at most 2^-47 (R + |d|); the constant is
-a little smaller, since rounding moves the edge.
+Contact means approach: there is none unless d.v < 0, d being the separation and v the relative velocity at
+the later of the two anchors. A pair that touches or overlaps and approaches meets at once; tangency is no
+event. The tick is exactly the one in which the discs' paths touch (``kinetile.kernel.certificates.pair``);
+lower bounds for many partners at once are rounded, on the safe side.
 
 The thesis decides in the same spirit by comparing with the time of closest approach (section 5.2).
 """
@@ -22,7 +12,7 @@ from __future__ import annotations
 
 import math
 
-from kinetile.kernel.compiled import larger
+from kinetile.kernel.certificates import first_touch
 from kinetile.kernel.vectors import (
     LANES,
     Floats,
@@ -50,61 +40,44 @@ from kinetile.toolbox import (
     hook,
     since_anchor,
     since_origin,
-    ticks_after,
 )
 
 __all__ = ["Disc"]
-
-GRAZE = 0.9375 * 2.0**-46
-ROUNDING = 2.0**-50
-
-
-@hook
-def squared_gap(dx: float, dy: float, reach: float) -> float:
-    """Return dx^2 + dy^2 - reach^2 nearly correctly rounded; the same for (dy, dx)."""
-    xx = dx * dx
-    yy = dy * dy
-    rr = reach * reach
-    total = xx + yy
-    part = total - xx
-    low = (xx - (total - part)) + (yy - part)
-    low += (product_error(dx, dx, xx) + product_error(dy, dy, yy)) - product_error(reach, reach, rr)
-    return (total - rr) + low
 
 
 @hook
 def meet(k: Kernel, a: int, b: int) -> int:
     """Return the tick of the first contact of two discs, or ``NEVER``."""
-    one = k.bodies[a]
-    two = k.bodies[b]
-    since = larger(one.anchor, two.anchor)
-    one_time = since_anchor(k, one, since)
-    two_time = since_anchor(k, two, since)
-    dx = (two.x + two.vx * two_time) - (one.x + one.vx * one_time)
-    dy = (two.y + two.vy * two_time) - (one.y + one.vy * one_time)
-    vx = two.vx - one.vx
-    vy = two.vy - one.vy
-    approach = dx * vx + dy * vy
-    if not approach < 0.0:
+    clock = k.clock[0]
+    early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
+    one = k.bodies[early]
+    two = k.bodies[a + b - early]
+    since = two.anchor
+    delay = first_touch(
+        one.x,
+        one.y,
+        one.vx,
+        one.vy,
+        since - one.anchor,
+        two.x,
+        two.y,
+        two.vx,
+        two.vy,
+        one.radius,
+        two.radius,
+        clock.tick,
+        clock.per_time,
+    )
+    if delay == NEVER:
         return NEVER
-    reach = one.radius + two.radius
-    speed2 = vx * vx + vy * vy
-    left = dx * vy
-    right = dy * vx
-    clear = abs(left - right) - ROUNDING * (abs(left) + abs(right))
-    if clear > 0.0 and clear * clear > reach * reach * speed2 * (1.0 + ROUNDING):
-        return NEVER  # they pass each other, and not by a hair
-    span = reach * math.sqrt(speed2)
-    gap = squared_gap(dx, dy, reach)
-    if gap <= 0.0:
-        if reach - math.sqrt(dx * dx + dy * dy) > k.clock[0].tolerance + 1e-9 * reach:
+    if delay == 0:
+        time = since_anchor(k, one, since)
+        dx = two.x - (one.x + one.vx * time)
+        dy = two.y - (one.y + one.vy * time)
+        reach = one.radius + two.radius
+        if reach - math.sqrt(dx * dx + dy * dy) > clock.tolerance + 1e-9 * reach:
             blame(k, TOO_DEEP, a, b)
-        return since if approach * approach > GRAZE * span * span else NEVER
-    cross = abs((left - right) + (product_error(dx, vy, left) - product_error(dy, vx, right)))
-    root = (span - cross) * (span + cross)
-    if not root > GRAZE * span * (span - approach):
-        return NEVER
-    return ticks_after(k, since, gap / (math.sqrt(root) - approach))
+    return int(since + delay)
 
 
 @hook

@@ -11,6 +11,7 @@ follows at the same tick.
 from __future__ import annotations
 
 from kinetile.errors import Refused
+from kinetile.kernel.certificates import reaches
 from kinetile.scene import Scene
 from kinetile.toolbox import (
     BOTTOM,
@@ -22,18 +23,17 @@ from kinetile.toolbox import (
     Records,
     WallParts,
     hook,
-    ticks_after,
 )
 
 __all__ = ["Wall"]
 
 
 @hook
-def fall(k: Kernel, body: Records, gap: float, speed: float) -> int:
-    """Return the tick at which a gap closes at a speed > 0; a closed gap is met at once."""
-    if gap <= 0.0:
-        return int(body.anchor)
-    return ticks_after(k, body.anchor, gap / speed)
+def after(k: Kernel, body: Records, far: float, near: float, speed: float) -> int:
+    """Return the tick at which the gap between two coordinates, less the radius, closes; or ``NEVER``."""
+    clock = k.clock[0]
+    delay = reaches(far, near, body.radius, abs(speed), clock.tick, clock.per_time)
+    return int(body.anchor + delay) if delay != NEVER else NEVER
 
 
 @hook
@@ -42,21 +42,16 @@ def reach_wall(k: Kernel, body: Records) -> tuple[int, int]:
     clock = k.clock[0]
     tick = NEVER
     wall = LEFT
-    if body.vx < 0.0:
-        tick = fall(k, body, body.x - body.radius, -body.vx)
-    elif body.vx > 0.0:
-        tick = fall(k, body, (clock.width - body.x) - body.radius, body.vx)
-        wall = RIGHT
-    if body.vy < 0.0:
-        other = fall(k, body, body.y - body.radius, -body.vy)
+    if body.vx != 0.0:
+        left = body.vx < 0.0
+        tick = after(k, body, body.x if left else clock.width, 0.0 if left else body.x, body.vx)
+        wall = LEFT if left else RIGHT
+    if body.vy != 0.0:
+        low = body.vy < 0.0
+        other = after(k, body, body.y if low else clock.height, 0.0 if low else body.y, body.vy)
         if other < tick:
             tick = other
-            wall = BOTTOM
-    elif body.vy > 0.0:
-        other = fall(k, body, (clock.height - body.y) - body.radius, body.vy)
-        if other < tick:
-            tick = other
-            wall = TOP
+            wall = BOTTOM if low else TOP
     return tick, wall
 
 

@@ -1,0 +1,56 @@
+"""When a disc reaches a wall: the exact tick.
+
+The gap is ``far - near - radius``, exactly, and closes at an exact speed. With n ticks by a division, what
+is left of the gap after n is known almost exactly: the difference of two numbers that are nearly the same
+is exact, and the error of their product is a double. Its quotient by the speed has a bound, and where no
+whole tick lies within it, the floor is known. If nothing was lost, the sign of what is left decides; else
+``integers`` do.
+"""
+
+from __future__ import annotations
+
+import math
+
+from kinetile.kernel.certificates.closer import look_closer
+from kinetile.kernel.certificates.structural import FAR
+from kinetile.kernel.certificates.sums import LARGE, SMALL, TINY, plus
+from kinetile.kernel.compiled import apart, larger
+from kinetile.kernel.tables import NEVER
+from kinetile.kernel.vectors import product_error
+
+__all__ = ["reaches"]
+
+
+@apart
+def reaches(far: float, near: float, radius: float, speed: float, tick: float, per_time: float) -> int:
+    """Return after how many ticks the gap ``far - near - radius`` closes at a speed > 0, rounded down
+    exactly.
+
+    0 where it is closed; ``NEVER`` from 2^62 on. ``tick`` is the length of one, a power of two, and
+    ``per_time`` its inverse.
+    """
+    if far <= near:
+        return 0
+    between, between_low = plus(far, -near)
+    gap, gap_low = plus(between, -radius)
+    size = abs(far) + abs(near) + abs(radius)
+    if size < LARGE and speed > SMALL and speed < LARGE:
+        time = larger(gap / speed, 0.0)
+        ticks = time * per_time
+        if ticks < FAR:
+            flown = speed * time
+            left, left_low = plus(gap, -flown)
+            low = between_low + gap_low
+            lost = product_error(speed, time, flown)
+            rest = left + (left_low + (low - lost))
+            error = 2.0**-50 * (abs(left_low) + abs(low) + abs(lost) + abs(rest)) + TINY
+            step = rest / speed * per_time
+            bound = 2.0 * (error / speed * per_time) + 2.0**-49 * abs(step) + 2.0**-50
+            if bound < 0.5:
+                base = int(ticks)
+                part = (ticks - float(base)) + step
+                down = math.floor(part)
+                over = part - float(down)
+                if over > bound and over < 1.0 - bound:
+                    return larger(base + int(down), 0) if base + down < FAR else NEVER
+    return look_closer(near, 0.0, speed, 0.0, 0, far, 0.0, 0.0, 0.0, radius, 0.0, tick, per_time)

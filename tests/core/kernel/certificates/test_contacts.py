@@ -1,0 +1,173 @@
+"""The ticks of contacts against integers: all that is hard to tell, compiled and interpreted."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from encounters import (
+    FAMILIES,
+    FAR,
+    TICK,
+    mirrored,
+    reached,
+    rows,
+    touches,
+    true_reach,
+    true_reaches,
+    true_ticks,
+    walls,
+)
+from kinetile.kernel.compiled import INTERPRETED
+from kinetile.kernel.tables import NEVER
+
+SOME = 60 if INTERPRETED else 3_000
+
+
+def drawn(family: str, seed: int, count: int) -> np.ndarray:
+    return FAMILIES[family](np.random.default_rng(seed), count)
+
+
+def wrong(found: list[int], truth: list[int], table: np.ndarray) -> list[str]:
+    both = zip(found, truth, table.tolist(), strict=True)
+    return [f"{row}: {tick}, not {true}" for tick, true, row in both if tick != true]
+
+
+def assert_true(table: np.ndarray) -> None:
+    assert wrong(touches(table), true_ticks(table), table) == []
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_the_tick_is_the_floor_of_the_root(family):
+    assert_true(drawn(family, 1, SOME))
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_both_orders_have_one_tick(family):
+    """Where the anchors are one, it is for nobody to say who is the first."""
+    table = drawn(family, 2, SOME // 4)
+    table["elapsed"] = 0
+    assert touches(table) == touches(mirrored(table))
+
+
+def test_walls():
+    table = walls(np.random.default_rng(3), 5 * SOME)
+    truth = true_reaches(table)
+    assert wrong(reached(table), truth, table) == []
+    assert {0, NEVER} < set(truth)
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+@pytest.mark.parametrize("family", FAMILIES)
+def test_a_million_of_each(family):
+    for seed in range(10, 20):
+        assert_true(drawn(family, seed, 100_000))
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+def test_a_million_walls():
+    table = walls(np.random.default_rng(4), 1_000_000)
+    assert reached(table) == true_reaches(table)
+
+
+IN_TURN = "import json, test_contacts; print(json.dumps(test_contacts.a_few_of_all()))"
+
+
+def a_few_of_all() -> list[list[int]]:
+    found = [touches(drawn(family, 5, 40)) for family in FAMILIES]
+    return [*found, reached(walls(np.random.default_rng(5), 200))]
+
+
+@pytest.mark.compiled
+def test_interpreted_and_compiled_are_one():
+    here = Path(__file__).parent
+    found = subprocess.run(
+        [sys.executable, "-c", IN_TURN],
+        env={
+            **os.environ,
+            "NUMBA_DISABLE_JIT": "1",
+            "PYTHONPATH": os.pathsep.join([str(here), str(here.parents[2]), *sys.path]),
+        },
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=True,
+    )
+    assert json.loads(found.stdout) == a_few_of_all()
+
+
+def test_what_the_definition_says_of_edges():
+    def tick(**plans: float) -> int:
+        usual = {"x2": 3.0, "vx": 1.0, "radius": 0.5, "radius2": 0.5}
+        return touches(rows(1, **{**usual, **plans}))[0]
+
+    unit = 2**52
+    assert tick() == 2 * unit
+    assert tick(vx=0.0) == NEVER  # at rest
+    assert tick(vx=-1.0) == NEVER  # receding
+    assert tick(x2=1.0) == 0  # touching
+    assert tick(x2=0.5) == 0  # overlapping
+    assert tick(x2=1.0, vx=-1.0) == NEVER  # touching, but receding
+    assert tick(x2=0.0, y2=1.0) == NEVER  # touching, and sliding
+    assert tick(y2=1.0) == NEVER  # tangent
+    assert tick(y2=math.nextafter(1.0, 0.0)) == 3 * unit - 2**26  # not by a rounding
+    assert tick(x2=1025.0) == NEVER  # at 2^62
+    assert tick(x2=math.nextafter(1025.0, 0.0)) == FAR - 2**10
+    assert tick(vx=5e-324) == NEVER
+    assert tick(x2=math.inf) == tick(vx=math.nan) == tick(radius=math.inf) == NEVER
+
+
+def test_a_wall_on_its_edges():
+    def tick(far: float, radius: float, speed: float = 1.0) -> int:
+        return reached(np.array([[far, 0.0, radius, speed, TICK]]))[0]
+
+    assert tick(0.5, 0.5) == tick(0.25, 0.5) == tick(-1.0, 0.5) == 0
+    assert tick(1.0, 0.5) == 2**51
+    assert tick(math.nextafter(1.0, 0.0), 0.5) == 2**51 - 1
+    assert tick(math.nextafter(1.0, 2.0), 0.5) == 2**51 + 1
+    assert tick(1024.5, 0.5) == NEVER
+    assert tick(math.nextafter(1024.5, 0.0), 0.5) == FAR - 2**10
+    assert tick(1.0, 0.5, 5e-324) == NEVER
+
+
+finite = st.floats(-(2.0**900), 2.0**900)
+near_one = st.floats(-2.0, 2.0)
+coarse = st.integers(-64, 64).map(lambda number: number / 16)
+numbers = st.one_of(near_one, coarse, finite)
+sizes = numbers.map(abs)
+ticks = st.one_of(st.integers(0, FAR), st.integers(0, 62).map(lambda power: 1 << power))
+
+
+@settings(deadline=None, max_examples=30 if INTERPRETED else 2000)
+@given(
+    st.lists(numbers, min_size=8, max_size=8),
+    st.lists(sizes, min_size=2, max_size=2),
+    ticks,
+    st.sampled_from([TICK, 2.0**-60, 2.0**-300, 2.0**-952]),
+)
+@example([0.0, 0.0, 1.0, 0.0, 3.0, 1.0, 0.0, 0.0], [0.5, 0.5], 0, TICK)
+def test_of_any_numbers(places, radii, elapsed, tick):
+    names = ("x", "y", "vx", "vy", "x2", "y2", "vx2", "vy2")
+    plans = dict(zip(names, places, strict=True))
+    table = rows(1, **plans, radius=radii[0], radius2=radii[1], elapsed=elapsed)
+    table["tick"] = tick
+    assert_true(table)
+
+
+@settings(deadline=None, max_examples=30 if INTERPRETED else 1000)
+@given(numbers, numbers, sizes.filter(bool), sizes.filter(bool), st.sampled_from([TICK, 2.0**-60, 2.0**-952]))
+def test_of_any_wall(far, near, radius, speed, tick):
+    assert reached(np.array([[far, near, radius, speed, tick]]))[0] == true_reach(
+        far, near, radius, speed, tick
+    )

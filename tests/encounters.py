@@ -1,0 +1,411 @@
+"""Two discs in all the ways that are hard to tell, and the truth about them in integers.
+
+An encounter is a row of ``ENCOUNTER``: the arguments of ``first_touch``. A family is a function of a
+generator and a count that returns so many rows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import isqrt
+
+import numpy as np
+
+from kinetile.kernel.certificates import first_touch, reaches
+from kinetile.kernel.compiled import INTERPRETED
+from kinetile.kernel.tables import NEVER
+
+FAR = 1 << 62
+ENCOUNTER = np.dtype(
+    [(name, "f8") for name in ("x", "y", "vx", "vy")]
+    + [("elapsed", "i8")]
+    + [(name, "f8") for name in ("x2", "y2", "vx2", "vy2", "radius", "radius2", "tick")]
+)
+Rng = np.random.Generator
+Rows = np.ndarray
+TICK = 2.0**-52
+
+if INTERPRETED:
+
+    def compiled(function):
+        return function
+
+else:
+    import numba
+
+    def compiled(function):
+        return numba.njit(error_model="numpy")(function)
+
+
+@compiled
+def ask(table, found):
+    """Write what ``first_touch`` says of each row."""
+    for i in range(len(table)):
+        row = table[i]
+        found[i] = first_touch(
+            row.x,
+            row.y,
+            row.vx,
+            row.vy,
+            row.elapsed,
+            row.x2,
+            row.y2,
+            row.vx2,
+            row.vy2,
+            row.radius,
+            row.radius2,
+            row.tick,
+            1.0 / row.tick,
+        )
+
+
+@compiled
+def ask_walls(table, found):
+    """Write what ``reaches`` says of each row: far, near, radius, speed, tick."""
+    for i in range(len(table)):
+        far, near, radius, speed, tick = table[i]
+        found[i] = reaches(far, near, radius, speed, tick, 1.0 / tick)
+
+
+def touches(table: Rows) -> list[int]:
+    found = np.zeros(len(table), dtype=np.int64)
+    ask(table.view(np.recarray), found)
+    return found.tolist()
+
+
+def reached(table: Rows) -> list[int]:
+    found = np.zeros(len(table), dtype=np.int64)
+    ask_walls(table, found)
+    return found.tolist()
+
+
+def whole(value: float, bits: int) -> int:
+    """Return a double times 2^bits, a whole number."""
+    top, bottom = value.as_integer_ratio()
+    return top << (bits - bottom.bit_length() + 1)
+
+
+def places(value: float) -> int:
+    return value.as_integer_ratio()[1].bit_length() - 1
+
+
+def true_touch(x, y, vx, vy, elapsed, x2, y2, vx2, vy2, radius, radius2, tick) -> int:
+    """Return what ``first_touch`` must: the definition, in integers."""
+    clock = places(tick) if tick < 1.0 else 0
+    fine = max(places(v) for v in (vx, vy, vx2, vy2)) + clock
+    bits = max(fine, *(places(v) for v in (x, y, x2, y2, radius, radius2)))
+    to_speed = bits - clock
+    ax, ay = whole(vx, to_speed), whole(vy, to_speed)
+    ux, uy = whole(vx2, to_speed) - ax, whole(vy2, to_speed) - ay
+    dx = whole(x2, bits) - whole(x, bits) - ax * elapsed
+    dy = whole(y2, bits) - whole(y, bits) - ay * elapsed
+    reach = whole(radius, bits) + whole(radius2, bits)
+    a = ux * ux + uy * uy
+    b = dx * ux + dy * uy
+    c = dx * dx + dy * dy - reach * reach
+    if b >= 0:
+        return NEVER
+    if c <= 0:
+        return 0
+    inside = b * b - a * c
+    if inside <= 0:
+        return NEVER
+    found = (-b - isqrt(inside - 1) - 1) // a
+    return found if found < FAR else NEVER
+
+
+def true_reach(far: float, near: float, radius: float, speed: float, tick: float) -> int:
+    """Return what ``reaches`` must."""
+    clock = places(tick)
+    bits = max(places(speed) + clock, *(places(v) for v in (far, near, radius)))
+    gap = whole(far, bits) - whole(near, bits) - whole(radius, bits)
+    if gap <= 0:
+        return 0
+    found = gap // whole(speed, bits - clock)
+    return found if found < FAR else NEVER
+
+
+def rows(n: int, **columns) -> Rows:
+    made = np.zeros(n, dtype=ENCOUNTER)
+    made["tick"] = TICK
+    for name, values in columns.items():
+        made[name] = values
+    return made
+
+
+def mirrored(table: Rows) -> Rows:
+    """Return the same encounters with the bodies in the other order; only where the anchors are one."""
+    other = table.copy()
+    for name in ("x", "y", "vx", "vy"):
+        other[name], other[name + "2"] = table[name + "2"], table[name]
+    other["radius"], other["radius2"] = table["radius2"], table["radius"]
+    return other
+
+
+def aimed(rng: Rng, n: int, distance, reach, miss, speed=1.0, at=None) -> Rows:
+    """Return discs at a distance whose paths pass at ``miss`` times the sum of their radii."""
+    angle = rng.uniform(0.0, 2.0 * np.pi, n)
+    ahead = np.column_stack([np.cos(angle), np.sin(angle)])
+    side = np.column_stack([-ahead[:, 1], ahead[:, 0]])
+    b = (np.broadcast_to(reach, n) * miss)[:, None]
+    d = np.broadcast_to(distance, n)[:, None]
+    apart = -ahead * np.sqrt(np.maximum(d * d - b * b, 0.0)) - side * b
+    place = rng.uniform(0.0, 1.0, (n, 2)) if at is None else at
+    drift = rng.normal(size=(n, 2)) * np.broadcast_to(speed, n)[:, None]
+    second = place + apart
+    fast = drift + ahead * (np.broadcast_to(speed, n) * rng.uniform(0.3, 2.0, n))[:, None]
+    part = rng.uniform(0.2, 0.8, n)
+    return rows(
+        n,
+        x=place[:, 0],
+        y=place[:, 1],
+        vx=drift[:, 0],
+        vy=drift[:, 1],
+        x2=second[:, 0],
+        y2=second[:, 1],
+        vx2=fast[:, 0],
+        vy2=fast[:, 1],
+        radius=reach * part,
+        radius2=reach * (1.0 - part),
+    )
+
+
+def wait(rng: Rng, table: Rows, most: float) -> Rows:
+    """Let the first disc have been under way for up to 2^most ticks, from where it came."""
+    table["elapsed"] = (2.0 ** rng.uniform(30.0, most, len(table))).astype(np.int64)
+    time = table["elapsed"] * table["tick"]
+    table["x"] -= table["vx"] * time
+    table["y"] -= table["vy"] * time
+    return table
+
+
+def gas(rng: Rng, n: int, spacing: float = 3.0) -> Rows:
+    reach = 0.02
+    distance = reach * rng.uniform(1.0, spacing, n)
+    return wait(rng, aimed(rng, n, distance, reach, rng.uniform(-1.2, 1.2, n)), 51.0)
+
+
+def thin_gas(rng: Rng, n: int) -> Rows:
+    reach = 0.002
+    distance = reach * 10.0 ** rng.uniform(0.0, 2.7, n)
+    return wait(rng, aimed(rng, n, distance, reach, rng.uniform(-1.2, 1.2, n)), 54.0)
+
+
+def dyadic(rng: Rng, n: int) -> Rows:
+    def some(most: int, size: float) -> np.ndarray:
+        return rng.integers(-most, most + 1, n) * size
+
+    return rows(
+        n,
+        **{name: some(16, 0.125) for name in ("x", "y", "x2", "y2")},
+        **{name: some(4, 0.5) for name in ("vx", "vy", "vx2", "vy2")},
+        elapsed=rng.integers(0, 9, n) << 50,
+        radius=rng.choice([0.125, 0.25, 0.5], n),
+        radius2=rng.choice([0.125, 0.25, 0.5], n),
+    )
+
+
+TRIPLES = np.array([(3, 4, 5), (5, 12, 13), (8, 15, 17), (7, 24, 25), (20, 21, 29)], dtype=float)
+
+
+def tangent(rng: Rng, n: int) -> Rows:
+    """Along an axis or a Pythagorean direction, exactly at the sum of the radii, or a last bit to a side."""
+    chosen = TRIPLES[rng.integers(0, len(TRIPLES), n)]
+    a, b, c = chosen.T
+    straight = rng.random(n) < 0.3
+    a, b, c = np.where(straight, 0.0, a), np.where(straight, 1.0, b), np.where(straight, 1.0, c)
+    size = 2.0 ** rng.integers(-12, 3, n)
+    run = rng.integers(1, 40, n) * size
+    nudge = rng.integers(-1, 2, n) * np.spacing(size * c) * (rng.random(n) < 0.5)
+    speed = 2.0 ** rng.integers(-8, 4, n) * rng.choice([-1.0, 1.0], n)
+    return rows(
+        n,
+        x2=size * a - run * b,
+        y2=size * b + run * a,
+        vx2=b * speed,
+        vy2=-a * speed,
+        radius=size * c + nudge,
+    )
+
+
+def graze(least: float, most: float) -> Callable[[Rng, int], Rows]:
+    """Return a family that passes the sum of the radii by a relative depth between powers of ten."""
+
+    def family(rng: Rng, n: int) -> Rows:
+        depth = 10.0 ** rng.uniform(least, most, n) * rng.choice([-1.0, 1.0], n)
+        reach = 0.02
+        table = aimed(rng, n, reach * 10.0 ** rng.uniform(0.01, 2.0, n), reach, 1.0 + depth)
+        return wait(rng, table, 51.0)
+
+    return family
+
+
+def sharp_graze(rng: Rng, n: int) -> Rows:
+    """Along an axis, so that the depth is a few last bits and nothing else is lost."""
+    reach = rng.uniform(0.001, 0.1, n)
+    ulps = rng.integers(-4, 5, n)
+    table = rows(
+        n,
+        x2=rng.uniform(0.2, 3.0, n),
+        y2=reach + ulps * np.spacing(reach),
+        vx=rng.uniform(0.1, 2.0, n),
+        radius=reach,
+    )
+    table["vx2"] = np.where(rng.random(n) < 0.5, 0.0, -rng.uniform(0.1, 2.0, n))
+    return table
+
+
+def far_out(rng: Rng, n: int) -> Rows:
+    at = rng.choice([-1.0, 1.0], (n, 2)) * 10.0 ** rng.uniform(4.0, 7.0, (n, 1))
+    return wait(
+        rng, aimed(rng, n, 0.02 * rng.uniform(1.0, 5.0, n), 0.02, rng.uniform(-1.1, 1.1, n), at=at), 51.0
+    )
+
+
+def late(rng: Rng, n: int) -> Rows:
+    """One of the two has been under way for up to 1,024 units."""
+    table = aimed(rng, n, 0.02 * rng.uniform(1.0, 50.0, n), 0.02, rng.uniform(-1.1, 1.1, n), speed=0.1)
+    return wait(rng, table, 62.0)
+
+
+def unequal(rng: Rng, n: int) -> Rows:
+    table = aimed(rng, n, 10.0 ** rng.uniform(0.0, 1.0, n), 1.0, rng.uniform(-1.1, 1.1, n))
+    table["radius"] = 1.0 - 1e-6 * rng.random(n)
+    table["radius2"] = 1e-6 * rng.random(n)
+    return table
+
+
+def touching(rng: Rng, n: int) -> Rows:
+    reach = 0.02
+    distance = reach * (1.0 + rng.integers(-8, 9, n) * 2.0**-53 * rng.choice([0, 1, 4], n))
+    return wait(rng, aimed(rng, n, distance, reach, rng.uniform(-1.0, 1.0, n)), 50.0)
+
+
+def slow(rng: Rng, n: int) -> Rows:
+    """Both move fast and almost alike: their relative speed is small, down to a rounding of their speeds."""
+    table = aimed(rng, n, 0.02 * rng.uniform(1.0, 2.0, n), 0.02, rng.uniform(-1.0, 1.0, n), speed=1e-3)
+    for name in ("vx", "vy"):
+        both = rng.normal(size=n)
+        less = 10.0 ** rng.uniform(-13.0, 0.0, n)
+        table[name + "2"] = both + (table[name + "2"] - table[name]) * less
+        table[name] = both
+    return table
+
+
+def scaled(rng: Rng, n: int) -> Rows:
+    """The gas, with lengths and speeds up to 2^150 from 1, and the clock's unit to go with them."""
+    table = gas(rng, n)
+    length = rng.integers(-150, 151, n)
+    speed = rng.integers(-150, 151, n)
+    for name in ("x", "y", "x2", "y2", "radius", "radius2"):
+        table[name] = np.ldexp(table[name], length)
+    for name in ("vx", "vy", "vx2", "vy2"):
+        table[name] = np.ldexp(table[name], np.minimum(speed, length + 60))
+    table["tick"] = np.ldexp(1.0, np.clip(length - speed - 52, -900, -52))
+    return table
+
+
+def fast(rng: Rng, n: int) -> Rows:
+    """A tick's flight is some part, or some times, of the discs: both roots may lie within one tick."""
+    table = aimed(rng, n, 0.02 * 10.0 ** rng.uniform(0.0, 3.0, n), 0.02, rng.uniform(-1.001, 1.001, n))
+    size = rng.integers(35, 60, n)
+    for name in ("vx", "vy", "vx2", "vy2"):
+        table[name] = np.ldexp(table[name], size)
+    return table
+
+
+def anything(rng: Rng, n: int) -> Rows:
+    """Each number anywhere between a subnormal one and 2^900."""
+
+    def number() -> np.ndarray:
+        size = np.where(rng.random(n) < 0.3, rng.integers(-1074, 901, n), rng.integers(-60, 61, n))
+        value = np.ldexp(rng.uniform(0.5, 1.0, n) * rng.choice([-1.0, 1.0], n), size)
+        return np.where(rng.random(n) < 0.1, 0.0, value)
+
+    table = rows(n, **{name: number() for name in ENCOUNTER.names or () if name not in ("elapsed", "tick")})
+    table["radius"], table["radius2"] = np.abs(table["radius"]), np.abs(table["radius2"])
+    table["elapsed"] = (2.0 ** rng.uniform(0.0, 62.0, n)).astype(np.int64) * rng.integers(0, 2, n)
+    table["tick"] = np.ldexp(1.0, rng.integers(-952, -51, n))
+    return table
+
+
+def one_size(rng: Rng, n: int) -> Rows:
+    """The gas at any scale at all: lengths of one size, subnormal to 2^900, and speeds of another."""
+    table = gas(rng, n)
+    length = rng.integers(-1080, 901, n)
+    speed = rng.integers(-1080, 901, n)
+    for name in ("x", "y", "x2", "y2", "radius", "radius2"):
+        table[name] = np.ldexp(table[name], length)
+    for name in ("vx", "vy", "vx2", "vy2"):
+        table[name] = np.ldexp(table[name], speed)
+    table["tick"] = np.ldexp(1.0, np.clip(length - speed - 52, -952, -52))
+    return table
+
+
+def at_ticks(rng: Rng, n: int) -> Rows:
+    """Head on along an axis, touching exactly at a tick, or a last bit beside it; some at 2^62."""
+    ticks = np.where(
+        rng.random(n) < 0.2, FAR - rng.integers(-1, 3, n), 2.0 ** rng.uniform(0.0, 61.9, n)
+    ).astype(np.int64)
+    ticks = np.where(rng.random(n) < 0.5, ticks & -(1 << 20), ticks)
+    speed = rng.integers(1, 64, n) * 2.0 ** rng.integers(-30, 20, n)
+    reach = rng.integers(1, 64, n) * 2.0**-10
+    distance = ticks * TICK * speed + reach
+    table = rows(n, x2=distance, vx2=-speed, radius=reach)
+    nudged = rng.random(n) < 0.3
+    table["x2"] = np.where(nudged, np.nextafter(table["x2"], rng.choice([0.0, 1e300], n)), table["x2"])
+    return table
+
+
+def walls(rng: Rng, n: int) -> Rows:
+    """Return rows of (far, near, radius, speed, tick): of a box, of a lattice, at ticks, touching, and of
+    any size."""
+    kind = rng.integers(0, 5, n)
+    far = rng.uniform(0.0, 1.0, n)
+    near = np.where(rng.random(n) < 0.5, 0.0, far * rng.uniform(-0.5, 1.0, n))
+    radius = rng.uniform(0.0, 0.1, n) + 1e-9
+    speed = 10.0 ** rng.uniform(-4.0, 2.0, n)
+    made = np.column_stack([far, near, radius, speed, np.full(n, TICK)])
+    lattice = np.column_stack([rng.integers(1, 64, n), rng.integers(0, 16, n), rng.integers(1, 8, n)]) * 0.125
+    at = (2.0 ** rng.uniform(0.0, 62.1, n)).astype(np.int64) * TICK * np.floor(1.0 + 8.0 * rng.random(n))
+    made[kind == 1, :3] = lattice[kind == 1]
+    made[kind == 1, 3] = np.ldexp(1.0, rng.integers(-3, 3, n))[kind == 1]
+    made[kind == 2, 0] = (at + 0.25)[kind == 2]
+    made[kind == 2, 1:3] = 0.0, 0.25
+    made[kind == 2, 3] = rng.integers(1, 9, n)[kind == 2]
+    made[kind == 3, 0] = (near + radius * (1.0 + rng.integers(-4, 5, n) * 2.0**-53))[kind == 3]
+    sizes = np.where(rng.random((n, 4)) < 0.5, rng.integers(-1074, 901, (n, 4)), rng.integers(-2, 3, (n, 4)))
+    made[kind == 4, :4] = np.ldexp(rng.uniform(0.5, 1.0, (n, 4)), sizes)[kind == 4]
+    made[kind == 4, 4] = np.ldexp(1.0, rng.integers(-952, -51, n))[kind == 4]
+    made[:, 2] = np.maximum(made[:, 2], 5e-324)
+    return made
+
+
+def true_reaches(table: Rows) -> list[int]:
+    return [true_reach(*row) for row in table.tolist()]
+
+
+FAMILIES: dict[str, Callable[[Rng, int], Rows]] = {
+    "gas": gas,
+    "thin gas": thin_gas,
+    "dyadic": dyadic,
+    "tangent": tangent,
+    "graze 1e-17 .. 1e-14": graze(-17.0, -14.0),
+    "graze 1e-14 .. 1e-9": graze(-14.0, -9.0),
+    "graze 1e-9 .. 1e-3": graze(-9.0, -3.0),
+    "sharp graze": sharp_graze,
+    "far out": far_out,
+    "late": late,
+    "unequal": unequal,
+    "touching": touching,
+    "slow": slow,
+    "scaled": scaled,
+    "fast": fast,
+    "anything": anything,
+    "one size": one_size,
+    "at ticks": at_ticks,
+}
+
+
+def true_ticks(table: Rows) -> list[int]:
+    return [true_touch(*row) for row in table.tolist()]
