@@ -57,7 +57,8 @@ def _slow_gas(d: Draws, count: int, slow: int, walls: bool) -> Scene:
         vx, vy = ldexp(d.uniform(-1.0, 1.0), -slow), ldexp(d.uniform(-1.0, 1.0), -slow)
         if not walls:  # towards the middle
             vx, vy = ldexp(0.5 * count - x, -slow), vy / 64.0
-        made.append(Body((x, y), (vx, vy), d.uniform(0.1, 0.3), d.pick((1.0, 2.5))))
+        mass = d.pick((1.0, 2.5)) if walls else 1.0
+        made.append(Body((x, y), (vx, vy), d.uniform(0.1, 0.3), mass))
     return Scene(tuple(made), (float(count), 1.0) if walls else None)
 
 
@@ -72,7 +73,6 @@ def _barred(d: Draws) -> Scene:
         (reach * nx, reach * ny),
         (vx - slide * ny - press * nx, vy + slide * nx - press * ny),
         reach / 2.0,
-        d.pick((1.0, 1.0, 3.0)),
     )
     return Scene((one, two))
 

@@ -232,10 +232,10 @@ class Pace(NamedTuple):
 def paces() -> dict[str, list[Pace]]:
     """Return the questions of each family: a few bodies, and velocities of turns."""
     asked: dict[str, list[Pace]] = {}
-    for name in ("any", "edges", "none"):
+    for name, count in (("any", 200), ("edges", 200), ("none", 1), ("beyond", 20)):
         d = Draws("units, " + name)
         asked[name] = []
-        for _ in range({"any": 200, "edges": 200, "none": 1}[name]):
+        for _ in range(count):
             n = 0 if name == "none" else d.whole(1, 3)
             size = d.whole(-190, 190) if d.below(2) else 0
             fast = size + d.whole(-10, 30) if d.below(8) else min(size + 390, 190)
@@ -244,13 +244,13 @@ def paces() -> dict[str, list[Pace]]:
             radii = [d.power(size - 9, size - 4) for _ in range(n)]
             velocities = [(d.sign() * d.power(fast - 3, fast), d.power(fast - 3, fast)) for _ in range(n)]
             turned = [(d.power(fast, fast), 0.0) for _ in range(d.below(2) if n else 0)]
-            if name == "edges":  # speed over length is a power of two but for 2^-20 of it, and a last bit
+            if name == "edges":  # c is a power of two exactly, or by a last bit or a few not
                 length = ldexp(1.0, size)
                 arena = d.pick(((length, length / 2), (length / 4, length), None))
                 places = [(length * 0.5, -length * 0.75) for _ in range(n)]
                 radii = [length * 0.25] * n
-                speed = ldexp(1.0, d.whole(-3, 60) + size) * (1.0 + ldexp(1.0, -20))
-                for _ in range(d.below(5)):
+                speed = ldexp(1.0 / (1.0 - ldexp(1.0, -20)), d.whole(-3, 60) + size)
+                for _ in range(d.below(4)):
                     speed = nextafter(speed, d.pick((0.0, 1e200)))
                 velocities = [(0.0, 0.0)] * (n - 1) + [(speed, 0.0) if d.below(2) else (0.0, -speed)]
                 turned = [velocities[-1]] if d.below(2) else []
@@ -258,6 +258,10 @@ def paces() -> dict[str, list[Pace]]:
                     velocities = [(0.0, 0.0)] * n
                 elif d.below(4) == 0:
                     velocities[-1] = (speed / sqrt(2.0), speed / sqrt(2.0))
+            if name == "beyond":  # too fast, or too small, for any unit; no scene may hold that
+                length = ldexp(1.0, -d.whole(430, 460))
+                arena, places, radii, turned = (length, length), [(0.0, 0.0)], [length * 0.25], []
+                velocities = [(d.power(440, 460), 0.0)]
             asked[name].append(Pace(arena, places, radii, velocities, turned))
     return asked
 

@@ -182,9 +182,9 @@ def mixtures() -> Iterator[Asked]:
     for number, arena in enumerate(((1.0, 1.0), None, (1.0, 1.0))):
         d = Draws(f"sizes {number}")
         yield Asked(
-            f"radii 100 apart, {'masses alike' if number == 0 else 'masses as areas'}"
+            f"radii 100 apart, {'masses alike' if number < 2 else 'masses as areas'}"
             + (", no arena" if arena is None else ""),
-            _sizes(d, number > 0)._replace(arena=arena),
+            _sizes(d, number == 2)._replace(arena=arena),
             contacts=250 if arena else 30,
             until=None if arena else 40.0,
         )
