@@ -305,6 +305,15 @@ def scaled(rng: Rng, n: int) -> Rows:
     return table
 
 
+def fast(rng: Rng, n: int) -> Rows:
+    """A tick's flight is some part, or some times, of the discs: both roots may lie within one tick."""
+    table = aimed(rng, n, 0.02 * 10.0 ** rng.uniform(0.0, 3.0, n), 0.02, rng.uniform(-1.001, 1.001, n))
+    size = rng.integers(35, 60, n)
+    for name in ("vx", "vy", "vx2", "vy2"):
+        table[name] = np.ldexp(table[name], size)
+    return table
+
+
 def anything(rng: Rng, n: int) -> Rows:
     """Each number anywhere between a subnormal one and 2^900."""
 
@@ -391,6 +400,7 @@ FAMILIES: dict[str, Callable[[Rng, int], Rows]] = {
     "touching": touching,
     "slow": slow,
     "scaled": scaled,
+    "fast": fast,
     "anything": anything,
     "one size": one_size,
     "at ticks": at_ticks,

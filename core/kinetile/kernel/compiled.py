@@ -43,6 +43,7 @@ __all__ = [
     "make_ready",
     "nobody_compiles",
     "smaller",
+    "subroutine",
     "template",
     "to_be_filled_in",
 ]
@@ -79,13 +80,8 @@ def hook(function: F) -> F:
     return cast(F, numba.njit(forceinline=True, error_model="numpy")(function))
 
 
-def apart(function: F) -> F:
-    """Mark a function that hooks call but seldom: compiled once, apart from the loop, and called.
-
-    For what is long and rare: inlined, it would be compiled again at each place that calls it, and would
-    crowd the loop. From a hook it takes and returns numbers only, so that no array is passed by value. It
-    counts in the fingerprint like a hook, and its machine code lies in the cache with the loop's.
-    """
+def subroutine(function: F) -> F:
+    """Mark a function that functions marked ``apart`` call: compiled once, not inlined, arrays and all."""
     if INTERPRETED:
         return function
     import numba
@@ -135,6 +131,8 @@ if INTERPRETED:
         return tables
 
 else:
+    from llvmlite.binding import add_symbol as _add_symbol
+    from numba import extending as _extending
     from numba import types as _types
     from numba.core import cgutils as _cgutils
     from numba.extending import intrinsic as _intrinsic
@@ -159,6 +157,58 @@ else:
             return value
 
         return tables(tables), codegen
+
+    class _Apart(_types.ExternalFunction):
+        """A function that compiled code knows by name only; it is loaded before such code is."""
+
+        def __init__(self, function: FunctionType) -> None:
+            fingerprint, _, self.called = _fingerprint(function, tuple)
+            self.py_func = function
+            self.address: int | None = None
+            kinds = {"float": _types.float64, "int": _types.int64}
+            kind = [kinds[name] for name in function.__annotations__.values()]
+            name = f"kinetile_{function.__name__}_{fingerprint}"
+            super().__init__(name, kind[-1](*kind[:-1]))
+
+        def load_apart(self) -> None:
+            """Compile the function, or load it from the disk cache, and make its name known."""
+            for each in self.called:
+                each.load_apart()
+            if self.address is None:
+                source = self.py_func
+                named = FunctionType(source.__code__, source.__globals__, source.__name__)
+                named.__module__ = source.__module__
+                named.__qualname__ = self.symbol
+                self.address = _address(named, self.sig)
+                _add_symbol(self.symbol, self.address)
+
+        def get_call_type(self, context: Any, arguments: Any, named: Any) -> Any:
+            """Return the signature, to code that is being compiled."""
+            self.load_apart()
+            return super().get_call_type(context, arguments, named)
+
+    cast(Any, _extending).register_model(_Apart)(cast(Any, _extending).models.OpaqueModel)
+
+    def _address(function: FunctionType, signature: Any) -> int:
+        import numba
+
+        for cache in (True, False):
+            try:
+                made = numba.cfunc(signature, cache=cache, error_model="numpy")(function)
+            except RuntimeError:  # there is no folder that Numba could write its cache to
+                continue
+            return int(cast(Any, made).address)
+        raise AssertionError("Numba compiles without a cache")
+
+
+def apart(function: F) -> F:
+    """Mark a function that hooks call but do not take in: compiled once for all loops, and cached by itself.
+
+    For what is long: a hook is compiled again at each place that calls it, and with each choice of phases. It
+    takes and returns numbers only, which its annotations call ``float`` or ``int``, so that no array is
+    passed by value, and code that calls it knows no more of it than a name, with a fingerprint.
+    """
+    return function if INTERPRETED else cast(F, _Apart(cast(FunctionType, function)))
 
 
 def compose(
@@ -186,14 +236,14 @@ def _compose(
     function = _filled_in(source, parts, {})
     if INTERPRETED:
         return function
-    fingerprint, modules = _fingerprint(function, state)
+    fingerprint, modules, called = _fingerprint(function, state)
     function.__qualname__ = f"{source.__name__}_{label}_{fingerprint}"
     if "__main__" not in modules:
         try:
-            return _njit(function, cache=True)
+            return _njit(function, True, called)
         except RuntimeError:  # there is no folder that Numba could write its cache to
             pass
-    return _njit(function, cache=False)
+    return _njit(function, False, called)
 
 
 def _filled_in(source: FunctionType, parts: Mapping[str, Any], made: dict[str, Any]) -> FunctionType:
@@ -213,14 +263,24 @@ def _filled_in(source: FunctionType, parts: Mapping[str, Any], made: dict[str, A
     return function
 
 
-def _njit(function: Callable[..., Any], cache: bool) -> Callable[..., Any]:
+def _njit(function: Callable[..., Any], cache: bool, called: list[Any]) -> Callable[..., Any]:
     import numba
 
-    return cast("Callable[..., Any]", numba.njit(cache=cache, error_model="numpy", nogil=True)(function))
+    made: Any = numba.njit(cache=cache, error_model="numpy", nogil=True)(function)
+    compiles = made.compile
+
+    def with_what_it_calls(signature: Any) -> Any:
+        for each in called:
+            each.load_apart()
+        return compiles(signature)
+
+    made.compile = with_what_it_calls
+    return cast("Callable[..., Any]", made)
 
 
-def _fingerprint(function: Callable[..., Any], state: type) -> tuple[str, set[str]]:
-    """Return a digest of a function and of all that it reaches, and the modules that it was found in.
+def _fingerprint(function: Callable[..., Any], state: type) -> tuple[str, set[str], list[Any]]:
+    """Return a digest of a function and of all that it reaches, the modules that it was found in, and what it
+    calls ``apart``.
 
     What counts is bytecode, constants, hooks and the values of globals, also where they are reached through a
     module.
@@ -230,8 +290,11 @@ def _fingerprint(function: Callable[..., Any], state: type) -> tuple[str, set[st
         digest.update(source.read_bytes())  # bytecode does not show intrinsics
     seen: set[int] = set()
     modules: set[str] = set()
+    called: list[Any] = []
 
     def visit(value: Any) -> None:
+        if hasattr(value, "load_apart") and value not in called:
+            called.append(value)
         value = getattr(value, "py_func", value)
         if isinstance(value, FunctionType | type):
             modules.add(value.__module__)
@@ -281,7 +344,7 @@ def _fingerprint(function: Callable[..., Any], state: type) -> tuple[str, set[st
 
     visit(function)
     visit(state)
-    return digest.hexdigest()[:16], modules
+    return digest.hexdigest()[:16], modules, called
 
 
 def _foreign(module: ModuleType) -> bool:

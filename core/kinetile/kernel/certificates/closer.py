@@ -111,7 +111,7 @@ def look_closer(
             if known and q >= 0.0 and guess >= FAR:
                 return NEVER
             step = q / (slope + math.sqrt(discriminant))
-            bent = speed2 * abs(q) / (slope * slope)
+            bent = speed2 * (abs(q) + q_error) / (slope * slope)
             loose = bent + 2.0 * slope_error / slope + 2.0**-49
             bound = (q_error / slope + abs(step) * loose) * per_time + 2.0**-50
             part = step * per_time

@@ -24,7 +24,7 @@ from kinetile.kernel.certificates.limbs import (
     put_count,
     room,
 )
-from kinetile.kernel.compiled import apart, hook, smaller
+from kinetile.kernel.compiled import hook, smaller, subroutine
 from kinetile.kernel.tables import NEVER
 
 __all__ = ["as_count", "first_touch_of_integers"]
@@ -52,7 +52,7 @@ def as_count(ticks: float) -> int:
     return int(ticks) if ticks < 2.0**62 else FAR
 
 
-@apart
+@subroutine
 def sign_of_inside(m: Cells, first: int, end: int) -> int:
     """Return the sign of R^2 |v|^2 - (d x v)^2."""
     add_product(m, CROSS, DY, first, end, UX, first, end)
@@ -70,7 +70,7 @@ def sign_of_inside(m: Cells, first: int, end: int) -> int:
     return carry(m, FOURS, 4 * first, 4 * end, 1)
 
 
-@apart
+@subroutine
 def signs_at(m: Cells, first: int, end: int, count: int) -> tuple[int, int]:
     """Return the signs of B and of q so many ticks after the later anchor."""
     put_count(m, COUNT, count)
@@ -92,7 +92,7 @@ def signs_at(m: Cells, first: int, end: int, count: int) -> tuple[int, int]:
     return bend, carry(m, SUM, 2 * first, 2 * end, 1)
 
 
-@apart
+@subroutine
 def last_before(m: Cells, first: int, end: int, guess: int) -> int:
     """Return the greatest count of ticks, 0 to 2^62, at which a contact has not been passed; at 0 it has not.
 
@@ -115,7 +115,7 @@ def last_before(m: Cells, first: int, end: int, guess: int) -> int:
     return low
 
 
-@apart
+@subroutine
 def first_touch_of_integers(
     x: float,
     y: float,

@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 from typing import Any, TypeAlias
 
-from kinetile.kernel.compiled import apart, larger, smaller
+from kinetile.kernel.compiled import larger, smaller, subroutine
 
 __all__ = ["CELLS", "ZERO", "Cells", "add_product", "carry", "clear", "copy", "put", "put_count", "room"]
 
@@ -34,7 +34,7 @@ ZERO = 96
 CELLS = 160
 
 
-@apart
+@subroutine
 def room(first: int, end: int, value: float, power: int) -> tuple[int, int]:
     """Return the cells, from the first to before the end, that take a double times 2^``power`` as well,
     with room for sums, a product with a count of ticks, and carries; an end beyond ``CELLS`` for what is no
@@ -47,21 +47,21 @@ def room(first: int, end: int, value: float, power: int) -> tuple[int, int]:
     return smaller(first, cell), larger(end, cell + 8)
 
 
-@apart
+@subroutine
 def clear(m: Cells, row: int, first: int, end: int) -> None:
     """Make a number 0."""
     for i in range(row + first, row + end):
         m[i] = 0
 
 
-@apart
+@subroutine
 def copy(m: Cells, target: int, source: int, first: int, end: int) -> None:
     """Make a number what another is."""
     for i in range(first, end):
         m[target + i] = m[source + i]
 
 
-@apart
+@subroutine
 def put_count(m: Cells, row: int, count: int) -> None:
     """Make a number a count of ticks, 0 to 2^62."""
     m[row] = count & MASK
@@ -69,7 +69,7 @@ def put_count(m: Cells, row: int, count: int) -> None:
     m[row + 2] = count >> (2 * LIMB)
 
 
-@apart
+@subroutine
 def put(m: Cells, row: int, value: float, power: int, sign: int) -> None:
     """Add ``sign`` times a double times 2^``power`` to a number; ``sign`` is 1 or -1."""
     part, exponent = math.frexp(value)
@@ -88,7 +88,7 @@ def put(m: Cells, row: int, value: float, power: int, sign: int) -> None:
     m[cell + 2] += sign * high
 
 
-@apart
+@subroutine
 def add_product(
     m: Cells, target: int, one: int, first: int, end: int, two: int, start: int, stop: int
 ) -> None:
@@ -100,7 +100,7 @@ def add_product(
                 m[target + i + j] += digit * m[two + j]
 
 
-@apart
+@subroutine
 def carry(m: Cells, row: int, first: int, end: int, by: int) -> int:
     """Multiply a number by 1 or -1 and make its digits small; return its sign: 1, 0 or -1."""
     over = 0

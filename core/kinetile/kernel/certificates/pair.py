@@ -30,13 +30,13 @@ from kinetile.kernel.certificates.closer import look_closer
 from kinetile.kernel.certificates.paths import gap_at, seen_from
 from kinetile.kernel.certificates.structural import FAR
 from kinetile.kernel.certificates.sums import LARGE, SMALL, TINY, plus
-from kinetile.kernel.compiled import hook, larger
+from kinetile.kernel.compiled import apart, larger
 from kinetile.kernel.tables import NEVER
 
 __all__ = ["first_touch"]
 
 
-@hook
+@apart
 def first_touch(
     x: float,
     y: float,
@@ -86,7 +86,7 @@ def first_touch(
                 if slope > 8.0 * slope_error:
                     inverse = 1.0 / slope
                     step = 0.5 * q * inverse
-                    bent = 2.0 * speed2 * abs(step) * inverse
+                    bent = speed2 * (abs(q) + q_error) * (inverse * inverse)
                     loose = bent + 2.0 * slope_error * inverse + 2.0**-49
                     bound = (q_error * inverse + abs(step) * loose) * per_time + 2.0**-50
                     if bent < 0.125 and bound < 0.5:
