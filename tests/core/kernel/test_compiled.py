@@ -12,6 +12,8 @@ from typing import NamedTuple
 import pytest
 
 from kinetile.kernel import compiled
+from kinetile.kernel.compiled import composed
+from kinetile.kernel.compiled.fingerprint import fingerprint_of
 
 
 class State(NamedTuple):
@@ -36,7 +38,7 @@ def module(name: str, source: str, **names: object) -> ModuleType:
 
 
 def prints(hook, state=State) -> str:
-    return compiled._fingerprint(hook, state)[0]
+    return fingerprint_of(hook, state)[0]
 
 
 def test_a_hook_that_is_reached_through_a_package_and_a_module_counts():
@@ -82,14 +84,14 @@ def test_modules_that_change_only_with_their_version_are_not_searched():
 
 @pytest.mark.skipif(compiled.INTERPRETED, reason="nothing is compiled")
 def test_without_a_folder_for_the_cache_it_compiles_all_the_same(monkeypatch):
-    njit = compiled._njit
+    njit = composed._njit
 
     def nowhere(function, cache):
         if cache:
             raise RuntimeError("cannot cache function: no locator available")
         return njit(function, cache)
 
-    monkeypatch.setattr(compiled, "_njit", nowhere)
+    monkeypatch.setattr(composed, "_njit", nowhere)
     template = module("phase", "def double(x):\n    return answer(x)\n").double
     answer = compiled.hook(module("other", "def answer(x):\n    return 2 * x\n").answer)
     function = compiled.compose(template, {"answer": answer}, "test", State)
@@ -109,7 +111,7 @@ def test_what_is_called_apart_counts_and_is_called():
 
     one, two = made_apart(1), made_apart(2)
     assert prints(calling(one)) != prints(calling(two))
-    assert compiled._fingerprint(calling(one), State)[2] == [one]
+    assert fingerprint_of(calling(one), State)[2] == [one]
     for function, found in ((one, 42), (two, 43)):
         template = module("phase", "def asked(x):\n    return answer(x)\n").asked
         assert compiled.compose(template, {"answer": function}, f"apart {found}", State)(41.5) == found
