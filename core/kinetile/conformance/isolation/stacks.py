@@ -34,7 +34,7 @@ def where(words: str) -> str:
                 continue
             if path == OWN / "run" / "engine" / "engine.py" and frame["function"] == "_chunk":
                 return "a compiled hook"
-            if path == OWN / "kernel" / "compiled.py":
+            if path.parent == OWN / "kernel" / "compiled":
                 return COMPILER
             return f"{frame['function']} ({path.name}, line {frame['line']})"
     return ""

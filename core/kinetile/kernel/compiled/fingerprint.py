@@ -1,0 +1,92 @@
+"""A fingerprint of all that is compiled into a function: bytecode, constants, hooks and globals."""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import CodeType, FunctionType, ModuleType
+from typing import Any
+
+import numpy as np
+
+__all__ = ["fingerprint_of"]
+
+API = 2
+"""Raised when the shape of the kernel's tables changes in a way that bytecode does not show."""
+
+
+def fingerprint_of(function: Callable[..., Any], state: type) -> tuple[str, set[str], list[Any]]:
+    """Return a digest of a function and of all that it reaches, the modules that it was found in, and what it
+    calls ``apart``.
+
+    What counts is bytecode, constants, hooks and the values of globals, also where they are reached through a
+    module.
+    """
+    digest = hashlib.sha256(repr((sys.version, np.__version__, API)).encode())
+    for source in sorted(Path(__file__).parents[1].joinpath("vectors").glob("*.py")):
+        digest.update(source.read_bytes())  # bytecode does not show intrinsics
+    seen: set[int] = set()
+    modules: set[str] = set()
+    called: list[Any] = []
+
+    def visit(value: Any) -> None:
+        if hasattr(value, "load_apart") and value not in called:
+            called.append(value)
+        value = getattr(value, "py_func", value)
+        if isinstance(value, FunctionType | type):
+            modules.add(value.__module__)
+            digest.update(f"{value.__module__}.{value.__qualname__}".encode())
+            digest.update(repr((getattr(value, "_fields", ()), getattr(value, "__members__", ()))).encode())
+        if isinstance(value, FunctionType):
+            if id(value) in seen:
+                return
+            seen.add(id(value))
+            code(value.__code__, value.__globals__)
+            for cell in value.__closure__ or ():
+                visit(cell.cell_contents)
+            visit(value.__defaults__)
+        elif isinstance(value, ModuleType):
+            digest.update(value.__name__.encode())
+        elif isinstance(value, tuple | list):
+            digest.update(f"{len(value)}(".encode())
+            for item in value:
+                visit(item)
+        elif isinstance(value, np.ndarray):
+            digest.update(value.tobytes())
+        elif callable(value):
+            digest.update(getattr(value, "__name__", type(value).__name__).encode())
+        else:
+            digest.update(repr(value).encode())
+
+    def code(block: CodeType, names: Mapping[str, Any]) -> None:
+        digest.update(block.co_code)
+        digest.update(repr(block.co_varnames).encode())
+        for constant in block.co_consts:
+            if isinstance(constant, CodeType):
+                code(constant, names)
+            else:
+                digest.update(repr(constant).encode())
+        rooms: list[ModuleType] = []
+        for name in block.co_names:  # in the order of the code: package, module in it, function in that
+            for value in (names.get(name), *(getattr(room, name, None) for room in rooms)):
+                if isinstance(value, ModuleType) and value not in rooms and not _foreign(value):
+                    rooms.append(value)
+        for name in block.co_names:
+            digest.update(name.encode())
+            if name in names:
+                visit(names[name])
+            for room in rooms:
+                if hasattr(room, name):
+                    visit(getattr(room, name))
+
+    visit(function)
+    visit(state)
+    return digest.hexdigest()[:16], modules, called
+
+
+def _foreign(module: ModuleType) -> bool:
+    """Whether a module's functions change only with its version: the standard library, NumPy, Numba."""
+    root = module.__name__.partition(".")[0]
+    return root in sys.stdlib_module_names or root in ("numpy", "numba")
