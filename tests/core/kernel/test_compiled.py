@@ -119,12 +119,12 @@ def test_what_is_called_apart_counts_and_is_called():
 
 LOADED = """
 import kinetile as kt
-from kinetile.kernel.certificates.pair import first_touch
+from kinetile.kernel.certificates.closer import look_closer
 sim = kt.Simulation(kt.make_scene("two-discs"), "naive")
 assert sim.cached is {known}, sim.cached
-assert first_touch.address is None
+assert look_closer.address is None
 sim.run(4.0, max_contacts=20)
-assert first_touch.address is not None
+assert look_closer.address is not None
 print(sim.fingerprint)
 """
 
@@ -144,7 +144,7 @@ def test_a_loop_from_the_disk_cache_finds_what_it_calls(tmp_path):
     files = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.nb*")}
     assert run(known=True) == printed
     assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.nb*")} == files
-    lost = [path for path in files if "first_touch" in path.name]
+    lost = [path for path in files if "look_closer" in path.name]
     assert lost
     for path in lost:
         path.unlink()
