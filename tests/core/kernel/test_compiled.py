@@ -105,6 +105,18 @@ def made_apart(answer: int):
 
 
 @pytest.mark.skipif(compiled.INTERPRETED, reason="nothing is compiled")
+def test_a_function_that_was_called_apart_and_became_a_hook_was_called_at_no_address():
+    source = "from __future__ import annotations\ndef answer(x: float) -> int:\n    return int(x)\n"
+    answer = module("other", source).answer
+
+    def asked(function):
+        return module("phase", "def asked(x):\n    return answer(x)\n", answer=function).asked
+
+    marks = (compiled.hook, compiled.subroutine, compiled.apart)
+    assert len({prints(asked(mark(answer))) for mark in marks}) == 3
+
+
+@pytest.mark.skipif(compiled.INTERPRETED, reason="nothing is compiled")
 def test_what_is_called_apart_counts_and_is_called():
     def calling(function):
         return module("phase", "def asked(x):\n    return answer(x)\n", answer=function).asked
