@@ -325,12 +325,13 @@ AGREE = (
 )
 """They agree to their end."""
 
-AGREE_FOR = {"H15": 500, "H17": 350, "H19": 200, "H20": 200, "H21": 90, "H28": 350, "H29": 350, "H30": 350}
+AGREE_FOR = {"H15": 500, "H17": 350, "H20": 200, "H21": 90, "H28": 350, "H29": 350, "H30": 350}
 """They agree for so many contacts at least, exact ties among them; H15 goes on, chaos parts the others."""
 
-PART_EARLY = {"H33": 9}
-"""They agree for just so many contacts; then rounding exchanges contacts that are not simultaneous in truth,
-but within a few ticks of each other: radii and places are rounded numbers there."""
+PART_EARLY = {"H19": 20, "H33": 9}
+"""They agree for just so many contacts. Then, in H33, rounding exchanges contacts that are not simultaneous in
+truth, but within a few ticks of each other: radii and places are rounded numbers there. In H19 touching discs
+that part in truth approach by the rounding of an exchange, so that they meet once more with no impulse."""
 
 JAMMED = "H18"
 
