@@ -329,9 +329,9 @@ AGREE_FOR = {"H15": 500, "H17": 350, "H20": 200, "H21": 90, "H28": 350, "H29": 3
 """They agree for so many contacts at least, exact ties among them; H15 goes on, chaos parts the others."""
 
 PART_EARLY = {"H19": 20, "H33": 9}
-"""They agree for just so many contacts. Then, in H33, rounding exchanges contacts that are not simultaneous in
-truth, but within a few ticks of each other: radii and places are rounded numbers there. In H19 touching discs
-that part in truth approach by the rounding of an exchange, so that they meet once more with no impulse."""
+"""They agree for just so many contacts; then rounding exchanges contacts that are not simultaneous in truth,
+but within a few ticks of each other: radii and places are rounded numbers there. In H19 two discs that touch
+approach by less than a velocity's last bit, as an exchange has rounded it; the oracle's do not."""
 
 JAMMED = "H18"
 
@@ -385,7 +385,7 @@ def test_a_jam_agrees_until_nobody_goes_on() -> None:
 @pytest.mark.parametrize("kind", ["dyadic", "non-dyadic"])
 @pytest.mark.compiled
 def test_where_lattices_part_from_the_oracle_there_is_a_reason(kind: str, turns: int) -> None:
-    """Rounding takes a tie apart, a graze is in the dead zone, or chaos has begun; few are undecidable."""
+    """Rounding takes a tie apart, a graze is lost to it, or chaos has begun; few are undecidable."""
     agree = undecided = 0
     strange = []
     for seed in range(25):
