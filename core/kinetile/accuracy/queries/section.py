@@ -182,7 +182,7 @@ def _exact(ours: list[QueryRow]) -> str:
 def _depths(ours: list[QueryRow]) -> str:
     most = max(ours, key=lambda row: row.depth_rho)
     return (
-        "At the exact tick the discs do not overlap yet. Once they are anchored there they may, since places "
+        "Up to the exact tick no contact adds to an overlap. Anchoring the discs there does, since places "
         f"are doubles: by at most {number(most.depth_rho)} rho ({most.family}), rho = 16 × 2^-53 × the "
         f"largest coordinate, which {'bounds' if most.depth_rho <= 1.0 else 'DOES NOT bound'} it."
     )
