@@ -384,7 +384,7 @@ def test_a_jam_agrees_until_nobody_goes_on() -> None:
 @pytest.mark.parametrize("kind", ["dyadic", "non-dyadic"])
 @pytest.mark.compiled
 def test_where_lattices_part_from_the_oracle_there_is_a_reason(kind: str, turns: int) -> None:
-    """Rounding takes a tie apart, a graze is in the dead zone, or chaos has begun; few are undecidable."""
+    """Rounding takes a tie apart, or decides a graze, or chaos has begun; few are undecidable."""
     agree = undecided = 0
     strange = []
     for seed in range(25):

@@ -262,9 +262,9 @@ def test_findings_say_what_is_wrong() -> None:
     said = part.query_findings([good, *others])
     assert "is the integer truth in each of 2 queries, 1 families" in said[0]
     assert "which bounds it" in said[1]
-    assert "naive: 50% of its answers" in said[2]
+    assert "naive form: 50% to 50% of the answers" in said[2]
     assert "misses 1 contacts and finds 0 that are none; discs overlap by up to 1e-4 R (generic)" in said[2]
-    assert "citardauq: 50%" in said[3]
+    assert "citardauq form: 50% to 50%" in said[3]
     assert "up to 2e-4 R" in said[3]
     assert all(claim.holds for claim in part.query_claims([good, *others]))
     bad = replace(good, wrong=7, missed=3, false=4, depth_rho=1.5)
