@@ -260,6 +260,22 @@ def test_the_error_of_a_product_is_exact(one, two):
     assert [Fraction(each) for each in out.tolist()] == exact
 
 
+finite = arrays.arrays(np.float64, LANES, elements=st.floats(allow_nan=False, allow_infinity=False))
+
+
+@given(finite, finite)
+@settings(deadline=None, max_examples=200)
+def test_the_error_of_a_product_of_any_size_is_the_exact_one_rounded(one, two):
+    """Also where it is below the smallest double, or a product of halves would be beyond the largest."""
+    out = np.zeros(LANES)
+    with np.errstate(all="ignore"):
+        errors(one, two, out)
+        two = np.where(np.isfinite(one * two), two, 0.0)
+        out = np.where(two == 0.0, 0.0, out)
+    for a, b, found in zip(one.tolist(), two.tolist(), out.tolist(), strict=True):
+        assert found == float(Fraction(a) * Fraction(b) - Fraction(a * b))
+
+
 @hook
 def of_ticks(ticks: Any, values: Any, numbers: Any, out: Any, floats: Any, truths: Any) -> None:
     many = vectors.spread_ticks(ticks[0])

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import operator
+from fractions import Fraction
 from typing import Any, TypeAlias, cast
 
 import numpy as np
@@ -29,6 +31,7 @@ __all__ = [
 
 LANES = 8
 SPLIT = 2.0**27 + 1.0
+TINY, HUGE = 2.0**-960, 2.0**990
 
 Floats: TypeAlias = Any
 Wholes: TypeAlias = Any
@@ -77,7 +80,10 @@ if INTERPRETED:
         return int(source[first + LANES - 1])
 
     def product_error(a: float, b: float, product: float) -> float:
-        """Return a * b - product exactly, for the rounded product (Dekker 1971)."""
+        """Return a * b - product exactly, for the rounded product (Dekker 1971); by rationals, and rounded as
+        a fused multiply-add does it, where a part of a product would be subnormal or infinite."""
+        if not (TINY < abs(product) < HUGE and abs(a) < HUGE and abs(b) < HUGE) and math.isfinite(product):
+            return float(Fraction(float(a)) * Fraction(float(b)) - Fraction(float(product)))
         t = SPLIT * a
         a_high = t - (t - a)
         a_low = a - a_high
