@@ -173,6 +173,7 @@ def aimed(rng: Rng, n: int, distance, reach, miss, speed=1.0, at=None) -> Rows:
 def wait(rng: Rng, table: Rows, most: float) -> Rows:
     """Let the first disc have been under way for up to 2^most ticks, from where it came."""
     table["elapsed"] = (2.0 ** rng.uniform(30.0, most, len(table))).astype(np.int64)
+    table["elapsed"] -= rng.integers(0, table["elapsed"] >> 20)  # else no count above 2^53 is odd
     time = table["elapsed"] * table["tick"]
     table["x"] -= table["vx"] * time
     table["y"] -= table["vy"] * time
@@ -225,6 +226,23 @@ def tangent(rng: Rng, n: int) -> Rows:
         vx2=b * speed,
         vy2=-a * speed,
         radius=size * c + nudge,
+    )
+
+
+def sliding(rng: Rng, n: int) -> Rows:
+    """Touching or overlapping, and moving along the line of contact but for last bits, if at all."""
+    a, b, c = TRIPLES[rng.integers(0, len(TRIPLES), n)].T
+    size = rng.choice([1.0, 0.1, 2.0**-7], n)
+    speed = rng.choice([1.0, 0.3, -1.0, -0.7], n)
+    ulps = rng.integers(-2, 3, (2, n)) * (rng.random(n) < 0.7)
+    vx, vy = -b * speed, a * speed
+    return rows(
+        n,
+        x2=size * a,
+        y2=size * b,
+        vx2=vx + ulps[0] * np.spacing(vx),
+        vy2=vy + ulps[1] * np.spacing(vy),
+        radius=size * c * rng.choice([1.0, 1.001], n),
     )
 
 
@@ -358,6 +376,8 @@ def at_ticks(rng: Rng, n: int) -> Rows:
     ticks = np.where(rng.random(n) < 0.5, ticks & -(1 << 20), ticks)
     speed = rng.integers(1, 64, n) * 2.0 ** rng.integers(-30, 20, n)
     reach = rng.integers(1, 64, n) * 2.0**-10
+    small = rng.random(n) < 0.2  # a last bit of these is less than any bound
+    ticks, reach = np.where(small, ticks & 63, ticks), np.where(small, reach * 2.0**-60, reach)
     distance = ticks * TICK * speed + reach
     table = rows(n, x2=distance, vx2=-speed, radius=reach)
     nudged = rng.random(n) < 0.3
@@ -398,6 +418,7 @@ FAMILIES: dict[str, Callable[[Rng, int], Rows]] = {
     "thin gas": thin_gas,
     "dyadic": dyadic,
     "tangent": tangent,
+    "sliding": sliding,
     "graze 1e-17 .. 1e-14": graze(-17.0, -14.0),
     "graze 1e-14 .. 1e-9": graze(-14.0, -9.0),
     "graze 1e-9 .. 1e-3": graze(-9.0, -3.0),

@@ -65,11 +65,13 @@ class Table:
         caption: what they are, in a sentence.
         rows: instances of one frozen dataclass whose fields are text, numbers, truths or None, each annotated
             with its ``Column``.
+        printed: whether the command prints it too, and not only the page.
     """
 
     name: str
     caption: str
     rows: tuple[Any, ...]
+    printed: bool = False
 
     @property
     def columns(self) -> dict[str, Column]:

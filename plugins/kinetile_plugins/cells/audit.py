@@ -16,7 +16,7 @@ import numpy as np
 from kinetile.kernel.certificates import FAR
 from kinetile.toolbox import NEVER, Kernel, positions_now
 from kinetile_plugins.cells.layout import cells_of, least_side
-from kinetile_plugins.cells.table import BLOCK, FULL, State
+from kinetile_plugins.cells.table import BLOCK, FULL, LISTED, State
 
 __all__ = ["audit"]
 
@@ -39,8 +39,7 @@ def audit(k: Kernel, s: State) -> Iterator[str]:
 
 def _places(k: Kernel, s: State) -> Iterator[str]:
     """Every body is within its cell, by its plan, but for less than two skins."""
-    slack = 2.0 * k.clock[0].skin
-    side = s.levels.side[s.homes.level]
+    side, slack = s.levels.side[s.homes.level], s.levels.slack[s.homes.level] + 2.0 * k.clock[0].skin
     waiting = np.asarray(k.queue.own) > k.clock[0].now
     for name, cell, place in zip("xy", (s.homes.x, s.homes.y), positions_now(k).T, strict=True):
         outside = (place < cell * side - slack) | (place > (cell + 1.0) * side + slack)
@@ -53,11 +52,11 @@ def _certificates(k: Kernel, s: State) -> Iterator[str]:
     """Every certificate fails when the body reaches the first of the edges ahead of it, and that edge is
     noted."""
     bodies, homes, clock = k.bodies, s.homes, k.clock[0]
-    side = s.levels.side[homes.level]
+    side, slack = s.levels.side[homes.level], s.levels.slack[homes.level]
     delays = []
     for cell, at, speed in ((homes.x, bodies.x, bodies.vx), (homes.y, bodies.y, bodies.vy)):
         with np.errstate(all="ignore"):
-            delay = ((cell + (speed > 0.0)) * side - at) / speed
+            delay = ((cell + (speed > 0.0)) * side + np.where(speed > 0.0, slack, -slack) - at) / speed
         delays.append(np.where(speed != 0.0, delay, np.inf))
     across, along = delays
     with np.errstate(over="ignore"):
@@ -76,22 +75,15 @@ def _table(s: State) -> Iterator[str]:
     """The blocks and lists have every body once, in its cell; who stands in a list found the block full."""
     home = cells_of(s, np.arange(len(s.homes)))
     blocks = s.blocks.reshape(-1, BLOCK)
-    cells, places = np.nonzero(np.arange(FULL) < blocks[:, FULL:])
+    cells, places = np.nonzero(np.arange(FULL) < blocks[:, FULL:] & FULL)
     standing = list(zip(cells.tolist(), blocks[cells, places].tolist(), strict=True))
-    around = np.zeros(len(s.lists), dtype=np.int64)
-    for cell in np.flatnonzero(s.lists.first >= 0).tolist():
-        if blocks[cell, FULL] != FULL:
-            yield f"cell {cell} has a list, and its block is not full"
-        body = int(s.lists.first[cell])
+    for cell in np.flatnonzero((s.lists >= 0) != (blocks[:, FULL] == FULL | LISTED)).tolist():
+        yield f"cell {cell} has a list beginning with {s.lists[cell]}, and counts {blocks[cell, FULL]}"
+    for cell in np.flatnonzero(s.lists >= 0).tolist():
+        body = int(s.lists[cell])
         while body >= 0 and len(standing) <= 2 * len(s.homes):
             standing.append((cell, body))
-            for right in (-1, 0, 1):
-                for up in (-1, 0, 1):
-                    around[cells_of(s, np.array([body]), right, up)] += 1
             body = int(s.homes.next[body])
-    for cell in np.flatnonzero(around != s.lists.around).tolist():
-        counted = f"and {s.lists.around[cell]} are counted"
-        yield f"{around[cell]} bodies stand in lists around cell {cell}, {counted}"
     for cell, body in standing:
         if cell != home[body]:
             yield f"body {body} stands in cell {cell} of the table, and is at home in cell {home[body]}"

@@ -2,8 +2,10 @@
 
 The narrower the cells, the fewer bodies are near each other, and the more often one goes over into another
 cell. A cell cannot be narrower than the widest body at home in it (docs/cells.md has the exact bound and its
-proof). Where bodies are far apart it is best to have one or two in a cell: ``SPACING`` times the side at
-which there is one. That is measured, and the optimum is flat.
+proof). Where bodies are far apart it is best to have two or three in a cell: ``SPACING`` times the side at
+which there is one. That is measured, and the optimum is flat. By what a cell is wider than it must be, half
+of that, a body may be outside it and stay at home (``slack``): who wanders to and fro over an edge then does
+not go over each time.
 """
 
 from __future__ import annotations
@@ -15,12 +17,12 @@ import numpy as np
 
 from kinetile.scene import Scene
 from kinetile.toolbox import NOBODY, Kernel, Records, positions_now
-from kinetile_plugins.cells.table import BLOCK, FULL, GUEST, HOME, LEVEL, LIST, State
+from kinetile_plugins.cells.table import BLOCK, FULL, GUEST, HOME, LEVEL, LISTED, State
 
 __all__ = ["arrange", "cells_of", "empty", "least_side", "narrowest", "sides_for"]
 
-SPACING = 1.25
-"""The side of cells that no body forces to be wider, where 1 is one body a cell."""
+SPACING = 1.25, 1.65
+"""The side of cells that no body forces to be wider, where 1 is one body a cell: in crowds; for points."""
 
 CROWD = 16.0
 """More smaller bodies than this in a cell of a level, on average, get a finer level."""
@@ -56,11 +58,13 @@ def _extent(scene: Scene) -> tuple[float, float]:
     return width, height
 
 
-def _spaced(extent: tuple[float, float], bodies: int) -> float:
+def _spaced(extent: tuple[float, float], bodies: int, widest: float) -> float:
     """Return the side of cells that are as many as ``SPACING`` says, in a thin arena too."""
     width, height = extent
     square = math.sqrt(width / bodies) * math.sqrt(height)
-    return SPACING * max(square, width / bodies, height / bodies)
+    one = max(square, width / bodies, height / bodies)
+    crowded, sparse = SPACING
+    return max(crowded * one, sparse * one - 0.5 * widest)
 
 
 def sides_for(scene: Scene, side: float | None) -> list[float]:
@@ -78,14 +82,15 @@ def sides_for(scene: Scene, side: float | None) -> list[float]:
         steps = np.ceil(np.log2(np.maximum(widths / side, 1.0)))
         return [math.ldexp(side, int(step)) for step in np.unique(np.append(steps, 0.0))]
     extent = _extent(scene)
-    sides = [max(float(widths[-1]), _spaced(extent, len(widths)))]
+    sides = [max(float(widths[-1]), _spaced(extent, len(widths), float(widths[-1])))]
     while True:
         finest = sides[0]
         smaller = int(np.searchsorted(widths, 0.5 * finest, side="right"))
         cells = max(extent[0] / finest, 1.0) * max(extent[1] / finest, 1.0)
         if smaller <= CROWD * cells:
             return sides
-        wanted = max(float(widths[smaller - 1]), _spaced(extent, smaller))
+        width = float(widths[smaller - 1])
+        wanted = max(width, _spaced(extent, smaller, width))
         if wanted > 0.5 * finest:
             return sides
         sides.insert(0, math.ldexp(finest, -math.floor(math.log2(finest / wanted))))
@@ -118,7 +123,7 @@ def empty(scene: Scene, sides: list[float]) -> State:
     homes.level = np.minimum(np.searchsorted(sides, _widths(scene)), coarser)
     return State(
         blocks=_aligned(np.dtype(np.int32), cells * BLOCK),
-        lists=_aligned(LIST, cells),
+        lists=_aligned(np.dtype(np.int32), cells),
         homes=homes,
         levels=levels,
         guests=_aligned(GUEST, n * coarser),
@@ -141,11 +146,11 @@ def arrange(k: Kernel, s: State) -> None:
     least = np.zeros(len(levels))
     np.maximum.at(least, level, least_side(np.asarray(k.bodies.radius), k.clock[0].skin))
     levels.side *= max(float((least / levels.side).max()), 1.0)
+    levels.slack = 0.5 * (levels.side - least)
     homes.x, homes.y = np.floor(positions_now(k) / levels.side[level][:, None]).T
     homes.next = NOBODY
     s.blocks[:] = 0
-    s.lists.first = NOBODY
-    s.lists.around = 0
+    s.lists[:] = NOBODY
     s.hosts[:] = NOBODY
     homes.column, homes.row = np.mod(homes.x, levels.columns[level]), np.mod(homes.y, levels.rows[level])
     body, before, rank = _queued(cells_of(s, np.arange(len(homes))))
@@ -153,10 +158,8 @@ def arrange(k: Kernel, s: State) -> None:
     s.blocks[cell[inside] * BLOCK + rank[inside]] = body[inside]
     np.maximum.at(s.blocks, cell * BLOCK + FULL, np.minimum(rank + 1, FULL))
     homes.next[body[rank > FULL]] = before[rank > FULL]
-    s.lists.first[cell[~inside]] = body[~inside]  # of several in a cell, the last
-    for up in (-1, 0, 1):
-        for right in (-1, 0, 1):
-            np.add.at(s.lists.around, cells_of(s, body[~inside], right, up), 1)
+    s.lists[cell[~inside]] = body[~inside]  # of several in a cell, the last
+    s.blocks[cell[~inside] * BLOCK + FULL] |= LISTED
     for at in range(1, len(levels)):
         _invite(s, at)
 

@@ -9,8 +9,9 @@ from both sides.
 
 A place has a block of eight integers: the numbers of seven bodies, and how many of them count, so that one
 vector copies it (``append``). Whoever finds the block full stands in the list of the cell instead, which is
-threaded through the bodies: any number of bodies fits into a cell, and nothing has to be allocated. A cell
-counts who stands in the lists of the nine cells, so that one look tells whether there is any.
+threaded through the bodies: any number of bodies fits into a cell, and nothing has to be allocated. The
+eighth integer also says whether there is a list, so that one look at those of the cells that were copied
+tells whether there is any.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ __all__ = [
     "GUEST",
     "HOME",
     "LEVEL",
-    "LIST",
+    "LISTED",
     "State",
     "enter",
     "leave",
@@ -39,7 +40,10 @@ __all__ = [
 
 BLOCK = 8
 FULL = BLOCK - 1
-"""Bodies in a block."""
+"""Bodies in a block, and the place of their count; of its bits, those that count them."""
+
+LISTED = 8
+"""The bit of the count that says that the cell has a list."""
 
 HOME = np.dtype(
     [
@@ -55,15 +59,10 @@ HOME = np.dtype(
 LEVEL = np.dtype(
     [
         ("side", "f8"),  # of a cell, a length
+        ("slack", "f8"),  # how far a body may be outside its cell, a length
         ("columns", "i8"),
         ("rows", "i8"),
         ("first", "i8"),  # the number of its first cell
-    ]
-)
-LIST = np.dtype(
-    [
-        ("first", "i4"),  # the first body in the list of a full cell, or NOBODY
-        ("around", "i4"),  # how many bodies stand in the lists of this cell and the eight around
     ]
 )
 GUEST = np.dtype([("column", "i4"), ("row", "i4"), ("next", "i4"), ("prev", "i4")])
@@ -75,7 +74,7 @@ class State(NamedTuple):
     """The cells of all levels, and the homes of the bodies."""
 
     blocks: Records  # (8 cells,) seven bodies and how many of them there are
-    lists: Records  # (cells,) of those who find the block full
+    lists: Records  # (cells,) the first of those who found the block full, or NOBODY
     homes: Records  # (n,)
     levels: Records  # (levels,) from the finest to the coarsest
     guests: Records  # (n (levels - 1),) for each body one for each level above the finest
@@ -91,16 +90,6 @@ def wrapped(place: int, size: int) -> int:
 
 
 @hook
-def _count(s: State, level: int, column: int, row: int, more: int) -> None:
-    """Count so many more in the list of a cell, in the nine cells that look into it."""
-    grid = s.levels[level]
-    for up in range(-1, 2):
-        base = grid.first + wrapped(row + up, grid.rows) * grid.columns
-        for right in range(-1, 2):
-            s.lists[base + wrapped(column + right, grid.columns)].around += more
-
-
-@hook
 def enter(s: State, body: int, level: int, column: int, row: int) -> None:
     """Put a body into a cell. O(1)."""
     cell = s.levels[level].first + row * s.levels[level].columns + column
@@ -110,9 +99,9 @@ def enter(s: State, body: int, level: int, column: int, row: int) -> None:
         s.blocks[at + count] = body
         s.blocks[at + FULL] = count + 1
     else:
-        s.homes[body].next = s.lists[cell].first
-        s.lists[cell].first = body
-        _count(s, level, column, row, 1)
+        s.homes[body].next = s.lists[cell]
+        s.lists[cell] = body
+        s.blocks[at + FULL] = FULL | LISTED
 
 
 @hook
@@ -120,35 +109,52 @@ def leave(s: State, body: int, level: int, column: int, row: int) -> None:
     """Take a body out of a cell; the first of the cell's list takes its place in the block."""
     cell = s.levels[level].first + row * s.levels[level].columns + column
     at = cell * BLOCK
-    last = at + s.blocks[at + FULL] - 1
+    last = at + (s.blocks[at + FULL] & FULL) - 1
     place = at
     while place <= last and s.blocks[place] != body:
         place += 1
-    listed = s.lists[cell].first
+    listed = s.lists[cell]
     if listed < 0:
         s.blocks[place] = s.blocks[last]
         s.blocks[at + FULL] = last - at
         return
-    _count(s, level, column, row, -1)
     if place <= last:
         s.blocks[place] = listed
-        s.lists[cell].first = s.homes[listed].next
+        s.lists[cell] = s.homes[listed].next
     elif listed == body:
-        s.lists[cell].first = s.homes[body].next
+        s.lists[cell] = s.homes[body].next
     else:
         while s.homes[listed].next != body:
             listed = s.homes[listed].next
         s.homes[listed].next = s.homes[body].next
+    if s.lists[cell] < 0:
+        s.blocks[at + FULL] = FULL
 
 
 @hook
 def _append_list(k: Kernel, s: State, cell: int, count: int) -> int:
     """Write the bodies in the list of a cell behind ``k.near[:count]``; return the new count."""
-    body = s.lists[cell].first
+    body = s.lists[cell]
     while body >= 0:
         k.near[count] = body
         count += 1
         body = s.homes[body].next
+    return count
+
+
+@hook
+def _append_three(k: Kernel, s: State, one: int, two: int, three: int, count: int) -> int:
+    """Write the bodies of three cells behind ``k.near[:count]``; return the new count."""
+    first = append(s.blocks, one * BLOCK, k.near, count)
+    count += first & FULL
+    second = append(s.blocks, two * BLOCK, k.near, count)
+    count += second & FULL
+    third = append(s.blocks, three * BLOCK, k.near, count)
+    count += third & FULL
+    if (first | second | third) & LISTED != 0:
+        count = _append_list(k, s, one, count)
+        count = _append_list(k, s, two, count)
+        count = _append_list(k, s, three, count)
     return count
 
 
@@ -161,15 +167,7 @@ def list_around(k: Kernel, s: State, level: int, column: int, row: int, count: i
     right = wrapped(column + 1, grid.columns)
     for step in range(-1, 2):
         base = grid.first + wrapped(row + step, grid.rows) * grid.columns
-        count = append(s.blocks, (base + left) * BLOCK, k.near, count)
-        count = append(s.blocks, (base + column) * BLOCK, k.near, count)
-        count = append(s.blocks, (base + right) * BLOCK, k.near, count)
-    if s.lists[grid.first + row * grid.columns + column].around > 0:
-        for step in range(-1, 2):
-            base = grid.first + wrapped(row + step, grid.rows) * grid.columns
-            count = _append_list(k, s, base + left, count)
-            count = _append_list(k, s, base + column, count)
-            count = _append_list(k, s, base + right, count)
+        count = _append_three(k, s, base + left, base + column, base + right, count)
     return count
 
 
@@ -180,11 +178,7 @@ def list_ahead(
     """Write the bodies at home in the three cells on one side of a cell behind ``k.near[:count]``; return the
     new count. The side is (right, up): (-1, 0), (1, 0), (0, -1) or (0, 1)."""
     grid = s.levels[level]
-    lists = s.lists[grid.first + row * grid.columns + column].around > 0
-    for step in range(-1, 2):
-        there = wrapped(row + up + step * right, grid.rows) * grid.columns
-        cell = grid.first + there + wrapped(column + right + step * up, grid.columns)
-        count = append(s.blocks, cell * BLOCK, k.near, count)
-        if lists:
-            count = _append_list(k, s, cell, count)
-    return count
+    middle = wrapped(row + up, grid.rows) * grid.columns + wrapped(column + right, grid.columns)
+    low = wrapped(row + up - right, grid.rows) * grid.columns + wrapped(column + right - up, grid.columns)
+    high = wrapped(row + up + right, grid.rows) * grid.columns + wrapped(column + right + up, grid.columns)
+    return _append_three(k, s, grid.first + low, grid.first + middle, grid.first + high, count)

@@ -5,10 +5,16 @@ from __future__ import annotations
 import math
 
 from kinetile.kernel.certificates import FAR
-from kinetile.toolbox import NEVER, Kernel, hook, larger, schedule, smaller
+from kinetile.toolbox import NEVER, Kernel, Records, hook, larger, schedule, smaller
 from kinetile_plugins.cells.table import State, enter, leave, list_ahead, list_around, wrapped
 
 __all__ = ["build", "near", "repair", "watch"]
+
+
+@hook
+def edge(grid: Records, cell: float, upper: bool) -> float:
+    """Return where a body leaves a cell: beyond its edge, by the slack."""
+    return float((cell + 1.0) * grid.side + grid.slack if upper else cell * grid.side - grid.slack)
 
 
 @hook
@@ -21,11 +27,11 @@ def watch(k: Kernel, s: State, body: int) -> None:
     plan = k.bodies[body]
     home = s.homes[body]
     clock = k.clock[0]
-    side = s.levels[home.level].side
+    grid = s.levels[home.level]
     right = plan.vx > 0.0
     up = plan.vy > 0.0
-    across = (home.x + (1.0 if right else 0.0)) * side - plan.x
-    along = (home.y + (1.0 if up else 0.0)) * side - plan.y
+    across = edge(grid, home.x, right) - plan.x
+    along = edge(grid, home.y, up) - plan.y
     across = across / plan.vx if plan.vx != 0.0 else math.inf
     along = along / plan.vy if plan.vy != 0.0 else math.inf
     home.way = (1 if right else 0) if across <= along else (3 if up else 2)

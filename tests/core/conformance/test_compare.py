@@ -50,7 +50,7 @@ def test_a_contact_that_is_missing_is_shown_with_exact_ticks(blind):
     assert text.startswith("blind differs from naive at contact 1:")
     assert "disc 0 with disc 1 at time 2.0 (epoch 2, tick 0)" in text
     assert "no such contact" in text
-    assert "by the specification naive is right there; blind is right as far as it goes" in text
+    assert "by the specification naive is right there; blind is wrong in contact 1: " in text
     assert json.loads(json.dumps(result.as_dict()))["first_divergence"]["index"] == 1
 
 

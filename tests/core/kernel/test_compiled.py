@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import enum
+import os
+import subprocess
 import sys
 from types import ModuleType
 from typing import NamedTuple
@@ -10,6 +12,8 @@ from typing import NamedTuple
 import pytest
 
 from kinetile.kernel import compiled
+from kinetile.kernel.compiled import composed
+from kinetile.kernel.compiled.fingerprint import fingerprint
 
 
 class State(NamedTuple):
@@ -34,7 +38,7 @@ def module(name: str, source: str, **names: object) -> ModuleType:
 
 
 def prints(hook, state=State) -> str:
-    return compiled._fingerprint(hook, state)[0]
+    return fingerprint(hook, state)[0]
 
 
 def test_a_hook_that_is_reached_through_a_package_and_a_module_counts():
@@ -80,15 +84,80 @@ def test_modules_that_change_only_with_their_version_are_not_searched():
 
 @pytest.mark.skipif(compiled.INTERPRETED, reason="nothing is compiled")
 def test_without_a_folder_for_the_cache_it_compiles_all_the_same(monkeypatch):
-    njit = compiled._njit
+    njit = composed._njit
 
-    def nowhere(function, cache):
+    def nowhere(function, cache, called):
         if cache:
             raise RuntimeError("cannot cache function: no locator available")
-        return njit(function, cache)
+        return njit(function, cache, called)
 
-    monkeypatch.setattr(compiled, "_njit", nowhere)
+    monkeypatch.setattr(composed, "_njit", nowhere)
     template = module("phase", "def double(x):\n    return answer(x)\n").double
     answer = compiled.hook(module("other", "def answer(x):\n    return 2 * x\n").answer)
     function = compiled.compose(template, {"answer": answer}, "test", State)
     assert function(21) == 42
+
+
+def made_apart(answer: int):
+    source = f"def answer(x: float) -> int:\n    return int(x) + {answer}\n"
+    named = module("other", "from __future__ import annotations\n" + source)
+    return compiled.apart(named.answer)
+
+
+@pytest.mark.skipif(compiled.INTERPRETED, reason="nothing is compiled")
+def test_a_function_that_was_called_apart_and_became_a_hook_was_called_at_no_address():
+    source = "from __future__ import annotations\ndef answer(x: float) -> int:\n    return int(x)\n"
+    answer = module("other", source).answer
+
+    def asked(function):
+        return module("phase", "def asked(x):\n    return answer(x)\n", answer=function).asked
+
+    marks = (compiled.hook, compiled.subroutine, compiled.apart)
+    assert len({prints(asked(mark(answer))) for mark in marks}) == 3
+
+
+@pytest.mark.skipif(compiled.INTERPRETED, reason="nothing is compiled")
+def test_what_is_called_apart_counts_and_is_called():
+    def calling(function):
+        return module("phase", "def asked(x):\n    return answer(x)\n", answer=function).asked
+
+    one, two = made_apart(1), made_apart(2)
+    assert prints(calling(one)) != prints(calling(two))
+    assert fingerprint(calling(one), State)[2] == [one]
+    for function, found in ((one, 42), (two, 43)):
+        template = module("phase", "def asked(x):\n    return answer(x)\n").asked
+        assert compiled.compose(template, {"answer": function}, f"apart {found}", State)(41.5) == found
+
+
+LOADED = """
+import kinetile as kt
+from kinetile.kernel.certificates.closer import look_closer
+sim = kt.Simulation(kt.make_scene("two-discs"), "naive")
+assert sim.cached is {known}, sim.cached
+assert look_closer.address is None
+sim.run(4.0, max_contacts=20)
+assert look_closer.address is not None
+print(sim.fingerprint)
+"""
+
+
+@pytest.mark.skipif(compiled.INTERPRETED, reason="nothing is compiled")
+def test_a_loop_from_the_disk_cache_finds_what_it_calls(tmp_path):
+    """In a process that compiles nothing, and in one that has lost the machine code of what it calls."""
+
+    def run(known: bool) -> str:
+        command = [sys.executable, "-c", LOADED.format(known=known)]
+        where = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path), "PYTHONPATH": os.pathsep.join(sys.path)}
+        ended = subprocess.run(command, env=where, capture_output=True, text=True, timeout=600)
+        assert ended.returncode == 0, ended.stderr
+        return ended.stdout
+
+    printed = run(known=False)
+    files = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.nb*")}
+    assert run(known=True) == printed
+    assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.nb*")} == files
+    lost = [path for path in files if "look_closer" in path.name]
+    assert lost
+    for path in lost:
+        path.unlink()
+    assert run(known=True) == printed

@@ -222,7 +222,7 @@ def test_blocks_are_appended(counts):
     target = np.full(LANES * (len(counts) + 1), -1, dtype=np.int32)
     end = 0
     for block in range(len(counts)):
-        end = appended(source, LANES * block, target, end)
+        end += appended(source, LANES * block, target, end)
     expected = [LANES * block + i for block, count in enumerate(counts) for i in range(count)]
     assert target[:end].tolist() == expected
 
@@ -258,6 +258,22 @@ def test_the_error_of_a_product_is_exact(one, two):
         Fraction(a) * Fraction(b) - Fraction(a * b) for a, b in zip(one.tolist(), two.tolist(), strict=True)
     ]
     assert [Fraction(each) for each in out.tolist()] == exact
+
+
+finite = arrays.arrays(np.float64, LANES, elements=st.floats(allow_nan=False, allow_infinity=False))
+
+
+@given(finite, finite)
+@settings(deadline=None, max_examples=200)
+def test_the_error_of_a_product_of_any_size_is_the_exact_one_rounded(one, two):
+    """Also where it is below the smallest double, or a product of halves would be beyond the largest."""
+    out = np.zeros(LANES)
+    with np.errstate(all="ignore"):
+        errors(one, two, out)
+        two = np.where(np.isfinite(one * two), two, 0.0)
+        out = np.where(two == 0.0, 0.0, out)
+    for a, b, found in zip(one.tolist(), two.tolist(), out.tolist(), strict=True):
+        assert found == float(Fraction(a) * Fraction(b) - Fraction(a * b))
 
 
 @hook

@@ -18,7 +18,7 @@ def sim() -> kt.Simulation:
     scene = kt.Scene(position, np.full((11, 2), 0.25), [0.005] * 10 + [0.25], arena=(1.0, 1.0))
     found = kt.Simulation(scene, "cells", options={"side": 0.25})
     state = state_of(found)
-    assert (state.homes.level[10], len(state.levels), state.lists[0].around) == (1, 2, 3)
+    assert (state.homes.level[10], len(state.levels), state.blocks[7]) == (1, 2, 15)
     assert said(found) == ""
     return found
 
@@ -54,14 +54,14 @@ def test_a_body_in_another_cell_of_the_table(sim):
 
 
 def test_a_body_in_no_cell(sim):
-    state_of(sim).lists[0].first = -1
-    assert "0 bodies stand in lists around cell 0, and 3 are counted" in said(sim)
+    state_of(sim).lists[0] = -1
+    assert "cell 0 has a list beginning with -1, and counts 15" in said(sim)
     assert "stands in the table 0 times" in said(sim)
 
 
 def test_a_list_of_a_cell_that_is_not_full(sim):
     state_of(sim).blocks[7] = 6
-    assert "cell 0 has a list, and its block is not full" in said(sim)
+    assert "cell 0 has a list beginning with 9, and counts 6" in said(sim)
 
 
 def test_a_home_in_a_column_where_its_cell_is_not(sim):

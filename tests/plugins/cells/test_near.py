@@ -58,11 +58,11 @@ def test_near_names_nobody_from_afar():
     scene = kt.make_scene("grid", bodies=100, density=0.25)
     sim = kt.Simulation(scene, "cells")
     sim.run(max_contacts=50)
-    side = state_of(sim).levels[0].side
+    level = state_of(sim).levels[0]
     place = positions_now(sim._engine.k)
     found = sim.candidate_pairs()
     assert 100 < len(found) < 1500
-    assert (np.abs(place[found[:, 0]] - place[found[:, 1]]) <= 2.0 * side).all()
+    assert (np.abs(place[found[:, 0]] - place[found[:, 1]]) <= 2.0 * (level.side + level.slack)).all()
 
 
 def test_a_body_that_stands_still_is_never_asked_about():
@@ -91,6 +91,6 @@ def test_cells_a_whole_turn_apart_share_a_place_and_cost_time_alone():
         "cells",
         options={"side": 1.0},
     )
-    assert tuple(state_of(sim).levels[0])[1:3] == (3, 5)
+    assert tuple(state_of(sim).levels[0])[2:4] == (3, 5)
     sim.run(until=1.0)
     assert sim.contacts[["a", "b"]].tolist() == [(0, 1), (2, 3)]

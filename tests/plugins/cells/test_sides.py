@@ -38,12 +38,12 @@ def test_a_wider_body_goes_to_the_first_level_that_is_not_narrower():
     assert state.homes.level.tolist() == [0, 1, 2, 0]
 
 
-def test_dense_bodies_of_one_size_have_cells_as_wide_as_they_are_and_sparse_ones_one_or_two_a_cell():
+def test_dense_bodies_of_one_size_have_narrow_cells_and_sparse_ones_two_or_three_a_cell():
     dense = kt.make_scene("random", bodies=4, density=0.4, seed=1)
     sparse = kt.make_scene("grid", bodies=400, density=0.01)
     (side,) = sides_for(dense, None)
-    assert side == pytest.approx(max(2.0 * dense.radius.max(), 1.25 / 2.0), rel=1e-2)
-    assert sides_for(sparse, None) == [pytest.approx(1.25 / 20.0)]
+    assert side == pytest.approx(1.65 / 2.0 - dense.radius.max(), rel=1e-2)
+    assert sides_for(sparse, None) == [pytest.approx(1.65 / 20.0 - sparse.radius[0], rel=1e-2)]
 
 
 def test_small_bodies_that_crowd_get_a_level_of_their_own_and_few_do_not():

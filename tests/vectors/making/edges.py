@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from fractions import Fraction
 from math import ldexp
 
 from .draws import TRIPLES, Draws
+from .rules import FAR, tick_of
 from .scenes import Asked
 from .whole_runs import BY_CLOCK, PAIR, Body, Scene, events
 
@@ -77,6 +79,23 @@ def _barred(d: Draws) -> Scene:
     return Scene((one, two))
 
 
+def _walls_at_the_clock(d: Draws) -> Scene:
+    """Small discs that set out by a turn and reach the left wall within tick 2^62.
+
+    Anchoring comes first there, and rounds a place by much more than is flown in a tick: some meet the wall
+    at that tick, and the others later.
+    """
+    made = []
+    for number in range(8):
+        speed = ldexp(d.uniform(1.0, 2.0), -12)
+        time = d.uniform(256.0, 400.0)
+        way = (Fraction(FAR - tick_of(time, 0.0, 0)) + Fraction(1, 2)) * Fraction(speed) / (1 << 52)
+        x = float(way) + d.power(-10, -10)
+        radius = float(Fraction(x) - way)
+        made.append(Body((x, 0.2 + 0.2 * number), (0.0, 0.0), radius, turns=((time, (-speed, 0.0)),)))
+    return Scene(tuple(made), (2.0, 2.0))
+
+
 def _what_happens(scene: Scene, until: int) -> tuple[list[int], bool]:
     """Return the classes of the events up to a tick, and whether two met at once while they were barred."""
     kinds, barred = [], False
@@ -105,6 +124,8 @@ def clocks() -> Iterator[Asked]:
     alone = Body((1.0, 3.0), (-slow, 0.0), 0.25)
     scene = Scene((early, at_it, alone), (4.0, 4.0))
     yield Asked("walls and turns at the ticks of the clock's anchoring", scene, 16384.0)
+    scene = _walls_at_the_clock(Draws("walls at the clock"))
+    yield Asked("walls at the very tick of the clock's anchoring, whose rounding moves them", scene, 1100.0)
     yield from _barring(Draws("barred"))
 
 

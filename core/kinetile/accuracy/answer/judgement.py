@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from kinetile.accuracy.answer.certify import certify_log
@@ -37,13 +38,23 @@ def judged(
     known = {"disc"} if scene.arena is None else {"disc", "wall"}
     if index > _FARTHEST or (names is not None and set(names) != known):
         return ""
+    there = [contacts[index] for contacts in lists.values() if len(contacts) > index]
+    latest = max(((int(each["epoch"]), int(each["tick"])) for each in there), default=None)
+    until = None if latest is None else _after(scene, *latest)
     return "by the specification " + "; ".join(
-        f"{name} {_verdict(scene, contacts[: index + 1], index)}" for name, contacts in lists.items()
+        f"{name} {_verdict(scene, contacts[: index + 1], None if len(contacts) > index else until)}"
+        for name, contacts in lists.items()
     )
 
 
-def _verdict(scene: Scene, contacts: NDArray[Any], index: int) -> str:
-    found = certify_log(scene, contacts)
+def _after(scene: Scene, epoch: int, tick: int) -> float:
+    """Return a time hardly after a tick, and not before it."""
+    return float(np.nextafter(scene.start + (epoch + tick * 2.0**-52) * scene.time_unit, np.inf))
+
+
+def _verdict(scene: Scene, contacts: NDArray[Any], until: float | None) -> str:
+    """Say whether contacts are right; up to ``until``, where the list has ended before."""
+    found = certify_log(scene, contacts, until=until)
     if found.wrong is not None:
         return f"is wrong in contact {found.wrong.index}: {found.wrong.why}"
-    return "is right there" if len(contacts) > index else "is right as far as it goes"
+    return "is right there"

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from kinetile.accuracy.queries.aiming import aimed, generic, usual
 from kinetile.accuracy.queries.forms import exchange
 from kinetile.accuracy.queries.questions import Queries
 from kinetile.kernel.clock import SPAN, TICKS
@@ -27,7 +28,6 @@ Draws = np.random.Generator
 
 TIED = 8
 """How many queries have the same exact time in the families of simultaneous contacts."""
-
 
 LATER = SPAN - 2 * TICKS
 """By how many ticks the late clock is later: as late as the kernel's clock gets before its base moves on."""
@@ -53,51 +53,9 @@ class Family:
         return self.sampler(np.random.default_rng(zlib.crc32((self.like or self.name).encode())), count)
 
 
-def _aimed(
-    radius: Floats, base: Floats, drift: Floats, course: Floats, speed: Floats, run: Floats, miss: Floats
-) -> Queries:
-    """Return pairs by their encounter: (m,) arrays, but radius, base, drift (m, 2).
-
-    The first disc is at ``base`` with velocity ``drift``. The second comes with ``speed`` relative to it, in
-    direction ``course``; it is nearest after a way of ``run``, and would then pass at distance ``miss``.
-    """
-    along = np.column_stack([np.cos(course), np.sin(course)])
-    across = np.column_stack([-along[:, 1], along[:, 0]])
-    apart = miss[:, None] * across - run[:, None] * along
-    position = np.stack([base, base + apart], axis=1)
-    velocity = np.stack([drift, drift + speed[:, None] * along], axis=1)
-    return Queries(position, velocity, radius, np.zeros((len(radius), 2), dtype=np.int64))
-
-
-def _usual(
-    draws: Draws, count: int, run: Callable[[Floats], Floats], miss: Callable[[Floats], Floats]
-) -> Queries:
-    """Return pairs that are usual but for ``run`` and ``miss``, functions of the sum of the radii."""
-    radius = draws.uniform(0.005, 0.05, (count, 2))
-    reach = radius.sum(axis=1)
-    return _aimed(
-        radius,
-        draws.uniform(-0.5, 0.5, (count, 2)),
-        draws.uniform(-0.7, 0.7, (count, 2)),
-        draws.uniform(0.0, 2.0 * np.pi, count),
-        draws.uniform(0.1, 1.0, count),
-        run(reach),
-        miss(reach),
-    )
-
-
-def _generic(draws: Draws, count: int) -> Queries:
-    return _usual(
-        draws,
-        count,
-        lambda reach: reach * draws.uniform(2.0, 20.0, count),
-        lambda reach: reach * draws.uniform(-2.0, 2.0, count),
-    )
-
-
 def _grazing(draws: Draws, count: int) -> Queries:
     off = 1.0 + 1e-12 * draws.uniform(-1.0, 1.0, count)
-    return _usual(
+    return usual(
         draws, count, lambda reach: reach * 10.0 ** draws.uniform(0.2, 2.0, count), lambda reach: reach * off
     )
 
@@ -105,7 +63,7 @@ def _grazing(draws: Draws, count: int) -> Queries:
 def _grazing_by_ulps(draws: Draws, count: int) -> Queries:
     radius = draws.uniform(0.005, 0.05, (count, 2))
     reach = radius.sum(axis=1)
-    return _aimed(
+    return aimed(
         radius,
         draws.uniform(-1.0, 1.0, (count, 2)) * reach[:, None],
         draws.uniform(-0.7, 0.7, (count, 2)),
@@ -116,13 +74,29 @@ def _grazing_by_ulps(draws: Draws, count: int) -> Queries:
     )
 
 
+def _tangent(draws: Draws, count: int) -> Queries:
+    """The line of centres at the tangency is along an axis or a Pythagorean triple, so all is exact."""
+    triples = np.array([(0, 1, 1), (3, 4, 5), (5, 12, 13), (8, 15, 17), (20, 21, 29)])
+    chosen = triples[draws.integers(0, len(triples), count)] * draws.choice([-1, 1], (count, 1))
+    size = 2.0 ** draws.integers(-12, 3, (count, 1))
+    x, y, reach = (chosen * size).T
+    run = draws.integers(1, 40, count)
+    position = np.zeros((count, 2, 2))
+    position[:, 1] = np.column_stack([x - run * y, y + run * x])
+    velocity = np.repeat(draws.integers(-8, 9, (count, 1, 2)) * 2.0**-3, 2, axis=1)
+    velocity[:, 1] += np.column_stack([y, -x]) * 2.0 ** draws.integers(-3, 3, (count, 1))
+    off = draws.choice([-1, 0, 1, 1], count) * np.spacing(np.abs(reach))
+    radius = np.abs(reach)[:, None] * np.array([0.25, 0.75]) + off[:, None] * np.array([0, 1])
+    return Queries(position, velocity, radius, np.zeros((count, 2), dtype=np.int64))
+
+
 def _touching(draws: Draws, count: int) -> Queries:
     """Half in any direction; half along the tangent, off it by 1e-17 to 1e-1."""
     angle = draws.uniform(-np.pi, np.pi, count)
     off = draws.choice([-1.0, 1.0], count) * 10.0 ** draws.uniform(-17.0, -1.0, count)
     angle = np.where(draws.random(count) < 0.5, angle, 0.5 * np.pi + off)
     gap = 1.0 + draws.integers(-8, 9, count) * 2.0**-53
-    return _usual(
+    return usual(
         draws, count, lambda reach: reach * gap * np.cos(angle), lambda reach: reach * gap * np.sin(angle)
     )
 
@@ -132,15 +106,15 @@ def _almost_equal(draws: Draws, count: int) -> Queries:
     slow = 10.0 ** draws.uniform(-15.0, -3.0, count)
     wait = draws.uniform(0.0, 10.0, count)
     miss = draws.uniform(-1.5, 1.5, count)
-    usual = _usual(
+    pairs = usual(
         draws,
         count,
         lambda reach: reach * np.sqrt(np.maximum(1.0 - miss**2, 0.0)) + slow * wait,
         lambda reach: reach * miss,
     )
-    drift = usual.velocity[:, :1]
-    return usual.replaced(
-        velocity=drift + np.stack([np.zeros((count, 2)), slow[:, None] * _unit(usual)], axis=1)
+    drift = pairs.velocity[:, :1]
+    return pairs.replaced(
+        velocity=drift + np.stack([np.zeros((count, 2)), slow[:, None] * _unit(pairs)], axis=1)
     )
 
 
@@ -160,17 +134,17 @@ def _sizes(draws: Draws, count: int) -> Queries:
     near = draws.random(count) < 0.5
     gap = np.where(near, small * draws.uniform(0.0, 10.0, count), reach * draws.uniform(0.1, 4.0, count))
     angle = draws.uniform(-0.5, 0.5, count) * np.pi
-    usual = _usual(
+    pairs = usual(
         draws, count, lambda _: (reach + gap) * np.cos(angle), lambda _: (reach + gap) * np.sin(angle)
     )
-    return usual.replaced(radius=radius)
+    return pairs.replaced(radius=radius)
 
 
 def _struck(draws: Draws, count: int) -> tuple[Queries, Floats]:
     """Return two discs of like energies that will collide, and their masses, of ratio 1 to 1e12."""
     ratio = 10.0 ** draws.uniform(0.0, 12.0, count)
     heavy = draws.integers(0, 2, count)[:, None] == np.arange(2)
-    before = _usual(
+    before = usual(
         draws,
         count,
         lambda reach: reach * draws.uniform(2.0, 20.0, count),
@@ -188,7 +162,7 @@ def _with_a_third(draws: Draws, after: Queries, ticks: Ticks, one: Ticks) -> Que
     if (ticks == NEVER).any():
         raise RuntimeError("two discs that are aimed at each other do not meet")
     rows = np.arange(len(after))
-    third = _generic(draws, len(after))
+    third = generic(draws, len(after))
     radius = np.column_stack([after.radius[rows, one], third.radius[:, 1]])
     size = radius.sum(axis=1) / third.radius.sum(axis=1)
     apart = (third.position[:, 1] - third.position[:, 0]) * size[:, None]
@@ -229,14 +203,14 @@ def _far_apart(draws: Draws, count: int) -> Queries:
     share = draws.uniform(0.2, 0.8, count)
     reach = way / far
     miss = reach * draws.uniform(-1.2, 1.2, count)
-    usual = _usual(draws, count, lambda _: way, lambda _: miss)
-    return usual.replaced(radius=reach[:, None] * np.column_stack([share, 1.0 - share]))
+    pairs = usual(draws, count, lambda _: way, lambda _: miss)
+    return pairs.replaced(radius=reach[:, None] * np.column_stack([share, 1.0 - share]))
 
 
 def _far_out(draws: Draws, count: int) -> Queries:
     out = draws.uniform(-1.0, 1.0, (count, 1, 2)) * 10.0 ** draws.uniform(2.0, 6.0, (count, 1, 1))
-    usual = _generic(draws, count)
-    return usual.replaced(position=usual.position + out)
+    pairs = generic(draws, count)
+    return pairs.replaced(position=pairs.position + out)
 
 
 def _anchored_apart(draws: Draws, queries: Queries) -> Queries:
@@ -250,7 +224,7 @@ def _anchored_apart(draws: Draws, queries: Queries) -> Queries:
 
 
 def _apart_in_time(draws: Draws, count: int) -> Queries:
-    return _anchored_apart(draws, _generic(draws, count))
+    return _anchored_apart(draws, generic(draws, count))
 
 
 def _late(draws: Draws, count: int) -> Queries:
@@ -266,7 +240,7 @@ def _copies(draws: Draws, count: int) -> Queries:
     """One encounter moved, turned by right angles, mirrored, its discs exchanged, one anchored earlier: all
     exact, on a grid of 2^-40."""
     groups = -(-count // TIED)
-    one = _usual(
+    one = usual(
         draws,
         groups,
         lambda reach: reach * draws.uniform(2.0, 10.0, groups),
@@ -321,10 +295,13 @@ def _like_times(draws: Draws, count: int) -> Queries:
 
 
 FAMILIES = (
-    Family("generic", "2 to 20 R away, both anchored at one tick", _generic),
+    Family("generic", "2 to 20 R away, both anchored at one tick", generic),
     Family("grazing, 1e-12", "passing at R within 1e-12 R, from 1.6 to 100 R away", _grazing),
     Family(
         "grazing, ulps", "passing at R within 4 ulps, before rounding, from 1.5 to 4 R away", _grazing_by_ulps
+    ),
+    Family(
+        "tangent", "a quarter passing at R exactly, the others within an ulp of it on either side", _tangent
     ),
     Family("touching", "touching at the anchor within 4 ulps; half along the tangent", _touching),
     Family("almost equal velocities", "relative speed 1e-15 to 1e-3", _almost_equal),

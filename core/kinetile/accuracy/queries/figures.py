@@ -18,20 +18,20 @@ _FORMS = ("citardauq", "naive", "kernel", "cross product")
 
 
 def draw_depths(rows: list[QueryRow]) -> Figure:
-    """Draw the deepest overlap at a computed contact, in units of the proved bound."""
+    """Draw the deepest overlap of discs anchored at an answer, in units of the proved bound."""
     figure, panel = _panel(rows)
     edge = 0.02
     for place, row in _places(rows):
-        _mark(panel, row, max(row.depth_proved, edge), place)
+        _mark(panel, row, max(row.depth_rho, edge), place)
     panel.axvline(1.0, color="black", linewidth=0.9, linestyle="--", zorder=1)
     panel.set_xlim(left=edge / 1.3)
-    panel.set_xlabel("deepest overlap at the computed contact / eta")
+    panel.set_xlabel("deepest overlap of discs anchored at the answer / rho")
     legend_below(figure, len(_FORMS))
     return figure
 
 
 def draw_errors(rows: list[QueryRow]) -> Figure:
-    """Draw the error of the time of contact: the 99th percentile and the largest."""
+    """Draw what the answers are off the exact tick: the 99th percentile and the largest."""
     figure, panel = _panel(rows)
     edge = 3e-17
     for place, row in _places(rows):
@@ -40,7 +40,7 @@ def draw_errors(rows: list[QueryRow]) -> Figure:
         panel.plot([max(usual, edge), max(worst, edge)], [place, place], color=colour, linewidth=1.0)
         _mark(panel, row, max(usual, edge), place)
     panel.set_xlim(left=edge / 1.5)
-    panel.set_xlabel("error of the time × closing speed / R")
+    panel.set_xlabel("time off the exact tick × closing speed / R")
     legend_below(figure, len(_FORMS))
     return figure
 

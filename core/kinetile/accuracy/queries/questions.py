@@ -36,6 +36,20 @@ class Queries:
     def __len__(self) -> int:
         return len(self.radius)
 
+    def some(self, which: Any) -> Queries:
+        """Return those that an index of an array selects: a slice, a mask."""
+        return Queries(self.position[which], self.velocity[which], self.radius[which], self.anchor[which])
+
+    def swapped(self) -> Queries:
+        """Return the same questions with the bodies of each in the other order."""
+        return Queries(
+            self.position[:, ::-1],
+            self.velocity[:, ::-1],
+            self.radius[:, ::-1],
+            self.anchor[:, ::-1],
+            self.tied,
+        )
+
     def replaced(self, **fields: Any) -> Queries:
         """Return a copy with other arrays in place of some."""
         return replace(self, **fields)

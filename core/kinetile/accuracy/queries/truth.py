@@ -1,20 +1,19 @@
 """The exact truth about two discs, in integers, and about chains of contacts, in 100 digits.
 
 Doubles, and ticks of 2^-52, are integers over a power of two; so is all that is made of them by addition and
-multiplication. Whether two discs meet is then the sign of an integer, and the time of contact the root of a
-quadratic with integer coefficients: one integer square root, and a division, to as many bits as one likes.
-Nothing here is shared with the kernel.
+multiplication. Whether two discs meet is then the sign of an integer, and the tick in which they do a whole
+square root and a whole quotient: rule 5 of docs/specification.md, to the letter. Nothing here is shared with
+the kernel.
 """
 
 from __future__ import annotations
 
 from decimal import Context, Decimal, localcontext
 from functools import cached_property
-from math import hypot, isqrt, sqrt
+from math import isqrt
 from typing import NamedTuple
 
 __all__ = [
-    "DEAD_ZONE",
     "EPSILON",
     "HORIZON",
     "Encounter",
@@ -27,15 +26,10 @@ __all__ = [
 EPSILON = 2.0**-53
 """Half the distance from 1 to the next double."""
 
-DEAD_ZONE = 2.0**-47
-"""Overlaps up to this times (R + separation at the anchor) are neglected, as the narrow phase documents."""
-
 HORIZON = 1 << 62
-"""Ticks after the later anchor beyond which the kernel predicts nothing, but anchors bodies anew before."""
+"""Ticks after the later anchor from which on there is no contact: bodies are anchored anew before."""
 
 _CLOCK = 52
-_GUARD = 160
-"""Bits of a time of contact behind its tick."""
 
 DIGITS = Context(prec=100)
 
@@ -50,44 +44,34 @@ class Plan(NamedTuple):
     anchor: int
     radius: float
 
-    def moving(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """Return coordinate and velocity along each axis."""
-        return (self.x, self.vx), (self.y, self.vy)
+    def anchored(self, tick: int) -> tuple[float, float]:
+        """Return the centre as it is written down when the plan is anchored at a tick: in doubles."""
+        time = float(tick - self.anchor) / (1 << _CLOCK)
+        return self.x + self.vx * time, self.y + self.vy * time
 
 
 class Encounter:
     """Two discs from the later of their anchors on.
 
-    They meet when they touch and approach: at once if they touch or overlap and approach at the anchor,
-    otherwise where their paths bring them to the sum of their radii while they approach. Grazing, with no
-    speed towards each other at the touch, is no contact.
-
     Attributes:
         since: the later anchor, in ticks.
-        hit: whether they meet.
-        separation: distance of the centres at ``since``.
-        reach: the sum of the radii, R.
-        extent: the largest coordinate of the two centres, at their anchors or at ``since``.
-        overlap: by how much the paths bring the discs nearer than they may be, as a length: nearer than R, or
-            than the separation where that is less; negative: the gap at which they pass.
-        closing: speed along the line of centres at the contact; 0 for a miss.
+        tick: the tick of their contact; None: they do not meet, or only ``HORIZON`` ticks after ``since`` or
+            later. Grazing, with no speed towards each other at the touch, is no contact.
     """
 
     def __init__(self, one: Plan, two: Plan) -> None:
+        self._plans = one, two
         self.since = since = max(one.anchor, two.anchor)
-        speeds = (one.vx, one.vy, two.vx, two.vy)
-        fine = max(_bits(value) for value in speeds)
+        self._fine = fine = max(_bits(value) for value in (one.vx, one.vy, two.vx, two.vy))
         lengths = (one.x, one.y, two.x, two.y, one.radius, two.radius)
-        self._fine = fine
         self._bits = bits = max(fine + _CLOCK, *(_bits(value) for value in lengths))
 
         def at(place: float, speed: float, anchor: int) -> int:
             flown = _whole(speed, fine) * (since - anchor)
             return _whole(place, bits) + (flown << (bits - fine - _CLOCK))
 
-        corners = [at(place, speed, plan.anchor) for plan in (one, two) for place, speed in plan.moving()]
-        self._dx = corners[2] - corners[0]
-        self._dy = corners[3] - corners[1]
+        self._dx = at(two.x, two.vx, two.anchor) - at(one.x, one.vx, one.anchor)
+        self._dy = at(two.y, two.vy, two.anchor) - at(one.y, one.vy, one.anchor)
         self._vx = _whole(two.vx, fine) - _whole(one.vx, fine)
         self._vy = _whole(two.vy, fine) - _whole(one.vy, fine)
         self._reach = _whole(one.radius, bits) + _whole(two.radius, bits)
@@ -96,83 +80,56 @@ class Encounter:
         self._b = self._dx * self._vx + self._dy * self._vy
         self._c = self._dx**2 + self._dy**2 - self._reach**2
         self._root = self._b**2 - self._a * self._c
-        self.hit = self._b < 0 and (self._c <= 0 or self._root > 0)
+        self.tick = self._tick()
 
-        self._corners = [(_ratio(at, bits), speed) for at, speed in zip(corners, speeds, strict=True)]
-        self.reach = _ratio(self._reach, bits)
-        self.separation = _root_ratio(self._c + self._reach**2, 2 * bits)
-        self.extent = max(abs(place) for place in (*lengths[:4], *(at for at, _ in self._corners)))
-        self.overlap = self._deepest()
-        self.closing = 0.0
-        if self.hit:
-            push = self._root if self._c > 0 else self._b**2
-            self.closing = _root_ratio(push, 2 * (bits + fine)) / min(self.reach, self.separation)
-
-    @property
-    def dead_zone(self) -> float:
-        """The overlap that the narrow phase may neglect, as it documents, as a length."""
-        return DEAD_ZONE * (self.reach + self.separation)
+    def _tick(self) -> int | None:
+        """Return the floor of (-b - sqrt(b^2 - ac)) / a, in ticks."""
+        if self._b >= 0 or (self._c > 0 and self._root <= 0):
+            return None
+        if self._c <= 0:
+            return self.since
+        above = isqrt(self._root - 1) + 1  # the square root, rounded up
+        wait = (-self._b - above) // (self._a << (self._bits - self._fine - _CLOCK))
+        return self.since + wait if wait < HORIZON else None
 
     @property
-    def proved(self) -> float:
-        """The proved bound of the overlap at a contact that is computed, as a length: eta = 16 u X + 2 V q.
-
-        See docs/one-answer.md. V is the larger of the two speeds, q a tick, X the largest coordinate up to
-        the contact, or the separation over sqrt(2) where that is larger: no arena that holds it is smaller.
-        """
-        wait = self.contact / (1 << (_GUARD + _CLOCK))
-        ends = [abs(at + speed * wait) for at, speed in self._corners]
-        speeds = [speed for _, speed in self._corners]
-        size = max(self.extent, *ends, self.separation / sqrt(2.0))
-        return 16.0 * EPSILON * size + 2.0 * max(hypot(*speeds[:2]), hypot(*speeds[2:])) / (1 << _CLOCK)
+    def reach(self) -> float:
+        """The sum of the radii, R."""
+        return _ratio(self._reach, self._bits)
 
     @cached_property
-    def contact(self) -> int:
-        """The time of contact after ``since`` in ticks, times 2^160, rounded down."""
-        if self._c <= 0:
-            return 0
-        guard = 256
-        divisor = (-self._b << guard) + isqrt(self._root << 2 * guard)
-        return (self._c << (_CLOCK + _GUARD + guard + self._fine)) // (divisor << self._bits)
-
-    @property
-    def foreseeable(self) -> bool:
-        """Whether they meet, and so soon that the kernel is to predict it."""
-        return self.hit and self.contact >> _GUARD < HORIZON
-
-    @property
-    def tick(self) -> int:
-        """The last tick not after the contact."""
-        return self.since + (self.contact >> _GUARD)
-
-    def ticks_late(self, tick: int) -> float:
-        """By how many ticks an answer is late; negative: early, as one that is rounded down."""
-        return _ratio(((tick - self.since) << _GUARD) - self.contact, _GUARD)
-
-    def depth_by(self, tick: int) -> float:
-        """How much nearer than they may be the discs have come by a tick, as a length; negative: the gap.
-
-        They move on unhindered: at a tick after they were nearest it is all their overlap.
-        """
-        past, shift = tick - self.since, self._fine + _CLOCK
-        if self._b < 0 and (self._b << shift) + (self._a * past << self._bits) >= 0:
-            return self.overlap
-        bits = self._bits + shift
-        dx = (self._dx << shift) + (self._vx * past << self._bits)
-        dy = (self._dy << shift) + (self._vy * past << self._bits)
-        allowed = min(self._c, 0) + self._reach**2 << 2 * shift
-        return _difference(allowed, dx**2 + dy**2, 1, bits)
-
-    def _deepest(self) -> float:
-        """Return ``overlap``: how much nearer than they may be the discs come from ``since`` on."""
+    def overlap(self) -> float:
+        """By how much the paths bring the discs nearer than R from ``since`` on; negative: the gap at which
+        they pass."""
         apart = self._c + self._reach**2
         if self._b >= 0:
-            near = min(self._reach**2, apart)
-            return _difference(near, apart, 1, self._bits)
-        if self._c <= 0:
-            return _difference(apart * self._a, apart * self._a - self._b**2, self._a, self._bits)
+            return _difference(self._reach**2, apart, 1, self._bits)
         cross = self._dx * self._vy - self._dy * self._vx
         return _difference(self._reach**2 * self._a, cross**2, self._a, self._bits)
+
+    @property
+    def closing(self) -> float:
+        """The speed along the line of centres at the contact; only where there is one."""
+        push, distance = (
+            (self._root, self._reach**2) if self._c > 0 else (self._b**2, self._c + self._reach**2)
+        )
+        return _root_ratio(push, 2 * (self._bits + self._fine)) / _root_ratio(distance, 2 * self._bits)
+
+    def depth_at(self, tick: int) -> float:
+        """How far the discs overlap once both are anchored at a tick; what they overlap at ``since`` is not
+        counted; negative: the gap."""
+        (x, y), (x2, y2) = (plan.anchored(tick) for plan in self._plans)
+        bits = max(self._bits, *(_bits(value) for value in (x, y, x2, y2)))
+        dx, dy = (_whole(far, bits) - _whole(near, bits) for far, near in ((x2, x), (y2, y)))
+        allowed = min(self._c, 0) + self._reach**2 << 2 * (bits - self._bits)
+        return _difference(allowed, dx**2 + dy**2, 1, bits)
+
+    def rho(self, tick: int) -> float:
+        """The bound of the rounding of both places anchored at a tick: 16 u X, X the largest coordinate."""
+        ends = [
+            abs(place) for plan in self._plans for at in (plan.anchor, tick) for place in plan.anchored(at)
+        ]
+        return 16.0 * EPSILON * max(ends)
 
 
 class TrueContact(NamedTuple):

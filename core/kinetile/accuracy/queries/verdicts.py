@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from kinetile.accuracy.parts import Column
 from kinetile.accuracy.queries.families import Family
-from kinetile.accuracy.queries.questions import Queries
-from kinetile.accuracy.queries.truth import EPSILON, Encounter
+from kinetile.accuracy.queries.truth import Encounter
+from kinetile.kernel.clock import TICKS
 from kinetile.kernel.tables import NEVER
 
 __all__ = ["QueryRow", "TieRow", "Verdict", "judge", "query_row", "tie_row"]
@@ -26,35 +26,20 @@ class QueryRow:
 
     family: Annotated[str, Column("the family's name", "family")]
     form: Annotated[str, Column("the form's name", "form")]
-    anchors_apart: Annotated[bool, Column("whether the discs of a query are anchored at different ticks")]
     queries: Annotated[int, Column("how many", "queries")]
     hits: Annotated[int, Column("how many of them meet in truth", "hits")]
-    prevalence: Annotated[float, Column("the share of hits")]
-    too_far: Annotated[int, Column("not found, but later than the kernel predicts: 1,024 units of time")]
-    false_negatives: Annotated[int, Column("other contacts that were not found", "missed")]
-    outside_dead_zone: Annotated[
-        int, Column("of these, such as the kernel does not say it neglects", "outside dead zone")
-    ]
+    wrong: Annotated[int, Column("answers that are not the exact tick, or not the exact none", "wrong")]
+    missed: Annotated[int, Column("contacts that were not found", "missed")]
     deepest_missed: Annotated[float, Column("how much too near discs come unseen", "deepest missed / R")]
-    deepest_in_zones: Annotated[float, Column("the same in units of what the kernel says it neglects")]
-    false_positives: Annotated[int, Column("contacts that were found and are none", "false")]
+    false: Annotated[int, Column("contacts that were found and are none", "false")]
     widest_false: Annotated[float, Column("the widest gap at which such discs pass", "widest false / R")]
-    error_median: Annotated[
-        float | None, Column("error of the time x closing speed / R", "error / R, median")
-    ]
-    error_p99: Annotated[float | None, Column("the same: 99 % are no larger", "99 %")]
-    error_max: Annotated[float | None, Column("the same: the largest", "max")]
-    exact: Annotated[float | None, Column("share of times that are the last tick before", "exact tick")]
-    ticks_median: Annotated[float | None, Column("ticks between the answer and that one: median")]
-    ticks_p99: Annotated[float | None, Column("the same: 99 % are no more", "ticks off, 99 %")]
-    ticks_max: Annotated[float | None, Column("the same: the most")]
     late: Annotated[float | None, Column("the share of times that are after the contact", "late")]
-    depth: Annotated[float, Column("how much too near discs are by the computed time, at most, in R")]
-    depth_separation: Annotated[float, Column("the same by the separation", "depth / 2^-53 separation")]
-    depth_extent: Annotated[
-        float, Column("by separation and largest coordinate", "/ 2^-53 (separation + coordinate)")
-    ]
-    depth_proved: Annotated[float, Column("by eta, the proved bound of each query", "/ eta")]
+    ticks_p99: Annotated[float | None, Column("off the exact tick: 99 % are no more", "ticks off, 99 %")]
+    ticks_max: Annotated[float | None, Column("the same: the most", "max")]
+    error_p99: Annotated[float | None, Column("the same x closing speed / R", "error / R, 99 %")]
+    error_max: Annotated[float | None, Column("the same: the largest", "max")]
+    depth: Annotated[float, Column("the deepest overlap once both are anchored at the tick", "depth / R")]
+    depth_rho: Annotated[float, Column("the same by rho, the bound of that rounding", "depth / rho")]
     ns_median: Annotated[float, Column("CPU time of a query over batches: median", "ns, median")]
     ns_p99: Annotated[float, Column("the same: 99 % take no longer", "99 %")]
     batches: Annotated[int, Column("how many batches were timed")]
@@ -76,92 +61,67 @@ class TieRow:
 
 
 class Verdict(NamedTuple):
-    """What is true of one answer; lengths in R, ``late`` and ``off`` in ticks, 0 where there is none."""
+    """What is true of one answer; lengths in R, ``off`` in ticks after the exact one; else 0."""
 
     hit: bool
     found: bool
-    too_far: bool = False
     missed: float = 0.0
-    zones: float = 0.0
     passing: float = 0.0
-    late: float = 0.0
-    error: float = 0.0
     off: float = 0.0
+    error: float = 0.0
     depth: float = 0.0
-    depth_separation: float = 0.0
-    depth_extent: float = 0.0
-    depth_proved: float = 0.0
+    depth_rho: float = 0.0
 
 
 def judge(encounter: Encounter, tick: int) -> Verdict:
     """Compare one answer, a tick or NEVER, with the truth."""
-    hit, found, reach = encounter.hit, tick != NEVER, encounter.reach
-    if hit and not found and not encounter.foreseeable:
-        return Verdict(hit, found, too_far=True)
-    if hit and not found:
-        overlap = encounter.overlap
-        return Verdict(hit, found, missed=overlap / reach, zones=overlap / encounter.dead_zone)
-    if not hit:
-        return Verdict(hit, found, passing=max(-encounter.overlap, 0.0) / reach if found else 0.0)
-    late = encounter.ticks_late(tick)
-    depth = max(encounter.depth_by(tick), 0.0)
+    true, found = encounter.tick, tick != NEVER
+    if true is None:
+        passing = max(-encounter.overlap, 0.0) / encounter.reach if found else 0.0
+        return Verdict(False, found, passing=passing)
+    if not found:
+        return Verdict(True, False, missed=encounter.overlap / encounter.reach)
+    depth = max(encounter.depth_at(tick), 0.0)
     return Verdict(
-        hit,
-        found,
-        late=late,
-        error=abs(late) * 2.0**-52 * encounter.closing / reach,
-        off=abs(tick - encounter.tick),
-        depth=depth / reach,
-        depth_separation=depth / encounter.separation / EPSILON,
-        depth_extent=depth / (encounter.separation + encounter.extent) / EPSILON,
-        depth_proved=depth / encounter.proved,
+        True,
+        True,
+        off=tick - true,
+        error=abs(tick - true) / TICKS * encounter.closing / encounter.reach if tick != true else 0.0,
+        depth=depth / encounter.reach,
+        depth_rho=depth / encounter.rho(tick),
     )
 
 
-def query_row(
-    family: Family, queries: Queries, form: str, verdicts: Iterable[Verdict], times: Floats
-) -> QueryRow:
+def query_row(family: Family, form: str, verdicts: Iterable[Verdict], times: Floats) -> QueryRow:
     """Return the row of these verdicts; ``times`` are nanoseconds a query, by batch."""
     table = dict(zip(Verdict._fields, np.array(list(verdicts), dtype=np.float64).T, strict=True))
-    hit, found, too_far = (table[name] > 0.0 for name in ("hit", "found", "too_far"))
-    right = hit & found
+    hit, found = table["hit"] > 0.0, table["found"] > 0.0
+    both = hit & found
+    off = np.abs(table["off"][both])
 
-    def quantiles(name: str, called: str) -> dict[str, Any]:
-        levels = {"median": 0.5, "p99": 0.99, "max": 1.0}
-        values = table[name][right]
-        return {
-            f"{called}_{level}": float(np.quantile(values, at)) if right.any() else None
-            for level, at in levels.items()
-        }
-
-    def share(mask: npt.NDArray[np.bool_]) -> float | None:
-        return float(mask[right].mean()) if right.any() else None
-
-    def most(*names: str) -> dict[str, float]:
-        return {name: float(table[name].max()) for name in names}
+    def quantile(values: Floats, at: float) -> float | None:
+        return float(np.quantile(values, at)) if both.any() else None
 
     return QueryRow(
         family=family.name,
         form=form,
-        anchors_apart=bool((queries.anchor[:, 0] != queries.anchor[:, 1]).any()),
         queries=len(hit),
         hits=int(hit.sum()),
-        prevalence=float(hit.mean()),
-        too_far=int(too_far.sum()),
-        false_negatives=int((hit & ~found & ~too_far).sum()),
-        outside_dead_zone=int((table["zones"] > 1.0).sum()),
+        wrong=int((hit != found).sum() + (off > 0.0).sum()),
+        missed=int((hit & ~found).sum()),
         deepest_missed=float(table["missed"].max()),
-        deepest_in_zones=float(table["zones"].max()),
-        false_positives=int((found & ~hit).sum()),
+        false=int((found & ~hit).sum()),
         widest_false=float(table["passing"].max()),
-        exact=share(table["off"] == 0.0),
-        late=share(table["late"] > 0.0),
+        late=float((table["off"][both] > 0.0).mean()) if both.any() else None,
+        ticks_p99=quantile(off, 0.99),
+        ticks_max=quantile(off, 1.0),
+        error_p99=quantile(table["error"][both], 0.99),
+        error_max=quantile(table["error"][both], 1.0),
+        depth=float(table["depth"].max()),
+        depth_rho=float(table["depth_rho"].max()),
         ns_median=float(np.median(times)),
         ns_p99=float(np.quantile(times, 0.99)),
         batches=len(times),
-        **quantiles("error", "error"),
-        **quantiles("off", "ticks"),
-        **most("depth", "depth_separation", "depth_extent", "depth_proved"),
     )
 
 

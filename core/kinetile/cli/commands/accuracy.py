@@ -5,18 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import count
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from kinetile.cli.folder import try_folder
 from kinetile.cli.json_output import as_json
 from kinetile.cli.options import Json
+from kinetile.cli.tables import empty_table, show
 from kinetile.cli.terminal import Bar, exit_codes
 from kinetile.errors import BadOption
 
 if TYPE_CHECKING:
-    from kinetile.accuracy.parts import Budget, Section
+    from kinetile.accuracy.parts import Budget, Section, Table
 
 __all__ = ["accuracy"]
 
@@ -86,7 +87,24 @@ def _print(section: Section) -> None:
         typer.echo(f"- {sentence}")
     for sentence in section.left_out:
         typer.echo(f"- left out: {sentence}")
+    for table in section.tables:
+        if table.printed and table.rows:
+            typer.echo(f"\n{table.caption}")
+            show(_as_shown(table))
     typer.echo("")
+
+
+def _as_shown(table: Table) -> Any:
+    """Return a table as the terminal shows it."""
+    from kinetile.accuracy.wording import cells
+
+    columns = {head: [getattr(row, name) for row in table.rows] for name, head in table.heads.items()}
+    shown = empty_table(
+        *(f"{'|' if isinstance(each[0], str) else '>'} {head}" for head, each in columns.items())
+    )
+    for row in zip(*map(cells, columns.values()), strict=True):
+        shown.add_row(*row)
+    return shown
 
 
 def _finish(done: Sequence[Section], out: Path, budget: Budget, json: bool) -> None:

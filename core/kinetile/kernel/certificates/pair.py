@@ -30,13 +30,13 @@ from kinetile.kernel.certificates.closer import look_closer
 from kinetile.kernel.certificates.paths import along, gap_at, seen_from
 from kinetile.kernel.certificates.structural import FAR
 from kinetile.kernel.certificates.sums import LARGE, SMALL, plus
-from kinetile.kernel.compiled import apart, larger
+from kinetile.kernel.compiled import hook, larger
 from kinetile.kernel.tables import NEVER
 
 __all__ = ["first_touch"]
 
 
-@apart
+@hook
 def first_touch(
     x: float,
     y: float,

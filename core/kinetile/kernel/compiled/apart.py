@@ -1,4 +1,10 @@
-"""Functions that the loop calls but does not take in: compiled once for all loops, cached by themselves."""
+"""What is too long for a hook: compiled once, apart from the loops that call it, and cached by itself.
+
+Numba links whatever a function calls into it, and makes machine code of it all again, for each function of
+the loop and for each choice of phases. A function marked ``apart`` is known to the code that calls it by a
+name only, which is given an address when that code is compiled or comes from the disk. The name has a
+fingerprint, so old machine code asks for old names.
+"""
 
 from __future__ import annotations
 
@@ -39,7 +45,8 @@ if not INTERPRETED:
                 named = FunctionType(source.__code__, source.__globals__, source.__name__)
                 named.__module__ = source.__module__
                 named.__qualname__ = self.symbol
-                self.address = _address(named, self.sig)
+                self.made = _compiled(named, self.sig)  # kept, or its code would go
+                self.address = int(self.made.address)
                 add_symbol(self.symbol, self.address)
 
         def get_call_type(self, context: Any, arguments: Any, named: Any) -> Any:
@@ -49,14 +56,12 @@ if not INTERPRETED:
 
     cast(Any, extending).register_model(_Apart)(cast(Any, extending).models.OpaqueModel)
 
-    def _address(function: FunctionType, signature: Any) -> int:
-        for cache in (True, False):
-            try:
-                made = numba.cfunc(signature, cache=cache, error_model="numpy")(function)
-            except RuntimeError:  # there is no folder that Numba could write its cache to
-                continue
-            return int(cast(Any, made).address)
-        raise AssertionError("Numba compiles without a cache")
+    def _compiled(function: FunctionType, signature: Any) -> Any:
+        cfunc = cast(Any, numba).cfunc
+        try:
+            return cfunc(signature, cache=True, error_model="numpy")(function)
+        except RuntimeError:  # there is no folder that Numba could write its cache to
+            return cfunc(signature, error_model="numpy")(function)
 
 
 def apart(function: F) -> F:

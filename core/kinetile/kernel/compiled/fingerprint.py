@@ -34,7 +34,9 @@ def fingerprint(function: Callable[..., Any], state: type) -> tuple[str, set[str
     def visit(value: Any) -> None:
         if hasattr(value, "load_apart") and value not in called:
             called.append(value)
-        value = getattr(value, "py_func", value)
+        if hasattr(value, "py_func"):
+            digest.update(type(value).__name__.encode())  # taken in or called: another machine code
+            value = value.py_func
         if isinstance(value, FunctionType | type):
             modules.add(value.__module__)
             digest.update(f"{value.__module__}.{value.__qualname__}".encode())

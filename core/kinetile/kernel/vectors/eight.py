@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import operator
+from fractions import Fraction
 from typing import Any, TypeAlias, cast
 
 import numpy as np
@@ -29,6 +31,7 @@ __all__ = [
 
 LANES = 8
 SPLIT = 2.0**27 + 1.0
+TINY, HUGE = 2.0**-960, 2.0**990
 
 Floats: TypeAlias = Any
 Wholes: TypeAlias = Any
@@ -69,16 +72,18 @@ if INTERPRETED:
         return value[np.arange(LANES) ^ by]
 
     def append(source: Any, first: int, target: Any, end: int) -> int:
-        """Copy the numbers of a block of eight behind ``target[:end]``; return the new end.
+        """Copy eight numbers, ``source[first:first + 8]``, to ``target[end:end + 8]``; return the last.
 
-        A block is ``source[first:first + 8]``: seven numbers and, last, how many of them count. Eight places
-        of ``target`` are written, whatever the count.
+        Both are arrays of int32. One load and one store; so seven numbers may be copied, and how many count.
         """
         target[end : end + LANES] = source[first : first + LANES]
-        return int(end + source[first + LANES - 1])
+        return int(source[first + LANES - 1])
 
     def product_error(a: float, b: float, product: float) -> float:
-        """Return a * b - product exactly, for the rounded product (Dekker 1971)."""
+        """Return a * b - product exactly, for the rounded product (Dekker 1971); by rationals, and rounded as
+        a fused multiply-add does it, where a part of a product would be subnormal or infinite."""
+        if not (TINY < abs(product) < HUGE and abs(a) < HUGE and abs(b) < HUGE) and math.isfinite(product):
+            return float(Fraction(float(a)) * Fraction(float(b)) - Fraction(float(product)))
         t = SPLIT * a
         a_high = t - (t - a)
         a_low = a - a_high
@@ -267,10 +272,9 @@ else:
 
     @intrinsic
     def append(typing_context: Any, source: Any, first: Any, target: Any, end: Any) -> Any:
-        """Copy the numbers of a block of eight behind ``target[:end]``; return the new end.
+        """Copy eight numbers, ``source[first:first + 8]``, to ``target[end:end + 8]``; return the last.
 
-        A block is ``source[first:first + 8]``: seven numbers and, last, how many of them count. Eight places
-        of ``target`` are written, whatever the count.
+        Both are arrays of int32. One load and one store; so seven numbers may be copied, and how many count.
         """
 
         def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -279,8 +283,8 @@ else:
             there = builder.gep(_data(context, builder, signature.args[2], target, _WHOLE), [end])
             block = _load(builder, here, _wholes.vector, 4)
             builder.store(block, builder.bitcast(there, _wholes.vector.as_pointer()), align=4)
-            count = builder.extract_element(block, ir.Constant(_WHOLE, LANES - 1))
-            return builder.add(end, builder.sext(count, _WORD))
+            last = builder.extract_element(block, ir.Constant(_WHOLE, LANES - 1))
+            return builder.sext(last, _WORD)
 
         return types.int64(source, types.int64, target, types.int64), codegen
 

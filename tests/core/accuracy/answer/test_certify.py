@@ -26,11 +26,11 @@ RUNS = [
 ]
 
 
-def contacts_of(scene, until):
-    """Return all contacts of a scene by the certifier's own course."""
+def contacts_of(scene, until, most=10**6):
+    """Return the contacts of a scene by the certifier's own course, so many of them at most."""
     course, found = Course(scene), []
     end = tick_of(until, scene.start, unit_bits(scene))
-    while (event := course.next(end)) is not None:
+    while len(found) < most and (event := course.next(end)) is not None:
         course.happen()
         if event.b >= -4:
             found.append((event.tick >> 52, event.tick & (2**52 - 1), event.a, event.b))
@@ -77,7 +77,7 @@ def test_a_list_may_be_a_beginning(gas):
 def test_whole_runs_of_the_vectors_are_right(file, number, name):
     run = json.loads((VECTORS / "runs" / f"{file}.json").read_text())["runs"][number]
     scene, until = scene_of(run["scene"])
-    log = contacts_of(scene, until)
+    log = contacts_of(scene, until, run["count"] + 1)
     begun = [[int(each) for each in contact] for contact in run["contacts"]]
     assert log[: len(begun)].tolist() == list(map(tuple, begun))
     found = certify_log(scene, log, until, fingerprint=run["fingerprint"])

@@ -25,9 +25,9 @@ def test_the_one_that_is_as_the_specification_says_is_right(three_in_a_row):
     said = judged(scene, {"one": right, "other": late}, 1)
     assert said.startswith("by the specification one is right there; other is wrong in contact 1: body 0")
     assert "its tick should be epoch 2, tick 0, 5 ticks earlier" in said
-    assert judged(scene, {"one": late[:1], "other": right}, 1) == (
-        "by the specification one is right as far as it goes; other is right there"
-    )
+    said = judged(scene, {"one": late[:1], "other": right}, 1)
+    assert said.startswith("by the specification one is wrong in contact 1: ")
+    assert said.endswith("; other is right there")
 
 
 def test_the_reference_may_be_the_one_that_is_wrong(three_in_a_row):

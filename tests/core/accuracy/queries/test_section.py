@@ -134,14 +134,17 @@ def test_the_kernel_holds_what_it_documents(family: Family) -> None:
 
 
 def test_textbook_forms_lose_the_square_of_the_distance() -> None:
+    """The cross product loses the distance; the kernel, whose tick is the exact one rounded down, nothing."""
     ours = measured("far apart", forms()[KERNEL])
+    assert ours.depth == 0.0
+    assert ours.error_p99 is not None
+    cross = measured("far apart", forms()["cross product"])
+    assert cross.depth > 0.0
     for name in ("naive", "citardauq"):
         theirs = measured("far apart", forms()[name])
-        assert theirs.depth > 1e3 * ours.depth
+        assert theirs.depth > 1e3 * cross.depth
         assert theirs.error_p99 is not None
-        assert ours.error_p99 is not None
         assert theirs.error_p99 > 1e4 * ours.error_p99
-    assert measured("far apart", forms()["cross product"]).depth < 3.0 * ours.depth
 
 
 def test_textbook_forms_find_contacts_that_are_none_and_miss_some() -> None:
@@ -297,11 +300,10 @@ def test_findings_say_what_is_wrong() -> None:
 
 
 def test_the_overlap_is_judged_by_the_proved_bound_and_not_by_what_a_sample_happened_to_hold() -> None:
-    """Overlaps beyond 5 x 2^-53 separations are found as soon as one looks for them, and stay below eta."""
+    """However one looks: a tick that is exact and rounded down has no overlap."""
     deepest = climb(12)
     assert deepest.queries == 12 * 2 * len(STARTS) * KEPT * CHILDREN
-    assert deepest.depth_separation > 5.0
-    assert 0.2 < deepest.depth_proved < 1.0
+    assert deepest.depth_separation == deepest.depth_proved == 0.0
 
 
 def test_the_proved_bound_of_a_query_is_eta() -> None:

@@ -120,6 +120,7 @@ def test_what_the_definition_says_of_edges():
     assert tick(x2=0.5) == 0  # overlapping
     assert tick(x2=1.0, vx=-1.0) == NEVER  # touching, but receding
     assert tick(x2=0.0, y2=1.0) == NEVER  # touching, and sliding
+    assert tick(x2=0.0, y2=2.0**-600, vy=2.0**-600) == 0  # approaching, by less than a double
     assert tick(y2=1.0) == NEVER  # tangent
     assert tick(y2=math.nextafter(1.0, 0.0)) == 3 * unit - 2**26  # not by a rounding
     assert tick(x2=1025.0) == NEVER  # at 2^62
