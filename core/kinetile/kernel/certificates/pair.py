@@ -27,7 +27,7 @@ from __future__ import annotations
 import math
 
 from kinetile.kernel.certificates.closer import look_closer
-from kinetile.kernel.certificates.paths import along, gap_at, seen_from
+from kinetile.kernel.certificates.paths import along, gap_at, newton, seen_from
 from kinetile.kernel.certificates.structural import FAR
 from kinetile.kernel.certificates.sums import LARGE, SMALL, plus
 from kinetile.kernel.compiled import hook, larger
@@ -83,14 +83,10 @@ def first_touch(
                     t, dx, x_low, x_size, ux, wx, dy, y_low, y_size, uy, wy, reach, reach_low
                 )
                 if slope > 8.0 * slope_error:
-                    inverse = 1.0 / slope
-                    step = 0.5 * q * inverse
-                    bent = speed2 * (abs(q) + q_error) * (inverse * inverse)
-                    loose = bent + 2.0 * slope_error * inverse + 2.0**-49
-                    bound = (q_error * inverse + abs(step) * loose) * per_time + 2.0**-50
+                    step, bound, bent = newton(q, q_error, slope, slope_error, speed2, per_time)
                     if bent < 0.125 and bound < 0.5:
                         base = int(ticks)
-                        part = (ticks - float(base)) + step * per_time
+                        part = (ticks - float(base)) + step
                         down = math.floor(part)
                         over = part - float(down)
                         if over > bound and over < 1.0 - bound:

@@ -12,7 +12,7 @@ from kinetile.kernel.certificates.sums import TINY, ULP, plus
 from kinetile.kernel.compiled import hook
 from kinetile.kernel.vectors import product_error
 
-__all__ = ["along", "gap_at", "seen_from"]
+__all__ = ["along", "gap_at", "newton", "seen_from"]
 
 
 @hook
@@ -73,3 +73,16 @@ def gap_at(
     q_error = 2.0**-99 * (spread + rr) + ULP * abs(q)
     slope_error = 2.0**-49 * (x_far * abs(ux) + y_far * abs(uy)) + TINY
     return q, q_error, -(x * ux + y * uy), slope_error
+
+
+@hook
+def newton(
+    q: float, q_error: float, slope: float, slope_error: float, speed2: float, per_time: float
+) -> tuple[float, float, float]:
+    """Return one Newton step from what ``gap_at`` says, in ticks; how far it can end from the root; and how
+    much the path bends: the bound holds where that is below 1/8, and slope > 8 slope_error."""
+    inverse = 1.0 / slope
+    step = 0.5 * q * inverse
+    bent = speed2 * (abs(q) + q_error) * (inverse * inverse)
+    loose = bent + 2.0 * slope_error * inverse + 2.0**-49
+    return step * per_time, (q_error * inverse + abs(step) * loose) * per_time + 2.0**-50, bent

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from encounters import TICK, compiled, reached, rows, touches, true_reaches, true_ticks
-from kinetile.kernel.certificates.paths import along, gap_at, seen_from
+from kinetile.kernel.certificates.paths import along, gap_at, newton, seen_from
 from kinetile.kernel.certificates.sums import ULP, plus
 from kinetile.kernel.compiled import INTERPRETED
 
@@ -45,6 +45,11 @@ def claim(table, times, claims):
         claims[i, 5] = q_error
         claims[i, 6] = slope
         claims[i, 7] = slope_error
+        if slope > 8.0 * slope_error:
+            step, bound, bent = newton(q, q_error, slope, slope_error, ux * ux + uy * uy, 1.0 / row.tick)
+            claims[i, 8] = step
+            claims[i, 9] = bound
+            claims[i, 10] = bent
 
 
 def truth(row, t: float) -> tuple[Fraction, Fraction, Fraction, Fraction]:
@@ -56,11 +61,17 @@ def truth(row, t: float) -> tuple[Fraction, Fraction, Fraction, Fraction]:
     return dx * ux + dy * uy, dx * uy - dy * ux, q, -(ex * ux + ey * uy)
 
 
+def claimed(table, times) -> np.ndarray:
+    claims = np.zeros((len(table), 11))
+    claims[:, 10] = 1.0
+    claim(table.view(np.recarray), times, claims)
+    return claims
+
+
 def excess(table, times) -> np.ndarray:
     """Return by how much of its bound each claim is off: of bend, cross, slope, and q beyond its last
     rounding."""
-    claims = np.zeros((len(table), 8))
-    claim(table.view(np.recarray), times, claims)
+    claims = claimed(table, times)
     shares = []
     for row, t, said in zip(table.tolist(), times.tolist(), claims.tolist(), strict=True):
         bend, cross, q, slope = truth(row, t)
@@ -118,6 +129,26 @@ def test_no_claim_is_too_small_and_none_is_eight_times_too_large():
     found = excess(table, times).max(axis=0)
     assert (found <= 1.0).all(), found
     assert (found > [1 / 8, 1 / 8, 1 / 8, 1 / 16]).all(), found
+
+
+def test_a_newton_step_ends_as_near_the_root_as_it_says():
+    """From a little before and behind the root; as bent as is allowed, and hardly."""
+    table, times = drawn(2, COUNT)
+    times *= 1.0 + np.exp2(np.random.default_rng(2).uniform(-50.0, -1.0, COUNT)) * np.sign(table["x"])
+    shares = []
+    for row, t, said in zip(table.tolist(), times.tolist(), claimed(table, times).tolist(), strict=True):
+        step, bound, bent = said[8:]
+        if bent < 0.125:
+            _, _, q, slope = truth(row, t)
+            speed2 = (Fraction(row[7]) - Fraction(row[2])) ** 2 + (Fraction(row[8]) - Fraction(row[3])) ** 2
+            root = Fraction(isqrt(int((slope * slope - speed2 * q) * 2**400)), 2**200)
+            ticks = q / (slope + root) / Fraction(TICK)
+            shares.append((float(abs(ticks - Fraction(step)) / Fraction(bound)), bent))
+    share, bends = np.array(shares).T
+    assert len(share) > COUNT / 20
+    assert (share <= 1.0).all(), share.max()
+    assert share[bends > 1e-3].max() > 1 / 8
+    assert share[bends < 2.0**-40].max() > 1 / 64, share[bends < 2.0**-40].max()
 
 
 @pytest.mark.parametrize(("tick", "slow"), [(2.0**-251, 2.0**-825), (2.0**-952, 2.0**-124)])
