@@ -280,6 +280,14 @@ def far_out(rng: Rng, n: int) -> Rows:
     )
 
 
+def coarse(rng: Rng, n: int) -> Rows:
+    """Far from the origin, fast, and nearly past each other: a Newton step has ticks to go, and bends."""
+    at = rng.choice([-1.0, 1.0], (n, 2)) * 10.0 ** rng.uniform(3.0, 9.0, (n, 1))
+    miss = 1.0 - 10.0 ** rng.uniform(-16.0, -6.0, n)
+    speed = np.ldexp(1.0, rng.integers(8, 32, n))
+    return aimed(rng, n, 0.02 * rng.uniform(1.0, 5.0, n), 0.02, miss, speed=speed, at=at)
+
+
 def late(rng: Rng, n: int) -> Rows:
     """One of the two has been under way for up to 1,024 units."""
     table = aimed(rng, n, 0.02 * rng.uniform(1.0, 50.0, n), 0.02, rng.uniform(-1.1, 1.1, n), speed=0.1)
@@ -416,6 +424,7 @@ FAMILIES: dict[str, Callable[[Rng, int], Rows]] = {
     "graze 1e-9 .. 1e-3": graze(-9.0, -3.0),
     "sharp graze": sharp_graze,
     "far out": far_out,
+    "coarse": coarse,
     "late": late,
     "unequal": unequal,
     "touching": touching,

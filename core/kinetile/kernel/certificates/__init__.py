@@ -5,7 +5,8 @@ linear gaps between bounds; their times are rounded, and the skin has room for t
 contacts, the failure of "these two are apart". Their ticks are the answer, so they are the exact floor of
 the exact root, whatever the doubles: a filter in double decides nearly all of them (``pair``, ``wall``), a
 closer look at what hangs on a tie or a graze most of the rest (``closer``), and integers all others
-(``integers``, on the numbers of ``limbs``). docs/one-answer.md has the definition and the proofs.
+(``integers``, on the numbers of ``limbs``). docs/specification.md has the definition,
+docs/exact-ticks.md the proofs.
 """
 
 from __future__ import annotations

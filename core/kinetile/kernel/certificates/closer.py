@@ -11,8 +11,8 @@ from __future__ import annotations
 import math
 
 from kinetile.kernel.certificates.integers import as_count, first_touch_of_integers
-from kinetile.kernel.certificates.paths import gap_at, seen_from
-from kinetile.kernel.certificates.sums import LARGE, SMALL, TINY, kept, plus, whole_sum
+from kinetile.kernel.certificates.paths import along, gap_at, seen_from
+from kinetile.kernel.certificates.sums import LARGE, SMALL, kept, plus, whole_sum
 from kinetile.kernel.compiled import apart, hook, larger, smaller
 from kinetile.kernel.tables import NEVER
 
@@ -75,11 +75,9 @@ def look_closer(
     if speed > SMALL and speed < LARGE and reach > SMALL and reach + (x_size + y_size) < LARGE:
         lossless = whole_path(x, vx, x2, vx2, time, rest) and whole_path(y, vy, y2, vy2, time, rest)
         lossless = lossless and reach_low == 0.0 and kept(reach, reach, reach * reach)
-        along_x = dx * ux
-        along_y = dy * uy
-        bend = along_x + along_y
-        approach = bend < -(2.0**-50 * (x_size * abs(ux) + y_size * abs(uy)) + TINY)
-        if not approach and lossless and kept(dx, ux, along_x) and kept(dy, uy, along_y):
+        bend, bend_error = along(dx, x_size, ux, dy, y_size, uy)
+        approach = bend < -bend_error
+        if not approach and lossless and kept(dx, ux, dx * ux) and kept(dy, uy, dy * uy):
             if bend >= 0.0:
                 return NEVER
             approach = True

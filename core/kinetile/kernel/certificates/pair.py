@@ -19,7 +19,7 @@ velocity, R the sum of the radii, q(T) = |d(T)|^2 - R^2 and B(T) = d(T).v::
   there is a root, and that it is the first.
 
 What that leaves open goes to ``closer``: ties of lattices, grazes, contacts at the anchor, sizes that
-doubles cannot square. docs/one-answer.md derives each constant.
+doubles cannot square. docs/exact-ticks.md derives each constant.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ from __future__ import annotations
 import math
 
 from kinetile.kernel.certificates.closer import look_closer
-from kinetile.kernel.certificates.paths import gap_at, seen_from
+from kinetile.kernel.certificates.paths import along, gap_at, newton, seen_from
 from kinetile.kernel.certificates.structural import FAR
-from kinetile.kernel.certificates.sums import LARGE, SMALL, TINY, plus
+from kinetile.kernel.certificates.sums import LARGE, SMALL, plus
 from kinetile.kernel.compiled import hook, larger
 from kinetile.kernel.tables import NEVER
 
@@ -65,12 +65,11 @@ def first_touch(
     reach, reach_low = plus(radius, radius2)
     speed = abs(ux) + abs(uy)
     if speed > SMALL and speed < LARGE and reach > SMALL and reach + (x_size + y_size) < LARGE:
-        bend = dx * ux + dy * uy
-        bend_error = 2.0**-50 * (x_size * abs(ux) + y_size * abs(uy)) + TINY
+        bend, bend_error = along(dx, x_size, ux, dy, y_size, uy)
         if bend > bend_error:
             return NEVER
-        cross = dx * uy - dy * ux
-        clear = abs(cross) - (2.0**-50 * (x_size * abs(uy) + y_size * abs(ux)) + TINY)
+        cross, cross_error = along(dx, x_size, uy, dy, y_size, -ux)
+        clear = abs(cross) - cross_error
         speed2 = ux * ux + uy * uy
         span2 = reach * reach * speed2
         if clear > 0.0 and clear * clear > span2 * (1.0 + 2.0**-48):
@@ -84,14 +83,10 @@ def first_touch(
                     t, dx, x_low, x_size, ux, wx, dy, y_low, y_size, uy, wy, reach, reach_low
                 )
                 if slope > 8.0 * slope_error:
-                    inverse = 1.0 / slope
-                    step = 0.5 * q * inverse
-                    bent = speed2 * (abs(q) + q_error) * (inverse * inverse)
-                    loose = bent + 2.0 * slope_error * inverse + 2.0**-49
-                    bound = (q_error * inverse + abs(step) * loose) * per_time + 2.0**-50
+                    step, bound, bent = newton(q, q_error, slope, slope_error, speed2, per_time)
                     if bent < 0.125 and bound < 0.5:
                         base = int(ticks)
-                        part = (ticks - float(base)) + step * per_time
+                        part = (ticks - float(base)) + step
                         down = math.floor(part)
                         over = part - float(down)
                         if over > bound and over < 1.0 - bound:

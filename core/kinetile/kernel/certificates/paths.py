@@ -3,7 +3,7 @@
 Along each axis the separation at the later anchor is ``d + low`` and the relative velocity ``u + w``, each
 a rounded number and what rounding took from it. ``w`` is exact, ``low`` nearly. ``size`` is the sum of the
 magnitudes that ``d`` is made of. The bounds of the errors, and why they are enough, are in
-docs/one-answer.md.
+docs/exact-ticks.md.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from kinetile.kernel.certificates.sums import TINY, ULP, plus
 from kinetile.kernel.compiled import hook
 from kinetile.kernel.vectors import product_error
 
-__all__ = ["gap_at", "seen_from"]
+__all__ = ["along", "gap_at", "newton", "seen_from"]
 
 
 @hook
@@ -27,6 +27,12 @@ def seen_from(
     low = (far_low + d_low) - (product_error(vx, time, flown) + vx * rest)
     u, w = plus(vx2, -vx)
     return d, low, abs(x) + abs(x2) + abs(flown), u, w
+
+
+@hook
+def along(dx: float, x_size: float, ux: float, dy: float, y_size: float, uy: float) -> tuple[float, float]:
+    """Return d.u at the later anchor, and how far it can be off."""
+    return dx * ux + dy * uy, 2.0**-50 * (x_size * abs(ux) + y_size * abs(uy)) + TINY
 
 
 @hook
@@ -64,6 +70,19 @@ def gap_at(
     x_far = x_size + abs(x)
     y_far = y_size + abs(y)
     spread = x_far * (abs(x) + 2.0**-50 * x_far) + y_far * (abs(y) + 2.0**-50 * y_far)
-    q_error = 2.0**-97 * (spread + rr) + ULP * abs(q)
+    q_error = 2.0**-99 * (spread + rr) + ULP * abs(q)
     slope_error = 2.0**-49 * (x_far * abs(ux) + y_far * abs(uy)) + TINY
     return q, q_error, -(x * ux + y * uy), slope_error
+
+
+@hook
+def newton(
+    q: float, q_error: float, slope: float, slope_error: float, speed2: float, per_time: float
+) -> tuple[float, float, float]:
+    """Return one Newton step from what ``gap_at`` says, in ticks; how far it can end from the root; and how
+    much the path bends: the bound holds where that is below 1/8, and slope > 8 slope_error."""
+    inverse = 1.0 / slope
+    step = 0.5 * q * inverse
+    bent = speed2 * (abs(q) + q_error) * (inverse * inverse)
+    loose = bent + 2.0 * slope_error * inverse + 2.0**-49
+    return step * per_time, (q_error * inverse + abs(step) * loose) * per_time + 2.0**-50, bent

@@ -13,8 +13,8 @@ LARGE = 2.0**200
 SMALL = 2.0**-200
 """Sizes of lengths and speeds between which no product of four overflows, and none that counts underflows."""
 
-TINY = 2.0**-960
-"""More than all underflow in a sum of products, and less than anything that has to be told apart."""
+TINY = 2.0**-500
+"""More than all underflow in a sum of products of two, and no square of more is subnormal."""
 
 
 @hook

@@ -52,5 +52,6 @@ def reaches(far: float, near: float, radius: float, speed: float, tick: float, p
                 down = math.floor(part)
                 over = part - float(down)
                 if over > bound and over < 1.0 - bound:
-                    return larger(base + int(down), 0) if base + down < FAR else NEVER
+                    found = base + int(down)
+                    return larger(found, 0) if found < 1 << 62 else NEVER
     return look_closer(near, 0.0, speed, 0.0, 0, far, 0.0, 0.0, 0.0, radius, 0.0, tick, per_time)

@@ -1,0 +1,175 @@
+"""What the filters say of their own errors, against fractions: never too little, and not idly much.
+
+A claim that were eight times smaller (that of q sixteen times, of which the proof gives away a factor of
+eight) would be passed by one of these encounters.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from math import isqrt
+
+import numpy as np
+import pytest
+
+from encounters import TICK, compiled, reached, rows, touches, true_reaches, true_ticks
+from kinetile.kernel.certificates.paths import along, gap_at, newton, seen_from
+from kinetile.kernel.certificates.sums import ULP, plus
+from kinetile.kernel.compiled import INTERPRETED
+
+COUNT = 1_000 if INTERPRETED else 4_000
+NEVER = (1 << 63) - 1
+
+
+@compiled
+def claim(table, times, claims):
+    """Write d.v, d x v, q and the slope at a time, each with its bound."""
+    for i in range(len(table)):
+        row = table[i]
+        whole = float(row.elapsed)
+        time = whole * row.tick
+        rest = float(row.elapsed - int(whole)) * row.tick
+        dx, x_low, x_size, ux, wx = seen_from(row.x, row.vx, row.x2, row.vx2, time, rest)
+        dy, y_low, y_size, uy, wy = seen_from(row.y, row.vy, row.y2, row.vy2, time, rest)
+        reach, reach_low = plus(row.radius, row.radius2)
+        bend, bend_error = along(dx, x_size, ux, dy, y_size, uy)
+        cross, cross_error = along(dx, x_size, uy, dy, y_size, -ux)
+        q, q_error, slope, slope_error = gap_at(
+            times[i], dx, x_low, x_size, ux, wx, dy, y_low, y_size, uy, wy, reach, reach_low
+        )
+        claims[i, 0] = bend
+        claims[i, 1] = bend_error
+        claims[i, 2] = cross
+        claims[i, 3] = cross_error
+        claims[i, 4] = q
+        claims[i, 5] = q_error
+        claims[i, 6] = slope
+        claims[i, 7] = slope_error
+        if slope > 8.0 * slope_error:
+            step, bound, bent = newton(q, q_error, slope, slope_error, ux * ux + uy * uy, 1.0 / row.tick)
+            claims[i, 8] = step
+            claims[i, 9] = bound
+            claims[i, 10] = bent
+
+
+def truth(row, t: float) -> tuple[Fraction, Fraction, Fraction, Fraction]:
+    x, y, vx, vy, elapsed, x2, y2, vx2, vy2, radius, radius2, tick = (Fraction(value) for value in row)
+    ux, uy = vx2 - vx, vy2 - vy
+    dx, dy = x2 - x - vx * elapsed * tick, y2 - y - vy * elapsed * tick
+    ex, ey = dx + ux * Fraction(t), dy + uy * Fraction(t)
+    q = ex * ex + ey * ey - (radius + radius2) ** 2
+    return dx * ux + dy * uy, dx * uy - dy * ux, q, -(ex * ux + ey * uy)
+
+
+def claimed(table, times) -> np.ndarray:
+    claims = np.zeros((len(table), 11))
+    claims[:, 10] = 1.0
+    claim(table.view(np.recarray), times, claims)
+    return claims
+
+
+def excess(table, times) -> np.ndarray:
+    """Return by how much of its bound each claim is off: of bend, cross, slope, and q beyond its last
+    rounding."""
+    claims = claimed(table, times)
+    shares = []
+    for row, t, said in zip(table.tolist(), times.tolist(), claims.tolist(), strict=True):
+        bend, cross, q, slope = truth(row, t)
+        last = ULP * abs(said[4])
+        shares.append(
+            [
+                float(abs(Fraction(said[0]) - bend) / Fraction(said[1])),
+                float(abs(Fraction(said[2]) - cross) / Fraction(said[3])),
+                float(abs(Fraction(said[6]) - slope) / Fraction(said[7])),
+                float((abs(Fraction(said[4]) - q) - Fraction(last)) / Fraction(said[5] - last)),
+            ]
+        )
+    return np.array(shares)
+
+
+def drawn(seed: int, n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return encounters with numbers of all sizes near 1, and times at which the discs nearly touch."""
+    rng = np.random.default_rng(seed)
+
+    def number(low: int, high: int) -> np.ndarray:
+        return np.ldexp(rng.uniform(0.5, 1.0, n) * rng.choice([-1.0, 1.0], n), rng.integers(low, high, n))
+
+    names = ("x", "y", "vx", "vy", "x2", "y2", "vx2", "vy2")
+    table = rows(n, **{name: number(-3, 4) for name in names})
+    table["elapsed"] = (2.0 ** rng.uniform(0.0, 62.0, n)).astype(np.int64)
+    times = np.abs(number(-8, 9))
+    for row, t, part in zip(table, times.tolist(), rng.uniform(0.1, 0.9, n).tolist(), strict=True):
+        reach = Fraction(isqrt(int(truth(row.tolist(), t)[2] * 2**240)), 2**120)
+        row["radius"] = float(reach * Fraction(part))
+        row["radius2"] = float(reach - Fraction(row["radius"].item()))
+    return table, times
+
+
+CLIMBED = {
+    "x": -0.4756047937948521,
+    "y": 0.07073578693398076,
+    "vx": 0.08254203811807892,
+    "vy": -0.6819085424470388,
+    "elapsed": 236028944,
+    "x2": 0.22551941533590406,
+    "y2": -9.537336259624357,
+    "vx2": 0.5933569563229633,
+    "vy2": -5.990729611903607,
+    "radius": 277.3342766354295,
+    "radius2": 3.623471413674307,
+}
+"""An encounter found by climbing: q is off by 13 ulps of an ulp at ``CLIMBED_AT``."""
+
+CLIMBED_AT = 50.873677427592696
+
+
+def test_no_claim_is_too_small_and_none_is_eight_times_too_large():
+    table, times = drawn(1, COUNT)
+    table[:1], times[0] = rows(1, **CLIMBED), CLIMBED_AT
+    found = excess(table, times).max(axis=0)
+    assert (found <= 1.0).all(), found
+    assert (found > [1 / 8, 1 / 8, 1 / 8, 1 / 16]).all(), found
+
+
+def test_a_newton_step_ends_as_near_the_root_as_it_says():
+    """From a little before and behind the root; as bent as is allowed, and hardly."""
+    table, times = drawn(2, COUNT)
+    times *= 1.0 + np.exp2(np.random.default_rng(2).uniform(-50.0, -1.0, COUNT)) * np.sign(table["x"])
+    shares = []
+    for row, t, said in zip(table.tolist(), times.tolist(), claimed(table, times).tolist(), strict=True):
+        step, bound, bent = said[8:]
+        if bent < 0.125:
+            _, _, q, slope = truth(row, t)
+            speed2 = (Fraction(row[7]) - Fraction(row[2])) ** 2 + (Fraction(row[8]) - Fraction(row[3])) ** 2
+            root = Fraction(isqrt(int((slope * slope - speed2 * q) * 2**400)), 2**200)
+            ticks = q / (slope + root) / Fraction(TICK)
+            shares.append((float(abs(ticks - Fraction(step)) / Fraction(bound)), bent))
+    share, bends = np.array(shares).T
+    assert len(share) > COUNT / 20
+    assert (share <= 1.0).all(), share.max()
+    assert share[bends > 1e-3].max() > 1 / 8
+    assert share[bends < 2.0**-40].max() > 1 / 64, share[bends < 2.0**-40].max()
+
+
+@pytest.mark.parametrize(("tick", "slow"), [(2.0**-251, 2.0**-825), (2.0**-952, 2.0**-124)])
+def test_a_product_that_vanishes_decides_whether_discs_approach(tick, slow):
+    """The flight of a tick underflows, and times a large speed it is more than all that approaches."""
+    plans = {"y2": 1.0, "vy2": -(2.0**-900), "radius": 0.75, "radius2": 0.75, "elapsed": 1}
+    table = np.concatenate([rows(1, vx=side * slow, vx2=2.0**199, **plans) for side in (-1.0, 1.0)])
+    table["tick"] = tick
+    assert true_ticks(table) == [NEVER, 0]
+    assert touches(table) == [NEVER, 0]
+
+
+def test_a_wall_reached_just_before_the_last_tick():
+    """Two roundings away from a gap, and the estimate is 512 ticks early; as doubles, 2^62 - 1 is 2^62."""
+    rng = np.random.default_rng(1)
+    ulp = 2.0**-41
+    speed = rng.uniform(2.0, 4.0, 200)
+    size = rng.integers(1, 1000, 200) * 2.0**-31
+    radius = size - rng.uniform(0.3, 0.49, 200) * ulp
+    near = -rng.uniform(0.3, 0.49, 200) * ulp
+    table = np.column_stack([1024 * speed - ulp + size, near, radius, speed, np.full(200, TICK)])
+    truth = true_reaches(table)
+    assert all((1 << 62) - 1024 < tick < 1 << 62 for tick in truth)
+    assert reached(table) == truth
