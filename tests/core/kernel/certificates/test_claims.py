@@ -137,7 +137,7 @@ def test_no_claim_is_too_small_and_none_is_eight_times_too_large():
 
 @pytest.mark.parametrize("far", [0.0, 40.0])
 def test_a_newton_step_ends_as_near_the_root_as_it_says(far):
-    """From a little before and behind the root; as bent as is allowed, and hardly; near the origin and far."""
+    """From a little before and behind the root; as bent as is allowed, and hardly; near and far."""
     table, times = drawn(2, COUNT, far)
     times *= 1.0 + np.exp2(np.random.default_rng(2).uniform(-50.0, -1.0, COUNT)) * np.sign(table["x"])
     shares = []
