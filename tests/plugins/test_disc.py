@@ -109,8 +109,8 @@ def test_unequal_masses_keep_their_energy(heavy):
     assert sim.readings.energy_drift < 2e-14
 
 
-def test_a_graze_that_a_dead_zone_has_neglected_is_met():
-    """It grazes by 1.0028 times 2^-47 (R + |d|)."""
+def test_a_faint_graze_is_met():
+    """They would pass 1.0028 times 2^-47 (R + |d|) too near."""
     scene = kt.Scene(
         position=[(0.2848050369565157, -0.29172969186977815), (1.71339360429653, 0.762967346096712)],
         velocity=[(0.16598887591251466, -0.1548124440374693), (-0.17119181494140784, -0.41332635853392286)],

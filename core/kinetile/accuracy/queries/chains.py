@@ -166,7 +166,7 @@ def chain_findings(rows: list[ChainRow]) -> list[str]:
     wrong = sum(row.wrong for row in threes)
     found.append(
         "A disc struck by one up to 1e12 times heavier or lighter meets a third at most "
-        f"{number(worst.error_max)} R off ({worst.chain.removeprefix('a third disc, ')}); hit and miss are "
-        f"right in all but {wrong} of {sum(row.runs for row in threes):,}."
+        f"{number(worst.error_max)} R off ({worst.chain.removeprefix('a third disc, ')}); hit or miss "
+        f"is wrong in {wrong} of {sum(row.runs for row in threes):,}."
     )
     return found

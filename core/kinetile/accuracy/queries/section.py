@@ -182,7 +182,7 @@ def _exact(ours: list[QueryRow]) -> str:
 def _depths(ours: list[QueryRow]) -> str:
     most = max(ours, key=lambda row: row.depth_rho)
     return (
-        "At the exact tick the discs do not overlap yet. Once they are anchored there they may, since places "
+        "Up to the exact tick no contact adds to an overlap. Anchoring the discs there does, since places "
         f"are doubles: by at most {number(most.depth_rho)} rho ({most.family}), rho = 16 × 2^-53 × the "
         f"largest coordinate, which {'bounds' if most.depth_rho <= 1.0 else 'DOES NOT bound'} it."
     )
@@ -194,13 +194,12 @@ def _textbook(others: list[QueryRow]) -> list[str]:
     for form in dict.fromkeys(row.form for row in others):
         rows = [row for row in others if row.form == form]
         worst = max(rows, key=lambda row: row.depth)
-        wrong, asked, missed, false = (
-            sum(getattr(row, name) for row in rows) for name in ("wrong", "queries", "missed", "false")
-        )
+        shares = [row.wrong / row.queries for row in rows]
+        missed, false = (sum(getattr(row, name) for row in rows) for name in ("missed", "false"))
         found.append(
-            f"The textbook's {form}: {wrong / asked:.0%} of its answers are not the exact tick; it misses "
-            f"{missed:,} contacts and finds {false:,} that are none; discs overlap by up to "
-            f"{number(worst.depth)} R ({worst.family})."
+            f"The textbook's {form} form: {min(shares):.0%} to {max(shares):.0%} of the answers, by family, "
+            f"are not the exact ones; it misses {missed:,} contacts and finds {false:,} that are none; discs "
+            f"overlap by up to {number(worst.depth)} R ({worst.family})."
         )
     return found
 

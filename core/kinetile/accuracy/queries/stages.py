@@ -19,6 +19,7 @@ from kinetile.accuracy.parts import Column
 from kinetile.accuracy.queries.families import Family
 from kinetile.accuracy.queries.forms import KERNEL, Form, ask, batch_times, forms
 from kinetile.accuracy.queries.questions import Queries
+from kinetile.accuracy.wording import number
 from kinetile.kernel.certificates.closer import look_closer
 from kinetile.kernel.certificates.pair import first_touch
 from kinetile.kernel.compiled import hook
@@ -40,13 +41,13 @@ class StageRow:
 
     family: Annotated[str, Column("the family's name", "family")]
     queries: Annotated[int, Column("how many", "queries")]
-    by_filter: Annotated[float, Column("percent of them that the filter in double decides", "filter, %")]
-    by_closer: Annotated[float, Column("percent that the closer look decides", "closer look, %")]
-    by_integers: Annotated[float, Column("percent that integers decide", "integers, %")]
-    ns: Annotated[float, Column("CPU nanoseconds a query, as they come", "ns a query")]
-    ns_filter: Annotated[float | None, Column("of those the filter decides", "ns, filter")]
-    ns_closer: Annotated[float | None, Column("of those the closer look decides", "ns, closer look")]
-    ns_integers: Annotated[float | None, Column("of those that integers decide", "ns, integers")]
+    by_filter: Annotated[float, Column("percent of them that the filter in double decides", "filter %")]
+    by_closer: Annotated[float, Column("percent that the closer look decides", "closer %")]
+    by_integers: Annotated[float, Column("percent that integers decide", "integers %")]
+    ns: Annotated[float, Column("CPU nanoseconds a query, as they come", "ns")]
+    ns_filter: Annotated[float | None, Column("of those the filter decides", "filter ns")]
+    ns_closer: Annotated[float | None, Column("of those the closer look decides", "closer ns")]
+    ns_integers: Annotated[float | None, Column("of those that integers decide", "integers ns")]
 
 
 @hook
@@ -162,15 +163,17 @@ def stage_row(family: Family, queries: Queries, batch: int, batches: int) -> Sta
 
 
 def stage_finding(rows: list[StageRow]) -> str:
-    """Say what decides, and where it is not the filter."""
+    """Say what decides, and where that is dear."""
     usual = [row for row in rows if row.by_filter >= 99.0]
-    others = "; ".join(
-        f"{row.family} {row.by_closer:.1f} and {row.by_integers:.1f} %, {row.ns:,.0f} ns a query"
-        for row in rows
-        if row not in usual
-    )
-    said = f"The filter decides 99 % or more in {len(usual)} of {len(rows)} families"
+    said = f"The filter decides 99 % or more of the queries in {len(usual)} of {len(rows)} families"
     if usual:
         low, high = min(row.ns for row in usual), max(row.ns for row in usual)
         said += f", at {low:.0f} to {high:.0f} ns a query"
-    return f"{said}. The closer look and integers decide: {others}." if others else f"{said}."
+    if len(usual) == len(rows):
+        return f"{said}."
+    dear = max(rows, key=lambda row: row.ns)
+    return (
+        f"{said}. The dearest family is {dear.family}: the filter decides {number(dear.by_filter)} %, the "
+        f"closer look {number(dear.by_closer)} % and integers {number(dear.by_integers)} %, at "
+        f"{dear.ns:,.0f} ns a query."
+    )

@@ -70,7 +70,7 @@ def gap_at(
     x_far = x_size + abs(x)
     y_far = y_size + abs(y)
     spread = x_far * (abs(x) + 2.0**-50 * x_far) + y_far * (abs(y) + 2.0**-50 * y_far)
-    q_error = 2.0**-99 * (spread + rr) + ULP * abs(q)
+    q_error = 2.0**-98 * (spread + rr) + ULP * abs(q)
     slope_error = 2.0**-49 * (x_far * abs(ux) + y_far * abs(uy)) + TINY
     return q, q_error, -(x * ux + y * uy), slope_error
 

@@ -9,7 +9,7 @@ from fractions import Fraction
 
 import pytest
 
-from kinetile.accuracy.queries.truth import DEAD_ZONE, HORIZON, Encounter, Plan, chain_of_three, line_contacts
+from kinetile.accuracy.queries.truth import HORIZON, Encounter, Plan, chain_of_three, line_contacts
 
 UNIT = 1 << 52
 
@@ -57,16 +57,14 @@ def closed_form(one: Plan, two: Plan) -> Decimal | None:
     return max((decimal(-b) - decimal(b * b - a * c).sqrt()) / decimal(a), Decimal(0)) * UNIT
 
 
-def test_head_on_the_time_is_exact() -> None:
+def test_head_on() -> None:
     met = Encounter(plan(0.0, 0.0, 0.5, 0.0), plan(5.0, 0.0, -0.5, 0.0))
-    assert met.hit
     assert met.tick == 3 * UNIT
-    assert met.ticks_late(3 * UNIT) == 0.0
-    assert met.ticks_late(3 * UNIT + 2) == 2.0
-    assert (met.separation, met.reach, met.closing, met.extent) == (5.0, 2.0, 1.0, 5.0)
-    assert met.depth_by(3 * UNIT) == 0.0
-    assert met.depth_by(3 * UNIT + UNIT // 4) == 0.25
-    assert met.depth_by(2 * UNIT) == -1.0
+    assert (met.reach, met.closing, met.overlap) == (2.0, 1.0, 2.0)
+    assert met.depth_at(3 * UNIT) == 0.0
+    assert met.depth_at(3 * UNIT + UNIT // 4) == 0.25
+    assert met.depth_at(2 * UNIT) == -1.0
+    assert met.rho(3 * UNIT) == 16 * 2.0**-53 * 5.0
 
 
 def test_at_random_it_is_what_the_textbook_says_in_120_digits() -> None:
@@ -75,40 +73,51 @@ def test_at_random_it_is_what_the_textbook_says_in_120_digits() -> None:
         met = Encounter(one, two)
         with localcontext(prec=120):
             wanted = closed_form(one, two)
-            assert met.hit == (wanted is not None)
-            if wanted is not None:
-                assert abs(Decimal(met.contact) / (1 << 160) - wanted) < Decimal("1e-40")
-                hits += 1
+            assert met.tick == (None if wanted is None else met.since + int(wanted))
+            hits += wanted is not None
     assert 100 < hits < 400
 
 
 def test_its_tick_is_the_last_one_before_the_contact() -> None:
     for one, two in drawn(200, seed=2):
         met = Encounter(one, two)
-        if met.hit and met.contact > 0:
+        if met.tick is not None and met.tick > met.since:
             reach = Fraction(one.radius) + Fraction(two.radius)
             before, after = (apart(one, two, met.tick + step) for step in (0, 1))
             assert before[0] ** 2 + before[1] ** 2 >= reach**2
             assert after[0] ** 2 + after[1] ** 2 < reach**2
-            assert met.ticks_late(met.tick) <= 0.0 < met.ticks_late(met.tick + 1)
 
 
-def test_depths_are_those_of_fractions() -> None:
+def test_a_contact_at_a_tick_has_that_tick_and_one_a_hair_before_has_the_one_before() -> None:
+    """After 256 units; a hair is 2^-1000 of a length."""
+    hair = 2.0**-1000
+    one, two = plan(0.0, 0.0, 0.0, 0.0), plan(770.0, 0.0, -3.0, 0.0)
+    assert Encounter(one, two).tick == 256 * UNIT
+    assert Encounter(one._replace(x=hair), two).tick == 256 * UNIT - 1
+    assert Encounter(one._replace(x=-hair), two).tick == 256 * UNIT
+
+
+def test_depths_are_those_of_places_in_doubles() -> None:
     for one, two in drawn(200, seed=3):
         met = Encounter(one, two)
-        reach = Fraction(one.radius) + Fraction(two.radius)
         tick = met.since + random.Random(one.x).randrange(UNIT)
-        x, y = apart(one, two, tick)
-        along = x * (Fraction(two.vx) - Fraction(one.vx)) + y * (Fraction(two.vy) - Fraction(one.vy))
-        if along >= 0:
-            continue
+        places = [each.anchored(tick) for each in (one, two)]
+        for each, place in zip((one, two), places, strict=True):
+            time = (tick - each.anchor) / UNIT
+            assert place == (each.x + each.vx * time, each.y + each.vy * time)
         with localcontext(prec=60):
-            now, then = (
-                decimal(x * x + y * y).sqrt() for x, y in (apart(one, two, t) for t in (met.since, tick))
+            reach = decimal(Fraction(one.radius) + Fraction(two.radius))
+            far, near = (
+                decimal(x * x + y * y).sqrt() for x, y in (apart(one, two, met.since), between(places))
             )
-            allowed = min(now, decimal(reach))
-            assert met.depth_by(tick) == pytest.approx(float(allowed - then), rel=1e-14)
-            assert met.separation == pytest.approx(float(now), rel=1e-15)
+            assert met.depth_at(tick) == pytest.approx(float(min(far, reach) - near), rel=1e-14)
+        size = max(abs(value) for value in (one.x, one.y, two.x, two.y))
+        assert met.rho(tick) >= 16 * 2.0**-53 * size
+
+
+def between(places: list[tuple[float, float]]) -> tuple[Fraction, Fraction]:
+    (x, y), (x2, y2) = places
+    return Fraction(x2) - Fraction(x), Fraction(y2) - Fraction(y)
 
 
 def test_the_overlap_is_how_near_they_would_pass() -> None:
@@ -122,13 +131,12 @@ def test_the_overlap_is_how_near_they_would_pass() -> None:
 
 def test_tangency_is_no_contact_and_an_ulp_less_is() -> None:
     one, two = plan(0.0, 0.0, 0.0, 0.0), plan(10.0, 2.0, -1.0, 0.0)
-    assert not Encounter(one, two).hit
+    assert Encounter(one, two).tick is None
     assert Encounter(one, two).overlap == 0.0
     below = Encounter(one, two._replace(y=math.nextafter(2.0, 0.0)))
-    assert below.hit
+    assert below.tick is not None
     assert below.overlap == 2.0**-52
-    assert below.overlap < below.dead_zone == pytest.approx(DEAD_ZONE * (2.0 + math.hypot(10.0, 2.0)))
-    assert not Encounter(one, two._replace(y=math.nextafter(2.0, 3.0))).hit
+    assert Encounter(one, two._replace(y=math.nextafter(2.0, 3.0))).tick is None
 
 
 @pytest.mark.parametrize(
@@ -148,42 +156,26 @@ def test_touching_discs_meet_at_once_if_they_approach(
     distance: float, velocity: tuple[float, float], hit: bool
 ) -> None:
     met = Encounter(plan(0.0, 0.0, 0.0, 0.0), plan(distance, 0.0, *velocity))
-    assert met.hit is hit
-    if hit:
-        assert (met.contact, met.tick) == (0, 0)
-
-
-def test_discs_that_have_passed_through_each_other_have_overlapped() -> None:
-    """Passing at distance 1.5 with radii that sum to 2, nearest after 2 units of time."""
-    met = Encounter(plan(0.0, 0.0, 0.0, 0.0), plan(2.0, 1.5, -1.0, 0.0))
-    assert met.depth_by(2 * UNIT) == met.depth_by(3 * UNIT) == met.depth_by(100 * UNIT) == 0.5
-    assert 0.49 < met.depth_by(2 * UNIT - (UNIT >> 6)) < 0.5
+    assert met.tick == (0 if hit else None)
 
 
 def test_what_discs_overlap_already_is_no_fault_of_an_answer() -> None:
     met = Encounter(plan(0.0, 0.0, 0.0, 0.0), plan(1.5, 0.0, -1.0, 0.0))
-    assert met.depth_by(0) == 0.0
-    assert met.depth_by(UNIT // 4) == 0.25
-    assert met.overlap == 1.5
+    assert met.depth_at(0) == 0.0
+    assert met.depth_at(UNIT // 4) == 0.25
 
 
 def test_a_late_clock_changes_nothing() -> None:
     for one, two in drawn(50, seed=4):
         met = Encounter(one, two)
         later = Encounter(*(each._replace(anchor=each.anchor + (1 << 61)) for each in (one, two)))
-        assert met.hit == later.hit
-        if met.hit:
-            assert (met.contact, met.tick + (1 << 61)) == (later.contact, later.tick)
+        assert later.tick == (None if met.tick is None else met.tick + (1 << 61))
 
 
-def test_what_is_too_far_off_is_not_to_be_foreseen() -> None:
-    near = Encounter(plan(0.0, 0.0, 0.0, 0.0), plan(1000.0, 0.0, -1.0, 0.0))
-    far = Encounter(plan(0.0, 0.0, 0.0, 0.0), plan(1026.0, 0.0, -1.0, 0.0))
-    assert near.hit
-    assert near.foreseeable
-    assert far.tick == HORIZON
-    assert far.hit
-    assert not far.foreseeable
+def test_from_two_to_the_62_ticks_on_there_is_no_contact() -> None:
+    one, two = plan(0.0, 0.0, 0.0, 0.0), plan(1026.0, 0.0, -1.0, 0.0)
+    assert Encounter(one, two).tick is None
+    assert Encounter(one, two._replace(x=math.nextafter(1026.0, 0.0))).tick == HORIZON - 1024
 
 
 def test_a_disc_between_walls_takes_the_same_time_each_way() -> None:
