@@ -12,7 +12,6 @@ import typer
 from kinetile.cli.folder import try_folder
 from kinetile.cli.json_output import as_json
 from kinetile.cli.options import Json
-from kinetile.cli.tables import empty_table, show
 from kinetile.cli.terminal import Bar, exit_codes
 from kinetile.errors import BadOption
 
@@ -27,7 +26,7 @@ def accuracy(
     full: Annotated[bool, typer.Option("--full", help="Measure for half an hour or so.")] = False,
     part: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME", help="Only this part: chart, queries, oracle, drift or rates."),
+        typer.Option(metavar="NAME", help="Only this part: chart, queries, oracle, answer, drift or rates."),
     ] = None,
     out: Annotated[
         Path | None,
@@ -80,6 +79,8 @@ def _free_folder() -> Path:
 
 
 def _print(section: Section) -> None:
+    from kinetile.cli.tables import show
+
     typer.echo(section.title)
     for claim in section.claims:
         typer.echo(f"{'holds' if claim.holds else 'DOES NOT HOLD'}: {claim.says}: {claim.measured}")
@@ -97,6 +98,7 @@ def _print(section: Section) -> None:
 def _as_shown(table: Table) -> Any:
     """Return a table as the terminal shows it."""
     from kinetile.accuracy.wording import cells
+    from kinetile.cli.tables import empty_table
 
     columns = {head: [getattr(row, name) for row in table.rows] for name, head in table.heads.items()}
     shown = empty_table(
