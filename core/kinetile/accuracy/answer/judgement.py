@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetile.accuracy.answer.certify import certify_log
+from kinetile.kernel.clock import Clock
 
 if TYPE_CHECKING:
     from kinetile.scene import Scene
@@ -49,7 +50,7 @@ def judged(
 
 def _after(scene: Scene, epoch: int, tick: int) -> float:
     """Return a time hardly after a tick, and not before it."""
-    return float(np.nextafter(scene.start + (epoch + tick * 2.0**-52) * scene.time_unit, np.inf))
+    return float(np.nextafter(Clock(scene.start, scene.time_unit).rounded(epoch, tick), np.inf))
 
 
 def _verdict(scene: Scene, contacts: NDArray[Any], until: float | None) -> str:
