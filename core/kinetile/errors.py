@@ -22,6 +22,7 @@ __all__ = [
     "MissedContactError",
     "MissingExtra",
     "Mistake",
+    "NotJudged",
     "PhaseError",
     "PluginApiMismatch",
     "RecordError",
@@ -144,6 +145,10 @@ class BusyError(KinetileError, RuntimeError):
 
 class StalledError(PhaseError):
     """A phase does not get on: its certificates fail again and again at the same moment."""
+
+
+class NotJudged(KinetileError, RuntimeError):
+    """A broad phase cannot be judged: it does not load, or its hooks do not compile."""
 
 
 class MissingExtra(KinetileError, ImportError):

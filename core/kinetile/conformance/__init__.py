@@ -1,9 +1,9 @@
 """The conformance kit: judges anybody's broad phase.
 
 Three doors to one engine: ``check_broad_phase(name)`` returns a report; ``parametrize_with_checks(name)``
-makes one pytest test of each check; ``kinetile conform NAME`` prints. ``strategies.scenes()`` draws the kit's
-scenes for others. It needs the extra ``conformance`` (Hypothesis, and pytest for the second door), so a name
-is imported when it is first used.
+makes one pytest test of each check; ``kinetile conform NAME`` prints. At each the phase is judged in a
+process of its own. ``strategies.scenes()`` draws the kit's scenes for others. The kit needs the extra
+``conformance`` (Hypothesis, and pytest for the second door), so a name is imported when it is first used.
 """
 
 from __future__ import annotations
@@ -16,9 +16,8 @@ if TYPE_CHECKING:
     from kinetile.conformance.checks import check_named as check_named
     from kinetile.conformance.checks.check import Check as Check
     from kinetile.conformance.checks.check import Disagreement as Disagreement
+    from kinetile.conformance.doors import check_broad_phase as check_broad_phase
     from kinetile.conformance.engine import EXAMPLES as EXAMPLES
-    from kinetile.conformance.engine import check_broad_phase as check_broad_phase
-    from kinetile.conformance.engine import run_check as run_check
     from kinetile.conformance.pytest_door import parametrize_with_checks as parametrize_with_checks
     from kinetile.conformance.report import KIT_VERSION as KIT_VERSION
     from kinetile.conformance.report import Report as Report
@@ -32,10 +31,9 @@ _HOME = {
     "Disagreement": "checks.check",
     "Report": "report",
     "Result": "report",
-    "check_broad_phase": "engine",
+    "check_broad_phase": "doors",
     "check_named": "checks",
     "parametrize_with_checks": "pytest_door",
-    "run_check": "engine",
 }
 
 __all__ = [
@@ -49,7 +47,6 @@ __all__ = [
     "check_broad_phase",
     "check_named",
     "parametrize_with_checks",
-    "run_check",
 ]
 
 

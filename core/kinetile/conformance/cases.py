@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +19,7 @@ from kinetile.scene import Scene
 __all__ = [
     "CONTACTS",
     "REFERENCE",
+    "Case",
     "Outcome",
     "Subject",
     "difference",
@@ -44,6 +47,12 @@ class Subject:
         """Return a simulation of a scene under this phase; the loop is the same for all cases of a kind."""
         return Simulation(scene, self.name, options=self.options, turning=True, **more)
 
+    @property
+    def label(self) -> str:
+        """The phase and its options, as the command line takes them."""
+        options = ",".join(f"{key}={value}" for key, value in self.options.items())
+        return f"{self.name}:{options}" if options else self.name
+
 
 @dataclass(frozen=True)
 class Outcome:
@@ -66,13 +75,13 @@ def horizon(scene: Scene) -> float:
     return scene.settings.until if scene.settings.until is not None else scene.start + UNTIL
 
 
-def outcome(subject: Subject, scene: Scene, **more: Any) -> Outcome:
+def outcome(subject: Subject, scene: Scene, contacts: int = CONTACTS, **more: Any) -> Outcome:
     """Run a case; an error of the run is part of its outcome. ``Refused`` and ``BadOption`` are not
     caught."""
     sim = subject.simulation(scene, **more)
     ended = "ran"
     try:
-        sim.run(until=horizon(scene), max_contacts=CONTACTS)
+        sim.run(until=horizon(scene), max_contacts=contacts)
     except KinetileError as error:
         ended = f"{type(error).__name__}: {error}"
     return Outcome.of(sim, ended)
@@ -113,11 +122,15 @@ def _contact(result: Outcome, at: int) -> str:
     return f"body {row['a']} with {partner} at time {float(row['time'])!r}"
 
 
-def save_case(scene: Scene, path: Path, check: str, name: str, said: str) -> None:
-    """Write a case as a scene file; what was on trial and what was said stand in comments at its head."""
+def save_case(scene: Scene, path: Path, check: str, subject: Subject, said: str) -> None:
+    """Write a case as a scene file; what was on trial, with its options, and what was said stand in comments
+    at its head."""
     from kinetile.scene.files import dumps_scene
 
-    head = [f"check: {check}", f"broad phase: {name}", *(f"said: {line}" for line in said.splitlines()[:6])]
+    head = [f"check: {check}", f"broad phase: {subject.name}"]
+    if subject.options:
+        head.append(f"options: {json.dumps(dict(subject.options), default=repr)}")
+    head += [f"said: {line}" for line in said.splitlines()[:6]]
     text = "".join(f"# {line}\n" for line in head)
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(text + dumps_scene(scene), encoding="utf-8")
@@ -128,10 +141,30 @@ def not_saved(what: str, error: OSError) -> str:
     return f"(the {what} could not be saved: {error.strerror or error})"
 
 
-def load_case(path: Path) -> tuple[Scene, str | None]:
-    """Read a case; return its scene and the name of the check that it failed, where the file says so."""
+@dataclass(frozen=True)
+class Case:
+    """A case as it was saved: the scene, and the check, phase and options that its file names; None, where it
+    names none."""
+
+    scene: Scene
+    check: str | None
+    name: str | None
+    options: Mapping[str, Any]
+
+
+def load_case(path: Path) -> Case:
+    """Read a case; a scene file that the kit has not written is one as well."""
     from kinetile.plugin.by_name import load_scene
 
-    first = path.read_text(encoding="utf-8").partition("\n")[0]
-    check = first.removeprefix("# check:").strip() if first.startswith("# check:") else None
-    return load_scene(path), check
+    head: dict[str, str] = {}
+    for line in path.read_text(encoding="utf-8").splitlines():
+        if not line.startswith("# "):
+            break
+        key, _, value = line[2:].partition(":")
+        head.setdefault(key, value.strip())
+    options = {}
+    if "check" in head:
+        with contextlib.suppress(ValueError):
+            options = json.loads(head.get("options", "{}"))
+    check = head.get("check")
+    return Case(load_scene(path), check, head.get("broad phase") if check else None, options)

@@ -1,31 +1,38 @@
-"""The engine behind all doors: draws scenes, runs checks on them, and shrinks what fails."""
+"""The engine behind all doors: shows scenes to checks, has what fails made smaller, and says what came of it.
+
+``Court`` judges one phase in this process, check by check; ``kinetile.conformance.isolation`` has one in a
+process of its own, with limits.
+"""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, TypedDict, Unpack
+from typing import Any, TypedDict
 
 from kinetile.conformance.cases import Subject, not_saved, save_case
 from kinetile.conformance.checks import CHECKS, check_named
-from kinetile.conformance.checks.check import Check, Disagreement
+from kinetile.conformance.checks.check import Check
 from kinetile.conformance.checks.gallery import smallest
-from kinetile.conformance.checks.tightness import tightness
-from kinetile.conformance.checks.verdicts import Seen, applicable, verdict
+from kinetile.conformance.checks.verdicts import References, Seen, applicable, verdict
+from kinetile.conformance.drawing import Drawing
+from kinetile.conformance.limits import SECONDS, Patience, TimeIsUp, spent
 from kinetile.conformance.report import Report, Result
-from kinetile.errors import MissingExtra
 from kinetile.plugin.registry import Provided, registry
 from kinetile.scene import Scene
 
-__all__ = ["EXAMPLES", "Trial", "Wishes", "check_broad_phase", "run_check"]
+__all__ = ["EXAMPLES", "Court", "Trial", "Wishes"]
 
 EXAMPLES = 100
 """Scenes drawn for each check by default."""
 
 FEW = 3
 """Bodies in a scene that one can think through."""
+
+AGAIN = 5
+"""Times that a check is run again on the scene on which it has failed."""
 
 
 class Wishes(TypedDict, total=False):
@@ -40,6 +47,8 @@ class Wishes(TypedDict, total=False):
         save_to: a folder for the scenes that fail, as TOML, and their pictures; None: they are not saved.
         shrink: whether to look for the smallest scene that fails; it is.
         seed: what the drawing begins with; the same seed draws the same scenes; 0.
+        seconds: the CPU seconds that a check of up to ``EXAMPLES`` scenes may take, without compiling; one of
+            more has so much more. A check that does not suffice with them is not judged; ``SECONDS``.
         on_result: called after each check.
     """
 
@@ -50,6 +59,7 @@ class Wishes(TypedDict, total=False):
     save_to: Path | None
     shrink: bool
     seed: int
+    seconds: float
     on_result: Callable[[Result], None] | None
 
 
@@ -66,6 +76,7 @@ class Trial:
     save_to: Path | None
     shrink: bool
     seed: int
+    seconds: float
     on_result: Callable[[Result], None]
     began: float
 
@@ -76,16 +87,18 @@ class Trial:
         chosen = wishes.get("checks")
         for known in [*expected, *(chosen or ())]:
             check_named(known)
+        examples = wishes.get("examples", EXAMPLES)
         return cls(
             subject=Subject(name, dict(wishes.get("options") or {})),
             provided=registry().provided("broad phase", name),
             checks=tuple([each.name for each in CHECKS] if chosen is None else chosen),
             whole=chosen is None,
             expected=expected,
-            examples=wishes.get("examples", EXAMPLES),
+            examples=examples,
             save_to=wishes.get("save_to"),
             shrink=wishes.get("shrink", True),
             seed=wishes.get("seed", 0),
+            seconds=wishes.get("seconds", SECONDS) * max(1.0, examples / EXAMPLES),
             on_result=wishes.get("on_result") or (lambda result: None),
             began=time.perf_counter(),
         )
@@ -104,132 +117,137 @@ class Trial:
         )
 
 
-def check_broad_phase(name: str, **wishes: Unpack[Wishes]) -> Report:
-    """Judge the broad phase registered under a name, in this process; return the report.
+class Court:
+    """Judges one phase, in this process.
 
-    Keyword arguments are ``Wishes``.
-
-    Raises:
-        UnknownName, BadOption: there is no such phase, or it has no such option.
-        ValueError: a check is named that does not exist.
-        MissingExtra: Hypothesis is not installed.
+    Args:
+        subject: the phase.
+        examples: how many small scenes are drawn.
+        seed: what the drawing begins with.
+        seconds: the CPU seconds of a check.
+        shrink: whether to look for the smallest scene that fails.
+        save_to: where scenes that fail are saved; None: nowhere.
+        watched: returns a check as it is to be run here.
     """
-    trial = Trial.of(name, wishes)
-    subject = trial.subject
-    subject.simulation(smallest())  # unknown options and refusals speak up here, not in each check
-    results = []
-    for each in trial.checks:
-        expected = trial.expected.get(each)
-        result = run_check(
-            check_named(each), subject, trial.examples, expected, trial.save_to, trial.shrink, trial.seed
-        )
-        results.append(result)
-        trial.on_result(result)
-    fine = trial.whole and all(result.ok for result in results)
-    return trial.report(results, tightness(subject) if fine else None)
 
+    def __init__(
+        self,
+        subject: Subject,
+        *,
+        examples: int = EXAMPLES,
+        seed: int = 0,
+        seconds: float = SECONDS,
+        shrink: bool = True,
+        save_to: Path | None = None,
+        watched: Callable[[Check], Check] | None = None,
+    ) -> None:
+        self.subject = subject
+        self._drawing = Drawing(examples, seed)
+        self._references = References()
+        self._seconds = seconds
+        self._shrink = shrink
+        self._save_to = save_to
+        self._watched = watched
 
-def run_check(
-    each: Check,
-    subject: Subject,
-    examples: int,
-    expected: str | None,
-    save_to: Path | None,
-    shrink: bool,
-    seed: int,
-) -> Result:
-    """Run one check and say what came of it."""
-    began = time.perf_counter()
-    skipped = applicable(subject, each)
-    if skipped is not None:
-        return Result(each.name, each.sentence, "skipped", 0, 0.0, reason=skipped)
-    seen = Seen(each, subject)
-    if each.draws:
-        _draw(seen, examples, shrink and expected is None, seed)
-    else:
-        seen.look(smallest())
-    seconds = time.perf_counter() - began
-    if seen.said is None:
-        if seen.count and seen.refused == seen.count:
+    def judge(self, name: str, expected: str | None = None) -> Result:
+        """Run the check of a name and say what came of it; ``expected`` is why it is known to fail."""
+        each = check_named(name)
+        if self._watched is not None:
+            each = self._watched(each)
+        skipped = applicable(self.subject, each)
+        if skipped is not None:
+            return Result(each.name, each.sentence, "skipped", 0, 0.0, reason=skipped)
+        began = spent()
+        seen = Seen(each, self.subject, self._references, Patience(self._seconds))
+        late = self._look(seen, self._shrink and expected is None)
+        result = Result(each.name, each.sentence, "passed", seen.count, 0.0)
+        if seen.said is not None:
+            result = self._failed(seen, result, expected)
+        elif late:
+            reason = f"{self._seconds:g} CPU s were not enough; no fault in the scenes seen until then"
+            result = replace(result, status="not judged", reason=reason)
+        elif seen.count and seen.refused == seen.count:
             reason = f"it refuses all scenes of this check: {seen.refusal}"
-            return Result(each.name, each.sentence, "skipped", seen.count, seconds, reason=reason)
-        status = "passed" if expected is None else "xpassed"
-        reason = "" if expected is None else f"was expected to fail ({expected}), and does not"
-        return Result(each.name, each.sentence, status, seen.count, seconds, reason=reason)
-    scene, said = seen.scene, seen.said
-    case = picture = None
-    if save_to is not None and scene is not None and each.draws:
-        path = save_to / f"{subject.name}-{each.name}.toml"
+            result = replace(result, status="skipped", reason=reason)
+        elif expected is not None:
+            reason = f"was expected to fail ({expected}), and does not"
+            result = replace(result, status="xpassed", reason=reason)
+        return replace(result, seconds=spent() - began)
+
+    def _look(self, seen: Seen, shrink: bool) -> bool:
+        """Show scenes to a check; return whether its time was up before it was through."""
+        each = seen.each
         try:
-            save_case(scene, path, each.name, subject.name, seen.said)
-            case = path
-            picture = _draw_picture(subject, scene, path, seen.said)
-        except OSError as error:
-            said = f"{said}\n{not_saved('scene' if case is None else 'picture', error)}"
-    return Result(
-        each.name,
-        each.sentence,
-        "failed" if expected is None else "xfailed",
-        seen.count,
-        seconds,
-        said=said,
-        reason=expected or "",
-        verdict=verdict(each, subject, scene) if expected is None and scene is not None else "",
-        bodies=len(scene) if scene is not None and each.draws else None,
-        case=case,
-        picture=picture,
-    )
+            if not each.draws:
+                seen.look(smallest())
+                return False
+            if each.scenes is None:
+                self._references.keep(self._drawing.small(each.turns))
+            if self._drawing.look(each, seen.look, shrink) and shrink:
+                self._look_closer(seen)
+        except TimeIsUp:
+            return True
+        except Exception as error:  # Hypothesis: the failure does not come back when it is tried again
+            if seen.said is None:
+                raise
+            seen.said = f"{seen.said}\n(not every time: {type(error).__name__})"
+        return False
 
+    def _look_closer(self, seen: Seen) -> None:
+        """Look for a scene of fewer bodies that fails than the one left.
 
-def _draw(seen: Seen, examples: int, shrink: bool, seed: int) -> None:
-    """Draw scenes until one fails or there have been enough; then look for the smallest.
+        Leaving out bodies can end where no single one can be left out, and yet fewer would do. So where more
+        than a few are left, scenes of a few are drawn as well.
+        """
+        if seen.scene is None or seen.each.scenes is not None or len(seen.scene) <= FEW:
+            return
+        few = Seen(seen.each, seen.subject, self._references, Patience(self._seconds))
+        try:
+            self._drawing.look_among_few(seen.each, few.look, FEW)
+        finally:
+            seen.count += few.count
+            if few.said is not None:
+                seen.said, seen.scene = few.said, few.scene
 
-    Leaving out bodies can end where no single one can be left out, and yet fewer would do. So where more than
-    a few are left, scenes of a few are drawn as well.
-    """
-    _search(seen, examples, shrink, seed)
-    if shrink and seen.scene is not None and len(seen.scene) > FEW:
-        few = Seen(seen.each, seen.subject)
-        _search(few, 8 * examples, shrink, seed, most=FEW)
-        seen.count += few.count
-        if few.said is not None:
-            seen.said, seen.scene = few.said, few.scene
+    def _failed(self, seen: Seen, result: Result, expected: str | None) -> Result:
+        """Return the result of a check that has failed."""
+        each, scene = seen.each, seen.scene
+        said = f"{seen.said}{self._how_often(seen) if expected is None else ''}"
+        case = picture = None
+        if self._save_to is not None and scene is not None and each.replay:
+            path = self._save_to / f"{self.subject.name}-{each.name}.toml"
+            try:
+                save_case(scene, path, each.replay, self.subject, said)
+                case = path
+                picture = _draw_picture(self.subject, scene, path, said)
+            except OSError as error:
+                said = f"{said}\n{not_saved('scene' if case is None else 'picture', error)}"
+        judged = check_named(each.replay) if each.replay else each
+        return replace(
+            result,
+            status="failed" if expected is None else "xfailed",
+            said=said,
+            reason=expected or "",
+            verdict=verdict(judged, self.subject, scene) if expected is None and scene is not None else "",
+            bodies=len(scene) if scene is not None and each.replay else None,
+            case=case,
+            picture=picture,
+        )
 
-
-def _search(seen: Seen, examples: int, shrink: bool, seed: int, most: int | None = None) -> None:
-    """Draw scenes, of so many bodies at most, until one fails; then make it smaller."""
-    try:
-        from hypothesis import HealthCheck, Phase, given, settings
-        from hypothesis import seed as seeded
-    except ImportError as error:
-        raise MissingExtra("the conformance kit", "hypothesis", "conformance") from error
-
-    from kinetile.conformance.strategies import MOST, scenes
-
-    phases = [Phase.generate, *([Phase.shrink] if shrink else [])]
-
-    @seeded(seed)
-    @settings(
-        max_examples=examples,
-        database=None,
-        deadline=None,
-        phases=phases,
-        report_multiple_bugs=False,
-        suppress_health_check=list(HealthCheck),
-    )
-    @given(scenes(turns=seen.each.turns, most=most or MOST))
-    def look(scene: Scene) -> None:
-        if not seen.look(scene):
-            raise Disagreement(seen.said or "")
-
-    try:
-        look()
-    except Disagreement:
-        pass
-    except Exception as error:  # Hypothesis: the failure does not come back when it is tried again
-        if seen.said is None:
-            raise
-        seen.said = f"{seen.said}\n(not every time: {type(error).__name__})"
+    def _how_often(self, seen: Seen) -> str:
+        """Run the check again on the scene on which it failed; return a line where it does not always."""
+        if seen.scene is None or not seen.each.draws or "not every time" in str(seen.said):
+            return ""
+        times, patience = 0, Patience(self._seconds)
+        for tried in range(AGAIN):
+            again = Seen(seen.each, self.subject, None, patience)
+            try:
+                times += not again.look(seen.scene)
+            except TimeIsUp:
+                return f"\n(failed {times} of {tried} times again)" if times < tried else ""
+        if times == AGAIN:
+            return ""
+        return f"\n(not every time: of {AGAIN} times more on this scene it failed {times})"
 
 
 def _draw_picture(subject: Subject, scene: Scene, case: Path, said: str) -> Path:

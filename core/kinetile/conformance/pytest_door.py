@@ -6,7 +6,8 @@ pytest imports this file in every run, wherever kinetile is installed, for the o
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+import atexit
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -33,34 +34,47 @@ def checks_of(
     options: Mapping[str, Any] | None = None,
     examples: int = 100,
     save_to: Path | None = None,
-    unshrunk: Collection[str] = (),
+    expected: Mapping[str, str] | None = None,
 ) -> dict[str, Callable[[], None]]:
     """Return a function for each check, by its name, that raises AssertionError unless the check passes.
 
-    For the checks named in ``unshrunk`` no smallest scene is looked for.
+    They share a child process, in which the phase is judged: an endless loop in a hook ends there. For the
+    checks that are ``expected`` to fail no smallest scene is looked for.
     """
-    from kinetile.conformance.cases import Subject
     from kinetile.conformance.checks import CHECKS
-    from kinetile.conformance.engine import run_check
-    from kinetile.conformance.report import Report
+    from kinetile.conformance.doors import MEMORY
+    from kinetile.conformance.engine import Trial
+    from kinetile.conformance.isolation.hearing import Hearing
     from kinetile.plugin.registry import registry
     from kinetile.run.composition import check_options
 
-    subject = Subject(name, dict(options or {}))
+    trial = Trial.of(
+        name,
+        {"options": options, "examples": examples, "save_to": save_to, "expected_failures": expected},
+    )
     phase = registry().broad_phase(name)
-    check_options("broad phase", name, phase, subject.options)
-    phase(**subject.options)
+    check_options("broad phase", name, phase, trial.subject.options)
+    phase(**trial.subject.options)
+    begun: list[Hearing] = []
 
-    def test(each: Any) -> Callable[[], None]:
+    def hearing() -> Hearing:
+        if not begun:
+            begun.append(Hearing(trial, MEMORY))
+            atexit.register(begun[0].close)
+            begun[0].rehearse()
+        return begun[0]
+
+    def test(check: str) -> Callable[[], None]:
         def run() -> None:
-            result = run_check(each, subject, examples, None, save_to, each.name not in unshrunk, 0)
+            result = hearing().judge(check)
             if result.status == "skipped":
                 pytest.skip(result.reason)
-            assert result.ok, str(Report(name, subject.options, "this environment", (result,)))
+            failed = result.status == "xfailed" or not result.ok  # pytest marks those that are expected to
+            assert not failed, str(trial.report((result,), None))
 
         return run
 
-    return {each.name: test(each) for each in CHECKS}
+    return {each.name: test(each.name) for each in CHECKS}
 
 
 def parametrize_with_checks(
@@ -82,7 +96,7 @@ def parametrize_with_checks(
     expected = dict(expected_failures or {})
     for each in expected:
         check_named(each)
-    tests = checks_of(name, options=options, examples=examples, save_to=save_to, unshrunk=expected)
+    tests = checks_of(name, options=options, examples=examples, save_to=save_to, expected=expected)
     cases = [
         pytest.param(
             run,

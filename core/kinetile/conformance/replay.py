@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from kinetile.conformance.cases import Subject, load_case
+from kinetile.conformance.cases import Case, Subject, load_case
 from kinetile.conformance.checks import CHECKS
 from kinetile.conformance.checks.verdicts import Seen, applicable, verdict
 from kinetile.conformance.report import KIT_VERSION, Result
@@ -28,21 +28,22 @@ def replay(
         name: the name of the broad phase.
         path: a scene file; one that the kit has saved names the check that failed.
         check: the name of the check; None: the one that the file names, or ``same-contacts``.
-        options: options of the broad phase.
+        options: options of the broad phase; where there are none, those that the file names for this phase.
 
     Raises:
         UnknownName, BadOption: there is no such phase, option, file or check, or the check takes no scene.
         SceneError: the file holds no scene.
         Refused: the phase cannot do this scene.
     """
-    scene, saved = _load(path)
-    wanted = check or saved or DEFAULT_CHECK
+    case = _load(path)
+    scene = case.scene
+    wanted = check or case.check or DEFAULT_CHECK
     each = next((known for known in CHECKS if known.name == wanted), None)
     if each is None or not each.draws:
         known = one_of(wanted, [known.name for known in CHECKS if known.draws])
         where = f"{str(path)!r} names the check" if check is None else "the check is"
         raise BadOption(f"{where} {wanted!r}; expected one that takes a scene (kit {KIT_VERSION}): {known}")
-    subject = Subject(name, dict(options or {}))
+    subject = Subject(name, dict(options or (case.options if name == case.name else {})))
     subject.simulation(scene)
     skipped = applicable(subject, each)
     if skipped is not None:
@@ -65,8 +66,8 @@ def replay(
     )
 
 
-def _load(path: Path) -> Any:
-    """Return the scene of a file and the check it names; raise BadOption where it cannot be read."""
+def _load(path: Path) -> Case:
+    """Return the case of a file; raise BadOption where it cannot be read."""
     if not path.is_file():
         raise BadOption(f"there is no scene file {str(path)!r}")
     try:

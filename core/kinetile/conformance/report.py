@@ -9,7 +9,7 @@ from typing import Any
 
 __all__ = ["KIT_VERSION", "Report", "Result"]
 
-KIT_VERSION = "2.0"
+KIT_VERSION = "3.0"
 """The version of the set of checks; a check says since which it is there."""
 
 
@@ -18,7 +18,8 @@ class Result:
     """What came of one check.
 
     ``status`` is one of passed, failed, skipped, xfailed (failed as expected), xpassed (expected to fail, and
-    did not), died (the process did not survive it). ``verdict`` says whom a failure is to be laid to.
+    did not), died (the process did not survive it), not judged (its time was up). ``seconds`` are CPU seconds
+    without compiling, by the clock where it died. ``verdict`` says whom a failure is to be laid to.
     """
 
     check: str
@@ -38,13 +39,18 @@ class Result:
         """Whether this is as it should be."""
         return self.status in ("passed", "skipped", "xfailed")
 
+    @property
+    def unjudged(self) -> bool:
+        """Whether nothing can be said of it."""
+        return self.status == "not judged"
+
 
 @dataclass(frozen=True)
 class Report:
     """All results of one phase.
 
     ``exit_code`` is 0 where the phase conforms, 1 where it does not, 3 where the reference itself is in
-    doubt.
+    doubt, 4 where no fault was seen and not everything was judged.
     """
 
     name: str
@@ -68,27 +74,41 @@ class Report:
 
     @property
     def exit_code(self) -> int:
-        """0, 1 or 3."""
-        return 0 if self.ok else 3 if self.in_doubt else 1
+        """0, 1, 3 or 4."""
+        if self.failed:
+            return 3 if self.in_doubt else 1
+        return 0 if self.ok else 4
+
+    @property
+    def failed(self) -> tuple[Result, ...]:
+        """The results that are not as they should be."""
+        return tuple(result for result in self.results if not (result.ok or result.unjudged))
+
+    @property
+    def conforms(self) -> bool | None:
+        """Whether the phase conforms; None where no fault was seen and not everything was judged."""
+        return False if self.failed else True if self.ok else None
 
     def as_dict(self) -> dict[str, Any]:
         """Return the report, fit for JSON."""
-        rows = []
-        for result in self.results:
-            row = {key: value for key, value in vars(result).items() if value not in (None, "")}
-            rows.append({key: str(value) if isinstance(value, Path) else value for key, value in row.items()})
         return {
             "kit": self.kit,
             "broad_phase": self.name,
             "options": dict(self.options),
             "distribution": self.distribution,
-            "conforms": self.ok,
+            "conforms": self.conforms,
             "reference_in_doubt": self.in_doubt,
             "tightness": self.tightness,
             "seconds": self.seconds,
-            "checks": rows,
+            "checks": [self.row(result) for result in self.results],
             "notes": list(self.notes),
         }
+
+    @staticmethod
+    def row(result: Result) -> dict[str, Any]:
+        """Return a result, fit for JSON."""
+        row = {key: value for key, value in vars(result).items() if value not in (None, "")}
+        return {key: str(value) if isinstance(value, Path) else value for key, value in row.items()}
 
     def __str__(self) -> str:
         wide = max((len(result.check) for result in self.results), default=0)
@@ -113,22 +133,25 @@ class Report:
         if self.tightness is not None:
             ratio = f"{self.tightness:.2f} candidate pairs for each overlap of boxes"
             lines.insert(0, f"  over-reporting: {ratio}")
-        failed = [result for result in self.results if not result.ok]
-        saved = [result for result in failed if result.case is not None]
+        saved = [result for result in self.failed if result.case is not None]
         if saved:
             simplest = min(saved, key=lambda result: result.bodies or 0)
             lines.append(f"  begin with {simplest.check}: kinetile replay {self.label} {simplest.case}")
-        if failed:
-            lines.append(f"{self.name} does not conform: {', '.join(result.check for result in failed)}")
+        unjudged = [result.check for result in self.results if result.unjudged]
+        if self.failed:
+            lines.append(f"{self.name} does not conform: {', '.join(result.check for result in self.failed)}")
+        elif unjudged:
+            lines.append(f"{self.name} is not judged: no fault was seen, and {', '.join(unjudged)} not ended")
         else:
-            lines.append(f"{self.name} conforms ({self.seconds:.0f} s)")
+            spent = sum(result.seconds for result in self.results)
+            lines.append(f"{self.name} conforms ({spent:.0f} CPU s, {self.seconds:.0f} s)")
         return "\n".join(lines)
 
     def lines(self, result: Result, wide: int) -> list[str]:
         """Return the lines of one result, the name of its check padded to a width."""
         scenes = f"{result.scenes:7,} {'scene ' if result.scenes == 1 else 'scenes'}"
         spent = f"{scenes}  {result.seconds:6.2f} s"
-        lines = [f"  {result.status:8} {result.check:{wide}}  {spent}  {result.sentence}"]
+        lines = [f"  {result.status:10} {result.check:{wide}}  {spent}  {result.sentence}"]
         details = result.said.splitlines()
         if result.bodies is not None:
             bodies = f"{result.bodies} {'body' if result.bodies == 1 else 'bodies'}"
@@ -141,4 +164,4 @@ class Report:
             details.append(f"replay: kinetile replay {self.label} {result.case}")
         if result.picture is not None:
             details.append(f"picture: {result.picture}")
-        return [*lines, *(f"           {line}" for line in details)]
+        return [*lines, *(f"             {line}" for line in details)]

@@ -9,6 +9,7 @@ one.
 
 from __future__ import annotations
 
+import sysconfig
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -20,6 +21,9 @@ from kinetile.plugin.registry import registry
 
 __all__ = ["calling", "described", "place_of"]
 
+KINETILE = Path(__file__).parents[1]
+STDLIB = Path(sysconfig.get_paths()["stdlib"])
+
 
 def described(kind: Kind, name: str) -> str:
     """Return a phase as messages name it, with the plugin and the distribution that bring it."""
@@ -30,9 +34,23 @@ def described(kind: Kind, name: str) -> str:
 
 
 def place_of(error: BaseException) -> str:
-    """Return where an error was raised: file and line."""
-    last = traceback.extract_tb(error.__traceback__)[-1:]
-    return "".join(f" ({Path(frame.filename).name}, line {frame.lineno})" for frame in last)
+    """Return where an error was raised: file and line, of the phase's own where it has any part in it.
+
+    What a hook asks of an array wrongly is raised in NumPy, and what it asks of the toolbox in kinetile.
+    """
+    frames = traceback.extract_tb(error.__traceback__)[::-1]
+    own = [frame for frame in frames if not Path(frame.filename).is_relative_to(KINETILE)]
+    authors = [frame for frame in own if not _is_library(Path(frame.filename))]
+    return "".join(
+        f" ({Path(frame.filename).name}, line {frame.lineno})" for frame in (authors or frames)[:1]
+    )
+
+
+def _is_library(path: Path) -> bool:
+    """Whether a file belongs to the standard library, or to one that arrays or hooks are made with."""
+    if "site-packages" in path.parts:
+        return path.parts[path.parts.index("site-packages") + 1] in ("numpy", "numba", "llvmlite")
+    return STDLIB in path.parents or not path.suffix
 
 
 @contextmanager

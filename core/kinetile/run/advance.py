@@ -145,7 +145,12 @@ def _look(engine: Engine, until: int) -> _Head | None:
     k = engine.k
     clock, key = k.clock[0], np.asarray(k.queue.key)
     first = np.flatnonzero(key == key.min()).tolist() if len(key) else []
-    body = min(first, key=lambda body: rank(k, body), default=None)
+    kinds, partners = k.queue.kind, k.queue.partner
+    body = min(
+        first,
+        key=lambda body: rank(body, int(key[body]), int(kinds[body]), int(partners[body])),
+        default=None,
+    )
     if clock.turn < clock.turns:
         tick = int(k.turns[int(clock.turn)].tick)
         if body is None or (tick, TURN) < (int(key[body]), int(k.queue[body].kind)):

@@ -12,6 +12,7 @@ The cost is O(n^2) an audit; ``Simulation(..., audit=N)`` audits every N contact
 from __future__ import annotations
 
 from collections.abc import Iterator
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,7 +22,7 @@ from kinetile.errors import AuditError, KinetileError, UnawaitedContactError
 from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
 from kinetile.kernel.flight import positions_now
 from kinetile.kernel.loop.calendar import rank
-from kinetile.kernel.tables import GUESS, NEVER, NOT_ASKED, PAIR, SPARE, WALL, Kernel
+from kinetile.kernel.tables import GUESS, NEVER, NOT_ASKED, PAIR, SPARE, WALL, Kernel, Records
 from kinetile.plugin.calling import place_of
 from kinetile.plugin.discovery import sentence
 from kinetile.run.candidates import named_near, pairs_of_named
@@ -61,61 +62,99 @@ def check_all(k: Kernel, composition: Composition, delta: float, time: float, ev
 
 def complaints(k: Kernel, composition: Composition, delta: float) -> Iterator[Complaint]:
     """Yield everything that does not hold now; ``delta`` is the skin."""
-    broad = composition.broad
-    yield from map(Complaint, _calendar(k))
-    yield from map(Complaint, _entries(k))
-    yield from map(Complaint, _places(k))
-    yield from map(Complaint, _pair_set(k))
+    broad, columns = composition.broad, _columns(k)
+    yield from map(Complaint, _calendar(columns))
+    yield from map(Complaint, _entries(columns))
+    yield from map(Complaint, _places(columns))
+    yield from map(Complaint, _pair_set(columns))
     near = np.zeros((0, 2), dtype=np.int32)
     if composition.pair is not None:
         named = named_near(k, composition)
-        yield from map(Complaint, _near(k, named))
+        yield from map(Complaint, _near(columns, named))
         near = pairs_of_named(named)
-    yield from _contact_times(k, composition, near)
-    if composition.pair is not None and not _repairs_are_due(k):
-        yield from _touching(k, near, delta)
+    yield from _contact_times(k, columns, composition, near)
+    if composition.pair is not None and not _repairs_are_due(columns):
+        yield from _touching(columns, positions_now(k), near, delta)
     if broad.audit is not None:
         yield from map(Complaint, broad.audit(k, broad.state))
 
 
-def _repairs_are_due(k: Kernel) -> bool:
+class _Columns:
+    """A table's columns as attributes, at once: each time that a record array is asked for one it looks it
+    up, which would be most of an audit's time."""
+
+    def __init__(self, table: Records) -> None:
+        self._length = len(table)
+        plain = table.view(np.ndarray)
+        for name in plain.dtype.names or ():
+            setattr(self, name, plain[name])
+
+    def __len__(self) -> int:
+        return self._length
+
+    def __getattr__(self, name: str) -> Any:
+        raise AttributeError(name)  # for whoever checks types: the columns are set in the constructor
+
+
+def _columns(k: Kernel) -> Any:
+    """Return the tables with columns as attributes; those of one record with their numbers."""
+    tables: dict[str, Any] = {}
+    for name, table in zip(k._fields, k, strict=True):
+        names = table.dtype.names
+        if names is None:
+            tables[name] = table
+        elif name in ("clock", "counts"):
+            tables[name] = SimpleNamespace(**dict(zip(names, table[0].item(), strict=True)))
+        else:
+            tables[name] = _Columns(table)
+    return SimpleNamespace(**tables)
+
+
+def _repairs_are_due(k: Any) -> bool:
     """Whether a structural certificate fails at this very tick and has not been repaired yet."""
-    return bool((k.queue.own <= k.clock[0].now).any())
+    return bool((k.queue.own <= k.clock.now).any())
 
 
-def _calendar(k: Kernel) -> Iterator[str]:
+def _calendar(k: Any) -> Iterator[str]:
     """Every body that awaits something stands once in the list of its slice, in order, and nobody else."""
-    clock = k.clock[0]
-    days = np.asarray(k.queue.key) >> int(clock.shift)
-    after, before = k.links.next.tolist(), k.links.prev.tolist()
+    clock = k.clock
+    keys, days = k.queue.key.tolist(), (k.queue.key >> clock.shift).tolist()
+    after, before, marks = k.links.next.tolist(), k.links.prev.tolist(), k.marks.tolist()
     bodies = len(k.bodies)
+    ranks = _ranks(k)
     slices, found = len(after) - bodies, 0
     for at in range(slices):
         previous, body = bodies + at, after[bodies + at]
-        if bool(int(k.marks[at >> 6]) >> (at & 63) & 1) != (body < bodies):
+        if bool(marks[at >> 6] >> (at & 63) & 1) != (body < bodies):
             yield f"the mark of slice {at} of the calendar is not true"
         while body < bodies and found <= bodies:
             if before[body] != previous:
                 yield f"the list of slice {at} of the calendar cannot be read backwards at body {body}"
                 return
-            if int(days[body]) % slices != at or int(k.queue.key[body]) == NEVER:
+            if days[body] % slices != at or keys[body] == NEVER:
                 yield f"body {body} stands in slice {at} of the calendar, where it does not belong"
-            if previous < bodies and rank(k, body) < rank(k, previous):
+            if previous < bodies and ranks[body] < ranks[previous]:
                 yield f"slice {at} of the calendar is out of order: body {previous} stands before body {body}"
             previous, body, found = body, after[body], found + 1
         if body != bodies + at or before[body] != previous:
             yield f"the list of slice {at} of the calendar does not come back to where it began"
             return
-    waiting = np.asarray(k.queue.key) != NEVER
-    await_something, counted = int(waiting.sum()), int(k.counts[0].queued)
+    waiting = [body for body, key in enumerate(keys) if key != NEVER]
+    await_something, counted = len(waiting), k.counts.queued
     if not found == await_something == counted:
         said = f"{found} bodies stand in the calendar, and {await_something} await something"
         yield f"{said}; {counted} are counted"
-    if waiting.any() and int(days[waiting].min()) < int(clock.slice):
+    if waiting and min(days[body] for body in waiting) < clock.slice:
         yield "a body is filed before the slice in which the head is sought"
 
 
-def _entries(k: Kernel) -> Iterator[str]:
+def _ranks(k: Any) -> list[tuple[int, ...]]:
+    """Return for each body where what awaits it stands in the order of events (``calendar.rank``)."""
+    rows = zip(*(column.tolist() for column in (k.queue.key, k.queue.kind, k.queue.partner)), strict=True)
+    return [rank(body, *row) for body, row in enumerate(rows)]
+
+
+def _entries(k: Any) -> Iterator[str]:
     """Each body is filed under the first of what it knows awaits it."""
     queue = k.queue
     contact = np.where(queue.exact == 1, PAIR, GUESS)
@@ -132,23 +171,27 @@ def _entries(k: Kernel) -> Iterator[str]:
         yield f"body {body} has a contact before its first one"
 
 
-def _places(k: Kernel) -> Iterator[str]:
+def _places(k: Any) -> Iterator[str]:
     """The rows of places at the common clock are those of the plans."""
-    clock = k.clock[0]
+    clock = k.clock
     back = (clock.origin - k.bodies.anchor) * clock.tick
-    for at, speed in (("x", "vx"), ("y", "vy")):
-        wrong = (k.places[at] != k.bodies[at] + k.bodies[speed] * back) | (k.places[speed] != k.bodies[speed])
+    bodies, places = k.bodies, k.places
+    for at, speed, there, flies in (
+        (bodies.x, bodies.vx, places.x, places.vx),
+        (bodies.y, bodies.vy, places.y, places.vy),
+    ):
+        wrong = (there != at + speed * back) | (flies != speed)
         for body in np.flatnonzero(wrong):
             yield f"the place of body {body} at the common clock is not that of its plan"
 
 
-def _pair_set(k: Kernel) -> Iterator[str]:
+def _pair_set(k: Any) -> Iterator[str]:
     """Every pair of the pair set stands once in the list of each of its bodies and once in the lookup, and
     all other records are free."""
     table = k.pairs
     live = np.flatnonzero(table.a >= 0)
-    if len(live) != int(k.clock[0].pairs):
-        yield f"there are {len(live)} pairs in the pair set, but the kernel counts {int(k.clock[0].pairs)}"
+    if len(live) != int(k.clock.pairs):
+        yield f"there are {len(live)} pairs in the pair set, but the kernel counts {int(k.clock.pairs)}"
     if not np.array_equal(np.sort(k.lookup[k.lookup >= 0]), live):
         yield f"the lookup does not hold each of the {len(live)} pairs of the pair set once"
     ones, others = table.a.tolist(), table.b.tolist()
@@ -168,14 +211,14 @@ def _pair_set(k: Kernel) -> Iterator[str]:
             before, at = at, (next_a if is_a else next_b)[at]
     if listed != 2 * len(live):
         yield f"the bodies' lists have {listed} entries for {len(live)} pairs"
-    free, at = 0, int(k.clock[0].free)
+    free, at = 0, int(k.clock.free)
     while at >= 0 and free <= len(table):
         free, at = free + 1, next_a[at]
     if free + len(live) != len(table):
         yield f"of {len(table)} records for pairs {len(live)} are taken and {free} free"
 
 
-def _near(k: Kernel, named: Pairs) -> Iterator[str]:
+def _near(k: Any, named: Pairs) -> Iterator[str]:
     """Whoever is near a body is a body, which has that one near it; and there is room for the answer."""
     n, room = len(k.bodies), len(k.near) - SPARE
     for body, other in named[(named[:, 1] < 0) | (named[:, 1] >= n)].tolist():
@@ -189,17 +232,17 @@ def _near(k: Kernel, named: Pairs) -> Iterator[str]:
         yield f"body {other} is near body {body}, but body {body} is not near body {other}"
 
 
-def _contact_times(k: Kernel, composition: Composition, near: Pairs) -> Iterator[Complaint]:
+def _contact_times(k: Kernel, columns: Any, composition: Composition, near: Pairs) -> Iterator[Complaint]:
     """What the entries say of contacts is true, when all of them are asked anew and exactly."""
-    queue, bodies = k.queue, k.bodies
-    partner = np.asarray(queue.partner)
+    queue, bodies = columns.queue, columns.bodies
+    partner = queue.partner
     known = np.flatnonzero(partner >= 0)
     known = known[queue.seen[known] == bodies.stamp[partner[known]]]
     expected = np.sort(np.column_stack([known, partner[known]]).astype(np.int32), axis=1)
     meetings, walls = _asked_anew(k, composition, np.concatenate([near, expected]))
-    yield from _of_walls(k, walls)
-    yield from _of_partners(k, known, meetings[len(near) :])
-    yield from _of_near(k, near, meetings[: len(near)])
+    yield from _of_walls(columns, walls)
+    yield from _of_partners(columns, known, meetings[len(near) :])
+    yield from _of_near(columns, near, meetings[: len(near)])
 
 
 def _asked_anew(k: Kernel, composition: Composition, pairs: Pairs) -> tuple[Integers, Integers]:
@@ -216,9 +259,9 @@ def _asked_anew(k: Kernel, composition: Composition, pairs: Pairs) -> tuple[Inte
     return meetings, walls
 
 
-def _of_walls(k: Kernel, walls: Integers) -> Iterator[Complaint]:
+def _of_walls(k: Any, walls: Integers) -> Iterator[Complaint]:
     """No body is at a wall before it is looked at, and what is known of a wall is so."""
-    key, kind, known = (np.asarray(k.queue[name]) for name in ("key", "kind", "wall"))
+    key, kind, known = k.queue.key, k.queue.kind, k.queue.wall
     for body in np.flatnonzero((walls < key) | ((walls == key) & (kind == PAIR) & (key != NEVER))).tolist():
         said = f"body {body} is looked at {_tick(key[body])} at the earliest"
         yield Complaint(f"{said}, but by its plan it meets a wall {_tick(walls[body])}", (body,))
@@ -227,9 +270,9 @@ def _of_walls(k: Kernel, walls: Integers) -> Iterator[Complaint]:
         yield Complaint(f"{said}, but by its plan they meet {_tick(walls[body])}", (body,))
 
 
-def _of_partners(k: Kernel, known: Integers, meetings: Integers) -> Iterator[Complaint]:
+def _of_partners(k: Any, known: Integers, meetings: Integers) -> Iterator[Complaint]:
     """A body meets its partner at the tick of its entry, or not before where that is a guess."""
-    tick, exact = np.asarray(k.queue.tick)[known], np.asarray(k.queue.exact)[known] == 1
+    tick, exact = k.queue.tick[known], k.queue.exact[known] == 1
     for at in np.flatnonzero(np.where(exact, meetings != tick, meetings < tick)).tolist():
         a, b = sorted((int(known[at]), int(k.queue.partner[known[at]])))
         said = f"the contact of bodies {a} and {b} is awaited {_tick(tick[at])}"
@@ -237,7 +280,7 @@ def _of_partners(k: Kernel, known: Integers, meetings: Integers) -> Iterator[Com
         yield Complaint(f"{said}, but by their plans they meet {_tick(meetings[at])}", (a, b))
 
 
-def _of_near(k: Kernel, near: Pairs, meetings: Integers) -> Iterator[Complaint]:
+def _of_near(k: Any, near: Pairs, meetings: Integers) -> Iterator[Complaint]:
     """Coverage: of every near pair one body knows when they meet at the earliest, and is looked at by then.
 
     That is the body that looked at the other last. It knows its partner by ``tick``, as long as the partner
@@ -245,14 +288,14 @@ def _of_near(k: Kernel, near: Pairs, meetings: Integers) -> Iterator[Complaint]:
     looked at before the pair's turn comes: as something that precedes pairs, or as a pair that precedes this.
     """
     queue, n = k.queue, len(k.bodies)
-    stamp, rank = np.asarray(k.bodies.stamp), near[:, 0].astype(np.int64) * n + near[:, 1]
+    stamp, rank = k.bodies.stamp, near[:, 0].astype(np.int64) * n + near[:, 1]
     covered, earliest = np.zeros(len(near), dtype=bool), np.full(len(near), NEVER)
     for body, other in (near.T, near.T[::-1]):
-        partner = np.asarray(queue.partner)[body]
+        partner = queue.partner[body]
         knows = (partner == other) & (queue.seen[body] == stamp[other])
         bound = np.where(knows, queue.tick[body], queue.guard[body])
         first, second = np.minimum(body, partner).astype(np.int64), np.maximum(body, partner)
-        key = np.asarray(queue.key)[body]
+        key = queue.key[body]
         in_time = (key < meetings) | (queue.kind[body] < PAIR) | (first * n + second <= rank)
         covered |= (bound <= meetings) & (key <= meetings) & in_time
         earliest = np.minimum(earliest, bound)
@@ -287,10 +330,9 @@ def ask_again(k: Kernel, pairs: Pairs, meetings: Integers, walls: Integers) -> N
                 meetings[pair] = meet(k, a, b)
 
 
-def _touching(k: Kernel, near: Pairs, delta: float) -> Iterator[Complaint]:
+def _touching(k: Any, place: Any, near: Pairs, delta: float) -> Iterator[Complaint]:
     """Every two bodies closer than a skin are a candidate pair."""
-    place: Any = positions_now(k)
-    radius = np.asarray(k.bodies.radius)
+    radius = k.bodies.radius
     held = set(map(tuple, near.tolist()))
     for first in range(0, len(place), ROWS):
         rows = slice(first, first + ROWS)

@@ -164,6 +164,8 @@ def _prepare(kind: Kind, name: str, options: Mapping[str, Any], scene: Scene) ->
 
 def check_options(kind: str, name: str, phase: Callable[..., Any], options: Mapping[str, Any]) -> None:
     """Refuse an option that the phase's constructor does not have, with what was meant and what there is."""
+    if not options:
+        return
     import inspect
 
     known = [p for p in inspect.signature(phase).parameters if p != "self"]

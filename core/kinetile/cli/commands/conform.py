@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import json as as_text
 from dataclasses import replace
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from kinetile.cli.folder import try_folder
-from kinetile.cli.json_output import as_json
-from kinetile.cli.options import Json, registered_phase
-from kinetile.cli.terminal import exit_codes, notice
+from kinetile.cli.options import registered_phase
+from kinetile.cli.terminal import INTERRUPTED, FirstSignal, exit_codes, notice
 from kinetile.errors import BadOption
 
 if TYPE_CHECKING:
@@ -20,12 +21,29 @@ if TYPE_CHECKING:
 __all__ = ["conform"]
 
 
+class Budget(StrEnum):
+    """How much is to be done, by name."""
+
+    small = "small"
+    default = "default"
+    night = "night"
+
+
+EXAMPLES = {Budget.small: 20, Budget.default: 100, Budget.night: 10_000}
+"""Scenes drawn for each check."""
+
+
 def conform(
     phase: Annotated[
         str,
         typer.Argument(metavar="NAME", help="The broad phase, with options if need be: sap-1d:axis=y."),
     ],
-    examples: Annotated[int, typer.Option(min=1, metavar="N", help="Scenes drawn for each check.")] = 100,
+    budget: Annotated[
+        Budget, typer.Option(help="20, 100 or 10,000 scenes drawn for each check.")
+    ] = Budget.default,
+    examples: Annotated[
+        int | None, typer.Option(min=1, metavar="N", help="Scenes drawn for each check, instead.")
+    ] = None,
     check: Annotated[
         list[str] | None, typer.Option("--check", metavar="CHECK", help="Run this check, not all.")
     ] = None,
@@ -38,62 +56,78 @@ def conform(
     ] = Path("conformance-failures"),
     shrink: Annotated[bool, typer.Option(help="Look for the smallest scene that fails.")] = True,
     seed: Annotated[int, typer.Option(metavar="N", help="What the drawing of scenes begins with.")] = 0,
+    seconds: Annotated[
+        float | None,
+        typer.Option(
+            metavar="S",
+            help="CPU seconds for 100 scenes of a check, compiling apart; more have more. [default: 60]",
+        ),
+    ] = None,
     isolated: Annotated[
         bool,
-        typer.Option("--isolated/--in-process", help="Judge in processes with limits, or in this one."),
+        typer.Option(
+            "--isolated/--in-process",
+            help="Judge in a process with limits, or in this one: for a debugger; endless loops go on.",
+        ),
     ] = True,
-    json: Json = False,
+    junitxml: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the results as JUnit XML as well.")
+    ] = None,
+    json: Annotated[
+        bool, typer.Option("--json", help="Print each result as a line of JSON, and the report as the last.")
+    ] = False,
 ) -> None:
-    """Judge a broad phase; exit code 1 if it does not conform, 3 if the reference itself is in doubt."""
+    """Judge a broad phase; exit code 1 if it does not conform, 3 if the reference itself is in doubt, 4 if it
+    could not be judged in time."""
     with exit_codes():
+        from kinetile.conformance import check_broad_phase
+        from kinetile.conformance.limits import SECONDS
+
         name, options = registered_phase(phase)
         checks = [_check(each) for each in check or ()]
         expected = dict(map(_expectation, expect_failure or ()))
+        if seconds is not None and not seconds > 0.0:
+            raise BadOption(f"--seconds {seconds:g}: expected a number of seconds above 0")
         try_folder("--save-to", save_to, keep=False)
-        show = _Show(name, options, json)
-        notice(f"judging {phase} on {examples} scenes a check{_compiling()} ...")
+        show = _Show(name, options, json, junitxml)
+        count = EXAMPLES[budget] if examples is None else examples
+        notice(f"judging {phase} on {count:,} scenes a check{_compiling()} ...")
+        first = FirstSignal()
         try:
-            report = _door(isolated)(
-                name,
-                options=options,
-                examples=examples,
-                checks=checks or None,
-                expected_failures=expected,
-                save_to=save_to,
-                shrink=shrink,
-                seed=seed,
-                on_result=show.result,
-            )
+            with first:
+                report = check_broad_phase(
+                    name,
+                    in_process=not isolated,
+                    options=options,
+                    examples=count,
+                    checks=checks or None,
+                    expected_failures=expected,
+                    save_to=save_to,
+                    shrink=shrink,
+                    seed=seed,
+                    seconds=SECONDS if seconds is None else seconds,
+                    on_result=show.result,
+                )
         except KeyboardInterrupt:
             show.end(show.unfinished, "interrupted")
-            raise
+            notice("kinetile: interrupted")
+            raise typer.Exit(128 + first.number if first.number else INTERRUPTED) from None
         show.end(replace(report, results=show.unfinished.results), "complete")
     if report.exit_code:
         raise typer.Exit(report.exit_code)
 
 
 def _compiling() -> str:
-    """Return what makes the first check slow, where loops are compiled."""
+    """Return what comes first, where loops are compiled."""
     from kinetile.kernel.compiled import INTERPRETED
 
-    return "" if INTERPRETED else "; a loop that is not compiled yet is compiled first (about 10 s each)"
-
-
-def _door(isolated: bool) -> Any:
-    """Return the function that judges: in processes of its own, or in this one."""
-    from kinetile.conformance import check_broad_phase
-
-    if isolated:
-        from kinetile.conformance.isolation import check_isolated
-
-        return check_isolated
-    return check_broad_phase
+    return "" if INTERPRETED else "; loops that are not compiled yet are compiled first (about 10 s each)"
 
 
 class _Show:
     """Prints a report as it comes into being."""
 
-    def __init__(self, name: str, options: dict[str, Any], json: bool) -> None:
+    def __init__(self, name: str, options: dict[str, Any], json: bool, junitxml: Path | None) -> None:
         from kinetile.conformance import CHECKS, Report
         from kinetile.plugin.registry import registry
 
@@ -101,7 +135,10 @@ class _Show:
         source = f"{owner.distribution or 'this process'} {owner.version or ''}".strip()
         self.unfinished: Report = Report(name, options, source, ())
         self._json = json
+        self._junitxml = junitxml
         self._wide = max(len(check.name) for check in CHECKS)
+        if junitxml is not None:
+            self._write()  # where that is not possible, say so before any work is done
         if not json:
             typer.echo(f"{self.unfinished.head}\n")
 
@@ -109,18 +146,42 @@ class _Show:
         """Print a result; files are named as seen from here."""
         shown = replace(result, case=_from_here(result.case), picture=_from_here(result.picture))
         self.unfinished = replace(self.unfinished, results=(*self.unfinished.results, shown))
-        if not self._json:
+        if self._json:
+            _line({"result": self.unfinished.row(shown)})
+        else:
             typer.echo("\n".join(self.unfinished.lines(shown, self._wide)))
+        self._write()
 
     def end(self, report: Report, status: str) -> None:
-        """Print what stands below the results, or all of it as JSON."""
+        """Print what stands below the results, or all of it as a line of JSON."""
+        self._write()
         if self._json:
             from kinetile.records.versions import versions
 
             found = {"status": status, "versions": versions()} | report.as_dict()
-            typer.echo(as_json(found if status == "complete" else found | {"conforms": None}))
+            _line(found if status == "complete" else found | {"conforms": None})
         elif status == "complete":
             typer.echo(f"\n{report.foot}")
+
+    def _write(self) -> None:
+        """Write what there is of the report as JUnit XML."""
+        if self._junitxml is None:
+            return
+        from kinetile.conformance.junit import junit
+
+        try:
+            self._junitxml.write_text(junit(self.unfinished), encoding="utf-8")
+        except OSError as error:
+            said = f"--junitxml {str(self._junitxml)!r} cannot be written: {error.strerror or error}"
+            self._junitxml = None
+            if not self.unfinished.results:
+                raise BadOption(said) from error
+            notice(f"kinetile: {said}")
+
+
+def _line(row: dict[str, Any]) -> None:
+    """Print a line of JSON at once."""
+    typer.echo(as_text.dumps(row, allow_nan=False, default=str))
 
 
 def _from_here(path: Path | None) -> Path | None:

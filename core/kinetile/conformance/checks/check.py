@@ -8,24 +8,39 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from kinetile.accuracy.answer.judgement import judged
-from kinetile.conformance.cases import REFERENCE, Outcome, Subject, difference, outcome
+from kinetile.conformance.cases import CONTACTS, REFERENCE, Outcome, Subject, difference, outcome
 from kinetile.scene import Scene
 
 __all__ = ["Check", "Disagreement", "Reference", "Run", "agree", "check"]
 
-Reference = Callable[[Scene], Outcome]
-"""Returns what the reference makes of a scene."""
+
+class Reference(Protocol):
+    """Returns what the reference makes of a scene, in so many contacts at most."""
+
+    def __call__(self, scene: Scene, contacts: int = CONTACTS) -> Outcome:
+        """Return it."""
+        ...
+
 
 Run = Callable[[Subject, Scene, Reference], None]
+Strategy = Callable[[], Any]
+"""Returns a Hypothesis strategy of scenes; a function, for Hypothesis is imported when something is drawn."""
 
 
 class Disagreement(AssertionError):
-    """A phase does not do what a check says; the message is what was seen."""
+    """A phase does not do what a check says; the message is what was seen.
+
+    ``scene`` is the one on which it was seen, where that is not the one that the check was given.
+    """
+
+    def __init__(self, said: str, scene: Scene | None = None) -> None:
+        super().__init__(said)
+        self.scene = scene
 
 
 @dataclass(frozen=True)
@@ -41,6 +56,9 @@ class Check:
         turns: whether the scenes that it draws have turns.
         feature: it applies only to phases that declare this feature; None: to all.
         since: the version of the kit that it came with.
+        scenes: what it draws; None: the small scenes, which are drawn once for all checks that look at them.
+        share: how many of these to one of the small ones; at least one is drawn.
+        replayed_by: the check that replays a scene on which this one has failed; "": this one itself.
     """
 
     name: str
@@ -50,6 +68,14 @@ class Check:
     turns: bool = False
     feature: str | None = None
     since: str = "1.0"
+    scenes: Strategy | None = None
+    share: float = 1.0
+    replayed_by: str = ""
+
+    @property
+    def replay(self) -> str:
+        """The name of the check that replays a scene on which this one has failed; "" where none does."""
+        return self.replayed_by or (self.name if self.draws else "")
 
 
 def check(**how: Any) -> Callable[[Run], Check]:
@@ -62,13 +88,15 @@ def check(**how: Any) -> Callable[[Run], Check]:
     return made
 
 
-def agree(subject: Subject, scene: Scene, reference: Reference, how: str = "") -> None:
+def agree(
+    subject: Subject, scene: Scene, reference: Reference, how: str = "", contacts: int = CONTACTS
+) -> None:
     """Raise unless the subject's outcome on a scene is the reference's, bit for bit."""
-    expected = reference(scene)  # first, lest the subject change the scene for both
-    found = outcome(subject, scene)
+    expected = reference(scene, contacts)  # first, lest the subject change the scene for both
+    found = outcome(subject, scene, contacts)
     said = difference(found, expected, subject.name)
     if said is not None:
-        raise Disagreement(f"{how}{said}{_who_is_right(subject, scene, found, expected)}")
+        raise Disagreement(f"{how}{said}{_who_is_right(subject, scene, found, expected)}", scene)
 
 
 def _who_is_right(subject: Subject, scene: Scene, found: Outcome, expected: Outcome) -> str:

@@ -146,7 +146,7 @@ def survives_being_built_anew(subject: Subject, scene: Scene, reference: Referen
         raise Disagreement(f"built anew on the way, {said}")
 
 
-@check(draws=False)
+@check(draws=False, replayed_by="same-contacts")
 def survives_the_smallest_scenes(subject: Subject, scene: Scene, reference: Reference) -> None:
     """It runs where there is nothing, one body, or nothing that moves."""
     nobody = np.zeros((0, 2))
@@ -160,7 +160,7 @@ def survives_the_smallest_scenes(subject: Subject, scene: Scene, reference: Refe
         agree(subject, small, reference, f"with {len(small)} bodies, ")
 
 
-@check(draws=False)
+@check(draws=False, replayed_by="same-contacts")
 def same_contacts_in_the_gallery(subject: Subject, scene: Scene, reference: Reference) -> None:
     """The fixed gallery: dense and dilute gases, worst cases, billiards, lattices full of ties."""
     from kinetile.conformance.checks.gallery import gallery
@@ -173,6 +173,8 @@ def same_contacts_in_the_gallery(subject: Subject, scene: Scene, reference: Refe
             seen += 1
         except Refused as error:
             refusal = error
+        except KinetileError as error:
+            raise Disagreement(f"{title}: {type(error).__name__}: {error}", picture) from error
     if refusal is not None and not seen:
         raise refusal
 

@@ -2,18 +2,34 @@
 
 from __future__ import annotations
 
-from kinetile.conformance.cases import REFERENCE, Outcome, Subject, outcome
+from kinetile.conformance.cases import CONTACTS, REFERENCE, Outcome, Subject, outcome
 from kinetile.conformance.checks.check import Check, Disagreement
+from kinetile.conformance.limits import Patience, begin_scene
 from kinetile.errors import Refused
+from kinetile.plugin.calling import place_of
 from kinetile.plugin.registry import registry
 from kinetile.scene import Scene
 
-__all__ = ["Seen", "applicable", "reference", "verdict"]
+__all__ = ["References", "Seen", "applicable", "verdict"]
 
 
-def reference(scene: Scene) -> Outcome:
-    """Return what the reference makes of a scene."""
-    return outcome(Subject(REFERENCE, {}), scene)
+class References:
+    """What the reference makes of scenes; of those that many checks look at it is worked out once."""
+
+    def __init__(self) -> None:
+        self._kept: dict[int, tuple[Scene, dict[int, Outcome]]] = {}
+
+    def keep(self, scenes: list[Scene]) -> None:
+        """Work out once what the reference makes of each of these."""
+        for scene in scenes:
+            self._kept.setdefault(id(scene), (scene, {}))
+
+    def __call__(self, scene: Scene, contacts: int = CONTACTS) -> Outcome:
+        """Return what the reference makes of a scene, in so many contacts at most."""
+        _, known = self._kept.get(id(scene), (scene, {}))
+        if contacts not in known:
+            known[contacts] = outcome(Subject(REFERENCE, {}), scene, contacts)
+        return known[contacts]
 
 
 def applicable(subject: Subject, each: Check) -> str | None:
@@ -25,9 +41,15 @@ def applicable(subject: Subject, each: Check) -> str | None:
 
 
 class Seen:
-    """What a check has seen so far; Hypothesis shows the smallest failing scene last."""
+    """What a check has seen so far of one phase; the smallest failing scene is seen last."""
 
-    def __init__(self, each: Check, subject: Subject) -> None:
+    def __init__(
+        self,
+        each: Check,
+        subject: Subject,
+        reference: References | None = None,
+        patience: Patience | None = None,
+    ) -> None:
         self.each = each
         self.subject = subject
         self.count = 0
@@ -35,22 +57,35 @@ class Seen:
         self.refusal = ""
         self.said: str | None = None
         self.scene: Scene | None = None
+        self._reference = References() if reference is None else reference
+        self._patience = patience
 
     def look(self, scene: Scene) -> bool:
-        """Run the check on a scene; return whether its sentence holds there."""
+        """Run the check on a scene; return whether its sentence holds there.
+
+        Raises TimeIsUp where the check has no time left.
+        """
+        if self._patience is not None:
+            self._patience.check()  # before the scene counts
         self.count += 1
+        begin_scene()
         try:
-            self.each.run(self.subject, scene, reference)
+            self.each.run(self.subject, scene, self._reference)
         except Refused as error:
             self.refused += 1
             self.refusal = str(error)
         except Disagreement as error:
-            self.said, self.scene = str(error), scene
+            self.said, self.scene = str(error), error.scene if self.each.replayed_by else scene
             return False
         except Exception as error:  # whatever a foreign phase raises is its failure
-            self.said, self.scene = f"{type(error).__name__}: {error}", scene
+            self.said, self.scene = f"{type(error).__name__}: {error}{_place(error)}", scene
             return False
         return True
+
+
+def _place(error: Exception) -> str:
+    """Return where an error came up that is none of kinetile's: those say it themselves."""
+    return "" if type(error).__module__ == "kinetile.errors" else place_of(error)
 
 
 def verdict(each: Check, subject: Subject, scene: Scene) -> str:

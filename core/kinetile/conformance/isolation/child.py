@@ -1,5 +1,4 @@
-"""What happens in a child of the kit: checks, one after the other, each told when it begins and what came of
-it.
+"""What happens in a child of the kit: it is given tasks, one after the other, and tells what came of each.
 
 Before a check looks at a scene, the scene is written down, so that it is known if the process does not
 survive it; so is the smallest one known to fail.
@@ -8,24 +7,24 @@ survive it; so is the smallest one known to fail.
 from __future__ import annotations
 
 import contextlib
-import json
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from kinetile.conformance.cases import Subject
+from kinetile.conformance.cases import REFERENCE, Subject
 from kinetile.conformance.checks import check_named
 from kinetile.conformance.checks.check import Check, Reference
-from kinetile.conformance.checks.gallery import smallest
 from kinetile.conformance.checks.tightness import tightness
 from kinetile.conformance.checks.verdicts import Seen, verdict
-from kinetile.conformance.engine import run_check
-from kinetile.errors import BadOption, KinetileError, Refused
+from kinetile.conformance.engine import Court
+from kinetile.conformance.limits import SCENE_SECONDS, limit_scenes
+from kinetile.conformance.rehearsal import SAMPLES, prepared, rehearse
+from kinetile.errors import BadOption, KinetileError, NotJudged, Refused
 from kinetile.scene import Scene
 
-__all__ = ["FAILING", "LAST", "NO_MEMORY", "Order", "main", "read_scene", "work", "write_scene"]
+__all__ = ["FAILING", "LAST", "NO_MEMORY", "Order", "main", "read_scene", "serve", "write_scene"]
 
 LAST, FAILING = "last.toml", "failing.toml"
 """Files in the scratch folder: the scene looked at last, and the last of those that failed."""
@@ -34,77 +33,88 @@ NO_MEMORY = 77
 """The exit code of a child that came to the end of its memory."""
 
 Tell = Callable[[dict[str, Any]], None]
+Task = dict[str, Any]
 
 
 @dataclass(frozen=True)
 class Order:
-    """What a child is to do.
-
-    It runs ``checks``, and the ``first`` child sees before that whether the phase takes its options and does
-    any scene at all. Two orders are for the scene looked at last only: ``alone`` is a check to run on it, and
-    to be told if the process survives; ``verdict`` is one to run under the other phases, to say whom it
-    speaks against.
-    """
+    """Whom a child has to do with, and how."""
 
     name: str
     options: Mapping[str, Any]
-    checks: tuple[str, ...]
     examples: int
-    expected: Mapping[str, str]
     save_to: str | None
     shrink: bool
     seed: int
+    seconds: float
     memory: int
     scratch: str
-    tightness: bool
-    first: bool = True
-    alone: str | None = None
-    verdict: str | None = None
+    home: str
+    """Where Hypothesis keeps what it knows of the source: not in the folder of whoever asks."""
 
     def as_dict(self) -> dict[str, Any]:
         """Return it, fit for JSON where the options are."""
         return asdict(self)
 
 
-def work(order: Order, tell: Tell) -> None:
-    """Carry an order out."""
+def serve(order: Order, tasks: Iterable[Task], tell: Tell) -> None:
+    """Carry tasks out, until there are no more.
+
+    A task says under "do" what it is: "rehearse" (load, compile, run once), "compile" (the samples of numbers
+    "samples"), "judge" (the check "check"; "expected" is why it is known to fail), "tightness"; and for the
+    scene looked at last "alone" (run "check" on it, to see if the process survives) and "verdict" (run it
+    under the other phases, to say whom it speaks against). The answer to each ends with "done".
+    """
     _limit_memory(order.memory)
+    limit_scenes(SCENE_SECONDS)
+    _keep_out(order.home)
     subject = Subject(order.name, order.options)
     scratch = Path(order.scratch)
-    if order.verdict is not None:
-        scene, _ = read_scene(scratch / LAST)
-        tell({"verdict": verdict(check_named(order.verdict), subject, scene)})
-        return
-    if order.alone is not None:
-        scene, _ = read_scene(scratch / LAST)
-        Seen(check_named(order.alone), subject).look(scene)
-        tell({"alive": True})
-        return
-    if order.first:
-        try:
-            subject.simulation(smallest())
-        except (BadOption, Refused) as error:
-            tell({"error": type(error).__name__, "said": str(error)})
-            return
-        except KinetileError:
-            pass  # what is wrong with it the checks will say
-    fine = True
-    save_to = None if order.save_to is None else Path(order.save_to)
-    for name in order.checks:
-        tell({"begin": name})
-        result = run_check(
-            _watched(check_named(name), subject, scratch, tell),
-            subject,
-            order.examples,
-            order.expected.get(name),
-            save_to,
-            order.shrink,
-            order.seed,
-        )
-        fine = fine and result.ok
-        paths = {key: str(path) for key in ("case", "picture") if (path := getattr(result, key)) is not None}
-        tell({"result": asdict(result) | paths})
-    tell({"end": True, "tightness": tightness(subject) if fine and order.tightness else None})
+    court = Court(
+        subject,
+        examples=order.examples,
+        seed=order.seed,
+        seconds=order.seconds,
+        shrink=order.shrink,
+        save_to=None if order.save_to is None else Path(order.save_to),
+        watched=lambda each: _watched(each, subject, scratch, tell),
+    )
+    for task in tasks:
+        match task["do"]:
+            case "rehearse":
+                _rehearse(subject, tell)
+            case "compile":
+                for number in task["samples"]:
+                    with contextlib.suppress(KinetileError):
+                        prepared(subject, SAMPLES[number])
+            case "judge":
+                result = court.judge(task["check"], task["expected"])
+                paths = {key: str(path) for key in ("case", "picture") if (path := getattr(result, key))}
+                tell({"result": asdict(result) | paths})
+            case "tightness":
+                tell({"tightness": tightness(subject)})
+            case "alone":
+                scene, _ = read_scene(scratch / LAST)
+                Seen(check_named(task["check"]), subject).look(scene)
+            case "verdict":
+                scene, _ = read_scene(scratch / LAST)
+                tell({"verdict": verdict(check_named(task["check"]), subject, scene)})
+        tell({"done": True})
+
+
+def _rehearse(subject: Subject, tell: Tell) -> None:
+    """Rehearse; first tell which samples' loops are still to be compiled, for another child to help."""
+    fresh = []
+    for number, sample in enumerate(SAMPLES):
+        with contextlib.suppress(KinetileError):
+            sims = [each.simulation(sample) for each in (subject, Subject(REFERENCE, {}))]
+            if any(sim.cached is False for sim in sims):
+                fresh.append(number)
+    tell({"fresh": fresh})
+    try:
+        rehearse(subject)
+    except (NotJudged, BadOption, Refused) as error:
+        tell({"error": type(error).__name__, "said": str(error)})
 
 
 def read_scene(path: Path) -> tuple[Scene, int]:
@@ -132,6 +142,7 @@ def _watched(each: Check, subject: Subject, scratch: Path, tell: Tell) -> Check:
         if mine:
             count += 1
             write_scene(scratch / LAST, scene, count)
+            tell({"scene": count})
         try:
             each.run(on_trial, scene, reference)
         except Refused:
@@ -169,15 +180,22 @@ def _limit_memory(more: int) -> None:
         resource.setrlimit(resource.RLIMIT_AS, (limit, most))
 
 
+def _keep_out(home: str) -> None:
+    """Have Hypothesis keep its files in a folder, not in the one that this process happens to stand in."""
+    from hypothesis.configuration import set_hypothesis_home_dir
+
+    set_hypothesis_home_dir(home)
+
+
 def main() -> None:
-    """Carry out the order that stands on the first line of the standard input; tell on the standard
-    output."""
+    """Serve in a process of its own: the order is the first line of the standard input, each further line a
+    task; what is told goes to the standard output."""
     from kinetile.conformance.isolation.processes import as_a_child
 
     news = os.dup(1)
     os.dup2(2, 1)
-    line = b""
-    while not line.endswith(b"\n"):
-        line += os.read(0, 1 << 16) or b"\n"
-    order = Order(**json.loads(line))
-    as_a_child(lambda tell: work(order, tell), news, 0)
+
+    def work(tasks: Iterator[Task], tell: Tell) -> None:
+        serve(Order(**next(tasks)), tasks, tell)
+
+    as_a_child(work, news, 0)

@@ -6,7 +6,8 @@ import signal
 from dataclasses import dataclass
 
 from kinetile.conformance.isolation.child import NO_MEMORY
-from kinetile.conformance.isolation.stacks import COMPILER, where
+from kinetile.conformance.isolation.stacks import where
+from kinetile.conformance.limits import SCENE_SECONDS, SILENCE, out_of_time
 
 __all__ = ["GIB", "End", "cause"]
 
@@ -19,42 +20,45 @@ class End:
 
     Attributes:
         code: its exit code, negative for a signal; None where it gave none.
-        seconds: how long its last check took.
-        seen: what had failed in that check before.
-        late: whether it was ended because its time was up.
+        seen: what had failed in its last check before.
+        silent: whether it was ended because nothing was heard of it any more.
     """
 
     code: int | None
-    seconds: float
-    seen: str | None
-    late: bool = False
+    seen: str | None = None
+    silent: bool = False
+
+    @property
+    def looping(self) -> bool:
+        """Whether it was ended for the time that it took for one scene."""
+        return out_of_time(self.code)
 
 
-def cause(end: End, check: str, words: str, who: str, memory: int, seconds: float) -> str:
+def cause(end: End, what: str, words: str, who: str, memory: int) -> str:
     """Say what a child died of.
 
     Args:
         end: how it ended.
-        check: the name of the check that it was at.
+        what: what it was at, such as "check 'same-contacts'".
         words: what it has printed, with the stack that was written when it died.
         who: the broad phase and whose it is.
         memory: the bytes that it was allowed to take.
-        seconds: the time that it was allowed to take.
     """
     place = where(words)
-    if end.late:
-        guess = f": an endless loop in {place}?" if place else ""
-        if place == COMPILER:
-            guess = ": it was still being compiled"
-        return f"no answer within {seconds:g} s in check {check!r}{guess} ({who})"
+    if end.looping:
+        there = f" in {place}" if place else ""
+        return f"an endless loop{there}, in {what}: {SCENE_SECONDS:g} CPU s, and no end of one scene ({who})"
+    if end.silent:
+        there = f", in {place}" if place else ""
+        return f"nothing was heard for {SILENCE:g} s in {what}{there}: does it wait for something? ({who})"
     if end.code == NO_MEMORY or "out of memory" in words.lower() or "MemoryError" in words:
-        return f"out of memory in check {check!r}: it asked for more than {memory / GIB:.3g} GiB ({who})"
+        return f"out of memory in {what}: it asked for more than {memory / GIB:.3g} GiB ({who})"
     if end.code is None:
-        return f"the process fell silent in check {check!r} ({who})"
+        return f"the process fell silent in {what} ({who})"
     near = f", in {place}" if place else ""
     if end.code < 0:
-        return f"the process died of {_signal(-end.code)} in check {check!r}{near} ({who})"
-    return f"the process ended itself with status {end.code} in check {check!r}{near} ({who})"
+        return f"the process died of {_signal(-end.code)} in {what}{near} ({who})"
+    return f"the process ended itself with status {end.code} in {what}{near} ({who})"
 
 
 def _signal(number: int) -> str:

@@ -1,9 +1,9 @@
 """Processes of their own for the kit: started afresh or forked, listened to with a time limit, and ended for
 sure.
 
-A child sends what it has to say as lines of JSON through a pipe. What it prints, and the stack that
-``faulthandler`` writes when it dies, goes to a file: nobody needs to see it who has not asked. A second pipe
-has no other purpose than to be open: when the process that asked is gone, the child goes too.
+A child is given its tasks, and sends what it has to say, as lines of JSON through two pipes. What it prints,
+and the stack that ``faulthandler`` writes when it dies, goes to a file: nobody needs to see it who has not
+asked. When the process that asked is gone, so is its end of the pipe of tasks, and the child goes too.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import sys
 import threading
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -32,6 +32,7 @@ GRACE = 2.0
 """Seconds that a process has to write down where it is, or to be gone."""
 
 Tell = Callable[[dict[str, Any]], None]
+Work = Callable[[Iterator[dict[str, Any]], Tell], None]
 
 
 class _Handle(Protocol):
@@ -63,13 +64,13 @@ class Child:
 
     Args:
         process: the process.
-        news: the reading end of its pipe; taken over.
-        alive: the writing end of the pipe that keeps it alive; taken over.
+        news: the reading end of the pipe through which it tells; taken over.
+        tasks: the writing end of the pipe through which it is asked; taken over.
     """
 
-    def __init__(self, process: _Handle, news: int, alive: int) -> None:
+    def __init__(self, process: _Handle, news: int, tasks: int) -> None:
         self._process = process
-        self._alive = alive
+        self._tasks = tasks
         self._lines: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
         self._reader = threading.Thread(target=self._read, args=(news,), daemon=True)
         self._reader.start()
@@ -79,6 +80,13 @@ class Child:
             for line in lines:
                 self._lines.put(line)
         self._lines.put(None)
+
+    def ask(self, task: dict[str, Any]) -> None:
+        """Give it a task; one that is gone does not hear of it."""
+        with contextlib.suppress(BrokenPipeError):
+            left = json.dumps(task).encode() + b"\n"
+            while left:
+                left = left[os.write(self._tasks, left) :]
 
     def hear(self, seconds: float) -> dict[str, Any] | None:
         """Return the next message, or None when there will be none; raise TimeoutError after so many
@@ -96,6 +104,10 @@ class Child:
                 if isinstance(message, dict):
                     return message
 
+    def ended_already(self) -> bool:
+        """Whether the process is gone."""
+        return self._process.poll() is not None
+
     def ended(self) -> int | None:
         """Return how a process ended that has nothing more to say; None if it is still there."""
         return self._wait(GRACE)
@@ -107,9 +119,9 @@ class Child:
             self._wait(GRACE)
         self._send(getattr(signal, "SIGKILL", signal.SIGTERM))
         self._wait(GRACE)
-        if self._alive >= 0:
-            os.close(self._alive)
-            self._alive = -1
+        if self._tasks >= 0:
+            os.close(self._tasks)
+            self._tasks = -1
         self._reader.join(GRACE)
 
     def _send(self, number: int) -> None:
@@ -128,7 +140,7 @@ class Child:
 
 
 def afresh(program: str, order: dict[str, Any], words: Path) -> Child:
-    """Run a line of Python in a new interpreter; it reads the order from its standard input."""
+    """Run a line of Python in a new interpreter; the order is the first that it is asked."""
     path = [entry or os.getcwd() for entry in sys.path]
     with words.open("wb") as printed:
         process = subprocess.Popen(
@@ -141,21 +153,21 @@ def afresh(program: str, order: dict[str, Any], words: Path) -> Child:
         )
     assert process.stdin is not None
     assert process.stdout is not None
-    alive, news = os.dup(process.stdin.fileno()), os.dup(process.stdout.fileno())
+    tasks, news = os.dup(process.stdin.fileno()), os.dup(process.stdout.fileno())
     process.stdin.close()
     process.stdout.close()
-    with contextlib.suppress(BrokenPipeError):
-        os.write(alive, json.dumps(order).encode() + b"\n")
-    return Child(process, news, alive)
+    child = Child(process, news, tasks)
+    child.ask(order)
+    return child
 
 
-def forked(work: Callable[[Tell], None], words: Path) -> Child:
+def forked(work: Work, words: Path) -> Child:
     """Run a function in a copy of this process, with all that is registered and imported in it.
 
     No other thread compiles while the copy is made; other threads are not in it.
     """
     news, to_news = os.pipe()
-    from_alive, alive = os.pipe()
+    from_tasks, tasks = os.pipe()
     for stream in (sys.stdout, sys.stderr):
         stream.flush()
     with nobody_compiles():
@@ -165,43 +177,52 @@ def forked(work: Callable[[Tell], None], words: Path) -> Child:
         try:
             os.setsid()
             os.close(news)
-            os.close(alive)
+            os.close(tasks)
             os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
             printed = os.open(words, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND, 0o600)
             os.dup2(printed, 1)
             os.dup2(printed, 2)
-            as_a_child(work, to_news, from_alive)
+            as_a_child(work, to_news, from_tasks)
             code = 0
         except BaseException:
             os.write(2, traceback.format_exc().encode())
         finally:
             os._exit(code)
     os.close(to_news)
-    os.close(from_alive)
-    return Child(_Forked(pid), news, alive)
+    os.close(from_tasks)
+    return Child(_Forked(pid), news, tasks)
 
 
-def as_a_child(work: Callable[[Tell], None], news: int, alive: int) -> None:
-    """Do the work of a child: tell through ``news``, end when ``alive`` is closed, write the stack to
-    standard error when dying."""
+def as_a_child(work: Work, news: int, tasks: int) -> None:
+    """Do the work of a child: tell through ``news``, take tasks from ``tasks`` and end when that is closed,
+    write the stack to standard error when dying."""
     faulthandler.enable(file=2)
+    if hasattr(signal, "SIGXCPU"):
+        faulthandler.register(signal.SIGXCPU, file=2, chain=True)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
     with contextlib.suppress(ImportError, ValueError):
         import resource
 
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    threading.Thread(target=_go_with_the_asker, args=(alive,), daemon=True).start()
+    lines: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+    threading.Thread(target=_listen, args=(tasks, lines), daemon=True).start()
 
     def tell(message: dict[str, Any]) -> None:
         left = json.dumps(message).encode() + b"\n"
         while left:
             left = left[os.write(news, left) :]
 
-    work(tell)
+    def given() -> Iterator[dict[str, Any]]:
+        while True:
+            yield json.loads(lines.get())
+
+    work(given(), tell)
 
 
-def _go_with_the_asker(alive: int) -> None:
-    """End this process when nobody holds the other end of a pipe any more."""
-    while os.read(alive, 1024):
-        pass
+def _listen(tasks: int, lines: queue.SimpleQueue[bytes]) -> None:
+    """Pass on what comes through a pipe, and end this process when nobody holds its other end any more."""
+    with open(tasks, "rb", closefd=False) as given:
+        for line in given:
+            lines.put(line)
     os._exit(71)

@@ -26,7 +26,7 @@ def where(words: str) -> str:
     """
     for thread in re.split(r"^(?:Current t|T)hread .*$", words, flags=re.MULTILINE)[1:]:
         frames = [found for line in thread.splitlines() if (found := FRAME.match(line))]
-        if any(frame["function"] == "_go_with_the_asker" for frame in frames):
+        if any(frame["function"] == "_listen" for frame in frames):
             continue
         for frame in frames:
             path = Path(frame["file"])

@@ -4,23 +4,35 @@ from __future__ import annotations
 
 import gc
 import sys
-from collections.abc import Callable, Mapping
-from contextlib import AbstractContextManager, nullcontext
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from types import FunctionType
 from typing import Any, cast
 
+import numpy as np
+
+from kinetile.kernel.compiled.complaints import brief
 from kinetile.kernel.compiled.fingerprint import fingerprint
 from kinetile.kernel.compiled.hooks import INTERPRETED, hook
 
 if not INTERPRETED:
     import numba
 
-__all__ = ["NotCompiled", "compose", "is_cached", "make_ready", "nobody_compiles"]
+__all__ = [
+    "NotCompiled",
+    "compiling_seconds",
+    "compose",
+    "is_cached",
+    "make_ready",
+    "nobody_compiles",
+    "while_compiling",
+]
 
 
 class NotCompiled(Exception):
-    """The compiler refuses a hook; the message is its own."""
+    """The compiler refuses a hook; the message says what, and where."""
 
 
 def compose(
@@ -81,31 +93,79 @@ def _njit(function: Callable[..., Any], cache: bool, called: list[Any]) -> Calla
     compiles = made.compile
 
     def with_what_it_calls(signature: Any) -> Any:
-        for each in called:
-            each.load_apart()
-        return compiles(signature)
+        with _compiling():
+            for each in called:
+                each.load_apart()
+            return compiles(signature)
 
     made.compile = with_what_it_calls
     return cast("Callable[..., Any]", made)
 
 
+_spent = 0.0
+_meanwhile: Callable[[], AbstractContextManager[Any]] = nullcontext
+
+
+@contextmanager
+def _compiling() -> Iterator[None]:
+    """Count the processor time of what is compiled, or loaded, within this context."""
+    global _spent
+    began = time.process_time()
+    with _meanwhile():
+        try:
+            yield
+        finally:
+            _spent += time.process_time() - began
+
+
+def compiling_seconds() -> float:
+    """Return how much processor time this process has spent so far on compiling composed functions, or on
+    loading them from the disk."""
+    return _spent
+
+
+def while_compiling(context: Callable[[], AbstractContextManager[Any]]) -> None:
+    """Have a context entered whenever a composed function is compiled or loaded: for whoever limits the time
+    of what runs in this process, which compiling is not to count towards."""
+    global _meanwhile
+    _meanwhile = context
+
+
 def make_ready(function: Callable[..., Any], *arguments: Any) -> None:
     """Compile a composed function for such arguments, or load it from the disk cache, without running it.
 
-    Raises NotCompiled, with what the compiler says, where a hook is not such as can be compiled.
+    Raises NotCompiled where a hook is not such as can be compiled.
     """
     if INTERPRETED:
         return
+    asked = (function, tuple(_kind(argument) for argument in arguments))
+    if asked in _ready:
+        return  # Numba would work out anew what each argument is, for milliseconds
     typeof = cast(Any, numba).typeof
     collecting = gc.isenabled()
     gc.disable()  # the collector would go through all that Numba has made so far, again and again
     try:
         cast(Any, function).compile(tuple(typeof(argument) for argument in arguments))
     except Exception as error:  # Numba lets errors of all types through
-        raise NotCompiled(f"{type(error).__name__}: {error}") from error
+        raise NotCompiled(brief(str(error))) from error
     finally:
         if collecting:
             gc.enable()
+    _ready.add(asked)
+
+
+_ready: set[tuple[Any, ...]] = set()
+
+
+def _kind(argument: Any) -> tuple[Any, ...]:
+    """Return what the machine code depends on in an argument: types, and of arrays how they lie."""
+    if isinstance(argument, tuple):
+        return type(argument), *(_kind(each) for each in argument)
+    if isinstance(argument, np.ndarray):
+        flags = argument.flags
+        lie = flags.c_contiguous, flags.f_contiguous, flags.aligned, flags.writeable
+        return type(argument), argument.dtype, argument.ndim, *lie
+    return (type(argument),)
 
 
 def is_cached(function: Callable[..., Any]) -> bool | None:

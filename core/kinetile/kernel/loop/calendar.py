@@ -40,12 +40,10 @@ def precedes(k: Kernel, a: int, b: int) -> bool:
     return a < b
 
 
-def rank(k: Kernel, body: int) -> tuple[int, ...]:
+def rank(body: int, key: int, kind: int, partner: int) -> tuple[int, ...]:
     """Return where ``precedes`` puts what awaits a body: tuples in its order; not for hooks."""
-    entry = k.queue[body]
-    kind, partner = int(entry.kind), int(entry.partner)
     pair = (min(body, partner), max(body, partner)) if kind == PAIR else (body, body)
-    return (int(entry.key), kind, *pair, body)
+    return (key, kind, *pair, body)
 
 
 @hook

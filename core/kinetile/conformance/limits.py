@@ -1,0 +1,109 @@
+"""How long what is judged may take: processor time, and none of it is that of the compiler.
+
+Time by the clock judges the machine. So a check has a number of CPU seconds, and is *not judged* where they
+do not suffice; compiling is not counted. One scene has a limit of its own, far beyond what any needs: a phase
+that goes over it is in an endless loop. That one the system keeps, for no compiled loop can be interrupted:
+the process is ended by a signal, which is why judging in a process of its own is the default.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import signal
+import time
+from collections.abc import Iterator
+
+from kinetile.kernel.compiled import INTERPRETED, compiling_seconds, while_compiling
+
+__all__ = [
+    "SCENE_SECONDS",
+    "SECONDS",
+    "SILENCE",
+    "Patience",
+    "TimeIsUp",
+    "begin_scene",
+    "limit_scenes",
+    "out_of_time",
+    "spent",
+]
+
+SECONDS = 60.0
+"""CPU seconds that a check of a hundred scenes may take, without compiling."""
+
+SCENE_SECONDS = 300.0 if INTERPRETED else 20.0
+"""CPU seconds that a check may take for one scene, of which most take a hundredth."""
+
+SILENCE = 900.0
+"""Seconds by the clock without any news after which a process is given up: it sleeps, or waits for
+something."""
+
+
+class TimeIsUp(BaseException):
+    """A check has taken all its time; no error of the phase, nor one that anybody should catch on the way."""
+
+
+def spent() -> float:
+    """Return the CPU seconds of this process so far, without those of compiling."""
+    return time.process_time() - compiling_seconds()
+
+
+class Patience:
+    """A number of CPU seconds from now."""
+
+    def __init__(self, seconds: float) -> None:
+        self.seconds = seconds
+        self._began = spent()
+
+    def check(self) -> None:
+        """Raise TimeIsUp where they are over."""
+        if spent() - self._began > self.seconds:
+            raise TimeIsUp
+
+
+_limit = 0.0
+"""The CPU seconds of a scene in this process; 0: no limit is kept."""
+
+
+def limit_scenes(seconds: float) -> None:
+    """Have this process ended where ``begin_scene`` was called longer ago than so many of its CPU seconds."""
+    global _limit
+    _limit = seconds
+    while_compiling(_uncounted)
+
+
+def begin_scene() -> None:
+    """Let the time of a scene begin now, where it is limited."""
+    if _limit:
+        _end_after(_limit)
+
+
+def out_of_time(code: int | None) -> bool:
+    """Whether a process with this exit code was ended for the time that it took for a scene."""
+    return code == -getattr(signal, "SIGXCPU", 0)
+
+
+@contextlib.contextmanager
+def _uncounted() -> Iterator[None]:
+    """Within this context no time is limited; after it, that of the scene begins anew."""
+    _end_after(math.inf)
+    try:
+        yield
+    finally:
+        begin_scene()
+
+
+def _end_after(seconds: float) -> None:
+    """Have the system end this process after so many more CPU seconds, rounded up, where it can do that."""
+    with contextlib.suppress(ImportError, OSError, ValueError):
+        import resource
+
+        _, most = resource.getrlimit(resource.RLIMIT_CPU)
+        limit = resource.RLIM_INFINITY
+        if math.isfinite(seconds):
+            limit = math.ceil(time.process_time() + seconds)
+            if most != resource.RLIM_INFINITY:
+                limit = min(limit, most)
+        elif most != resource.RLIM_INFINITY:
+            limit = most
+        resource.setrlimit(resource.RLIMIT_CPU, (limit, most))
