@@ -8,7 +8,6 @@ from __future__ import annotations
 import ctypes
 import os
 import sys
-import time
 from pathlib import Path
 from typing import NamedTuple
 
@@ -177,11 +176,6 @@ def hangs(k: Kernel, s: State) -> None:
         pass
 
 
-def fails_slowly(k: Kernel, s: State) -> None:
-    time.sleep(1.0)
-    raise KeyError("at last")
-
-
 def takes_all(k: Kernel, s: State) -> None:
     heap = []
     while True:
@@ -258,7 +252,6 @@ HOSTILE = {
     "wants-too-many-pairs": phase(pairs=2**31 - 1),
     "raises-in-arrange": phase(arrange=raises),
     "leaves-in-arrange": phase(arrange=leaves),
-    "fails-slowly-in-arrange": phase(arrange=fails_slowly),
     "crashes-in-arrange": phase(arrange=crashes),
     "aborts-in-arrange": phase(arrange=aborts),
     "exits-in-arrange": phase(arrange=exits),

@@ -296,7 +296,6 @@ SAP_1D_MUTANTS = [
         "sap-1d",
         [before(TAKE, "    while s.order[place] >= 0:\n        s.axis[0] ^= 1\n")],
         "a loop that never ends, in a compiled hook",
-        seconds=45.0,
     ),
     Mutant(
         "anchors a body anew when its bound passes",

@@ -16,8 +16,7 @@ from pathlib import Path
 
 import kinetile as kt
 import kinetile_plugins
-from kinetile.conformance import Result
-from kinetile.conformance.isolation import SECONDS, check_isolated
+from kinetile.conformance import Result, check_broad_phase
 
 ROOM = Path(str(kinetile_plugins.__file__)).parent
 BASES = {
@@ -66,7 +65,6 @@ class Mutant:
         why: what it stands for, and why it is not killed where it is not.
         fate: KILLED; CONFORMS, for what a broad phase may do; EQUIVALENT, for what changes nothing.
         features: the features that it declares.
-        seconds: how long a check may take.
     """
 
     name: str
@@ -75,7 +73,6 @@ class Mutant:
     why: str
     fate: str = KILLED
     features: Sequence[str] = ()
-    seconds: float = SECONDS
 
     @property
     def label(self) -> str:
@@ -135,7 +132,7 @@ def judge(mutant: Mutant, folder: Path) -> Result | None:
             raise _Found(result)
 
     try:
-        check_isolated(mutant.label, seconds=mutant.seconds, on_result=stop)
+        check_broad_phase(mutant.label, on_result=stop)
     except _Found as found:
         (result,) = found.args
         assert isinstance(result, Result)

@@ -55,14 +55,14 @@ def test_no_file_is_longer_than_350_lines():
 
 def test_public_names_are_where_they_were():
     from kinetile import trajectory
-    from kinetile.conformance.isolation import check_isolated
+    from kinetile.conformance.isolation.hearing import Hearing
     from kinetile.conformance.strategies import scenes
     from kinetile.records import EventRecorder, read_events
     from kinetile.scene import Scene
 
     assert (trajectory.Trajectory, Scene) == (kt.Trajectory, kt.Scene)
     assert (EventRecorder, read_events) == (kt.EventRecorder, kt.read_events)
-    assert callable(check_isolated)
+    assert callable(Hearing)
     assert callable(scenes)
     with pytest.raises(AttributeError):
         _ = trajectory.nothing

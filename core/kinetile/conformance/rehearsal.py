@@ -1,7 +1,8 @@
-"""What comes before any check: a phase is loaded, its loops are compiled, and it runs one scene.
+"""What comes before any check: a phase is loaded, its loop is compiled, and it runs one scene.
 
 What is wrong by then is no matter of conformance: a module with a syntax error, a hook that the compiler
-refuses. It is said once, with the author's own file and line, and nothing is judged.
+refuses, a part of it that raises. It is said once, with the author's own file and line, and nothing is
+judged.
 
 The samples are two bodies each, with walls and without, of one size and of two: the choices for which loops
 differ. A conformance run compiles these and no others, but for what a phase itself composes otherwise.
@@ -16,7 +17,7 @@ from kinetile.conformance.limits import begin_scene
 from kinetile.errors import BadOption, KinetileError, MissingExtra, NotJudged, Refused, UnknownName
 from kinetile.scene import Scene, Settings
 
-__all__ = ["SAMPLES", "prepared", "rehearse"]
+__all__ = ["SAMPLES", "compiled", "fresh", "rehearse"]
 
 
 def _sample(radius: float, arena: tuple[float, float] | None) -> Scene:
@@ -33,9 +34,9 @@ SAMPLES = tuple(_sample(radius, arena) for arena in ((4.0, 4.0), None) for radiu
 
 
 def rehearse(subject: Subject) -> None:
-    """Load a phase, compile it for all samples that it does not refuse, and run it on them.
+    """Load a phase, compile it for the first sample that it does not refuse, and run it on that.
 
-    What becomes of the runs is a matter of the checks.
+    What becomes of the run is a matter of the checks.
 
     Raises:
         NotJudged: it does not load, a part of it raises, or its hooks do not compile.
@@ -43,23 +44,35 @@ def rehearse(subject: Subject) -> None:
         Refused: it refuses all samples.
     """
     refusal = None
-    accepted = 0
     for scene in SAMPLES:
         begin_scene()
         try:
-            prepared(subject, scene)
-            accepted += 1
+            compiled(subject, scene)
         except Refused as error:
             refusal = error
         except (UnknownName, BadOption, MissingExtra):
             raise
         except KinetileError as error:
             raise NotJudged(str(error)) from error
-    if refusal is not None and not accepted:
-        raise refusal
+        else:
+            return
+    assert refusal is not None
+    raise refusal
 
 
-def prepared(subject: Subject, scene: Scene) -> None:
+def fresh(subject: Subject) -> list[int]:
+    """Return the numbers of the samples for which something is still to be compiled."""
+    return [number for number, scene in enumerate(SAMPLES) if _is_fresh(subject, scene)]
+
+
+def _is_fresh(subject: Subject, scene: Scene) -> bool:
+    try:
+        return any(each.simulation(scene).cached is False for each in (subject, Subject(REFERENCE, {})))
+    except KinetileError:
+        return False
+
+
+def compiled(subject: Subject, scene: Scene) -> None:
     """Compile all that a check may ask of a phase, and of the reference, on such a scene; run it once."""
     for each in (subject, Subject(REFERENCE, {})):
         sim = each.simulation(scene)

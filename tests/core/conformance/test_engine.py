@@ -12,9 +12,8 @@ import kinetile as kt
 import kinetile.conformance.engine
 from kinetile.conformance import check_broad_phase
 from kinetile.conformance.cases import Subject, load_case
-from kinetile.conformance.checks import check_named
 from kinetile.conformance.checks.tightness import tightness
-from kinetile.conformance.engine import run_check
+from kinetile.conformance.engine import Court
 from kinetile.conformance.report import Result
 from kinetile.errors import PhaseError, Refused, StalledError
 from kinetile.kernel.faults import BAD_PAIR, STALLED
@@ -77,7 +76,7 @@ def test_a_phase_that_does_not_do_the_dense_gas_gets_its_report(
 ) -> None:
     assert tightness(Subject(name, {})) is None
     monkeypatch.setattr(kinetile.conformance.engine, "CHECKS", ())  # as if it had passed them all
-    report = check_broad_phase(name)
+    report = check_broad_phase(name, in_process=True)
     assert (report.ok, report.tightness, report.distribution) == (True, None, "this process")
     assert "over-reporting" not in str(report)
 
@@ -87,8 +86,8 @@ def test_a_phase_that_does_not_do_the_dense_gas_gets_its_report(
 
 def failing(save_to: Path) -> Result:
     """Return the result of a check that fails on the first scene; nothing is compiled for it."""
-    check = check_named("near-is-mutual")
-    result = run_check(check, Subject("raises-in-arrange", {}), 5, "it raises", save_to, False, 0)
+    court = Court(Subject("raises-in-arrange", {}), examples=5, save_to=save_to, shrink=False)
+    result = court.judge("near-is-mutual", "it raises")
     assert result.status == "xfailed"
     assert "arrange raised KeyError: 'no such thing'" in result.said.splitlines()[0]
     return result
@@ -107,7 +106,7 @@ def test_a_picture_that_cannot_be_saved_is_a_line_of_the_result(tmp_path: Path) 
     assert result.picture is None
     assert result.said.splitlines()[-1].startswith("(the picture could not be saved: ")
     assert result.case is not None
-    assert load_case(result.case)[1] == "near-is-mutual"
+    assert load_case(result.case).check == "near-is-mutual"
 
 
 # A phase that does not get on
@@ -130,6 +129,6 @@ def test_makes_progress_tells_one_that_stalls_from_one_that_is_wrong_by_the_type
         raise found
 
     monkeypatch.setattr(Engine, "chunk", chunk)
-    result = run_check(check_named("makes-progress"), Subject("naive", {}), 2, "a reason", None, False, 0)
+    result = Court(Subject("naive", {}), examples=2).judge("makes-progress", "a reason")
     assert result.status == status
     assert result.said == ("in other words" if fault == STALLED else "")

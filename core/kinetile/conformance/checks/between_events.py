@@ -51,10 +51,14 @@ def ticks(sim: Simulation) -> int:
     return epoch * TICKS + tick
 
 
+AUDITED = 8
+"""A run is audited every so many contacts: what two audits have in between, the other checks look at."""
+
+
 @check(turns=True)
 def never_misses_a_pair(subject: Subject, scene: Scene, reference: Reference) -> None:
-    """Every two bodies that touch are a candidate pair, at every contact and between."""
-    sim = subject.simulation(scene, audit=1)
+    """Every two bodies that touch are a candidate pair, at contacts and between."""
+    sim = subject.simulation(scene, audit=AUDITED)
     step = (horizon(scene) - scene.start) / 16
     try:
         for sixteenth in range(1, 17):  # each run ends with an audit
@@ -65,7 +69,7 @@ def never_misses_a_pair(subject: Subject, scene: Scene, reference: Reference) ->
         return  # whether a run may end so is what the other checks compare
 
 
-@check(turns=True)
+@check(turns=True, share=0.5)
 def its_structure_is_true(subject: Subject, scene: Scene, reference: Reference) -> None:
     """What must hold between events holds after each of them: queue, pairs, and the phase's own audit."""
     for sim in stepped(subject, scene, 150):
@@ -75,7 +79,7 @@ def its_structure_is_true(subject: Subject, scene: Scene, reference: Reference) 
             raise Disagreement(str(error)) from error
 
 
-@check(turns=True)
+@check(turns=True, share=0.5)
 def structural_events_move_nothing(subject: Subject, scene: Scene, reference: Reference) -> None:
     """Its own events move no body and turn none, and never go back in time."""
     before: tuple[int, bytes, int] | None = None
@@ -119,7 +123,7 @@ def makes_progress(subject: Subject, scene: Scene, reference: Reference) -> None
         return  # whether a run may end so is what the other checks compare
 
 
-@check(since="2.0")
+@check(since="2.0", share=0.5)
 def near_is_mutual(subject: Subject, scene: Scene, reference: Reference) -> None:
     """Whom it says to be near a body is a body, and it says that the one is near the other as well."""
     for count, sim in enumerate(stepped(subject, scene, 120)):

@@ -13,14 +13,14 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from kinetile.conformance.cases import REFERENCE, Subject
+from kinetile.conformance.cases import Subject
 from kinetile.conformance.checks import check_named
 from kinetile.conformance.checks.check import Check, Reference
 from kinetile.conformance.checks.tightness import tightness
 from kinetile.conformance.checks.verdicts import Seen, verdict
 from kinetile.conformance.engine import Court
 from kinetile.conformance.limits import SCENE_SECONDS, limit_scenes
-from kinetile.conformance.rehearsal import SAMPLES, prepared, rehearse
+from kinetile.conformance.rehearsal import SAMPLES, compiled, fresh, rehearse
 from kinetile.errors import BadOption, KinetileError, NotJudged, Refused
 from kinetile.scene import Scene
 
@@ -60,10 +60,11 @@ class Order:
 def serve(order: Order, tasks: Iterable[Task], tell: Tell) -> None:
     """Carry tasks out, until there are no more.
 
-    A task says under "do" what it is: "rehearse" (load, compile, run once), "compile" (the samples of numbers
-    "samples"), "judge" (the check "check"; "expected" is why it is known to fail), "tightness"; and for the
-    scene looked at last "alone" (run "check" on it, to see if the process survives) and "verdict" (run it
-    under the other phases, to say whom it speaks against). The answer to each ends with "done".
+    A task says under "do" what it is: "rehearse" (load, compile, run once), "fresh" (say what is still to be
+    compiled), "compile" (the samples of numbers "samples"), "judge" (the check "check"; "expected" is why it
+    is known to fail), "tightness"; and for the scene looked at last "alone" (run "check" on it, to see if the
+    process survives) and "verdict" (run it under the other phases, to say whom it speaks against). The answer
+    to each ends with "done".
     """
     _limit_memory(order.memory)
     limit_scenes(SCENE_SECONDS)
@@ -82,11 +83,18 @@ def serve(order: Order, tasks: Iterable[Task], tell: Tell) -> None:
     for task in tasks:
         match task["do"]:
             case "rehearse":
-                _rehearse(subject, tell)
+                try:
+                    rehearse(subject)
+                except (NotJudged, BadOption, Refused) as error:
+                    if _is_out_of_memory(error):
+                        os._exit(NO_MEMORY)
+                    tell({"error": type(error).__name__, "said": str(error)})
+            case "fresh":
+                tell({"fresh": fresh(subject)})
             case "compile":
                 for number in task["samples"]:
                     with contextlib.suppress(KinetileError):
-                        prepared(subject, SAMPLES[number])
+                        compiled(subject, SAMPLES[number])
             case "judge":
                 result = court.judge(task["check"], task["expected"])
                 paths = {key: str(path) for key in ("case", "picture") if (path := getattr(result, key))}
@@ -100,21 +108,6 @@ def serve(order: Order, tasks: Iterable[Task], tell: Tell) -> None:
                 scene, _ = read_scene(scratch / LAST)
                 tell({"verdict": verdict(check_named(task["check"]), subject, scene)})
         tell({"done": True})
-
-
-def _rehearse(subject: Subject, tell: Tell) -> None:
-    """Rehearse; first tell which samples' loops are still to be compiled, for another child to help."""
-    fresh = []
-    for number, sample in enumerate(SAMPLES):
-        with contextlib.suppress(KinetileError):
-            sims = [each.simulation(sample) for each in (subject, Subject(REFERENCE, {}))]
-            if any(sim.cached is False for sim in sims):
-                fresh.append(number)
-    tell({"fresh": fresh})
-    try:
-        rehearse(subject)
-    except (NotJudged, BadOption, Refused) as error:
-        tell({"error": type(error).__name__, "said": str(error)})
 
 
 def read_scene(path: Path) -> tuple[Scene, int]:

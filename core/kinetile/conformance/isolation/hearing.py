@@ -29,6 +29,7 @@ from kinetile.conformance.isolation.processes import CAN_FORK, Child, afresh, fo
 from kinetile.conformance.limits import SILENCE
 from kinetile.conformance.report import Result
 from kinetile.errors import BadOption, MissingExtra, NotJudged, PhaseError, Refused
+from kinetile.kernel.compiled import INTERPRETED
 from kinetile.plugin.registry import Provided
 from kinetile.scene import Scene
 
@@ -101,31 +102,41 @@ class Hearing:
         shutil.rmtree(self._scratch, ignore_errors=True)
 
     def rehearse(self) -> None:
-        """Have the phase loaded, compiled, and run once; with two processors, compiled side by side.
+        """Have the phase loaded, compiled and run once, and what all checks need compiled where they come.
+
+        If the process does not survive that, the checks will tell of what.
 
         Raises:
-            NotJudged: it does not load or compile, or the process does not survive it.
+            NotJudged: it does not load or compile.
             BadOption, Refused: as the phase says.
         """
-        helper: list[Child] = []
 
         def hear(message: Message) -> None:
-            if len(message.get("fresh", ())) > 1 and not self._forks:
-                helper.append(self._start("words of a helper"))
-                helper[0].ask({"do": "compile", "samples": message["fresh"][1::2]})
             if "error" in message:
                 errors = {"BadOption": BadOption, "Refused": Refused}
                 raise errors.get(message["error"], NotJudged)(message["said"])
 
-        try:
+        with suppress(_Died):
             self._do({"do": "rehearse"}, hear)
-        except _Died as died:
-            what = "being loaded, compiled and run for the first time"
-            words = self._words()
-            raise NotJudged(cause(died.end, what, words, self._who, self._order.memory)) from None
+            if self._trial.whole and not self._forks and not INTERPRETED:
+                self._compile()
+        self.deaths = 0
+
+    def _compile(self) -> None:
+        """Compile the loops that are not yet, in two processes side by side."""
+        found: Message = {}
+        self._do({"do": "fresh"}, found.update)
+        fresh = list(found.get("fresh", ()))
+        if not fresh:
+            return
+        helper = self._start("words of a helper")
+        try:
+            helper.ask({"do": "compile", "samples": fresh[1::2]})
+            self._do({"do": "compile", "samples": fresh[0::2]}, lambda message: None)
+            with suppress(TimeoutError):
+                helper.hear(SILENCE)
         finally:
-            for child in helper:
-                child.end()
+            helper.end()
 
     def judge(self, name: str) -> Result:
         """Run the check of a name; the result says it if the child does not survive it.
