@@ -10,6 +10,8 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import wraps
+from inspect import unwrap
 from pathlib import Path
 from typing import Any
 
@@ -58,7 +60,7 @@ class Watch:
 
     @staticmethod
     def _all_of(audit: Callable[[Any, Any], Iterator[str]]) -> Callable[[Any, Any], list[str]]:
-        return lambda k, s: list(audit(k, s))
+        return wraps(audit)(lambda k, s: list(audit(k, s)))
 
     def _watched(self, name: str, hook: Callable[..., Any]) -> Callable[..., Any]:
         """Return a hook that is watched."""
@@ -93,7 +95,7 @@ class Watch:
 
 def _place(hook: Callable[..., Any]) -> str:
     """Return where a hook stands, to be put behind a sentence."""
-    code = getattr(hook, "__code__", None)
+    code = getattr(unwrap(hook), "__code__", None)
     return f" (it begins in {Path(code.co_filename).name}, line {code.co_firstlineno})" if code else ""
 
 
@@ -117,6 +119,9 @@ def look(subject: Subject, scene: Scene) -> str | None:
             raise
     except KinetileError:
         pass
+    except Exception as error:  # in arrange and audit, a breach itself
+        if watch.said is None:
+            return f"the run ended with {type(error).__name__}: {error}{line_of_author(frames_of(error.__traceback__))}"
     return watch.said
 
 

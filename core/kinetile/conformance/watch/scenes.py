@@ -47,7 +47,7 @@ class Kind:
     seed: int = 0
 
     def __str__(self) -> str:
-        kind = f"{self.bodies} bodies in {self.columns} x {self.rows} cells"
+        kind = f"{self.bodies} {'body' if self.bodies == 1 else 'bodies'} in {self.columns} x {self.rows} cells"
         return f"{kind} from {self.corner:g} on, {'with' if self.walls else 'without'} walls"
 
     def scene(self) -> Scene:
