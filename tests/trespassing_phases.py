@@ -1,7 +1,7 @@
 """Broad phases that are right and write where they must not, or touch what lies outside of an array.
 
-As a module it is a plugin. ``python -m trespassing_phases`` prints as JSON what is seen of each where hooks run
-interpreted.
+As a module it is a plugin. ``python -m trespassing_phases`` prints as JSON what is seen of each where hooks
+run interpreted.
 """
 
 from __future__ import annotations
@@ -19,7 +19,8 @@ STEP = 1 << 51
 
 
 class State(NamedTuple):
-    """How often each body's certificate has failed; where a phase that strays strays to; what it was given."""
+    """How often each body's certificate has failed; where a phase that strays strays to; what it was
+    given."""
 
     failed: Records  # (n,)
     astray: Records  # (1,)

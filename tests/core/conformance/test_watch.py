@@ -56,7 +56,7 @@ SEEN = {
     "strays-before": "near used s.failed[-2], which is before its beginning (trespassing_phases.py, line ",
     "asks-the-last": "near used k.bodies[-1], which is before its beginning (trespassing_phases.py, line ",
     "asks-one-too-many": "repair used k.bodies[1], and it has 1 (trespassing_phases.py, line ",
-    "misspells": "replan raised AttributeError: 'record' object has no attribute 'vz' (trespassing_phases.py, line ",
+    "misspells": "replan raised AttributeError: 'record' object has no attribute 'vz' (trespassing_",
 }
 ALLOWED = ("strays-where-told", "strays-in-the-kernel", "uses-the-toolbox")
 
@@ -182,7 +182,7 @@ def test_an_array_in_a_cage_is_the_same_kind_of_array(bodies):
         assert str(array.flags) == str(was.flags).replace("OWNDATA : True", "OWNDATA : False")
         assert array.tobytes() == was.tobytes()
         assert not np.may_share_memory(array, was)
-        assert (array.ctypes.data - was.ctypes.data) % canaries.LINE == 0
+        assert (canaries.address(array) - canaries.address(was)) % canaries.LINE == 0
     assert [cage.breach() for cage in cages] == [None] * len(cages)
 
 

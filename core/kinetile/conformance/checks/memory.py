@@ -1,7 +1,7 @@
 """Checks of memory: what hooks change that is not theirs, and what they touch outside of their arrays.
 
-They look at fixed scenes. What they see is named with hook, field and line, and often has no effect on any contact:
-another machine, or a larger scene, and it would have.
+They look at fixed scenes. What they see is named with hook, field and line, and often has no effect on any
+contact: another machine, or a larger scene, and it would have.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """The barrier: before and after each hook, all that the hook may not change is compared, byte for byte.
 
 What a hook may change is its state, ``k.near``, and what the functions of the toolbox change on its behalf:
-``offer``, ``add_pair`` and ``remove_pair`` the offers and the pair set, ``blame`` the fault, ``falls`` a reading.
-``schedule`` sets a certificate. Each time that it changes one it counts it, and, but for the body whose hook is at
-work, it leaves the body among the offers to be settled. So a certificate that is another one than before, and of
-which nothing was left there, was written by somebody else.
+``offer``, ``add_pair`` and ``remove_pair`` the offers and the pair set, ``blame`` the fault, ``falls`` a
+reading. ``schedule`` sets a certificate. Each time that it changes one it counts it, and, but for the body
+whose hook is at work, it leaves the body among the offers to be settled. So a certificate that is another one
+than before, and of which nothing was left there, was written by somebody else.
 """
 
 from __future__ import annotations
@@ -112,7 +112,8 @@ def _changed(name: str, was: Any, table: Any, may: set[str]) -> Iterator[str]:
         if old.tobytes() != new.tobytes():
             row = next(row for row in range(len(new)) if old[row].tobytes() != new[row].tobytes())
             which = name if name in ("clock", "counts") else f"{name}[{row}]"
-            yield f"{which}{f'.{field}' if field else ''} ({new[row].item()!r}, where {old[row].item()!r} stood)"
+            which += f".{field}" if field else ""
+            yield f"{which} ({new[row].item()!r}, where {old[row].item()!r} stood)"
 
 
 def _not_scheduled(before: Snapshot, k: Kernel) -> Iterator[str]:

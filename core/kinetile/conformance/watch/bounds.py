@@ -1,13 +1,13 @@
 """Arrays that look at every index: what compiled code would read or write outside of them has a name here.
 
-Compiled, nothing looks: an index too large is other memory. Interpreted, NumPy raises for most of these; but an
-index below zero it counts from the end. So does compiled code, down to the beginning of the array, and no
+Compiled, nothing looks: an index too large is other memory. Interpreted, NumPy raises for most of these; but
+an index below zero it counts from the end. So does compiled code, down to the beginning of the array, and no
 further: in a phase's own state that is Python's meaning and the author's business. In the kernel's tables, of
 which bodies are numbered from 0, it is a mistake; and what reads eight numbers at once (``kernel.vectors``)
 takes an index as it is, so that there it is outside.
 
-``guarded`` gives views of a named tuple's arrays that raise ``Breach`` with the array, the index, and the line
-of the phase's author, be it that a function of the toolbox, called from there, used the index.
+``guarded`` gives views of a named tuple's arrays that raise ``Breach`` with the array, the index, and the
+line of the phase's author, be it that a function of the toolbox, called from there, used the index.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ class _Looked:
         return found
 
     def __iter__(self) -> Iterator[Any]:
-        return (self[index] for index in range(len(self)))  # type: ignore[arg-type]
+        return (self[index] for index in range(self.shape[0]))
 
     def __setitem__(self, index: Any, value: Any) -> None:
         if self.called is not None:
@@ -123,7 +123,7 @@ class _Array(_Looked, np.ndarray[Any, Any]):
     """Numbers."""
 
 
-class _Table(_Looked, np.recarray):  # type: ignore[type-arg]
+class _Table(_Looked, np.recarray):
     """Records."""
 
 

@@ -1,11 +1,12 @@
 """Canaries: a compiled run in which each array lies between two zones that nobody may write to.
 
-An array is copied into the middle of a larger buffer. To compiled code it is the same kind of array at another
-place, so the loop is the one that there is already. What a hook writes just before or behind an array, which
-otherwise changes whatever happens to lie there, changes a zone, and afterwards the zones are looked through.
+An array is copied into the middle of a larger buffer. To compiled code it is the same kind of array at
+another place, so the loop is the one that there is already. What a hook writes just before or behind an
+array, which otherwise changes whatever happens to lie there, changes a zone, and afterwards the zones are
+looked through.
 
-Watched are the arrays of the state, and of the kernel's tables those that the engine has when it starts. Left as
-they are: arrays that share memory with another one of the state, that do not lie in one piece, or that are
+Watched are the arrays of the state, and of the kernel's tables those that the engine has when it starts. Left
+as they are: arrays that share memory with another one of the state, that do not lie in one piece, or that are
 read-only; and the tables that the engine puts into place of others while it runs (the turns, the log, and the
 pair set once it has grown).
 """
@@ -14,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -26,7 +27,7 @@ from kinetile.run.composition import compose_phases
 from kinetile.run.engine import Engine
 from kinetile.scene import Scene
 
-__all__ = ["CONTACTS", "ZONE", "Cage", "caged", "look"]
+__all__ = ["CONTACTS", "ZONE", "Cage", "address", "caged", "look"]
 
 ZONE = 1024
 """Bytes before an array and behind it that nobody may write to; more than one row of most arrays."""
@@ -37,6 +38,11 @@ LINE = 64
 """Bytes of a cache line: an array begins where in a line it began."""
 
 Bytes = npt.NDArray[np.uint8]
+
+
+def address(array: Any) -> int:
+    """Return where an array begins, also where it has no elements."""
+    return int(array.__array_interface__["data"][0])
 
 
 class Cage(NamedTuple):
@@ -54,10 +60,10 @@ class Cage(NamedTuple):
         zone = max(ZONE, 2 * array.itemsize, 2 * array.strides[0] if array.ndim else 0)
         zone += -zone % LINE
         memory = np.full(2 * zone + array.nbytes + LINE, SONG, dtype=np.uint8)
-        first = zone + (array.ctypes.data - memory.ctypes.data) % LINE
+        first = zone + (address(array) - address(memory)) % LINE
         inside = memory[first : first + array.nbytes]
         inside[:] = np.frombuffer(array.tobytes(order="A"), dtype=np.uint8)
-        order = "C" if array.flags.c_contiguous else "F"
+        order: Literal["C", "F"] = "C" if array.flags.c_contiguous else "F"
         made = np.ndarray(array.shape, array.dtype, inside, order=order).view(type(array))
         return cls(name, made, array, memory[first - zone : first], memory[first + array.nbytes :][:zone])
 
@@ -68,7 +74,8 @@ class Cage(NamedTuple):
             if len(at):
                 row = max(self.array.strides[0] if self.array.ndim else 1, 1)
                 rows = int(at[0]) // row + 1
-                return f"{self.name} was written to {rows} {'row' if rows == 1 else 'rows'} {side} its {_end(side)}"
+                far = f"{rows} {'row' if rows == 1 else 'rows'}"
+                return f"{self.name} was written to {far} {side} its {_end(side)}"
         return None
 
 
@@ -94,7 +101,7 @@ def caged(tables: tuple[Any, ...], called: str) -> tuple[Any, list[Cage]]:
 def _moved(ticks: Any, cages: Sequence[Cage]) -> Any:
     """Return an array of ticks where it is now: it may be a view of one that has been copied into a cage."""
     for cage in cages:
-        offset = ticks.ctypes.data - cage.original.ctypes.data
+        offset = address(ticks) - address(cage.original)
         if np.may_share_memory(ticks, cage.original) and offset >= 0:
             memory = cage.array.reshape(-1, order="A").view(np.ndarray).view(np.uint8)
             return np.ndarray(ticks.shape, ticks.dtype, memory, offset, ticks.strides)

@@ -1,8 +1,8 @@
 """The interpreted run in an interpreter of its own, where the kit's own has compiled hooks.
 
-The child gets an order as JSON on its standard input: the phase's name and options, where its class stands if it
-was added in the asking process only, and the scenes as TOML. It says what it has seen as JSON on its standard
-output. ``python -m kinetile.conformance.watch`` is such a child.
+The child gets an order as JSON on its standard input: the phase's name and options, where its class stands if
+it was added in the asking process only, and the scenes as TOML. It says what it has seen as JSON on its
+standard output. ``python -m kinetile.conformance.watch`` is such a child.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ Titled = Iterable[tuple[str, Scene]]
 
 
 def first_breach(subject: Subject, scenes: Titled) -> str | None:
-    """Run a phase interpreted on scenes with all hooks watched; return what was seen first and on which scene,
-    None where nothing was.
+    """Run a phase interpreted on scenes with all hooks watched; return what was seen first and on which
+    scene, None where nothing was.
 
     Raises Refused where it refuses all the scenes, or cannot be run in another interpreter, or is not through
     with them in time.
@@ -63,8 +63,8 @@ def first_breach(subject: Subject, scenes: Titled) -> str | None:
     except ValueError:
         said = done.stderr.strip().rpartition("\n")[2] or "nothing was said"
         raise Refused(
-            f"its hooks could not be watched interpreted, within {SECONDS} CPU seconds: the interpreter ended "
-            f"with {done.returncode} ({said})"
+            f"its hooks could not be watched interpreted, within {SECONDS} CPU seconds: the interpreter "
+            f"ended with {done.returncode} ({said})"
         ) from None
     if found["refused"] is not None:
         raise Refused(found["refused"])
@@ -89,16 +89,16 @@ def _first_breach(subject: Subject, scenes: Titled) -> str | None:
 
 
 def _target(provided: Provided) -> str | None:
-    """Return where the class of a phase of this process stands, so that another can import it; None for a phase
-    that is installed."""
+    """Return where the class of a phase of this process stands, so that another can import it; None for a
+    phase that is installed."""
     if provided.distribution is not None:
         return None
     target = provided.spec.target
     found = target if isinstance(target, str) else f"{target.__module__}:{target.__qualname__}"
     if "<" in found or found.startswith("__main__:"):
         raise Refused(
-            f"its hooks cannot be watched interpreted: {found} cannot be imported by another interpreter; a class "
-            "at the top level of a module can, or run the kit with NUMBA_DISABLE_JIT=1"
+            f"its hooks cannot be watched interpreted: {found} cannot be imported by another interpreter; "
+            "a class at the top level of a module can, or run the kit with NUMBA_DISABLE_JIT=1"
         )
     return found
 

@@ -1,8 +1,8 @@
 """An interpreted run of a phase in which every hook is watched: each index it uses, and all that it changes.
 
 The phase's parts are taken as they are, and each hook is put into a function that looks before and after
-(``barrier``) and that hands it tables which look at every index (``bounds``). The engine then runs as it always
-does. So this is for a process in which hooks are plain Python, that is with NUMBA_DISABLE_JIT=1.
+(``barrier``) and that hands it tables which look at every index (``bounds``). The engine then runs as it
+always does. So this is for a process in which hooks are plain Python, that is with NUMBA_DISABLE_JIT=1.
 """
 
 from __future__ import annotations
@@ -121,12 +121,14 @@ def look(subject: Subject, scene: Scene) -> str | None:
         pass
     except Exception as error:  # in arrange and audit, a breach itself
         if watch.said is None:
-            return f"the run ended with {type(error).__name__}: {error}{line_of_author(frames_of(error.__traceback__))}"
+            where = line_of_author(frames_of(error.__traceback__))
+            return f"the run ended with {type(error).__name__}: {error}{where}"
     return watch.said
 
 
 def _run(engine: Engine, scene: Scene) -> None:
-    """Run a while, turn a body to be fast, so that all is laid out anew, run on, and ask the phase's audit."""
+    """Run a while, turn a body to be fast, so that all is laid out anew, run on, and ask the phase's
+    audit."""
     until = horizon(scene)
     _advance(engine, until)
     if len(scene):
@@ -136,8 +138,8 @@ def _run(engine: Engine, scene: Scene) -> None:
 
 
 def _advance(engine: Engine, until: float) -> None:
-    """Run on to a time, or for so many contacts or events; then ask the phase's own audit, if it has one. What
-    it says is for other checks."""
+    """Run on to a time, or for so many contacts or events; then ask the phase's own audit, if it has one.
+    What it says is for other checks."""
     end = End(until, engine.clock.ticks(until), engine.contacts + CONTACTS, engine.events + EVENTS)
     advance(engine, end, None, lambda: None)
     engine.build()

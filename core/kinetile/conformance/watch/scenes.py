@@ -1,9 +1,10 @@
-"""Fixed scenes on which memory is watched: few bodies of all kinds where hooks run interpreted, many where they
-run compiled.
+"""Fixed scenes on which memory is watched: few bodies of all kinds where hooks run interpreted, many where
+they run compiled.
 
-They are made with a generator of their own and not drawn by Hypothesis, since a breach is named, with hook, field
-and line, and need not be made smaller to be understood. What matters is that each hook runs in each situation:
-crowds and lone bodies, walls and none, turns, sizes that differ, places far from the origin and below it.
+They are made with a generator of their own and not drawn by Hypothesis, since a breach is named, with hook,
+field and line, and need not be made smaller to be understood. What matters is that each hook runs in each
+situation: crowds and lone bodies, walls and none, turns, sizes that differ, places far from the origin and
+below it.
 """
 
 from __future__ import annotations
@@ -47,8 +48,9 @@ class Kind:
     seed: int = 0
 
     def __str__(self) -> str:
-        kind = f"{self.bodies} {'body' if self.bodies == 1 else 'bodies'} in {self.columns} x {self.rows} cells"
-        return f"{kind} from {self.corner:g} on, {'with' if self.walls else 'without'} walls"
+        bodies = f"{self.bodies} {'body' if self.bodies == 1 else 'bodies'}"
+        cells = f"{self.columns} x {self.rows} cells"
+        return f"{bodies} in {cells} from {self.corner:g} on, {'with' if self.walls else 'without'} walls"
 
     def scene(self) -> Scene:
         """Return the scene of this kind."""
@@ -65,7 +67,9 @@ class Kind:
             velocity=velocity,
             radius=radius,
             arena=(float(self.columns), float(self.rows)) if self.walls else None,
-            turns=[Turn(body, random.randint(0, 16) / 8, (random.randint(-8, 8) / 8, 0.5)) for body in turning],
+            turns=[
+                Turn(body, random.randint(0, 16) / 8, (random.randint(-8, 8) / 8, 0.5)) for body in turning
+            ],
             settings=Settings(until=4.0),
         )
 
