@@ -42,7 +42,7 @@ def give_up(k: Kernel, s: State, body: int) -> int:
 
 
 class GivesUp:
-    """A phase that gives up at time 0.25, with the fault that it is told."""
+    """A phase that gives up at time 0.125, with the fault that it is told."""
 
     def __init__(self, *, which: int = 0) -> None:
         self.which = which
@@ -88,7 +88,7 @@ def _registered() -> Iterator[None]:
 )
 def test_a_fault_of_its_own_is_told_in_its_own_words(which, said):
     sim = kt.Simulation(kt.make_scene("two-discs"), "gives-up", options={"which": which})
-    who = "at time 0.25 broad phase 'gives-up' of Plugin (added in this process)"
+    who = "at time 0.125 broad phase 'gives-up' of Plugin (added in this process)"
     with pytest.raises(PhaseError, match=f"^{re.escape(f'{who} {said}')}$"):
         sim.run(until=1.0)
 

@@ -48,7 +48,7 @@ def test_it_is_that_of_the_tables_for_drawn_scenes(scene):
 
 def test_it_is_so_without_bodies_and_late():
     assert_known(kt.Scene(np.zeros((0, 2)), np.zeros((0, 2)), 1.0))
-    assert_known(kt.Scene([[1.0, 1.0]], [[1e9, 0.0]], 0.5, arena=(4.0, 4.0), start=1e12))
+    assert_known(kt.Scene([[1.0, 1.0]], [[2.0, 0.0]], 0.5, arena=(4.0, 4.0), start=1e12))
 
 
 def test_where_walls_are_left_out_bodies_reach_further_and_arrange_sees_it():

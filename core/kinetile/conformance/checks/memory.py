@@ -12,6 +12,7 @@ from kinetile.conformance.watch import canaries
 from kinetile.conformance.watch.child import first_breach
 from kinetile.conformance.watch.scenes import MANY, SMALL, titled
 from kinetile.errors import Refused
+from kinetile.kernel.compiled import INTERPRETED
 from kinetile.scene import Scene
 
 __all__ = ["stays_within_its_arrays", "writes_only_where_it_may"]
@@ -29,6 +30,10 @@ def writes_only_where_it_may(subject: Subject, scene: Scene, reference: Referenc
 @check(draws=False, since="3.0")
 def stays_within_its_arrays(subject: Subject, scene: Scene, reference: Reference) -> None:
     """It writes nothing just before or behind an array of its state or of the kernel."""
+    if INTERPRETED:
+        raise Refused(
+            "hooks are interpreted here, and writes-only-where-it-may looks at every index they use"
+        )
     refusal: Refused | None = None
     looked_at = 0
     for title, each in titled(MANY):

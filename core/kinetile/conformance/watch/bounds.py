@@ -12,8 +12,8 @@ line of the phase's author, be it that a function of the toolbox, called from th
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterable, Iterator
+from inspect import currentframe
 from pathlib import Path
 from types import FrameType, TracebackType
 from typing import Any, TypeVar
@@ -79,7 +79,7 @@ class _Looked:
         if called is None:
             return super().__getitem__(index)  # type: ignore[misc]
         if not isinstance(index, int | np.integer) or not 0 <= index < self.shape[0]:
-            self._look(index, sys._getframe(1))
+            self._look(index, currentframe())
         found = super().__getitem__(index)  # type: ignore[misc]
         if isinstance(found, _Looked) and isinstance(index, int | np.integer):
             found.called, found.strict = f"{called}[{index}]", self.strict
@@ -90,12 +90,13 @@ class _Looked:
 
     def __setitem__(self, index: Any, value: Any) -> None:
         if self.called is not None:
-            self._look(index, sys._getframe(1))
+            self._look(index, currentframe())
         super().__setitem__(index, value)  # type: ignore[misc]
 
-    def _look(self, index: Any, frame: FrameType) -> None:
-        """Raise Breach where an index is outside."""
-        raw = frame.f_code.co_filename.startswith(EIGHT_AT_ONCE)
+    def _look(self, index: Any, here: FrameType | None) -> None:
+        """Raise Breach where an index is outside that the caller of this frame has used."""
+        frame = here.f_back if here is not None else None
+        raw = frame is not None and frame.f_code.co_filename.startswith(EIGHT_AT_ONCE)
         for length, each in zip(self.shape, index if isinstance(index, tuple) else (index,), strict=False):
             if isinstance(each, bool | np.bool_):
                 continue
@@ -113,7 +114,7 @@ class _Looked:
             if low < (0 if raw or self.strict else -length):
                 self._tell(low, length, frame)
 
-    def _tell(self, index: int, length: int, frame: FrameType) -> None:
+    def _tell(self, index: int, length: int, frame: FrameType | None) -> None:
         side = f"and it has {length}" if index >= 0 else "which is before its beginning"
         where = line_of_author(frames_above(frame))
         raise Breach(f"used {self.called}[{index}], {side}{where}")

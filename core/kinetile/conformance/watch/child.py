@@ -28,7 +28,7 @@ from kinetile.scene.files import dumps_scene
 
 __all__ = ["carry_out", "first_breach"]
 
-SECONDS = 60
+SECONDS = 40
 """CPU seconds after which the child ends, whatever it is doing."""
 
 Titled = Iterable[tuple[str, Scene]]
