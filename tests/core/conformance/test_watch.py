@@ -178,7 +178,7 @@ def test_an_array_in_a_cage_is_the_same_kind_of_array(bodies):
     assert len(cages) == len(k)
     for name, was, array in zip(k._fields, k, inside, strict=True):
         assert type(array) is type(was)
-        assert (array.dtype, array.shape, array.strides) == (was.dtype, was.shape, was.strides), name
+        assert (array.dtype, array.shape) == (was.dtype, was.shape), name
         assert str(array.flags) == str(was.flags).replace("OWNDATA : True", "OWNDATA : False")
         assert array.tobytes() == was.tobytes()
         assert not np.may_share_memory(array, was)

@@ -31,9 +31,7 @@ def writes_only_where_it_may(subject: Subject, scene: Scene, reference: Referenc
 def stays_within_its_arrays(subject: Subject, scene: Scene, reference: Reference) -> None:
     """It writes nothing just before or behind an array of its state or of the kernel."""
     if INTERPRETED:
-        raise Refused(
-            "hooks are interpreted here, and writes-only-where-it-may looks at every index they use"
-        )
+        raise Refused("hooks are interpreted here: writes-only-where-it-may looks at every index")
     refusal: Refused | None = None
     looked_at = 0
     for title, each in titled(MANY):

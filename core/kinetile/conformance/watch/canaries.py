@@ -64,7 +64,7 @@ class Cage(NamedTuple):
         inside = memory[first : first + array.nbytes]
         inside[:] = np.frombuffer(array.tobytes(order="A"), dtype=np.uint8)
         order: Literal["C", "F"] = "C" if array.flags.c_contiguous else "F"
-        made = np.ndarray(array.shape, array.dtype, inside, order=order).view(type(array))
+        made = np.ndarray(array.shape, array.dtype, memory.data, first, order=order).view(type(array))
         return cls(name, made, array, memory[first - zone : first], memory[first + array.nbytes :][:zone])
 
     def breach(self) -> str | None:
