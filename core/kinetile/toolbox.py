@@ -8,17 +8,19 @@ from __future__ import annotations
 
 from kinetile.kernel.certificates import falls, falls_eight, falls_many, schedule, ticks_after
 from kinetile.kernel.compiled import hook, larger, smaller
-from kinetile.kernel.faults import TOO_DEEP, blame
+from kinetile.kernel.faults import MY_FAULT, TOO_DEEP, blame
 from kinetile.kernel.flight import positions_now, since_anchor, since_origin
 from kinetile.kernel.log import BOTTOM, LEFT, RIGHT, TOP
 from kinetile.kernel.loop.idle import NoState
 from kinetile.kernel.pairs import add_pair, offer, pairs_of, remove_pair
 from kinetile.kernel.tables import NEVER, NOBODY, Kernel, Records
 from kinetile.plugin.protocols import BroadPhase, BroadPhaseParts, NarrowPhase, PairParts, WallParts
+from kinetile.scene.reach import reach_of
 
 __all__ = [
     "BOTTOM",
     "LEFT",
+    "MY_FAULT",
     "NEVER",
     "NOBODY",
     "RIGHT",
@@ -42,6 +44,7 @@ __all__ = [
     "offer",
     "pairs_of",
     "positions_now",
+    "reach_of",
     "remove_pair",
     "schedule",
     "since_anchor",

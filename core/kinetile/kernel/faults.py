@@ -12,6 +12,7 @@ __all__ = [
     "BAD_PAIR",
     "JAMMED",
     "LATE_CONTACT",
+    "MY_FAULT",
     "NOT_FINITE",
     "STALLED",
     "TOO_DEEP",
@@ -21,6 +22,10 @@ __all__ = [
 
 BAD_PAIR, UNKNOWN_PAIR, LATE_CONTACT, TOO_DEEP, JAMMED, STALLED, NOT_FINITE = range(1, 8)
 BAD_CERTIFICATE, BAD_COUNT = 8, 9
+
+MY_FAULT = 1 << 16
+"""The first fault of a broad phase's own, for which it has a sentence (``BroadPhaseParts.faults``); the next
+one is ``MY_FAULT + 1``."""
 
 
 @hook

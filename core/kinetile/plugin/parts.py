@@ -59,6 +59,22 @@ def _broad_mistakes(parts: BroadPhaseParts) -> Iterator[str]:
     for ticks in parts.ticks if isinstance(parts.ticks, tuple | list) else (parts.ticks,):
         if not isinstance(ticks, np.ndarray) or ticks.dtype != np.int64:
             yield f"ticks has {_shown(ticks)} in it; expected arrays of int64"
+    faults: Any = parts.faults
+    wanted = "expected a tuple of sentences, in which {a} and {b} stand for what blame was given"
+    if not isinstance(faults, tuple | list):
+        yield f"faults is {_shown(faults)}; {wanted}"
+        return
+    yield from (f"faults has {_shown(said)} in it; {wanted}" for said in faults if not _is_sentence(said))
+
+
+def _is_sentence(sentence: object) -> bool:
+    """Whether this is text that can be filled in with two numbers."""
+    if not isinstance(sentence, str):
+        return False
+    try:
+        return bool(sentence.format(a=0, b=0))
+    except (LookupError, ValueError, AttributeError):
+        return False
 
 
 def _shown(value: Any) -> str:

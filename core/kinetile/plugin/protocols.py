@@ -74,6 +74,9 @@ class BroadPhaseParts:
 
     ``solid`` says that the phase is right only while bodies cannot pass through each other.
 
+    ``faults`` are sentences for faults of the phase's own: ``blame(k, MY_FAULT, a, b)`` ends the run with the
+    first of them, ``MY_FAULT + 1`` with the second. ``{a}`` and ``{b}`` in them stand for the two numbers.
+
     What a hook may read besides: ``k.places``, place and velocity of every body at the tick
     ``k.clock[0].origin``, one row of four doubles each, written before ``replan``.
 
@@ -94,6 +97,7 @@ class BroadPhaseParts:
     ticks: tuple[Any, ...] = ()
     solid: bool = False
     skin_limit: float | None = None
+    faults: tuple[str, ...] = ()
 
     def __new__(cls, *given: Any, **fields: Any) -> BroadPhaseParts:
         """Make the parts; raise TypeError for those of the first version of the plugin API, which began with

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, cast
 
-import numpy as np
-
 from kinetile.errors import BadOption, PhaseError, Refused, nearest
-from kinetile.kernel.clock import TICKS
-from kinetile.kernel.skin import Skin, too_thick
+from kinetile.kernel.skin import too_thick
 from kinetile.plugin.calling import calling, described
 from kinetile.plugin.discovery import Kind
 from kinetile.plugin.parts import check_parts
@@ -19,8 +15,9 @@ from kinetile.plugin.protocols import BroadPhaseParts, PairParts, WallParts
 from kinetile.plugin.registry import registry
 from kinetile.plugin.specs import NarrowPhaseSpec
 from kinetile.scene import Scene
+from kinetile.scene.reach import skin_at_start
 
-__all__ = ["DEFAULT_BROAD_PHASE", "Composition", "compose_phases", "speed_bound"]
+__all__ = ["DEFAULT_BROAD_PHASE", "Composition", "compose_phases"]
 
 DEFAULT_BROAD_PHASE = "cells"
 """Taken without a name: it does any scene, and is the fastest of the built-in ones (docs/benchmark.md)."""
@@ -139,8 +136,7 @@ def _compose(
         elif isinstance(parts, WallParts):
             wall = parts
     if broad.skin_limit is not None and scene.arena is not None:
-        tick = scene.time_unit / TICKS
-        skin = Skin.of(len(scene), max(scene.arena), speed_bound(scene), tick)
+        skin = skin_at_start(scene, walls=True)
         if skin.delta > broad.skin_limit:
             raise Refused(too_thick(name, skin.delta, broad.skin_limit))
     if broad.solid and pair is None:
@@ -175,15 +171,3 @@ def check_options(kind: str, name: str, phase: Callable[..., Any], options: Mapp
             meant = f"; did you mean {close!r}?" if close else "."
             has = f"its options are: {', '.join(known)}" if known else "it has no options"
             raise BadOption(f"{kind} {name!r} has no option {option!r}{meant} {has}")
-
-
-def speed_bound(scene: Scene) -> float:
-    """Return a speed that no body can exceed: all energy, that of every turn added, in the lightest body."""
-    if len(scene) == 0:
-        return 0.0
-    squares = np.einsum("ij,ij->i", scene.velocity, scene.velocity)
-    energy = math.fsum(scene.mass * squares)
-    energy += math.fsum(
-        float(scene.mass[t.body]) * (t.velocity[0] ** 2 + t.velocity[1] ** 2) for t in scene.turns
-    )
-    return math.sqrt(energy / float(scene.mass.min())) * (1.0 + 2.0**-20)

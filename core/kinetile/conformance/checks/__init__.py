@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from kinetile.conformance.checks import between_events, outcomes, views
+from kinetile.conformance.checks import between_events, memory, outcomes, views
 from kinetile.conformance.checks.check import Check
 
 __all__ = ["CHECKS", "check_named"]
@@ -27,6 +27,8 @@ CHECKS: tuple[Check, ...] = (
     outcomes.survives_the_smallest_scenes,
     outcomes.same_contacts_in_the_gallery,
     outcomes.rejects_unknown_options,
+    memory.writes_only_where_it_may,
+    memory.stays_within_its_arrays,
     between_events.pairs_are_overlapping_boxes,
 )
 

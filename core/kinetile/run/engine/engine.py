@@ -27,7 +27,7 @@ from kinetile.kernel.tables import NEVER, NOT_ASKED, ROW, clear, pair_set, read_
 from kinetile.plugin.calling import calling, described, place_of
 from kinetile.plugin.discovery import sentence
 from kinetile.run.audit import check_all
-from kinetile.run.composition import Composition, speed_bound
+from kinetile.run.composition import Composition
 from kinetile.run.engine.agenda import Agenda, Planned
 from kinetile.run.engine.failures import failure
 from kinetile.run.engine.layout import set_limits, tables_of
@@ -36,6 +36,7 @@ from kinetile.run.engine.pace import first_shift, fit, steps
 from kinetile.run.interrupts import Unbroken
 from kinetile.run.readings import energy
 from kinetile.scene import Scene
+from kinetile.scene.reach import flown, speed_bound
 
 __all__ = ["UNLIMITED", "Engine"]
 
@@ -311,8 +312,7 @@ class Engine:
 
     def _reach_of_flight(self, speed: float, spans: int) -> float:
         """How far from the origin a body can come at this speed within so many spans."""
-        ahead = speed * self.clock.unit * (spans * SPAN // TICKS)
-        return float(np.abs(positions_now(self.k)).max()) + ahead
+        return float(np.abs(positions_now(self.k)).max()) + flown(speed, self.clock.unit, spans)
 
     def _grow(self) -> None:
         """Make room for more candidate pairs, and build anew."""

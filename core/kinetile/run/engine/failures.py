@@ -10,6 +10,7 @@ from kinetile.kernel.faults import (
     BAD_PAIR,
     JAMMED,
     LATE_CONTACT,
+    MY_FAULT,
     NOT_FINITE,
     STALLED,
     TOO_DEEP,
@@ -66,6 +67,8 @@ def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
             f"at time {time!r} {phase} does not get on: its certificates, the last of them that of body {a}, "
             "fail again and again at the same moment"
         )
+    if fault >= MY_FAULT:
+        return PhaseError(f"at time {time!r} {phase} {_its_own(composition, fault - MY_FAULT, a, b)}")
     broken = {
         BAD_CERTIFICATE: f"scheduled the certificate of body {a}, which is no body of the scene",
         BAD_COUNT: f"said that {b} bodies are near body {a}, and there is room for {len(k.near) - SPARE}",
@@ -73,6 +76,16 @@ def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
         UNKNOWN_PAIR: f"removed the pair ({a}, {b}), which was not in its pair set",
     }
     return PhaseError(f"at time {time!r} {phase} {broken.get(fault, f'left fault {fault} ({a}, {b})')}")
+
+
+def _its_own(composition: Composition, number: int, a: int, b: int) -> str:
+    """Return what a broad phase says of a fault of its own."""
+    faults = composition.broad.faults
+    if number < len(faults):
+        return f"cannot go on: {faults[number].format(a=a, b=b)}"
+    which = f"MY_FAULT + {number}" if number else "MY_FAULT"
+    has = f"{len(faults)} {'sentence' if len(faults) == 1 else 'sentences'} for faults of its own"
+    return f"left its fault {which} ({a}, {b}), and its parts have {has}"
 
 
 collide = to_be_filled_in

@@ -1,0 +1,60 @@
+"""How far bodies reach for broad phases at the start, and what that follows from: a speed that no body
+exceeds, how far from the origin it can come, and the skin for both (``kinetile.kernel.skin``).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from kinetile.kernel.clock import SPAN, TICKS
+from kinetile.kernel.skin import Skin
+from kinetile.scene.scene import Scene
+
+__all__ = ["flown", "reach_of", "skin_at_start", "speed_bound"]
+
+SPANS = 4
+"""Of the clock, for which the skin of a scene without walls lasts."""
+
+
+def reach_of(scene: Scene) -> npt.NDArray[np.float64]:
+    """Return (n,) how far each body reaches at the start: its radius and the skin, as in ``k.bodies.reach``.
+
+    This is for ``prepare``, to make room by; a scene with an arena is taken to have walls. It is not the last
+    word: reaches grow where bodies without walls fly far, where a body is turned by hand and brings in
+    energy, and where an arena's walls are left out. Then ``arrange`` is called again, and ``k.bodies.reach``
+    is the truth.
+    """
+    reach: npt.NDArray[np.float64] = scene.radius + skin_at_start(scene, walls=scene.arena is not None).delta
+    return reach
+
+
+def skin_at_start(scene: Scene, walls: bool) -> Skin:
+    """Return the skin of a scene, with or without the walls of its arena."""
+    speed = speed_bound(scene)
+    if walls:
+        extent = max(scene.arena or (0.0,))
+    elif len(scene):
+        extent = float(np.abs(scene.position).max()) + flown(speed, scene.time_unit, SPANS)
+    else:
+        extent = 0.0
+    return Skin.of(len(scene), extent, speed, scene.time_unit / TICKS)
+
+
+def flown(speed: float, unit: float, spans: int) -> float:
+    """Return how far a body flies at a speed within so many spans of the clock, whose unit is given."""
+    return speed * unit * (spans * SPAN // TICKS)
+
+
+def speed_bound(scene: Scene) -> float:
+    """Return a speed that no body can exceed: all energy, that of every turn added, in the lightest body."""
+    if len(scene) == 0:
+        return 0.0
+    squares = np.einsum("ij,ij->i", scene.velocity, scene.velocity)
+    energy = math.fsum(scene.mass * squares)
+    energy += math.fsum(
+        float(scene.mass[t.body]) * (t.velocity[0] ** 2 + t.velocity[1] ** 2) for t in scene.turns
+    )
+    return math.sqrt(energy / float(scene.mass.min())) * (1.0 + 2.0**-20)

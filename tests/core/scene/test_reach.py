@@ -1,0 +1,69 @@
+"""What ``prepare`` can know of reaches is what they are at the start, with walls and without."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+import kinetile as kt
+from kinetile.conformance.strategies import scenes
+from kinetile.run.composition import compose_phases
+from kinetile.run.engine import Engine
+from kinetile.scene.reach import skin_at_start
+from kinetile.toolbox import reach_of
+
+
+def engine_of(scene: kt.Scene, **more) -> Engine:
+    """Return an engine that has laid a scene out; nothing is compiled."""
+    return Engine(scene, compose_phases(scene, "naive", more.get("narrow_phases"), {}), keep_contacts=False)
+
+
+def without_walls(scene: kt.Scene) -> kt.Scene:
+    return kt.Scene(
+        scene.position, scene.velocity, scene.radius, scene.mass, turns=scene.turns, start=scene.start
+    )
+
+
+def assert_known(scene: kt.Scene) -> None:
+    reach = engine_of(scene).k.bodies.reach
+    assert reach_of(scene).tobytes() == np.asarray(reach).tobytes()
+
+
+@pytest.mark.parametrize("name", kt.registry().names("scene"))
+def test_it_is_that_of_the_tables_for_every_recipe(name):
+    scene = kt.make_scene(name)
+    assert_known(scene)
+    assert_known(without_walls(scene))
+
+
+@settings(max_examples=100, deadline=None, database=None)
+@given(scenes())
+def test_it_is_that_of_the_tables_for_drawn_scenes(scene):
+    assert_known(scene)
+    assert_known(without_walls(scene))
+
+
+def test_it_is_so_without_bodies_and_late():
+    assert_known(kt.Scene(np.zeros((0, 2)), np.zeros((0, 2)), 1.0))
+    assert_known(kt.Scene([[1.0, 1.0]], [[2.0, 0.0]], 0.5, arena=(4.0, 4.0), start=1e12))
+
+
+def test_where_walls_are_left_out_bodies_reach_further_and_arrange_sees_it():
+    scene = kt.make_scene("two-discs")
+    engine = engine_of(scene, narrow_phases=["disc"])
+    skin = skin_at_start(scene, walls=False).delta
+    assert (engine.k.bodies.reach == scene.radius + skin).all()
+    assert (engine.k.bodies.reach > reach_of(scene)).all()
+
+
+def test_arrange_is_called_again_when_reaches_have_grown():
+    scene = kt.make_scene("grid", bodies=9, density=0.3)
+    seen = []
+    composition = compose_phases(scene, "naive", None, {})
+    broad = replace(composition.broad, arrange=lambda k, s: seen.append(k.bodies.reach.max()))
+    engine = Engine(scene, replace(composition, broad=broad), keep_contacts=False)
+    engine.lay_out(1e6 * engine.speed)
+    assert seen[0] == reach_of(scene).max() < seen[1] == engine.k.bodies.reach.max()

@@ -1,0 +1,309 @@
+"""Broad phases that are right and write where they must not, or touch what lies outside of an array.
+
+As a module it is a plugin. ``python -m trespassing_phases`` prints as JSON what is seen of each where hooks
+run interpreted.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+import kinetile as kt
+from kinetile.toolbox import NEVER, BroadPhaseParts, Kernel, Records, add_pair, falls, hook, offer, schedule
+
+STEP = 1 << 51
+
+
+class State(NamedTuple):
+    """How often each body's certificate has failed; where a phase that strays strays to; what it was
+    given."""
+
+    failed: Records  # (n,)
+    astray: Records  # (1,)
+    radius: Records  # (n,)
+
+
+@hook
+def everyone(k: Kernel, s: State, body: int) -> int:
+    for other in range(len(k.bodies)):
+        k.near[other] = other
+    return len(k.bodies)
+
+
+@hook
+def build(k: Kernel, s: State) -> None:
+    for body in range(len(k.bodies)):
+        schedule(k, body, k.clock[0].now + STEP)
+
+
+@hook
+def wait_on(k: Kernel, s: State, body: int) -> int:
+    s.failed[body] += 1
+    schedule(k, body, k.clock[0].now + STEP)
+    return 0
+
+
+@hook
+def replan(k: Kernel, s: State, body: int) -> None:
+    """A certificate depends on no plan."""
+
+
+# What it must not write
+
+
+@hook
+def uncount(k: Kernel, s: State, body: int) -> int:
+    k.counts[0].structural -= 1
+    return wait_on(k, s, body)
+
+
+@hook
+def forget_partner(k: Kernel, s: State, body: int) -> int:
+    k.bodies[body].last = -1
+    k.bodies[body].stamp = 7
+    return wait_on(k, s, body)
+
+
+@hook
+def tolerate(k: Kernel, s: State, body: int) -> int:
+    k.clock[0].tolerance = 1.0
+    return wait_on(k, s, body)
+
+
+@hook
+def brake(k: Kernel, s: State, body: int) -> int:
+    k.bodies[3].vx = 0.0625
+    return everyone(k, s, body)
+
+
+@hook
+def brake_the_fourth(k: Kernel, s: State, body: int) -> int:
+    if len(k.bodies) > 3:
+        k.bodies[3].vx = 0.0625
+    return everyone(k, s, body)
+
+
+@hook
+def weigh(k: Kernel, s: State, body: int) -> None:
+    k.mass[body] = 2.0
+
+
+@hook
+def place(k: Kernel, s: State, body: int) -> int:
+    k.places[body].x += 1.0
+    return wait_on(k, s, body)
+
+
+@hook
+def file_itself(k: Kernel, s: State, body: int) -> int:
+    k.queue[body].key = k.clock[0].now + 1
+    return wait_on(k, s, body)
+
+
+@hook
+def link_itself(k: Kernel, s: State, body: int) -> int:
+    k.links[0].next = 1
+    return wait_on(k, s, body)
+
+
+@hook
+def mark_itself(k: Kernel, s: State, body: int) -> int:
+    k.marks[0] = -1
+    return wait_on(k, s, body)
+
+
+@hook
+def set_own(k: Kernel, s: State, body: int) -> int:
+    k.queue[body].own = k.clock[0].now + STEP
+    return 0
+
+
+@hook
+def set_anothers(k: Kernel, s: State, body: int) -> int:
+    k.queue[(body + 1) % len(k.bodies)].own = NEVER
+    return wait_on(k, s, body)
+
+
+@hook
+def turn_no_more(k: Kernel, s: State, body: int) -> None:
+    if len(k.turns) > 0:
+        k.turns[0].vx = 0.0
+
+
+@hook
+def answer_for_near(k: Kernel, s: State, body: int) -> None:
+    k.near[0] = 0
+    k.near[1] = 0
+
+
+@hook
+def count_updates(k: Kernel, s: State, body: int) -> int:
+    k.counts[0].updated -= 1
+    return wait_on(k, s, body)
+
+
+@hook
+def drop_offers(k: Kernel, s: State, body: int) -> int:
+    schedule(k, (body + 1) % len(k.bodies), k.clock[0].now + STEP + body)
+    k.clock[0].offered = 0
+    return wait_on(k, s, body)
+
+
+@hook
+def schedule_in_near(k: Kernel, s: State, body: int) -> int:
+    schedule(k, body, k.clock[0].now + 3 * STEP)
+    return everyone(k, s, body)
+
+
+def arrange_the_scene(k: Kernel, s: State) -> None:
+    s.radius.flags.writeable = True
+    s.radius[:] *= 1.0 + 2.0**-50
+
+
+def stop_the_clock(k: Kernel, s: State) -> None:
+    k.clock[0].spin_limit = 2**60
+
+
+def audit_and_mend(k: Kernel, s: State) -> Iterator[str]:
+    s.failed[:] = 0
+    yield from ()
+
+
+# What lies outside
+
+
+@hook
+def stray(k: Kernel, s: State, body: int) -> int:
+    s.failed[len(s.failed)] = 1
+    return everyone(k, s, body)
+
+
+@hook
+def stray_before(k: Kernel, s: State, body: int) -> int:
+    s.failed[-len(s.failed) - 1] = 1
+    return everyone(k, s, body)
+
+
+@hook
+def stray_where_told(k: Kernel, s: State, body: int) -> int:
+    if s.astray[0] != 0:
+        s.failed[s.astray[0]] = 1
+    return everyone(k, s, body)
+
+
+@hook
+def stray_in_the_kernel(k: Kernel, s: State, body: int) -> int:
+    if s.astray[0] != 0:
+        k.mass[s.astray[0]] = 1.0
+    return everyone(k, s, body)
+
+
+@hook
+def ask_the_last(k: Kernel, s: State, body: int) -> int:
+    s.failed[body] = int(k.bodies[-1].x < 0.0)
+    return everyone(k, s, body)
+
+
+@hook
+def schedule_too_far(k: Kernel, s: State, body: int) -> int:
+    falls(k, k.bodies[len(k.bodies)].anchor, 1.0, 1.0)
+    return wait_on(k, s, body)
+
+
+@hook
+def misspell(k: Kernel, s: State, body: int) -> None:
+    s.failed[body] = k.bodies[body].vz
+
+
+# What is allowed
+
+
+@hook
+def use_the_toolbox(k: Kernel, s: State, body: int) -> int:
+    others = len(k.bodies)
+    schedule(k, body, NEVER)
+    schedule(k, body, k.clock[0].now + STEP)
+    schedule(k, (body + 1) % others, k.clock[0].now + STEP + 1)
+    if others > 1:
+        offer(k, body, (body + 1) % others)
+        add_pair(k, body, (body + 1) % others)
+    s.failed[-1] += 1
+    k.near[0] = body
+    return 1
+
+
+class Trespasser:
+    """A phase that is right, but for some of its parts."""
+
+    parts: dict[str, Any]
+
+    def __init__(self, *, astray: int = 0) -> None:
+        self.astray = astray
+
+    def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
+        state = State(np.zeros(len(scene), dtype=np.int64), np.array([self.astray]), scene.radius)
+        parts = {"near": everyone, "build": build, "repair": wait_on, "replan": replan, **self.parts}
+        return BroadPhaseParts(state=state, pairs=64, **parts)
+
+
+ALL: dict[str, dict[str, Any]] = {
+    "uncounts": {"repair": uncount},
+    "forgets-a-partner": {"repair": forget_partner},
+    "tolerates": {"repair": tolerate},
+    "brakes-another": {"near": brake},
+    "brakes-the-fourth": {"near": brake_the_fourth},
+    "weighs": {"replan": weigh},
+    "moves-a-place": {"repair": place},
+    "files-itself": {"repair": file_itself},
+    "links-itself": {"repair": link_itself},
+    "marks-itself": {"repair": mark_itself},
+    "sets-its-own": {"repair": set_own},
+    "sets-anothers": {"repair": set_anothers},
+    "turns-no-more": {"replan": turn_no_more},
+    "answers-for-near": {"replan": answer_for_near},
+    "uncounts-updates": {"repair": count_updates},
+    "drops-offers": {"repair": drop_offers},
+    "schedules-in-near": {"near": schedule_in_near},
+    "arranges-the-scene": {"arrange": arrange_the_scene},
+    "stops-the-clock": {"arrange": stop_the_clock},
+    "mends-in-audit": {"audit": audit_and_mend},
+    "strays": {"near": stray},
+    "strays-before": {"near": stray_before},
+    "asks-the-last": {"near": ask_the_last},
+    "asks-one-too-many": {"repair": schedule_too_far},
+    "misspells": {"replan": misspell},
+    "strays-where-told": {"near": stray_where_told},
+    "strays-in-the-kernel": {"near": stray_in_the_kernel},
+    "uses-the-toolbox": {"repair": use_the_toolbox},
+}
+
+CLASSES = {
+    name: type(name.title().replace("-", ""), (Trespasser,), {"parts": parts}) for name, parts in ALL.items()
+}
+globals().update({phase.__name__: phase for phase in CLASSES.values()})
+
+
+@kt.hookimpl
+def kinetile_broad_phases() -> list[kt.BroadPhaseSpec]:
+    return [
+        kt.BroadPhaseSpec(name, f"trespassing_phases:{phase.__name__}") for name, phase in CLASSES.items()
+    ]
+
+
+def main() -> None:
+    """Print what is seen of each phase, interpreted."""
+    import trespassing_phases
+    from kinetile.conformance.cases import Subject
+    from kinetile.conformance.watch.child import first_breach
+    from kinetile.conformance.watch.scenes import SMALL, titled
+
+    kt.registry().add(trespassing_phases)
+    print(json.dumps({name: first_breach(Subject(name, {}), titled(SMALL[:5])) for name in ALL}))
+
+
+if __name__ == "__main__":
+    main()
