@@ -30,7 +30,7 @@ def assert_as_naive(scene, options=None, *, until=None, max_contacts=None):
 
 
 def assert_pairs_share_cells(sim):
-    """Assert that the candidate pairs are those whose cells overlap, each named once, and contain all that touch."""
+    """Assert that candidate pairs are those whose cells overlap, each named once, with all that touch."""
     box, place = sim.state.box, sim.positions()
     reach = sim.scene.radius + sim.explain()["numbers"]["skin"]
     a, b = np.triu_indices(len(box), 1)

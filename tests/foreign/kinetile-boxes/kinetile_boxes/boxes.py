@@ -1,20 +1,20 @@
 """A grid in which a body is in all cells that its bounding box touches; those that share a cell are near.
 
-So a large body is in many cells and a small one in few, and the side of a cell need not be that of the largest. How
-many rows and columns of cells a body is in never changes: as many as its box needs wherever it stands, and one more.
-A body has as many *entries* as it has cells, side by side in one array, and the entry for a cell is the one of its
+So a large body is in many cells and a small one in few, and a cell need not be as wide as the largest. How many
+rows and columns of cells a body is in never changes: as many as its box needs wherever it stands, and one more.
+A body has as many *entries* as it has cells, side by side in one array; the entry for a cell is the one of its
 column and row modulo that number. When the box comes to the border of its cells, they move on by one column: the
-entries of the column that is left behind are those that the column ahead asks for. No hook ever has to allocate. The
-column that is left behind was more than the box needs, by up to a cell; so a body that turns round at a border
-has some way to go before it crosses one again.
+entries of the column that is left behind are those that the column ahead asks for. No hook ever has to allocate.
+The column that is left behind was more than the box needs, by up to a cell; so a body that turns round at a
+border has some way to go before it crosses one again.
 
-Cells lie on a table that is wound up like a torus, with as many columns and rows as powers of two. No body is in so many
-that it meets itself, and each knows the true numbers of its cells, so bodies that meet on the table alone are not near. A body is named in one cell only
-of those that two share, the first in x and y.
+Cells lie on a table that is wound up like a torus, with as many columns and rows as powers of two. No body is in
+so many that it meets itself, and each knows the true numbers of its cells, so bodies that meet on the table
+alone are not near. A body is named in one cell only of those that two share, the first in x and y.
 
-Why no pair is missed: a body leaves its cells when its box, which has the reach in it, comes to their border, early or
-late by one rounding. Bodies that share no cell have a border between their boxes on one axis, so their boxes overlap by at
-most two roundings, and the two skins in the reaches are wider than that.
+Why no pair is missed: a body leaves its cells when its box, which has the reach in it, comes to their border,
+early or late by one rounding. Bodies that share no cell have a border between their boxes on one axis, so their
+boxes overlap by at most two roundings, and the two skins in the reaches are wider than that.
 """
 
 from __future__ import annotations
@@ -23,9 +23,8 @@ import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
-import numpy as np
-
 import kinetile as kt
+import numpy as np
 from kinetile.errors import BadOption
 from kinetile.toolbox import BroadPhaseParts, Kernel, Records, falls, hook, positions_now, schedule
 
@@ -36,9 +35,9 @@ _COLUMN, _ROW, _ACROSS, _FIRST, _AXIS = range(5)
 
 
 class State(NamedTuple):
-    """For n bodies, e entries and m places of the table; a list is a ring that begins and ends with e + its place."""
+    """For n bodies, e entries and m places of the table; a list is a ring with e + its place at both ends."""
 
-    box: Records  # (n, 5) the first column and row, how many of each, the first entry, the axis of the next crossing
+    box: Records  # (n, 5) first column and row, how many of each, first entry, axis of the next crossing
     body: Records  # (e,) whose an entry is
     after: Records  # (e + m,) the next in the ring
     before: Records  # (e + m,) the one before
@@ -74,7 +73,7 @@ def _across(reach: Records, side: float) -> Records:
 
 
 def _table(cells: Records, widest: int, places: int) -> tuple[int, int]:
-    """Return columns and rows that hold so many cells each way, or as many as there are places for, and the widest body."""
+    """Return columns and rows for so many cells each way and the widest body, if there are places for them."""
     columns, rows = (1 << math.ceil(math.log2(max(min(float(c), 2.0**40), widest) + 2)) for c in cells)
     while columns * rows > places:
         if columns > rows:
@@ -87,7 +86,7 @@ def _table(cells: Records, widest: int, places: int) -> tuple[int, int]:
 @hook
 def head(s: State, column: int, row: int) -> int:
     """Return where the ring of a cell begins and ends."""
-    return len(s.body) + (row & (s.table[1] - 1)) * s.table[0] + (column & (s.table[0] - 1))
+    return int(len(s.body) + (row & (s.table[1] - 1)) * s.table[0] + (column & (s.table[0] - 1)))
 
 
 @hook
@@ -188,13 +187,13 @@ def repair(k: Kernel, s: State, body: int) -> int:
 
 
 def audit(k: Kernel, s: State) -> Iterator[str]:
-    """Yield a sentence for each body that is outside its cells, and for each entry that is not where it belongs."""
+    """Yield a sentence for each body outside its cells, and for each entry that is not where it belongs."""
     place, reach = positions_now(k), k.bodies.reach[:, None]
     rounding = reach - k.bodies.radius[:, None]
     low = s.box[:, :2] * s.side[1]
     high = (s.box[:, :2] + s.box[:, _ACROSS, None]) * s.side[1]
     for body, axis in np.argwhere((place - reach < low - rounding) | (place + reach > high + rounding)):
-        where = f"columns from {s.box[body, _COLUMN]}, rows from {s.box[body, _ROW]}, {s.box[body, _ACROSS]} of each"
+        where = f"{s.box[body, _ACROSS]} columns and rows from {s.box[body, :2].tolist()}"
         yield f"body {body} at {place[body].tolist()} is outside its cells ({where}) in {'xy'[axis]}"
     e = len(s.body)
     for body, (left, start, across, first, _) in enumerate(s.box.tolist()):
@@ -220,8 +219,8 @@ class Boxes:
     """A grid for mixed sizes.
 
     Args:
-        side: of a cell, at least; by default there are somewhat fewer bodies than cells. Where large bodies would be
-            in more cells than there is room for, 16 a body on average, cells are wider.
+        side: of a cell, at least; by default there are somewhat fewer bodies than cells. Where large bodies
+            would be in more cells than there is room for, 16 a body on average, cells are wider.
     """
 
     def __init__(self, *, side: float = 0.0) -> None:
