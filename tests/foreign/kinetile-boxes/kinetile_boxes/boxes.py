@@ -1,20 +1,20 @@
 """A grid in which a body is in all cells that its bounding box touches; those that share a cell are near.
 
-So a large body is in many cells and a small one in few, and a cell need not be as wide as the largest. How many
-rows and columns of cells a body is in never changes: as many as its box needs wherever it stands, and one more.
-A body has as many *entries* as it has cells, side by side in one array; the entry for a cell is the one of its
-column and row modulo that number. When the box comes to the border of its cells, they move on by one column: the
-entries of the column that is left behind are those that the column ahead asks for. No hook ever has to allocate.
-The column that is left behind was more than the box needs, by up to a cell; so a body that turns round at a
-border has some way to go before it crosses one again.
+So a large body is in many cells and a small one in few, and a cell need not be as wide as the largest. How
+many rows and columns of cells a body is in never changes: as many as its box needs wherever it stands, and
+one more. A body has as many *entries* as it has cells, side by side in one array; the entry for a cell is
+the one of its column and row modulo that number. When the box comes to the border of its cells, they move
+on by one column: the entries of the column that is left behind are those that the column ahead asks for. No
+hook ever has to allocate. The column that is left behind was more than the box needs, by up to a cell; so a
+body that turns round at a border has some way to go before it crosses one again.
 
-Cells lie on a table that is wound up like a torus, with as many columns and rows as powers of two. No body is in
-so many that it meets itself, and each knows the true numbers of its cells, so bodies that meet on the table
-alone are not near. A body is named in one cell only of those that two share, the first in x and y.
+Cells lie on a table that is wound up like a torus, with as many columns and rows as powers of two. No body
+is in so many that it meets itself, and each knows the true numbers of its cells, so bodies that meet on the
+table alone are not near. A body is named in one cell only of those that two share, the first in x and y.
 
-Why no pair is missed: a body leaves its cells when its box, which has the reach in it, comes to their border,
-early or late by one rounding. Bodies that share no cell have a border between their boxes on one axis, so their
-boxes overlap by at most two roundings, and the two skins in the reaches are wider than that.
+Why no pair is missed: a body leaves its cells when its box, which has the reach in it, comes to their
+border, early or late by one rounding. Bodies that share no cell have a border between their boxes on one
+axis, so their boxes overlap by at most two roundings, and the two skins in the reaches are wider than that.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ def _across(reach: Records, side: float) -> Records:
 
 
 def _table(cells: Records, widest: int, places: int) -> tuple[int, int]:
-    """Return columns and rows for so many cells each way and the widest body, if there are places for them."""
+    """Return columns and rows for so many cells each way, if there are places, and the widest body."""
     columns, rows = (1 << math.ceil(math.log2(max(min(float(c), 2.0**40), widest) + 2)) for c in cells)
     while columns * rows > places:
         if columns > rows:
