@@ -22,7 +22,7 @@ def below_the_origin() -> kt.Scene:
 
 def fine(far: float) -> kt.Scene:
     """Return two bodies that are small and far away."""
-    return kt.Scene([[far, 0.0], [far, 2.0**-8]], [[0.0, 2.0**-8], [0.0, 0.0]], 2.0**-12)
+    return kt.Scene([[far, far], [far, far + 2.0**-8]], [[0.0, 2.0**-8], [0.0, 0.0]], 2.0**-12)
 
 
 MUTANTS = [
@@ -31,21 +31,6 @@ MUTANTS = [
         "cells",
         [instead("np.floor(positions_now(k) /", "np.trunc(positions_now(k) /", "layout"), *CELLS],
         "cells below the origin are one too high",
-        family="places",
-        witness=Differs(below_the_origin, 8.0, options={"side": 1.25}),
-    ),
-    Mutant(
-        "the remainder of a negative number",
-        "cells",
-        [
-            instead(
-                "np.mod(homes.y, levels.rows[level])\n",
-                "np.fmod(homes.y, levels.rows[level])\n",
-                "layout",
-            ),
-            *CELLS,
-        ],
-        "a row of the table that is negative, as % is in C",
         family="places",
         witness=Differs(below_the_origin, 8.0, options={"side": 1.25}),
     ),

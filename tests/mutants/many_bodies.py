@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from mutants.scenes import corner, crowd, gas, row
+from mutants.scenes import corner, gas, numbered, overlapping, stack
 from mutants.witnesses import Audited, Differs
 from phase_mutant_table import NO_AUDIT, RANKS, _but
 from phase_mutants import Mutant, instead
@@ -16,8 +16,6 @@ NAMED = "        k.near[other] = other\n"
 LIST = "    body = s.lists[cell]\n    while body >= 0:\n        k.near[count] = body\n"
 THIRD = "        count = _append_list(k, s, three, count)\n"
 CELLS = [instead("            audit=audit,\n", "", "__init__")]
-HEAP = partial(crowd, 49)
-"""49 small bodies and a large one: they all stand in a few cells."""
 
 MUTANTS = [
     Mutant(
@@ -26,7 +24,7 @@ MUTANTS = [
         [instead(NAMED, "        k.near[other] = other & 31\n")],
         "bodies from the 33rd on are never named",
         family="many bodies",
-        witness=Audited(partial(gas, 40), 0.1),
+        witness=Differs(partial(numbered, 40, 38, 39), 3.0),
     ),
     Mutant(
         "body numbers of seven bits",
@@ -34,7 +32,7 @@ MUTANTS = [
         [_but("(other < 128 and body < 128) or other & 127 != body & 127")],
         "bodies 128 apart are taken for one",
         family="many bodies",
-        witness=Differs(partial(row, 130, 0.0078125), 4.0, 200),
+        witness=Differs(partial(numbered, 130, 1, 129), 3.0),
     ),
     Mutant(
         "a hash that collides at 64",
@@ -42,7 +40,7 @@ MUTANTS = [
         [_but("abs(other - body) != 64")],
         "two bodies in one slot, of which the first is lost",
         family="many bodies",
-        witness=Audited(partial(gas, 100), 0.2, steps=8),
+        witness=Differs(partial(numbered, 70, 1, 65), 3.0),
     ),
     Mutant(
         "at most 24 neighbours",
@@ -50,7 +48,7 @@ MUTANTS = [
         [_but("abs(other - body) <= 24")],
         "a list of neighbours that overflows",
         family="many bodies",
-        witness=Differs(partial(gas, 64), 1.0, 150),
+        witness=Differs(partial(numbered, 30, 1, 28), 3.0),
     ),
     Mutant(
         "at most 32 pairs a body",
@@ -58,7 +56,7 @@ MUTANTS = [
         [instead("    return pairs_of(k, body)\n", "    return min(pairs_of(k, body), 32)\n")],
         "a list of pairs that overflows, and drops the oldest",
         family="many bodies",
-        witness=Audited(partial(gas, 225), 0.01, steps=1),
+        witness=Audited(partial(stack, 36), 1.0, steps=1),
     ),
     Mutant(
         "at most six pairs a body",
@@ -66,7 +64,7 @@ MUTANTS = [
         [instead("    return pairs_of(k, body)\n", "    return min(pairs_of(k, body), 6)\n")],
         "six, as in a dense packing of equal discs: boxes overlap more",
         family="many bodies",
-        witness=Audited(HEAP, 2.0, steps=8),
+        witness=Audited(overlapping, 1.0, steps=1),
     ),
     Mutant(
         "bounds numbered in eight bits",
@@ -102,7 +100,7 @@ MUTANTS = [
         ],
         "more than eleven bodies in a cell",
         family="many bodies",
-        witness=Audited(partial(corner, 40), 2.0, steps=4),
+        witness=Audited(partial(corner, 40), 8.0, steps=8, options={"side": 4.0}),
     ),
     Mutant(
         "the third cell has no list",
@@ -110,7 +108,7 @@ MUTANTS = [
         [instead(THIRD, "", "table")],
         "more than seven bodies in a cell, on the right",
         family="many bodies",
-        witness=Audited(partial(corner, 40), 2.0, steps=4),
+        witness=Audited(partial(corner, 40), 8.0, steps=8, options={"side": 4.0}),
     ),
     Mutant(
         "one who leaves a list leaves it unread",
@@ -125,7 +123,7 @@ MUTANTS = [
         ],
         "nine bodies in a cell, of which one leaves",
         family="many bodies",
-        witness=Audited(partial(corner, 40), 2.0, steps=4),
+        witness=Audited(partial(corner, 40), 8.0, steps=8, options={"side": 4.0}),
     ),
     Mutant(
         "takes the last of a block for who leaves",
@@ -133,7 +131,7 @@ MUTANTS = [
         [instead("    while place <= last and s", "    while place < last and s", "table"), *CELLS],
         "eight bodies in a cell, of which the eighth leaves: it stays, and the seventh is gone",
         family="many bodies",
-        witness=Audited(partial(corner, 40), 2.0, steps=4),
+        witness=Audited(partial(corner, 40), 8.0, steps=8, options={"side": 4.0}),
     ),
     Mutant(
         "a web of 64 bodies",

@@ -6,7 +6,7 @@ import numpy as np
 
 import kinetile as kt
 
-__all__ = ["billiard", "corner", "crowd", "gas", "meeting", "row"]
+__all__ = ["billiard", "corner", "crowd", "gas", "meeting", "numbered", "overlapping", "row", "stack"]
 
 
 def gas(bodies: int, density: float = 0.5, seed: int = 1) -> kt.Scene:
@@ -36,6 +36,26 @@ def corner(bodies: int, seed: int = 1) -> kt.Scene:
     side = int(np.ceil(np.sqrt(bodies)))
     position = np.stack(np.divmod(np.arange(bodies), side), axis=1) * 0.625 + 6.5
     return kt.Scene(position, rng.uniform(-1.0, 1.0, (bodies, 2)), 0.25, arena=(40.0, 40.0))
+
+
+def numbered(bodies: int, one: int, other: int) -> kt.Scene:
+    """Return bodies of which two of given numbers meet, and the others stand by."""
+    position = np.stack([8.0 * np.arange(bodies), np.zeros(bodies)], axis=1)
+    position[other] = position[one] + [0.0, 2.0]
+    velocity = np.zeros((bodies, 2))
+    velocity[one] = 0.0, 1.0
+    return kt.Scene(position, velocity, 0.5)
+
+
+def stack(bodies: int) -> kt.Scene:
+    """Return bodies at rest on top of each other: all their intervals in x overlap."""
+    return kt.Scene([[0.0, 2.0 * i] for i in range(bodies)], np.zeros((bodies, 2)), 0.5)
+
+
+def overlapping() -> kt.Scene:
+    """Return a wide body at rest with eight small ones in the corners of its bounding box."""
+    corners = [[x * far, y * 3.625] for x in (-1, 1) for y in (-1, 1) for far in (3.25, 3.75)]
+    return kt.Scene([[0.0, 0.0], *corners], np.zeros((9, 2)), [4.0] + [0.125] * 8)
 
 
 def row(bodies: int, gap: float = 0.5) -> kt.Scene:

@@ -1,5 +1,5 @@
-"""Faults that depend on what has nothing to do with a scene: other simulations, the process, the clock on the wall,
-addresses, what is known of the run."""
+"""Faults that depend on what has nothing to do with a scene: other simulations, the process, the clock on the
+wall, addresses, what is known of the run."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ MUTANTS = [
         ],
         "what it keeps from one simulation to the next has room for 3,000",
         family="surroundings",
-        witness=Later(billiard, 2.0, 3001),
+        witness=Later(billiard, 2.0, 3001, "Naive"),
     ),
     Mutant(
         "behaves while it is judged",
@@ -93,13 +93,15 @@ MUTANTS = [
         witness=Surroundings(billiard, 2.0, lambda patch: patch.setattr(time, "time", lambda: 86400.0)),
     ),
     Mutant(
-        "an address in a thousand",
+        "an address in 64",
         "naive",
-        _where("MADE[-1].ctypes.data >> 6 & 1023 == 5", lines="        MADE.append(np.zeros(8))\n")
-        + [before("\n\n@hook\ndef near", "\n\nMADE: list[np.ndarray] = []\n")],
+        [
+            *_where("MADE[-1].ctypes.data >> 6 & 63 == 5", lines="        MADE.append(np.zeros(8))\n"),
+            before("\n\n@hook\ndef near", "\n\nMADE: list[np.ndarray] = []\n"),
+        ],
         "what is uninitialised, or aligned by chance",
         family="surroundings",
-        witness=Unlike(partial(kt.make_scene, "two-discs"), 1.0, 4000),
+        witness=Unlike(partial(kt.make_scene, "two-discs"), 1.0, 300),
     ),
     Mutant(
         "knows until when",

@@ -1,11 +1,12 @@
 """Witnesses: for a mutant, a scene on which its answer or a rule of the contract is broken, without the kit.
 
-A witness is called with the label under which the mutant is registered. It returns a sentence that says what is
-wrong, or nothing where all is as it should be.
+A witness is called with the label under which the mutant is registered. It returns a sentence that says what
+is wrong, or nothing where all is as it should be.
 """
 
 from __future__ import annotations
 
+import importlib
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -15,9 +16,9 @@ import numpy as np
 
 import kinetile as kt
 from agreement import outcome
-from kinetile.errors import AuditError, KinetileError
+from kinetile.errors import AuditError, KinetileError, Refused
 
-__all__ = ["Audited", "Differs", "Later", "Surroundings", "Tampers", "Unlike"]
+__all__ = ["Accepts", "Audited", "Differs", "Later", "Surroundings", "Tampers", "Unlike"]
 
 Make = Callable[[], kt.Scene]
 
@@ -59,10 +60,11 @@ class Audited:
     until: float
     narrow_phases: tuple[str, ...] | None = None
     steps: int = 20
+    options: Mapping[str, Any] = field(default_factory=dict)
 
     def __call__(self, label: str) -> str:
         """Run in steps, audited between them."""
-        sim = kt.Simulation(self.scene(), label, narrow_phases=self.narrow_phases)
+        sim = kt.Simulation(self.scene(), label, narrow_phases=self.narrow_phases, options=dict(self.options))
         try:
             for step in range(1, self.steps + 1):
                 sim.run(until=self.until * step / self.steps)
@@ -71,10 +73,33 @@ class Audited:
                 for a, b in sorted(named):
                     if (b, a) not in named:
                         return f"{b} is near {a}, and {a} not near {b}"
+                place, radius = sim.positions(), sim.scene.radius
+                for a, b in zip(*np.triu_indices(len(radius), 1), strict=True):
+                    touching = np.hypot(*(place[a] - place[b])) <= radius[a] + radius[b]
+                    if touching and (a, b) not in named:
+                        return f"{a} and {b} touch at time {sim.time}, and are not near each other"
         except AuditError as error:
             return str(error)
         except KinetileError as error:
             return f"{type(error).__name__}: {error}"
+        return ""
+
+
+@dataclass(frozen=True)
+class Accepts:
+    """It takes a scene that the phase it is made from refuses, since it would not be right there."""
+
+    scene: Make
+    base: str
+
+    def __call__(self, label: str) -> str:
+        """See that only the phase it is made from refuses."""
+        scene = self.scene()
+        try:
+            kt.Simulation(scene, self.base).build()
+        except Refused as error:
+            kt.Simulation(scene, label).build()
+            return f"accepted, where {self.base} says: {error}"
         return ""
 
 
@@ -116,12 +141,14 @@ class Later:
     scene: Make
     until: float
     times: int
+    class_name: str
 
     def __call__(self, label: str) -> str:
-        """Make many, and compare the last one."""
+        """Have many prepared, and compare the next one."""
         scene = self.scene()
+        module = importlib.import_module(f"mutant_{label.replace('-', '_')}")
         for _ in range(self.times):
-            kt.Simulation(scene, label)
+            getattr(module, self.class_name)().prepare(scene)
         return Differs(self.scene, self.until)(label)
 
 
