@@ -1,4 +1,4 @@
-"""More mutants, by family: made to fool the kit by somebody who has read it; and variations that are harmless.
+"""More mutants, by family: made to fool the kit by somebody who has read it; and harmless variations.
 
 Each has a witness where there can be one: a scene on which it is wrong, without the kit (``witnesses``).
 """

@@ -1,5 +1,5 @@
-"""Faults against single sentences of the contract, where that seldom matters: newcomers left out, certificates that
-are not set anew, ticks that stay behind, levels of cells."""
+"""Faults against single sentences of the contract, where that seldom matters: newcomers left out, certificates
+that are not set anew, ticks that stay behind, levels of cells."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def at_a_stretch() -> kt.Scene:
 
 
 def far_apart_by_number() -> kt.Scene:
-    """Return a light body, the first, that a heavy one, the last, throws back at another; the rest stands by."""
+    """Return a light body, the first, that a heavy one, the last, throws back at another."""
     position = [[6.0, 0.5], [2.0, 0.5]] + [[20.0 + 2.0 * i, 0.5] for i in range(6)] + [[9.0, 0.5]]
     velocity = [[1.0, 0.0]] + [[0.0, 0.0]] * 8
     return kt.Scene(position, velocity, 0.5, mass=[1.0] * 8 + [100.0])
@@ -134,7 +134,8 @@ MUTANTS = [
         [
             instead(
                 "    plan = k.bodies[body]\n    home",
-                "    plan = k.bodies[body]\n    if plan.vx == 0.0 and plan.vy == 0.0 and k.queue[body].own < NEVER:\n"
+                "    plan = k.bodies[body]\n"
+                "    if plan.vx == 0.0 and plan.vy == 0.0 and k.queue[body].own < NEVER:\n"
                 "        return\n    home",
                 "uniform",
             ),

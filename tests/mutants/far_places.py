@@ -1,4 +1,4 @@
-"""Faults of places that are hardly drawn: negative coordinates, long arenas, far away, very small, very slow."""
+"""Faults of places that are hardly drawn: negative coordinates, long arenas, far away, small, slow."""
 
 from __future__ import annotations
 

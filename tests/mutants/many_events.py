@@ -95,7 +95,8 @@ MUTANTS += [
             before("            bounds=np.full(", "            count=np.zeros(1, dtype=np.int64),\n"),
             instead(
                 "    watch(k, s, left, after)\n    return 0\n",
-                "    s.count[0] += 1\n    watch(k, s, left, after if s.count[0] % 1024 != 0 else END)\n    return 0\n",
+                "    s.count[0] += 1\n"
+                "    watch(k, s, left, after if s.count[0] % 1024 != 0 else END)\n    return 0\n",
             ),
             NO_AUDIT,
         ],

@@ -1,5 +1,5 @@
-"""Faults in memory that nobody looks at: hooks that write what is not theirs, with no effect on a contact, or hardly
-any."""
+"""Faults in memory that nobody looks at: hooks that write what is not theirs, with no effect on a contact,
+or hardly any."""
 
 from __future__ import annotations
 

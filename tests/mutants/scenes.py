@@ -31,7 +31,7 @@ def crowd(bodies: int, wide: float = 8.0, low: float = 0.0, seed: int = 1) -> kt
 
 
 def corner(bodies: int, seed: int = 1) -> kt.Scene:
-    """Return bodies that fly about close together in a large box: there are many in a cell, and in the next."""
+    """Return bodies that fly about close together in a large box: there are many in a cell."""
     rng = np.random.default_rng(seed)
     side = int(np.ceil(np.sqrt(bodies)))
     position = np.stack(np.divmod(np.arange(bodies), side), axis=1) * 0.625 + 6.5
