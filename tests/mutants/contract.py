@@ -1,5 +1,5 @@
-"""Faults against single sentences of the contract, where that seldom matters: newcomers left out, certificates
-that are not set anew, ticks that stay behind, levels of cells."""
+"""Faults against single sentences of the contract, where that seldom matters: newcomers left out,
+certificates that are not set anew, ticks that stay behind, levels of cells."""
 
 from __future__ import annotations
 
