@@ -77,7 +77,7 @@ MUTANTS += [
         [*_replanning("s.nothing[0] += 1.0"), *COUNTED, _but("s.nothing[0] < 4096.0 or other + body != 1")],
         "after 4,096 new plans bodies 0 and 1 are no longer near",
         family="many events",
-        witness=Differs(billiard, 4000.0, 2200),
+        witness=Differs(billiard, 4000.0, 20_000),
     ),
     Mutant(
         "a stamp of ten bits",
@@ -85,7 +85,7 @@ MUTANTS += [
         [_but("k.bodies[body].stamp & 1023 != 1023 and k.bodies[other].stamp & 1023 != 1023")],
         "the 1,023rd plan of a body is taken for none",
         family="many events",
-        witness=Differs(billiard, 4000.0, 2200),
+        witness=Differs(billiard, 4000.0, 20_000),
     ),
     Mutant(
         "every 1,024th exchange is not watched",
@@ -117,6 +117,6 @@ MUTANTS += [
         ],
         "near changes the state, and names nobody once in 4,096 times",
         family="many events",
-        witness=Differs(billiard, 4000.0, 2200),
+        witness=Differs(billiard, 4000.0, 20_000),
     ),
 ]
