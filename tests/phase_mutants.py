@@ -10,7 +10,7 @@ from __future__ import annotations
 import importlib
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,6 +24,7 @@ BASES = {
     "sap-1d": ("sweep_and_prune.py", "SweepAndPrune"),
     "sap-2d": ("sweep_and_prune_matrix.py", "SweepAndPruneMatrix"),
     "sweep-tiling": ("sweep_tiling", "SweepTiling"),
+    "cells": ("cells", "Cells"),
 }
 
 KILLED, CONFORMS, EQUIVALENT = "killed", "it conforms", "it is equivalent"
@@ -44,14 +45,14 @@ def instead(old: str, new: str, module: str = "") -> Change:
     return Change(old, new, module)
 
 
-def before(old: str, new: str) -> Change:
+def before(old: str, new: str, module: str = "") -> Change:
     """Return the change that puts words before others."""
-    return Change(old, new + old)
+    return Change(old, new + old, module)
 
 
-def after(old: str, new: str) -> Change:
+def after(old: str, new: str, module: str = "") -> Change:
     """Return the change that puts words after others."""
-    return Change(old, old + new)
+    return Change(old, old + new, module)
 
 
 @dataclass(frozen=True)
@@ -65,6 +66,9 @@ class Mutant:
         why: what it stands for, and why it is not killed where it is not.
         fate: KILLED; CONFORMS, for what a broad phase may do; EQUIVALENT, for what changes nothing.
         features: the features that it declares.
+        family: what kind of fault it is, where it belongs to one.
+        witness: shows that it is wrong, without the kit: given the label, it returns what is wrong, or
+            nothing.
     """
 
     name: str
@@ -73,6 +77,8 @@ class Mutant:
     why: str
     fate: str = KILLED
     features: Sequence[str] = ()
+    family: str = ""
+    witness: Callable[[str], str] | None = None
 
     @property
     def label(self) -> str:
@@ -90,7 +96,9 @@ class Mutant:
         room.mkdir(exist_ok=True)
         for path in source.glob("*.py") if source.is_dir() else [source]:
             text = path.read_text(encoding="utf-8")
-            if not source.is_dir():
+            if source.is_dir():
+                text = text.replace(f"from kinetile_plugins.{file}", f"from {name}")
+            else:
                 text = text.replace("\nfrom .", "\nfrom kinetile_plugins.")
             for change in self.changes:
                 if change.module in ("", path.stem):
