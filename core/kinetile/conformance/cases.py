@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -54,11 +54,15 @@ class Outcome:
     time: float
     positions: npt.NDArray[np.float64]
     velocities: npt.NDArray[np.float64]
+    left: Mapping[str, npt.NDArray[np.generic]] = field(default_factory=dict)
 
     @classmethod
     def of(cls, sim: Simulation, ended: str) -> Outcome:
         """Read a simulation out."""
-        return cls(sim.contacts, ended, sim.time, sim.positions(), sim.velocities())
+        from kinetile.conformance.checks.tables import left_behind
+
+        left = left_behind(sim) if ended == "ran" else {}
+        return cls(sim.contacts, ended, sim.time, sim.positions(), sim.velocities(), left)
 
 
 def horizon(scene: Scene) -> float:
@@ -66,13 +70,13 @@ def horizon(scene: Scene) -> float:
     return scene.settings.until if scene.settings.until is not None else scene.start + UNTIL
 
 
-def outcome(subject: Subject, scene: Scene, **more: Any) -> Outcome:
+def outcome(subject: Subject, scene: Scene, contacts: int = CONTACTS, **more: Any) -> Outcome:
     """Run a case; an error of the run is part of its outcome. ``Refused`` and ``BadOption`` are not
     caught."""
     sim = subject.simulation(scene, **more)
     ended = "ran"
     try:
-        sim.run(until=horizon(scene), max_contacts=CONTACTS)
+        sim.run(until=horizon(scene), max_contacts=contacts)
     except KinetileError as error:
         ended = f"{type(error).__name__}: {error}"
     return Outcome.of(sim, ended)
@@ -102,7 +106,9 @@ def difference(found: Outcome, expected: Outcome, name: str) -> str | None:
             )
     if found.time != expected.time:
         return f"the run ended at time {found.time!r}, and should have at {expected.time!r}"
-    return None
+    from kinetile.conformance.checks.tables import left_otherwise
+
+    return left_otherwise(found.left, expected.left)
 
 
 def _contact(result: Outcome, at: int) -> str:

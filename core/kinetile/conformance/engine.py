@@ -188,7 +188,7 @@ def _draw(seen: Seen, examples: int, shrink: bool, seed: int) -> None:
     a few are left, scenes of a few are drawn as well.
     """
     _search(seen, examples, shrink, seed)
-    if shrink and seen.scene is not None and len(seen.scene) > FEW:
+    if shrink and seen.scene is not None and len(seen.scene) > FEW and seen.each.scenes is None:
         few = Seen(seen.each, seen.subject)
         _search(few, 8 * examples, shrink, seed, most=FEW)
         seen.count += few.count
@@ -210,14 +210,14 @@ def _search(seen: Seen, examples: int, shrink: bool, seed: int, most: int | None
 
     @seeded(seed)
     @settings(
-        max_examples=examples,
+        max_examples=max(1, round(seen.each.share * examples)),
         database=None,
         deadline=None,
         phases=phases,
         report_multiple_bugs=False,
         suppress_health_check=list(HealthCheck),
     )
-    @given(scenes(turns=seen.each.turns, most=most or MOST))
+    @given(seen.each.scenes() if seen.each.scenes else scenes(turns=seen.each.turns, most=most or MOST))
     def look(scene: Scene) -> None:
         if not seen.look(scene):
             raise Disagreement(seen.said or "")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from kinetile.conformance.checks import between_events, outcomes, views
+from kinetile.conformance.checks import askers, between_events, claims, loosely, outcomes, swarms, views
 from kinetile.conformance.checks.check import Check
 
 __all__ = ["CHECKS", "check_named"]
@@ -28,6 +28,15 @@ CHECKS: tuple[Check, ...] = (
     outcomes.same_contacts_in_the_gallery,
     outcomes.rejects_unknown_options,
     between_events.pairs_are_overlapping_boxes,
+    swarms.same_contacts_in_a_swarm,
+    swarms.same_contacts_on_lattices,
+    swarms.same_contacts_in_a_marathon,
+    loosely.same_contacts_with_loose_bounds,
+    claims.near_holds_while_bodies_pass,
+    claims.skin_limit_holds_at_its_edge,
+    claims.its_features_are_known,
+    claims.state_is_not_kept,
+    askers.does_not_see_who_asks,
 )
 
 

@@ -8,24 +8,40 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from kinetile.accuracy.answer.judgement import judged
-from kinetile.conformance.cases import REFERENCE, Outcome, Subject, difference, outcome
+from kinetile.conformance.cases import CONTACTS, REFERENCE, Outcome, Subject, difference, outcome
 from kinetile.scene import Scene
+
+if TYPE_CHECKING:
+    from hypothesis.strategies import SearchStrategy
 
 __all__ = ["Check", "Disagreement", "Reference", "Run", "agree", "check"]
 
-Reference = Callable[[Scene], Outcome]
-"""Returns what the reference makes of a scene."""
+class Reference(Protocol):
+    """Returns what the reference makes of a scene, in so many contacts at most."""
+
+    def __call__(self, scene: Scene, contacts: int = CONTACTS) -> Outcome:
+        """Run a scene under the reference."""
+        ...
+
 
 Run = Callable[[Subject, Scene, Reference], None]
 
 
 class Disagreement(AssertionError):
-    """A phase does not do what a check says; the message is what was seen."""
+    """A phase does not do what a check says; the message is what was seen.
+
+    Attributes:
+        scene: the scene on which it was seen, if that is not the one that was drawn.
+    """
+
+    def __init__(self, message: str, scene: Scene | None = None) -> None:
+        super().__init__(message)
+        self.scene = scene
 
 
 @dataclass(frozen=True)
@@ -41,6 +57,8 @@ class Check:
         turns: whether the scenes that it draws have turns.
         feature: it applies only to phases that declare this feature; None: to all.
         since: the version of the kit that it came with.
+        scenes: returns the strategy of its scenes; None: the small ones.
+        share: how many of the scenes that are wished for it draws, as a factor.
     """
 
     name: str
@@ -50,6 +68,8 @@ class Check:
     turns: bool = False
     feature: str | None = None
     since: str = "1.0"
+    scenes: Callable[[], SearchStrategy[Scene]] | None = None
+    share: float = 1.0
 
 
 def check(**how: Any) -> Callable[[Run], Check]:
@@ -62,10 +82,12 @@ def check(**how: Any) -> Callable[[Run], Check]:
     return made
 
 
-def agree(subject: Subject, scene: Scene, reference: Reference, how: str = "") -> None:
+def agree(
+    subject: Subject, scene: Scene, reference: Reference, how: str = "", contacts: int = CONTACTS
+) -> None:
     """Raise unless the subject's outcome on a scene is the reference's, bit for bit."""
-    expected = reference(scene)  # first, lest the subject change the scene for both
-    found = outcome(subject, scene)
+    expected = reference(scene, contacts)  # first, lest the subject change the scene for both
+    found = outcome(subject, scene, contacts)
     said = difference(found, expected, subject.name)
     if said is not None:
         raise Disagreement(f"{how}{said}{_who_is_right(subject, scene, found, expected)}")

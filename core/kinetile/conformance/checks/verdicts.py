@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from kinetile.conformance.cases import REFERENCE, Outcome, Subject, outcome
+from kinetile.conformance.cases import CONTACTS, REFERENCE, Outcome, Subject, outcome
 from kinetile.conformance.checks.check import Check, Disagreement
 from kinetile.errors import Refused
 from kinetile.plugin.registry import registry
@@ -11,9 +11,9 @@ from kinetile.scene import Scene
 __all__ = ["Seen", "applicable", "reference", "verdict"]
 
 
-def reference(scene: Scene) -> Outcome:
+def reference(scene: Scene, contacts: int = CONTACTS) -> Outcome:
     """Return what the reference makes of a scene."""
-    return outcome(Subject(REFERENCE, {}), scene)
+    return outcome(Subject(REFERENCE, {}), scene, contacts)
 
 
 def applicable(subject: Subject, each: Check) -> str | None:
@@ -45,7 +45,7 @@ class Seen:
             self.refused += 1
             self.refusal = str(error)
         except Disagreement as error:
-            self.said, self.scene = str(error), scene
+            self.said, self.scene = str(error), error.scene or scene
             return False
         except Exception as error:  # whatever a foreign phase raises is its failure
             self.said, self.scene = f"{type(error).__name__}: {error}", scene
