@@ -78,7 +78,7 @@ def outcome(subject: Subject, scene: Scene, contacts: int = CONTACTS, **more: An
     try:
         sim.run(until=horizon(scene), max_contacts=contacts)
     except KinetileError as error:
-        ended = f"{type(error).__name__}: {error}"
+        ended = f"{type(error).__which_}: {error}"
     return Outcome.of(sim, ended)
 
 
@@ -97,12 +97,12 @@ def difference(found: Outcome, expected: Outcome, name: str) -> str | None:
         return f"contact {rows} is missing: {_contact(expected, rows)}"
     if len(found.contacts) > len(expected.contacts):
         return f"contact {rows} is one too many: {_contact(found, rows)}"
-    for field in ("positions", "velocities"):
-        mine, right = getattr(found, field), getattr(expected, field)
+    for which in ("positions", "velocities"):
+        mine, right = getattr(found, which), getattr(expected, which)
         if mine.tobytes() != right.tobytes():
             body = int(np.flatnonzero((mine != right).any(axis=1))[0]) if len(mine) else 0
             return (
-                f"at the end the {field} of body {body} are {mine[body].tolist()}, not {right[body].tolist()}"
+                f"at the end the {which} of body {body} are {mine[body].tolist()}, not {right[body].tolist()}"
             )
     if found.time != expected.time:
         return f"the run ended at time {found.time!r}, and should have at {expected.time!r}"

@@ -128,10 +128,19 @@ def _by_a_stranger(subject: Subject, scenes: list[Scene]) -> Seen:
         for number, scene in enumerate(scenes):
             paths.append(Path(folder) / f"{number}.toml")
             paths[-1].write_text(dumps_scene(scene), encoding="utf-8")
-        own = {name: value for name, value in os.environ.items() if not name.startswith(("PYTEST", "HYPOTHESIS"))}
+        own = {
+            name: value for name, value in os.environ.items() if not name.startswith(("PYTEST", "HYPOTHESIS"))
+        }
         own["PYTHONPATH"] = os.pathsep.join(os.path.abspath(each) for each in sys.path if each)
         own["PYTHONHASHSEED"] = "4711"
-        command = [sys.executable, "-c", STRANGER, subject.name, json.dumps(dict(subject.options)), str(CONTACTS)]
+        command = [
+            sys.executable,
+            "-c",
+            STRANGER,
+            subject.name,
+            json.dumps(dict(subject.options)),
+            str(CONTACTS),
+        ]
         done = subprocess.run(
             [*command, *map(str, paths)], env=own, cwd=folder, capture_output=True, text=True, check=False
         )
@@ -163,7 +172,7 @@ def does_not_see_who_asks(subject: Subject, scene: Scene, reference: Reference) 
         for number, (one, other) in enumerate(zip(plain, seen, strict=True)):
             if one != other:
                 raise Disagreement(
-                    f"{how}, the run {other[0]}, with {other[2]} events; before, {one[0]}, with {one[2]} events"
+                    f"{how}, the run {other[0]}, with {other[2]} events; before it {one[0]}, with {one[2]}"
                     + ("" if one[1] == other[1] else ", and the contacts are others"),
                     scenes[number],
                 )

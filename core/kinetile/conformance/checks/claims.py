@@ -119,7 +119,7 @@ def _cluster(seed: int, size: float) -> Scene:
 
 @check(draws=False, since="3.0")
 def skin_limit_holds_at_its_edge(subject: Subject, scene: Scene, reference: Reference) -> None:
-    """With a skin just below the limit that it declares it gives the reference's contacts; above, it refuses."""
+    """Just below the limit of the skin that it declares it gives the reference's contacts; above, it refuses."""
     if subject.simulation(_cluster(0, 2.0**-4)).composition.broad.skin_limit is None:
         raise DoesNotApply("it declares no limit for the skin")
     for seed in range(EDGES):
