@@ -91,9 +91,9 @@ class Plugin:
         return [
             kt.BroadPhaseSpec("right", Right),
             kt.BroadPhaseSpec("flies", Right, features=frozenset({"boxes", "flies"})),
-            kt.BroadPhaseSpecpytest.param("knows-the-judge", KnowsTheJudge, marks=pytest.mark.slow),
-            kt.BroadPhaseSpecpytest.param("looks-at-the-end", LooksAtTheEnd, marks=pytest.mark.slow),
-            kt.BroadPhaseSpecpytest.param("looks-at-variables", LooksAtVariables, marks=pytest.mark.slow),
+            kt.BroadPhaseSpec("knows-the-judge", KnowsTheJudge),
+            kt.BroadPhaseSpec("looks-at-the-end", LooksAtTheEnd),
+            kt.BroadPhaseSpec("looks-at-variables", LooksAtVariables),
             kt.BroadPhaseSpec("remembers", Remembers),
             kt.BroadPhaseSpec("names-two", NamesTwo),
             kt.BroadPhaseSpec("only-up-to-a-skin", OnlyUpToASkin),

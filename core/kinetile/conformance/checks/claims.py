@@ -119,7 +119,7 @@ def _cluster(seed: int, size: float) -> Scene:
 
 @check(draws=False, since="3.0")
 def skin_limit_holds_at_its_edge(subject: Subject, scene: Scene, reference: Reference) -> None:
-    """Just below the limit of the skin that it declares it gives the reference's contacts; above, it refuses."""
+    """Just below the skin limit that it declares it gives the reference's contacts; above, it refuses."""
     if subject.simulation(_cluster(0, 2.0**-4)).composition.broad.skin_limit is None:
         raise DoesNotApply("it declares no limit for the skin")
     for seed in range(EDGES):
@@ -177,7 +177,7 @@ def state_is_not_kept(subject: Subject, scene: Scene, reference: Reference) -> N
     from kinetile.conformance.strategies.swarms import swarm
 
     first = _seen(subject, scene)
-    _seen(subject, swarm("gas" if scene.arena is not None else "cloud", 50))
+    _seen(subject, swarm("gas" if scene.arena is not None else "cloud", 16))
     _seen(subject, changed(scene, velocity=-scene.velocity, radius=0.5 * scene.radius))
     again = _seen(subject, scene)
     if again != first:
