@@ -185,3 +185,4 @@ def state_is_not_kept(subject: Subject, scene: Scene, reference: Reference) -> N
             f"the first run {first[0]}, with {first[2]} events; after other simulations the same run "
             f"{again[0]}, with {again[2]} events" + ("" if again[1] == first[1] else " and other contacts")
         )
+    agree(subject, scene, reference, "after other simulations, ")
