@@ -78,7 +78,7 @@ def outcome(subject: Subject, scene: Scene, contacts: int = CONTACTS, **more: An
     try:
         sim.run(until=horizon(scene), max_contacts=contacts)
     except KinetileError as error:
-        ended = f"{type(error).__which_}: {error}"
+        ended = f"{type(error).__name__}: {error}"
     return Outcome.of(sim, ended)
 
 

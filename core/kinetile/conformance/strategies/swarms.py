@@ -56,7 +56,8 @@ class Swarm(NamedTuple):
 def _slots(random: np.random.Generator, bodies: int, columns: int, rows: int) -> Floats:
     """Return the middles of so many different unit squares of a lattice, (n, 2)."""
     chosen = random.choice(columns * rows, bodies, replace=False)
-    return np.column_stack([chosen % columns, chosen // columns]) + 0.5
+    middles: Floats = np.column_stack([chosen % columns, chosen // columns]).astype(np.float64) + 0.5
+    return middles
 
 
 def _square(bodies: int, room: float) -> int:
@@ -67,9 +68,10 @@ def _square(bodies: int, room: float) -> int:
 def _radii(random: np.random.Generator, bodies: int, variation: int) -> Floats:
     """Return radii of at most .45: all alike, of two sizes, or of any."""
     ratio = (1.0, 0.5, 0.125, 2.0**-6)[variation % 4]
-    small = random.random(bodies) < 0.75
+    small: npt.NDArray[np.bool_] = random.random(bodies) < 0.75
     fills = np.ones(bodies) if variation < 4 else random.uniform(0.5, 1.0, bodies)
-    return np.array(np.where(small, 0.45 * ratio, 0.45) * fills, dtype=np.float64)
+    radius: Floats = np.where(small, 0.45 * ratio, 0.45) * fills
+    return radius
 
 
 def _jitter(random: np.random.Generator, radius: Floats) -> Floats:
