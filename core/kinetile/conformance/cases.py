@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -63,11 +63,15 @@ class Outcome:
     time: float
     positions: npt.NDArray[np.float64]
     velocities: npt.NDArray[np.float64]
+    left: Mapping[str, npt.NDArray[np.generic]] = field(default_factory=dict)
 
     @classmethod
     def of(cls, sim: Simulation, ended: str) -> Outcome:
         """Read a simulation out."""
-        return cls(sim.contacts, ended, sim.time, sim.positions(), sim.velocities())
+        from kinetile.conformance.checks.tables import left_behind
+
+        left = left_behind(sim) if ended == "ran" else {}
+        return cls(sim.contacts, ended, sim.time, sim.positions(), sim.velocities(), left)
 
 
 def horizon(scene: Scene) -> float:
@@ -102,16 +106,18 @@ def difference(found: Outcome, expected: Outcome, name: str) -> str | None:
         return f"contact {rows} is missing: {_contact(expected, rows)}"
     if len(found.contacts) > len(expected.contacts):
         return f"contact {rows} is one too many: {_contact(found, rows)}"
-    for field in ("positions", "velocities"):
-        mine, right = getattr(found, field), getattr(expected, field)
+    for which in ("positions", "velocities"):
+        mine, right = getattr(found, which), getattr(expected, which)
         if mine.tobytes() != right.tobytes():
             body = int(np.flatnonzero((mine != right).any(axis=1))[0]) if len(mine) else 0
             return (
-                f"at the end the {field} of body {body} are {mine[body].tolist()}, not {right[body].tolist()}"
+                f"at the end the {which} of body {body} are {mine[body].tolist()}, not {right[body].tolist()}"
             )
     if found.time != expected.time:
         return f"the run ended at time {found.time!r}, and should have at {expected.time!r}"
-    return None
+    from kinetile.conformance.checks.tables import left_otherwise
+
+    return left_otherwise(found.left, expected.left)
 
 
 def _contact(result: Outcome, at: int) -> str:

@@ -2,7 +2,16 @@
 
 from __future__ import annotations
 
-from kinetile.conformance.checks import between_events, memory, outcomes, views
+from kinetile.conformance.checks import (
+    askers,
+    between_events,
+    claims,
+    loosely,
+    memory,
+    outcomes,
+    swarms,
+    views,
+)
 from kinetile.conformance.checks.check import Check
 
 __all__ = ["CHECKS", "check_named"]
@@ -27,9 +36,18 @@ CHECKS: tuple[Check, ...] = (
     outcomes.survives_the_smallest_scenes,
     outcomes.same_contacts_in_the_gallery,
     outcomes.rejects_unknown_options,
+    between_events.pairs_are_overlapping_boxes,
+    swarms.same_contacts_in_a_swarm,
+    swarms.same_contacts_on_lattices,
+    swarms.same_contacts_in_a_marathon,
+    loosely.same_contacts_with_loose_bounds,
+    claims.near_holds_while_bodies_pass,
+    claims.skin_limit_holds_at_its_edge,
+    claims.its_features_are_known,
+    claims.state_is_not_kept,
+    askers.does_not_see_who_asks,
     memory.writes_only_where_it_may,
     memory.stays_within_its_arrays,
-    between_events.pairs_are_overlapping_boxes,
 )
 
 

@@ -1,0 +1,178 @@
+"""Who asks makes no difference: views of a run that differ only in what surrounds it.
+
+A phase that knows the judge can be right for the judge alone. So the same scenes are run under another
+name of the program and other variables, in another thread, with another ``until`` and another origin, without
+the modules of a test, and in a process of its own that has never heard of the kit.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from kinetile.conformance.cases import CONTACTS, Subject, horizon
+from kinetile.conformance.checks.check import Disagreement, Reference, check
+from kinetile.errors import KinetileError
+from kinetile.plugin.registry import registry
+from kinetile.scene import Scene, Settings, relabelled
+from kinetile.scene.files import dumps_scene
+
+__all__ = ["does_not_see_who_asks"]
+
+Seen = list[tuple[str, str, int]]
+"""For each scene how its run ended, its fingerprint, and how many events of all kinds it had."""
+
+STRANGER = """
+import json, sys
+import kinetile as kt
+name, options, contacts, *paths = sys.argv[1:]
+seen = []
+for path in paths:
+    scene, ended = kt.load_scene(path), "ran"
+    sim = kt.Simulation(scene, name, options=json.loads(options), turning=True)
+    try:
+        sim.run(max_contacts=int(contacts))
+    except kt.KinetileError as error:
+        ended = type(error).__name__
+    seen.append((ended, sim.fingerprint, sim.readings.events))
+print(json.dumps(seen))
+"""
+"""What runs in the other process: it imports nothing of the kit."""
+
+SIGNS = ("kinetile.conformance", "hypothesis", "pytest", "_pytest")
+"""Modules by which a judge could be known."""
+
+
+def _scenes() -> list[Scene]:
+    """Return scenes with arenas: all phases do them."""
+    from kinetile.conformance.strategies.lattices import lattices
+    from kinetile.conformance.strategies.swarms import swarm
+
+    return [
+        lattices(1, 1, arena=True),
+        lattices(1, 7, arena=True),
+        lattices(9, 2, arena=True),
+        swarm("gas", 30),
+        swarm("shear", 40, variation=1),
+    ]
+
+
+def _seen(subject: Subject, scenes: list[Scene], ends: list[float]) -> Seen:
+    """Run scenes, each until a time."""
+    seen = []
+    for scene, end in zip(scenes, ends, strict=True):
+        sim = subject.simulation(scene)
+        ended = "ran"
+        try:
+            sim.run(until=end, max_contacts=CONTACTS)
+        except KinetileError as error:
+            ended = type(error).__name__
+        seen.append((ended, sim.fingerprint, sim.readings.events))
+    return seen
+
+
+@contextmanager
+def _in_disguise() -> Iterator[None]:
+    """Within this context the process has another name, other variables, and no modules of a judge."""
+    argv, variables = sys.argv, dict(os.environ)
+    hidden = {
+        name: module
+        for name, module in sys.modules.items()
+        if any(name == sign or name.startswith(f"{sign}.") for sign in SIGNS)
+    }
+    try:
+        sys.argv = ["simulate", "production.toml"]
+        for name in [name for name in os.environ if name.startswith(("PYTEST", "HYPOTHESIS", "CI"))]:
+            del os.environ[name]
+        os.environ["KINETILE_PRODUCTION"] = "1"
+        for name in hidden:
+            del sys.modules[name]
+        yield
+    finally:
+        sys.modules.update(hidden)
+        os.environ.clear()
+        os.environ.update(variables)
+        sys.argv = argv
+
+
+def _in_a_thread(run: Callable[[], Seen]) -> Seen:
+    """Run in a thread of another name; raise what it raises."""
+    found: list[Seen] = []
+    errors: list[BaseException] = []
+
+    def body() -> None:
+        try:
+            found.append(run())
+        except BaseException as error:
+            errors.append(error)
+
+    thread = threading.Thread(target=body, name="worker-7")
+    thread.start()
+    thread.join()
+    for error in errors:
+        raise error
+    return found[0]
+
+
+def _by_a_stranger(subject: Subject, scenes: list[Scene]) -> Seen:
+    """Run scenes in a fresh interpreter, in another folder, with another seed of hashes."""
+    with tempfile.TemporaryDirectory(prefix="scenes-") as folder:
+        paths = []
+        for number, scene in enumerate(scenes):
+            paths.append(Path(folder) / f"{number}.toml")
+            paths[-1].write_text(dumps_scene(scene), encoding="utf-8")
+        own = {
+            name: value for name, value in os.environ.items() if not name.startswith(("PYTEST", "HYPOTHESIS"))
+        }
+        own["PYTHONPATH"] = os.pathsep.join(os.path.abspath(each) for each in sys.path if each)
+        own["PYTHONHASHSEED"] = "4711"
+        command = [
+            sys.executable,
+            "-c",
+            STRANGER,
+            subject.name,
+            json.dumps(dict(subject.options)),
+            str(CONTACTS),
+        ]
+        done = subprocess.run(
+            [*command, *map(str, paths)], env=own, cwd=folder, capture_output=True, text=True, check=False
+        )
+    if done.returncode != 0:
+        last = done.stderr.strip().rpartition("\n")[2] or f"it ended with {done.returncode}"
+        raise Disagreement(f"in a process of its own it does not run: {last}")
+    return [(ended, fingerprint, events) for ended, fingerprint, events in json.loads(done.stdout)]
+
+
+@check(draws=False, since="3.0")
+def does_not_see_who_asks(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """It does not see who asks: program, variables, thread, origin, and until when the scene would run."""
+    scenes = _scenes()
+    ends = [horizon(each) for each in scenes]
+    plain = _seen(subject, scenes, ends)
+    relabels = [
+        relabelled(each, settings=Settings(until=2.0**20), origin={"recipe": "production"}) for each in scenes
+    ]
+    views: list[tuple[str, Callable[[], Seen]]] = [
+        ("with another origin and a later end", lambda: _seen(subject, relabels, ends)),
+        ("in another thread", lambda: _in_a_thread(lambda: _seen(subject, scenes, ends))),
+    ]
+    if registry().provided("broad phase", subject.name).distribution is not None:
+        views.append(("in a process of its own", lambda: _by_a_stranger(subject, scenes)))
+    found = [(how, view()) for how, view in views]
+    with _in_disguise():
+        found.append(("under another name of the program", _seen(subject, scenes, ends)))
+    for how, seen in found:
+        for number, (one, other) in enumerate(zip(plain, seen, strict=True)):
+            if one != other:
+                raise Disagreement(
+                    f"{how}, the run {other[0]}, with {other[2]} events; before it {one[0]}, with {one[2]}"
+                    + ("" if one[1] == other[1] else ", and the contacts are others"),
+                    scenes[number],
+                )

@@ -1,0 +1,66 @@
+"""What a run leaves in the kernel's tables, as far as it may not depend on the broad phase.
+
+Contacts and places are what a user sees. A phase that tampers with a count, with a body's ``last`` or with
+the tolerance can leave both as they should be, and do its harm in another scene. So runs are compared by all
+that is a function of the scene alone.
+
+What is left out, because phases differ in it and may: how often somebody was asked and structural events
+happened, the calendar and the pair set, and since when places hold on the common clock. The skin and what
+follows from it is a function of the scene within walls; without them it is worked out anew, from how far
+bodies have flown, whenever a phase's pair set grows. There it is compared with the bodies' reach alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import numpy.typing as npt
+
+from kinetile.errors import KinetileError
+from kinetile.run.simulation import Simulation
+
+__all__ = ["left_behind", "left_otherwise"]
+
+Left = Mapping[str, npt.NDArray[np.generic]]
+
+BODIES = ("x", "y", "vx", "vy", "anchor", "radius", "last", "stamp")
+CLOCK = (
+    *("now", "tick", "per_time", "width", "height", "bodies", "epoch"),
+    *("spin_limit", "window", "window_size", "window_tick", "window_ticks", "fault"),
+)
+OF_THE_SKIN = ("skin", "theta", "tolerance", "span", "fat")
+COUNTS = ("contacts_disc", "contacts_wall", "turns", "logged", "deepest", "turned_energy")
+
+
+def left_behind(sim: Simulation) -> Left:
+    """Return copies of all that a run has left, by name: an array with a place for each body, or of one
+    number. Empty where the tables cannot be read."""
+    try:
+        k = sim.tables
+    except KinetileError:
+        return {}
+    clock = k.clock[0]
+    walled = sim.scene.arena is not None and sim.composition.wall is not None
+    left = {f"bodies.{name}": np.array(k.bodies[name]) for name in BODIES}
+    left["mass"] = np.array(k.mass)
+    left["radii"] = np.array(k.radii)
+    left["bodies.reach is radius and skin"] = np.array(k.bodies.reach == k.bodies.radius + clock.skin)
+    if walled:
+        left["bodies.reach"] = np.array(k.bodies.reach)
+    for name in (*CLOCK, *(OF_THE_SKIN if walled else ())):
+        left[f"clock.{name}"] = np.array([clock[name]])
+    return left | {f"counts.{name}": np.array([k.counts[0][name]]) for name in COUNTS}
+
+
+def left_otherwise(found: Left, expected: Left) -> str | None:
+    """Return the first thing that one run has left otherwise than another, in a sentence; None: nothing."""
+    for name in expected:
+        if name not in found or found[name].tobytes() == expected[name].tobytes():
+            continue
+        mine, right = found[name], expected[name]
+        parted = np.flatnonzero(mine != right)
+        at = int(parted[0]) if len(parted) else 0
+        whose = f" of body {at}" if len(right) > 1 or not name.startswith(("clock", "counts")) else ""
+        return f"at the end {name}{whose} is {mine[at].item()!r}, not {right[at].item()!r}"
+    return None
