@@ -1,4 +1,4 @@
-"""The command ``kinetile mutate``: changes a broad phase in one place at a time, and says what nobody sees."""
+"""The command ``kinetile mutate``: changes a broad phase in one place at a time; says what nobody notices."""
 
 from __future__ import annotations
 
@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     from kinetile.conformance.mutation import Finding, Findings, Mutant
 
 __all__ = ["mutate"]
+
+SECONDS = 600.0
+"""How long the author's tests may take on a mutant."""
 
 
 def mutate(
@@ -37,12 +40,23 @@ def mutate(
     compiled: Annotated[
         bool, typer.Option("--compiled", help="Compile in the first round too: ten seconds a mutant.")
     ] = False,
+    also: Annotated[
+        str | None,
+        typer.Option(metavar="COMMAND", help="Run this on what survives, such as 'pytest -q tests'."),
+    ] = None,
     listing: Annotated[bool, typer.Option("--list", help="List the mutants; judge none.")] = False,
     json: Json = False,
 ) -> None:
     """Change a broad phase in one place at a time, and list the changes that no check of the kit sees."""
     with exit_codes():
-        from kinetile.conformance.mutation import Findings, equivalents_of, mutants_of, sample, source_of
+        from kinetile.conformance.mutation import (
+            Findings,
+            equivalents_of,
+            mutants_of,
+            sample,
+            source_of,
+            try_tests,
+        )
 
         name, options = registered_phase(phase)
         source = source_of(name)
@@ -54,7 +68,11 @@ def mutate(
         show = _Show(Findings(name, options, len(mutants), (), tuple(equivalents_of(source))), chosen, json)
         notice(f"judging {len(chosen)} of {len(mutants)} mutants of {phase}")
         try:
+            if also is not None:
+                try_tests(also)
             show.judge(source, examples, compiled, seed, jobs)
+            if also is not None:
+                show.test(source, also)
         except KeyboardInterrupt:
             show.end("interrupted")
             raise
@@ -107,6 +125,20 @@ class _Show:
                 )
             self.findings = replace(self.findings, tightness=tight)
             self.left = [each.mutant for each in self._found.values() if each.fate == "survived"]
+
+    def test(self, source: Any, command: str) -> None:
+        """Run the author's tests on what survives."""
+        from dataclasses import replace
+
+        from kinetile.conformance.mutation import passes
+
+        notice(f"{len(self.left)} mutants: {command} ...")
+        with Bar("tests") as bar:
+            for count, mutant in enumerate(self.left, 1):
+                bar.show(count / len(self.left), f"{count} of {len(self.left)}: {mutant.label}")
+                if not passes(source, mutant, command, SECONDS):
+                    was = self._found[mutant.number]
+                    self._found[mutant.number] = replace(was, fate="killed", check=command)
 
     def end(self, status: str) -> None:
         """Print what is known."""

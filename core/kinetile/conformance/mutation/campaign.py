@@ -27,9 +27,6 @@ __all__ = ["FEW", "Round", "campaign", "first_round", "second_round"]
 FEW = 10
 """Scenes a check in the first round."""
 
-AT_LEAST = 10.0
-"""CPU seconds for a check, however fast the phase itself is."""
-
 COMPILING = 120.0
 """CPU seconds more, where loops are compiled."""
 
@@ -39,12 +36,17 @@ PROGRAM = HEAD + "from kinetile.conformance.mutation.judging import main; main()
 
 @dataclass(frozen=True)
 class Round:
-    """One round: which checks, with how many scenes, compiled or not."""
+    """One round: which checks, with how many scenes, compiled or not.
+
+    A check may take ``at_least`` CPU seconds, however fast the phase itself is; ``whole`` is whether to see
+    how much a survivor over-reports.
+    """
 
     checks: tuple[str, ...]
     examples: int
     compiled: bool
     whole: bool = False
+    at_least: float = 10.0
 
 
 def first_round(compiled: bool = False) -> Round:
@@ -157,8 +159,8 @@ def campaign(
     try:
         original = _original(work, how)
         skips = tuple(row["check"] for row in original.results if row["status"] == "skipped")
-        limits = {row["check"]: begin + AT_LEAST + SURE * row["cpu"] for row in original.results}
-        work = replace(work, skips=skips, limits=limits | {"load": begin + AT_LEAST})
+        limits = {row["check"]: begin + how.at_least + SURE * row["cpu"] for row in original.results}
+        work = replace(work, skips=skips, limits=limits | {"load": begin + how.at_least})
         _all(work, how, mutants, jobs, on_finding)
     finally:
         shutil.rmtree(scratch, ignore_errors=True)

@@ -230,6 +230,8 @@ def count(text: Text, node: ast.AST) -> Iterator[Change]:
 def other_name(text: Text, node: ast.AST) -> Iterator[Change]:
     """x for y, vx for vy, width for height, and back."""
     if isinstance(node, ast.Attribute) and node.attr in NAMES:
+        if node.attr in ("width", "height") and "clock" not in text.of(node.value):
+            return  # not the arena's
         yield _renamed(text, node, "name", NAMES[node.attr])
 
 

@@ -13,6 +13,7 @@ import inspect
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import accumulate
 from pathlib import Path
 
 from kinetile.errors import BadOption
@@ -50,13 +51,13 @@ class Source:
         return ast.parse(self.text)
 
     @cached_property
-    def lines(self) -> list[bytes]:
-        """The lines of the text, each with its end, as the columns of ``ast`` count: in bytes."""
-        return self.text.encode().splitlines(keepends=True)
+    def _starts(self) -> list[int]:
+        """Where each line begins, in bytes."""
+        return [0, *accumulate(map(len, self.text.encode().splitlines(keepends=True)))]
 
     def offset(self, line: int, column: int) -> int:
-        """Return where a line (from 1) and a column (in bytes) stand in the text, in bytes."""
-        return sum(map(len, self.lines[: line - 1])) + column
+        """Return where a line (from 1) and a column (in bytes, as in ``ast``) stand in the text, in bytes."""
+        return self._starts[line - 1] + column
 
     def home_of(self, node: ast.ImportFrom) -> str:
         """Return the full name of the module that a ``from`` names."""
