@@ -25,7 +25,7 @@ STRIPES = {
     ),
     "step = -1 if k.bodies[body].vx <= 0.0 else 1": "equivalent: who crosses a border is not at rest",
     "return name_all(k, s, s.stripe[body] + step, 1)": (
-        "cost: the first number named is what stood in `k.near[0]` before, some body or 0: a needless newcomer"
+        "cost: the first number named is what stood in `k.near[0]` before, a body: a needless newcomer"
     ),
     "def __init__(self, *, width: float = 1.0) -> None:": "cost: wider stripes",
     "rings = np.zeros(n + min(n, 1), dtype=np.int64)": "cost: one list for all stripes, which are told apart",

@@ -124,7 +124,8 @@ class _Show:
                     on_finding=found,
                 )
             self.findings = replace(self.findings, tightness=tight)
-            self.left = [each.mutant for each in self._found.values() if each.fate == "survived"]
+            alive = (each.mutant for each in self._found.values() if each.fate == "survived")
+            self.left = sorted(alive, key=lambda mutant: mutant.number)
 
     def test(self, source: Any, command: str) -> None:
         """Run the author's tests on what survives."""

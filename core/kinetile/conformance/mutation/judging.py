@@ -6,6 +6,7 @@ its process, the next one begins afresh.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import sys
@@ -21,6 +22,7 @@ from kinetile.conformance.cases import Subject
 from kinetile.conformance.checks import CHECKS, check_named
 from kinetile.conformance.checks.tightness import tightness
 from kinetile.conformance.engine import run_check
+from kinetile.conformance.isolation.deaths import GIB
 from kinetile.conformance.isolation.processes import as_a_child, forked
 from kinetile.conformance.mutation.operators import Change
 from kinetile.conformance.mutation.sources import PhaseSource, Source
@@ -34,6 +36,9 @@ FIRST = ("same-contacts", "same-contacts-with-turns", "never-misses-a-pair", "it
 
 SURE = 5.0
 """How many times as long as the phase itself a mutant may take for a check."""
+
+MEMORY = 4 * GIB
+"""Bytes that a mutant may take beyond what its process begins with."""
 
 STOPPED = {"failed", "xfailed", "died"}
 
@@ -109,6 +114,7 @@ def judged(name: str, options: dict[str, Any], check: str, examples: int, seed: 
 
 def try_one(work: Work, task: Task, tell: Tell) -> None:
     """Load a mutant and run checks on it until one fails; tell what came of each."""
+    _limit_memory(MEMORY)
     _limit(work.limits["load"])
     name = f"mutant_{task.number}"
     folder = Path(work.scratch)
@@ -174,6 +180,17 @@ def _limit(seconds: float) -> None:
     most = resource.getrlimit(resource.RLIMIT_CPU)[1]
     limit = int(time.process_time() + seconds) + 1
     resource.setrlimit(resource.RLIMIT_CPU, (limit if most < 0 else min(limit, most), most))
+
+
+def _limit_memory(more: int) -> None:
+    """Let this process have so many bytes more than it has now, where the system can tell."""
+    import resource
+
+    with contextlib.suppress(OSError, ValueError):
+        pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
+        most = resource.getrlimit(resource.RLIMIT_AS)[1]
+        limit = pages * resource.getpagesize() + more
+        resource.setrlimit(resource.RLIMIT_AS, (limit if most < 0 else min(limit, most), most))
 
 
 def main() -> None:
