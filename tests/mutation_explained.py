@@ -7,6 +7,8 @@ from __future__ import annotations
 
 __all__ = ["EXPLAINED"]
 
+Y = "of `axis=y` alone: `kinetile mutate sap-1d:axis=y` judges it"
+
 STRIPES = {
     "s.width[1] = max(s.width[1], 2.0 * k.bodies.reach.max(initial=0.0))": (
         "cost: the width that was asked for is ignored, and none is asked for here"
@@ -35,4 +37,21 @@ STRIPES = {
     ),
 }
 
-EXPLAINED: dict[str, dict[str, str]] = {"stripes": STRIPES}
+SAP_1D = {
+    "edge = place[body] + np.where(upper == 1, k.bodies.reach[body], -k.bodies.radius[body])": (
+        "equivalent: two bounds may be sorted the wrong way round when less than a skin is between; if they "
+        "come nearer their gap falls at once, before the contact, and if not there is none"
+    ),
+    "gap = (q.x + q.vy * q_time + q_reach) - (p.y + p.vy * p_time + p_reach)": Y,
+    "gap = (q.y - q.vy * q_time + q_reach) - (p.y + p.vy * p_time + p_reach)": Y,
+    "gap = (q.y + q.vy * q_time + q_reach) - (p.x + p.vy * p_time + p_reach)": Y,
+    "rate = q.vy - p.vx": Y,
+    "dropped s.bounds[4 * body] = ...": (
+        "equivalent: `watch` sets every bound after this, and the body's certificate with the later of both"
+    ),
+    'axis=np.array([1 if self.axis == "x" else 1]),': (
+        "cost: it sorts along y, whatever is asked; which axis it is the answer does not show"
+    ),
+}
+
+EXPLAINED: dict[str, dict[str, str]] = {"stripes": STRIPES, "sap-1d": SAP_1D}

@@ -3,8 +3,8 @@
     kinetile mutate stripes --json > stripes.json
     python tests/mutation_table.py stripes.json
 
-A survivor's explanation is known by its lines as they are changed, so it stays where the source moves; one
-without any is marked, and is to be read.
+A survivor's explanation is known by its lines as they are changed (of what is dropped, by what that is), so
+it stays where the source moves; one without any is marked, and is to be read.
 """
 
 from __future__ import annotations
@@ -22,7 +22,8 @@ NOT_READ = "**not read yet**"
 def explanation(phase: str, survivor: dict[str, Any]) -> str:
     """Return why a mutant survives."""
     lines = " ".join(" ".join(survivor["after"]).split())
-    return EXPLAINED.get(phase, {}).get(lines, NOT_READ)
+    key = survivor["label"].partition(" ")[2] if lines == "pass" else lines
+    return EXPLAINED.get(phase, {}).get(key, NOT_READ)
 
 
 def code(lines: list[str]) -> str:
