@@ -2,7 +2,7 @@
 
 In the first, interpreted, each mutant is shown few scenes by the checks that kill most: nearly all of those
 that can be killed die there, in about a second. What survives is judged in the second by all checks with as
-many scenes as was asked for, compiled, which takes some ten seconds of compilation for each.
+many scenes as was asked for, compiled: each has several loops of its own to be compiled.
 """
 
 from __future__ import annotations
