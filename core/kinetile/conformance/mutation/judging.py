@@ -1,0 +1,208 @@
+"""What happens in a child: mutants, one after the other, each in a fork with limits.
+
+The child has imported what all of them need, so a fork begins with no delay; and whatever a mutant does to
+its process, the next one begins afresh.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import sys
+import time
+import traceback
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import kinetile as kt
+from kinetile.conformance.cases import Subject
+from kinetile.conformance.checks import CHECKS, check_named
+from kinetile.conformance.checks.tightness import tightness
+from kinetile.conformance.engine import run_check
+from kinetile.conformance.isolation.deaths import GIB
+from kinetile.conformance.isolation.processes import as_a_child, forked
+from kinetile.conformance.mutation.operators import Change
+from kinetile.conformance.mutation.sources import PhaseSource, Source
+from kinetile.conformance.mutation.writing import write
+from kinetile.conformance.report import Result
+
+__all__ = ["FIRST", "SURE", "Task", "Work", "main", "order_of_checks"]
+
+FIRST = ("same-contacts", "same-contacts-with-turns", "never-misses-a-pair", "its-structure-is-true")
+"""The checks that kill most for their time; they are run first."""
+
+SURE = 5.0
+"""How many times as long as the phase itself a mutant may take for a check."""
+
+MEMORY = 4 * GIB
+"""Bytes that a mutant may take beyond what its process begins with."""
+
+STOPPED = {"failed", "xfailed", "died"}
+
+Tell = Callable[[dict[str, Any]], None]
+
+
+@dataclass(frozen=True)
+class Task:
+    """One mutant: its number (0: the phase as it is), and its change in a file of the package."""
+
+    number: int
+    place: str = ""
+    change: Change | None = None
+
+
+@dataclass(frozen=True)
+class Work:
+    """What a child is to do.
+
+    Attributes:
+        phase: the phase's source.
+        features, options: what it declares, and is made with.
+        tasks: the mutants.
+        checks: which checks, in this order, until one fails.
+        examples, seed: how many scenes for each, and what their drawing begins with.
+        limits: CPU seconds for each check, and for loading.
+        skips: checks that do not apply to the phase as it is.
+        scratch: a folder.
+        whole: whether to see how much a mutant over-reports that no check has killed.
+    """
+
+    phase: PhaseSource
+    features: tuple[str, ...]
+    options: dict[str, Any]
+    tasks: tuple[Task, ...]
+    checks: tuple[str, ...]
+    examples: int
+    seed: int
+    limits: dict[str, float]
+    skips: tuple[str, ...]
+    scratch: str
+    whole: bool
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it, fit for JSON."""
+        found = asdict(self)
+        for module in found["phase"]["modules"]:
+            module["path"] = str(module["path"])
+        return found
+
+    @classmethod
+    def of(cls, found: dict[str, Any]) -> Work:
+        """Return what ``as_dict`` was made of."""
+        phase = found["phase"]
+        modules = tuple(Source(**each | {"path": Path(each["path"])}) for each in phase["modules"])
+        tasks = tuple(
+            Task(each["number"], each["place"], each["change"] and Change(**each["change"]))
+            for each in found["tasks"]
+        )
+        phase = PhaseSource(phase["package"], phase["class_name"], modules)
+        return cls(**found | {"phase": phase, "tasks": tasks})
+
+
+def order_of_checks() -> tuple[str, ...]:
+    """Return the names of all checks: those first that kill most for their time."""
+    return (*FIRST, *(each.name for each in CHECKS if each.name not in FIRST))
+
+
+def judged(name: str, options: dict[str, Any], check: str, examples: int, seed: int) -> Result:
+    """Run one check on one phase, without a search for the smallest scene and without a verdict."""
+    return run_check(check_named(check), Subject(name, options), examples, "a mutant", None, False, seed)
+
+
+def try_one(work: Work, task: Task, tell: Tell) -> None:
+    """Load a mutant and run checks on it until one fails; tell what came of each."""
+    _limit_memory(MEMORY)
+    _limit(work.limits["load"])
+    name = f"mutant_{task.number}"
+    folder = Path(work.scratch)
+    if str(folder) not in sys.path:
+        sys.path.insert(0, str(folder))
+    try:
+        target = write(work.phase, folder, name, task.place, task.change)
+        spec = kt.BroadPhaseSpec(name.replace("_", "-"), target, features=frozenset(work.features))
+        kt.registry().add(_Plugin(spec))
+        kt.registry().broad_phase(spec.name)(**work.options)
+    except Exception as error:
+        tell({"crashed": f"{type(error).__name__}: {error}"})
+        return
+    for check in work.checks:
+        tell({"begin": check})
+        began = time.process_time()
+        _limit(work.limits.get(check, work.limits["load"]))
+        result = judged(spec.name, work.options, check, work.examples, work.seed)
+        refused = result.status == "skipped" and check not in work.skips
+        spent = time.process_time() - began
+        tell({"check": check, "status": result.status, "said": result.said or result.reason, "cpu": spent})
+        if result.status in STOPPED or (refused and task.number):
+            return
+    tell({"end": True, "tightness": tightness(Subject(spec.name, work.options)) if work.whole else None})
+
+
+class _Plugin:
+    """Brings one mutant."""
+
+    def __init__(self, spec: kt.BroadPhaseSpec) -> None:
+        self.__name__ = spec.name
+        self._spec = spec
+
+    @kt.hookimpl
+    def kinetile_broad_phases(self) -> list[kt.BroadPhaseSpec]:
+        """Name the mutant."""
+        return [self._spec]
+
+
+def serve(work: Work, tell: Tell) -> None:
+    """Try all mutants, each in a fork; tell what each has told, and how it ended."""
+    sys.dont_write_bytecode = True
+    words = Path(work.scratch) / f"words-{os.getpid()}"
+    patience = 60.0 + 10.0 * max(work.limits.values())
+    for task in work.tasks:
+        tell({"task": task.number})
+        child = forked(lambda say, task=task: try_one(work, task, say), words)  # type: ignore[misc]
+        late = False
+        try:
+            while (message := child.hear(patience)) is not None:
+                tell(message)
+        except TimeoutError:
+            late = True
+        code = None if late else child.ended()
+        child.end()
+        tell({"over": task.number, "code": code})
+
+
+def _limit(seconds: float) -> None:
+    """Let this process have so many CPU seconds from now on; a signal ends it after them."""
+    import resource
+
+    most = resource.getrlimit(resource.RLIMIT_CPU)[1]
+    limit = int(time.process_time() + seconds) + 1
+    resource.setrlimit(resource.RLIMIT_CPU, (limit if most < 0 else min(limit, most), most))
+
+
+def _limit_memory(more: int) -> None:
+    """Let this process have so many bytes more than it has now, where the system can tell."""
+    import resource
+
+    with contextlib.suppress(OSError, ValueError):
+        pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
+        most = resource.getrlimit(resource.RLIMIT_AS)[1]
+        limit = pages * resource.getpagesize() + more
+        resource.setrlimit(resource.RLIMIT_AS, (limit if most < 0 else min(limit, most), most))
+
+
+def main() -> None:
+    """Carry out the work that stands on the first line of the standard input; tell on the standard output."""
+    news = os.dup(1)
+    os.dup2(2, 1)
+    line = b""
+    while not line.endswith(b"\n"):
+        line += os.read(0, 1 << 16) or b"\n"
+    work = Work.of(json.loads(line))
+    try:
+        as_a_child(lambda tell: serve(work, tell), news, 0)
+    except Exception:
+        os.write(2, traceback.format_exc().encode())
+        raise
