@@ -16,22 +16,22 @@ if TYPE_CHECKING:
     from kinetile.conformance.checks import check_named as check_named
     from kinetile.conformance.checks.check import Check as Check
     from kinetile.conformance.checks.check import Disagreement as Disagreement
-    from kinetile.conformance.doors import check_broad_phase as check_broad_phase
-    from kinetile.conformance.engine import EXAMPLES as EXAMPLES
+    from kinetile.conformance.court.court import EXAMPLES as EXAMPLES
+    from kinetile.conformance.court.doors import check_broad_phase as check_broad_phase
+    from kinetile.conformance.court.report import KIT_VERSION as KIT_VERSION
+    from kinetile.conformance.court.report import Report as Report
+    from kinetile.conformance.court.report import Result as Result
     from kinetile.conformance.pytest_door import parametrize_with_checks as parametrize_with_checks
-    from kinetile.conformance.report import KIT_VERSION as KIT_VERSION
-    from kinetile.conformance.report import Report as Report
-    from kinetile.conformance.report import Result as Result
 
 _HOME = {
     "CHECKS": "checks",
-    "EXAMPLES": "engine",
-    "KIT_VERSION": "report",
+    "EXAMPLES": "court.court",
+    "KIT_VERSION": "court.report",
     "Check": "checks.check",
     "Disagreement": "checks.check",
-    "Report": "report",
-    "Result": "report",
-    "check_broad_phase": "doors",
+    "Report": "court.report",
+    "Result": "court.report",
+    "check_broad_phase": "court.doors",
     "check_named": "checks",
     "parametrize_with_checks": "pytest_door",
 }

@@ -42,8 +42,8 @@ def checks_of(
     checks that are ``expected`` to fail no smallest scene is looked for.
     """
     from kinetile.conformance.checks import CHECKS
-    from kinetile.conformance.doors import MEMORY
-    from kinetile.conformance.engine import Trial
+    from kinetile.conformance.court.court import Trial
+    from kinetile.conformance.court.doors import MEMORY
     from kinetile.conformance.isolation.hearing import Hearing
     from kinetile.plugin.registry import registry
     from kinetile.run.composition import check_options

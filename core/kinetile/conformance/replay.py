@@ -9,8 +9,8 @@ from typing import Any
 
 from kinetile.conformance.cases import Case, Subject, load_case
 from kinetile.conformance.checks import CHECKS
-from kinetile.conformance.checks.verdicts import Seen, applicable, verdict
-from kinetile.conformance.report import KIT_VERSION, Result
+from kinetile.conformance.court.report import KIT_VERSION, Result
+from kinetile.conformance.court.verdicts import Seen, applicable, verdict
 from kinetile.errors import BadOption, Refused, one_of
 
 __all__ = ["DEFAULT_CHECK", "replay"]

@@ -14,8 +14,8 @@ import kinetile as kt
 from kinetile.conformance import check_named
 from kinetile.conformance.cases import Subject, outcome
 from kinetile.conformance.checks.tables import left_behind, left_otherwise
-from kinetile.conformance.checks.verdicts import Seen
-from kinetile.conformance.engine import run_check
+from kinetile.conformance.court.court import run_check
+from kinetile.conformance.court.verdicts import Seen
 from kinetile.conformance.strategies.swarms import swarm
 from kinetile.errors import Refused
 from kinetile.toolbox import BroadPhaseParts, Kernel, NoState, hook

@@ -9,12 +9,12 @@ import pytest
 
 import hostile_phases
 import kinetile as kt
-import kinetile.conformance.engine
+import kinetile.conformance.court.court
 from kinetile.conformance import check_broad_phase
 from kinetile.conformance.cases import Subject, load_case
-from kinetile.conformance.checks.tightness import tightness
-from kinetile.conformance.engine import Court
-from kinetile.conformance.report import Result
+from kinetile.conformance.court.court import Court
+from kinetile.conformance.court.report import Result
+from kinetile.conformance.court.tightness import tightness
 from kinetile.errors import PhaseError, Refused, StalledError
 from kinetile.kernel.faults import BAD_PAIR, STALLED
 from kinetile.kernel.tables import Kernel
@@ -75,7 +75,7 @@ def test_a_phase_that_does_not_do_the_dense_gas_gets_its_report(
     name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert tightness(Subject(name, {})) is None
-    monkeypatch.setattr(kinetile.conformance.engine, "CHECKS", ())  # as if it had passed them all
+    monkeypatch.setattr(kinetile.conformance.court.court, "CHECKS", ())  # as if it had passed them all
     report = check_broad_phase(name, in_process=True)
     assert (report.ok, report.tightness, report.distribution) == (True, None, "this process")
     assert "over-reporting" not in str(report)

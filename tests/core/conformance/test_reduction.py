@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kinetile.conformance.reduction import reduced
+from kinetile.conformance.court.reduction import reduced
 from kinetile.conformance.strategies import scenes
 from kinetile.conformance.strategies.swarms import swarm
 from kinetile.scene import Scene

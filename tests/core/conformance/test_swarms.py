@@ -13,8 +13,8 @@ import kinetile as kt
 import toy_grids
 from kinetile.conformance.cases import Subject
 from kinetile.conformance.checks import check_named
-from kinetile.conformance.checks.verdicts import Seen
-from kinetile.conformance.reduction import reduced
+from kinetile.conformance.court.reduction import reduced
+from kinetile.conformance.court.verdicts import Seen
 from kinetile.conformance.strategies.lattices import LATTICES, lattices
 from kinetile.conformance.strategies.marathons import marathon
 from kinetile.conformance.strategies.swarms import KINDS, swarm

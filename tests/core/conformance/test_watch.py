@@ -18,7 +18,7 @@ import trespassing_phases
 from kinetile.conformance.cases import Subject
 from kinetile.conformance.checks import memory
 from kinetile.conformance.checks.gallery import smallest
-from kinetile.conformance.checks.verdicts import Seen
+from kinetile.conformance.court.verdicts import Seen
 from kinetile.conformance.watch import canaries
 from kinetile.conformance.watch.bounds import Breach, guarded
 from kinetile.conformance.watch.child import first_breach

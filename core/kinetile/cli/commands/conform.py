@@ -16,7 +16,7 @@ from kinetile.cli.terminal import INTERRUPTED, FirstSignal, exit_codes, notice
 from kinetile.errors import BadOption
 
 if TYPE_CHECKING:
-    from kinetile.conformance.report import Report, Result
+    from kinetile.conformance.court.report import Report, Result
 
 __all__ = ["conform"]
 
@@ -81,7 +81,7 @@ def conform(
     could not be judged in time."""
     with exit_codes():
         from kinetile.conformance import check_broad_phase
-        from kinetile.conformance.limits import SECONDS
+        from kinetile.conformance.court.limits import SECONDS
 
         name, options = registered_phase(phase)
         checks = [_check(each) for each in check or ()]
@@ -167,7 +167,7 @@ class _Show:
         """Write what there is of the report as JUnit XML."""
         if self._junitxml is None:
             return
-        from kinetile.conformance.junit import junit
+        from kinetile.conformance.court.junit import junit
 
         try:
             self._junitxml.write_text(junit(self.unfinished), encoding="utf-8")

@@ -16,11 +16,11 @@ from typing import Any
 from kinetile.conformance.cases import Subject
 from kinetile.conformance.checks import check_named
 from kinetile.conformance.checks.check import Check, Reference
-from kinetile.conformance.checks.tightness import tightness
-from kinetile.conformance.checks.verdicts import Seen, verdict
-from kinetile.conformance.engine import Court
-from kinetile.conformance.limits import SCENE_SECONDS, limit_scenes
-from kinetile.conformance.rehearsal import SAMPLES, compiled, fresh, rehearse
+from kinetile.conformance.court.court import Court
+from kinetile.conformance.court.limits import SCENE_SECONDS, limit_scenes
+from kinetile.conformance.court.rehearsal import SAMPLES, compiled, fresh, rehearse
+from kinetile.conformance.court.tightness import tightness
+from kinetile.conformance.court.verdicts import Seen, verdict
 from kinetile.errors import BadOption, KinetileError, NotJudged, Refused
 from kinetile.scene import Scene
 

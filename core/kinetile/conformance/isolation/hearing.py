@@ -22,12 +22,12 @@ from typing import Any, Self
 from kinetile.conformance.cases import not_saved, save_case
 from kinetile.conformance.checks import check_named
 from kinetile.conformance.checks.views import without
-from kinetile.conformance.engine import Trial
+from kinetile.conformance.court.court import Trial
+from kinetile.conformance.court.limits import SILENCE
+from kinetile.conformance.court.report import Result
 from kinetile.conformance.isolation.child import FAILING, LAST, Order, read_scene, serve, write_scene
 from kinetile.conformance.isolation.deaths import End, cause
 from kinetile.conformance.isolation.processes import CAN_FORK, Child, afresh, forked
-from kinetile.conformance.limits import SILENCE
-from kinetile.conformance.report import Result
 from kinetile.errors import BadOption, MissingExtra, NotJudged, PhaseError, Refused
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.plugin.registry import Provided

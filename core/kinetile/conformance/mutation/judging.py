@@ -20,14 +20,14 @@ from typing import Any
 import kinetile as kt
 from kinetile.conformance.cases import Subject
 from kinetile.conformance.checks import CHECKS, check_named
-from kinetile.conformance.checks.tightness import tightness
-from kinetile.conformance.engine import run_check
+from kinetile.conformance.court.court import run_check
+from kinetile.conformance.court.report import Result
+from kinetile.conformance.court.tightness import tightness
 from kinetile.conformance.isolation.deaths import GIB
 from kinetile.conformance.isolation.processes import as_a_child, forked
 from kinetile.conformance.mutation.operators import Change
 from kinetile.conformance.mutation.sources import PhaseSource, Source
 from kinetile.conformance.mutation.writing import write
-from kinetile.conformance.report import Result
 
 __all__ = ["FIRST", "SURE", "Task", "Work", "main", "order_of_checks"]
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Unpack
 
-from kinetile.conformance.checks.tightness import tightness
-from kinetile.conformance.engine import Court, Trial, Wishes
+from kinetile.conformance.court.court import Court, Trial, Wishes
+from kinetile.conformance.court.rehearsal import rehearse
+from kinetile.conformance.court.report import Report, Result
+from kinetile.conformance.court.tightness import tightness
 from kinetile.conformance.isolation.deaths import GIB
 from kinetile.conformance.isolation.hearing import DEATHS, Hearing
-from kinetile.conformance.rehearsal import rehearse
-from kinetile.conformance.report import Report, Result
 
 __all__ = ["MEMORY", "check_broad_phase"]
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 from contextlib import suppress
 
 from kinetile.conformance.cases import REFERENCE, Subject
-from kinetile.conformance.limits import begin_scene
+from kinetile.conformance.court.limits import begin_scene
 from kinetile.errors import BadOption, KinetileError, MissingExtra, NotJudged, Refused, UnknownName
 from kinetile.scene import Scene, Settings
 

@@ -16,10 +16,10 @@ from kinetile.conformance.cases import Subject, not_saved, save_case
 from kinetile.conformance.checks import CHECKS, check_named
 from kinetile.conformance.checks.check import Check
 from kinetile.conformance.checks.gallery import smallest
-from kinetile.conformance.checks.verdicts import References, Seen, applicable, verdict
-from kinetile.conformance.drawing import Drawing
-from kinetile.conformance.limits import SECONDS, Patience, TimeIsUp, spent
-from kinetile.conformance.report import Report, Result
+from kinetile.conformance.court.drawing import Drawing
+from kinetile.conformance.court.limits import SECONDS, Patience, TimeIsUp, spent
+from kinetile.conformance.court.report import Report, Result
+from kinetile.conformance.court.verdicts import References, Seen, applicable, verdict
 from kinetile.plugin.registry import Provided, registry
 from kinetile.scene import Scene
 
@@ -252,7 +252,7 @@ class Court:
 
 def _draw_picture(subject: Subject, scene: Scene, case: Path, said: str) -> Path:
     """Draw the moment of disagreement beside the saved case."""
-    from kinetile.conformance.picture import draw
+    from kinetile.conformance.court.picture import draw
 
     path = case.with_suffix(".svg")
     path.write_text(draw(subject, scene, said), encoding="utf-8")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from xml.etree import ElementTree
 
-from kinetile.conformance.report import Report, Result
+from kinetile.conformance.court.report import Report, Result
 
 __all__ = ["junit"]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from kinetile.conformance.cases import CONTACTS, REFERENCE, Outcome, Subject, outcome
 from kinetile.conformance.checks.check import Check, Disagreement
-from kinetile.conformance.limits import Patience, begin_scene
+from kinetile.conformance.court.limits import Patience, begin_scene
 from kinetile.errors import Refused
 from kinetile.plugin.calling import place_of
 from kinetile.plugin.registry import registry
