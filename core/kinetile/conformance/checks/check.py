@@ -14,9 +14,10 @@ import numpy as np
 
 from kinetile.accuracy.answer.judgement import judged
 from kinetile.conformance.cases import CONTACTS, REFERENCE, Outcome, Subject, difference, outcome
+from kinetile.errors import Refused
 from kinetile.scene import Scene
 
-__all__ = ["Check", "Disagreement", "Reference", "Run", "agree", "check"]
+__all__ = ["Check", "Disagreement", "DoesNotApply", "Reference", "Run", "agree", "check"]
 
 
 class Reference(Protocol):
@@ -33,6 +34,10 @@ JUDGED = 20
 Run = Callable[[Subject, Scene, Reference], None]
 Strategy = Callable[[], Any]
 """Returns a Hypothesis strategy of scenes; a function, for Hypothesis is imported when something is drawn."""
+
+
+class DoesNotApply(Refused):
+    """A phase does not claim what a check puts to the test."""
 
 
 class Disagreement(AssertionError):
@@ -61,6 +66,7 @@ class Check:
         since: the version of the kit that it came with.
         scenes: what it draws; None: the small scenes, which are drawn once for all checks that look at them.
         share: how many of these to one of the small ones; at least one is drawn.
+        compares: whether a failure is held against kinetile's other phases; some speak of this one alone.
         replayed_by: the check that replays a scene on which this one has failed; "": this one itself.
     """
 
@@ -73,6 +79,7 @@ class Check:
     since: str = "1.0"
     scenes: Strategy | None = None
     share: float = 1.0
+    compares: bool = True
     replayed_by: str = ""
 
     @property

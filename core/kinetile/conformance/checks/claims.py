@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kinetile.conformance.cases import CONTACTS, Subject, horizon
-from kinetile.conformance.checks.check import Disagreement, Reference, agree, check
+from kinetile.conformance.checks.check import Disagreement, DoesNotApply, Reference, agree, check
 from kinetile.conformance.checks.views import changed
 from kinetile.errors import KinetileError, Refused
 from kinetile.plugin.registry import registry
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from hypothesis.strategies import SearchStrategy
 
 __all__ = [
-    "DoesNotApply",
     "amiss_with_near",
     "its_features_are_known",
     "near_holds_while_bodies_pass",
@@ -38,10 +37,6 @@ FINEST = 45
 
 EDGES = 6
 """Scenes at the limit of the skin."""
-
-
-class DoesNotApply(Refused):
-    """A phase does not claim what a check puts to the test."""
 
 
 def amiss_with_near(sim: Simulation) -> str | None:

@@ -7,7 +7,7 @@ contact: another machine, or a larger scene, and it would have.
 from __future__ import annotations
 
 from kinetile.conformance.cases import Subject
-from kinetile.conformance.checks.check import Disagreement, Reference, check
+from kinetile.conformance.checks.check import Disagreement, DoesNotApply, Reference, check
 from kinetile.conformance.watch import canaries
 from kinetile.conformance.watch.child import first_breach
 from kinetile.conformance.watch.scenes import MANY, SMALL, titled
@@ -18,7 +18,7 @@ from kinetile.scene import Scene
 __all__ = ["stays_within_its_arrays", "writes_only_where_it_may"]
 
 
-@check(draws=False, since="3.0")
+@check(draws=False, compares=False, since="3.0")
 def writes_only_where_it_may(subject: Subject, scene: Scene, reference: Reference) -> None:
     """Interpreted, its hooks change nothing that is not theirs, use no index outside of an array, and raise
     nothing."""
@@ -27,11 +27,11 @@ def writes_only_where_it_may(subject: Subject, scene: Scene, reference: Referenc
         raise Disagreement(said)
 
 
-@check(draws=False, since="3.0")
+@check(draws=False, compares=False, since="3.0")
 def stays_within_its_arrays(subject: Subject, scene: Scene, reference: Reference) -> None:
     """It writes nothing just before or behind an array of its state or of the kernel."""
     if INTERPRETED:
-        raise Refused("hooks are interpreted here: writes-only-where-it-may looks at every index")
+        raise DoesNotApply("hooks are interpreted here: writes-only-where-it-may looks at every index")
     refusal: Refused | None = None
     looked_at = 0
     for title, each in titled(MANY):

@@ -18,6 +18,7 @@ from kinetile.conformance.checks.check import Check
 from kinetile.conformance.checks.gallery import smallest
 from kinetile.conformance.court.drawing import Drawing
 from kinetile.conformance.court.limits import SECONDS, Patience, TimeIsUp, spent
+from kinetile.conformance.court.reduction import reduced
 from kinetile.conformance.court.report import Report, Result
 from kinetile.conformance.court.verdicts import References, Seen, applicable, verdict
 from kinetile.plugin.registry import Provided, registry
@@ -30,6 +31,9 @@ EXAMPLES = 100
 
 FEW = 3
 """Bodies in a scene that one can think through."""
+
+REDUCING = 20.0
+"""CPU seconds in which a scene of hundreds of bodies is made smaller."""
 
 AGAIN = 5
 """Times that a check is run again on the scene on which it has failed."""
@@ -128,6 +132,7 @@ class Court:
         shrink: whether to look for the smallest scene that fails.
         save_to: where scenes that fail are saved; None: nowhere.
         watched: returns a check as it is to be run here.
+        drawing, references: scenes that have been drawn before, and what the reference makes of them.
     """
 
     def __init__(
@@ -140,10 +145,12 @@ class Court:
         shrink: bool = True,
         save_to: Path | None = None,
         watched: Callable[[Check], Check] | None = None,
+        drawing: Drawing | None = None,
+        references: References | None = None,
     ) -> None:
         self.subject = subject
-        self._drawing = Drawing(examples, seed)
-        self._references = References()
+        self._drawing = Drawing(examples, seed) if drawing is None else drawing
+        self._references = References() if references is None else references
         self._seconds = seconds
         self._shrink = shrink
         self._save_to = save_to
@@ -167,7 +174,7 @@ class Court:
             reason = f"{self._seconds:g} CPU s were not enough; no fault in the scenes seen until then"
             result = replace(result, status="not judged", reason=reason)
         elif seen.count and seen.refused == seen.count:
-            reason = f"it refuses all scenes of this check: {seen.refusal}"
+            reason = seen.inapplicable or f"it refuses all scenes of this check: {seen.refusal}"
             result = replace(result, status="skipped", reason=reason)
         elif expected is not None:
             reason = f"was expected to fail ({expected}), and does not"
@@ -196,10 +203,14 @@ class Court:
     def _look_closer(self, seen: Seen) -> None:
         """Look for a scene of fewer bodies that fails than the one left.
 
-        Leaving out bodies can end where no single one can be left out, and yet fewer would do. So where more
-        than a few are left, scenes of a few are drawn as well.
+        Scenes of hundreds Hypothesis cannot make smaller by itself: their bodies are left out here. And with
+        small ones leaving out bodies can end where no single one can be left out, and yet fewer would do: so
+        where more than a few are left, scenes of a few are drawn as well.
         """
-        if seen.scene is None or seen.each.scenes is not None or len(seen.scene) <= FEW:
+        if seen.scene is None or len(seen.scene) <= FEW:
+            return
+        if seen.each.scenes is not None:
+            self._reduce(seen)
             return
         few = Seen(seen.each, seen.subject, self._references, Patience(self._seconds))
         try:
@@ -208,6 +219,16 @@ class Court:
             seen.count += few.count
             if few.said is not None:
                 seen.said, seen.scene = few.said, few.scene
+
+    def _reduce(self, seen: Seen) -> None:
+        """Leave out of a scene what is not needed for its failure."""
+        found = Seen(seen.each, seen.subject)
+        assert seen.scene is not None
+        scene = reduced(seen.scene, lambda fewer: not found.look(fewer), REDUCING)
+        again = Seen(seen.each, seen.subject)
+        seen.count += found.count + 1
+        if not again.look(scene) and again.said is not None:
+            seen.said, seen.scene = again.said, again.scene
 
     def _failed(self, seen: Seen, result: Result, expected: str | None) -> Result:
         """Return the result of a check that has failed."""
@@ -223,12 +244,13 @@ class Court:
             except OSError as error:
                 said = f"{said}\n{not_saved('scene' if case is None else 'picture', error)}"
         judged = check_named(each.replay) if each.replay else each
+        asked = expected is None and each.compares
         return replace(
             result,
             status="failed" if expected is None else "xfailed",
             said=said,
             reason=expected or "",
-            verdict=verdict(judged, self.subject, scene) if expected is None and scene is not None else "",
+            verdict=verdict(judged, self.subject, scene) if asked and scene is not None else "",
             bodies=len(scene) if scene is not None and each.replay else None,
             case=case,
             picture=picture,

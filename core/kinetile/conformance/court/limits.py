@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+import os
 import signal
 import time
 from collections.abc import Iterator
@@ -44,8 +45,10 @@ class TimeIsUp(BaseException):
 
 
 def spent() -> float:
-    """Return the CPU seconds of this process so far, without those of compiling."""
-    return time.process_time() - compiling_seconds()
+    """Return the CPU seconds of this process, and of those it has waited for, without those of compiling."""
+    times = os.times()
+    children = times.children_user + times.children_system
+    return time.process_time() + children - compiling_seconds()
 
 
 class Patience:

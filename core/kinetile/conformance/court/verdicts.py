@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from kinetile.conformance.cases import CONTACTS, REFERENCE, Outcome, Subject, outcome
-from kinetile.conformance.checks.check import Check, Disagreement
+from kinetile.conformance.checks.check import Check, Disagreement, DoesNotApply
 from kinetile.conformance.court.limits import Patience, begin_scene
 from kinetile.errors import Refused
 from kinetile.plugin.calling import place_of
@@ -55,6 +55,7 @@ class Seen:
         self.count = 0
         self.refused = 0
         self.refusal = ""
+        self.inapplicable = ""
         self.said: str | None = None
         self.scene: Scene | None = None
         self._reference = References() if reference is None else reference
@@ -74,6 +75,8 @@ class Seen:
         except Refused as error:
             self.refused += 1
             self.refusal = str(error)
+            if isinstance(error, DoesNotApply):
+                self.inapplicable = str(error)
         except Disagreement as error:
             self.said, self.scene = str(error), error.scene if self.each.replayed_by else scene
             return False

@@ -7,22 +7,22 @@ its process, the next one begins afresh.
 from __future__ import annotations
 
 import contextlib
-import json
 import os
 import sys
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import kinetile as kt
 from kinetile.conformance.cases import Subject
-from kinetile.conformance.checks import CHECKS, check_named
-from kinetile.conformance.court.court import run_check
-from kinetile.conformance.court.report import Result
+from kinetile.conformance.checks import CHECKS
+from kinetile.conformance.court.court import Court
+from kinetile.conformance.court.drawing import Drawing
 from kinetile.conformance.court.tightness import tightness
+from kinetile.conformance.court.verdicts import References
 from kinetile.conformance.isolation.deaths import GIB
 from kinetile.conformance.isolation.processes import as_a_child, forked
 from kinetile.conformance.mutation.operators import Change
@@ -107,12 +107,27 @@ def order_of_checks() -> tuple[str, ...]:
     return (*FIRST, *(each.name for each in CHECKS if each.name not in FIRST))
 
 
-def judged(name: str, options: dict[str, Any], check: str, examples: int, seed: int) -> Result:
-    """Run one check on one phase, without a search for the smallest scene and without a verdict."""
-    return run_check(check_named(check), Subject(name, options), examples, "a mutant", None, False, seed)
+@dataclass(frozen=True)
+class Shown:
+    """What is shown to all mutants of a child: the scenes, drawn once, and what the reference makes of
+    them."""
+
+    drawing: Drawing
+    references: References
+
+    @classmethod
+    def of(cls, work: Work) -> Shown:
+        """Draw the small scenes; what the reference makes of them, the phase as it is will have asked."""
+        shown = cls(Drawing(work.examples, work.seed), References())
+        for turns in (False, True):
+            scenes = shown.drawing.small(turns)
+            shown.references.keep(scenes)
+            for scene in scenes:
+                shown.references(scene)
+        return shown
 
 
-def try_one(work: Work, task: Task, tell: Tell) -> None:
+def try_one(work: Work, task: Task, shown: Shown, tell: Tell) -> None:
     """Load a mutant and run checks on it until one fails; tell what came of each."""
     _limit_memory(MEMORY)
     _limit(work.limits["load"])
@@ -128,11 +143,18 @@ def try_one(work: Work, task: Task, tell: Tell) -> None:
     except Exception as error:
         tell({"crashed": f"{type(error).__name__}: {error}"})
         return
+    court = Court(
+        Subject(spec.name, work.options),
+        seconds=float("inf"),
+        shrink=False,
+        drawing=shown.drawing,
+        references=shown.references,
+    )
     for check in work.checks:
         tell({"begin": check})
         began = time.process_time()
         _limit(work.limits.get(check, work.limits["load"]))
-        result = judged(spec.name, work.options, check, work.examples, work.seed)
+        result = court.judge(check, "a mutant")  # as if expected to fail: nobody needs a verdict
         refused = result.status == "skipped" and check not in work.skips
         spent = time.process_time() - began
         tell({"check": check, "status": result.status, "said": result.said or result.reason, "cpu": spent})
@@ -159,9 +181,14 @@ def serve(work: Work, tell: Tell) -> None:
     sys.dont_write_bytecode = True
     words = Path(work.scratch) / f"words-{os.getpid()}"
     patience = 60.0 + 10.0 * max(work.limits.values())
+    shown = Shown.of(work)
     for task in work.tasks:
         tell({"task": task.number})
-        child = forked(lambda say, task=task: try_one(work, task, say), words)  # type: ignore[misc]
+
+        def attempt(tasks: Iterator[dict[str, Any]], say: Tell, task: Task = task) -> None:
+            try_one(work, task, shown, say)
+
+        child = forked(attempt, words)
         late = False
         try:
             while (message := child.hear(patience)) is not None:
@@ -197,12 +224,8 @@ def main() -> None:
     """Carry out the work that stands on the first line of the standard input; tell on the standard output."""
     news = os.dup(1)
     os.dup2(2, 1)
-    line = b""
-    while not line.endswith(b"\n"):
-        line += os.read(0, 1 << 16) or b"\n"
-    work = Work.of(json.loads(line))
     try:
-        as_a_child(lambda tell: serve(work, tell), news, 0)
+        as_a_child(lambda tasks, tell: serve(Work.of(next(tasks)), tell), news, 0)
     except Exception:
         os.write(2, traceback.format_exc().encode())
         raise

@@ -16,6 +16,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from kinetile.conformance.cases import Subject
+from kinetile.conformance.court.limits import TimeIsUp, out_of_time
 from kinetile.conformance.watch.interpreted import look
 from kinetile.errors import KinetileError, Refused
 from kinetile.kernel.compiled import INTERPRETED
@@ -38,8 +39,8 @@ def first_breach(subject: Subject, scenes: Titled) -> str | None:
     """Run a phase interpreted on scenes with all hooks watched; return what was seen first and on which
     scene, None where nothing was.
 
-    Raises Refused where it refuses all the scenes, or cannot be run in another interpreter, or is not through
-    with them in time.
+    Raises Refused where it refuses all the scenes, or cannot be run in another interpreter; TimeIsUp where it
+    is not through with them in time.
     """
     if INTERPRETED:
         return _first_breach(subject, scenes)
@@ -61,11 +62,10 @@ def first_breach(subject: Subject, scenes: Titled) -> str | None:
     try:
         found = json.loads(done.stdout.rpartition("\n")[2])
     except ValueError:
+        if out_of_time(done.returncode):
+            raise TimeIsUp from None
         said = done.stderr.strip().rpartition("\n")[2] or "nothing was said"
-        raise Refused(
-            f"its hooks could not be watched interpreted, within {SECONDS} CPU seconds: the interpreter "
-            f"ended with {done.returncode} ({said})"
-        ) from None
+        return f"interpreted, with its hooks watched, its process ended with {done.returncode} ({said})"
     if found["refused"] is not None:
         raise Refused(found["refused"])
     return None if found["said"] is None else str(found["said"])
