@@ -1,16 +1,8 @@
-"""The mutants, phase by phase, and the table of what the kit makes of them.
-
-As a program it prints the table, or the rows of those mutants whose labels have one of its arguments in them.
-"""
+"""The first mutants, phase by phase; those made to fool the kit stand in ``mutants``."""
 
 from __future__ import annotations
 
-import sys
-import tempfile
-from pathlib import Path
-
-from kinetile.conformance import Result
-from phase_mutants import CONFORMS, EQUIVALENT, Change, Mutant, after, before, instead, judge
+from phase_mutants import CONFORMS, EQUIVALENT, Change, Mutant, after, before, instead
 
 # naive
 
@@ -20,7 +12,7 @@ NAMES = "    for other in range(count):\n        k.near[other] = other\n    retu
 NUMPY = before("from kinetile.errors", "import numpy as np\n\n")
 
 
-def _but(condition: str) -> Change:
+def but(condition: str) -> Change:
     """Return the change by which only those are named for which a condition holds."""
     return instead(
         NAMES,
@@ -33,7 +25,7 @@ def _but(condition: str) -> Change:
     )
 
 
-def _replanning(*lines: str) -> list[Change]:
+def replanning(*lines: str) -> list[Change]:
     """Return the changes by which naive has a hook that is told of new plans."""
     body = "".join(f"    {line}\n" for line in lines)
     return [
@@ -48,32 +40,32 @@ NAIVE_MUTANTS = [
     Mutant(
         "only one pair a body",
         "naive",
-        [_but("abs(other - body) == 1")],
+        [but("abs(other - body) == 1")],
         "bodies that are never named",
     ),
     Mutant(
         "forgets the last body",
         "naive",
-        [_but("max(other, body) < count - 1")],
+        [but("max(other, body) < count - 1")],
         "off by one in a loop",
     ),
     Mutant(
         "names the later ones only",
         "naive",
-        [_but("other > body")],
+        [but("other > body")],
         "who is near whom is not mutual",
     ),
     Mutant(
         "loses a pair that has collided",
         "naive",
-        [_but("k.bodies[body].last != other and k.bodies[other].last != body")],
+        [but("k.bodies[body].last != other and k.bodies[other].last != body")],
         "a pair that is over too early",
     ),
     Mutant(
         "tires of a late clock",
         "naive",
         [
-            _but("s.nothing[0] < 1e9"),
+            but("s.nothing[0] < 1e9"),
             instead("near=near)", "near=near, state=NoState(np.full(1, scene.start)))"),
             NUMPY,
         ],
@@ -93,7 +85,7 @@ NAIVE_MUTANTS = [
     Mutant(
         "brakes a body that has a new plan",
         "naive",
-        _replanning("k.bodies[body].vx *= 0.5"),
+        replanning("k.bodies[body].vx *= 0.5"),
         "a hook that writes into the bodies",
     ),
     Mutant(
@@ -499,29 +491,3 @@ SWEEP_TILING_MUTANTS = [
 ]
 
 MUTANTS = (*NAIVE_MUTANTS, *SAP_1D_MUTANTS, *SAP_2D_MUTANTS, *SWEEP_TILING_MUTANTS)
-
-
-HEAD = """| phase | mutant | what it stands for | killed by | bodies |
-|---|---|---|---|---|"""
-
-
-def row(mutant: Mutant, found: Result | None) -> str:
-    """Return a mutant's row of the table in docs/conformance.md."""
-    if found is None:
-        by, bodies = f"nothing: {mutant.fate}", ""
-    else:
-        by, bodies = f"`{found.check}`", "" if found.bodies is None else str(found.bodies)
-    return f"| `{mutant.base}` | {mutant.name} | {mutant.why} | {by} | {bodies} |"
-
-
-def main() -> None:
-    """Judge the mutants whose labels have one of the words given in them, or all, and print the table."""
-    print(HEAD)
-    with tempfile.TemporaryDirectory() as folder:
-        for mutant in MUTANTS:
-            if any(word in mutant.label for word in sys.argv[1:] or [""]):
-                print(row(mutant, judge(mutant, Path(folder))), flush=True)
-
-
-if __name__ == "__main__":
-    main()

@@ -10,7 +10,7 @@ import numpy as np
 import kinetile as kt
 from mutants.scenes import crowd, gas
 from mutants.witnesses import Accepts, Audited, Differs
-from phase_mutant_table import BOTH, NO_AUDIT, _but
+from phase_mutant_table import BOTH, NO_AUDIT, but
 from phase_mutants import Mutant, instead
 
 __all__ = ["MUTANTS"]
@@ -198,7 +198,7 @@ MUTANTS = [
         "bodies within each other are no pair",
         "naive",
         [
-            _but(f"abs({_apart('x')}) + abs({_apart('y')}) > k.bodies[0].radius or other == body"),
+            but(f"abs({_apart('x')}) + abs({_apart('y')}) > k.bodies[0].radius or other == body"),
             instead("NoState, hook", "NoState, hook, since_origin"),
         ],
         "that cannot be while bodies are solid, and is where they are not",

@@ -7,7 +7,7 @@ from functools import partial
 import kinetile as kt
 from mutants.scenes import meeting, row
 from mutants.witnesses import Differs
-from phase_mutant_table import _but
+from phase_mutant_table import but
 from phase_mutants import Mutant, instead
 
 __all__ = ["MUTANTS"]
@@ -61,7 +61,7 @@ MUTANTS = [
     Mutant(
         "the end of the world",
         "naive",
-        [_but("abs(k.bodies[other].x) < 2.0**33 and abs(k.bodies[body].x) < 2.0**33")],
+        [but("abs(k.bodies[other].x) < 2.0**33 and abs(k.bodies[body].x) < 2.0**33")],
         "far away everything is nowhere",
         family="places",
         witness=Differs(partial(meeting, 2.0**34), 8.0),
@@ -69,7 +69,7 @@ MUTANTS = [
     Mutant(
         "too small to see",
         "naive",
-        [_but("k.bodies[other].radius > 2.0**-30 and k.bodies[body].radius > 2.0**-30")],
+        [but("k.bodies[other].radius > 2.0**-30 and k.bodies[body].radius > 2.0**-30")],
         "an absolute length where there is none",
         family="places",
         witness=Differs(partial(meeting, 0.0, 2.0**-32, 2.0**-32), 8.0),

@@ -7,7 +7,7 @@ from functools import partial
 
 from mutants.scenes import corner, gas, numbered, overlapping, stack
 from mutants.witnesses import Audited, Differs
-from phase_mutant_table import NO_AUDIT, RANKS, _but
+from phase_mutant_table import NO_AUDIT, RANKS, but
 from phase_mutants import Mutant, instead
 
 __all__ = ["MUTANTS"]
@@ -29,7 +29,7 @@ MUTANTS = [
     Mutant(
         "body numbers of seven bits",
         "naive",
-        [_but("(other < 128 and body < 128) or other & 127 != body & 127")],
+        [but("(other < 128 and body < 128) or other & 127 != body & 127")],
         "bodies 128 apart are taken for one",
         family="many bodies",
         witness=Differs(partial(numbered, 130, 1, 129), 3.0),
@@ -37,7 +37,7 @@ MUTANTS = [
     Mutant(
         "a hash that collides at 64",
         "naive",
-        [_but("abs(other - body) != 64")],
+        [but("abs(other - body) != 64")],
         "two bodies in one slot, of which the first is lost",
         family="many bodies",
         witness=Differs(partial(numbered, 70, 1, 65), 3.0),
@@ -45,7 +45,7 @@ MUTANTS = [
     Mutant(
         "at most 24 neighbours",
         "naive",
-        [_but("abs(other - body) <= 24")],
+        [but("abs(other - body) <= 24")],
         "a list of neighbours that overflows",
         family="many bodies",
         witness=Differs(partial(numbered, 30, 1, 28), 3.0),

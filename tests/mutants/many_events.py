@@ -6,7 +6,7 @@ from functools import partial
 
 from mutants.scenes import billiard, gas
 from mutants.witnesses import Differs
-from phase_mutant_table import FLAG, NO_AUDIT, NUMPY, PASS, _but, _replanning
+from phase_mutant_table import FLAG, NO_AUDIT, NUMPY, PASS, but, replanning
 from phase_mutants import Mutant, after, before, instead
 
 __all__ = ["MUTANTS"]
@@ -74,7 +74,7 @@ MUTANTS += [
     Mutant(
         "tires of new plans",
         "naive",
-        [*_replanning("s.nothing[0] += 1.0"), *COUNTED, _but("s.nothing[0] < 4096.0 or other + body != 1")],
+        [*replanning("s.nothing[0] += 1.0"), *COUNTED, but("s.nothing[0] < 4096.0 or other + body != 1")],
         "after 4,096 new plans bodies 0 and 1 are no longer near",
         family="many events",
         witness=Differs(billiard, 4000.0, 20_000),
@@ -82,7 +82,7 @@ MUTANTS += [
     Mutant(
         "a stamp of ten bits",
         "naive",
-        [_but("k.bodies[body].stamp & 1023 != 1023 and k.bodies[other].stamp & 1023 != 1023")],
+        [but("k.bodies[body].stamp & 1023 != 1023 and k.bodies[other].stamp & 1023 != 1023")],
         "the 1,023rd plan of a body is taken for none",
         family="many events",
         witness=Differs(billiard, 4000.0, 20_000),

@@ -7,7 +7,7 @@ from functools import partial
 
 from mutants.scenes import gas
 from mutants.witnesses import Differs, Tampers
-from phase_mutant_table import EXCHANGE, NO_AUDIT, _replanning
+from phase_mutant_table import EXCHANGE, NO_AUDIT, replanning
 from phase_mutants import Mutant, before
 
 __all__ = ["MUTANTS"]
@@ -23,7 +23,7 @@ BASES = {
 def _writes(name: str, base: str, line: str, table: str, field: str, why: str) -> Mutant:
     """Return the mutant that has a line more in ``repair``, or in ``replan`` where there is no structure."""
     words = BASES.get(base)
-    changes = [before(words[0], f"    {line}\n", words[1])] if words else _replanning(line)
+    changes = [before(words[0], f"    {line}\n", words[1])] if words else replanning(line)
     return Mutant(name, base, changes, why, family="memory", witness=Tampers(GAS, base, table, field, 0.25))
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import kinetile as kt
 from mutants.scenes import billiard
 from mutants.witnesses import Differs, Later, Surroundings, Unlike
-from phase_mutant_table import PREPARE, _but
+from phase_mutant_table import PREPARE, but
 from phase_mutants import Mutant, before, instead
 
 __all__ = ["MUTANTS"]
@@ -20,7 +20,7 @@ def _where(condition: str, *imports: str, lines: str = "") -> list[Any]:
     """Return the changes by which naive forgets a pair where a condition holds as it is prepared."""
     head = "".join(f"import {each}\n" for each in imports)
     return [
-        _but("s.nothing[0] == 0.0 or other + body != 1"),
+        but("s.nothing[0] == 0.0 or other + body != 1"),
         before(PREPARE, f"{lines}        wrong = float({condition})\n"),
         instead("near=near)", "near=near, state=NoState(np.full(1, wrong)))"),
         before("from kinetile.errors", f"{head}\nimport numpy as np\n\n"),

@@ -48,7 +48,7 @@ def rows(text: str) -> list[list[str]]:
 def judged(*labels: str, interpreted: bool) -> list[list[str]]:
     """Return the rows of mutants, or of all, as the program prints them."""
     done = subprocess.run(
-        [sys.executable, str(TESTS / "phase_mutant_table.py"), *labels],
+        [sys.executable, str(TESTS / "mutant_table.py"), *labels],
         env={**os.environ, "NUMBA_DISABLE_JIT": "1" if interpreted else "0"},
         capture_output=True,
         text=True,
