@@ -243,10 +243,11 @@ def test_the_other_checks_are_run_after_a_death() -> None:
 
 @forks
 def test_after_three_deaths_the_rest_is_not_run() -> None:
-    report = isolated("crashes-in-arrange", *(check.name for check in CHECKS))
+    names = [check.name for check in CHECKS if check.compares]  # those of memory have a child of their own
+    report = isolated("crashes-in-arrange", *names)
     assert [result.status for result in report.results] == ["died"] * 3
-    assert report.notes == (f"not run, after 3 deaths: {', '.join(check.name for check in CHECKS[3:])}",)
-    assert CHECKS[-1].name in str(report)
+    assert report.notes == (f"not run, after 3 deaths: {', '.join(names[3:])}",)
+    assert names[-1] in str(report)
     assert not report.ok
 
 

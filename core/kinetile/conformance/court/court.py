@@ -164,6 +164,8 @@ class Court:
         skipped = applicable(self.subject, each)
         if skipped is not None:
             return Result(each.name, each.sentence, "skipped", 0, 0.0, reason=skipped)
+        if each.draws and each.scenes is None:
+            self._references.keep(self._drawing.small(each.turns))
         began = spent()
         seen = Seen(each, self.subject, self._references, Patience(self._seconds))
         late = self._look(seen, self._shrink and expected is None)
@@ -188,8 +190,6 @@ class Court:
             if not each.draws:
                 seen.look(smallest())
                 return False
-            if each.scenes is None:
-                self._references.keep(self._drawing.small(each.turns))
             if self._drawing.look(each, seen.look, shrink) and shrink:
                 self._look_closer(seen)
         except TimeIsUp:
