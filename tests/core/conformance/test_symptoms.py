@@ -92,11 +92,23 @@ def test_many_rows_are_shown_on_mutants():
 @pytest.mark.parametrize(
     ("row", "check", "words"),
     [
-        ("surroundings", "does-not-see-who-asks", "in another thread, the run ran, with 3 events; before it ran"),
+        (
+            "surroundings",
+            "does-not-see-who-asks",
+            "in another thread, the run ran, with 3 events; before it ran",
+        ),
         ("ticks", "same-contacts-after-a-change-of-view", "256 times as slow, contact 4 is missing: body 0"),
         ("long", "same-contacts-in-a-marathon", "contact 70311 is missing: body 0 with body 1"),
-        ("absolute", "same-contacts-after-a-change-of-view", "32 times as large, contact 2 is missing: body 0"),
-        ("floor", "same-contacts-after-a-change-of-view", "mirrored, contact 1 is missing: body 0 with body 1"),
+        (
+            "absolute",
+            "same-contacts-after-a-change-of-view",
+            "32 times as large, contact 2 is missing: body 0",
+        ),
+        (
+            "floor",
+            "same-contacts-after-a-change-of-view",
+            "mirrored, contact 1 is missing: body 0 with body 1",
+        ),
         ("many", "same-contacts-in-a-swarm", "contact 61 is missing: body 33 with body 34"),
     ],
 )
