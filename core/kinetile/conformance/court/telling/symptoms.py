@@ -137,7 +137,8 @@ SYMPTOMS = (
     ),
     Symptom(
         "many",
-        "a list overflows, or a number has too few bits: only many bodies fail.",
+        "a list overflows, or a number has too few bits: only many bodies fail. If few are left of them, "
+        "look for truncation where `floor` is meant: many swarms lie about the origin.",
         checks=("same-contacts-in-a-swarm",),
     ),
     Symptom(
