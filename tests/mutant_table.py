@@ -6,6 +6,8 @@ all. Each is judged as ``kinetile conform`` does with the default budget, until 
 
 from __future__ import annotations
 
+import os
+import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -13,9 +15,14 @@ from pathlib import Path
 import mutants
 import phase_mutant_table
 from kinetile.conformance import Result
+from kinetile.kernel.compiled import INTERPRETED
 from phase_mutants import Mutant, judge
 
-__all__ = ["ALL", "row"]
+__all__ = ["ALL", "judged", "row"]
+
+ONE = "--one"
+FIRST = ("same-contacts", "same-contacts-with-turns", "writes-only-where-it-may")
+"""What kills most, when hooks are interpreted."""
 
 ALL = (*phase_mutant_table.MUTANTS, *mutants.MUTANTS, *mutants.HARMLESS)
 
@@ -34,14 +41,43 @@ def row(mutant: Mutant, found: Result | None) -> str:
     return f"| `{mutant.base}` | {mutant.name} | {mutant.why} | {by} | {bodies} |"
 
 
+def judged(mutant: Mutant) -> str:
+    """Return a mutant's row: first interpreted, by the checks that kill most; then compiled, by all.
+
+    To compile a mutant's loops takes a minute, and most need not be.
+    """
+    for interpreted in ("1", "0"):
+        done = subprocess.run(
+            [sys.executable, __file__, ONE, mutant.label],
+            env={**os.environ, "NUMBA_DISABLE_JIT": interpreted},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        if done.returncode:
+            raise RuntimeError(f"{mutant.label}: {done.stderr}")
+        if interpreted == "0" or "nothing: " not in done.stdout:
+            break
+    return done.stdout.strip()
+
+
+def judge_one(label: str) -> str:
+    """Return the row of a mutant, as far as this process can judge it."""
+    (mutant,) = (mutant for mutant in ALL if mutant.label == label)
+    with tempfile.TemporaryDirectory() as folder:
+        return row(mutant, judge(mutant, Path(folder), FIRST if INTERPRETED else None))
+
+
 def main() -> None:
     """Judge mutants and print their rows."""
+    if sys.argv[1:2] == [ONE]:
+        print(judge_one(sys.argv[2]))
+        return
     print(HEAD)
-    with tempfile.TemporaryDirectory() as folder:
-        for mutant in ALL:
-            words = f"{mutant.family} {mutant.label}"
-            if any(word in words for word in sys.argv[1:] or [""]):
-                print(row(mutant, judge(mutant, Path(folder))), flush=True)
+    for mutant in ALL:
+        words = f"{mutant.family} {mutant.label}"
+        if any(word in words for word in sys.argv[1:] or [""]):
+            print(judged(mutant), flush=True)
 
 
 if __name__ == "__main__":

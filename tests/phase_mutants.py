@@ -128,10 +128,10 @@ class _Found(Exception):
     """A check has failed: that is enough."""
 
 
-def judge(mutant: Mutant, folder: Path) -> Result | None:
+def judge(mutant: Mutant, folder: Path, checks: Sequence[str] | None = None) -> Result | None:
     """Judge a mutant as ``kinetile conform`` does, in a process of its own and with the default budget.
 
-    Returns the first check that fails; None if all pass.
+    Returns the first check that fails or is not judged, of all or of those named; None if all pass.
     """
     mutant.load(folder)
 
@@ -140,7 +140,7 @@ def judge(mutant: Mutant, folder: Path) -> Result | None:
             raise _Found(result)
 
     try:
-        check_broad_phase(mutant.label, on_result=stop)
+        check_broad_phase(mutant.label, checks=checks, on_result=stop)
     except _Found as found:
         (result,) = found.args
         assert isinstance(result, Result)

@@ -2,8 +2,8 @@
 
 Results go to stdout, as a table or (``--json``) as JSON; everything else goes to stderr. Exit codes: 0; 1 for
 a divergence, a list of contacts that is wrong, a fault in the run or a phase that does not conform; 2 for
-what cannot be done as it was asked for; 3 where the conformance kit's reference itself is in doubt; 130 after
-Ctrl-C, when what was done until then has been printed.
+what cannot be done as it was asked for; 3 where the conformance kit's reference itself is in doubt; 4 where
+the kit ran out of time; 130 after Ctrl-C, when what was done until then has been printed.
 
 Each command has a file in ``kinetile.cli.commands``, which declares its options and carries it out. All of
 them are imported here, so that a command's file imports what it needs only when it is called: a run should
@@ -21,17 +21,14 @@ from kinetile import __version__
 from kinetile.cli.commands import (
     accuracy,
     certify_log,
-    compare,
-    conform,
-    mutate,
     new_plugin,
     oracle,
     plugins,
-    replay,
     run,
     scenes,
 )
 from kinetile.cli.commands.bench import events, growth, thesis
+from kinetile.cli.commands.judging import compare, conform, mutate, replay
 from kinetile.cli.terminal import results_on_stdout
 
 __all__ = ["app", "main"]

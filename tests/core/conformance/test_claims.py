@@ -14,7 +14,7 @@ import kinetile as kt
 from kinetile.conformance import check_named
 from kinetile.conformance.cases import Subject, outcome
 from kinetile.conformance.checks.tables import left_behind, left_otherwise
-from kinetile.conformance.court.court import run_check
+from kinetile.conformance.court.court import Court
 from kinetile.conformance.court.verdicts import Seen
 from kinetile.conformance.strategies.swarms import swarm
 from kinetile.errors import Refused
@@ -109,8 +109,8 @@ def registered() -> Iterator[None]:
     kt.registry().remove(plugin)
 
 
-def judged(name: str, check: str):
-    return run_check(check_named(check), Subject(name, {}), 12, None, None, shrink=False, seed=0)
+def judged(name: str, check: str, expected: str | None = None):
+    return Court(Subject(name, {}), examples=12, shrink=False).judge(check, expected)
 
 
 @pytest.mark.parametrize(
@@ -137,8 +137,8 @@ def judged(name: str, check: str):
     ],
 )
 def test_a_claim_that_does_not_hold_is_found_out(name, check, words):
-    result = judged(name, check)
-    assert result.status == "failed"
+    result = judged(name, check, "so that no verdict is asked for")
+    assert result.status == "xfailed"
     assert words in result.said
 
 

@@ -50,7 +50,7 @@ def test_what_conforms(status, ok):
 
 def test_a_report_without_results_conforms():
     assert report().ok
-    assert str(report()).endswith("demo conforms (0 s)")
+    assert str(report()).endswith("demo conforms (0 CPU s, 0 s)")
 
 
 def test_the_reference_in_doubt_is_an_exit_code_of_its_own():
@@ -66,16 +66,16 @@ def test_the_text_has_all_there_is_to_know():
         [
             f"conformance kit {KIT_VERSION}: broad phase 'demo', of kinetile-demo 0.1.0",
             "",
-            "  passed   makes-progress      100 scenes    0.50 s  It gets on.",
-            "  failed   same-contacts        42 scenes    1.25 s  The same contacts.",
-            "           contact 0 is missing: bodies 0 and 1",
-            "           second line",
-            "           smallest scene found: 3 bodies",
-            "           verdict: only demo; naive agree with the reference",
-            "           replay: kinetile replay demo conformance-failures/demo-same-contacts.toml",
-            "           picture: conformance-failures/demo-same-contacts.svg",
-            "  skipped  boxes                 0 scenes    0.00 s  Boxes.",
-            "           reason: for phases that declare the feature 'boxes'",
+            "  passed     makes-progress      100 scenes    0.50 s  It gets on.",
+            "  failed     same-contacts        42 scenes    1.25 s  The same contacts.",
+            "             contact 0 is missing: bodies 0 and 1",
+            "             second line",
+            "             smallest scene found: 3 bodies",
+            "             verdict: only demo; naive agree with the reference",
+            "             replay: kinetile replay demo conformance-failures/demo-same-contacts.toml",
+            "             picture: conformance-failures/demo-same-contacts.svg",
+            "  skipped    boxes                 0 scenes    0.00 s  Boxes.",
+            "             reason: for phases that declare the feature 'boxes'",
             "",
             "  a note",
             "  begin with same-contacts: kinetile replay demo conformance-failures/demo-same-contacts.toml",

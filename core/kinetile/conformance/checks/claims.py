@@ -112,7 +112,7 @@ def _cluster(seed: int, size: float) -> Scene:
     )
 
 
-@check(draws=False, since="3.0")
+@check(draws=False, replayed_by="same-contacts", since="3.0")
 def skin_limit_holds_at_its_edge(subject: Subject, scene: Scene, reference: Reference) -> None:
     """Just below the skin limit that it declares it gives the reference's contacts; above, it refuses."""
     if subject.simulation(_cluster(0, 2.0**-4)).composition.broad.skin_limit is None:

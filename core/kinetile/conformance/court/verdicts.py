@@ -78,7 +78,7 @@ class Seen:
             if isinstance(error, DoesNotApply):
                 self.inapplicable = str(error)
         except Disagreement as error:
-            self.said, self.scene = str(error), error.scene if self.each.replayed_by else scene
+            self.said, self.scene = str(error), scene if self.each.draws else error.scene
             return False
         except Exception as error:  # whatever a foreign phase raises is its failure
             self.said, self.scene = f"{type(error).__name__}: {error}{_place(error)}", scene

@@ -120,7 +120,7 @@ def test_the_authors_own_tests(toy, tmp_path):
         next(each for each in mutants_of(toy) if each.label == label)
         for label in ("toy_phase.py:6 constant 10 -> 9", "toy_phase.py:11 constant 0 -> 1")
     )
-    command = f"cd {tmp_path} && python {tmp_path / 'own.py'}"
+    command = f"cd {tmp_path} && {sys.executable} {tmp_path / 'own.py'}"
     assert not passes(toy, one, command)
     assert passes(toy, other, command)
     assert not passes(toy, other, "sleep 60", seconds=0.2)

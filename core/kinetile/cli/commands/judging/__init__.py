@@ -1,0 +1,5 @@
+"""Commands that judge phases: conform, replay, compare, mutate."""
+
+from __future__ import annotations
+
+__all__: list[str] = []
