@@ -39,6 +39,6 @@ def test_the_table_names_every_check_and_no_other():
 def test_the_list_of_checks_is_that_of_the_kit():
     table = rows(section("conformance.md", "The checks"))
     assert table == [[f"`{check.name}`", check.sentence] for check in CHECKS]
-    fixed = re.search(r"^(`survives.*?) run on fixed scenes", section("conformance.md", "The checks"), re.M)
+    fixed = re.search(r"^(`.*?) run on fixed scenes", section("conformance.md", "The checks"), re.M)
     assert fixed is not None
     assert re.findall(r"`([^`]+)`", fixed[1]) == [check.name for check in CHECKS if not check.draws]

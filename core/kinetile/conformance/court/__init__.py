@@ -2,7 +2,8 @@
 what came of it.
 
 ``doors`` is the function that programs call; ``court`` judges check by check; ``drawing`` and ``reduction``
-have the scenes, ``limits`` the time, ``verdicts`` whom a failure speaks against, ``report`` what is said.
+have the scenes, ``limits`` the time, ``verdicts`` whom a failure speaks against, ``report`` what is said, and
+``telling`` what is told beside it.
 """
 
 from __future__ import annotations

@@ -20,6 +20,7 @@ from kinetile.conformance.court.drawing import Drawing
 from kinetile.conformance.court.limits import SECONDS, Patience, TimeIsUp, spent
 from kinetile.conformance.court.reduction import reduced
 from kinetile.conformance.court.report import Report, Result
+from kinetile.conformance.court.telling.symptoms import OFTEN, likely
 from kinetile.conformance.court.verdicts import References, Seen, applicable, verdict
 from kinetile.plugin.registry import Provided, registry
 from kinetile.scene import Scene
@@ -243,12 +244,13 @@ class Court:
                 picture = _draw_picture(self.subject, scene, path, said)
             except OSError as error:
                 said = f"{said}\n{not_saved('scene' if case is None else 'picture', error)}"
+        cause = likely(each.name, said) if expected is None else ""
         judged = check_named(each.replay) if each.replay else each
         asked = expected is None and each.compares
         return replace(
             result,
             status="failed" if expected is None else "xfailed",
-            said=said,
+            said=f"{said}\n{OFTEN}{cause}" if cause else said,
             reason=expected or "",
             verdict=verdict(judged, self.subject, scene) if asked and scene is not None else "",
             bodies=len(scene) if scene is not None and each.replay else None,
@@ -274,7 +276,7 @@ class Court:
 
 def _draw_picture(subject: Subject, scene: Scene, case: Path, said: str) -> Path:
     """Draw the moment of disagreement beside the saved case."""
-    from kinetile.conformance.court.picture import draw
+    from kinetile.conformance.court.telling.picture import draw
 
     path = case.with_suffix(".svg")
     path.write_text(draw(subject, scene, said), encoding="utf-8")

@@ -167,7 +167,7 @@ class _Show:
         """Write what there is of the report as JUnit XML."""
         if self._junitxml is None:
             return
-        from kinetile.conformance.court.junit import junit
+        from kinetile.conformance.court.telling.junit import junit
 
         try:
             self._junitxml.write_text(junit(self.unfinished), encoding="utf-8")
