@@ -9,12 +9,33 @@ from __future__ import annotations
 import re
 from itertools import pairwise
 
-__all__ = ["brief"]
+__all__ = ["brief", "complaint"]
 
 PLACE = re.compile(r'^File "(?P<file>.*)", line (?P<line>\d+):$')
 STEP = re.compile(r"^(Failed in nopython mode pipeline|During: |<source elided>|\s*\^)")
 PLAIN = re.compile(r"Untyped global name '(?P<name>\w+)': .* type of <class 'function'>")
 RECORD = re.compile(r"Record\([^)]*\)")
+
+
+def complaint(error: Exception) -> str:
+    """Return what the compiler says, with the place; some of its errors do not say where, but it knows."""
+    said = brief(str(error))
+    if said != str(error):
+        return said
+    return f"{type(error).__name__}: {RECORD.sub('records', said)}{_place(error)}"
+
+
+def _place(error: Exception) -> str:
+    """Return the file and line at which the compiler was: the innermost that it had in hand."""
+    found, trace = "", error.__traceback__
+    while trace is not None:
+        for value in list(trace.tb_frame.f_locals.values()):
+            loc = getattr(value, "loc", None)
+            file, line = getattr(loc, "filename", None), getattr(loc, "line", None)
+            if isinstance(file, str) and isinstance(line, int):
+                found = f" ({file}, line {line})"
+        trace = trace.tb_next
+    return found
 
 
 def brief(message: str) -> str:

@@ -13,7 +13,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from kinetile.kernel.compiled.complaints import brief
+from kinetile.kernel.compiled.complaints import complaint
 from kinetile.kernel.compiled.fingerprint import fingerprint
 from kinetile.kernel.compiled.hooks import INTERPRETED, hook
 
@@ -147,7 +147,7 @@ def make_ready(function: Callable[..., Any], *arguments: Any) -> None:
     try:
         cast(Any, function).compile(tuple(typeof(argument) for argument in arguments))
     except Exception as error:  # Numba lets errors of all types through
-        raise NotCompiled(brief(str(error))) from error
+        raise NotCompiled(complaint(error)) from error
     finally:
         if collecting:
             gc.enable()
