@@ -1,13 +1,15 @@
 """Who asks makes no difference: views of a run that differ only in what surrounds it.
 
-A phase that knows the judge can be right for the judge alone. So the same scenes are run under another
-name of the program and other variables, in another thread, with another ``until`` and another origin, without
-the modules of a test, and in a process of its own that has never heard of the kit.
+A phase that knows the judge can be right for the judge alone. So the same scenes are run under other names of
+the program and other variables, in another thread on whose stack no judge stands, with other ends and another
+origin, without the modules of a test, as a worker of a pool, and in a process of its own that has never heard
+of the kit.
 """
 
 from __future__ import annotations
 
 import json
+import multiprocessing
 import os
 import subprocess
 import sys
@@ -16,11 +18,14 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from kinetile.conformance.cases import CONTACTS, Subject, horizon
 from kinetile.conformance.checks.check import Disagreement, Reference, check
 from kinetile.errors import KinetileError
+from kinetile.kernel.compiled import nobody_compiles
 from kinetile.plugin.registry import registry
+from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene, Settings, relabelled
 from kinetile.scene.files import dumps_scene
 
@@ -46,6 +51,23 @@ print(json.dumps(seen))
 """
 """What runs in the other process: it imports nothing of the kit."""
 
+SIMULATE = """
+def simulate(name, options, contacts, scenes, ends):
+    seen = []
+    try:
+        for scene, end in zip(scenes, ends):
+            sim, ended = Simulation(scene, name, options=options, turning=True), "ran"
+            try:
+                sim.run(until=end, max_contacts=contacts)
+            except KinetileError as error:
+                ended = type(error).__name__
+            seen.append((ended, sim.fingerprint, sim.readings.events))
+    except BaseException as error:
+        seen = error
+    found.append(seen)
+"""
+"""What runs in the other thread: no file of the kit is on its stack."""
+
 SIGNS = ("kinetile.conformance", "hypothesis", "pytest", "_pytest")
 """Modules by which a judge could be known."""
 
@@ -55,7 +77,15 @@ def _scenes() -> list[Scene]:
     from kinetile.conformance.strategies.lattices import lattices
     from kinetile.conformance.strategies.swarms import swarm
 
+    crowd = Scene(
+        [[0.5, 0.5], [1.5, 0.625], [2.5, 0.5], [0.5, 1.5], [1.625, 1.5]],
+        [[1.0, 0.5], [-0.5, 1.0], [-1.0, 0.25], [0.75, -1.0], [0.25, -0.5]],
+        0.375,
+        arena=(3.0, 2.0),
+        settings=Settings(until=16.0),
+    )
     return [
+        crowd,  # in which all meet all
         lattices(1, 1, arena=True),
         lattices(1, 7, arena=True),
         lattices(9, 2, arena=True),
@@ -79,16 +109,16 @@ def _seen(subject: Subject, scenes: list[Scene], ends: list[float]) -> Seen:
 
 
 @contextmanager
-def _in_disguise() -> Iterator[None]:
+def _in_disguise(argv: list[str]) -> Iterator[None]:
     """Within this context the process has another name, other variables, and no modules of a judge."""
-    argv, variables = sys.argv, dict(os.environ)
+    before, variables = sys.argv, dict(os.environ)
     hidden = {
         name: module
         for name, module in sys.modules.items()
         if any(name == sign or name.startswith(f"{sign}.") for sign in SIGNS)
     }
     try:
-        sys.argv = ["simulate", "production.toml"]
+        sys.argv = argv
         for name in [name for name in os.environ if name.startswith(("PYTEST", "HYPOTHESIS", "CI"))]:
             del os.environ[name]
         os.environ["KINETILE_PRODUCTION"] = "1"
@@ -99,26 +129,36 @@ def _in_disguise() -> Iterator[None]:
         sys.modules.update(hidden)
         os.environ.clear()
         os.environ.update(variables)
-        sys.argv = argv
+        sys.argv = before
 
 
-def _in_a_thread(run: Callable[[], Seen]) -> Seen:
-    """Run in a thread of another name; raise what it raises."""
-    found: list[Seen] = []
-    errors: list[BaseException] = []
-
-    def body() -> None:
-        try:
-            found.append(run())
-        except BaseException as error:
-            errors.append(error)
-
-    thread = threading.Thread(target=body, name="worker-7")
+def _in_a_thread(subject: Subject, scenes: list[Scene], ends: list[float]) -> Seen:
+    """Run in a thread of another name, by code that stands in no file of the kit; raise what it raises."""
+    found: list[Any] = []
+    names: dict[str, Any] = {"Simulation": Simulation, "KinetileError": KinetileError, "found": found}
+    exec(compile(SIMULATE, "simulate.py", "exec"), names)
+    arguments = (subject.name, dict(subject.options), CONTACTS, scenes, ends)
+    thread = threading.Thread(target=names["simulate"], args=arguments, name="worker-7")
     thread.start()
     thread.join()
-    for error in errors:
-        raise error
-    return found[0]
+    if isinstance(found[0], BaseException):
+        raise found[0]
+    return list(found[0])
+
+
+def _as_a_worker(run: Callable[[], Seen]) -> Seen:
+    """Run in a worker of ``multiprocessing``, which is a fork."""
+    here, there = multiprocessing.Pipe(duplex=False)
+    worker = multiprocessing.get_context("fork").Process(target=lambda: there.send(run()))
+    with nobody_compiles():
+        worker.start()
+    there.close()
+    try:
+        return list(here.recv())
+    except EOFError:
+        raise Disagreement("as a worker of multiprocessing it does not run") from None
+    finally:
+        worker.join()
 
 
 def _by_a_stranger(subject: Subject, scenes: list[Scene]) -> Seen:
@@ -150,24 +190,31 @@ def _by_a_stranger(subject: Subject, scenes: list[Scene]) -> Seen:
     return [(ended, fingerprint, events) for ended, fingerprint, events in json.loads(done.stdout)]
 
 
+def _relabelled(scenes: list[Scene], until: float | None) -> list[Scene]:
+    """Return scenes that are the same but for what is said of them."""
+    origin = {"recipe": "production"}
+    return [relabelled(each, settings=Settings(until=until), origin=origin) for each in scenes]
+
+
 @check(draws=False, since="3.0")
 def does_not_see_who_asks(subject: Subject, scene: Scene, reference: Reference) -> None:
     """It does not see who asks: program, variables, thread, origin, and until when the scene would run."""
     scenes = _scenes()
     ends = [horizon(each) for each in scenes]
     plain = _seen(subject, scenes, ends)
-    relabels = [
-        relabelled(each, settings=Settings(until=2.0**20), origin={"recipe": "production"}) for each in scenes
-    ]
     views: list[tuple[str, Callable[[], Seen]]] = [
-        ("with another origin and a later end", lambda: _seen(subject, relabels, ends)),
-        ("in another thread", lambda: _in_a_thread(lambda: _seen(subject, scenes, ends))),
+        ("with another origin and a later end", lambda: _seen(subject, _relabelled(scenes, 2.0**20), ends)),
+        ("with another origin and no end", lambda: _seen(subject, _relabelled(scenes, None), ends)),
+        ("in another thread", lambda: _in_a_thread(subject, scenes, ends)),
     ]
+    if hasattr(os, "fork"):
+        views.append(("as a worker", lambda: _as_a_worker(lambda: _seen(subject, scenes, ends))))
     if registry().provided("broad phase", subject.name).distribution is not None:
         views.append(("in a process of its own", lambda: _by_a_stranger(subject, scenes)))
     found = [(how, view()) for how, view in views]
-    with _in_disguise():
-        found.append(("under another name of the program", _seen(subject, scenes, ends)))
+    for argv in (["simulate", "production.toml"], [""]):
+        with _in_disguise(argv):
+            found.append(("under another name of the program", _seen(subject, scenes, ends)))
     for how, seen in found:
         for number, (one, other) in enumerate(zip(plain, seen, strict=True)):
             if one != other:
