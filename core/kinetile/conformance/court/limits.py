@@ -29,7 +29,7 @@ __all__ = [
     "spent",
 ]
 
-SECONDS = 60.0
+SECONDS = 600.0 if INTERPRETED else 60.0
 """CPU seconds that a check of a hundred scenes may take, without compiling."""
 
 SCENE_SECONDS = 300.0 if INTERPRETED else 20.0

@@ -60,7 +60,7 @@ def conform(
         float | None,
         typer.Option(
             metavar="S",
-            help="CPU seconds for 100 scenes of a check, compiling apart; more have more. [default: 60]",
+            help="CPU seconds for 100 scenes of a check, compiling apart. [default: 60; interpreted 600]",
         ),
     ] = None,
     isolated: Annotated[
