@@ -15,12 +15,14 @@ import pytest
 import kinetile as kt
 from kinetile import errors
 from kinetile.accuracy.certified.agenda import Undecided
-from kinetile.conformance.checks.check import Disagreement
+from kinetile.conformance.checks.check import Disagreement, DoesNotApply
+from kinetile.conformance.court.limits import TimeIsUp
+from kinetile.conformance.watch.bounds import Breach
 from kinetile.kernel.compiled import NotCompiled
 from kinetile.plugin.registry import Failure
 
 PLACED = {"time": 2.5, "bodies": [3, 1]}
-RAISED: list[Exception] = [
+RAISED: list[BaseException] = [
     errors.AuditError("an audit"),
     errors.BadOption("an option"),
     errors.BadPlugin("a plugin"),
@@ -29,6 +31,7 @@ RAISED: list[Exception] = [
     errors.KinetileError("a sentence", 7),
     errors.MissedContactError("missed", **PLACED),
     errors.MissingExtra("Reading event files", "pyarrow", "records"),
+    errors.NotJudged("a syntax error"),
     errors.PhaseError("a phase"),
     errors.PluginApiMismatch("2.0"),
     errors.RecordError("a file"),
@@ -40,8 +43,11 @@ RAISED: list[Exception] = [
         "broad phase", "sap", suggestion="sap-1d", available=["naive", "sap-1d"], failures=["broken: it is"]
     ),
     errors.ZenoError("jammed", **PLACED),
+    Breach("an index"),
     Disagreement("another contact"),
+    DoesNotApply("no such claim"),
     NotCompiled("a hook"),
+    TimeIsUp(),
     Undecided("which is first", 1.5, (0, 2)),
 ]
 
@@ -69,6 +75,7 @@ def error_classes() -> Iterator[type[BaseException]]:
                 isinstance(value, type)
                 and issubclass(value, BaseException)
                 and value.__module__ == module.name
+                and not value.__name__.startswith("_")  # caught where they are raised
             ):
                 yield value
 
@@ -77,7 +84,7 @@ def test_no_class_of_errors_is_forgotten_here():
     assert set(error_classes()) == {type(error) for error in RAISED}
 
 
-def same(one: Exception, two: Exception) -> bool:
+def same(one: BaseException, two: BaseException) -> bool:
     facts = [(type(e), str(e), repr(e), e.args, vars(e), getattr(e, "msg", None)) for e in (one, two)]
     return facts[0] == facts[1]
 

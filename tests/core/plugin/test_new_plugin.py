@@ -207,7 +207,9 @@ def test_the_whole_report_on_a_broken_line(which, demo):
     finally:
         demo.phase.write_text(whole, encoding="utf-8")
     assert done.returncode == 1, done.stderr
-    failed = [check for check in json.loads(done.stdout.splitlines()[-1])["checks"] if check["status"] == "failed"]
+    failed = [
+        check for check in json.loads(done.stdout.splitlines()[-1])["checks"] if check["status"] == "failed"
+    ]
     assert min(check["bodies"] for check in failed if "bodies" in check) <= 3
     assert any(re.search(said, check["said"]) for check in failed)
 
