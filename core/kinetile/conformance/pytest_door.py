@@ -6,7 +6,6 @@ pytest imports this file in every run, wherever kinetile is installed, for the o
 
 from __future__ import annotations
 
-import atexit
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -19,9 +18,13 @@ __all__ = [
     "pytest_addoption",
     "pytest_collection_modifyitems",
     "pytest_generate_tests",
+    "pytest_unconfigure",
 ]
 
 SUITE = "kinetile.conformance.suite"
+
+OPEN: list[Any] = []
+"""The hearings under way, each with a child."""
 
 MISTAKE = pytest.StashKey[str]()
 """What is wrong with the suite's options: raised while tests are made, it would look like an error of the
@@ -60,7 +63,7 @@ def checks_of(
     def hearing() -> Hearing:
         if not begun:
             begun.append(Hearing(trial, MEMORY))
-            atexit.register(begun[0].close)
+            OPEN.append(begun[0])
             begun[0].rehearse()
         return begun[0]
 
@@ -106,6 +109,12 @@ def parametrize_with_checks(
         for check, run in tests.items()
     ]
     return pytest.mark.parametrize("check", cases)
+
+
+def pytest_unconfigure() -> None:
+    """End the children that judged; a worker of pytest-xdist runs nothing at its exit."""
+    while OPEN:
+        OPEN.pop().close()
 
 
 def pytest_addoption(parser: Any) -> None:
