@@ -14,6 +14,7 @@ import os
 import signal
 import time
 from collections.abc import Iterator
+from pathlib import Path
 
 from kinetile.kernel.compiled import INTERPRETED, compiling_seconds, while_compiling
 
@@ -24,6 +25,8 @@ __all__ = [
     "Patience",
     "TimeIsUp",
     "begin_scene",
+    "end_after",
+    "limit_memory",
     "limit_scenes",
     "out_of_time",
     "spent",
@@ -78,7 +81,7 @@ def limit_scenes(seconds: float) -> None:
 def begin_scene() -> None:
     """Let the time of a scene begin now, where it is limited."""
     if _limit:
-        _end_after(_limit)
+        end_after(_limit)
 
 
 def out_of_time(code: int | None) -> bool:
@@ -89,14 +92,14 @@ def out_of_time(code: int | None) -> bool:
 @contextlib.contextmanager
 def _uncounted() -> Iterator[None]:
     """Within this context no time is limited; after it, that of the scene begins anew."""
-    _end_after(math.inf)
+    end_after(math.inf)
     try:
         yield
     finally:
         begin_scene()
 
 
-def _end_after(seconds: float) -> None:
+def end_after(seconds: float) -> None:
     """Have the system end this process after so many more CPU seconds, rounded up, where it can do that."""
     with contextlib.suppress(ImportError, OSError, ValueError):
         import resource
@@ -110,3 +113,16 @@ def _end_after(seconds: float) -> None:
         elif most != resource.RLIM_INFINITY:
             limit = most
         resource.setrlimit(resource.RLIMIT_CPU, (limit, most))
+
+
+def limit_memory(more: int) -> None:
+    """Let this process have so many bytes more than it has now, where the system can do that."""
+    with contextlib.suppress(ImportError, OSError, ValueError):
+        import resource
+
+        pages = int(Path("/proc/self/statm").read_text().split()[0])
+        limit = pages * resource.getpagesize() + more
+        _, most = resource.getrlimit(resource.RLIMIT_AS)
+        if most != resource.RLIM_INFINITY:
+            limit = min(limit, most)
+        resource.setrlimit(resource.RLIMIT_AS, (limit, most))

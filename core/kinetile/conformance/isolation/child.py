@@ -17,7 +17,7 @@ from kinetile.conformance.cases import Subject
 from kinetile.conformance.checks import check_named
 from kinetile.conformance.checks.check import Check, Reference
 from kinetile.conformance.court.court import Court
-from kinetile.conformance.court.limits import SCENE_SECONDS, limit_scenes
+from kinetile.conformance.court.limits import SCENE_SECONDS, limit_memory, limit_scenes
 from kinetile.conformance.court.rehearsal import SAMPLES, compiled, fresh, rehearse
 from kinetile.conformance.court.tightness import tightness
 from kinetile.conformance.court.verdicts import Seen, verdict
@@ -66,7 +66,7 @@ def serve(order: Order, tasks: Iterable[Task], tell: Tell) -> None:
     process survives) and "verdict" (run it under the other phases, to say whom it speaks against). The answer
     to each ends with "done".
     """
-    _limit_memory(order.memory)
+    limit_memory(order.memory)
     limit_scenes(SCENE_SECONDS)
     _keep_out(order.home)
     subject = Subject(order.name, order.options)
@@ -158,19 +158,6 @@ def _is_out_of_memory(error: BaseException | None) -> bool:
             return True
         error = error.__cause__ or error.__context__
     return False
-
-
-def _limit_memory(more: int) -> None:
-    """Let this process have so many bytes more than it has now, where the system can do that."""
-    with contextlib.suppress(ImportError, OSError, ValueError):
-        import resource
-
-        pages = int(Path("/proc/self/statm").read_text().split()[0])
-        limit = pages * resource.getpagesize() + more
-        _, most = resource.getrlimit(resource.RLIMIT_AS)
-        if most != resource.RLIM_INFINITY:
-            limit = min(limit, most)
-        resource.setrlimit(resource.RLIMIT_AS, (limit, most))
 
 
 def _keep_out(home: str) -> None:

@@ -6,7 +6,6 @@ its process, the next one begins afresh.
 
 from __future__ import annotations
 
-import contextlib
 import os
 import sys
 import time
@@ -21,6 +20,7 @@ from kinetile.conformance.cases import Subject
 from kinetile.conformance.checks import CHECKS
 from kinetile.conformance.court.court import Court
 from kinetile.conformance.court.drawing import Drawing
+from kinetile.conformance.court.limits import end_after, limit_memory
 from kinetile.conformance.court.tightness import tightness
 from kinetile.conformance.court.verdicts import References
 from kinetile.conformance.isolation.deaths import GIB
@@ -129,8 +129,8 @@ class Shown:
 
 def try_one(work: Work, task: Task, shown: Shown, tell: Tell) -> None:
     """Load a mutant and run checks on it until one fails; tell what came of each."""
-    _limit_memory(MEMORY)
-    _limit(work.limits["load"])
+    limit_memory(MEMORY)
+    end_after(work.limits["load"])
     name = f"mutant_{task.number}"
     folder = Path(work.scratch)
     if str(folder) not in sys.path:
@@ -153,7 +153,7 @@ def try_one(work: Work, task: Task, shown: Shown, tell: Tell) -> None:
     for check in work.checks:
         tell({"begin": check})
         began = time.process_time()
-        _limit(work.limits.get(check, work.limits["load"]))
+        end_after(work.limits.get(check, work.limits["load"]))
         result = court.judge(check, "a mutant")  # as if expected to fail: nobody needs a verdict
         refused = result.status == "skipped" and check not in work.skips
         spent = time.process_time() - began
@@ -198,26 +198,6 @@ def serve(work: Work, tell: Tell) -> None:
         code = None if late else child.ended()
         child.end()
         tell({"over": task.number, "code": code})
-
-
-def _limit(seconds: float) -> None:
-    """Let this process have so many CPU seconds from now on; a signal ends it after them."""
-    import resource
-
-    most = resource.getrlimit(resource.RLIMIT_CPU)[1]
-    limit = int(time.process_time() + seconds) + 1
-    resource.setrlimit(resource.RLIMIT_CPU, (limit if most < 0 else min(limit, most), most))
-
-
-def _limit_memory(more: int) -> None:
-    """Let this process have so many bytes more than it has now, where the system can tell."""
-    import resource
-
-    with contextlib.suppress(OSError, ValueError):
-        pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
-        most = resource.getrlimit(resource.RLIMIT_AS)[1]
-        limit = pages * resource.getpagesize() + more
-        resource.setrlimit(resource.RLIMIT_AS, (limit if most < 0 else min(limit, most), most))
 
 
 def main() -> None:
