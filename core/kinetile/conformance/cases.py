@@ -22,6 +22,7 @@ __all__ = [
     "Case",
     "Outcome",
     "Subject",
+    "brief_outcome",
     "difference",
     "load_case",
     "not_saved",
@@ -47,12 +48,6 @@ class Subject:
         """Return a simulation of a scene under this phase; the loop is the same for all cases of a kind."""
         return Simulation(scene, self.name, options=self.options, turning=True, **more)
 
-    @property
-    def label(self) -> str:
-        """The phase and its options, as the command line takes them."""
-        options = ",".join(f"{key}={value}" for key, value in self.options.items())
-        return f"{self.name}:{options}" if options else self.name
-
 
 @dataclass(frozen=True)
 class Outcome:
@@ -77,6 +72,18 @@ class Outcome:
 def horizon(scene: Scene) -> float:
     """Return until when a case runs."""
     return scene.settings.until if scene.settings.until is not None else scene.start + UNTIL
+
+
+def brief_outcome(subject: Subject, scene: Scene, until: float | None = None) -> tuple[str, str, int]:
+    """Run a case, until its horizon if not otherwise; return how it ended, its fingerprint, and how many
+    events of all kinds it had: what two runs of one phase have in common."""
+    sim = subject.simulation(scene)
+    ended = "ran"
+    try:
+        sim.run(until=horizon(scene) if until is None else until, max_contacts=CONTACTS)
+    except KinetileError as error:
+        ended = type(error).__name__
+    return ended, sim.fingerprint, sim.readings.events
 
 
 def outcome(subject: Subject, scene: Scene, contacts: int = CONTACTS, **more: Any) -> Outcome:

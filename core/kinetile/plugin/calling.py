@@ -19,8 +19,9 @@ from kinetile.errors import KinetileError, PhaseError, UnknownName
 from kinetile.plugin.discovery import Kind, sentence
 from kinetile.plugin.registry import registry
 
-__all__ = ["calling", "described", "place_of"]
+__all__ = ["calling", "described", "is_library", "place_of"]
 
+LIBRARIES = ("numpy", "numba", "llvmlite", "hypothesis")
 KINETILE = Path(__file__).parents[1]
 STDLIB = Path(sysconfig.get_paths()["stdlib"])
 
@@ -40,16 +41,16 @@ def place_of(error: BaseException) -> str:
     """
     frames = traceback.extract_tb(error.__traceback__)[::-1]
     own = [frame for frame in frames if not Path(frame.filename).is_relative_to(KINETILE)]
-    authors = [frame for frame in own if not _is_library(Path(frame.filename))]
+    authors = [frame for frame in own if not is_library(Path(frame.filename))]
     return "".join(
         f" ({Path(frame.filename).name}, line {frame.lineno})" for frame in (authors or frames)[:1]
     )
 
 
-def _is_library(path: Path) -> bool:
-    """Whether a file belongs to the standard library, or to one that arrays or hooks are made with."""
+def is_library(path: Path) -> bool:
+    """Whether a file belongs to the standard library, or to one that kinetile builds upon."""
     if "site-packages" in path.parts:
-        return path.parts[path.parts.index("site-packages") + 1] in ("numpy", "numba", "llvmlite")
+        return path.parts[path.parts.index("site-packages") + 1] in LIBRARIES
     return STDLIB in path.parents or not path.suffix
 
 

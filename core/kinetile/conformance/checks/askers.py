@@ -20,7 +20,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from kinetile.conformance.cases import CONTACTS, Subject, horizon
+from kinetile.conformance.cases import CONTACTS, Subject, brief_outcome, horizon
 from kinetile.conformance.checks.check import Disagreement, Reference, check
 from kinetile.errors import KinetileError
 from kinetile.kernel.compiled import nobody_compiles
@@ -96,16 +96,7 @@ def _scenes() -> list[Scene]:
 
 def _seen(subject: Subject, scenes: list[Scene], ends: list[float]) -> Seen:
     """Run scenes, each until a time."""
-    seen = []
-    for scene, end in zip(scenes, ends, strict=True):
-        sim = subject.simulation(scene)
-        ended = "ran"
-        try:
-            sim.run(until=end, max_contacts=CONTACTS)
-        except KinetileError as error:
-            ended = type(error).__name__
-        seen.append((ended, sim.fingerprint, sim.readings.events))
-    return seen
+    return [brief_outcome(subject, scene, end) for scene, end in zip(scenes, ends, strict=True)]
 
 
 @contextmanager

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kinetile.conformance.cases import CONTACTS, Subject, horizon
+from kinetile.conformance.cases import CONTACTS, Subject, brief_outcome, horizon
 from kinetile.conformance.checks.check import Disagreement, DoesNotApply, Reference, agree, check
 from kinetile.conformance.checks.views import changed
-from kinetile.errors import KinetileError, Refused
+from kinetile.errors import Refused
 from kinetile.plugin.registry import registry
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene, Settings
@@ -155,26 +155,15 @@ def its_features_are_known(subject: Subject, scene: Scene, reference: Reference)
         )
 
 
-def _seen(subject: Subject, scene: Scene) -> tuple[str, str, int]:
-    """Return how a run ended, its fingerprint, and how many events of all kinds it had."""
-    sim = subject.simulation(scene)
-    ended = "ran"
-    try:
-        sim.run(until=horizon(scene), max_contacts=CONTACTS)
-    except KinetileError as error:
-        ended = type(error).__name__
-    return ended, sim.fingerprint, sim.readings.events
-
-
 @check(share=0.3, since="3.0")
 def state_is_not_kept(subject: Subject, scene: Scene, reference: Reference) -> None:
     """What it did in other simulations makes no difference: neither to contacts nor to its own events."""
     from kinetile.conformance.strategies.swarms import swarm
 
-    first = _seen(subject, scene)
-    _seen(subject, swarm("gas" if scene.arena is not None else "cloud", 16))
-    _seen(subject, changed(scene, velocity=-scene.velocity, radius=0.5 * scene.radius))
-    again = _seen(subject, scene)
+    first = brief_outcome(subject, scene)
+    brief_outcome(subject, swarm("gas" if scene.arena is not None else "cloud", 16))
+    brief_outcome(subject, changed(scene, velocity=-scene.velocity, radius=0.5 * scene.radius))
+    again = brief_outcome(subject, scene)
     if again != first:
         raise Disagreement(
             f"the first run {first[0]}, with {first[2]} events; after other simulations the same run "

@@ -9,7 +9,16 @@ from copy import deepcopy
 
 import numpy as np
 
-from kinetile.conformance.cases import CONTACTS, REFERENCE, Outcome, Subject, difference, horizon, outcome
+from kinetile.conformance.cases import (
+    CONTACTS,
+    REFERENCE,
+    Outcome,
+    Subject,
+    brief_outcome,
+    difference,
+    horizon,
+    outcome,
+)
 from kinetile.conformance.checks.check import Disagreement, Reference, agree, check
 from kinetile.conformance.checks.views import changed
 from kinetile.errors import BadOption, KinetileError, Refused
@@ -67,15 +76,7 @@ def same_contacts_when_turned_by_hand(subject: Subject, scene: Scene, reference:
 @check(turns=True)
 def repeats_itself(subject: Subject, scene: Scene, reference: Reference) -> None:
     """It repeats itself: the same contacts and the same number of events, twice."""
-    runs = []
-    for _ in range(2):
-        sim = subject.simulation(scene)
-        try:
-            sim.run(until=horizon(scene), max_contacts=CONTACTS)
-        except KinetileError as error:
-            runs.append((type(error).__name__, sim.fingerprint, sim.readings.events))
-        else:
-            runs.append(("ran", sim.fingerprint, sim.readings.events))
+    runs = [brief_outcome(subject, scene) for _ in range(2)]
     if runs[0] != runs[1]:
         raise Disagreement(
             f"the first run {runs[0][0]}, {runs[0][2]} events; the second {runs[1][0]}, {runs[1][2]}"

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import re
-import sysconfig
 from pathlib import Path
 
 import kinetile
+from kinetile.plugin.calling import is_library
 
 __all__ = ["COMPILER", "where"]
 
 COMPILER = "the compiler"
 
 FRAME = re.compile(r'^  File "(?P<file>.*)", line (?P<line>\d+) in (?P<function>.*)$')
-LIBRARIES = ("numpy", "numba", "llvmlite", "hypothesis", "ctypes")
 OWN = Path(str(kinetile.__file__)).parent
-STDLIB = Path(sysconfig.get_paths()["stdlib"])
 
 
 def where(words: str) -> str:
@@ -30,7 +28,7 @@ def where(words: str) -> str:
             continue
         for frame in frames:
             path = Path(frame["file"])
-            if _is_library(path):
+            if is_library(path):
                 continue
             if path == OWN / "run" / "engine" / "engine.py" and frame["function"] == "_chunk":
                 return "a compiled hook"
@@ -38,10 +36,3 @@ def where(words: str) -> str:
                 return COMPILER
             return f"{frame['function']} ({path.name}, line {frame['line']})"
     return ""
-
-
-def _is_library(path: Path) -> bool:
-    """Whether a file belongs to the standard library or to one that kinetile builds upon."""
-    if "site-packages" in path.parts:
-        return path.parts[path.parts.index("site-packages") + 1] in LIBRARIES
-    return STDLIB in path.parents or not path.suffix
