@@ -13,6 +13,7 @@ from kinetile.kernel.flight import positions_now, since_anchor, since_origin
 from kinetile.kernel.log import BOTTOM, LEFT, RIGHT, TOP
 from kinetile.kernel.loop.idle import NoState
 from kinetile.kernel.pairs import add_pair, offer, pairs_of, remove_pair
+from kinetile.kernel.presence import is_there
 from kinetile.kernel.tables import NEVER, NOBODY, Kernel, Records
 from kinetile.plugin.protocols import BroadPhase, BroadPhaseParts, NarrowPhase, PairParts, WallParts
 from kinetile.scene.reach import reach_of
@@ -40,6 +41,7 @@ __all__ = [
     "falls_eight",
     "falls_many",
     "hook",
+    "is_there",
     "larger",
     "offer",
     "pairs_of",

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from kinetile.errors import Refused
 from kinetile.scene import Scene
-from kinetile.toolbox import BroadPhaseParts, Kernel, NoState, hook
+from kinetile.toolbox import BroadPhaseParts, Kernel, NoState, hook, is_there
 
 __all__ = ["LIMIT", "Naive"]
 
@@ -22,10 +22,16 @@ LIMIT = 4000
 @hook
 def near(k: Kernel, s: NoState, body: int) -> int:
     """Name every body; that a body is near itself does no harm."""
-    count = len(k.bodies)
-    for other in range(count):
-        k.near[other] = other
+    count = 0
+    for other in range(k.clock[0].bodies):
+        k.near[count] = other
+        count += is_there(k, other)
     return count
+
+
+@hook
+def nothing(k: Kernel, s: NoState, body: int) -> None:
+    """Whoever comes or goes: there is no structure that would have to know."""
 
 
 class Naive:
@@ -38,4 +44,4 @@ class Naive:
                 f"naive asks every body about every other and stops at {LIMIT} bodies; this scene has "
                 f"{len(scene)}: choose another broad phase, such as cells or sap-2d"
             )
-        return BroadPhaseParts(near=near)
+        return BroadPhaseParts(near=near, enter=nothing, leave=nothing, room=scene.capacity)

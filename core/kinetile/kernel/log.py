@@ -9,7 +9,20 @@ from __future__ import annotations
 
 import numpy as np
 
-__all__ = ["ANSWER", "BOTTOM", "CONTACT", "LEFT", "LOG", "REANCHORED", "RIGHT", "TOP", "TURNED", "WALLS"]
+__all__ = [
+    "ANSWER",
+    "BOTTOM",
+    "CONTACT",
+    "INSERTED",
+    "LEFT",
+    "LOG",
+    "REANCHORED",
+    "REMOVED",
+    "RIGHT",
+    "TOP",
+    "TURNED",
+    "WALLS",
+]
 
 ANSWER = 1
 """The number of the specification that the contacts follow (docs/specification.md): another rule, another
@@ -18,7 +31,7 @@ number.
 Event files without one are of answer 0, from before there was a specification."""
 
 LEFT, RIGHT, BOTTOM, TOP = -1, -2, -3, -4
-TURNED, REANCHORED = -5, -6
+TURNED, REANCHORED, INSERTED, REMOVED = -5, -6, -7, -8
 WALLS = {LEFT: "left", RIGHT: "right", BOTTOM: "bottom", TOP: "top"}
 
 CONTACT = np.dtype([("time", "f8"), ("epoch", "i8"), ("tick", "i8"), ("a", "i4"), ("b", "i4")])
@@ -31,5 +44,5 @@ LOG = np.dtype(
     ]
 )
 """One event that changed a flight plan: as CONTACT, and -5 for a turn, -6 for a re-anchoring that keeps the
-velocity;
+velocity, -7 for a body that comes, -8 for one that goes, with the last that was known of it;
 then position and velocity of both bodies right after it (NaN for ``b`` where there is no second body)."""

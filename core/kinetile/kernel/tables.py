@@ -8,6 +8,10 @@ The queue has one entry a body, and stands in the body's record ``queue[body]``:
 That is the structural certificate which the broad phase has given it, its first contact with another body (a
 *guess*, a lower bound, until it has come to the head of the queue and been asked for exactly), or its contact
 with a wall. docs/kernel.md has the rules by which the entries cover every contact that there can be.
+
+Bodies come and go. A body stands in a *slot*, its place in every table of bodies, and has a *number*, by which
+it is known outside: in the log, in what is awaited at one tick, to whoever runs the simulation. A slot that a
+body has left is taken by a later one; a number is never used twice. Hooks know slots only.
 """
 
 from __future__ import annotations
@@ -76,7 +80,8 @@ ENTRY = np.dtype(
         ("seen", "i4"),  # the partner's stamp when this was worked out
         ("kind", "i4"),  # what the key is: STRUCTURAL, GUESS, WALL or PAIR
         ("exact", "i4"),  # whether tick is exact
-        ("spare", "i8"),  # a record is a cache line
+        ("number", "i4"),  # of the body in this slot, or NOBODY: nobody is here
+        ("spare", "i4"),  # a record is a cache line
     ],
     align=True,
 )
@@ -94,7 +99,11 @@ HELD = np.dtype(
         ("holds", "i4"),  # how many reasons the broad phase gave for the pair
     ]
 )
-PLANNED = np.dtype([("tick", "i8"), ("vx", "f8"), ("vy", "f8"), ("body", "i4"), ("code", "i4")], align=True)
+COMMAND = np.dtype(
+    [("tick", "i8"), *((name, "f8") for name in ("x", "y", "vx", "vy", "radius", "mass"))]
+    + [("body", "i4"), ("code", "i4")],  # the body's number, and what is to be done (kinetile.kernel.log)
+    align=True,
+)
 MET = np.dtype([("epoch", "<i8"), ("tick", "<i8"), ("a", "<i4"), ("b", "<i4")])
 ROW = np.dtype(
     [("tick", "i8"), ("a", "i4"), ("b", "i4")]
@@ -111,7 +120,9 @@ CLOCK = np.dtype(
         ("tolerance", "f8"),  # an overlap deeper than this is a missed contact
         ("width", "f8"),
         ("height", "f8"),
-        ("bodies", "i8"),
+        ("bodies", "i8"),  # slots that have been used: behind them nobody stands
+        ("present", "i8"),  # bodies that there are
+        ("vacant", "i8"),  # head of the list of slots that bodies have left, or NOBODY
         ("epoch", "i8"),  # whole units from the start to tick 0 ("base" is an attribute of records)
         ("built", "i8"),
         ("origin", "i8"),  # the tick at which the rows of places hold
@@ -127,8 +138,10 @@ CLOCK = np.dtype(
         ("wanted", "i8"),  # pairs for which there was no room: grow the tables and build again
         ("logged", "i8"),
         ("written", "i8"),  # rows of the long log
-        ("turn", "i8"),  # the next turn
-        ("turns", "i8"),
+        ("least", "f8"),  # radii for which the broad phase was prepared, from here
+        ("widest", "f8"),  # to here
+        ("command", "i8"),  # the next command
+        ("commands", "i8"),
         ("spins", "i8"),  # structural events since the last progress of time or contact
         ("spin_limit", "i8"),
         ("window", "i8"),  # contacts since the last look at the rate
@@ -146,6 +159,8 @@ COUNTS = np.dtype(
         ("contacts_disc", "i8"),
         ("contacts_wall", "i8"),
         ("turns", "i8"),
+        ("inserted", "i8"),
+        ("removed", "i8"),
         ("structural", "i8"),
         ("asks", "i8"),  # times a body's partners were asked
         ("asked", "i8"),  # partners asked
@@ -158,7 +173,7 @@ COUNTS = np.dtype(
         ("logged", "i8"),  # events that changed a plan
         ("late", "i8"),
         ("deepest", "f8"),
-        ("turned_energy", "f8"),
+        ("commanded_energy", "f8"),  # what commands have brought in
     ],
     align=True,
 )
@@ -174,7 +189,7 @@ SPARE = 64
 
 
 class Kernel(NamedTuple):
-    """All tables of one simulation; hooks receive it as ``k``."""
+    """All tables of one simulation, with n slots for bodies; hooks receive it as ``k``."""
 
     bodies: Records  # (n,) flight plans
     mass: Records  # (n,)
@@ -188,7 +203,8 @@ class Kernel(NamedTuple):
     pairs: Records  # the pair set: its records,
     lookup: Records  # its hash table,
     firsts: Records  # (n,) and the head of each body's list; empty where the phase keeps none
-    turns: Records
+    commands: Records  # those of the present span of the clock, in their order
+    slots: Records  # for each number of a body its slot, or NOBODY: it has left, or is still to come
     met: Records  # the log of contacts, as it is digested
     log: Records  # every event with the plans after it; empty unless somebody records
     clock: Records
@@ -203,7 +219,8 @@ def record_table(dtype: np.dtype[Any], length: int, aligned: int = 0) -> Records
 
 
 def allocate(bodies: int, near: int, log_rows: int) -> Kernel:
-    """Return empty tables for so many bodies, numbers that ``near`` may name, and log rows."""
+    """Return tables for so many bodies, all of them there, numbered as their slots are; for so many that
+    ``near`` may name; and so many log rows."""
     per_body = 4 if bodies < MANY else 2
     slices = 1 << max(6, (per_body * bodies - 1).bit_length())
     k = Kernel(
@@ -219,13 +236,16 @@ def allocate(bodies: int, near: int, log_rows: int) -> Kernel:
         pairs=record_table(HELD, 0),
         lookup=np.full(0, -1, dtype=np.int32),
         firsts=np.full(0, -1, dtype=np.int32),
-        turns=record_table(PLANNED, 0),
+        commands=record_table(COMMAND, 0),
+        slots=np.arange(bodies, dtype=np.int32),
         met=record_table(MET, log_rows),
         log=record_table(ROW, 0),
         clock=record_table(CLOCK, 1),
         counts=record_table(COUNTS, 1),
     )
-    k.clock[0].bodies = bodies
+    k.queue.number = k.slots
+    k.clock[0].bodies = k.clock[0].present = bodies
+    k.clock[0].vacant = NOBODY
     return k
 
 

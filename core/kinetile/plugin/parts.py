@@ -18,6 +18,7 @@ MOST = 2**31 - 1
 """Pairs and bodies are numbered in 32 bits."""
 
 PLAIN = ("arrange", "audit")
+OPTIONAL = ("soonest", "enter", "leave")
 
 
 def check_parts(who: str, parts: BroadPhaseParts | PairParts | WallParts) -> None:
@@ -31,15 +32,18 @@ def _mistakes(parts: BroadPhaseParts | PairParts | WallParts) -> Iterator[str]:
     hooks = tuple(field.name for field in fields(parts))
     if isinstance(parts, BroadPhaseParts):
         yield from _broad_mistakes(parts)
-        hooks = ("near", "build", "repair", "replan")
+        hooks = ("near", "build", "repair", "replan", "enter", "leave")
     for name in hooks:
-        if name == "soonest" and getattr(parts, name) is None:
+        if name in OPTIONAL and getattr(parts, name) is None:
             continue
         if not is_hook(getattr(parts, name)):
             yield f"{name} is {_shown(getattr(parts, name))}; expected a function marked with toolbox.hook"
 
 
 def _broad_mistakes(parts: BroadPhaseParts) -> Iterator[str]:
+    if (parts.enter is None) != (parts.leave is None):
+        there, missing = ("enter", "leave") if parts.leave is None else ("leave", "enter")
+        yield f"there is {there} and no {missing}; expected both or neither"
     for name in ("pairs", "room"):
         number = getattr(parts, name)
         if isinstance(number, bool) or not isinstance(number, int | np.integer) or not 0 <= number <= MOST:

@@ -57,6 +57,21 @@ class BroadPhaseParts:
     ``replan(k, s, body)``: the flight plan of a body changed; its position did not. Reschedule the
     certificates that depend on it. The kernel itself asks the narrow phases again.
 
+    ``enter(k, s, body)``: a body has come to be, now; its plan is in ``k.bodies[body]``. Take it into the
+    structure and schedule its certificate. The kernel asks who is near it when the hook has returned; say
+    only of two others that they have become near (``offer``).
+
+    ``leave(k, s, body)``: a body is about to go. Take it out of the structure, reschedule the certificates of
+    others that had to do with it, and ``offer`` pairs of others that become near by that. From then on
+    nothing may name it.
+
+    Both or neither. A phase without them is prepared and built anew whenever a body comes or goes. One that
+    has them makes room for ``scene.capacity`` bodies in ``prepare``, whose scene has fewer: bodies are told
+    by their slots, 0 to capacity - 1, and a slot may be empty (``toolbox.is_there``). When ``arrange`` and
+    ``build`` are called, the bodies stand in the first slots without a gap, ``k.clock[0].bodies`` of them,
+    and ``arrange`` is given tables of that length. Radii are within those that ``prepare`` saw; a body that is
+    not, or one for which there is no slot, makes the kernel prepare anew.
+
     ``audit(k, s)`` (plain Python; may be None) yields a sentence for each invariant of the state that does
     not hold between two events; it may be slow.
 
@@ -90,6 +105,8 @@ class BroadPhaseParts:
     build: Hook = idle.build
     repair: Hook = idle.repair
     replan: Hook = idle.replan
+    enter: Hook | None = None
+    leave: Hook | None = None
     arrange: Callable[[Any, Any], None] | None = None
     audit: Callable[[Any, Any], Iterator[str]] | None = None
     pairs: int = 0

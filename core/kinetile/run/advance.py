@@ -12,17 +12,24 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from kinetile.kernel.clock import SPAN, TICKS
-from kinetile.kernel.log import REANCHORED, WALLS
+from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED, WALLS
 from kinetile.kernel.loop import CONTACTS_REACHED, TIME_REACHED
 from kinetile.kernel.loop.calendar import rank
 from kinetile.kernel.tables import NEVER, STRUCTURAL, TURN, WALL
-from kinetile.run.engine import UNLIMITED, Engine
+from kinetile.run.engine import UNLIMITED, Engine, move_base
 from kinetile.run.interrupts import Unbroken
 
 __all__ = ["End", "Event", "advance", "advance_one", "next_event"]
 
 IDLE_SPANS = 1 << 12
 """A run without an end in time gives up after so many spans of the clock in which nothing happened."""
+
+
+COMMANDS: dict[int, Literal["turn", "insert", "remove"]] = {
+    TURNED: "turn",
+    INSERTED: "insert",
+    REMOVED: "remove",
+}
 
 
 class End(NamedTuple):
@@ -42,8 +49,8 @@ class Event(NamedTuple):
         time: when, in the scene's time; (epoch, tick) is the same exactly (``kinetile.kernel.log``).
         epoch: whole time units since the scene's start.
         tick: ticks of 2**-52 of a time unit after that.
-        kind: "structural" (a certificate of the broad phase failed), "turn", "wall" (a body met a wall) or
-            "disc" (two bodies met).
+        kind: "structural" (a certificate of the broad phase failed), "turn", "insert" (a body came),
+            "remove" (a body went), "wall" (a body met a wall) or "disc" (two bodies met).
         bodies: the bodies whose flight plans change, in ascending order; none at a structural event.
         certificate: the body whose certificate fails at a structural event, else None.
         wall: "left", "right", "bottom" or "top" at a contact with a wall that has happened, else None.
@@ -52,7 +59,7 @@ class Event(NamedTuple):
     time: float
     epoch: int
     tick: int
-    kind: Literal["structural", "turn", "wall", "disc"]
+    kind: Literal["structural", "turn", "insert", "remove", "wall", "disc"]
     bodies: tuple[int, ...] = ()
     certificate: int | None = None
     wall: str | None = None
@@ -79,13 +86,13 @@ def advance(engine: Engine, end: End, audit: int | None, after_chunk: Callable[[
         if finished:
             return
         if reason == TIME_REACHED:
-            happened = engine.contacts + int(engine.k.counts[0].turns)
-            idle = idle + 1 if happened == seen and engine.next_turn is None else 0
+            happened = engine.events - int(engine.k.counts[0].structural)
+            idle = idle + 1 if happened == seen and engine.next_command is None else 0
             seen = happened
             if end.ticks is None and idle > IDLE_SPANS:
                 return
             with Unbroken():
-                engine.move_base(end.ticks)
+                move_base(engine, end.ticks)
 
 
 def advance_one(engine: Engine, end: End) -> Event | None:
@@ -100,7 +107,7 @@ def advance_one(engine: Engine, end: End) -> Event | None:
             engine.build()
             if event is not None:
                 return event if event.kind != "wall" else event._replace(wall=_wall_met(engine))
-        elif end.ticks is None and not _awaited(engine) and engine.next_turn is None:
+        elif end.ticks is None and not _awaited(engine) and engine.next_command is None:
             return None
         else:
             engine.chunk(min(rest, SPAN - 1), UNLIMITED)
@@ -108,7 +115,7 @@ def advance_one(engine: Engine, end: End) -> Event | None:
                 engine.asked = end.until
                 return None
             with Unbroken():
-                engine.move_base(end.ticks)
+                move_base(engine, end.ticks)
     return None
 
 
@@ -116,22 +123,22 @@ def next_event(engine: Engine) -> Event | None:
     """Return the first event that is scheduled now; None where nothing is."""
     engine.build()
     clock = engine.k.clock[0]
-    turn = int(clock.turn)
+    command = int(clock.command)
     try:  # a body that is written down anew is no event: what comes after that?
-        while clock.turn < clock.turns and int(engine.k.turns[int(clock.turn)].code) == REANCHORED:
-            clock.turn += 1
+        while clock.command < clock.commands and int(_next_command(engine).code) == REANCHORED:
+            clock.command += 1
         head = _look(engine, int(clock.now) + 2 * SPAN)
         event = None if head is None else _event_of(engine, head)
     finally:
-        clock.turn = turn
-    planned = engine.next_turn
+        clock.command = command
+    planned = engine.next_command
     if planned is not None and (event is None or planned.ticks < event.epoch * TICKS + event.tick):
-        return Event(*engine.clock.moment(planned.ticks), "turn", (planned.body,))
+        return Event(*engine.clock.moment(planned.ticks), COMMANDS[planned.code], (planned.body,))
     return event
 
 
 class _Head(NamedTuple):
-    """What comes next: at a tick, a turn (body None) or what awaits a body."""
+    """What comes next: at a tick, a command (body None) or what awaits the body in a slot."""
 
     tick: int
     body: int | None
@@ -145,17 +152,22 @@ def _look(engine: Engine, until: int) -> _Head | None:
     k = engine.k
     clock, key = k.clock[0], np.asarray(k.queue.key)
     first = np.flatnonzero(key == key.min()).tolist() if len(key) else []
-    kinds, partners = k.queue.kind, k.queue.partner
+    kinds, partners, number = k.queue.kind, k.queue.partner, k.queue.number
     body = min(
         first,
-        key=lambda body: rank(body, int(key[body]), int(kinds[body]), int(partners[body])),
+        key=lambda at: rank(int(number[at]), int(key[at]), int(kinds[at]), int(number[partners[at]])),
         default=None,
     )
-    if clock.turn < clock.turns:
-        tick = int(k.turns[int(clock.turn)].tick)
+    if clock.command < clock.commands:
+        tick = int(_next_command(engine).tick)
         if body is None or (tick, TURN) < (int(key[body]), int(k.queue[body].kind)):
             return _Head(tick, None)
     return None if body is None else _Head(int(key[body]), body)
+
+
+def _next_command(engine: Engine) -> Any:
+    """Return the next command of the present span."""
+    return engine.k.commands[int(engine.k.clock[0].command)]
 
 
 def _awaited(engine: Engine) -> bool:
@@ -169,18 +181,20 @@ def _event_of(engine: Engine, head: _Head) -> Event | None:
     k = engine.k
     what: dict[str, Any]
     if head.body is None:
-        turn = k.turns[int(k.clock[0].turn)]
-        if int(turn.code) == REANCHORED:
+        command = _next_command(engine)
+        if int(command.code) == REANCHORED:
             return None
-        what = {"kind": "turn", "bodies": (int(turn.body),)}
+        what = {"kind": COMMANDS[int(command.code)], "bodies": (int(command.body),)}
     else:
         entry = k.queue[head.body]
+        number = int(entry.number)
         if int(entry.kind) == STRUCTURAL:
-            what = {"kind": "structural", "certificate": head.body}
+            what = {"kind": "structural", "certificate": number}
         elif int(entry.kind) == WALL:
-            what = {"kind": "wall", "bodies": (head.body,)}
+            what = {"kind": "wall", "bodies": (number,)}
         else:
-            what = {"kind": "disc", "bodies": tuple(sorted((head.body, int(entry.partner))))}
+            partner = int(k.queue[int(entry.partner)].number)
+            what = {"kind": "disc", "bodies": tuple(sorted((number, partner)))}
     return Event(*engine.clock.moment(engine.clock.total(head.tick)), **what)
 
 

@@ -22,6 +22,7 @@ from kinetile.errors import AuditError, KinetileError, UnawaitedContactError
 from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
 from kinetile.kernel.flight import positions_now
 from kinetile.kernel.loop.calendar import rank
+from kinetile.kernel.presence import elder
 from kinetile.kernel.tables import GUESS, NEVER, NOT_ASKED, PAIR, SPARE, WALL, Kernel, Records
 from kinetile.plugin.calling import place_of
 from kinetile.plugin.discovery import sentence
@@ -150,8 +151,9 @@ def _calendar(k: Any) -> Iterator[str]:
 
 def _ranks(k: Any) -> list[tuple[int, ...]]:
     """Return for each body where what awaits it stands in the order of events (``calendar.rank``)."""
-    rows = zip(*(column.tolist() for column in (k.queue.key, k.queue.kind, k.queue.partner)), strict=True)
-    return [rank(body, *row) for body, row in enumerate(rows)]
+    queue = k.queue
+    columns = (queue.number, queue.key, queue.kind, queue.number[queue.partner])
+    return [rank(*row) for row in zip(*(column.tolist() for column in columns), strict=True)]
 
 
 def _entries(k: Any) -> Iterator[str]:
@@ -221,7 +223,9 @@ def _pair_set(k: Any) -> Iterator[str]:
 def _near(k: Any, named: Pairs) -> Iterator[str]:
     """Whoever is near a body is a body, which has that one near it; and there is room for the answer."""
     n, room = len(k.bodies), len(k.near) - SPARE
-    for body, other in named[(named[:, 1] < 0) | (named[:, 1] >= n)].tolist():
+    wrong = (named[:, 1] < 0) | (named[:, 1] >= n)
+    wrong[~wrong] = k.queue.number[named[~wrong, 1]] < 0
+    for body, other in named[wrong].tolist():
         yield f"near names {other} for body {body}, and there is no such body"
     number = np.bincount(named[:, 0], minlength=n)
     for body in np.flatnonzero(number > room):
@@ -287,14 +291,17 @@ def _of_near(k: Any, near: Pairs, meetings: Integers) -> Iterator[Complaint]:
     has the plan that it had then, and everybody else by ``guard``. At the very tick of the contact it is
     looked at before the pair's turn comes: as something that precedes pairs, or as a pair that precedes this.
     """
-    queue, n = k.queue, len(k.bodies)
-    stamp, rank = k.bodies.stamp, near[:, 0].astype(np.int64) * n + near[:, 1]
+    queue, number = k.queue, k.queue.number.astype(np.int64)
+    stamp, n = k.bodies.stamp, int(number.max(initial=0)) + 1
+    places = np.sort(number[near], axis=1)
+    rank = places[:, 0] * n + places[:, 1]
     covered, earliest = np.zeros(len(near), dtype=bool), np.full(len(near), NEVER)
     for body, other in (near.T, near.T[::-1]):
         partner = queue.partner[body]
         knows = (partner == other) & (queue.seen[body] == stamp[other])
         bound = np.where(knows, queue.tick[body], queue.guard[body])
-        first, second = np.minimum(body, partner).astype(np.int64), np.maximum(body, partner)
+        one, two = number[body], number[partner]
+        first, second = np.minimum(one, two), np.maximum(one, two)
         key = queue.key[body]
         in_time = (key < meetings) | (queue.kind[body] < PAIR) | (first * n + second <= rank)
         covered |= (bound <= meetings) & (key <= meetings) & in_time
@@ -327,20 +334,23 @@ def ask_again(k: Kernel, pairs: Pairs, meetings: Integers, walls: Integers) -> N
             a = pairs[pair, 0]
             b = pairs[pair, 1]
             if bodies[a].last != b or bodies[b].last != a:
-                meetings[pair] = meet(k, a, b)
+                first = elder(k, a, b)
+                meetings[pair] = meet(k, first, a + b - first)
 
 
 def _touching(k: Any, place: Any, near: Pairs, delta: float) -> Iterator[Complaint]:
     """Every two bodies closer than a skin are a candidate pair."""
     radius = k.bodies.radius
     held = set(map(tuple, near.tolist()))
+    slots = np.flatnonzero(k.queue.number >= 0)
+    place, radius = place[slots], radius[slots]
     for first in range(0, len(place), ROWS):
         rows = slice(first, first + ROWS)
         apart = np.hypot(
             place[rows, 0, None] - place[None, :, 0], place[rows, 1, None] - place[None, :, 1]
         ) - (radius[rows, None] + radius[None, :])
         for a, b in np.argwhere(apart <= delta):
-            one, two = int(a) + first, int(b)
+            one, two = int(slots[int(a) + first]), int(slots[b])
             if one < two and (one, two) not in held:
                 said = f"bodies {one} and {two} touch (gap {apart[a, b]:.3g}) and are not a candidate pair"
                 yield Complaint(said, (one, two))

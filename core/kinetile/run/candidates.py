@@ -1,4 +1,4 @@
-"""The candidate pairs of a simulation: who is near whom, as its broad phase says now."""
+"""The candidate pairs of a simulation: who is near whom, as its broad phase says now, by their slots."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
+from kinetile.kernel.presence import is_there
 from kinetile.kernel.tables import Kernel
 from kinetile.run.composition import Composition
 
-__all__ = ["candidates", "named_near", "pairs_of_named"]
+__all__ = ["by_number", "candidates", "named_near", "pairs_of_named"]
 
 near = to_be_filled_in
 
@@ -24,12 +25,13 @@ def list_near(k: Kernel, s: Any, found: npt.NDArray[np.int32]) -> int:
     k = disowned(k)
     s = disowned(s)
     count = 0
-    for body in range(len(k.bodies)):
-        for i in range(near(k, s, body)):
-            if count < len(found):
-                found[count, 0] = body
-                found[count, 1] = k.near[i]
-            count += 1
+    for body in range(k.clock[0].bodies):
+        if is_there(k, body):
+            for i in range(near(k, s, body)):
+                if count < len(found):
+                    found[count, 0] = body
+                    found[count, 1] = k.near[i]
+                count += 1
     return count
 
 
@@ -56,5 +58,11 @@ def pairs_of_named(named: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
 
 
 def candidates(k: Kernel, composition: Composition) -> npt.NDArray[np.int32]:
-    """Return the candidate pairs (a, b), a < b, sorted; (m, 2)."""
-    return pairs_of_named(named_near(k, composition))
+    """Return the candidate pairs (a, b), a < b, by the numbers of the bodies, sorted; (m, 2)."""
+    return pairs_of_named(by_number(k, named_near(k, composition)))
+
+
+def by_number(k: Kernel, named: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
+    """Return pairs of slots as pairs of the numbers of the bodies in them."""
+    numbers: npt.NDArray[np.int32] = np.asarray(k.queue["number"])[named]
+    return numbers

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from enum import IntEnum
 from typing import Any, cast
 
 from kinetile.errors import BadOption, PhaseError, Refused, nearest
@@ -17,10 +18,18 @@ from kinetile.plugin.specs import NarrowPhaseSpec
 from kinetile.scene import Scene
 from kinetile.scene.reach import skin_at_start
 
-__all__ = ["DEFAULT_BROAD_PHASE", "Composition", "compose_phases"]
+__all__ = ["DEFAULT_BROAD_PHASE", "Commands", "Composition", "compose_phases"]
 
 DEFAULT_BROAD_PHASE = "cells"
 """Taken without a name: it does any scene, and is the fastest of the built-in ones (docs/benchmark.md)."""
+
+
+class Commands(IntEnum):
+    """Which commands are compiled into a loop."""
+
+    NONE = 0
+    TURNS = 1
+    ALL = 2
 
 
 @dataclass(frozen=True)
@@ -43,7 +52,12 @@ class Composition:
     pair: PairParts | None
     wall: WallParts | None
 
-    def loop(self, *, turns: bool) -> Callable[..., Any]:
+    @property
+    def living(self) -> bool:
+        """Whether the broad phase takes bodies in and lets them go; where not, it is built anew for each."""
+        return self.broad.enter is not None
+
+    def loop(self, commands: Commands) -> Callable[..., Any]:
         """Return the loop for these phases, compiled when it is first called or made ready."""
         from kinetile.kernel.compiled import compose
         from kinetile.kernel.loop import advance
@@ -56,8 +70,11 @@ class Composition:
             "PAIRS": self.pair is not None,
             "BOUNDS": self.pair is not None and self.pair.soonest is not None,
             "WALLS": self.wall is not None,
-            "TURNS": turns,
+            "COMMANDS": commands > Commands.NONE,
+            "LIVING": commands > Commands.TURNS and self.living,
         }
+        if parts["LIVING"]:
+            parts |= {"enter": self.broad.enter, "leave": self.broad.leave}
         if self.pair is not None:
             parts |= {"meet": self.pair.meet, "collide": self.pair.collide}
             if self.pair.soonest is not None:
@@ -65,6 +82,10 @@ class Composition:
         if self.wall is not None:
             parts |= {"reach_wall": self.wall.reach_wall, "bounce": self.wall.bounce}
         return compose(advance, parts, self.label, type(self.broad.state))
+
+    def prepared_for(self, scene: Scene) -> Composition:
+        """Return the same phases, prepared for another scene; Refused where one cannot do it."""
+        return _compose(scene, self.broad_phase, self.narrow_phases, self.options)
 
     @property
     def label(self) -> str:

@@ -8,8 +8,8 @@ from typing import Any
 
 from kinetile.kernel.loop import idle
 from kinetile.kernel.skin import Skin
-from kinetile.run.composition import Composition
-from kinetile.scene import Scene
+from kinetile.run.composition import Commands, Composition
+from kinetile.scene import Insert, Remove, Scene, Turn
 
 __all__ = ["explanation", "explanation_lines"]
 
@@ -24,7 +24,7 @@ _UNITS = {
 
 
 def explanation(
-    scene: Scene, composition: Composition, turning: bool, skin: Skin, time_unit: float, speed: float
+    scene: Scene, composition: Composition, commands: Commands, skin: Skin, time_unit: float, speed: float
 ) -> dict[str, Any]:
     """Return {"modelled": sentences, "left out": sentences, "numbers": {name: value}}."""
     modelled = [f"{len(scene)} discs, flying straight between contacts"]
@@ -55,10 +55,12 @@ def explanation(
         left_out.append("walls: the scene has an arena, but no narrow phase for walls is named")
     else:
         left_out.append("walls: the scene has no arena")
-    if turning:
-        modelled.append(f"turns: {len(scene.turns)} in the scene, and those made by hand")
+    if commands:
+        modelled.append(f"commands: {_counted(scene)} in the scene, and those given by hand")
+        if commands == Commands.ALL and not composition.living:
+            left_out.append("taking bodies in and letting them go: for each the broad phase is built anew")
     else:
-        left_out.append("turns: the scene has none")
+        left_out.append("commands (turns, insertions, removals): the scene has none")
     return {
         "modelled": modelled,
         "left out": left_out,
@@ -89,3 +91,9 @@ def explanation_lines(found: Mapping[str, Any]) -> list[str]:
         else:
             lines += [f"  - {sentence}" for sentence in content]
     return lines
+
+
+def _counted(scene: Scene) -> str:
+    """Return how many commands of each kind there are."""
+    kinds = (("turns", Turn), ("insertions", Insert), ("removals", Remove))
+    return ", ".join(f"{sum(isinstance(c, kind) for c in scene.commands)} {name}" for name, kind in kinds)

@@ -21,6 +21,8 @@ class Readings:
         contacts_disc: contacts of two discs.
         contacts_wall: contacts of a disc with a wall.
         turns: changes of velocity by the user or the scene.
+        inserted: bodies that came.
+        removed: bodies that went.
         structural_events: failures of the broad phase's own certificates.
         events: all of the above together.
         certificates_updated: times the broad phase set anew when a body's certificate fails.
@@ -31,7 +33,7 @@ class Readings:
         queue_max: most bodies queued at one time; a body has one entry, so it is at most their number.
         pairs_max: most pairs in the broad phase's pair set; 0 where it keeps none.
         deepest_overlap: deepest overlap found at a contact, in radii of the smaller body.
-        energy_drift: relative change of kinetic energy, turns apart.
+        energy_drift: relative change of kinetic energy, commands apart.
         lateness: how far in the past a structural event was found, in the scene's time.
         cpu_seconds: processor time inside the loop, compilation apart.
         compile_seconds: time to compile the loop, or to load it.
@@ -44,6 +46,8 @@ class Readings:
     contacts_disc: int
     contacts_wall: int
     turns: int
+    inserted: int
+    removed: int
     structural_events: int
     events: int
     certificates_updated: int
@@ -80,13 +84,16 @@ class Readings:
         """Read the instruments of a kernel."""
         counts = k.counts[0]
         contacts = int(counts.contacts_disc) + int(counts.contacts_wall)
-        events = contacts + int(counts.turns) + int(counts.structural)
-        expected = start_energy + float(counts.turned_energy)
+        commands = int(counts.turns) + int(counts.inserted) + int(counts.removed)
+        events = contacts + commands + int(counts.structural)
+        expected = start_energy + float(counts.commanded_energy)
         scale = max(abs(start_energy), abs(expected))
         return cls(
             contacts_disc=int(counts.contacts_disc),
             contacts_wall=int(counts.contacts_wall),
             turns=int(counts.turns),
+            inserted=int(counts.inserted),
+            removed=int(counts.removed),
             structural_events=int(counts.structural),
             events=events,
             certificates_updated=int(counts.updated),

@@ -15,17 +15,19 @@ from kinetile.errors import BusyError
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.compiled import is_cached
 from kinetile.kernel.flight import positions_now
+from kinetile.kernel.log import REMOVED
+from kinetile.kernel.presence import slots_taken
 from kinetile.kernel.tables import Kernel, read_only
 from kinetile.run.advance import End, Event, advance, advance_one, next_event
-from kinetile.run.arguments import read_end, read_turn
-from kinetile.run.candidates import candidates, named_near
-from kinetile.run.composition import Composition, compose_phases
-from kinetile.run.engine import Engine
+from kinetile.run.arguments import read_body, read_end, read_insertion, read_turns
+from kinetile.run.candidates import by_number, candidates, named_near
+from kinetile.run.composition import Commands, Composition, compose_phases
+from kinetile.run.engine import Command, Engine, carry_out
 from kinetile.run.engine.ledger import Recorder
 from kinetile.run.explanation import explanation
 from kinetile.run.interrupts import Unbroken
 from kinetile.run.readings import Readings, energy
-from kinetile.scene import Scene
+from kinetile.scene import Scene, Turn, spacious, with_commands
 
 __all__ = ["Progress", "Simulation"]
 
@@ -58,6 +60,8 @@ class Simulation:
             an audit); None: never.
         turning: True to compile turns into the loop though the scene has none, so that ``set_velocity`` need
             not compile it anew.
+        live: True for a program that gives all kinds of commands: they are compiled into the loop though the
+            scene has none, and there is room for bodies that come, so that the first need not do either.
 
     Raises:
         UnknownName: no phase is registered under a name.
@@ -75,18 +79,28 @@ class Simulation:
         keep_contacts: bool = True,
         audit: int | None = None,
         turning: bool = False,
+        live: bool = False,
     ) -> None:
         if audit is not None and audit < 1:
             raise ValueError(f"audit is a number of contacts, at least 1; found {audit}")
         self.scene = scene
-        self.composition: Composition = compose_phases(scene, broad_phase, narrow_phases, options)
-        self._engine = Engine(scene, self.composition, keep_contacts, turning)
+        lives = live or any(not isinstance(command, Turn) for command in scene.commands)
+        room = spacious(scene) if lives else scene
+        composition = compose_phases(room, broad_phase, narrow_phases, options)
+        commands = Commands.ALL if live else Commands.TURNS if turning else Commands.NONE
+        self._engine = Engine(room, composition, keep_contacts, commands)
+        self._given: list[Command] = []
         self._audit = audit
         self._running = False
         self._lock = threading.RLock()
         self._start_energy = energy(self._engine.k)
 
     # What it is
+
+    @property
+    def composition(self) -> Composition:
+        """The phases and their parts."""
+        return self._engine.composition
 
     @property
     def broad_phase(self) -> str:
@@ -129,7 +143,7 @@ class Simulation:
         """Return what is modelled and what is left out, in sentences, with the numbers behind them."""
         engine = self._engine
         return explanation(
-            self.scene, self.composition, engine.turning, engine.skin, self.time_unit, engine.speed
+            self.scene, self.composition, engine.commands, engine.skin, self.time_unit, engine.speed
         )
 
     # Running
@@ -245,20 +259,71 @@ class Simulation:
             return next_event(self._engine)
 
     def set_velocity(self, body: int, velocity: tuple[float, float]) -> None:
-        """Turn a body now: from here on it flies with this velocity.
+        """Turn a body now: from here on it flies with this velocity. As ``set_velocities``."""
+        self.set_velocities([body], [velocity])
 
-        Between two runs, between two steps, or from the ``progress`` of a run. A turn that is refused leaves
+    def set_velocities(self, bodies: npt.ArrayLike, velocities: npt.ArrayLike) -> None:
+        """Turn bodies now, in the order given: (n,) their numbers, and (n, 2) velocities or one for all.
+
+        Between two runs, between two steps, or from the ``progress`` of a run. What is refused leaves
         everything as it was.
 
         Raises:
-            IndexError: there is no such body.
-            ValueError: the velocity is not two finite numbers, or too fast for the clock.
+            IndexError: there is no such body, or it has gone.
+            ValueError: a velocity is not two finite numbers, or too fast for the clock.
             Refused: the broad phase is not right with bodies as fast as this.
             BusyError: a chunk of a run is under way: this comes from a recorder, or from another thread.
         """
-        body, vx, vy = read_turn(self._engine, self.scene, body, velocity)
+        turns = read_turns(self._engine, bodies, velocities)
         with self._alone("turn a body"):
-            self._engine.turn(body, vx, vy)
+            self._obey(*turns)
+
+    def insert(
+        self,
+        position: Sequence[float],
+        velocity: Sequence[float] = (0.0, 0.0),
+        radius: float = 0.0,
+        mass: float = 1.0,
+    ) -> int:
+        """Have a disc come now, and return its number, which no other body of this run has or had.
+
+        It may touch others and the walls. What is refused leaves everything as it was.
+
+        Raises:
+            Refused: it would reach into a body or beyond a wall (the error says into whom, and how deep), or the
+                broad phase cannot do a scene with it.
+            ValueError: a number is not such as a scene may have, or the speed is too fast for the clock.
+            BusyError: as ``set_velocities``.
+        """
+        with self._alone("take a body in"):
+            command, _ = read_insertion(self._engine, position, velocity, radius, mass)
+            self._engine.number(command.body + 1)
+            self._obey(command)
+            self._engine.numbers = command.body + 1
+        return command.body
+
+    def remove(self, body: int) -> None:
+        """Have a body go now, and whatever was scheduled for it with it.
+
+        Raises IndexError where there is no such body, BusyError as ``set_velocities``.
+        """
+        number = read_body(self._engine, body)
+        with self._alone("let a body go"):
+            engine = self._engine
+            self._obey(Command(engine.clock.total(engine.now), number, REMOVED))
+            engine.agenda.cancel(number)
+            engine.load_commands()
+
+    def _obey(self, *commands: Command) -> None:
+        """Carry commands out, and write them down."""
+        carry_out(self._engine, *commands)
+        self._given += commands
+
+    def recorded(self) -> Scene:
+        """Return the scene together with all commands that were given by hand, each at its exact time: run
+        under any phase it has the contacts of this run."""
+        engine = self._engine
+        return with_commands(self.scene, [given.as_scene_has_it(engine.clock) for given in self._given])
 
     def audit(self) -> None:
         """Check now everything that must hold between two events; O(n^2).
@@ -295,13 +360,22 @@ class Simulation:
         """The tick that the simulation is at, as (epoch, tick): see ``Event``."""
         return divmod(self._engine.clock.total(self._engine.now), TICKS)
 
+    @property
+    def bodies(self) -> npt.NDArray[np.int32]:
+        """The numbers of the bodies that are there now, (n,), ascending: whose the rows of ``positions`` are."""
+        k = self._engine.k
+        numbers: npt.NDArray[np.int32] = k.queue["number"][slots_taken(k)]
+        return numbers
+
     def positions(self) -> npt.NDArray[np.float64]:
-        """Return the positions now, (n, 2)."""
-        return positions_now(self._engine.k)
+        """Return the positions now, (n, 2), in the order of ``bodies``."""
+        found: npt.NDArray[np.float64] = positions_now(self._engine.k)[slots_taken(self._engine.k)]
+        return found
 
     def velocities(self) -> npt.NDArray[np.float64]:
-        """Return the velocities now, (n, 2)."""
-        return np.column_stack([self._engine.k.bodies.vx, self._engine.k.bodies.vy])
+        """Return the velocities now, (n, 2), in the order of ``bodies``."""
+        k = self._engine.k
+        return np.column_stack([k.bodies["vx"], k.bodies["vy"]])[slots_taken(k)]
 
     def candidate_pairs(self) -> npt.NDArray[np.int32]:
         """Return the candidate pairs now, (k, 2), a < b, sorted."""
@@ -311,7 +385,7 @@ class Simulation:
     def near(self) -> npt.NDArray[np.int32]:
         """Return who is near whom now: (a, b) wherever the broad phase names b as near a; (k, 2)."""
         self.build()
-        return named_near(self._engine.k, self.composition)
+        return by_number(self._engine.k, named_near(self._engine.k, self.composition))
 
     @property
     def contacts(self) -> npt.NDArray[np.void]:

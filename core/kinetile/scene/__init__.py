@@ -2,6 +2,18 @@
 
 from __future__ import annotations
 
-from kinetile.scene.scene import Scene, Settings, Turn, relabelled
+from kinetile.scene.commands import Command, Insert, Remove, Turn
+from kinetile.scene.scene import Scene, Settings, relabelled, spacious, standing, with_commands
 
-__all__ = ["Scene", "Settings", "Turn", "relabelled"]
+__all__ = [
+    "Command",
+    "Insert",
+    "Remove",
+    "Scene",
+    "Settings",
+    "Turn",
+    "relabelled",
+    "spacious",
+    "standing",
+    "with_commands",
+]

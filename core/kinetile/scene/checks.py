@@ -141,6 +141,15 @@ def check_pace(start: float, unit: float) -> list[Mistake]:
     return [_too_late(start, unit)] if abs(start) > FARTHEST_START * unit else []
 
 
+def check_unit(unit: Any) -> list[Mistake]:
+    """Check the unit of a scene's clock, where it is given."""
+    if unit is None:
+        return []
+    if is_finite(unit) and 2.0**-900 <= unit <= 1.0 and math.frexp(unit)[0] == 0.5:
+        return []
+    return [Mistake("unit", shown(unit), "a power of two from 2**-900 to 1, or None")]
+
+
 def _too_late(start: Any, unit: float) -> Mistake:
     least = f"a start at most {FARTHEST_START * unit:.6g} from 0"
     return Mistake(
@@ -156,7 +165,7 @@ def check_turn(
     ``start`` is None where it is not known.
     """
     try:
-        body, time, velocity = turn
+        body, time, velocity = turn[:3]
         pair = list(velocity)
     except (TypeError, ValueError):
         return [Mistake(where, shown(turn), "a turn: (body, time, (vx, vy))")]

@@ -26,7 +26,8 @@ import numpy as np
 
 from kinetile.errors import BadOption, Mistake, SceneError
 from kinetile.scene.checks import abridged, check_bodies, check_frame, check_turn, shown
-from kinetile.scene.scene import Scene, Settings, Turn, relabelled
+from kinetile.scene.commands import Turn
+from kinetile.scene.scene import Scene, Settings, relabelled
 from kinetile.scene.schema import Place, find_faults, written
 from kinetile.scene.targets import writable_target
 from kinetile.scene.toml import read_bytes, read_tables

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from kinetile.kernel.clock import SPAN, TICKS
 from kinetile.kernel.skin import Skin
+from kinetile.scene.commands import Insert, Remove
 from kinetile.scene.scene import Scene
 
 __all__ = ["flown", "reach_of", "skin_at_start", "speed_bound"]
@@ -49,12 +50,17 @@ def flown(speed: float, unit: float, spans: int) -> float:
 
 
 def speed_bound(scene: Scene) -> float:
-    """Return a speed that no body can exceed: all energy, that of every turn added, in the lightest body."""
-    if len(scene) == 0:
+    """Return a speed that no body can exceed: all energy, that of every command added, in the lightest
+    body."""
+    mass = dict(enumerate(scene.mass.tolist()))
+    mass |= {command.body: command.mass for command in scene.commands if isinstance(command, Insert)}
+    if not mass:
         return 0.0
     squares = np.einsum("ij,ij->i", scene.velocity, scene.velocity)
     energy = math.fsum(scene.mass * squares)
     energy += math.fsum(
-        float(scene.mass[t.body]) * (t.velocity[0] ** 2 + t.velocity[1] ** 2) for t in scene.turns
+        mass[command.body] * (command.velocity[0] ** 2 + command.velocity[1] ** 2)
+        for command in scene.commands
+        if not isinstance(command, Remove)
     )
-    return math.sqrt(energy / float(scene.mass.min())) * (1.0 + 2.0**-20)
+    return math.sqrt(energy / min(mass.values())) * (1.0 + 2.0**-20)

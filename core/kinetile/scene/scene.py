@@ -1,4 +1,4 @@
-"""What is simulated: discs, where they are and how they move, the arena around them, and their turns.
+"""What is simulated: discs, where they are and how they move, the arena around them, and what is done to them.
 
 A scene is a value. Its arrays are its own read-only copies, it is checked in full when it is made (all
 mistakes are reported at once), and two scenes are equal when they hold the same bits. Scenes come from arrays
@@ -12,34 +12,31 @@ import struct
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from kinetile.errors import Mistake, SceneError
-from kinetile.kernel.clock import time_unit
+from kinetile.kernel.clock import Clock, time_unit
 from kinetile.scene.checks import (
     abridged,
     check_bodies,
     check_frame,
     check_pace,
     check_turn,
+    check_unit,
     is_number,
     shown,
 )
+from kinetile.scene.commands import Command, Turn, check_commands, check_presence, numbered, speeds
 
-__all__ = ["Scene", "Settings", "Turn", "relabelled"]
+__all__ = ["Scene", "Settings", "relabelled", "spacious", "standing", "with_commands"]
 
 Floats = npt.NDArray[np.float64]
 
-
-class Turn(NamedTuple):
-    """A scheduled change of one body's flight plan: from ``time`` on it flies with ``velocity``."""
-
-    body: int
-    time: float
-    velocity: tuple[float, float]
+LEAST = 64
+"""Bodies for which there is room at least where they come and go."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +69,10 @@ class Scene:
 
     ``position`` and ``velocity`` are (n, 2); ``radius`` and ``mass`` are (n,), or one number for all; all are
     kept as read-only arrays of float64. ``arena`` is (width, height), for walls around [0, width] x
-    [0, height], or None for no walls. ``turns`` hold absolute times, and are kept sorted by time and body.
+    [0, height], or None for no walls. ``commands`` (``Turn``, ``Insert``, ``Remove``) hold absolute times, and
+    are kept sorted by time, those of one tick as they are given; ``turns`` may be given apart, then those of
+    one time are sorted by body and come before other commands. ``unit`` is the power of two in which the
+    clock counts; None: it follows from the speeds.
     ``start`` is the time at which the bodies are where ``position`` says. ``settings`` say how the scene
     wants to be run; ``origin`` is where it came from, and takes no part in comparisons.
 
@@ -87,8 +87,9 @@ class Scene:
     radius: Floats
     mass: Floats
     arena: tuple[float, float] | None
-    turns: tuple[Turn, ...]
+    commands: tuple[Command, ...]
     start: float
+    unit: float | None
     settings: Settings
     origin: Mapping[str, Any]
 
@@ -103,6 +104,8 @@ class Scene:
         start: float = 0.0,
         settings: Settings | None = None,
         origin: Mapping[str, Any] | None = None,
+        commands: Sequence[Command] = (),
+        unit: float | None = None,
     ) -> None:
         mistakes: list[Mistake] = []
         if settings is not None and not isinstance(settings, Settings):
@@ -124,6 +127,13 @@ class Scene:
             turns = []
         for k, turn in enumerate(turns):
             mistakes += check_turn(turn, f"turns[{k}]", len(arrays[0]), begin)
+        try:
+            given = list(commands)
+        except TypeError:
+            mistakes.append(Mistake("commands", shown(commands), "a sequence of commands"))
+            given = []
+        mistakes += check_commands(given, begin, sides)
+        mistakes += check_unit(unit)
         mistakes += _check_settings(settings)
         if mistakes:
             raise SceneError(abridged(mistakes))
@@ -131,13 +141,14 @@ class Scene:
         for name, array in zip(names, arrays, strict=True):
             array.flags.writeable = False
             object.__setattr__(self, name, array)
-        kept = [Turn(int(body), float(time), (float(v[0]), float(v[1]))) for body, time, v in turns]
         object.__setattr__(self, "arena", sides)
-        object.__setattr__(self, "turns", tuple(sorted(kept, key=lambda turn: (turn.time, turn.body))))
         object.__setattr__(self, "start", float(start))
+        object.__setattr__(self, "unit", None if unit is None else float(unit))
+        apart = sorted((Turn(*turn) for turn in turns), key=lambda turn: (turn.time, turn.body))
+        object.__setattr__(self, "commands", self._in_order(numbered([*apart, *given], len(self))))
         object.__setattr__(self, "settings", settings)
         object.__setattr__(self, "origin", dict(origin or {}))
-        mistakes += check_pace(self.start, self.time_unit)
+        mistakes += check_pace(self.start, self.time_unit) + check_presence(self.commands, len(self))
         if mistakes:
             raise SceneError(mistakes)
 
@@ -155,24 +166,50 @@ class Scene:
     def __repr__(self) -> str:
         bodies = f"{len(self)} {'body' if len(self) == 1 else 'bodies'}"
         around = "no walls" if self.arena is None else f"in {self.arena[0]!r} x {self.arena[1]!r}"
-        turns = f", {len(self.turns)} turn{'' if len(self.turns) == 1 else 's'}" if self.turns else ""
+        count = len(self.commands)
+        what = "turn" if count == len(self.turns) else "command"
+        turns = f", {count} {what}{'' if count == 1 else 's'}" if count else ""
         recipe = f", from {self.origin['recipe']!r}" if "recipe" in self.origin else ""
         return f"<Scene: {bodies}, {around}{turns}{recipe}>"
 
     @property
     def time_unit(self) -> float:
         """The power of two, at most 1, in which the clock of a run counts (see ``kinetile.kernel.clock``)."""
-        if len(self) == 0:
+        return self._unit_for(self.commands)
+
+    @property
+    def turns(self) -> tuple[Turn, ...]:
+        """The turns among the commands."""
+        return tuple(command for command in self.commands if isinstance(command, Turn))
+
+    @property
+    def capacity(self) -> int:
+        """For how many bodies at once a phase is to make room where bodies come and go: at least as many as
+        there are."""
+        return int(self.__dict__.get("_capacity", len(self)))
+
+    def _unit_for(self, commands: Sequence[Command]) -> float:
+        """Return the time unit of this scene with these commands."""
+        if self.unit is not None:
+            return self.unit
+        if len(self) == 0 and (self.arena is None or not commands):
             return 1.0
         extent = max(self.arena) if self.arena else float(np.abs(self.position).max() + self.radius.max())
-        squares = [float((self.velocity**2).sum(axis=1).max())]
-        squares += [vx * vx + vy * vy for _, _, (vx, vy) in self.turns]
-        return time_unit(extent, math.sqrt(max(squares)))
+        squares = [float((self.velocity**2).sum(axis=1).max())] if len(self) else []
+        return time_unit(extent, math.sqrt(max([*squares, *speeds(commands)], default=0.0)))
+
+    def _in_order(self, commands: list[Command]) -> tuple[Command, ...]:
+        """Return commands in the order of the ticks at which they are carried out."""
+        if all(command.at is None for command in commands):
+            return tuple(sorted(commands, key=lambda command: command.time))
+        clock = Clock(self.start, self._unit_for(commands))
+        return tuple(sorted(commands, key=lambda command: clock.tick_of(command.time, command.at)))
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Through the constructor: unpickled arrays would otherwise be writable.
         arrays = (self.position, self.velocity, self.radius, self.mass)
-        return (Scene, (*arrays, self.arena, self.turns, self.start, self.settings, dict(self.origin)))
+        more = (self.start, self.settings, dict(self.origin), self.commands, self.unit)
+        return (Scene, (*arrays, self.arena, (), *more))
 
     def _bits(self) -> tuple[bytes, ...]:
         """Return everything that is simulated as bytes: -0.0 is not 0.0."""
@@ -180,7 +217,8 @@ class Scene:
         return (
             *(array.tobytes() for array in (self.position, self.velocity, self.radius, self.mass)),
             struct.pack(f"<{len(frame)}d", *frame),
-            b"".join(struct.pack("<q3d", turn.body, turn.time, *turn.velocity) for turn in self.turns),
+            repr(self.commands).encode(),
+            repr(self.unit).encode(),
         )
 
 
@@ -205,6 +243,45 @@ def relabelled(
     if origin is not None:
         copy.__dict__["origin"] = dict(origin)
     return copy
+
+
+def standing(scene: Scene, columns: Mapping[str, Floats], capacity: int) -> Scene:
+    """Return the same scene with other bodies, and no commands: as it stands in the middle of a run.
+
+    ``columns`` are position, velocity, radius and mass of the bodies; ``capacity`` is for how many at once a
+    phase is to make room. Nothing is checked: a run has led here.
+    """
+    copy = relabelled(scene)
+    for name, column in columns.items():
+        column.flags.writeable = False
+        copy.__dict__[name] = column
+    copy.__dict__["commands"] = ()
+    copy.__dict__["_capacity"] = capacity
+    return copy
+
+
+def spacious(scene: Scene) -> Scene:
+    """Return the same scene, in which phases make room for as many bodies more as there are."""
+    copy = relabelled(scene)
+    copy.__dict__["_capacity"] = max(2 * len(scene), LEAST)
+    return copy
+
+
+def with_commands(scene: Scene, commands: Sequence[Command]) -> Scene:
+    """Return the same scene, on the same clock, with more commands. Raises SceneError where they do not fit."""
+    return Scene(
+        scene.position,
+        scene.velocity,
+        scene.radius,
+        scene.mass,
+        scene.arena,
+        (),
+        scene.start,
+        scene.settings,
+        scene.origin,
+        [*scene.commands, *commands],
+        scene.time_unit,
+    )
 
 
 def _read_arrays(

@@ -23,7 +23,7 @@ import numpy.typing as npt
 from kinetile.conformance.cases import Subject, horizon
 from kinetile.errors import KinetileError
 from kinetile.run.advance import End, advance
-from kinetile.run.composition import compose_phases
+from kinetile.run.composition import Commands, compose_phases
 from kinetile.run.engine import Engine
 from kinetile.scene import Scene
 
@@ -119,7 +119,7 @@ def look(subject: Subject, scene: Scene) -> str | None:
     state, cages = caged(broad.state, "s")
     ticks = tuple(_moved(each, cages) for each in broad.ticks)
     composition = replace(composition, broad=replace(broad, state=state, ticks=ticks))
-    engine = Engine(scene, composition, keep_contacts=False, turning=True)
+    engine = Engine(scene, composition, keep_contacts=False, commands=Commands.TURNS)
     engine.k, more = caged(engine.k, "k")
     try:
         until = horizon(scene)

@@ -22,8 +22,9 @@ from kinetile.errors import KinetileError, Refused
 from kinetile.kernel.tables import Kernel
 from kinetile.plugin.protocols import BroadPhaseParts
 from kinetile.run.advance import End, advance
-from kinetile.run.composition import compose_phases
-from kinetile.run.engine import Engine
+from kinetile.run.composition import Commands, compose_phases
+from kinetile.run.arguments import read_turns
+from kinetile.run.engine import Engine, carry_out
 from kinetile.scene import Scene
 
 __all__ = ["CONTACTS", "EVENTS", "look"]
@@ -112,7 +113,9 @@ def look(subject: Subject, scene: Scene) -> str | None:
             return f"prepare wrote the scene's {name}"
     watch = Watch(scene, composition.broad)
     try:
-        engine = Engine(scene, replace(composition, broad=watch.parts()), keep_contacts=False, turning=True)
+        engine = Engine(
+            scene, replace(composition, broad=watch.parts()), keep_contacts=False, commands=Commands.TURNS
+        )
         _run(engine, scene)
     except Refused:
         if watch.said is None:
@@ -133,7 +136,9 @@ def _run(engine: Engine, scene: Scene) -> None:
     _advance(engine, until)
     if len(scene):
         with contextlib.suppress(Refused):
-            engine.turn(len(scene) - 1, 1.5 * engine.speed, 0.25 * engine.speed)
+            carry_out(
+                engine, *read_turns(engine, [len(scene) - 1], [1.5 * engine.speed, 0.25 * engine.speed])
+            )
     _advance(engine, until + 1.0)
 
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from kinetile.kernel.loop.advance import (
+    BLOCKED,
     BUDGET_SPENT,
+    COMMAND_DUE,
     CONTACTS_REACHED,
     FAULT,
     LOG_FULL,
@@ -13,7 +15,9 @@ from kinetile.kernel.loop.advance import (
 )
 
 __all__ = [
+    "BLOCKED",
     "BUDGET_SPENT",
+    "COMMAND_DUE",
     "CONTACTS_REACHED",
     "FAULT",
     "LOG_FULL",

@@ -1,11 +1,11 @@
 """The main loop: take the next event, restore the proof, again (thesis, section 2).
 
-``advance`` is a template. Its hooks (``build``, ``repair``, ``replan``, ``near`` of the broad phase;
-``meet``, ``soonest``, ``collide`` of the narrow phase for pairs; ``reach_wall``, ``bounce`` of the one for
-walls) and its constants (``PAIRS``, ``BOUNDS``, ``WALLS``, ``TURNS``) are filled in by
+``advance`` is a template. Its hooks (``build``, ``repair``, ``replan``, ``near``, ``enter``, ``leave`` of the broad
+phase; ``meet``, ``soonest``, ``collide`` of the narrow phase for pairs; ``reach_wall``, ``bounce`` of the one for
+walls) and its constants (``PAIRS``, ``BOUNDS``, ``WALLS``, ``COMMANDS``, ``LIVING``) are filled in by
 ``kinetile.kernel.compiled.compose`` from what the scene names; what it does not name is not compiled.
 
-Of one tick, structural events run first, then turns, then contacts with walls, then contacts of pairs, and
+Of one tick, structural events run first, then commands, then contacts with walls, then contacts of pairs, and
 after each of them the head of the queue is taken anew. So at a contact's tick every structural event up to
 and at that tick has been restored, and which broad phase did it cannot matter: a contact's time is a function
 of the two flight plans alone, and the broad phase sees bodies fattened by a skin wide enough for all rounding
@@ -24,14 +24,16 @@ from typing import Any
 from kinetile.kernel.compiled import disowned, hook, larger, smaller, to_be_filled_in
 from kinetile.kernel.faults import BAD_COUNT, JAMMED, LATE_CONTACT, NOT_FINITE, STALLED, TOO_DEEP, blame
 from kinetile.kernel.flight import anchor_at, note_place
-from kinetile.kernel.log import TURNED
+from kinetile.kernel.log import INSERTED, REMOVED
 from kinetile.kernel.loop.calendar import file_all, head, runner_up
+from kinetile.kernel.loop.commands import FREE, blocked_by, has_vacancy, obey, plan_changed
+from kinetile.kernel.loop.log_rows import log, log_is_full
 from kinetile.kernel.loop.predictions import ask_all_exactly, forget, look_at, settle, wall_is_before
+from kinetile.kernel.presence import elder, is_there
 from kinetile.kernel.tables import (
     GUESS,
     NEVER,
     NOBODY,
-    NOT_ASKED,
     SPARE,
     STRUCTURAL,
     WALL,
@@ -39,7 +41,9 @@ from kinetile.kernel.tables import (
 )
 
 __all__ = [
+    "BLOCKED",
     "BUDGET_SPENT",
+    "COMMAND_DUE",
     "CONTACTS_REACHED",
     "FAULT",
     "LOG_FULL",
@@ -50,48 +54,12 @@ __all__ = [
 
 # Why the loop returned.
 TIME_REACHED, CONTACTS_REACHED, BUDGET_SPENT, LOG_FULL, NO_ROOM, FAULT = range(6)
+COMMAND_DUE = 6  # a body comes or goes for which the tables, or the structure, have to be laid out anew
+BLOCKED = 7  # there is no room for a body that comes; the clock's fault_a and fault_b say who, and for whom
 
-PAIRS = WALLS = TURNS = True
+PAIRS = WALLS = COMMANDS = LIVING = True
 
 build = repair = replan = near = meet = collide = reach_wall = bounce = to_be_filled_in
-
-
-@hook
-def _log(k: Kernel, tick: int, a: int, b: int) -> None:
-    """Log an event: what is digested of a contact, and for whoever records the plans after it."""
-    clock = k.clock[0]
-    k.counts[0].logged += 1
-    if b > TURNED:
-        met = k.met[clock.logged]
-        clock.logged += 1
-        met.epoch = clock.epoch + (tick >> 52)
-        met.tick = tick & ((1 << 52) - 1)
-        met.a = a
-        met.b = b
-    if len(k.log) > 0:
-        row = k.log[clock.written]
-        clock.written += 1
-        row.tick = tick
-        row.a = a
-        row.b = b
-        one = k.bodies[a]
-        row.ax = one.x
-        row.ay = one.y
-        row.avx = one.vx
-        row.avy = one.vy
-        if b >= 0:
-            two = k.bodies[b]
-            row.bx = two.x
-            row.by = two.y
-            row.bvx = two.vx
-            row.bvy = two.vy
-
-
-@hook
-def _log_is_full(k: Kernel) -> bool:
-    """Whether there is no room for another event."""
-    clock = k.clock[0]
-    return bool(clock.logged >= len(k.met) or (len(k.log) > 0 and clock.written >= len(k.log)))
 
 
 @hook
@@ -119,14 +87,6 @@ def _note_all_places(k: Kernel, tick: int) -> None:
         note_place(k, body)
 
 
-@hook
-def _changed(k: Kernel, body: int) -> None:
-    """A body's plan has changed: what was known of it is not true any more."""
-    k.bodies[body].stamp += 1
-    k.queue[body].wall = NOT_ASKED
-    note_place(k, body)
-
-
 def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
     """Run the events up to and at tick ``until``; return the reason for stopping.
 
@@ -147,7 +107,7 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
     at = clock.now  # the tick of the head: no contact can be before it
     a = NOBODY  # the next bodies to ask all that is near them
     b = NOBODY
-    changed = False  # whether because their plans changed
+    replanned = False  # whether because their plans changed
     everyone = False  # whether after a all others
     body = NOBODY  # one that is to be settled, when
     count = 0  # it has looked at so many newcomers
@@ -164,11 +124,11 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
             if body < 0:
                 if a >= 0:
                     body = a
-                    if PAIRS:
+                    if PAIRS and (not LIVING or is_there(k, a)):
                         forget(k, a)
                         counts.asks += 1
                         count = near(k, s, a)
-                    if changed:
+                    if replanned:
                         clock.hand = a
                         replan(k, s, a)
                     a = b
@@ -178,7 +138,7 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
                         everyone = a >= 0
                 elif clock.offered > len(k.offers):
                     clock.offered = 0
-                    changed = False
+                    replanned = False
                     everyone = clock.bodies > 0
                     a = 0 if everyone else NOBODY
                     continue
@@ -214,29 +174,30 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
         h = head(k)
         at = queue[h].key if h >= 0 else NEVER
         kind = queue[h].kind if h >= 0 else STRUCTURAL
-        turning = False
-        if TURNS and clock.turn < clock.turns:
-            turn_tick = k.turns[clock.turn].tick
-            if turn_tick < at or (turn_tick == at and (h < 0 or kind >= WALL)):
-                turning = True
-                at = turn_tick
-        if at > until or (h < 0 and not turning):
+        commanded = False
+        if COMMANDS and clock.command < clock.commands:
+            tick = k.commands[clock.command].tick
+            if tick < at or (tick == at and (h < 0 or kind >= WALL)):
+                commanded = True
+                at = tick
+        if at > until or (h < 0 and not commanded):
             if moving:
                 clock.now = larger(clock.now, until)
             return TIME_REACHED
         if abs(at - clock.origin) > clock.span:  # before it, where guesses ran ahead and a body is turned
             _note_all_places(k, at)
 
-        if PAIRS and not turning and kind >= GUESS and kind != WALL:
+        if PAIRS and not commanded and kind >= GUESS and kind != WALL:
             entry = queue[h]
             other = entry.partner
             if entry.seen != bodies[other].stamp:
                 a = h
-                changed = False
+                replanned = False
                 continue
             if kind == GUESS:
                 counts.exact += 1
-                tick = meet(k, smaller(h, other), larger(h, other))
+                first = elder(k, h, other)
+                tick = meet(k, first, h + other - first)
                 if tick >= entry.guard and entry.guard != NEVER:
                     ask_all_exactly(k, s, h)
                     body = h
@@ -249,15 +210,15 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
                     rival = smaller(
                         entry.own, smaller(twin.own, twin.guard)
                     )  # the same guess, seen from there
-                if TURNS and clock.turn < clock.turns:
-                    rival = smaller(rival, k.turns[clock.turn].tick)
+                if COMMANDS and clock.command < clock.commands:
+                    rival = smaller(rival, k.commands[clock.command].tick)
                 if (
                     tick >= rival
                     or tick >= runner_up(k, h, other)
                     or tick > until
                     or tick < clock.now
                     or budget <= 0
-                    or _log_is_full(k)
+                    or log_is_full(k)
                     or (WALLS and (wall_is_before(k, h, tick) or wall_is_before(k, other, tick)))
                 ):
                     body = h
@@ -267,7 +228,7 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
             return BUDGET_SPENT
         budget -= 1
 
-        if kind == STRUCTURAL and not turning:
+        if kind == STRUCTURAL and not commanded:
             if at > clock.now:
                 clock.now = at
                 clock.spins = 0
@@ -281,27 +242,22 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
             counts.newcomers += count
             continue
 
-        if _log_is_full(k):
+        if log_is_full(k):
             return LOG_FULL
-        changed = True
-        if TURNS and turning:
-            turn = k.turns[clock.turn]
-            clock.turn += 1
+        replanned = True
+        if COMMANDS and commanded:
+            command = k.commands[clock.command]
+            if command.code == INSERTED or command.code == REMOVED:
+                if command.code == INSERTED:
+                    clock.fault_a = command.body
+                    clock.fault_b = blocked_by(k, command)
+                    if clock.fault_b != FREE:
+                        return BLOCKED
+                if not LIVING or (command.code == INSERTED and not has_vacancy(k, command)):
+                    return COMMAND_DUE
+                replanned = False
             clock.now = larger(clock.now, at)
-            a = turn.body
-            turned = bodies[a]
-            anchor_at(k, turned, at)
-            if turn.code == TURNED:
-                counts.turns += 1
-                gained = (
-                    turn.vx * turn.vx + turn.vy * turn.vy - (turned.vx * turned.vx + turned.vy * turned.vy)
-                )
-                counts.turned_energy += 0.5 * k.mass[a] * gained
-                turned.vx = turn.vx
-                turned.vy = turn.vy
-            turned.last = NOBODY
-            _changed(k, a)
-            _log(k, at, a, turn.code)
+            a = obey(k, s)
             continue
 
         if WALLS and kind == WALL:
@@ -316,14 +272,14 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
             depth = bounce(k, bounced, wall)
             bounced.last = NOBODY
             counts.contacts_wall += 1
-            _changed(k, a)
-            _log(k, at, a, wall)
+            plan_changed(k, a)
+            log(k, at, a, wall)
             _count_contact(k, at, a, wall, depth, bounced.radius, bounced.radius)
             continue
 
         if PAIRS:
-            a = smaller(h, queue[h].partner)
-            b = larger(h, queue[h].partner)
+            a = elder(k, h, queue[h].partner)
+            b = h + queue[h].partner - a
             if at < clock.now:
                 blame(k, LATE_CONTACT, a, b)
                 a = NOBODY
@@ -343,7 +299,7 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
             one.last = b
             two.last = a
             counts.contacts_disc += 1
-            _changed(k, a)
-            _changed(k, b)
-            _log(k, at, a, b)
+            plan_changed(k, a)
+            plan_changed(k, b)
+            log(k, at, a, b)
             _count_contact(k, at, a, b, depth, smaller(one.radius, two.radius), one.radius + two.radius)

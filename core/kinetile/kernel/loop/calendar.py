@@ -33,17 +33,20 @@ def precedes(k: Kernel, a: int, b: int) -> bool:
     if one.kind != two.kind:
         return bool(one.kind < two.kind)
     if one.kind == PAIR:
-        if smaller(a, one.partner) != smaller(b, two.partner):
-            return bool(smaller(a, one.partner) < smaller(b, two.partner))
-        if larger(a, one.partner) != larger(b, two.partner):
-            return bool(larger(a, one.partner) < larger(b, two.partner))
-    return a < b
+        partner = k.queue[one.partner].number
+        rival = k.queue[two.partner].number
+        if smaller(one.number, partner) != smaller(two.number, rival):
+            return bool(smaller(one.number, partner) < smaller(two.number, rival))
+        if larger(one.number, partner) != larger(two.number, rival):
+            return bool(larger(one.number, partner) < larger(two.number, rival))
+    return bool(one.number < two.number)
 
 
-def rank(body: int, key: int, kind: int, partner: int) -> tuple[int, ...]:
-    """Return where ``precedes`` puts what awaits a body: tuples in its order; not for hooks."""
-    pair = (min(body, partner), max(body, partner)) if kind == PAIR else (body, body)
-    return (key, kind, *pair, body)
+def rank(number: int, key: int, kind: int, partner: int) -> tuple[int, ...]:
+    """Return where ``precedes`` puts what awaits a body, by its number and that of its partner: tuples in its
+    order; not for hooks."""
+    pair = (min(number, partner), max(number, partner)) if kind == PAIR else (number, number)
+    return (key, kind, *pair, number)
 
 
 @hook

@@ -16,6 +16,7 @@ from typing import Any
 
 from kinetile.kernel.compiled import hook, larger, smaller, template, to_be_filled_in
 from kinetile.kernel.loop.calendar import move
+from kinetile.kernel.presence import elder
 from kinetile.kernel.tables import (
     GUESS,
     NEVER,
@@ -111,12 +112,11 @@ def soonest_exactly(k: Kernel, h: int, count: int, barred: int, known: int) -> t
         other = k.near[i]
         if other != h and other != barred and other != known and other != who:
             k.counts[0].exact += 1
-            tick = meet(k, smaller(h, other), larger(h, other))
+            older = elder(k, h, other)
+            tick = meet(k, older, h + other - older)
             sooner = tick < first
             if tick == first and tick != NEVER:
-                sooner = smaller(h, other) < smaller(h, who) or (
-                    smaller(h, other) == smaller(h, who) and larger(h, other) < larger(h, who)
-                )
+                sooner = elder(k, other, who) == other  # of two pairs with h, that of the elder comes first
             if sooner:
                 second = first
                 first = tick

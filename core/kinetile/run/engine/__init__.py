@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
-from kinetile.run.engine.engine import UNLIMITED, Engine
+from kinetile.run.engine.agenda import Command
+from kinetile.run.engine.by_hand import UNLIMITED, carry_out
+from kinetile.run.engine.engine import Engine
+from kinetile.run.engine.spans import move_base
 
-__all__ = ["UNLIMITED", "Engine"]
+__all__ = ["UNLIMITED", "Command", "Engine", "carry_out", "move_base"]

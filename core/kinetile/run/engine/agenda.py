@@ -1,58 +1,126 @@
-"""What is still to turn: scheduled turns, in exact ticks since the start, handed to the kernel a span at a
-time."""
+"""What is still to be done: commands in exact ticks since the start, handed to the kernel a span of the clock
+at a time."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import Any, NamedTuple
+from collections.abc import Iterable
+from typing import NamedTuple
 
 from kinetile.kernel.clock import SPAN, TICKS, Clock
-from kinetile.kernel.log import REANCHORED, TURNED
-from kinetile.scene import Turn
+from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED
+from kinetile.kernel.tables import COMMAND, Kernel, record_table
+from kinetile.scene import Insert, Remove, Scene, Turn
 
-__all__ = ["Agenda", "Planned"]
+__all__ = ["Agenda", "Command", "planned"]
 
 
-class Planned(NamedTuple):
-    """One change of flight plan, at ``ticks`` since the start."""
+class Command(NamedTuple):
+    """One command, at ``ticks`` since the start, for the body of a number; ``code`` says what it is
+    (``kinetile.kernel.log``). ``mass`` is that of the body, whatever is done to it."""
 
     ticks: int
     body: int
-    vx: float
-    vy: float
     code: int
+    x: float = 0.0
+    y: float = 0.0
+    vx: float = 0.0
+    vy: float = 0.0
+    radius: float = 0.0
+    mass: float = 0.0
+
+    @property
+    def squares(self) -> float:
+        """Mass times speed squared: twice the energy that it can bring in."""
+        return self.mass * (self.vx * self.vx + self.vy * self.vy)
+
+    def as_scene_has_it(self, clock: Clock) -> Turn | Insert | Remove:
+        """Return the command as a scene has it, with its exact time."""
+        time, *exact = clock.moment(self.ticks)
+        at = (exact[0], exact[1])
+        if self.code == REMOVED:
+            return Remove(self.body, time, at)
+        if self.code == TURNED:
+            return Turn(self.body, time, (self.vx, self.vy), at)
+        place, flies = (self.x, self.y), (self.vx, self.vy)
+        return Insert(time, place, flies, self.radius, self.mass, self.body, at)
+
+
+def planned(scene: Scene, clock: Clock) -> list[Command]:
+    """Return the commands of a scene."""
+    mass: dict[int, float] = dict(enumerate(scene.mass.tolist()))
+    return [_command(each, clock, mass) for each in scene.commands]
+
+
+def _command(command: Turn | Insert | Remove, clock: Clock, mass: dict[int, float]) -> Command:
+    ticks = clock.tick_of(command.time, command.at)
+    if isinstance(command, Remove):
+        return Command(ticks, command.body, REMOVED)
+    if isinstance(command, Turn):
+        vx, vy = command.velocity
+        return Command(ticks, command.body, TURNED, vx=vx, vy=vy, mass=mass[command.body])
+    mass[command.body] = command.mass
+    return Command(
+        ticks, command.body, INSERTED, *command.position, *command.velocity, command.radius, command.mass
+    )
 
 
 class Agenda:
-    """Planned changes in the order in which they happen: by time, re-anchorings first, then by body, then as
-    given."""
+    """Commands in the order in which they happen: by tick, re-anchorings first, then as given."""
 
-    def __init__(self, turns: Sequence[Turn], clock: Clock) -> None:
-        self._planned = [Planned(clock.ticks(t.time), t.body, *t.velocity, TURNED) for t in turns]
+    def __init__(self, commands: Iterable[Command]) -> None:
+        self._commands = list(commands)
         self._sort()
+        self._squares: float | None = None
+
+    def __bool__(self) -> bool:
+        return bool(self._commands)
 
     def _sort(self) -> None:
-        self._planned.sort(key=lambda p: (p.ticks, p.code != REANCHORED, p.body))
+        self._commands.sort(key=lambda command: (command.ticks, command.code != REANCHORED))
 
-    def put(self, *changes: Planned) -> None:
-        """Add changes."""
-        self._planned.extend(changes)
+    def put(self, *commands: Command) -> None:
+        """Add commands."""
+        self._commands.extend(commands)
         self._sort()
+        self._squares = None
 
-    def due(self, clock: Clock) -> list[Planned]:
-        """Return the changes before the next shift of the clock's base."""
-        end = clock.base * TICKS + SPAN
-        return [planned for planned in self._planned if planned.ticks < end]
+    def cancel(self, body: int) -> None:
+        """Forget all commands for a body that has gone."""
+        self._commands = [command for command in self._commands if command.body != body]
 
-    def next_turn(self, made: int) -> Planned | None:
-        """Return the first turn still to come, where ``made`` changes have happened and are not forgotten."""
-        return next((planned for planned in self._planned[made:] if planned.code == TURNED), None)
+    def take_back(self, *commands: Command) -> None:
+        """Forget commands that could not be carried out."""
+        self._commands = [command for command in self._commands if command not in commands]
 
-    def squares(self, mass: Any) -> float:
-        """Return the sum of mass * speed^2 over all changes: twice the energy they could bring in."""
-        return math.fsum(float(mass[p.body]) * (p.vx * p.vx + p.vy * p.vy) for p in self._planned)
+    def next(self, made: int) -> Command | None:
+        """Return the first command still to come but for re-anchorings, where ``made`` have been carried out
+        and are not forgotten."""
+        return next((command for command in self._commands[made:] if command.code != REANCHORED), None)
+
+    def squares(self) -> float:
+        """Return the sum of mass * speed^2 over all commands: twice the energy they could bring in."""
+        if self._squares is None:
+            self._squares = math.fsum(command.squares for command in self._commands)
+        return self._squares
 
     def done(self, count: int) -> None:
-        """Forget the first ``count`` changes: they have happened."""
-        del self._planned[:count]
+        """Forget the first ``count`` commands: they have been carried out."""
+        if count:
+            del self._commands[:count]
+            self._squares = None
+
+    def load(self, k: Kernel, clock: Clock) -> Kernel:
+        """Return the tables with the commands before the next shift of the clock's base, and with slots for
+        the numbers of the bodies in them."""
+        end = clock.base * TICKS + SPAN
+        due = [command for command in self._commands if command.ticks < end]
+        table = record_table(COMMAND, len(due))
+        if due:
+            ticks, body, code, *fields = zip(*due, strict=True)
+            table["tick"] = [clock.relative(tick) for tick in ticks]
+            table["body"], table["code"] = body, code
+            for name, column in zip(("x", "y", "vx", "vy", "radius", "mass"), fields, strict=True):
+                table[name] = column
+        k.clock[0].commands = len(due)
+        return k._replace(commands=table)

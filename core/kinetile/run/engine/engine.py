@@ -1,12 +1,13 @@
 """The Python side of the kernel: what has to be done between two chunks of the compiled loop.
 
-It lays the tables out and fattens the bodies, makes room for more pairs, hands the loop its turns a span at a
-time, moves the clock's base, and takes over the log. Inside a chunk none of that costs anything.
+It lays the tables out and fattens the bodies, makes room for more pairs and bodies, hands the loop its
+commands a span at a time, moves the clock's base, and takes over the log. Inside a chunk none of that costs
+anything.
 
 There is one way to change the structure from outside: build it anew at the present moment (``lay_out``).
-Whether pairs outgrow their table, a turn brings in more energy than the skin allows for, or bodies without
-walls fly far: the same static construction that began the run begins again. That cannot change an answer,
-only take time (docs/one-answer.md).
+Whether pairs outgrow their table, a command brings in more energy than the skin allows for, bodies without
+walls fly far, or somebody comes for whom there is no slot (``renewal``): the same static construction that
+began the run begins again. That cannot change an answer, only take time (docs/one-answer.md).
 """
 
 from __future__ import annotations
@@ -17,32 +18,38 @@ import time
 import numpy as np
 
 from kinetile.errors import PhaseError, Refused
-from kinetile.kernel.clock import SPAN, TICKS, Clock
+from kinetile.kernel.clock import Clock
 from kinetile.kernel.compiled import INTERPRETED, NotCompiled, make_ready
 from kinetile.kernel.flight import positions_now
-from kinetile.kernel.log import REANCHORED, TURNED
-from kinetile.kernel.loop import BUDGET_SPENT, FAULT, LOG_FULL, NO_ROOM, TIME_REACHED
+from kinetile.kernel.loop import (
+    BLOCKED,
+    BUDGET_SPENT,
+    COMMAND_DUE,
+    FAULT,
+    LOG_FULL,
+    NO_ROOM,
+)
 from kinetile.kernel.skin import Skin, too_thick
-from kinetile.kernel.tables import NEVER, NOT_ASKED, ROW, clear, pair_set, read_only, record_table
+from kinetile.kernel.tables import NOBODY, ROW, clear, pair_set, read_only, record_table
 from kinetile.plugin.calling import calling, described, place_of
 from kinetile.plugin.discovery import sentence
 from kinetile.run.audit import check_all
-from kinetile.run.composition import Composition
-from kinetile.run.engine.agenda import Agenda, Planned
-from kinetile.run.engine.failures import failure
+from kinetile.run.composition import Commands, Composition
+from kinetile.run.engine.agenda import Agenda, Command, planned
+from kinetile.run.engine.by_hand import UNLIMITED
+from kinetile.run.engine.failures import blocked, failure
 from kinetile.run.engine.layout import set_limits, tables_of
 from kinetile.run.engine.ledger import Ledger
 from kinetile.run.engine.pace import first_shift, fit, steps
+from kinetile.run.engine.renewal import Renewed, carried_out, renewed
 from kinetile.run.interrupts import Unbroken
-from kinetile.run.readings import energy
-from kinetile.scene import Scene
+from kinetile.scene import Insert, Scene, Turn
 from kinetile.scene.reach import flown, speed_bound
 
 __all__ = ["UNLIMITED", "Engine"]
 
 CHUNK_SECONDS = 0.2
 FIRST_BUDGET = 1 << (8 if INTERPRETED else 12)
-UNLIMITED = 2**62
 
 
 class Engine:
@@ -55,7 +62,9 @@ class Engine:
         ledger: what was logged.
         skin: the skin in force.
         speed: a speed that no body can exceed.
-        turning: whether the loop is composed with turns.
+        commands: which commands the loop is composed with.
+        agenda: the commands that are still to come.
+        numbers: how many numbers bodies have been given, or will be by the scene.
         loop: the composed loop.
         cpu_seconds: processor time spent in the loop.
         compile_seconds: time spent compiling or loading it.
@@ -66,29 +75,41 @@ class Engine:
     """
 
     def __init__(
-        self, scene: Scene, composition: Composition, keep_contacts: bool, turning: bool = False
+        self,
+        scene: Scene,
+        composition: Composition,
+        keep_contacts: bool,
+        commands: Commands = Commands.NONE,
     ) -> None:
         self.scene = scene
         self.composition = composition
         self.state = composition.broad.state
         self.clock = Clock(scene.start, scene.time_unit)
         self.ledger = Ledger(self.clock, keep_contacts)
-        self.agenda = Agenda(scene.turns, self.clock)
-        self.turning = turning or bool(scene.turns)
-        self.loop = composition.loop(turns=self.turning)
+        self.agenda = Agenda(planned(scene, self.clock))
+        self.commands = max(commands, _needed(scene))
+        self.loop = composition.loop(self.commands)
         self.speed = speed_bound(scene)
         self.cpu_seconds = 0.0
         self.compile_seconds = 0.0
         self.busy = False
         self.broken: Exception | None = None
         self.asked: float | None = None
-        self._turns_wait = False
+        self._commands_wait = False
         self._ready = False
         self._budget = FIRST_BUDGET
-        self._extent = 0.0
+        self.extent = 0.0
         self.audits = 0
-        self._walled = scene.arena is not None and composition.wall is not None
+        self.walled = scene.arena is not None and composition.wall is not None
+        coming = [command for command in scene.commands if isinstance(command, Insert)]
+        self.smallest = min(
+            [*scene.radius.tolist(), *(command.radius for command in coming)], default=math.inf
+        )
+        self.lightest = min([*scene.mass.tolist(), *(command.mass for command in coming)], default=math.inf)
+        self.numbers = max([len(scene) - 1, *(command.body for command in coming)]) + 1
         self.k = tables_of(scene, composition, self.clock.unit)
+        self.number(self.numbers)
+        self._know_radii(scene)
         self.lay_out(self.speed)
 
     @property
@@ -111,7 +132,8 @@ class Engine:
     def events(self) -> int:
         """Events of all kinds so far."""
         counts = self.k.counts[0]
-        return self.contacts + int(counts.turns) + int(counts.structural)
+        commands = int(counts.turns) + int(counts.inserted) + int(counts.removed)
+        return self.contacts + commands + int(counts.structural)
 
     @property
     def _phases(self) -> str:
@@ -162,7 +184,7 @@ class Engine:
             self.broken = PhaseError(f"at time {self.clock.time(self.now)!r} {said}")
             self._take_over(before)
             raise self.broken from error
-        self._turns_wait = False
+        self._commands_wait = False
         took = time.thread_time() - began
         self.cpu_seconds += took
         self._take_over(before)
@@ -175,7 +197,11 @@ class Engine:
             raise failure(self.k, self.composition, self.clock.time(self.now))
         if reason == NO_ROOM:
             self._grow()
-        return BUDGET_SPENT if reason in (NO_ROOM, LOG_FULL) else reason
+        elif reason == COMMAND_DUE:
+            self._make_room()
+        elif reason == BLOCKED:
+            raise blocked(self.k, self.clock)
+        return BUDGET_SPENT if reason in (NO_ROOM, LOG_FULL, COMMAND_DUE) else reason
 
     def _take_over(self, before: int) -> None:
         """Take over the log of a chunk that began at a tick."""
@@ -200,99 +226,43 @@ class Engine:
         self.audits += 1
 
     @property
-    def next_turn(self) -> Planned | None:
-        """The first turn still to come, of the scene or by hand."""
-        return self.agenda.next_turn(int(self.k.clock[0].turn))
+    def next_command(self) -> Command | None:
+        """The first command still to come, of the scene or by hand."""
+        return self.agenda.next(int(self.k.clock[0].command))
 
     @property
     def built(self) -> bool:
-        """Whether the structure stands, holds all pairs that were asked for, and awaits the turns, and the
+        """Whether the structure stands, holds all pairs that were asked for, and awaits the commands, and the
         calendar is filed."""
         clock = self.k.clock[0]
-        return bool(clock.built and clock.filed) and not clock.wanted and not self._turns_wait
+        return bool(clock.built and clock.filed) and not clock.wanted and not self._commands_wait
 
     def build(self) -> None:
         """Build the structure, if that is still to be done, and run no event."""
         while not self.built:
             self.chunk(self.now - 1, UNLIMITED)
 
-    def turn(self, body: int, vx: float, vy: float) -> None:
-        """Change a body's velocity now; events of this very tick run as well.
-
-        Raises Refused, with nothing changed, where the broad phase cannot bear the skin that this asks for.
-        """
-        k = self.k
-        squares = 2.0 * energy(k) + float(k.mass[body]) * (vx * vx + vy * vy) + self.agenda.squares(k.mass)
-        needed = math.sqrt(squares / float(k.mass.min()))
-        if needed > self.speed:
-            self._skin(2.0 * needed)  # refused here, if at all: nothing has changed yet
-        self._allow_turns()
-        self.compile()
-        with Unbroken():
-            if needed > self.speed:
-                self.lay_out(2.0 * needed)
-            self._forget_turns()
-            self.agenda.put(Planned(self.clock.base * TICKS + self.now, body, vx, vy, TURNED))
-            self._load_turns()
-            recorder = self.ledger.recorder
-            self.ledger.recorder = recorder or self.ledger.unrecorded.append
-            try:
-                while self.chunk(self.now, UNLIMITED) != TIME_REACHED:
-                    pass
-            finally:
-                self.ledger.recorder = recorder
-
-    def move_base(self, end: int | None) -> None:
-        """Move the clock's base on by a span and anchor anew what has flown for two: so under every phase.
-
-        Where there is no body it moves on at once to the span of ``end``, in ticks since the start.
-        """
-        k = self.k
-        if not len(k.bodies) and end is not None:
-            self.clock.base += max(self.clock.relative(end) // SPAN, 1) * (SPAN // TICKS)
-            k.clock[0].now = -1  # its epoch, which may be beyond 64 bits, is asked for by no contact
-            return
-        clock = k.clock[0]
-        if not self._walled and len(k.bodies) and self._reach_of_flight(self.speed, 2) > self._extent:
-            self.lay_out(self.speed)
-        self._forget_turns()
-        k.bodies.anchor -= SPAN
-        for ticks in (k.queue.key, k.queue.own, k.queue.tick, k.queue.guard, *self.composition.broad.ticks):
-            ticks[ticks != NEVER] -= SPAN
-        k.queue.wall[(k.queue.wall != NEVER) & (k.queue.wall != NOT_ASKED)] -= SPAN
-        clock.now -= SPAN
-        clock.origin -= SPAN
-        clock.filed = 0
-        clock.window_tick = max(int(clock.window_tick) - SPAN, -(2**62))
-        self.clock.base += SPAN // TICKS
-        if len(k.bodies):
-            clock.epoch = self.clock.base
-        old = np.flatnonzero(k.bodies.anchor < -SPAN)
-        if len(old):
-            self._allow_turns()
-            begin = self.clock.base * TICKS
-            vx, vy = k.bodies.vx[old].tolist(), k.bodies.vy[old].tolist()
-            self.agenda.put(
-                *(Planned(begin, *plan, REANCHORED) for plan in zip(old.tolist(), vx, vy, strict=True))
-            )
-        self._load_turns()
-
     def lay_out(self, speed: float) -> None:
         """Fatten the bodies for this speed, put the structure in order as of now; the loop builds it next.
 
         Raises Refused, with nothing changed, where the broad phase cannot bear the skin.
         """
+        if self.k.clock[0].present != self.k.clock[0].bodies:  # some slots are empty
+            self.speed = speed
+            self._adopt(renewed(self.k, self.scene, self.composition))
+            return
         k = self.k
         clock = k.clock[0]
-        self._extent, self.skin = self._skin(speed)
+        self.extent, self.skin = self.skin_for(speed)
         self.speed = speed
-        set_limits(k, self.skin, self._extent, speed)
+        set_limits(k, self.skin, self.extent, speed, self.smallest)
         if clock.shift == 0:
-            clock.shift = first_shift(k, self._extent)
+            clock.shift = first_shift(k, self.extent)
         clear(k)
-        self._load_turns()
+        self.load_commands()
         if self.composition.broad.arrange is not None:
-            bodies = k._replace(bodies=read_only(k).bodies, mass=read_only(k).mass)
+            there, only = int(clock.bodies), read_only(k)
+            bodies = k._replace(bodies=only.bodies[:there], mass=only.mass[:there])
             try:
                 with calling("broad phase", self.composition.broad_phase, "arrange"):
                     self.composition.broad.arrange(bodies, self.state)
@@ -300,49 +270,80 @@ class Engine:
                 self.broken = error
                 raise
 
-    def _skin(self, speed: float) -> tuple[float, Skin]:
+    def skin_for(self, speed: float) -> tuple[float, Skin]:
         """Return the scene's extent and the skin for this speed; Refused where the phase cannot bear it."""
-        far = self._reach_of_flight(speed, 4) if len(self.scene) else 0.0
-        extent = max(self.scene.arena or (0.0,)) if self._walled else max(self._extent, far)
-        skin = Skin.of(len(self.scene), extent, speed, float(self.k.clock[0].tick))
+        far = self.reach_of_flight(speed, 4) if len(self.k.bodies) else 0.0
+        extent = max(self.scene.arena or (0.0,)) if self.walled else max(self.extent, far)
+        skin = Skin.of(len(self.k.bodies), extent, speed, float(self.k.clock[0].tick))
         limit = self.composition.broad.skin_limit
         if limit is not None and skin.delta > limit:
             raise Refused(too_thick(self.composition.broad_phase, skin.delta, limit))
         return extent, skin
 
-    def _reach_of_flight(self, speed: float, spans: int) -> float:
+    def reach_of_flight(self, speed: float, spans: int) -> float:
         """How far from the origin a body can come at this speed within so many spans."""
-        return float(np.abs(positions_now(self.k)).max()) + flown(speed, self.clock.unit, spans)
+        return float(np.abs(positions_now(self.k)).max(initial=0.0)) + flown(speed, self.clock.unit, spans)
 
     def _grow(self) -> None:
         """Make room for more candidate pairs, and build anew."""
-        self._skin(self.speed)  # what is refused is refused before the tables change
+        self.skin_for(self.speed)  # what is refused is refused before the tables change
         clock = self.k.clock[0]
         room = max(2 * len(self.k.pairs), int(1.25 * (int(clock.pairs) + int(clock.wanted))))
         self.k = pair_set(self.k, room)
         self.lay_out(self.speed)
 
-    def _allow_turns(self) -> None:
-        """Compose the loop with turns in it, where it was composed without."""
-        if not self.turning:
-            self.turning = True
-            self.loop = self.composition.loop(turns=True)
+    def _adopt(self, new: Renewed) -> None:
+        """Go on with other phases and tables, and lay them out."""
+        self.composition, self.k, self.state = new.composition, new.k, new.composition.broad.state
+        loop = new.composition.loop(self.commands)
+        self._ready = self._ready and loop is self.loop
+        self.loop = loop
+        self._know_radii(new.scene)
+        self.lay_out(self.speed)
+
+    def _know_radii(self, scene: Scene) -> None:
+        """Note which radii the broad phase has been prepared for."""
+        clock = self.k.clock[0]
+        clock.least, clock.widest = scene.radius.min(initial=math.inf), scene.radius.max(initial=0.0)
+
+    def _make_room(self) -> None:
+        """A body comes or goes now, and the phases have to be prepared for that anew."""
+        k, composition = self.k, self.composition
+        if composition.living:
+            self._adopt(renewed(k, self.scene, composition, k.commands[int(k.clock[0].command)]))
+        else:
+            self._adopt(carried_out(k, self.scene, composition))
+
+    def number(self, numbers: int) -> None:
+        """Make room for so many numbers of bodies in the table of their slots."""
+        slots = self.k.slots
+        if numbers > len(slots):
+            more = np.full(max(2 * len(slots), numbers + 64), NOBODY, dtype=np.int32)
+            more[: len(slots)] = slots
+            self.k = self.k._replace(slots=more)
+
+    def allow(self, commands: Commands) -> None:
+        """Compose the loop with such commands in it, where it was composed without."""
+        if commands > self.commands:
+            self.commands = commands
+            self.loop = self.composition.loop(commands)
             self._ready = False
 
-    def _forget_turns(self) -> None:
-        """Strike the turns that the loop has made off the agenda."""
+    def forget_commands(self) -> None:
+        """Strike the commands that the loop has carried out off the agenda."""
         clock = self.k.clock[0]
-        self.agenda.done(int(clock.turn))
-        clock.turn = 0
+        self.agenda.done(int(clock.command))
+        clock.command = 0
 
-    def _load_turns(self) -> None:
-        """Hand the loop the turns of the present span."""
-        self._forget_turns()
-        due = self.agenda.due(self.clock)
-        turns = record_table(self.k.turns.dtype, len(due))
-        for row, turn in zip(turns, due, strict=True):
-            row.tick = self.clock.relative(turn.ticks)
-            row.vx, row.vy, row.body, row.code = turn.vx, turn.vy, turn.body, turn.code
-        self.k.clock[0].turns = len(due)
-        self._turns_wait = len(due) > 0
-        self.k = self.k._replace(turns=turns)
+    def load_commands(self) -> None:
+        """Hand the loop the commands of the present span."""
+        self.forget_commands()
+        self.k = self.agenda.load(self.k, self.clock)
+        self._commands_wait = len(self.k.commands) > 0
+
+
+def _needed(scene: Scene) -> Commands:
+    """Return which commands a scene has."""
+    if all(isinstance(command, Turn) for command in scene.commands):
+        return Commands.TURNS if scene.commands else Commands.NONE
+    return Commands.ALL

@@ -2,7 +2,17 @@
 
 from __future__ import annotations
 
-from kinetile.errors import KinetileError, MissedContactError, PhaseError, StalledError, ZenoError
+import math
+
+from kinetile.errors import (
+    KinetileError,
+    MissedContactError,
+    PhaseError,
+    Refused,
+    StalledError,
+    ZenoError,
+)
+from kinetile.kernel.clock import Clock
 from kinetile.kernel.compiled import compose, to_be_filled_in
 from kinetile.kernel.faults import (
     BAD_CERTIFICATE,
@@ -21,7 +31,7 @@ from kinetile.kernel.tables import SPARE, Kernel
 from kinetile.plugin.calling import described
 from kinetile.run.composition import Composition
 
-__all__ = ["failure"]
+__all__ = ["blocked", "failure"]
 
 
 def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
@@ -76,6 +86,25 @@ def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
         UNKNOWN_PAIR: f"removed the pair ({a}, {b}), which was not in its pair set",
     }
     return PhaseError(f"at time {time!r} {phase} {broken.get(fault, f'left fault {fault} ({a}, {b})')}")
+
+
+def blocked(k: Kernel, clock: Clock) -> Refused:
+    """Return the error for a body that is to come and has no room: who is in its way, and how deep."""
+    command = k.commands[int(k.clock[0].command)]
+    number, who = int(k.clock[0].fault_a), int(k.clock[0].fault_b)
+    place = f"at ({float(command.x)!r}, {float(command.y)!r}) with radius {float(command.radius)!r}"
+    when = f"at time {clock.time(int(command.tick))!r}"
+    if who < 0:
+        said = f"it reaches beyond the {WALLS[who]} wall"
+    else:
+        other = k.bodies[who]
+        elapsed = (int(command.tick) - int(other.anchor)) * float(k.clock[0].tick)
+        apart = math.hypot(
+            float(other.x + other.vx * elapsed - command.x), float(other.y + other.vy * elapsed - command.y)
+        )
+        deep = float(command.radius) + float(other.radius) - apart
+        said = f"it reaches {deep:.6g} into body {int(k.queue[who].number)}"
+    return Refused(f"{when} there is no room for body {number} {place}: {said}; nothing has changed")
 
 
 def _its_own(composition: Composition, number: int, a: int, b: int) -> str:

@@ -1,16 +1,22 @@
-"""A scene laid out as the kernel's tables, its bodies at their start, and the limits that a speed sets."""
+"""Bodies laid out as the kernel's tables, at their start or in the middle of a run, and the limits that a
+speed sets."""
 
 from __future__ import annotations
 
+from typing import Any
+
+import numpy as np
+
 from kinetile.errors import PhaseError
 from kinetile.kernel.clock import SPAN, TICKS
+from kinetile.kernel.loop.commands import window_of
 from kinetile.kernel.skin import Skin
-from kinetile.kernel.tables import Kernel, allocate, pair_set
+from kinetile.kernel.tables import NOBODY, Kernel, allocate, pair_set
 from kinetile.plugin.calling import described
 from kinetile.run.composition import Composition
 from kinetile.scene import Scene
 
-__all__ = ["set_limits", "tables_of"]
+__all__ = ["moved", "set_limits", "tables_of"]
 
 LOG_ROWS = 1 << 14
 
@@ -21,41 +27,77 @@ def tables_of(scene: Scene, composition: Composition, unit: float) -> Kernel:
     Raises PhaseError where there is no memory for what the broad phase asks for.
     """
     n = len(scene)
-    pairs, room = int(composition.broad.pairs), max(int(composition.broad.room), n)
+    k = _allocated(n, scene, composition)
+    bodies = k.bodies[:n]
+    bodies.x, bodies.y = scene.position.T
+    bodies.vx, bodies.vy = scene.velocity.T
+    bodies.radius = k.radii[:n] = scene.radius
+    bodies.last = NOBODY
+    k.mass[:n] = scene.mass
+    clock = k.clock[0]
+    clock.tick = unit / TICKS
+    clock.per_time = TICKS / unit
+    if scene.arena is not None:
+        clock.width, clock.height = scene.arena
+    clock.window_tick = -(2**62)
+    return k
+
+
+def moved(old: Kernel, taken: Any, scene: Scene, composition: Composition) -> Kernel:
+    """Return tables for the bodies in some slots of others, in this order and without a gap between them;
+    clock, counts, commands and log go on. ``scene`` has these bodies, or one more that is to come.
+
+    Raises PhaseError as ``tables_of`` does.
+    """
+    n = len(taken)
+    k = _allocated(n, scene, composition)._replace(
+        slots=np.full_like(old.slots, NOBODY), commands=old.commands, met=old.met, log=old.log
+    )
+    new_slot = np.full(len(old.bodies) + 1, NOBODY)  # with one more, for NOBODY
+    new_slot[taken] = np.arange(n)
+    k.bodies[:n] = old.bodies[taken]
+    k.bodies[:n].last = new_slot[old.bodies.last[taken]]
+    k.radii[:n], k.mass[:n] = old.radii[taken], old.mass[taken]
+    k.queue.number[:n] = old.queue.number[taken]
+    k.slots[old.queue.number[taken]] = np.arange(n)
+    k.counts[0] = old.counts[0]
+    kept = {name: k.clock[0][name] for name in ("bodies", "present", "vacant", "spin_limit", "window_size")}
+    k.clock[0] = old.clock[0]
+    for name, value in kept.items():
+        k.clock[0][name] = value
+    return k
+
+
+def _allocated(bodies: int, scene: Scene, composition: Composition) -> Kernel:
+    """Return tables for so many bodies in the first slots, and for as many more as the phases made room for."""
+    slots = scene.capacity if composition.living else len(scene)
+    pairs, room = int(composition.broad.pairs), max(int(composition.broad.room), slots)
     try:
-        k = allocate(n, room, LOG_ROWS)
+        k = allocate(slots, room, LOG_ROWS)
         if pairs:
             k = pair_set(k, pairs)
     except MemoryError as error:
         who = described("broad phase", composition.broad_phase)
         said = f"there is no memory for its {pairs} pairs and for {room} bodies near one"
         raise PhaseError(f"{who}: {said}") from error
-    k.bodies.x, k.bodies.y = scene.position.T
-    k.bodies.vx, k.bodies.vy = scene.velocity.T
-    k.bodies.radius = scene.radius
-    k.radii[:] = scene.radius
-    k.bodies.last = -1
-    k.mass[:] = scene.mass
+    k.queue.number[bodies:] = NOBODY
     clock = k.clock[0]
-    clock.tick = unit / TICKS
-    clock.per_time = TICKS / unit
-    if scene.arena is not None:
-        clock.width, clock.height = scene.arena
-    clock.spin_limit = 2 * (2 * n + 2) ** 2 + 1000
-    clock.window_size = 200 * n + 2000
-    clock.window_tick = -(2**62)
+    clock.bodies = clock.present = bodies
+    clock.spin_limit = 2 * (2 * slots + 2) ** 2 + 1000
+    clock.window_size = window_of(bodies)
     return k
 
 
-def set_limits(k: Kernel, skin: Skin, extent: float, speed: float) -> None:
-    """Write down what follows from a skin, for bodies within an extent of the origin and never faster than a
-    speed: their reach, when they are jammed, and for how long and how well the common clock holds."""
+def set_limits(k: Kernel, skin: Skin, extent: float, speed: float, smallest: float) -> None:
+    """Write down what follows from a skin, for bodies within an extent of the origin, never faster than a
+    speed and with radii of at least ``smallest``: their reach, when they are jammed, and for how long and how
+    well the common clock holds."""
     clock = k.clock[0]
     k.bodies.reach = k.bodies.radius + skin.delta
     clock.skin, clock.theta, clock.tolerance = skin.delta, skin.theta, skin.tolerance
     span = SPAN // 2
-    if len(k.bodies) and speed > 0.0:
-        flight = 1e-13 * float(k.radii.min()) / speed  # jammed: contacts within 1e-13 radii of flight each
+    if speed > 0.0:
+        flight = 1e-13 * smallest / speed  # jammed: contacts within 1e-13 radii of flight each
         clock.window_ticks = int(min(int(clock.window_size) * flight * clock.per_time, SPAN))
         span = int(min(4.0 * extent / speed * float(clock.per_time), float(span)))
     clock.span = span

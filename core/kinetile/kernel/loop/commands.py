@@ -1,0 +1,218 @@
+"""Commands: what is changed from outside, at a tick of its own and in the order that was given.
+
+A command turns a body, has one come or has one go. By the clock a plan may be anchored anew, which changes no
+velocity. Commands run after the structural events of their tick and before its contacts, so that whoever
+comes, comes into a structure that is in order, and whoever goes is out of it before the next contact is
+looked for.
+
+Who comes must have room: it may touch others and the walls of the arena, and not reach into them by more than
+rounding explains (``ROOM`` of the radii). Otherwise the command is not carried out and nothing has changed.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from kinetile.kernel.compiled import hook, template, to_be_filled_in
+from kinetile.kernel.flight import anchor_at, note_place, since_anchor
+from kinetile.kernel.log import BOTTOM, INSERTED, LEFT, REMOVED, RIGHT, TOP, TURNED
+from kinetile.kernel.loop.calendar import move
+from kinetile.kernel.loop.log_rows import log
+from kinetile.kernel.loop.predictions import settle
+from kinetile.kernel.presence import elder, is_there, slot_of
+from kinetile.kernel.tables import NEVER, NOBODY, NOT_ASKED, Kernel, Records
+
+__all__ = [
+    "FREE",
+    "ROOM",
+    "blocked_by",
+    "depart",
+    "has_vacancy",
+    "obey",
+    "plan_changed",
+    "take_slot",
+    "window_of",
+]
+
+ROOM = 1e-12
+"""By how much a body may reach into another, of the sum of their radii, or into a wall, of its own: as in a
+scene (``scene.checks.TOLERANCE``)."""
+
+FREE = -(1 << 30)
+"""What ``blocked_by`` returns where there is room."""
+
+LIVING = WALLS = True
+enter = leave = to_be_filled_in
+
+
+@hook
+def plan_changed(k: Kernel, body: int) -> None:
+    """A body's plan has changed: what was known of it is not true any more."""
+    k.bodies[body].stamp += 1
+    k.queue[body].wall = NOT_ASKED
+    note_place(k, body)
+
+
+@hook
+def window_of(bodies: int) -> int:
+    """Return after how many contacts it is looked whether so many bodies are jammed."""
+    return 200 * bodies + 2000
+
+
+@hook
+def has_vacancy(k: Kernel, command: Records) -> bool:
+    """Whether there is a slot for a body that comes, and its radius is one that the broad phase knows of."""
+    clock = k.clock[0]
+    room = clock.vacant >= 0 or clock.bodies < len(k.bodies)
+    return bool(room and clock.least <= command.radius and command.radius <= clock.widest)
+
+
+@template
+def blocked_by(k: Kernel, command: Records) -> int:
+    """Return the slot of the eldest body, or the wall, that a body would reach into if it came now; or
+    FREE."""
+    clock = k.clock[0]
+    radius = command.radius
+    if WALLS:
+        least = radius - ROOM * radius
+        if command.x < least:
+            return LEFT
+        if clock.width - command.x < least:
+            return RIGHT
+        if command.y < least:
+            return BOTTOM
+        if clock.height - command.y < least:
+            return TOP
+    found = FREE
+    for other in range(clock.bodies):
+        if is_there(k, other):
+            body = k.bodies[other]
+            elapsed = since_anchor(k, body, command.tick)
+            dx = (body.x + body.vx * elapsed) - command.x
+            dy = (body.y + body.vy * elapsed) - command.y
+            reach = (radius + body.radius) - ROOM * (radius + body.radius)
+            if dx * dx + dy * dy < reach * reach:
+                found = other if found < 0 else elder(k, found, other)
+    return found
+
+
+@hook
+def take_slot(k: Kernel, number: int) -> int:
+    """Give the body of a number a slot that nobody has; there is one."""
+    clock = k.clock[0]
+    body = clock.vacant
+    if body >= 0:
+        clock.vacant = k.bodies[body].last
+    else:
+        body = clock.bodies
+        clock.bodies += 1
+    clock.present += 1
+    clock.window_size = window_of(clock.present)
+    k.slots[number] = body
+    k.queue[body].number = number
+    return int(body)
+
+
+@hook
+def arrive(k: Kernel, command: Records) -> int:
+    """Have a body come; return its slot. It awaits nothing yet."""
+    body = take_slot(k, command.body)
+    new = k.bodies[body]
+    new.x = command.x
+    new.y = command.y
+    new.vx = command.vx
+    new.vy = command.vy
+    new.anchor = command.tick
+    new.radius = command.radius
+    new.reach = command.radius + k.clock[0].skin
+    new.last = NOBODY
+    k.radii[body] = command.radius
+    k.mass[body] = command.mass
+    entry = k.queue[body]
+    entry.key = NEVER
+    entry.own = NEVER
+    entry.tick = NEVER
+    entry.guard = NEVER
+    entry.partner = NOBODY
+    entry.exact = 0
+    plan_changed(k, body)
+    counts = k.counts[0]
+    counts.inserted += 1
+    counts.commanded_energy += 0.5 * command.mass * (command.vx * command.vx + command.vy * command.vy)
+    return body
+
+
+@template
+def depart(k: Kernel, body: int) -> None:
+    """Have the body in a slot go; the structure has let it go already.
+
+    Whoever awaits a contact with it asks again when that comes up. Contacts of one tick stand in the order of
+    numbers in the calendar, and this one is gone: so it is awaited as a guess.
+    """
+    clock = k.clock[0]
+    gone = k.bodies[body]
+    counts = k.counts[0]
+    counts.removed += 1
+    counts.commanded_energy -= 0.5 * k.mass[body] * (gone.vx * gone.vx + gone.vy * gone.vy)
+    entry = k.queue[body]
+    move(k, body, NEVER)
+    entry.own = NEVER
+    entry.tick = NEVER
+    entry.guard = NEVER
+    entry.partner = NOBODY
+    for other in range(clock.bodies):
+        awaiting = k.queue[other]
+        if awaiting.partner == body and awaiting.exact == 1:
+            awaiting.exact = 0
+            settle(k, other)
+    k.slots[entry.number] = NOBODY
+    entry.number = NOBODY
+    entry.wall = NEVER
+    gone.vx = 0.0
+    gone.vy = 0.0
+    gone.radius = 0.0
+    gone.reach = 0.0
+    k.radii[body] = 0.0
+    k.mass[body] = 0.0
+    gone.stamp += 1
+    note_place(k, body)
+    gone.last = clock.vacant
+    clock.vacant = body
+    clock.present -= 1
+    clock.window_size = window_of(clock.present)
+
+
+@template
+def obey(k: Kernel, s: Any) -> int:
+    """Carry out the next command, whose tick is now; return the slot of the body that has to ask who is near
+    it, or NOBODY. With ``LIVING``, there is room for one who comes."""
+    clock = k.clock[0]
+    command = k.commands[clock.command]
+    clock.command += 1
+    at = command.tick
+    counts = k.counts[0]
+    if LIVING and command.code == INSERTED:
+        body = arrive(k, command)
+        log(k, at, body, INSERTED)
+        clock.hand = body
+        enter(k, s, body)
+        return body
+    body = slot_of(k, command.body)
+    plan = k.bodies[body]
+    anchor_at(k, plan, at)
+    if LIVING and command.code == REMOVED:
+        log(k, at, body, REMOVED)
+        clock.hand = body
+        leave(k, s, body)
+        depart(k, body)
+        return NOBODY
+    if command.code == TURNED:
+        counts.turns += 1
+        gained = command.vx * command.vx + command.vy * command.vy - (plan.vx * plan.vx + plan.vy * plan.vy)
+        counts.commanded_energy += 0.5 * k.mass[body] * gained
+        plan.vx = command.vx
+        plan.vy = command.vy
+    plan.last = NOBODY
+    plan_changed(k, body)
+    log(k, at, body, command.code)
+    return body

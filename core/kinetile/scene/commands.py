@@ -1,0 +1,186 @@
+"""Commands: what is done to a scene from outside while it runs, each at a time of its own.
+
+They are carried out in the order of their times, and at one tick of the clock in the order in which they are
+given. ``at`` says exactly when, as (epoch, tick): whole units of the scene's clock since its start, and ticks
+of 2**-52 of one; then ``time`` is that, rounded. A body has a number: those that are there at the start are numbered from 0, and each that comes later
+has one of its own, which nobody had before.
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, NamedTuple, TypeAlias
+
+from kinetile.errors import Mistake
+from kinetile.kernel.clock import TICKS
+from kinetile.scene.checks import LARGEST, SMALLEST, is_finite, shown
+
+__all__ = [
+    "Command",
+    "Insert",
+    "Remove",
+    "Turn",
+    "check_commands",
+    "check_presence",
+    "numbered",
+    "speeds",
+]
+
+
+class Turn(NamedTuple):
+    """A change of one body's flight plan: from ``time`` on it flies with ``velocity``."""
+
+    body: int
+    time: float
+    velocity: tuple[float, float]
+    at: tuple[int, int] | None = None
+
+
+class Insert(NamedTuple):
+    """A body that comes at ``time``; ``body`` is its number, -1 before it has one."""
+
+    time: float
+    position: tuple[float, float]
+    velocity: tuple[float, float]
+    radius: float
+    mass: float = 1.0
+    body: int = -1
+    at: tuple[int, int] | None = None
+
+
+class Remove(NamedTuple):
+    """A body that goes at ``time``."""
+
+    body: int
+    time: float
+    at: tuple[int, int] | None = None
+
+
+Command: TypeAlias = Turn | Insert | Remove
+
+_PAIRS = {"position": "[x, y]", "velocity": "[vx, vy]"}
+
+
+def numbered(commands: Iterable[Any], bodies: int) -> list[Command]:
+    """Return commands as they are kept, with plain numbers; who comes without a number gets the next one, in
+    the order given, after those of the start and all that are given."""
+    kept: list[Command] = []
+    taken = [command.body for command in commands if isinstance(command, Insert)]
+    free = max([bodies - 1, *taken]) + 1
+    for command in commands:
+        exact = None if command.at is None else (int(command.at[0]), int(command.at[1]))
+        command = command._replace(body=int(command.body), time=float(command.time), at=exact)
+        if not isinstance(command, Remove):
+            vx, vy = map(float, command.velocity)
+            command = command._replace(velocity=(vx, vy))
+        if isinstance(command, Insert):
+            x, y = map(float, command.position)
+            radius, mass = float(command.radius), float(command.mass)
+            command = command._replace(position=(x, y), radius=radius, mass=mass)
+            if command.body < 0:
+                command, free = command._replace(body=free), free + 1
+        kept.append(command)
+    return kept
+
+
+def speeds(commands: Iterable[Command]) -> list[float]:
+    """Return the squares of the speeds that commands give to bodies."""
+    given = (command.velocity for command in commands if not isinstance(command, Remove))
+    return [vx * vx + vy * vy for vx, vy in given]
+
+
+def check_commands(
+    commands: Sequence[Any], start: float | None, arena: tuple[float, float] | None
+) -> list[Mistake]:
+    """Check commands one by one; whether their bodies are there is for ``check_presence`` to say.
+
+    ``start`` and ``arena`` are None where they are not known, or there is none.
+    """
+    mistakes: list[Mistake] = []
+    for number, command in enumerate(commands):
+        where = f"commands[{number}]"
+        if not isinstance(command, Turn | Insert | Remove):
+            expected = "kinetile.Insert(...), kinetile.Remove(...) or kinetile.Turn(...)"
+            mistakes.append(Mistake(where, shown(command), expected))
+            continue
+        mistakes += _check_time(command, where, start)
+        if not _is_number_of_body(command.body, isinstance(command, Insert)):
+            mistakes.append(Mistake(f"{where}.body", shown(command.body), "the number of a body"))
+        mistakes += _check_body(command, where, arena)
+    return mistakes
+
+
+def _check_body(command: Any, where: str, arena: tuple[float, float] | None) -> list[Mistake]:
+    mistakes = []
+    for name, axes in _PAIRS.items():
+        given = getattr(command, name, None)
+        if given is None and not isinstance(command, Insert):
+            continue
+        pair: list[Any] = list(given) if given is not None and hasattr(given, "__iter__") else []
+        if len(pair) != 2 or not all(map(is_finite, pair)):
+            mistakes.append(Mistake(f"{where}.{name}", shown(given), f"{axes}, two finite numbers"))
+        elif max(map(abs, pair)) > LARGEST:
+            mistakes.append(Mistake(f"{where}.{name}", shown(pair), f"{axes}, each at most 2**200 in size"))
+    if not isinstance(command, Insert):
+        return mistakes
+    for name, number in (("radius", command.radius), ("mass", command.mass)):
+        if not (is_finite(number) and SMALLEST <= number <= LARGEST):
+            mistakes.append(
+                Mistake(f"{where}.{name}", shown(number), "a number from 2**-200 to 2**200, greater than 0")
+            )
+    if arena is not None and not mistakes:
+        for place, side in zip(command.position, arena, strict=True):
+            if not command.radius * (1 - 1e-12) <= place <= side - command.radius * (1 - 1e-12):
+                expected = f"the whole disc inside the arena, [0, {arena[0]!r}] x [0, {arena[1]!r}]"
+                mistakes.append(Mistake(f"{where}.position", shown(command.position), expected))
+                break
+    return mistakes
+
+
+def _check_time(command: Any, where: str, start: float | None) -> list[Mistake]:
+    mistakes = []
+    time, exact = command.time, command.at
+    if not is_finite(time):
+        mistakes.append(Mistake(f"{where}.time", shown(time), "a finite number"))
+    elif start is not None and time < start:
+        mistakes.append(Mistake(f"{where}.time", shown(time), f"a time not before the start, {start!r}"))
+    if exact is not None:
+        try:
+            epoch, tick = map(operator.index, exact)
+        except (TypeError, ValueError):
+            epoch = tick = -1
+        if epoch < 0 or not 0 <= tick < TICKS:
+            expected = "(epoch, tick), whole numbers, 0 <= epoch, 0 <= tick < 2**52"
+            mistakes.append(Mistake(f"{where}.at", shown(exact), expected))
+    return mistakes
+
+
+def _is_number_of_body(body: Any, may_be_none: bool) -> bool:
+    try:
+        return not isinstance(body, bool) and (-1 if may_be_none else 0) <= operator.index(body) < 2**31
+    except TypeError:
+        return False
+
+
+def check_presence(
+    commands: Sequence[Command], bodies: int, where: Callable[[int], str] = "commands[{}]".format
+) -> list[Mistake]:
+    """Follow who is there, command by command in their order: nobody comes twice or goes twice, and nobody
+    turns who is not there."""
+    mistakes = []
+    there, gone = set(range(bodies)), set[int]()
+    for number, command in enumerate(commands):
+        body = command.body
+        if isinstance(command, Insert):
+            if body in there or body in gone:
+                found = f"{body}, the number of {'another body' if body in there else 'one that has gone'}"
+                mistakes.append(Mistake(f"{where(number)}.body", found, "a number that nobody had before"))
+            there.add(body)
+        elif body not in there:
+            found = f"{body}, which {'has gone by then' if body in gone else 'is not there then'}"
+            mistakes.append(Mistake(f"{where(number)}.body", found, "the number of a body that is there"))
+        elif isinstance(command, Remove):
+            there.remove(body)
+            gone.add(body)
+    return mistakes
