@@ -30,29 +30,31 @@ def audit_bounds(k: Kernel, order: Whole, rank: Whole, due: Whole, axes: tuple[i
 
     Args:
         k: the kernel's tables.
-        order: (axes, 2n), the bounds of each axis from left to right; 2 * body is L, 2 * body + 1 R.
-        rank: (axes, 2n), where each bound stands, from 0.
+        order: (axes, 2m), the bounds of the m bodies that there are on each axis, from left to right; 2 * body
+            is L, 2 * body + 1 R.
+        rank: (axes, 2n), where each bound of n slots stands, from 0.
         due: (axes, 2n), the tick at which each bound passes the one right of it.
         axes: 0 for x, 1 for y.
     """
-    bounds = order.shape[1]
-    if bounds == 0:
+    there = np.flatnonzero(k.queue.number >= 0)
+    bounds = np.sort(np.concatenate([2 * there, 2 * there + 1]))
+    if not len(bounds) and not order.size:
         return
     for row, axis in enumerate(axes):
         name = "xy"[axis]
-        if not np.array_equal(np.sort(order[row]), np.arange(bounds)):
+        if not np.array_equal(np.sort(order[row]), bounds):
             yield f"the list of {name} does not have each bound once"
             return
-        if not np.array_equal(rank[row][order[row]], np.arange(bounds)):
+        if not np.array_equal(rank[row][order[row]], np.arange(len(bounds))):
             yield f"the ranks of {name} are not those of its list"
             return
-        for body in np.flatnonzero(rank[row][0::2] > rank[row][1::2]):
+        for body in there[rank[row][2 * there] > rank[row][2 * there + 1]]:
             yield f"body {body} has its right bound left of its left one on {name}"
         yield from _order(k, order[row], due[row], axis)
     first = due.min(axis=0).reshape(-1, 2).min(axis=1)
-    for body in np.flatnonzero(k.queue.own != first):
+    for body in there[k.queue.own[there] != first[there]]:
         yield f"body {body} is scheduled {_tick(k.queue.own[body])}, but its bounds pass {_tick(first[body])}"
-    yield from _pairs(k, rank)
+    yield from _pairs(k, rank, there)
 
 
 def _order(k: Kernel, order: Whole, due: Whole, axis: int) -> Iterator[str]:
@@ -92,13 +94,13 @@ def _names(left: int, right: int, axis: int) -> str:
     return f"bounds {one} and {two} on {'xy'[axis]}"
 
 
-def _pairs(k: Kernel, rank: Whole) -> Iterator[str]:
+def _pairs(k: Kernel, rank: Whole, there: Whole) -> Iterator[str]:
     """The candidate pairs are the bodies whose intervals overlap on every axis, each held once."""
     live = k.pairs[k.pairs.a >= 0]
     for a, b in live[live.holds != 1][["a", "b"]].tolist():
         yield f"the pair ({a}, {b}) is held more than once"
     held = set(zip(live.a.tolist(), live.b.tolist(), strict=True))
-    lower, upper = rank[:, 0::2], rank[:, 1::2]
+    lower, upper = rank[:, 2 * there], rank[:, 2 * there + 1]
     found = set()
     for first in range(0, lower.shape[1], ROWS):
         rows = slice(first, first + ROWS)
@@ -106,7 +108,7 @@ def _pairs(k: Kernel, rank: Whole) -> Iterator[str]:
         for low, high in zip(lower, upper, strict=True):
             meet &= (low[rows, None] < high[None, :]) & (low[None, :] < high[rows, None])
         a, b = np.nonzero(meet)
-        found |= {(x, y) for x, y in zip((a + first).tolist(), b.tolist(), strict=True) if x < y}
+        found |= {(x, y) for x, y in zip(there[a + first].tolist(), there[b].tolist(), strict=True) if x < y}
     for a, b in sorted(found - held):
         yield f"the intervals of bodies {a} and {b} overlap, and they are not a candidate pair"
     for a, b in sorted(held - found):

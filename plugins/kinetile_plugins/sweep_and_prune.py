@@ -39,10 +39,12 @@ from kinetile.toolbox import (
     add_pair,
     falls,
     hook,
+    is_there,
     pairs_of,
     positions_now,
     remove_pair,
     schedule,
+    since_anchor,
 )
 
 from .bounds_audit import audit_bounds
@@ -60,7 +62,7 @@ END = -1
 class State(NamedTuple):
     """The sorted list. The bounds of a body are numbered 4 * body for L and 4 * body + 1 for R."""
 
-    order: Records  # (2n + 2,) the bounds from left to right, between two ENDs
+    order: Records  # (2n + 2,) the bounds from left to right, after one END and before others; n slots
     bounds: Records  # (4n,) when each bound passes the one right of it; at PLACE behind that, where it stands
     axis: Records  # (1,) 0 for x, 1 for y
 
@@ -73,8 +75,9 @@ def arrange(k: Kernel, s: State) -> None:
     body, upper = np.divmod(np.arange(2 * len(place)), 2)
     edge = place[body] + np.where(upper == 1, k.bodies.reach[body], -k.bodies.reach[body])
     order = np.lexsort((body, 1 - upper, speed[body], edge))
-    s.order[1:-1] = 4 * body[order] + upper[order]
-    s.bounds[s.order[1:-1] + PLACE] = 1 + np.arange(len(order))
+    s.order[:] = END
+    s.order[1 : len(order) + 1] = 4 * body[order] + upper[order]
+    s.bounds[s.order[1 : len(order) + 1] + PLACE] = 1 + np.arange(len(order))
 
 
 @hook
@@ -107,7 +110,7 @@ def build(k: Kernel, s: State) -> None:
     for body in range(k.clock[0].bodies):
         s.bounds[4 * body] = NEVER
         s.bounds[4 * body + 1] = NEVER
-    for place in range(1, len(s.order) - 1):
+    for place in range(1, 2 * k.clock[0].bodies + 1):
         bound = s.order[place]
         watch(k, s, bound, s.order[place + 1])
         if bound & 1 == 0:
@@ -153,6 +156,83 @@ def replan(k: Kernel, s: State, body: int) -> None:
 
 
 @hook
+def edge(k: Kernel, s: State, bound: int) -> float:
+    """Return where a bound is now."""
+    body = k.bodies[bound >> 2]
+    elapsed = since_anchor(k, body, k.clock[0].now)
+    place = body.x + body.vx * elapsed if s.axis[0] == 0 else body.y + body.vy * elapsed
+    return float(place + (body.reach if bound & 1 else -body.reach))
+
+
+@hook
+def insert_bound(k: Kernel, s: State, bound: int) -> None:
+    """Put a bound into the list, right of all that are not right of it; those behind it move up. O(n)."""
+    there = edge(k, s, bound)
+    place = 1
+    while s.order[place] != END:
+        place += 1
+    while s.order[place - 1] != END and edge(k, s, s.order[place - 1]) > there:
+        s.order[place] = s.order[place - 1]
+        s.bounds[s.order[place] + PLACE] = place
+        place -= 1
+    s.order[place] = bound
+    s.bounds[bound + PLACE] = place
+
+
+@hook
+def take_bound_out(s: State, bound: int) -> None:
+    """Take a bound out of the list; those behind it close the gap. O(n)."""
+    place = s.bounds[bound + PLACE]
+    while s.order[place] != END:
+        after = s.order[place + 1]
+        s.order[place] = after
+        if after != END:
+            s.bounds[after + PLACE] = place
+        place += 1
+
+
+@hook
+def watch_left(k: Kernel, s: State, bound: int) -> None:
+    """Watch the gap left of a bound."""
+    before = s.order[s.bounds[bound + PLACE] - 1]
+    if before != END:
+        watch(k, s, before, bound)
+
+
+@hook
+def enter(k: Kernel, s: State, body: int) -> None:
+    """A body comes: its bounds find their places, and whose intervals overlap its own are its pairs."""
+    lower = 4 * body
+    upper = lower + 1
+    s.bounds[lower] = NEVER
+    s.bounds[upper] = NEVER
+    insert_bound(k, s, lower)
+    insert_bound(k, s, upper)
+    for bound in range(lower, upper + 1):
+        watch_left(k, s, bound)
+        watch(k, s, bound, s.order[s.bounds[bound + PLACE] + 1])
+    first = s.bounds[lower + PLACE]
+    last = s.bounds[upper + PLACE]
+    for other in range(k.clock[0].bodies):
+        if other != body and is_there(k, other):
+            if s.bounds[4 * other + PLACE] < last and first < s.bounds[4 * other + 1 + PLACE]:
+                add_pair(k, body, other)
+
+
+@hook
+def leave(k: Kernel, s: State, body: int) -> None:
+    """A body goes, and its pairs with it; the gaps that close behind its bounds are watched."""
+    for other in range(pairs_of(k, body)):
+        remove_pair(k, body, k.near[other])
+    for bound in range(4 * body, 4 * body + 2):
+        before = s.order[s.bounds[bound + PLACE] - 1]
+        take_bound_out(s, bound)
+        s.bounds[bound] = NEVER
+        if before != END:
+            watch(k, s, before, s.order[s.bounds[before + PLACE] + 1])
+
+
+@hook
 def near(k: Kernel, s: State, body: int) -> int:
     """Name the bodies whose intervals overlap a body's."""
     return pairs_of(k, body)
@@ -160,7 +240,7 @@ def near(k: Kernel, s: State, body: int) -> int:
 
 def audit(k: Kernel, s: State) -> Iterator[str]:
     """Yield what does not hold of the sorted bounds and the pairs."""
-    order = s.order[None, 1:-1].astype(np.int64)
+    order = s.order[None, s.order != END].astype(np.int64)
     due, place = s.bounds.reshape(-1, 2, 2).swapaxes(0, 1).reshape(2, 1, -1)
     return audit_bounds(k, order >> 2 << 1 | order & 1, place - 1, due, (int(s.axis[0]),))
 
@@ -179,7 +259,7 @@ class SweepAndPrune:
 
     def prepare(self, scene: Scene) -> BroadPhaseParts:
         """Return the parts; any scene will do."""
-        n = len(scene)
+        n = scene.capacity
         state = State(
             order=np.full(2 * n + 2, END, dtype=np.int32),
             bounds=np.full(4 * n, NEVER),
@@ -192,6 +272,9 @@ class SweepAndPrune:
             build=build,
             repair=repair,
             replan=replan,
+            enter=enter,
+            leave=leave,
+            room=n,
             audit=audit,
             pairs=4 * n + 64,
             ticks=(state.bounds.reshape(-1, 2, 2)[:, 0],),

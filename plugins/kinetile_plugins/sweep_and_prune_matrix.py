@@ -37,10 +37,12 @@ from kinetile.toolbox import (
     add_pair,
     falls,
     hook,
+    is_there,
     pairs_of,
     positions_now,
     remove_pair,
     schedule,
+    since_anchor,
 )
 
 from .bounds_audit import audit_bounds
@@ -58,18 +60,20 @@ END = -1
 class State(NamedTuple):
     """The two sorted lists. A body's bounds are numbered 8 * body + 0 to 3: L and R on x, L and R on y."""
 
-    order: Records  # (4n + 3,) the bounds on x from left to right, then those on y, between ENDs
+    order: Records  # (4n + 4,) the bounds on x from left to right, then those on y, each list after one END
+    # and before others; n slots
     bounds: Records  # (8n,) when each bound passes the one after it; at PLACE behind that, where it stands
 
 
 def arrange(k: Kernel, s: State) -> None:
     """Sort the bounds of each axis as they stand now, and will a moment later."""
     place = positions_now(k)
+    s.order[:] = END
     body, upper = np.divmod(np.arange(2 * len(place)), 2)
     reach = np.where(upper == 1, k.bodies.reach[body], -k.bodies.reach[body])
     for axis, speed in enumerate((k.bodies.vx, k.bodies.vy)):
         order = np.lexsort((body, 1 - upper, speed[body], place[body, axis] + reach))
-        places = 1 + axis * (len(order) + 1) + np.arange(len(order))
+        places = 1 + axis * (len(s.order) >> 1) + np.arange(len(order))
         s.order[places] = 8 * body[order] + 2 * axis + upper[order]
         s.bounds[s.order[places] + PLACE] = places
 
@@ -168,6 +172,75 @@ def replan(k: Kernel, s: State, body: int) -> None:
 
 
 @hook
+def edge(k: Kernel, bound: int) -> float:
+    """Return where a bound is now on its axis."""
+    body = k.bodies[bound >> 3]
+    elapsed = since_anchor(k, body, k.clock[0].now)
+    place = body.x + body.vx * elapsed if bound & 2 == 0 else body.y + body.vy * elapsed
+    return float(place + (body.reach if bound & 1 else -body.reach))
+
+
+@hook
+def insert_bound(k: Kernel, s: State, bound: int) -> None:
+    """Put a bound into the list of its axis, right of all that are not right of it; those behind it move up.
+    O(n)."""
+    there = edge(k, bound)
+    place = 1 + (len(s.order) >> 1 if bound & 2 else 0)
+    while s.order[place] != END:
+        place += 1
+    while s.order[place - 1] != END and edge(k, s.order[place - 1]) > there:
+        s.order[place] = s.order[place - 1]
+        s.bounds[s.order[place] + PLACE] = place
+        place -= 1
+    s.order[place] = bound
+    s.bounds[bound + PLACE] = place
+
+
+@hook
+def take_bound_out(s: State, bound: int) -> None:
+    """Take a bound out of the list of its axis; those behind it close the gap. O(n)."""
+    place = s.bounds[bound + PLACE]
+    while s.order[place] != END:
+        after = s.order[place + 1]
+        s.order[place] = after
+        if after != END:
+            s.bounds[after + PLACE] = place
+        place += 1
+
+
+@hook
+def enter(k: Kernel, s: State, body: int) -> None:
+    """A body comes: its bounds find their places, and whose boxes overlap its own are its pairs."""
+    first = 8 * body
+    for bound in range(first, first + 4):
+        s.bounds[bound] = NEVER
+    for bound in range(first, first + 4):
+        insert_bound(k, s, bound)
+    for bound in range(first, first + 4):
+        before = s.order[s.bounds[bound + PLACE] - 1]
+        if before != END:
+            watch(k, s, before, bound)
+        watch(k, s, bound, s.order[s.bounds[bound + PLACE] + 1])
+    for other in range(k.clock[0].bodies):
+        if other != body and is_there(k, other):
+            if overlap(s, first, 8 * other) and overlap(s, first + 2, 8 * other + 2):
+                add_pair(k, body, other)
+
+
+@hook
+def leave(k: Kernel, s: State, body: int) -> None:
+    """A body goes, and its pairs with it; the gaps that close behind its bounds are watched."""
+    for other in range(pairs_of(k, body)):
+        remove_pair(k, body, k.near[other])
+    for bound in range(8 * body, 8 * body + 4):
+        before = s.order[s.bounds[bound + PLACE] - 1]
+        take_bound_out(s, bound)
+        s.bounds[bound] = NEVER
+        if before != END:
+            watch(k, s, before, s.order[s.bounds[before + PLACE] + 1])
+
+
+@hook
 def near(k: Kernel, s: State, body: int) -> int:
     """Name the bodies whose boxes overlap a body's."""
     return pairs_of(k, body)
@@ -175,9 +248,10 @@ def near(k: Kernel, s: State, body: int) -> int:
 
 def audit(k: Kernel, s: State) -> Iterator[str]:
     """Yield what does not hold of the sorted bounds and the pairs."""
-    order = s.order[:-1].reshape(2, -1)[:, 1:].astype(np.int64)
+    half = len(s.order) >> 1
+    order = np.stack([each[each != END] for each in s.order.reshape(2, -1)]).astype(np.int64)
     due, place = s.bounds.reshape(-1, 2, 2, 2).transpose(1, 2, 0, 3).reshape(2, 2, -1)
-    rank = place - np.array([[1], [2 + order.shape[1]]])
+    rank = place - np.array([[1], [1 + half]])
     return audit_bounds(k, order >> 3 << 1 | order & 1, rank, due, (0, 1))
 
 
@@ -186,9 +260,9 @@ class SweepAndPruneMatrix:
 
     def prepare(self, scene: Scene) -> BroadPhaseParts:
         """Return the parts; any scene will do."""
-        n = len(scene)
+        n = scene.capacity
         state = State(
-            order=np.full(4 * n + 3, END, dtype=np.int32),
+            order=np.full(4 * n + 4, END, dtype=np.int32),
             bounds=np.full(8 * n, NEVER),
         )
         return BroadPhaseParts(
@@ -198,6 +272,9 @@ class SweepAndPruneMatrix:
             build=build,
             repair=repair,
             replan=replan,
+            enter=enter,
+            leave=leave,
+            room=n,
             audit=audit,
             pairs=4 * n + 64,
             ticks=(state.bounds.reshape(-1, 2, 4)[:, 0],),

@@ -53,8 +53,9 @@ class Clock:
         """Return a time as ticks since the start, rounded down."""
         return math.floor((Fraction(time) - Fraction(self.start)) / Fraction(self.unit) * TICKS)
 
-    def tick_of(self, time: float, at: tuple[int, int] | None) -> int:
-        """Return a time, or where it is given the exact one as (epoch, tick), as ticks since the start."""
+    def tick_of(self, time: float, at: tuple[int, ...] | None) -> int:
+        """Return a time, or where it is given the exact one, which begins with (epoch, tick), as ticks since
+        the start."""
         return self.ticks(time) if at is None else at[0] * TICKS + at[1]
 
     def relative(self, ticks: int) -> int:

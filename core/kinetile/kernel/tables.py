@@ -100,8 +100,13 @@ HELD = np.dtype(
     ]
 )
 COMMAND = np.dtype(
-    [("tick", "i8"), *((name, "f8") for name in ("x", "y", "vx", "vy", "radius", "mass"))]
-    + [("body", "i4"), ("code", "i4")],  # the body's number, and what is to be done (kinetile.kernel.log)
+    [
+        ("tick", "i8"),
+        *((name, "f8") for name in ("x", "y", "vx", "vy", "radius", "mass")),
+        ("body", "i4"),  # the body's number
+        ("code", "i4"),  # what is to be done (kinetile.kernel.log)
+        ("after", "i8"),  # so many contacts of this tick
+    ],
     align=True,
 )
 MET = np.dtype([("epoch", "<i8"), ("tick", "<i8"), ("a", "<i4"), ("b", "<i4")])
@@ -144,6 +149,8 @@ CLOCK = np.dtype(
         ("commands", "i8"),
         ("spins", "i8"),  # structural events since the last progress of time or contact
         ("spin_limit", "i8"),
+        ("met_tick", "i8"),  # the tick of the last contact,
+        ("met_there", "i8"),  # and how many there were at it
         ("window", "i8"),  # contacts since the last look at the rate
         ("window_size", "i8"),
         ("window_tick", "i8"),

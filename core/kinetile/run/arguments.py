@@ -77,15 +77,13 @@ def read_turns(engine: Engine, bodies: object, velocities: object) -> list[Comma
         raise ValueError(f"a velocity is two finite numbers; found {shown(pairs.tolist())}")
     known = [read_body(engine, number) for number in numbers.tolist()]
     _check_speed(engine, pairs, engine.smallest)
-    ticks = engine.clock.total(engine.now)
+    ticks, after = engine.moment
     mass = engine.k.mass[engine.k.slots[known]].tolist()
     rows = zip(known, pairs.tolist(), mass, strict=True)
-    return [Command(ticks, body, TURNED, vx=v[0], vy=v[1], mass=m) for body, v, m in rows]
+    return [Command(ticks, body, TURNED, vx=v[0], vy=v[1], mass=m, after=after) for body, v, m in rows]
 
 
-def read_insertion(
-    engine: Engine, position: object, velocity: object, radius: float, mass: float
-) -> tuple[Command, Insert]:
+def read_insertion(engine: Engine, position: object, velocity: object, radius: float, mass: float) -> Command:
     """Return the command by which a body comes now; ValueError where it is none that could be in a scene."""
     asked = Insert(engine.time, position, velocity, radius, mass, engine.numbers)  # type: ignore[arg-type]
     mistakes = check_commands([asked], None, engine.scene.arena)
@@ -98,9 +96,8 @@ def read_insertion(
     (new,) = numbered([asked], 0)
     assert isinstance(new, Insert)
     _check_speed(engine, np.asarray([new.velocity]), min(engine.smallest, new.radius))
-    ticks = engine.clock.total(engine.now)
-    command = Command(ticks, new.body, INSERTED, *new.position, *new.velocity, new.radius, new.mass)
-    return command, new
+    ticks, after = engine.moment
+    return Command(ticks, new.body, INSERTED, *new.position, *new.velocity, new.radius, new.mass, after)
 
 
 def _check_speed(engine: Engine, velocities: npt.NDArray[np.float64], smallest: float) -> None:

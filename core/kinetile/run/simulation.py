@@ -296,7 +296,7 @@ class Simulation:
             BusyError: as ``set_velocities``.
         """
         with self._alone("take a body in"):
-            command, _ = read_insertion(self._engine, position, velocity, radius, mass)
+            command = read_insertion(self._engine, position, velocity, radius, mass)
             self._engine.number(command.body + 1)
             self._obey(command)
             self._engine.numbers = command.body + 1
@@ -310,7 +310,8 @@ class Simulation:
         number = read_body(self._engine, body)
         with self._alone("let a body go"):
             engine = self._engine
-            self._obey(Command(engine.clock.total(engine.now), number, REMOVED))
+            ticks, after = engine.moment
+            self._obey(Command(ticks, number, REMOVED, after=after))
             engine.agenda.cancel(number)
             engine.load_commands()
 

@@ -1,8 +1,8 @@
 """Commands: what is done to a scene from outside while it runs, each at a time of its own.
 
 They are carried out in the order of their times, and at one tick of the clock in the order in which they are
-given. ``at`` says exactly when, as (epoch, tick): whole units of the scene's clock since its start, and ticks
-of 2**-52 of one; then ``time`` is that, rounded. A body has a number: those that are there at the start are numbered from 0, and each that comes later
+given. ``at`` says exactly when, as (epoch, tick, contacts): whole units of the scene's clock since its start,
+ticks of 2**-52 of one, and how many contacts of that very tick come before, mostly none; then ``time`` is that, rounded. A body has a number: those that are there at the start are numbered from 0, and each that comes later
 has one of its own, which nobody had before.
 """
 
@@ -34,7 +34,7 @@ class Turn(NamedTuple):
     body: int
     time: float
     velocity: tuple[float, float]
-    at: tuple[int, int] | None = None
+    at: tuple[int, int, int] | None = None
 
 
 class Insert(NamedTuple):
@@ -46,7 +46,7 @@ class Insert(NamedTuple):
     radius: float
     mass: float = 1.0
     body: int = -1
-    at: tuple[int, int] | None = None
+    at: tuple[int, int, int] | None = None
 
 
 class Remove(NamedTuple):
@@ -54,7 +54,7 @@ class Remove(NamedTuple):
 
     body: int
     time: float
-    at: tuple[int, int] | None = None
+    at: tuple[int, int, int] | None = None
 
 
 Command: TypeAlias = Turn | Insert | Remove
@@ -69,7 +69,7 @@ def numbered(commands: Iterable[Any], bodies: int) -> list[Command]:
     taken = [command.body for command in commands if isinstance(command, Insert)]
     free = max([bodies - 1, *taken]) + 1
     for command in commands:
-        exact = None if command.at is None else (int(command.at[0]), int(command.at[1]))
+        exact = None if command.at is None else tuple(map(int, command.at))
         command = command._replace(body=int(command.body), time=float(command.time), at=exact)
         if not isinstance(command, Remove):
             vx, vy = map(float, command.velocity)
@@ -147,11 +147,11 @@ def _check_time(command: Any, where: str, start: float | None) -> list[Mistake]:
         mistakes.append(Mistake(f"{where}.time", shown(time), f"a time not before the start, {start!r}"))
     if exact is not None:
         try:
-            epoch, tick = map(operator.index, exact)
+            epoch, tick, contacts = map(operator.index, exact)
         except (TypeError, ValueError):
-            epoch = tick = -1
-        if epoch < 0 or not 0 <= tick < TICKS:
-            expected = "(epoch, tick), whole numbers, 0 <= epoch, 0 <= tick < 2**52"
+            epoch = tick = contacts = -1
+        if epoch < 0 or contacts < 0 or not 0 <= tick < TICKS:
+            expected = "(epoch, tick, contacts), whole numbers, none below 0, tick < 2**52"
             mistakes.append(Mistake(f"{where}.at", shown(exact), expected))
     return mistakes
 

@@ -203,7 +203,11 @@ class Scene:
         if all(command.at is None for command in commands):
             return tuple(sorted(commands, key=lambda command: command.time))
         clock = Clock(self.start, self._unit_for(commands))
-        return tuple(sorted(commands, key=lambda command: clock.tick_of(command.time, command.at)))
+
+        def when(command: Command) -> tuple[int, int]:
+            return clock.tick_of(command.time, command.at), command.at[2] if command.at else 0
+
+        return tuple(sorted(commands, key=when))
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Through the constructor: unpickled arrays would otherwise be writable.

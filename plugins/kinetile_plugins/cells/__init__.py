@@ -62,6 +62,9 @@ class Cells:
         return BroadPhaseParts(
             near=hooks.near,
             state=empty(scene, sides),
+            enter=hooks.enter,
+            leave=hooks.leave,
+            room=scene.capacity,
             build=uniform.build,
             repair=hooks.repair,
             replan=uniform.watch,

@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from kinetile.kernel.certificates import FAR
 from kinetile.toolbox import NEVER, Kernel, positions_now
@@ -20,38 +21,43 @@ from kinetile_plugins.cells.table import BLOCK, FULL, LISTED, State
 
 __all__ = ["audit"]
 
+Whole = npt.NDArray[np.intp]
+
 
 def audit(k: Kernel, s: State) -> Iterator[str]:
     """Yield a sentence for everything that does not hold."""
-    homes, level = s.homes, s.homes.level
-    narrow = s.levels.side[level] < least_side(np.asarray(k.bodies.radius), k.clock[0].skin)
-    for body in np.flatnonzero(narrow):
-        yield f"body {body} is too wide for the cells of level {level[body]}"
-    yield from _places(k, s)
-    yield from _certificates(k, s)
+    there = np.flatnonzero(k.queue.number >= 0)
+    homes = s.homes[there]
+    level = homes.level
+    narrow = s.levels.side[level] < least_side(np.asarray(k.bodies.radius[there]), k.clock[0].skin)
+    for body, of in zip(there[narrow], level[narrow], strict=True):
+        yield f"body {body} is too wide for the cells of level {of}"
+    yield from _places(k, s, there)
+    yield from _certificates(k, s, there)
     for name, at, size in (("column", homes.x, s.levels.columns), ("row", homes.y, s.levels.rows)):
         for body in np.flatnonzero(homes[name] != np.mod(at, size[level])):
-            yield f"body {body} stands in {name} {homes[name][body]}, where cell {at[body]:.0f} is not"
-    yield from _table(s)
+            yield f"body {there[body]} stands in {name} {homes[name][body]}, where cell {at[body]:.0f} is not"
+    yield from _table(s, there)
     for at in range(1, len(s.levels)):
-        yield from _guests(s, at)
+        yield from _guests(s, at, there)
 
 
-def _places(k: Kernel, s: State) -> Iterator[str]:
+def _places(k: Kernel, s: State, there: Whole) -> Iterator[str]:
     """Every body is within its cell, by its plan, but for less than two skins."""
-    side, slack = s.levels.side[s.homes.level], s.levels.slack[s.homes.level] + 2.0 * k.clock[0].skin
-    waiting = np.asarray(k.queue.own) > k.clock[0].now
-    for name, cell, place in zip("xy", (s.homes.x, s.homes.y), positions_now(k).T, strict=True):
+    homes = s.homes[there]
+    side, slack = s.levels.side[homes.level], s.levels.slack[homes.level] + 2.0 * k.clock[0].skin
+    waiting = np.asarray(k.queue.own[there]) > k.clock[0].now
+    for name, cell, place in zip("xy", (homes.x, homes.y), positions_now(k)[there].T, strict=True):
         outside = (place < cell * side - slack) | (place > (cell + 1.0) * side + slack)
         for body in np.flatnonzero(outside & waiting):
-            there = f"cell {cell[body]:.0f} of side {side[body]}"
-            yield f"body {body} is at {name} = {place[body]}, outside {there}"
+            home = f"cell {cell[body]:.0f} of side {side[body]}"
+            yield f"body {there[body]} is at {name} = {place[body]}, outside {home}"
 
 
-def _certificates(k: Kernel, s: State) -> Iterator[str]:
+def _certificates(k: Kernel, s: State, there: Whole) -> Iterator[str]:
     """Every certificate fails when the body reaches the first of the edges ahead of it, and that edge is
     noted."""
-    bodies, homes, clock = k.bodies, s.homes, k.clock[0]
+    bodies, homes, clock, own = k.bodies[there], s.homes[there], k.clock[0], k.queue.own[there]
     side, slack = s.levels.side[homes.level], s.levels.slack[homes.level]
     delays = []
     for cell, at, speed in ((homes.x, bodies.x, bodies.vx), (homes.y, bodies.y, bodies.vy)):
@@ -65,13 +71,14 @@ def _certificates(k: Kernel, s: State) -> Iterator[str]:
     tick = np.maximum(bodies.anchor + np.where(soon, ticks, 0.0).astype(np.int64), clock.now)
     tick = np.where(soon, tick, NEVER)
     way = np.where(across <= along, bodies.vx > 0.0, 2 + (bodies.vy > 0.0))
-    for body in np.flatnonzero(tick != k.queue.own):
-        yield f"body {body} reaches an edge at tick {tick[body]}, and is watched for {k.queue.own[body]}"
+    for body in np.flatnonzero(tick != own):
+        yield f"body {there[body]} reaches an edge at tick {tick[body]}, and is watched for {own[body]}"
     for body in np.flatnonzero((way != homes.way) & soon):
-        yield f"body {body} reaches edge {way[body]} of its cell first, and edge {homes.way[body]} is noted"
+        noted = homes.way[body]
+        yield f"body {there[body]} reaches edge {way[body]} of its cell first, and edge {noted} is noted"
 
 
-def _table(s: State) -> Iterator[str]:
+def _table(s: State, there: Whole) -> Iterator[str]:
     """The blocks and lists have every body once, in its cell; who stands in a list found the block full."""
     home = cells_of(s, np.arange(len(s.homes)))
     blocks = s.blocks.reshape(-1, BLOCK)
@@ -88,17 +95,19 @@ def _table(s: State) -> Iterator[str]:
         if cell != home[body]:
             yield f"body {body} stands in cell {cell} of the table, and is at home in cell {home[body]}"
     times = np.bincount([body for _, body in standing], minlength=len(home))
-    for body in np.flatnonzero(times != 1).tolist():
+    wanted = np.zeros(len(home), dtype=np.int64)
+    wanted[there] = 1
+    for body in np.flatnonzero(times != wanted).tolist():
         yield f"body {body} stands in the table {times[body]} times"
 
 
-def _guests(s: State, at: int) -> Iterator[str]:
+def _guests(s: State, at: int, there: Whole) -> Iterator[str]:
     """Who is at home in a finer level is a guest of this one, in the cell around its own, once."""
     grid, coarser = s.levels[at], len(s.levels) - 1
     part = s.levels.side[s.homes.level] / grid.side
     columns = np.mod(np.floor(s.homes.x * part), grid.columns)
     rows = np.mod(np.floor(s.homes.y * part), grid.rows)
-    wanted: Any = dict.fromkeys(np.flatnonzero(s.homes.level < at).tolist())
+    wanted: Any = dict.fromkeys(there[s.homes.level[there] < at].tolist())
     for body in wanted:
         wanted[body] = int(grid.first + rows[body] * grid.columns + columns[body])
         place = s.guests[body * coarser + at - 1]

@@ -12,10 +12,20 @@ from __future__ import annotations
 import math
 
 from kinetile.toolbox import Kernel, hook
-from kinetile_plugins.cells.table import State, enter, leave, list_ahead, list_around, wrapped
+from kinetile_plugins.cells.table import (
+    State,
+    come_home,
+    folded,
+    least_width,
+    list_ahead,
+    list_around,
+    move_in,
+    move_out,
+    wrapped,
+)
 from kinetile_plugins.cells.uniform import watch
 
-__all__ = ["near", "repair"]
+__all__ = ["enter", "leave", "near", "repair"]
 
 
 @hook
@@ -92,12 +102,12 @@ def repair(k: Kernel, s: State, body: int) -> int:
     step = 2 * (home.way & 1) - 1
     right = step * (1 - (home.way >> 1))
     up = step * (home.way >> 1)
-    leave(s, body, level, home.column, home.row)
+    move_out(s, body, level, home.column, home.row)
     home.x += right
     home.y += up
     home.column = wrapped(home.column + right, grid.columns)
     home.row = wrapped(home.row + up, grid.rows)
-    enter(s, body, level, home.column, home.row)
+    move_in(s, body, level, home.column, home.row)
     watch(k, s, body)
     count = 0
     if level > 0:
@@ -124,3 +134,35 @@ def repair(k: Kernel, s: State, body: int) -> int:
             _enter_as_guest(s, number, body, over.first + row * over.columns + column)
         count = list_ahead(k, s, at, column, row, right, up, count)
     return count
+
+
+@hook
+def enter(k: Kernel, s: State, body: int) -> None:
+    """A body comes: it is at home in the finest level whose cells, with their slack, are wide enough for it,
+    and a guest in the coarser ones."""
+    coarser = len(s.levels) - 1
+    width = least_width(k, body)
+    level = 0
+    while level < coarser and s.levels[level].side - 2.0 * s.levels[level].slack < width:
+        level += 1
+    come_home(k, s, body, level)
+    home = s.homes[body]
+    for at in range(level + 1, coarser + 1):
+        over = s.levels[at]
+        part = s.levels[level].side / over.side
+        guest = s.guests[body * coarser + at - 1]
+        guest.column = int(folded(math.floor(home.x * part), over.columns))
+        guest.row = int(folded(math.floor(home.y * part), over.rows))
+        cell = over.first + guest.row * over.columns + guest.column
+        _enter_as_guest(s, body * coarser + at - 1, body, cell)
+    watch(k, s, body)
+
+
+@hook
+def leave(k: Kernel, s: State, body: int) -> None:
+    """A body goes, from its home and from where it is a guest."""
+    home = s.homes[body]
+    coarser = len(s.levels) - 1
+    move_out(s, body, home.level, home.column, home.row)
+    for at in range(home.level + 1, coarser + 1):
+        _leave_as_guest(s, body * coarser + at - 1)

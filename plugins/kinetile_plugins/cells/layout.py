@@ -112,7 +112,7 @@ def _size(scene: Scene, side: float) -> tuple[int, int]:
 
 def empty(scene: Scene, sides: list[float]) -> State:
     """Return the state for a scene and the sides of its levels; ``arrange`` fills it."""
-    n, coarser = len(scene), len(sides) - 1
+    n, coarser = scene.capacity, len(sides) - 1
     levels = np.zeros(len(sides), LEVEL).view(np.recarray)
     cells = 0
     for level, side in zip(levels, sides, strict=True):
@@ -120,7 +120,7 @@ def empty(scene: Scene, sides: list[float]) -> State:
         level.side, level.columns, level.rows, level.first = side, columns, rows, cells
         cells += columns * rows
     homes = _aligned(HOME, n)
-    homes.level = np.minimum(np.searchsorted(sides, _widths(scene)), coarser)
+    homes.level[: len(scene)] = np.minimum(np.searchsorted(sides, _widths(scene)), coarser)
     return State(
         blocks=_aligned(np.dtype(np.int32), cells * BLOCK),
         lists=_aligned(np.dtype(np.int32), cells),
@@ -141,7 +141,7 @@ def _aligned(dtype: np.dtype[Any], length: int) -> Records:
 
 def arrange(k: Kernel, s: State) -> None:
     """Put every body into its cells as it stands now; the cells become wider where the skin asks for it."""
-    homes, levels = s.homes, s.levels
+    homes, levels = s.homes[: len(k.bodies)], s.levels
     level = homes.level
     least = np.zeros(len(levels))
     np.maximum.at(least, level, least_side(np.asarray(k.bodies.radius), k.clock[0].skin))
@@ -161,7 +161,7 @@ def arrange(k: Kernel, s: State) -> None:
     s.lists[cell[~inside]] = body[~inside]  # of several in a cell, the last
     s.blocks[cell[~inside] * BLOCK + FULL] |= LISTED
     for at in range(1, len(levels)):
-        _invite(s, at)
+        _invite(s, at, homes)
 
 
 def cells_of(s: State, body: Any, right: int = 0, up: int = 0) -> Any:
@@ -171,12 +171,12 @@ def cells_of(s: State, body: Any, right: int = 0, up: int = 0) -> Any:
     return grid.first + (home.row + up) % grid.rows * grid.columns + (home.column + right) % grid.columns
 
 
-def _invite(s: State, at: int) -> None:
-    """Make guests in a level of all who are at home in finer ones."""
+def _invite(s: State, at: int, homes: Records) -> None:
+    """Make guests in a level of all who have homes in finer ones."""
     guest, grid = s.guests, s.levels[at]
-    (smaller,) = np.nonzero(s.homes.level < at)
+    (smaller,) = np.nonzero(homes.level < at)
     number = smaller * (len(s.levels) - 1) + at - 1
-    home = s.homes[smaller]
+    home = homes[smaller]
     part = s.levels.side[home.level] / grid.side
     guest.column[number] = np.mod(np.floor(home.x * part), grid.columns)
     guest.row[number] = np.mod(np.floor(home.y * part), grid.rows)

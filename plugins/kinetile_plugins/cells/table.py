@@ -16,12 +16,13 @@ tells whether there is any.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from kinetile.kernel.vectors import append
-from kinetile.toolbox import Kernel, Records, hook
+from kinetile.toolbox import NOBODY, Kernel, Records, hook
 
 __all__ = [
     "BLOCK",
@@ -31,10 +32,13 @@ __all__ = [
     "LEVEL",
     "LISTED",
     "State",
-    "enter",
-    "leave",
+    "come_home",
+    "folded",
+    "least_width",
     "list_ahead",
     "list_around",
+    "move_in",
+    "move_out",
     "wrapped",
 ]
 
@@ -90,7 +94,7 @@ def wrapped(place: int, size: int) -> int:
 
 
 @hook
-def enter(s: State, body: int, level: int, column: int, row: int) -> None:
+def move_in(s: State, body: int, level: int, column: int, row: int) -> None:
     """Put a body into a cell. O(1)."""
     cell = s.levels[level].first + row * s.levels[level].columns + column
     at = cell * BLOCK
@@ -105,7 +109,35 @@ def enter(s: State, body: int, level: int, column: int, row: int) -> None:
 
 
 @hook
-def leave(s: State, body: int, level: int, column: int, row: int) -> None:
+def folded(cell: float, size: int) -> float:
+    """Return the column or row of the table in which a column or row of the plane is."""
+    return cell - math.floor(cell / size) * size
+
+
+@hook
+def least_width(k: Kernel, body: int) -> float:
+    """Return how wide a cell must be for a body to be at home in it (``layout.least_side``)."""
+    return float(2.0 * (k.bodies[body].radius + 2.0 * k.clock[0].skin))
+
+
+@hook
+def come_home(k: Kernel, s: State, body: int, level: int) -> None:
+    """Put a body that comes into the cell of a level in which it stands, by its rounded coordinates: a cell
+    is history, and its begins here."""
+    plan = k.bodies[body]
+    home = s.homes[body]
+    grid = s.levels[level]
+    home.x = math.floor(plan.x / grid.side)
+    home.y = math.floor(plan.y / grid.side)
+    home.column = int(folded(home.x, grid.columns))
+    home.row = int(folded(home.y, grid.rows))
+    home.level = level
+    home.next = NOBODY
+    move_in(s, body, level, home.column, home.row)
+
+
+@hook
+def move_out(s: State, body: int, level: int, column: int, row: int) -> None:
     """Take a body out of a cell; the first of the cell's list takes its place in the block."""
     cell = s.levels[level].first + row * s.levels[level].columns + column
     at = cell * BLOCK

@@ -6,9 +6,9 @@ import math
 
 from kinetile.kernel.certificates import FAR
 from kinetile.toolbox import NEVER, Kernel, Records, hook, larger, schedule, smaller
-from kinetile_plugins.cells.table import State, enter, leave, list_ahead, list_around, wrapped
+from kinetile_plugins.cells.table import State, come_home, list_ahead, list_around, move_in, move_out, wrapped
 
-__all__ = ["build", "near", "repair", "watch"]
+__all__ = ["build", "enter", "leave", "near", "repair", "watch"]
 
 
 @hook
@@ -62,11 +62,25 @@ def repair(k: Kernel, s: State, body: int) -> int:
     step = 2 * (home.way & 1) - 1
     right = step * (1 - (home.way >> 1))
     up = step * (home.way >> 1)
-    leave(s, body, 0, home.column, home.row)
+    move_out(s, body, 0, home.column, home.row)
     home.x += right
     home.y += up
     home.column = wrapped(home.column + right, grid.columns)
     home.row = wrapped(home.row + up, grid.rows)
-    enter(s, body, 0, home.column, home.row)
+    move_in(s, body, 0, home.column, home.row)
     watch(k, s, body)
     return list_ahead(k, s, 0, home.column, home.row, right, up, 0)
+
+
+@hook
+def enter(k: Kernel, s: State, body: int) -> None:
+    """A body comes: it is at home in the cell where it stands."""
+    come_home(k, s, body, 0)
+    watch(k, s, body)
+
+
+@hook
+def leave(k: Kernel, s: State, body: int) -> None:
+    """A body goes."""
+    home = s.homes[body]
+    move_out(s, body, 0, home.column, home.row)

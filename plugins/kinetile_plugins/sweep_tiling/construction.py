@@ -30,9 +30,9 @@ def arrange(k: Kernel, s: State) -> None:
     body = np.repeat(np.arange(n), 2)  # of each bound
     right = np.tile([False, True], n)
     edge = place[body, 0] + np.where(right, bodies.reach[body], -bodies.reach[body])
-    s.sweep[:] = bounds(n)[np.lexsort((body, ~right, bodies.vx[body], edge))]
-    s.at_level[:] = np.lexsort((np.arange(n), bodies.vy, place[:, 1]))
-    s.level[s.at_level] = np.arange(n)
+    s.sweep[: 2 * n] = bounds(n)[np.lexsort((body, ~right, bodies.vx[body], edge))]
+    s.at_level[:n] = np.lexsort((np.arange(n), bodies.vy, place[:, 1]))
+    s.level[s.at_level[:n]] = np.arange(n)
     clock = k.clock[0]
     tie = max(2.0**-46 * max(float(clock.width), float(clock.height)), float(clock.skin))
     s.limits[:] = tie, max(tie, 4.0 * float(clock.skin), 2.0**-30 * float(bodies.radius.min()) if n else 0.0)
@@ -88,7 +88,8 @@ def construct(k: Kernel, s: State) -> None:
         set_end(s, edge, UPPER, n)
         set_end(s, edge, LOWER, n + 1)
     s.opened[n] = port(left_edge, OUTER)
-    for bound in s.sweep:
+    for at in range(2 * k.clock[0].bodies):
+        bound = int(s.sweep[at])
         b = body_of(bound)
         above = next_above(s, s.level[b])
         below = next_below(s, s.level[b])

@@ -31,16 +31,19 @@ from .web import (
     UPPER,
     State,
     body_of,
+    bound_of,
     end,
     facing,
+    is_inner,
     is_right_bound,
     link,
     opposite,
     port,
     set_end,
+    side_of,
 )
 
-__all__ = ["Change", "Pair", "Tile", "Tiles", "flip", "meeting", "parting", "passing"]
+__all__ = ["Change", "Pair", "Tile", "Tiles", "collapse", "flip", "meeting", "parting", "passing"]
 
 
 class Tile(NamedTuple):
@@ -162,3 +165,14 @@ def flip(s: State, a: int, b: int, p: int) -> None:
     """
     separate(s, a, b, p)
     join(s, a, b, opposite(p))
+
+
+@hook
+def collapse(k: Kernel, s: State, p: int, q: int) -> Change:
+    """Relink after the width of the tile between left port ``p`` and right port ``q`` has become zero."""
+    if not is_inner(p) and not is_inner(q):
+        return meeting(k, s, bound_of(p), bound_of(q))
+    if is_inner(p) and is_inner(q):
+        return parting(s, bound_of(q), bound_of(p), side_of(q))
+    inner, outer = (p, q) if is_inner(p) else (q, p)
+    return passing(s, bound_of(inner), bound_of(outer), side_of(inner))

@@ -44,7 +44,7 @@ class Sides(NamedTuple):
 
 @hook
 def some_body(k: Kernel, p: int) -> int:
-    """The body of a port; of an edge of the arena, the last body."""
+    """The body of a port; of an edge of the arena, the body in the last slot."""
     return int(smaller(body_of(p), k.clock[0].bodies - 1))
 
 
@@ -102,7 +102,7 @@ def chosen(where: Truths, yes: Sides, no: Sides) -> Sides:
 def failures(k: Kernel, s: State, left: Sides, right: Sides, asked: Truths) -> tuple[Ticks, Truths]:
     """Return when tiles fail, and whether by their vertical order; where it is not asked, never."""
     zero = spread(0.0)
-    nobody = spread_whole(k.clock[0].bodies)
+    nobody = spread_whole(len(s.level))
     unit = spread(k.clock[0].tick)
     since = choose(left.anchor < right.anchor, right.anchor, left.anchor)
     left_time = to_floats(since - left.anchor) * unit

@@ -22,8 +22,8 @@ from kinetile.errors import KinetileError, Refused
 from kinetile.kernel.tables import Kernel
 from kinetile.plugin.protocols import BroadPhaseParts
 from kinetile.run.advance import End, advance
-from kinetile.run.composition import Commands, compose_phases
 from kinetile.run.arguments import read_turns
+from kinetile.run.composition import Commands, compose_phases
 from kinetile.run.engine import Engine, carry_out
 from kinetile.scene import Scene
 

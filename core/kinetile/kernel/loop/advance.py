@@ -26,7 +26,7 @@ from kinetile.kernel.faults import BAD_COUNT, JAMMED, LATE_CONTACT, NOT_FINITE, 
 from kinetile.kernel.flight import anchor_at, note_place
 from kinetile.kernel.log import INSERTED, REMOVED
 from kinetile.kernel.loop.calendar import file_all, head, runner_up
-from kinetile.kernel.loop.commands import FREE, blocked_by, has_vacancy, obey, plan_changed
+from kinetile.kernel.loop.commands import FREE, blocked_by, has_vacancy, may_come, obey, plan_changed
 from kinetile.kernel.loop.log_rows import log, log_is_full
 from kinetile.kernel.loop.predictions import ask_all_exactly, forget, look_at, settle, wall_is_before
 from kinetile.kernel.presence import elder, is_there
@@ -70,6 +70,8 @@ def _count_contact(k: Kernel, tick: int, a: int, b: int, depth: float, radius: f
     counts.deepest = larger(counts.deepest, depth / radius)
     if not depth <= clock.tolerance + 1e-9 * slack:
         blame(k, TOO_DEEP if depth > 0.0 else NOT_FINITE, a, b)
+    clock.met_there = clock.met_there + 1 if clock.met_tick == tick else 1
+    clock.met_tick = tick
     clock.spins = 0
     clock.window += 1
     if clock.window >= clock.window_size:
@@ -177,7 +179,7 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
         commanded = False
         if COMMANDS and clock.command < clock.commands:
             tick = k.commands[clock.command].tick
-            if tick < at or (tick == at and (h < 0 or kind >= WALL)):
+            if tick < at or (tick == at and kind >= WALL and may_come(k)):
                 commanded = True
                 at = tick
         if at > until or (h < 0 and not commanded):

@@ -3,7 +3,8 @@
 A command turns a body, has one come or has one go. By the clock a plan may be anchored anew, which changes no
 velocity. Commands run after the structural events of their tick and before its contacts, so that whoever
 comes, comes into a structure that is in order, and whoever goes is out of it before the next contact is
-looked for.
+looked for. A command given by hand where a run stopped between two contacts of one tick says after how many of
+them it came (``after``), so that it comes there again.
 
 Who comes must have room: it may touch others and the walls of the arena, and not reach into them by more than
 rounding explains (``ROOM`` of the radii). Otherwise the command is not carried out and nothing has changed.
@@ -28,6 +29,7 @@ __all__ = [
     "blocked_by",
     "depart",
     "has_vacancy",
+    "may_come",
     "obey",
     "plan_changed",
     "take_slot",
@@ -51,6 +53,15 @@ def plan_changed(k: Kernel, body: int) -> None:
     k.bodies[body].stamp += 1
     k.queue[body].wall = NOT_ASKED
     note_place(k, body)
+
+
+@hook
+def may_come(k: Kernel) -> bool:
+    """Whether as many contacts have happened at the tick of the next command as it waits for."""
+    clock = k.clock[0]
+    command = k.commands[clock.command]
+    there = clock.met_there if clock.met_tick == command.tick else 0
+    return bool(command.after <= there)
 
 
 @hook

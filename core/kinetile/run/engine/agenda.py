@@ -17,7 +17,8 @@ __all__ = ["Agenda", "Command", "planned"]
 
 class Command(NamedTuple):
     """One command, at ``ticks`` since the start, for the body of a number; ``code`` says what it is
-    (``kinetile.kernel.log``). ``mass`` is that of the body, whatever is done to it."""
+    (``kinetile.kernel.log``). ``mass`` is that of the body, whatever is done to it; ``after`` is how many contacts of
+    this tick come before."""
 
     ticks: int
     body: int
@@ -28,6 +29,7 @@ class Command(NamedTuple):
     vy: float = 0.0
     radius: float = 0.0
     mass: float = 0.0
+    after: int = 0
 
     @property
     def squares(self) -> float:
@@ -36,8 +38,8 @@ class Command(NamedTuple):
 
     def as_scene_has_it(self, clock: Clock) -> Turn | Insert | Remove:
         """Return the command as a scene has it, with its exact time."""
-        time, *exact = clock.moment(self.ticks)
-        at = (exact[0], exact[1])
+        time, epoch, tick = clock.moment(self.ticks)
+        at = (epoch, tick, self.after)
         if self.code == REMOVED:
             return Remove(self.body, time, at)
         if self.code == TURNED:
@@ -54,15 +56,18 @@ def planned(scene: Scene, clock: Clock) -> list[Command]:
 
 def _command(command: Turn | Insert | Remove, clock: Clock, mass: dict[int, float]) -> Command:
     ticks = clock.tick_of(command.time, command.at)
+    after = command.at[2] if command.at else 0
     if isinstance(command, Remove):
-        return Command(ticks, command.body, REMOVED)
+        return Command(ticks, command.body, REMOVED, after=after)
+    vx, vy = command.velocity
     if isinstance(command, Turn):
-        vx, vy = command.velocity
-        return Command(ticks, command.body, TURNED, vx=vx, vy=vy, mass=mass[command.body])
+        return Command(ticks, command.body, TURNED, vx=vx, vy=vy, mass=mass[command.body], after=after)
     mass[command.body] = command.mass
-    return Command(
-        ticks, command.body, INSERTED, *command.position, *command.velocity, command.radius, command.mass
-    )
+    x, y = command.position
+    return Command(ticks, command.body, INSERTED, x, y, vx, vy, command.radius, command.mass, after)
+
+
+_FIELDS = ("x", "y", "vx", "vy", "radius", "mass", "after")
 
 
 class Agenda:
@@ -120,7 +125,7 @@ class Agenda:
             ticks, body, code, *fields = zip(*due, strict=True)
             table["tick"] = [clock.relative(tick) for tick in ticks]
             table["body"], table["code"] = body, code
-            for name, column in zip(("x", "y", "vx", "vy", "radius", "mass"), fields, strict=True):
+            for name, column in zip(_FIELDS, fields, strict=True):
                 table[name] = column
         k.clock[0].commands = len(due)
         return k._replace(commands=table)

@@ -123,6 +123,13 @@ class Engine:
         return self.asked if self.asked is not None else self.clock.time(self.now)
 
     @property
+    def moment(self) -> tuple[int, int]:
+        """The present tick, counted from the start, and how many contacts have happened at it."""
+        clock = self.k.clock[0]
+        met = int(clock.met_there) if int(clock.met_tick) == self.now else 0
+        return self.clock.total(self.now), met
+
+    @property
     def contacts(self) -> int:
         """Contacts of both kinds so far."""
         counts = self.k.counts[0]

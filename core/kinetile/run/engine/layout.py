@@ -39,7 +39,7 @@ def tables_of(scene: Scene, composition: Composition, unit: float) -> Kernel:
     clock.per_time = TICKS / unit
     if scene.arena is not None:
         clock.width, clock.height = scene.arena
-    clock.window_tick = -(2**62)
+    clock.window_tick = clock.met_tick = -(2**62)
     return k
 
 

@@ -41,6 +41,7 @@ def move_base(engine: Engine, end: int | None) -> None:
     clock.now -= SPAN
     clock.origin -= SPAN
     clock.filed = 0
+    clock.met_tick = max(int(clock.met_tick) - SPAN, -(2**62))
     clock.window_tick = max(int(clock.window_tick) - SPAN, -(2**62))
     engine.clock.base += SPAN // TICKS
     if len(k.bodies):
