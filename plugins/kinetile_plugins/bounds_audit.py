@@ -29,8 +29,8 @@ def audit_bounds(k: Kernel, order: Whole, rank: Whole, due: Whole, axes: tuple[i
     """Yield a sentence for everything that does not hold.
 
     Args:
-        k: the kernel's tables.
-        order: (axes, 2m), the bounds of the m bodies that there are on each axis, from left to right; 2 * body
+        k: the kernel's tables. order: (axes, 2m), the bounds of the m bodies that there are on each axis,
+        from left to right; 2 * body
             is L, 2 * body + 1 R.
         rank: (axes, 2n), where each bound of n slots stands, from 0.
         due: (axes, 2n), the tick at which each bound passes the one right of it.

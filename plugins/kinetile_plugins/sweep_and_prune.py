@@ -214,9 +214,9 @@ def enter(k: Kernel, s: State, body: int) -> None:
     first = s.bounds[lower + PLACE]
     last = s.bounds[upper + PLACE]
     for other in range(k.clock[0].bodies):
-        if other != body and is_there(k, other):
-            if s.bounds[4 * other + PLACE] < last and first < s.bounds[4 * other + 1 + PLACE]:
-                add_pair(k, body, other)
+        overlaps = s.bounds[4 * other + PLACE] < last and first < s.bounds[4 * other + 1 + PLACE]
+        if overlaps and other != body and is_there(k, other):
+            add_pair(k, body, other)
 
 
 @hook

@@ -222,9 +222,9 @@ def enter(k: Kernel, s: State, body: int) -> None:
             watch(k, s, before, bound)
         watch(k, s, bound, s.order[s.bounds[bound + PLACE] + 1])
     for other in range(k.clock[0].bodies):
-        if other != body and is_there(k, other):
-            if overlap(s, first, 8 * other) and overlap(s, first + 2, 8 * other + 2):
-                add_pair(k, body, other)
+        overlaps = overlap(s, first, 8 * other) and overlap(s, first + 2, 8 * other + 2)
+        if overlaps and other != body and is_there(k, other):
+            add_pair(k, body, other)
 
 
 @hook

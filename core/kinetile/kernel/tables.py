@@ -9,9 +9,9 @@ That is the structural certificate which the broad phase has given it, its first
 *guess*, a lower bound, until it has come to the head of the queue and been asked for exactly), or its contact
 with a wall. docs/kernel.md has the rules by which the entries cover every contact that there can be.
 
-Bodies come and go. A body stands in a *slot*, its place in every table of bodies, and has a *number*, by which
-it is known outside: in the log, in what is awaited at one tick, to whoever runs the simulation. A slot that a
-body has left is taken by a later one; a number is never used twice. Hooks know slots only.
+Bodies come and go. A body stands in a *slot*, its place in every table of bodies, and has a *number*, by
+which it is known outside: in the log, in what is awaited at one tick, to whoever runs the simulation. A slot
+that a body has left is taken by a later one; a number is never used twice. Hooks know slots only.
 """
 
 from __future__ import annotations

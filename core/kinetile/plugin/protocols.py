@@ -69,8 +69,8 @@ class BroadPhaseParts:
     has them makes room for ``scene.capacity`` bodies in ``prepare``, whose scene has fewer: bodies are told
     by their slots, 0 to capacity - 1, and a slot may be empty (``toolbox.is_there``). When ``arrange`` and
     ``build`` are called, the bodies stand in the first slots without a gap, ``k.clock[0].bodies`` of them,
-    and ``arrange`` is given tables of that length. Radii are within those that ``prepare`` saw; a body that is
-    not, or one for which there is no slot, makes the kernel prepare anew.
+    and ``arrange`` is given tables of that length. Radii are within those that ``prepare`` saw; a body that
+    is not, or one for which there is no slot, makes the kernel prepare anew.
 
     ``audit(k, s)`` (plain Python; may be None) yields a sentence for each invariant of the state that does
     not hold between two events; it may be slow.

@@ -105,7 +105,7 @@ def _check_speed(engine: Engine, velocities: npt.NDArray[np.float64], smallest: 
     if speed * float(engine.k.clock[0].tick) > 2.0**-20 * smallest:
         raise ValueError(
             f"at the speed {speed:.3g} a body would fly too far in one tick of this scene's clock: schedule "
-            "the command in the scene, which chooses its clock by its speeds, or give the scene a smaller unit"
+            "the command in the scene, which chooses its clock by its speeds, or give the scene a unit"
         )
 
 

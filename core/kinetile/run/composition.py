@@ -15,7 +15,7 @@ from kinetile.plugin.parts import check_parts
 from kinetile.plugin.protocols import BroadPhaseParts, PairParts, WallParts
 from kinetile.plugin.registry import registry
 from kinetile.plugin.specs import NarrowPhaseSpec
-from kinetile.scene import Scene
+from kinetile.scene import Scene, Turn
 from kinetile.scene.reach import skin_at_start
 
 __all__ = ["DEFAULT_BROAD_PHASE", "Commands", "Composition", "compose_phases"]
@@ -30,6 +30,13 @@ class Commands(IntEnum):
     NONE = 0
     TURNS = 1
     ALL = 2
+
+    @classmethod
+    def of(cls, scene: Scene) -> Commands:
+        """Return which commands a scene has."""
+        if all(isinstance(command, Turn) for command in scene.commands):
+            return cls.TURNS if scene.commands else cls.NONE
+        return cls.ALL
 
 
 @dataclass(frozen=True)

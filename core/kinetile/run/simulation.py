@@ -15,19 +15,19 @@ from kinetile.errors import BusyError
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.compiled import is_cached
 from kinetile.kernel.flight import positions_now
-from kinetile.kernel.log import REMOVED
 from kinetile.kernel.presence import slots_taken
 from kinetile.kernel.tables import Kernel, read_only
 from kinetile.run.advance import End, Event, advance, advance_one, next_event
-from kinetile.run.arguments import read_body, read_end, read_insertion, read_turns
+from kinetile.run.arguments import read_end
 from kinetile.run.candidates import by_number, candidates, named_near
+from kinetile.run.commanding import TakesCommands
 from kinetile.run.composition import Commands, Composition, compose_phases
-from kinetile.run.engine import Command, Engine, carry_out
+from kinetile.run.engine import Engine
 from kinetile.run.engine.ledger import Recorder
 from kinetile.run.explanation import explanation
 from kinetile.run.interrupts import Unbroken
 from kinetile.run.readings import Readings, energy
-from kinetile.scene import Scene, Turn, spacious, with_commands
+from kinetile.scene import Scene, Turn, spacious
 
 __all__ = ["Progress", "Simulation"]
 
@@ -46,7 +46,7 @@ class Progress(NamedTuple):
     cpu_seconds: float
 
 
-class Simulation:
+class Simulation(TakesCommands):
     """Bodies in motion under a choice of phases.
 
     Args:
@@ -89,7 +89,7 @@ class Simulation:
         composition = compose_phases(room, broad_phase, narrow_phases, options)
         commands = Commands.ALL if live else Commands.TURNS if turning else Commands.NONE
         self._engine = Engine(room, composition, keep_contacts, commands)
-        self._given: list[Command] = []
+        self._given = []
         self._audit = audit
         self._running = False
         self._lock = threading.RLock()
@@ -258,74 +258,6 @@ class Simulation:
         with self._alone("look ahead"):
             return next_event(self._engine)
 
-    def set_velocity(self, body: int, velocity: tuple[float, float]) -> None:
-        """Turn a body now: from here on it flies with this velocity. As ``set_velocities``."""
-        self.set_velocities([body], [velocity])
-
-    def set_velocities(self, bodies: npt.ArrayLike, velocities: npt.ArrayLike) -> None:
-        """Turn bodies now, in the order given: (n,) their numbers, and (n, 2) velocities or one for all.
-
-        Between two runs, between two steps, or from the ``progress`` of a run. What is refused leaves
-        everything as it was.
-
-        Raises:
-            IndexError: there is no such body, or it has gone.
-            ValueError: a velocity is not two finite numbers, or too fast for the clock.
-            Refused: the broad phase is not right with bodies as fast as this.
-            BusyError: a chunk of a run is under way: this comes from a recorder, or from another thread.
-        """
-        turns = read_turns(self._engine, bodies, velocities)
-        with self._alone("turn a body"):
-            self._obey(*turns)
-
-    def insert(
-        self,
-        position: Sequence[float],
-        velocity: Sequence[float] = (0.0, 0.0),
-        radius: float = 0.0,
-        mass: float = 1.0,
-    ) -> int:
-        """Have a disc come now, and return its number, which no other body of this run has or had.
-
-        It may touch others and the walls. What is refused leaves everything as it was.
-
-        Raises:
-            Refused: it would reach into a body or beyond a wall (the error says into whom, and how deep), or the
-                broad phase cannot do a scene with it.
-            ValueError: a number is not such as a scene may have, or the speed is too fast for the clock.
-            BusyError: as ``set_velocities``.
-        """
-        with self._alone("take a body in"):
-            command = read_insertion(self._engine, position, velocity, radius, mass)
-            self._engine.number(command.body + 1)
-            self._obey(command)
-            self._engine.numbers = command.body + 1
-        return command.body
-
-    def remove(self, body: int) -> None:
-        """Have a body go now, and whatever was scheduled for it with it.
-
-        Raises IndexError where there is no such body, BusyError as ``set_velocities``.
-        """
-        number = read_body(self._engine, body)
-        with self._alone("let a body go"):
-            engine = self._engine
-            ticks, after = engine.moment
-            self._obey(Command(ticks, number, REMOVED, after=after))
-            engine.agenda.cancel(number)
-            engine.load_commands()
-
-    def _obey(self, *commands: Command) -> None:
-        """Carry commands out, and write them down."""
-        carry_out(self._engine, *commands)
-        self._given += commands
-
-    def recorded(self) -> Scene:
-        """Return the scene together with all commands that were given by hand, each at its exact time: run
-        under any phase it has the contacts of this run."""
-        engine = self._engine
-        return with_commands(self.scene, [given.as_scene_has_it(engine.clock) for given in self._given])
-
     def audit(self) -> None:
         """Check now everything that must hold between two events; O(n^2).
 
@@ -363,7 +295,8 @@ class Simulation:
 
     @property
     def bodies(self) -> npt.NDArray[np.int32]:
-        """The numbers of the bodies that are there now, (n,), ascending: whose the rows of ``positions`` are."""
+        """The numbers of the bodies that are there now, (n,), ascending: whose the rows of ``positions``
+        are."""
         k = self._engine.k
         numbers: npt.NDArray[np.int32] = k.queue["number"][slots_taken(k)]
         return numbers

@@ -2,8 +2,9 @@
 
 They are carried out in the order of their times, and at one tick of the clock in the order in which they are
 given. ``at`` says exactly when, as (epoch, tick, contacts): whole units of the scene's clock since its start,
-ticks of 2**-52 of one, and how many contacts of that very tick come before, mostly none; then ``time`` is that, rounded. A body has a number: those that are there at the start are numbered from 0, and each that comes later
-has one of its own, which nobody had before.
+ticks of 2**-52 of one, and how many contacts of that very tick come before, mostly none; then ``time`` is
+that, rounded. A body has a number: those that are there at the start are numbered from 0, and each that comes
+later has one of its own, which nobody had before.
 """
 
 from __future__ import annotations

@@ -1,4 +1,5 @@
-"""What is simulated: discs, where they are and how they move, the arena around them, and what is done to them.
+"""What is simulated: discs, where they are and how they move, the arena around them, and what is done to
+them.
 
 A scene is a value. Its arrays are its own read-only copies, it is checked in full when it is made (all
 mistakes are reported at once), and two scenes are equal when they hold the same bits. Scenes come from arrays
@@ -19,6 +20,7 @@ import numpy.typing as npt
 
 from kinetile.errors import Mistake, SceneError
 from kinetile.kernel.clock import Clock, time_unit
+from kinetile.scene.arrays import read_arrays
 from kinetile.scene.checks import (
     abridged,
     check_bodies,
@@ -68,13 +70,13 @@ class Scene:
     """Discs in the plane, with or without walls around them.
 
     ``position`` and ``velocity`` are (n, 2); ``radius`` and ``mass`` are (n,), or one number for all; all are
-    kept as read-only arrays of float64. ``arena`` is (width, height), for walls around [0, width] x
-    [0, height], or None for no walls. ``commands`` (``Turn``, ``Insert``, ``Remove``) hold absolute times, and
+    kept as read-only arrays of float64. ``arena`` is (width, height), for walls around [0, width] x [0,
+    height], or None for no walls. ``commands`` (``Turn``, ``Insert``, ``Remove``) hold absolute times, and
     are kept sorted by time, those of one tick as they are given; ``turns`` may be given apart, then those of
     one time are sorted by body and come before other commands. ``unit`` is the power of two in which the
-    clock counts; None: it follows from the speeds.
-    ``start`` is the time at which the bodies are where ``position`` says. ``settings`` say how the scene
-    wants to be run; ``origin`` is where it came from, and takes no part in comparisons.
+    clock counts; None: it follows from the speeds. ``start`` is the time at which the bodies are where
+    ``position`` says. ``settings`` say how the scene wants to be run; ``origin`` is where it came from, and
+    takes no part in comparisons.
 
     Raises SceneError, with every mistake, unless all numbers are finite, radii and masses greater than 0,
     each disc is inside the arena and no two overlap (touching is allowed; the tolerance is 1e-12 of the
@@ -113,7 +115,7 @@ class Scene:
         settings = settings if isinstance(settings, Settings) else Settings()
         if origin is not None and not isinstance(origin, Mapping):
             mistakes.append(Mistake("origin", shown(origin), "a mapping that says where the scene is from"))
-        arrays, unknown = _read_arrays(position, velocity, radius, mass, mistakes)
+        arrays, unknown = read_arrays(position, velocity, radius, mass, mistakes)
         framed = check_frame(arena, start, settings.until)
         amiss = {mistake.where for mistake in framed}
         sides = None if arena is None or "arena" in amiss else (float(arena[0]), float(arena[1]))
@@ -272,7 +274,8 @@ def spacious(scene: Scene) -> Scene:
 
 
 def with_commands(scene: Scene, commands: Sequence[Command]) -> Scene:
-    """Return the same scene, on the same clock, with more commands. Raises SceneError where they do not fit."""
+    """Return the same scene, on the same clock, with more commands. Raises SceneError where they do not
+    fit."""
     return Scene(
         scene.position,
         scene.velocity,
@@ -286,83 +289,6 @@ def with_commands(scene: Scene, commands: Sequence[Command]) -> Scene:
         [*scene.commands, *commands],
         scene.time_unit,
     )
-
-
-def _read_arrays(
-    position: npt.ArrayLike,
-    velocity: npt.ArrayLike,
-    radius: npt.ArrayLike,
-    mass: npt.ArrayLike,
-    mistakes: list[Mistake],
-) -> tuple[tuple[Floats, Floats, Floats, Floats], dict[str, npt.NDArray[np.bool_]]]:
-    """Copy the bodies' fields to arrays that fit together; report and mark as unknown what cannot be read."""
-    given = {"position": position, "velocity": velocity, "radius": radius, "mass": mass}
-    read: dict[str, Floats] = {}
-    for name, value in given.items():
-        array, wrong = _numbers(value)
-        vectors = name in ("position", "velocity")
-        if array is None:
-            mistakes.append(Mistake(name, *wrong))
-        elif vectors and array.shape == (0,):
-            read[name] = array.reshape(0, 2)
-        elif (array.ndim != 2 or array.shape[1] != 2) if vectors else array.ndim > 1:
-            right = "(n, 2), a row for each body" if vectors else "(n,), or one number for all"
-            mistakes.append(Mistake(name, f"an array of shape {array.shape}", f"an array of shape {right}"))
-        else:
-            read[name] = array
-    sized = [len(array) for array in read.values() if array.ndim]
-    bodies = sized[0] if sized else 0
-    unknown: dict[str, npt.NDArray[np.bool_]] = {}
-    for name in given:
-        array = read.get(name)
-        if array is not None and array.ndim and len(array) != bodies:
-            what = f"{len(array)} {'row' if array.ndim == 2 else 'number'}{'s' if len(array) != 1 else ''}"
-            mistakes.append(Mistake(name, what, f"one for each of the {bodies} bodies"))
-            array = None
-        shape = (bodies, 2) if name in ("position", "velocity") else (bodies,)
-        if array is None:
-            unknown[name] = np.ones(bodies, dtype=np.bool_)
-            array = np.array(np.nan)
-        read[name] = np.array(np.broadcast_to(array, shape), dtype=np.float64, order="C")
-    return (read["position"], read["velocity"], read["radius"], read["mass"]), unknown
-
-
-def _numbers(value: npt.ArrayLike) -> tuple[Floats | None, tuple[str, str]]:
-    """Return ``value`` as an array of float64, or None where it is none; then what was found and expected."""
-    nothing = "", ""
-    if _is_masked(value):
-        return None, ("a masked array, some of whose numbers are not to be used", "numbers without a mask")
-    try:
-        array = np.asarray(value)
-    except (TypeError, ValueError):
-        array = np.array(None)
-    if array.dtype.kind not in "fiu":
-        what = shown(value) if array.dtype.kind == "O" else f"{shown(value)}, of the type {array.dtype}"
-        return None, (what, "an array of numbers")
-    with np.errstate(over="ignore", invalid="ignore"):
-        floats = array.astype(np.float64)
-    changed = _first_rounded(array, floats)
-    if changed is not None:
-        return None, (f"{changed}, of the type {array.dtype}", "numbers that float64 holds without rounding")
-    return floats, nothing
-
-
-def _is_masked(value: object) -> bool:
-    """Say whether numbers are masked in an array, or in one of the rows of which a sequence consists."""
-    if isinstance(value, (list, tuple)):
-        return any(_is_masked(each) for each in value if isinstance(each, (list, tuple, np.ma.MaskedArray)))
-    return isinstance(value, np.ma.MaskedArray) and bool(np.ma.is_masked(value))
-
-
-def _first_rounded(array: npt.NDArray[Any], floats: Floats) -> str | None:
-    """Return the first number of an array of a wider type that is not the same as float64; None: all are."""
-    if array.dtype.kind in "iu" and array.dtype.itemsize == 8:
-        far = np.flatnonzero(np.abs(floats) >= 2.0**53)
-        return next((str(n) for k in far if (n := int(array.flat[k])) != int(floats.flat[k])), None)
-    if array.dtype.kind == "f" and array.dtype.itemsize > 8:
-        other = np.flatnonzero((floats != array) & ~np.isnan(array))
-        return str(array.flat[other[0]]) if len(other) else None
-    return None
 
 
 def _check_settings(settings: Settings) -> list[Mistake]:

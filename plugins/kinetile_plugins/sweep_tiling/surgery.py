@@ -1,18 +1,18 @@
 """How a body comes and goes: meetings and partings from nothing.
 
-The thesis has no rule for either. None is needed beyond those it has. To the tiling a disc is the line from its
-leftmost to its rightmost point: bounds stand on its two ends, and other bounds end on whatever is between. So
-a body comes as a line of no length, its L and its R on one place in one tile, which it cuts into an outer tile
-on each side and two inner ones of no width above and below. Then, while time stands still, its R moves right to
-where it belongs. Whatever bound it reaches on the way is a tile that collapses, a meeting or a passing as at
-any time (``events``). A body goes the same way back: its R moves left to its L, by passings and partings, and
-what is left is taken out of the one tile in which it lies.
+The thesis has no rule for either. None is needed beyond those it has. To the tiling a disc is the line from
+its leftmost to its rightmost point: bounds stand on its two ends, and other bounds end on whatever is
+between. So a body comes as a line of no length, its L and its R on one place in one tile, which it cuts into
+an outer tile on each side and two inner ones of no width above and below. Then, while time stands still, its
+R moves right to where it belongs. Whatever bound it reaches on the way is a tile that collapses, a meeting or
+a passing as at any time (``events``). A body goes the same way back: its R moves left to its L, by passings
+and partings, and what is left is taken out of the one tile in which it lies.
 
 The line never crosses another body, for the disc that it belongs to does not. So each of these events is one
 that bodies in motion could have caused, and leaves a web that is right for the line as it is then.
 
-Costs: one look at each tile to find the first one, O(n), and an event for each bound that stands over or under
-the body.
+Costs: one look at each tile to find the first one, O(n), and an event for each bound that stands over or
+under the body.
 """
 
 from __future__ import annotations
@@ -68,8 +68,8 @@ def room_in(k: Kernel, s: State, p: int, body: int, x: float) -> float:
 
 @hook
 def tile_for(k: Kernel, s: State, body: int) -> int:
-    """Return the left port of the tile in which the leftmost point of a body lies; of tiles that rounding lets
-    it lie in, the one in which it lies deepest."""
+    """Return the left port of the tile in which the leftmost point of a body lies; of tiles that rounding
+    lets it lie in, the one in which it lies deepest."""
     x = where(k, left_bound(body))
     best = port(right_bound(len(s.level)), OUTER)
     most = room_in(k, s, best, body, x)
@@ -111,7 +111,8 @@ def enter(k: Kernel, s: State, body: int) -> None:
 
 @hook
 def leave(k: Kernel, s: State, body: int) -> None:
-    """A body goes: its R moves left to its L, and the line of no length that is left is taken out of its tile."""
+    """A body goes: its R moves left to its L, and the line of no length that is left is taken out of its
+    tile."""
     n = len(s.level)
     left = left_bound(body)
     right = right_bound(body)

@@ -1,9 +1,9 @@
 """The main loop: take the next event, restore the proof, again (thesis, section 2).
 
-``advance`` is a template. Its hooks (``build``, ``repair``, ``replan``, ``near``, ``enter``, ``leave`` of the broad
-phase; ``meet``, ``soonest``, ``collide`` of the narrow phase for pairs; ``reach_wall``, ``bounce`` of the one for
-walls) and its constants (``PAIRS``, ``BOUNDS``, ``WALLS``, ``COMMANDS``, ``LIVING``) are filled in by
-``kinetile.kernel.compiled.compose`` from what the scene names; what it does not name is not compiled.
+``advance`` is a template. Its hooks (``build``, ``repair``, ``replan``, ``near``, ``enter``, ``leave`` of the
+broad phase; ``meet``, ``soonest``, ``collide`` of the narrow phase for pairs; ``reach_wall``, ``bounce`` of
+the one for walls) and its constants (``PAIRS``, ``BOUNDS``, ``WALLS``, ``COMMANDS``, ``LIVING``) are filled
+in by ``kinetile.kernel.compiled.compose`` from what the scene names; what it does not name is not compiled.
 
 Of one tick, structural events run first, then commands, then contacts with walls, then contacts of pairs, and
 after each of them the head of the queue is taken anew. So at a contact's tick every structural event up to

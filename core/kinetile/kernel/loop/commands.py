@@ -3,8 +3,8 @@
 A command turns a body, has one come or has one go. By the clock a plan may be anchored anew, which changes no
 velocity. Commands run after the structural events of their tick and before its contacts, so that whoever
 comes, comes into a structure that is in order, and whoever goes is out of it before the next contact is
-looked for. A command given by hand where a run stopped between two contacts of one tick says after how many of
-them it came (``after``), so that it comes there again.
+looked for. A command given by hand where a run stopped between two contacts of one tick says after how many
+of them it came (``after``), so that it comes there again.
 
 Who comes must have room: it may touch others and the walls of the arena, and not reach into them by more than
 rounding explains (``ROOM`` of the radii). Otherwise the command is not carried out and nothing has changed.

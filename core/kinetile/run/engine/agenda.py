@@ -17,8 +17,8 @@ __all__ = ["Agenda", "Command", "planned"]
 
 class Command(NamedTuple):
     """One command, at ``ticks`` since the start, for the body of a number; ``code`` says what it is
-    (``kinetile.kernel.log``). ``mass`` is that of the body, whatever is done to it; ``after`` is how many contacts of
-    this tick come before."""
+    (``kinetile.kernel.log``). ``mass`` is that of the body, whatever is done to it; ``after`` is how many
+    contacts of this tick come before."""
 
     ticks: int
     body: int

@@ -43,7 +43,7 @@ from kinetile.run.engine.ledger import Ledger
 from kinetile.run.engine.pace import first_shift, fit, steps
 from kinetile.run.engine.renewal import Renewed, carried_out, renewed
 from kinetile.run.interrupts import Unbroken
-from kinetile.scene import Insert, Scene, Turn
+from kinetile.scene import Insert, Scene
 from kinetile.scene.reach import flown, speed_bound
 
 __all__ = ["UNLIMITED", "Engine"]
@@ -87,7 +87,7 @@ class Engine:
         self.clock = Clock(scene.start, scene.time_unit)
         self.ledger = Ledger(self.clock, keep_contacts)
         self.agenda = Agenda(planned(scene, self.clock))
-        self.commands = max(commands, _needed(scene))
+        self.commands = max(commands, Commands.of(scene))
         self.loop = composition.loop(self.commands)
         self.speed = speed_bound(scene)
         self.cpu_seconds = 0.0
@@ -347,10 +347,3 @@ class Engine:
         self.forget_commands()
         self.k = self.agenda.load(self.k, self.clock)
         self._commands_wait = len(self.k.commands) > 0
-
-
-def _needed(scene: Scene) -> Commands:
-    """Return which commands a scene has."""
-    if all(isinstance(command, Turn) for command in scene.commands):
-        return Commands.TURNS if scene.commands else Commands.NONE
-    return Commands.ALL

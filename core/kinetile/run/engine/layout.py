@@ -69,7 +69,8 @@ def moved(old: Kernel, taken: Any, scene: Scene, composition: Composition) -> Ke
 
 
 def _allocated(bodies: int, scene: Scene, composition: Composition) -> Kernel:
-    """Return tables for so many bodies in the first slots, and for as many more as the phases made room for."""
+    """Return tables for so many bodies in the first slots, and for as many more as the phases made room
+    for."""
     slots = scene.capacity if composition.living else len(scene)
     pairs, room = int(composition.broad.pairs), max(int(composition.broad.room), slots)
     try:

@@ -1,5 +1,5 @@
-"""The phases prepared anew in the middle of a run, and the tables laid out for them: because somebody comes for
-whom there is no slot, or because the broad phase takes nobody in and lets nobody go.
+"""The phases prepared anew in the middle of a run, and the tables laid out for them: because somebody comes
+for whom there is no slot, or because the broad phase takes nobody in and lets nobody go.
 
 Everything here is made aside: where a phase refuses, what there was goes on.
 """
@@ -47,7 +47,8 @@ def renewed(k: Kernel, scene: Scene, composition: Composition, coming: Records |
 
 
 def carried_out(k: Kernel, scene: Scene, composition: Composition) -> Renewed:
-    """Carry out the next command, by which a body comes or goes, and prepare the phases for who is there then.
+    """Carry out the next command, by which a body comes or goes, and prepare the phases for who is there
+    then.
 
     Raises Refused where a phase cannot do that.
     """

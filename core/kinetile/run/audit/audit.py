@@ -21,11 +21,11 @@ import numpy.typing as npt
 from kinetile.errors import AuditError, KinetileError, UnawaitedContactError
 from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
 from kinetile.kernel.flight import positions_now
-from kinetile.kernel.loop.calendar import rank
 from kinetile.kernel.presence import elder
-from kinetile.kernel.tables import GUESS, NEVER, NOT_ASKED, PAIR, SPARE, WALL, Kernel, Records
+from kinetile.kernel.tables import NEVER, NOT_ASKED, PAIR, SPARE, Kernel, Records
 from kinetile.plugin.calling import place_of
 from kinetile.plugin.discovery import sentence
+from kinetile.run.audit.tables import of_calendar, of_entries, of_pair_set, of_places, said_tick
 from kinetile.run.candidates import named_near, pairs_of_named
 from kinetile.run.composition import Composition
 
@@ -64,10 +64,10 @@ def check_all(k: Kernel, composition: Composition, delta: float, time: float, ev
 def complaints(k: Kernel, composition: Composition, delta: float) -> Iterator[Complaint]:
     """Yield everything that does not hold now; ``delta`` is the skin."""
     broad, columns = composition.broad, _columns(k)
-    yield from map(Complaint, _calendar(columns))
-    yield from map(Complaint, _entries(columns))
-    yield from map(Complaint, _places(columns))
-    yield from map(Complaint, _pair_set(columns))
+    yield from map(Complaint, of_calendar(columns))
+    yield from map(Complaint, of_entries(columns))
+    yield from map(Complaint, of_places(columns))
+    yield from map(Complaint, of_pair_set(columns))
     near = np.zeros((0, 2), dtype=np.int32)
     if composition.pair is not None:
         named = named_near(k, composition)
@@ -114,110 +114,6 @@ def _columns(k: Kernel) -> Any:
 def _repairs_are_due(k: Any) -> bool:
     """Whether a structural certificate fails at this very tick and has not been repaired yet."""
     return bool((k.queue.own <= k.clock.now).any())
-
-
-def _calendar(k: Any) -> Iterator[str]:
-    """Every body that awaits something stands once in the list of its slice, in order, and nobody else."""
-    clock = k.clock
-    keys, days = k.queue.key.tolist(), (k.queue.key >> clock.shift).tolist()
-    after, before, marks = k.links.next.tolist(), k.links.prev.tolist(), k.marks.tolist()
-    bodies = len(k.bodies)
-    ranks = _ranks(k)
-    slices, found = len(after) - bodies, 0
-    for at in range(slices):
-        previous, body = bodies + at, after[bodies + at]
-        if bool(marks[at >> 6] >> (at & 63) & 1) != (body < bodies):
-            yield f"the mark of slice {at} of the calendar is not true"
-        while body < bodies and found <= bodies:
-            if before[body] != previous:
-                yield f"the list of slice {at} of the calendar cannot be read backwards at body {body}"
-                return
-            if days[body] % slices != at or keys[body] == NEVER:
-                yield f"body {body} stands in slice {at} of the calendar, where it does not belong"
-            if previous < bodies and ranks[body] < ranks[previous]:
-                yield f"slice {at} of the calendar is out of order: body {previous} stands before body {body}"
-            previous, body, found = body, after[body], found + 1
-        if body != bodies + at or before[body] != previous:
-            yield f"the list of slice {at} of the calendar does not come back to where it began"
-            return
-    waiting = [body for body, key in enumerate(keys) if key != NEVER]
-    await_something, counted = len(waiting), k.counts.queued
-    if not found == await_something == counted:
-        said = f"{found} bodies stand in the calendar, and {await_something} await something"
-        yield f"{said}; {counted} are counted"
-    if waiting and min(days[body] for body in waiting) < clock.slice:
-        yield "a body is filed before the slice in which the head is sought"
-
-
-def _ranks(k: Any) -> list[tuple[int, ...]]:
-    """Return for each body where what awaits it stands in the order of events (``calendar.rank``)."""
-    queue = k.queue
-    columns = (queue.number, queue.key, queue.kind, queue.number[queue.partner])
-    return [rank(*row) for row in zip(*(column.tolist() for column in columns), strict=True)]
-
-
-def _entries(k: Any) -> Iterator[str]:
-    """Each body is filed under the first of what it knows awaits it."""
-    queue = k.queue
-    contact = np.where(queue.exact == 1, PAIR, GUESS)
-    asked = queue.wall != NOT_ASKED
-    choices = np.stack([queue.own, queue.tick, np.where(asked, queue.wall, NEVER)])
-    kinds = np.stack([np.zeros_like(contact), contact, np.full_like(contact, WALL)])
-    key = choices.min(axis=0)
-    kind = np.where(choices == key, kinds, PAIR + 1).min(axis=0)
-    for body in np.flatnonzero(queue.key != key):
-        yield f"body {body} is filed {_tick(queue.key[body])}, but what it awaits comes {_tick(key[body])}"
-    for body in np.flatnonzero((queue.kind != kind) & (key != NEVER)):
-        yield f"what awaits body {body} is filed as of kind {queue.kind[body]}, and is of kind {kind[body]}"
-    for body in np.flatnonzero(queue.guard < queue.tick):
-        yield f"body {body} has a contact before its first one"
-
-
-def _places(k: Any) -> Iterator[str]:
-    """The rows of places at the common clock are those of the plans."""
-    clock = k.clock
-    back = (clock.origin - k.bodies.anchor) * clock.tick
-    bodies, places = k.bodies, k.places
-    for at, speed, there, flies in (
-        (bodies.x, bodies.vx, places.x, places.vx),
-        (bodies.y, bodies.vy, places.y, places.vy),
-    ):
-        wrong = (there != at + speed * back) | (flies != speed)
-        for body in np.flatnonzero(wrong):
-            yield f"the place of body {body} at the common clock is not that of its plan"
-
-
-def _pair_set(k: Any) -> Iterator[str]:
-    """Every pair of the pair set stands once in the list of each of its bodies and once in the lookup, and
-    all other records are free."""
-    table = k.pairs
-    live = np.flatnonzero(table.a >= 0)
-    if len(live) != int(k.clock.pairs):
-        yield f"there are {len(live)} pairs in the pair set, but the kernel counts {int(k.clock.pairs)}"
-    if not np.array_equal(np.sort(k.lookup[k.lookup >= 0]), live):
-        yield f"the lookup does not hold each of the {len(live)} pairs of the pair set once"
-    ones, others = table.a.tolist(), table.b.tolist()
-    next_a, next_b = table.next_a.tolist(), table.next_b.tolist()
-    prev_a, prev_b = table.prev_a.tolist(), table.prev_b.tolist()
-    listed = 0
-    for body, at in enumerate(k.firsts.tolist()):
-        before = -1
-        while at >= 0 and listed <= 2 * len(live):
-            if body not in (ones[at], others[at]):
-                yield f"the list of body {body} has the pair ({ones[at]}, {others[at]}) in it"
-                return
-            listed += 1
-            is_a = ones[at] == body
-            if (prev_a if is_a else prev_b)[at] != before:
-                yield f"the list of body {body} cannot be read backwards"
-            before, at = at, (next_a if is_a else next_b)[at]
-    if listed != 2 * len(live):
-        yield f"the bodies' lists have {listed} entries for {len(live)} pairs"
-    free, at = 0, int(k.clock.free)
-    while at >= 0 and free <= len(table):
-        free, at = free + 1, next_a[at]
-    if free + len(live) != len(table):
-        yield f"of {len(table)} records for pairs {len(live)} are taken and {free} free"
 
 
 def _near(k: Any, named: Pairs) -> Iterator[str]:
@@ -267,11 +163,11 @@ def _of_walls(k: Any, walls: Integers) -> Iterator[Complaint]:
     """No body is at a wall before it is looked at, and what is known of a wall is so."""
     key, kind, known = k.queue.key, k.queue.kind, k.queue.wall
     for body in np.flatnonzero((walls < key) | ((walls == key) & (kind == PAIR) & (key != NEVER))).tolist():
-        said = f"body {body} is looked at {_tick(key[body])} at the earliest"
-        yield Complaint(f"{said}, but by its plan it meets a wall {_tick(walls[body])}", (body,))
+        said = f"body {body} is looked at {said_tick(key[body])} at the earliest"
+        yield Complaint(f"{said}, but by its plan it meets a wall {said_tick(walls[body])}", (body,))
     for body in np.flatnonzero((known != NOT_ASKED) & (known != walls)).tolist():
-        said = f"the contact of body {body} and a wall is awaited {_tick(known[body])}"
-        yield Complaint(f"{said}, but by its plan they meet {_tick(walls[body])}", (body,))
+        said = f"the contact of body {body} and a wall is awaited {said_tick(known[body])}"
+        yield Complaint(f"{said}, but by its plan they meet {said_tick(walls[body])}", (body,))
 
 
 def _of_partners(k: Any, known: Integers, meetings: Integers) -> Iterator[Complaint]:
@@ -279,9 +175,9 @@ def _of_partners(k: Any, known: Integers, meetings: Integers) -> Iterator[Compla
     tick, exact = k.queue.tick[known], k.queue.exact[known] == 1
     for at in np.flatnonzero(np.where(exact, meetings != tick, meetings < tick)).tolist():
         a, b = sorted((int(known[at]), int(k.queue.partner[known[at]])))
-        said = f"the contact of bodies {a} and {b} is awaited {_tick(tick[at])}"
+        said = f"the contact of bodies {a} and {b} is awaited {said_tick(tick[at])}"
         said += "" if exact[at] else " at the earliest"
-        yield Complaint(f"{said}, but by their plans they meet {_tick(meetings[at])}", (a, b))
+        yield Complaint(f"{said}, but by their plans they meet {said_tick(meetings[at])}", (a, b))
 
 
 def _of_near(k: Any, near: Pairs, meetings: Integers) -> Iterator[Complaint]:
@@ -308,14 +204,10 @@ def _of_near(k: Any, near: Pairs, meetings: Integers) -> Iterator[Complaint]:
         earliest = np.minimum(earliest, bound)
     for number in np.flatnonzero(~covered & (meetings != NEVER)).tolist():
         a, b = near[number].tolist()
-        said = f"the contact of bodies {a} and {b} is awaited {_tick(earliest[number])} at the earliest"
+        said = f"the contact of bodies {a} and {b} is awaited {said_tick(earliest[number])} at the earliest"
         if earliest[number] <= meetings[number]:
             said = f"bodies {a} and {b} are looked at too late"
-        yield Complaint(f"{said}, but by their plans they meet {_tick(meetings[number])}", (a, b))
-
-
-def _tick(tick: int) -> str:
-    return "never" if tick == NEVER else f"at tick {tick}"
+        yield Complaint(f"{said}, but by their plans they meet {said_tick(meetings[number])}", (a, b))
 
 
 PAIRS = WALLS = True
