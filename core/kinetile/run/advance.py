@@ -13,7 +13,7 @@ import numpy as np
 
 from kinetile.kernel.clock import SPAN, TICKS
 from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED, WALLS
-from kinetile.kernel.loop import CONTACTS_REACHED, TIME_REACHED
+from kinetile.kernel.loop import COMMAND_DUE, CONTACTS_REACHED, TIME_REACHED
 from kinetile.kernel.loop.calendar import rank
 from kinetile.kernel.tables import NEVER, STRUCTURAL, TURN, WALL
 from kinetile.run.engine import UNLIMITED, Engine, move_base
@@ -103,7 +103,8 @@ def advance_one(engine: Engine, end: End) -> Event | None:
         head = _look(engine, min(rest, SPAN - 1))
         if head is not None:
             event = _event_of(engine, head)
-            engine.chunk(head.tick, UNLIMITED, most=1)
+            while engine.chunk(head.tick, UNLIMITED, most=1) == COMMAND_DUE:
+                pass  # room has been made, and nothing done yet
             engine.build()
             if event is not None:
                 return event if event.kind != "wall" else event._replace(wall=_wall_met(engine))

@@ -204,8 +204,8 @@ class Engine:
             raise failure(self.k, self.composition, self.clock.time(self.now))
         if reason == NO_ROOM:
             self._grow()
-        elif reason == COMMAND_DUE:
-            self._make_room()
+        elif reason == COMMAND_DUE and self._make_room():
+            return COMMAND_DUE
         elif reason == BLOCKED:
             raise blocked(self.k, self.clock)
         return BUDGET_SPENT if reason in (NO_ROOM, LOG_FULL, COMMAND_DUE) else reason
@@ -313,13 +313,15 @@ class Engine:
         clock = self.k.clock[0]
         clock.least, clock.widest = scene.radius.min(initial=math.inf), scene.radius.max(initial=0.0)
 
-    def _make_room(self) -> None:
-        """A body comes or goes now, and the phases have to be prepared for that anew."""
+    def _make_room(self) -> bool:
+        """A body comes or goes now, and the phases are prepared for that anew; return whether the command is
+        still to be carried out."""
         k, composition = self.k, self.composition
         if composition.living:
             self._adopt(renewed(k, self.scene, composition, k.commands[int(k.clock[0].command)]))
         else:
             self._adopt(carried_out(k, self.scene, composition))
+        return composition.living
 
     def number(self, numbers: int) -> None:
         """Make room for so many numbers of bodies in the table of their slots."""
@@ -335,6 +337,8 @@ class Engine:
             self.commands = commands
             self.loop = self.composition.loop(commands)
             self._ready = False
+            if commands == Commands.ALL and self.composition.living:
+                self._adopt(renewed(self.k, self.scene, self.composition, roomy=True))
 
     def forget_commands(self) -> None:
         """Strike the commands that the loop has carried out off the agenda."""

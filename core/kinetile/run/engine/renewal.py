@@ -33,14 +33,17 @@ class Renewed(NamedTuple):
     scene: Scene
 
 
-def renewed(k: Kernel, scene: Scene, composition: Composition, coming: Records | None = None) -> Renewed:
+def renewed(
+    k: Kernel, scene: Scene, composition: Composition, coming: Records | None = None, roomy: bool = False
+) -> Renewed:
     """Prepare the phases for the bodies that there are, and one that a command has come, if it is given; with
-    slots for twice as many where they are all taken.
+    slots for twice as many where they are all taken, or where it is to be ``roomy``.
 
     Raises Refused where a phase cannot do that.
     """
     taken, slots = slots_taken(k), len(k.bodies)
-    capacity = slots if len(taken) < slots or coming is None else max(2 * slots, ROOM)
+    full = coming is not None and len(taken) == slots
+    capacity = max(2 * slots, ROOM) if roomy or full else slots
     stands = _standing(k, scene, taken, capacity, coming)
     composition = composition.prepared_for(stands)
     return Renewed(composition, moved(k, taken, stands, composition), stands)
