@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from kinetile.run.advance import Event as Event
     from kinetile.run.simulation import Progress as Progress
     from kinetile.run.simulation import Simulation as Simulation
+    from kinetile.scene import Insert as Insert
+    from kinetile.scene import Remove as Remove
     from kinetile.scene import Scene as Scene
     from kinetile.scene import Settings as Settings
     from kinetile.scene import Turn as Turn
@@ -54,6 +56,8 @@ _HOME = {
     "SceneSpec": "kinetile.plugin.specs",
     "Settings": "kinetile.scene",
     "Simulation": "kinetile.run.simulation",
+    "Insert": "kinetile.scene",
+    "Remove": "kinetile.scene",
     "Turn": "kinetile.scene",
     "hookimpl": "kinetile.plugin.hookspecs",
     "load_scene": "kinetile.plugin.by_name",

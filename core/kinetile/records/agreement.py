@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetile.kernel.clock import TICKS
-from kinetile.kernel.log import REANCHORED, TURNED
+from kinetile.kernel.log import INSERTED, REMOVED, TURNED
 
 if TYPE_CHECKING:
     from kinetile.scene import Scene
@@ -52,9 +52,13 @@ def _disagreements(rows: NDArray[Any], metadata: Mapping[str, Any], scene: Scene
 def _row_faults(rows: NDArray[Any], scene: Scene) -> Iterator[tuple[NDArray[np.bool_], str]]:
     """Yield what may be wrong with rows, each with the rows that it is wrong with."""
     epoch, tick, a, b = (rows[name] for name in ("epoch", "tick", "a", "b"))
-    n = len(scene)
-    yield (a < 0) | (a >= n), f"is about a body a that its scene has not, with {n} bodies"
-    yield (b >= n) | (b < REANCHORED), f"is about a body b that its scene has not, with {n} bodies"
+    n, come = len(scene), np.unique(a[b == INSERTED])
+    there = f"its scene has not, with {n} bodies" + (f" and {len(come)} that come" if len(come) else "")
+    for body, name in ((a, "a"), (b, "b")):
+        known = ((body >= 0) & (body < n)) | np.isin(body, come)
+        if name == "b":
+            known |= (body < 0) & (body >= REMOVED)
+        yield ~known, f"is about a body {name} that {there}"
     yield (b >= 0) & (b <= a), "has bodies that are not in ascending order"
     if scene.arena is None:
         yield (b < 0) & (b > TURNED), "is a contact with a wall, and its scene has none"

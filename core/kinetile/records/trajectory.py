@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from kinetile.errors import RecordError
 from kinetile.kernel.clock import TICKS, Clock
-from kinetile.kernel.log import LOG
+from kinetile.kernel.log import INSERTED, LOG, REMOVED
 from kinetile.records.reading import EventFile, read_with_scene
 
 if TYPE_CHECKING:
@@ -40,6 +40,7 @@ class Trajectory:
         # Every row twice, as seen by a and by b; sorted by body, those of one body in the order of events.
         self._span = 2 * len(self.rows) + 1
         bodies = np.stack([self.rows["a"], self.rows["b"]], axis=1).ravel().astype(np.int64)
+        self._numbers = max(len(scene), int(bodies.max(initial=-1)) + 1)
         seen = np.flatnonzero(bodies >= 0)
         self._keys = np.sort(bodies[seen] * self._span + seen)
 
@@ -56,16 +57,21 @@ class Trajectory:
         return trajectory
 
     def positions(self, time: float) -> NDArray[np.float64]:
-        """Return the positions (n, 2) of all bodies at ``time``, finite and not before the scene's start.
+        """Return the positions (n, 2) of all bodies that there are at ``time``, finite and not before the
+        scene's start, in the order of ``bodies``.
 
         Raises ValueError for another time.
         """
-        anchor, velocity, elapsed = self._flight_plans(time)
+        _, anchor, velocity, elapsed = self._flight_plans(time)
         return anchor + velocity * elapsed[:, None]
+
+    def bodies(self, time: float) -> NDArray[np.int64]:
+        """Return the numbers of the bodies that there are at ``time``, (n,), ascending."""
+        return self._flight_plans(time)[0]
 
     def velocities(self, time: float) -> NDArray[np.float64]:
         """Return the velocities (n, 2) of all bodies at ``time``, after the events of that very time."""
-        return self._flight_plans(time)[1]
+        return self._flight_plans(time)[2]
 
     def _check_continuity(self, path: str | Path) -> None:
         """Raise RecordError unless each body flies, from row to row, to where the next row says it is."""
@@ -76,8 +82,12 @@ class Trajectory:
         unit, first = self._clock.unit, np.append(True, body[1:] != body[:-1])[: len(body)]
         time = (rows["epoch"] + rows["tick"] * 2.0**-52) * unit
         since = np.where(first, 0.0, np.roll(time, 1))
-        before = np.where(first[:, None], self.scene.position[body], np.roll(place, 1, axis=0))
-        flown = np.where(first[:, None], self.scene.velocity[body], np.roll(velocity, 1, axis=0))
+        came = rows["b"] == INSERTED  # nobody knows of it before
+        begins, flies = place.copy(), np.zeros_like(place)
+        begins[~came & first] = self.scene.position[body[~came & first]]
+        flies[~came & first] = self.scene.velocity[body[~came & first]]
+        before = np.where(first[:, None], begins, np.roll(place, 1, axis=0))
+        flown = np.where(first[:, None], flies, np.roll(velocity, 1, axis=0))
         astray = np.abs(before + flown * (time - since)[:, None] - place)
         size = np.abs(before) + np.abs(place) + np.abs(flown) * (np.abs(time) + unit)[:, None]
         wrong = np.flatnonzero((astray > 1e-9 * size).any(axis=1))
@@ -92,8 +102,9 @@ class Trajectory:
 
     def _flight_plans(
         self, time: float
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """Return the plans in force at a time: anchors and velocities (n, 2), time since the anchor (n,)."""
+    ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """Return the plans in force at a time: of which bodies (n,), anchors and velocities (n, 2), time
+        since the anchor (n,)."""
         time = float(time)
         if not self.scene.start <= time < math.inf:
             raise ValueError(
@@ -103,18 +114,22 @@ class Trajectory:
         epoch, tick = divmod(now, TICKS)
         first, last = np.searchsorted(self.rows["epoch"], [epoch, epoch + 1])
         done = int(first + np.searchsorted(self.rows["tick"][first:last], tick, side="right"))
-        bodies = np.arange(len(self.scene), dtype=np.int64)
+        bodies, n = np.arange(self._numbers, dtype=np.int64), len(self.scene)
         index = np.searchsorted(self._keys, bodies * self._span + 2 * done) - 1
         moved = bodies[index >= 0]
         moved = moved[self._keys[index[moved]] // self._span == moved]
         seen = self._keys[index[moved]] % self._span
         rows, is_b = self.rows[seen // 2], (seen % 2).astype(bool)[:, None]
-        anchor, velocity = self.scene.position.copy(), self.scene.velocity.copy()
+        anchor, velocity = np.zeros((2, self._numbers, 2))
+        anchor[:n], velocity[:n] = self.scene.position, self.scene.velocity
         anchor[moved] = np.where(is_b, _columns(rows, "bx", "by"), _columns(rows, "ax", "ay"))
         velocity[moved] = np.where(is_b, _columns(rows, "bvx", "bvy"), _columns(rows, "avx", "avy"))
-        ticks = np.full(len(self.scene), now, dtype=object)
+        ticks = np.full(self._numbers, now, dtype=object)
         ticks[moved] -= rows["epoch"].astype(object) * TICKS + rows["tick"].astype(object)
-        return anchor, velocity, ticks.astype(np.float64) * (self._clock.unit / TICKS)
+        there = bodies < n
+        there[moved] = rows["b"] != REMOVED
+        elapsed = ticks[there].astype(np.float64) * (self._clock.unit / TICKS)
+        return bodies[there], anchor[there], velocity[there], elapsed
 
 
 def positions_at(source: str | Path | NDArray[Any], scene: Scene | None, time: float) -> NDArray[np.float64]:

@@ -26,8 +26,9 @@ import numpy as np
 
 from kinetile.errors import BadOption, Mistake, SceneError
 from kinetile.scene.checks import abridged, check_bodies, check_frame, check_turn, shown
+from kinetile.scene.command_files import read_commands, written_commands
 from kinetile.scene.commands import Turn
-from kinetile.scene.scene import Scene, Settings, relabelled
+from kinetile.scene.scene import Scene, Settings, relabelled, with_commands
 from kinetile.scene.schema import Place, find_faults, written
 from kinetile.scene.targets import writable_target
 from kinetile.scene.toml import read_bytes, read_tables
@@ -129,6 +130,8 @@ def dumps_scene(scene: Scene) -> str:
         )
     if scene.arena is not None:
         lines.append(f"arena = {_toml(scene.arena)}")
+    if scene.unit is not None:
+        lines.append(f"unit = {_toml(scene.unit)}")
     if repr(scene.start) != "0.0":
         lines.append(f"start = {_toml(scene.start)}")
     if settings.until is not None:
@@ -142,8 +145,9 @@ def dumps_scene(scene: Scene) -> str:
     for phase, options in settings.options.items():
         lines += ["", f"[options.{_key(phase)}]"]
         lines += [f"{_key(key)} = {_toml(value, f'options.{phase}.{key}')}" for key, value in options.items()]
+    commands = written_commands(scene, _toml)
     turns: dict[int, list[Turn]] = {}
-    for turn in scene.turns:
+    for turn in () if commands else scene.turns:
         turns.setdefault(turn.body, []).append(turn)
     columns = [column.tolist() for column in (scene.position, scene.velocity, scene.radius, scene.mass)]
     for body, (position, velocity, radius, mass) in enumerate(zip(*columns, strict=True)):
@@ -154,7 +158,7 @@ def dumps_scene(scene: Scene) -> str:
         for turn in turns.get(body, ()):
             lines += ["", "[[bodies.turns]]", f"time = {_toml(turn.time)}"]
             lines.append(f"velocity = {_toml(turn.velocity)}")
-    return "\n".join([*lines, ""])
+    return "\n".join([*lines, *commands, ""])
 
 
 def _read_settings(
@@ -181,7 +185,7 @@ def _follow_recipe(
     tables: Mapping[str, Any], faults: set[Place], mistakes: list[Mistake], names: Names
 ) -> Scene | None:
     """Return the scene that the file's recipe makes; append what keeps it from being made."""
-    for key in ("arena", "start", "bodies"):
+    for key in ("arena", "start", "bodies", "unit"):
         if key in tables:
             mistakes.append(
                 Mistake(key, f"{key} beside a recipe", "one of the two: the recipe makes them all")
@@ -198,8 +202,9 @@ def _follow_recipe(
         else:
             until = None if ("until",) in faults else tables.get("until")
             wrong = check_frame(None, scene.start, until)
+            commands = read_commands(tables, faults, wrong)
             if not wrong:
-                return scene
+                return with_commands(scene, commands) if commands else scene
     mistakes += wrong
     return None
 
@@ -231,10 +236,11 @@ def _read_bodies(tables: Mapping[str, Any], faults: set[Place], mistakes: list[M
             unread = [key for key in ("time", "velocity") if (*place, key) in faults]
             mistakes += check_turn(turn, written(place), len(rows), start, unread)
             turns.append(turn)
+    commands = read_commands(tables, faults, mistakes)
     if mistakes:
         return None
     bodies = (columns["position"], columns["velocity"], columns["radius"], columns["mass"])
-    return Scene(*bodies, arena, turns, frame["start"])
+    return Scene(*bodies, arena, turns, frame["start"], commands=commands, unit=tables.get("unit"))
 
 
 def _turns(body: int, row: Any, faults: set[Place]) -> Iterator[tuple[Place, Turn]]:

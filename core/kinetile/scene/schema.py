@@ -27,6 +27,8 @@ Place: TypeAlias = tuple[str | int, ...]
 _MOST = 100
 """How many entries a table of options or parameters, and a list of phases, may have."""
 
+_LISTS = ("bodies", "turns", "commands")
+
 _Few = Field(max_length=_MOST)
 _Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
 
@@ -50,6 +52,23 @@ class _Body(_Table):
     turns: list[_Turn] = []
 
 
+class _Insertion(_Table):
+    position: _Pair
+    velocity: _Pair = [0.0, 0.0]
+    radius: float
+    mass: float = 1.0
+    body: int = -1
+
+
+class _Command(_Table):
+    time: float
+    at: Annotated[list[int], Field(min_length=3, max_length=3)] | None = None
+    insert: _Insertion | None = None
+    remove: int | None = None
+    turn: int | None = None
+    velocity: _Pair | None = None
+
+
 class _File(_Table):
     arena: _Pair | None = None
     start: float = 0.0
@@ -59,7 +78,9 @@ class _File(_Table):
     options: Annotated[dict[str, Annotated[dict[str, Any], _Few]], _Few] = {}
     recipe: str | None = None
     parameters: Annotated[dict[str, Any], _Few] = {}
+    unit: float | None = None
     bodies: list[_Body] | None = None
+    commands: list[_Command] = []
 
 
 _EXPECTED = {
@@ -78,6 +99,13 @@ _EXPECTED = {
     "mass": "a finite number greater than 0",
     "turns": "[[bodies.turns]] tables",
     "time": "a finite number",
+    "unit": "a power of two from 2**-900 to 1",
+    "commands": "[[commands]] tables",
+    "at": "[epoch, tick, contacts], three whole numbers",
+    "insert": "a table with position, velocity, radius and mass",
+    "remove": "the number of a body",
+    "turn": "the number of a body",
+    "body": "the number of a body",
 }
 
 
@@ -145,12 +173,16 @@ def _wrong_value(kind: str, place: Place, value: Any) -> tuple[str, str]:
 
 def _whole_value(place: Place) -> Place:
     """Return the place of the value that the message is about: a position, not its second number."""
-    return place[:-1] if isinstance(place[-1], int) and place[-2] not in ("bodies", "turns") else place
+    return place[:-1] if isinstance(place[-1], int) and place[-2] not in _LISTS else place
 
 
 def _keys(place: Place) -> list[str]:
     """Return the keys of the table in which the last step of ``place`` stands."""
-    model: type[_Table] = _Turn if "turns" in place[:-1] else _Body if len(place) > 1 else _File
+    model: type[_Table] = _File
+    if len(place) > 1:
+        model = _Turn if "turns" in place[:-1] else _Body
+    if place[0] == "commands" and len(place) > 1:
+        model = _Insertion if "insert" in place[:-1] else _Command
     return [field.alias or name for name, field in model.model_fields.items()]
 
 
