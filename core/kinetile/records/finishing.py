@@ -100,6 +100,8 @@ def recover(path: str | Path, out: str | Path | None = None, *, overwrite: bool 
     name = partial.with_suffix("") if out is None else Path(out)
     try:
         log, alone = open_left(partial)
+    except RecordError:
+        raise
     except OSError as error:
         raise RecordError(f"{partial} cannot be read: {reason(error)}") from error
     with log, Unbroken():

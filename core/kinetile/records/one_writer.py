@@ -86,11 +86,11 @@ def open_left(partial: Path) -> tuple[BinaryIO, bool]:
     """
     if not stat.S_ISREG(partial.stat().st_mode):
         raise OSError(errno.EINVAL, "it is no regular file")
-    descriptor = os.open(partial, os.O_RDONLY | _BINARY)
+    file = partial.open("rb")
     try:
-        return open(descriptor, "rb"), _lock(descriptor, partial, shared=True)
+        return file, _lock(file.fileno(), partial, shared=True)
     except BaseException:
-        os.close(descriptor)
+        file.close()
         raise
 
 

@@ -8,10 +8,10 @@ first to a file that is written from front to back and means something at every 
 
 ``lengths`` are those of the text and of the rows in bytes (two unsigned integers of 8 bytes), ``text`` is
 JSON, ``rows`` are rows (dtype LOG) as they lie in memory, all little-endian. The text of the head names the
-columns and holds the scene; the text of a batch is the metadata as they were when it was written, so that the
-last one says how far the run is. ``checksum`` is the CRC-32 (4 bytes) of the whole file up to it: a batch is
-right only behind all those that it was written behind, and no bytes that lay on the disk before can pass for
-one.
+columns, holds the scene, and a number of its own; the text of a batch is the metadata as they were when it
+was written, so that the last one says how far the run is. ``checksum`` (4 bytes) is the CRC-32 of the whole
+file up to it, the other checksums left out: a batch is right only behind all those that it was written
+behind, and nothing that lay on the disk before can pass for one.
 
 One rule tells what is there from what is not: a batch counts if its lengths fit into the file and its
 checksum is right, and nothing counts behind one that does not. Nothing is made of a byte before its checksum
@@ -24,6 +24,7 @@ from __future__ import annotations
 
 import json
 import os
+import secrets
 import struct
 import zlib
 from collections.abc import Iterator
@@ -55,7 +56,7 @@ class LogWriter:
     def __init__(self, file: ReservedFile, scene: str) -> None:
         self._file = file
         self._checksum = zlib.crc32(SIGNATURE)
-        head = json.dumps({"columns": _COLUMNS, "scene": scene})
+        head = json.dumps({"columns": _COLUMNS, "scene": scene, "log": secrets.token_hex(8)})
         file.reserve(len(SIGNATURE) + _size(head) + _LAST_TEXT)
         file.write(SIGNATURE)
         self._put(head, np.zeros(0, _ROW))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import errno
 import os
 import shutil
-import signal
 import subprocess
 import sys
 import textwrap
@@ -118,12 +117,15 @@ def kill_a_run(path, batch: int) -> None:
     tests = os.path.dirname(os.path.abspath(__file__))
     script = textwrap.dedent(WRITE.format(tests=tests, path=str(path), batch=batch))
     with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) as process:
-        assert process.stdout.readline() == "writes\n"
-        with pytest.raises(RecordError, match="is being written by another run"), EventRecorder(path, SCENE):
-            pass
-        with pytest.raises(RecordError, match="is being written by another run"):
-            recover(f"{path}.partial")
-        process.send_signal(signal.SIGKILL)
+        try:
+            assert process.stdout.readline() == "writes\n"
+            said = "is being written by another run"
+            with pytest.raises(RecordError, match=said), EventRecorder(path, SCENE):
+                pass
+            with pytest.raises(RecordError, match=said):
+                recover(f"{path}.partial")
+        finally:
+            process.kill()
 
 
 @locks
@@ -133,7 +135,9 @@ def test_what_a_killed_run_has_left_was_written_over_unasked(tmp_path):
     assert names(tmp_path) == ["e.parquet.partial"]
     left = path.with_name("e.parquet.partial").read_bytes()
     with (
-        pytest.raises(RecordError, match=r"left by a run that was killed: `kinetile recover .*e\.parquet\.partial`"),
+        pytest.raises(
+            RecordError, match=r"left by a run that was killed: `kinetile recover .*e\.parquet\.partial`"
+        ),
         EventRecorder(path, SCENE),
     ):
         pass

@@ -132,9 +132,11 @@ def test_ctrl_c_within_a_write_waits_until_the_write_is_done(tmp_path, monkeypat
 
     monkeypatch.setattr(records, "_ROWS_A_BATCH", 10)
     path = tmp_path / "e.parquet"
-    with pytest.raises(KeyboardInterrupt), EventRecorder(path, scene()) as recorder:
-        monkeypatch.setattr(records.ReservedFile, "write", interrupted_write)
-        recorder(rows(50))
+    recorder = EventRecorder(path, scene()).__enter__()
+    monkeypatch.setattr(records.ReservedFile, "write", interrupted_write)
+    for step in (lambda: recorder(rows(50)), lambda: recorder.close("interrupted")):
+        with pytest.raises(KeyboardInterrupt):
+            step()
     monkeypatch.undo()
     found, metadata = read_events(path)
     assert (len(found), metadata["status"]) == (50, "interrupted")
