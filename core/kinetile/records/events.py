@@ -147,6 +147,14 @@ class EventRecorder:
             if self._waiting >= _ROWS_A_BATCH or monotonic() - self._flushed >= _SECONDS_A_BATCH:
                 self._flush()
 
+    def flush(self) -> None:
+        """Write now the rows that wait to be written; raises as a call with rows does."""
+        if self._full:
+            raise self._full
+        self._open_file()
+        with Unbroken():
+            self._flush()
+
     def begin(self, before: int) -> None:
         """Be told, by a simulation that is about to run, how many rows there were before the next one.
 
@@ -255,7 +263,7 @@ class EventRecorder:
         with file.reader() as log:
             try:
                 finish(log, str(self.partial), self._target, self._overwrite)
-            except OSError as error:
+            except Exception as error:  # pyarrow may say anything
                 with suppress(OSError):
                     file.sync()
                 kept = f"the first {self.rows} events" if self._full else "the events"

@@ -28,7 +28,6 @@ from kinetile.kernel.log import LOG
 from kinetile.records.one_writer import open_alone, open_left
 from kinetile.records.row_log import SIGNATURE, LogReader
 from kinetile.records.seal import Seal
-from kinetile.run.interrupts import Unbroken
 from kinetile.scene.targets import writable_target
 
 __all__ = [
@@ -104,7 +103,7 @@ def recover(path: str | Path, out: str | Path | None = None, *, overwrite: bool 
         raise
     except OSError as error:
         raise RecordError(f"{partial} cannot be read: {reason(error)}") from error
-    with log, Unbroken():
+    with log:
         target = event_target(name, overwrite)
         if target.exists() and os.path.samestat(os.fstat(log.fileno()), target.stat()):
             raise RecordError(f"{name} is the file to recover from: expected another name for the event file")
@@ -112,7 +111,7 @@ def recover(path: str | Path, out: str | Path | None = None, *, overwrite: bool 
             made = finish(log, str(partial), target, overwrite)
         except RecordError:
             raise
-        except OSError as error:
+        except Exception as error:  # pyarrow may say anything
             raise RecordError(f"{name} cannot be written: {reason(error)}; {partial} is as it was") from error
         remove = out is None and alone and not made.left_over
         if remove:
@@ -123,8 +122,9 @@ def recover(path: str | Path, out: str | Path | None = None, *, overwrite: bool 
 def finish(log: BinaryIO, its_name: str, target: Path, overwrite: bool) -> Recovered:
     """Make an event file of an open log, and give it its name.
 
-    Raises RecordError where there is no batch in the log or ``target`` has come to be there; OSError where
-    the file cannot be written. Then there is no new file, and an old one is as it was.
+    Raises RecordError where there is no batch in the log or ``target`` has come to be there; where the file
+    cannot be written, what the system or pyarrow says. Then there is no new file, and an old one is as it
+    was.
     """
     reader = LogReader(log, its_name)
     unfinished = target.with_name(target.name + ".unfinished")

@@ -42,8 +42,7 @@ def left(tmp_path_factory, whole):
             recorder.begin(0)
             for first in range(0, len(whole) - 10, 20):
                 recorder(whole[: len(whole) - 10][first : first + 20])
-            if recorder._waiting:
-                recorder._flush()
+            recorder.flush()
             shutil.copy(recorder.partial, path.with_name("left"))
     return path.with_name("left")
 
@@ -275,7 +274,7 @@ def test_a_batch_of_many_rows_does_not_say_that_those_behind_it_are_there(tmp_pa
     recorder(whole[:50])
     recorder.reached(2.0)
     monkeypatch.setattr(events, "_ROWS_A_BATCH", 20)
-    recorder._flush()
+    recorder.flush()
     with recorder.partial.open("rb") as file:
         log = LogReader(file, "")
         said = [(json.loads(log.text)["time"], len(rows)) for rows in log]
