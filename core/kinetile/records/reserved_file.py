@@ -68,19 +68,21 @@ class ReservedFile:
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         return written
 
-    def write(self, data: bytes) -> int:
-        """Write all of ``data`` and return its length; ``torn`` tells for ever that this has failed."""
-        rest = memoryview(data)
+    def write(self, *parts: bytes | memoryview) -> int:
+        """Write all of these bytes and return how many; ``torn`` tells for ever that this has failed."""
         try:
-            while rest:
-                rest = rest[self._put(rest) :]
+            for part in parts:
+                rest = memoryview(part)
+                while rest:
+                    rest = rest[self._put(rest) :]
         except BaseException:
             self.torn = True
             with suppress(OSError):
                 self._file.seek(self.position)
             raise
-        self.position += len(data)
-        return len(data)
+        size = sum(map(len, parts))
+        self.position += size
+        return size
 
     def tell(self) -> int:
         """How many bytes have been written."""

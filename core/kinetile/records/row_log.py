@@ -71,10 +71,10 @@ class LogWriter:
         self._put(text, np.zeros(0, _ROW))
 
     def _put(self, text: str, rows: NDArray[Any]) -> None:
-        said, content = text.encode(), rows.astype(_ROW, copy=False).tobytes()
-        frame = b"".join((_LENGTHS.pack(len(said), len(content)), said, content))
-        checksum = zlib.crc32(frame, self._checksum)
-        self._file.write(frame + _CHECKSUM.pack(checksum))
+        content = np.ascontiguousarray(rows, _ROW).view(np.uint8).data
+        said = _LENGTHS.pack(len(text.encode()), len(content)) + text.encode()
+        checksum = zlib.crc32(content, zlib.crc32(said, self._checksum))
+        self._file.write(said, content, _CHECKSUM.pack(checksum))
         self._checksum = checksum
 
 
@@ -112,12 +112,12 @@ class LogReader:
 
     def __iter__(self) -> Iterator[NDArray[Any]]:
         while (found := self._next()) is not None:
-            self.text = found[0].decode()
-            yield np.frombuffer(found[1], _ROW).astype(LOG, copy=False)
+            self.text, content, first = found[0].decode(), found[1], len(found[0])
+            yield np.frombuffer(content, _ROW, offset=first).astype(LOG, copy=False)
         self.rest = _without_zeros(self._file)
 
     def _next(self) -> tuple[bytes, bytes] | None:
-        """Return text and rows of the next batch if it counts; else None, and stay before it."""
+        """Return text, and text and rows, of the next batch if it counts; else None, and stay before it."""
         at = self._file.tell()
         lengths = self._file.read(_LENGTHS.size)
         if len(lengths) == _LENGTHS.size:
@@ -131,7 +131,7 @@ class LogReader:
                 checksum = zlib.crc32(content, zlib.crc32(lengths, self._checksum))
                 if self._file.read(_CHECKSUM.size) == _CHECKSUM.pack(checksum):
                     self._checksum = checksum
-                    return content[:text], content[text:]
+                    return content[:text], content
         self._file.seek(at)
         return None
 

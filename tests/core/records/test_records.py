@@ -126,9 +126,9 @@ def test_a_run_that_is_cut_short_leaves_what_was_done(tmp_path, error, status):
 def test_ctrl_c_within_a_write_waits_until_the_write_is_done(tmp_path, monkeypatch):
     write = records.ReservedFile.write
 
-    def interrupted_write(self, data):
+    def interrupted_write(self, *parts):
         signal.raise_signal(signal.SIGINT)
-        return write(self, data)
+        return write(self, *parts)
 
     monkeypatch.setattr(records, "_ROWS_A_BATCH", 10)
     path = tmp_path / "e.parquet"
