@@ -172,7 +172,7 @@ def test_what_a_killed_run_has_left_is_to_be_recovered_first(tmp_path):
     scene = kt.make_scene("cradle")
     with EventRecorder(tmp_path / "e", scene) as recorder:
         found = kinetile("certify-log", "cradle", recorder.partial)
-    assert found.exit_code == 1
+    assert found.exit_code == 2
     assert f"`kinetile recover {recorder.partial}` makes an event file of it" in found.stderr
 
 
