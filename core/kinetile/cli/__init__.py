@@ -24,6 +24,7 @@ from kinetile.cli.commands import (
     new_plugin,
     oracle,
     plugins,
+    recover,
     run,
     scenes,
 )
@@ -60,6 +61,7 @@ def _kinetile(
 
 _COMMANDS: tuple[Callable[..., None], ...] = (
     run.run,
+    recover.recover,
     compare.compare,
     conform.conform,
     replay.replay,

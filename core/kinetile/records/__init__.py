@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from kinetile.records.events import EventRecorder as EventRecorder
+    from kinetile.records.finishing import Recovered as Recovered
+    from kinetile.records.finishing import recover as recover
     from kinetile.records.reading import EventFile as EventFile
     from kinetile.records.reading import read_events as read_events
     from kinetile.records.trajectory import Trajectory as Trajectory
@@ -18,12 +20,22 @@ if TYPE_CHECKING:
 _HOME = {
     "EventFile": "reading",
     "EventRecorder": "events",
+    "Recovered": "finishing",
     "Trajectory": "trajectory",
     "positions_at": "trajectory",
     "read_events": "reading",
+    "recover": "finishing",
 }
 
-__all__ = ["EventFile", "EventRecorder", "Trajectory", "positions_at", "read_events"]
+__all__ = [
+    "EventFile",
+    "EventRecorder",
+    "Recovered",
+    "Trajectory",
+    "positions_at",
+    "read_events",
+    "recover",
+]
 
 
 def __getattr__(name: str) -> Any:

@@ -1,11 +1,12 @@
 """One writer a file: while somebody writes FILE.partial, nobody else begins to.
 
-The writer holds a lock (``flock``) on the file that it writes, from before the first byte until the file has
-its own name. The lock is the open file's and not a thing on disk: a process that is killed holds it no
-longer, and what it has left, which has no footer and cannot be read, is written over by the next.
+The writer holds a lock (``flock``) on the file that it writes, from before the first byte until FILE has its
+name. The lock is the open file's and not a thing on disk: a process that is killed holds it no longer, and
+what it has left can be read by whoever comes then. It is not written over unasked where there are rows in it.
 
 Where there is no ``flock`` (Windows, some network file systems), nobody can tell a file that is being written
-from one that was left, so a FILE.partial that is there is refused until somebody takes it away.
+from one that was left, so a FILE.partial that is there is refused until somebody takes it away. It can be
+read, and stays then.
 """
 
 from __future__ import annotations
@@ -15,27 +16,30 @@ import os
 import stat
 from contextlib import suppress
 from pathlib import Path
+from typing import BinaryIO
 
 try:
-    from fcntl import LOCK_EX, LOCK_NB, flock
+    from fcntl import LOCK_EX, LOCK_NB, LOCK_SH, flock
 except ImportError:  # Windows
     flock = None  # type: ignore[assignment]
 
 from kinetile.errors import RecordError
 from kinetile.records.reserved_file import ReservedFile
+from kinetile.records.row_log import SIGNATURE, holds_nothing
 
-__all__ = ["open_alone"]
+__all__ = ["open_alone", "open_left"]
 
+_RECOVER = "`kinetile recover"
 _NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EINVAL, errno.EOPNOTSUPP, errno.ENOTSUP}
-_FLAGS = os.O_RDWR | getattr(os, "O_BINARY", 0) | getattr(os, "O_NOFOLLOW", 0)
-_FOOTER = b"PAR1"
+_BINARY = getattr(os, "O_BINARY", 0)
+_FLAGS = os.O_RDWR | _BINARY | getattr(os, "O_NOFOLLOW", 0)
 
 
 def open_alone(partial: Path, overwrite: bool) -> ReservedFile:
     """Open FILE.partial, empty and for nobody else.
 
-    Raises RecordError where somebody else is writing it, or where it holds all events of a run that could not
-    give it its name (unless ``overwrite``); OSError where it cannot be opened.
+    Raises RecordError where somebody else is writing it, or where it holds events of a run that was killed,
+    or anything else (unless ``overwrite``); OSError where it cannot be opened.
     """
     while True:
         descriptor, new = _open(partial)
@@ -46,20 +50,48 @@ def open_alone(partial: Path, overwrite: bool) -> ReservedFile:
             if not _lock(descriptor, partial) and not new:
                 raise RecordError(
                     f"{partial} is there: another run is writing it, or one that was killed has left it. "
-                    "There are no locks here to tell the two apart: remove it if no run is writing it"
+                    f"There are no locks here to tell the two apart: if no run is writing it, {_RECOVER} "
+                    f"{partial}` makes an event file of it; then remove it"
                 )
             if file.is_at(partial):  # else it has got its own name since it was opened
-                if not overwrite and _is_whole(descriptor):
-                    raise RecordError(
-                        f"{partial} holds the events of an earlier run, which could not get the name it was "
-                        "to have: move it away, or have it overwritten (overwrite=True, or --overwrite)"
-                    )
+                if not overwrite:
+                    _check_contents(file, partial)
+                os.lseek(descriptor, 0, os.SEEK_SET)
                 os.ftruncate(descriptor, 0)
                 return file
         except BaseException:
             file.close()
             raise
         file.close()
+
+
+def _check_contents(file: ReservedFile, partial: Path) -> None:
+    """Raise RecordError where a file holds what would be lost if it were written over."""
+    with file.reader() as content:
+        if holds_nothing(content):
+            return
+        content.seek(0)
+        if content.read(len(SIGNATURE)) == SIGNATURE:
+            said = f"has been left by a run that was killed: {_RECOVER} {partial}` makes an event file of it;"
+        else:
+            said = "is there, and is nothing that a run leaves: move it away,"
+    raise RecordError(f"{partial} {said} or have it overwritten (overwrite=True, or --overwrite)")
+
+
+def open_left(partial: Path) -> tuple[BinaryIO, bool]:
+    """Open FILE.partial to read it; return it, and whether it is certain that nobody is writing it.
+
+    Raises RecordError where somebody is; OSError where it cannot be opened. Others may read it meanwhile, and
+    nobody begins to write it.
+    """
+    if not stat.S_ISREG(partial.stat().st_mode):
+        raise OSError(errno.EINVAL, "it is no regular file")
+    file = partial.open("rb")
+    try:
+        return file, _lock(file.fileno(), partial, shared=True)
+    except BaseException:
+        file.close()
+        raise
 
 
 def _open(partial: Path) -> tuple[int, bool]:
@@ -71,12 +103,12 @@ def _open(partial: Path) -> tuple[int, bool]:
             return os.open(partial, _FLAGS), False
 
 
-def _lock(descriptor: int, partial: Path) -> bool:
+def _lock(descriptor: int, partial: Path, *, shared: bool = False) -> bool:
     """Lock a file; return whether there are locks. Raises RecordError where somebody else holds this one."""
     if flock is None:
         return False
     try:
-        flock(descriptor, LOCK_EX | LOCK_NB)
+        flock(descriptor, (LOCK_SH if shared else LOCK_EX) | LOCK_NB)
     except BlockingIOError as error:
         raise RecordError(
             f"{partial.with_suffix('')} is being written by another run, which holds {partial}: wait for "
@@ -87,12 +119,3 @@ def _lock(descriptor: int, partial: Path) -> bool:
             raise
         return False
     return True
-
-
-def _is_whole(descriptor: int) -> bool:
-    """Whether a file has a footer, so that it can be read."""
-    size = os.fstat(descriptor).st_size
-    os.lseek(descriptor, max(size - len(_FOOTER), 0), os.SEEK_SET)
-    tail = os.read(descriptor, len(_FOOTER))
-    os.lseek(descriptor, 0, os.SEEK_SET)
-    return tail == _FOOTER

@@ -16,7 +16,16 @@ from numpy.typing import NDArray
 from kinetile.errors import Mistake, RecordError
 from kinetile.kernel.log import LOG
 from kinetile.records.agreement import disagreement
-from kinetile.records.events import DIGEST_KEY, KEY, LONGEST_SCENE, SCENE_KEY, pyarrow_modules, reason
+from kinetile.records.finishing import (
+    DIGEST_KEY,
+    KEY,
+    LONGEST_SCENE,
+    PARTIAL,
+    SCENE_KEY,
+    is_log,
+    pyarrow_modules,
+    reason,
+)
 from kinetile.records.seal import Seal
 from kinetile.scene.checks import shown
 
@@ -53,8 +62,8 @@ def read_events(path: str | Path) -> EventFile:
     "fingerprint" (of the contacts in the file), "answer" (the number of the specification that they follow; 0
     in a file that is older than that), "recipe", "parameters", "versions".
 
-    Raises MissingExtra without pyarrow, and RecordError where there is no event file of kinetile, or one that
-    is damaged or contradicts itself.
+    Raises MissingExtra without pyarrow, and RecordError where there is no event file of kinetile, one that is
+    damaged or contradicts itself, or FILE.partial of a run that goes on or was killed.
     """
     return read_with_scene(path)[0]
 
@@ -85,6 +94,11 @@ def _read(path: str | Path) -> tuple[NDArray[Any], dict[str, str]]:
     try:
         if not stat.S_ISREG(os.stat(path).st_mode):
             raise RecordError(f"{path} cannot be read as an event file: it is no regular file")
+        if is_log(path):
+            raise RecordError(
+                f"{path} is what a run writes while it goes on, and leaves when it is killed: `kinetile "
+                f"recover {path}` makes an event file of it"
+            )
         with (
             pa.OSFile(os.fspath(path)) as source,
             pq.ParquetFile(
@@ -101,6 +115,10 @@ def _read(path: str | Path) -> tuple[NDArray[Any], dict[str, str]]:
             return _read_rows(path, file), texts
     except RecordError:
         raise
+    except FileNotFoundError as error:
+        partial = Path(f"{path}{PARTIAL}")
+        left = f"; `kinetile recover {partial}` makes it of what a run has left" if partial.exists() else ""
+        raise RecordError(f"{path} cannot be read as an event file: {reason(error)}{left}") from error
     except Exception as error:  # of a damaged file pyarrow may say anything, MemoryError included
         raise RecordError(f"{path} cannot be read as an event file: {reason(error)}") from error
 

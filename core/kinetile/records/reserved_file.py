@@ -1,17 +1,19 @@
 """A file that owns its space before it is told what to write there.
 
-Parquet keeps its table of contents at the end: a file that runs out of disk before its footer is a file
-nobody can open. So the space for a row group *and* for the footer after it is taken from the disk first, by
-``posix_fallocate`` (which promises that writes inside the range will not fail for want of space) or, where
-that is missing, by writing zeros. If the space is not to be had, nothing has been written yet and the footer
-still fits into what is owned.
+What has to be said at the end of a file must have its room while the rest is written. So the space for a
+batch of rows *and* for the last word after it is taken from the disk first, by ``posix_fallocate`` (which
+promises that writes inside the range will not fail for want of space) or, where that is missing, by writing
+zeros. If the space is not to be had, nothing has been written yet and the last word still fits into what is
+owned.
 """
 
 from __future__ import annotations
 
 import errno
 import os
+from contextlib import suppress
 from pathlib import Path
+from typing import BinaryIO
 
 __all__ = ["ReservedFile"]
 
@@ -66,17 +68,21 @@ class ReservedFile:
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         return written
 
-    def write(self, data: bytes) -> int:
-        """Write all of ``data`` and return its length; ``torn`` tells for ever that this has failed."""
-        rest = memoryview(data)
+    def write(self, *parts: bytes | memoryview) -> int:
+        """Write all of these bytes and return how many; ``torn`` tells for ever that this has failed."""
         try:
-            while rest:
-                rest = rest[self._put(rest) :]
+            for part in parts:
+                rest = memoryview(part)
+                while rest:
+                    rest = rest[self._put(rest) :]
         except BaseException:
             self.torn = True
+            with suppress(OSError):
+                self._file.seek(self.position)
             raise
-        self.position += len(data)
-        return len(data)
+        size = sum(map(len, parts))
+        self.position += size
+        return size
 
     def tell(self) -> int:
         """How many bytes have been written."""
@@ -89,10 +95,20 @@ class ReservedFile:
         """Close the file."""
         self._file.close()
 
-    def seal(self) -> None:
-        """Give back what was reserved and not used, and bring everything to the disk."""
+    def trim(self) -> None:
+        """Give back what was reserved and not used."""
         os.ftruncate(self._file.fileno(), self.position)
+        self._owned = self.position
+
+    def sync(self) -> None:
+        """Bring everything to the disk."""
         os.fsync(self._file.fileno())
+
+    def reader(self) -> BinaryIO:
+        """Return the file to be read, from its beginning; nothing can be written before that is closed."""
+        reader = open(os.dup(self._file.fileno()), "rb")  # noqa: SIM115
+        reader.seek(0)
+        return reader
 
     @property
     def gone(self) -> bool:

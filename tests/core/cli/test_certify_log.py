@@ -168,6 +168,14 @@ def test_an_event_file_says_itself_how_far_it_goes(events):
     assert "there is one more before the end" in more.stdout
 
 
+def test_what_a_killed_run_has_left_is_to_be_recovered_first(tmp_path):
+    scene = kt.make_scene("cradle")
+    with EventRecorder(tmp_path / "e", scene) as recorder:
+        found = kinetile("certify-log", "cradle", recorder.partial)
+    assert found.exit_code == 2
+    assert f"`kinetile recover {recorder.partial}` makes an event file of it" in found.stderr
+
+
 def test_an_event_file_of_another_scene_is_refused(events):
     found = kinetile("certify-log", "cradle", "-s", "bodies=4", events)
     assert found.exit_code == 2

@@ -5,7 +5,6 @@ from __future__ import annotations
 import errno
 import os
 import shutil
-import signal
 import subprocess
 import sys
 import textwrap
@@ -15,7 +14,7 @@ import pytest
 
 import kinetile as kt
 from kinetile.errors import RecordError
-from kinetile.records import EventRecorder, one_writer, read_events
+from kinetile.records import EventRecorder, one_writer, read_events, recover
 
 pytest.importorskip("pyarrow")
 
@@ -69,7 +68,10 @@ def test_a_file_that_comes_during_the_run_is_not_overwritten(tmp_path):
     with pytest.raises(RecordError, match=r"has come to be there meanwhile; the events are in .*\.partial"):
         record(path, lambda: path.write_text("precious"))
     assert path.read_text() == "precious"
-    assert len(read_events(tmp_path / "e.parquet.partial").rows) == 5
+    assert names(tmp_path) == ["e.parquet", "e.parquet.partial"]
+    recover(tmp_path / "e.parquet.partial", overwrite=True)
+    assert read_events(path).metadata["status"] == "complete"
+    assert names(tmp_path) == ["e.parquet"]
 
 
 def test_a_name_that_is_none(tmp_path):
@@ -102,7 +104,7 @@ WRITE = """
     import test_one_writer as made
     from kinetile.records import EventRecorder, events
 
-    events._ROWS_A_GROUP = 1
+    events._ROWS_A_BATCH = {batch}
     with EventRecorder({path!r}, made.SCENE) as recorder:
         recorder(made.rows(3))
         print("writes", flush=True)
@@ -110,34 +112,61 @@ WRITE = """
 """
 
 
-@locks
-def test_a_killed_run_holds_no_lock_and_its_rest_is_written_over(tmp_path):
-    path = tmp_path / "e.parquet"
+def kill_a_run(path, batch: int) -> None:
+    """Kill a run that has recorded three rows, and has written them if they are a batch."""
     tests = os.path.dirname(os.path.abspath(__file__))
-    script = textwrap.dedent(WRITE.format(tests=tests, path=str(path)))
+    script = textwrap.dedent(WRITE.format(tests=tests, path=str(path), batch=batch))
     with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) as process:
-        assert process.stdout.readline() == "writes\n"
-        with pytest.raises(RecordError, match="is being written by another run"), EventRecorder(path, SCENE):
-            pass
-        process.send_signal(signal.SIGKILL)
+        try:
+            assert process.stdout.readline() == "writes\n"
+            said = "is being written by another run"
+            with pytest.raises(RecordError, match=said), EventRecorder(path, SCENE):
+                pass
+            with pytest.raises(RecordError, match=said):
+                recover(f"{path}.partial")
+        finally:
+            process.kill()
+
+
+@locks
+def test_what_a_killed_run_has_left_was_written_over_unasked(tmp_path):
+    path = tmp_path / "e.parquet"
+    kill_a_run(path, batch=1)
     assert names(tmp_path) == ["e.parquet.partial"]
-    with EventRecorder(path, SCENE) as recorder:
+    left = path.with_name("e.parquet.partial").read_bytes()
+    with (
+        pytest.raises(
+            RecordError, match=r"left by a run that was killed: `kinetile recover .*e\.parquet\.partial`"
+        ),
+        EventRecorder(path, SCENE),
+    ):
+        pass
+    assert path.with_name("e.parquet.partial").read_bytes() == left
+    with EventRecorder(path, SCENE, overwrite=True) as recorder:
         recorder(rows(5))
     assert read_events(path).rows.tobytes() == rows(5).tobytes()
     assert names(tmp_path) == ["e.parquet"]
 
 
 @locks
-def test_events_that_could_not_get_their_name_are_not_written_over(tmp_path):
+def test_a_killed_run_that_has_written_no_row_is_not_in_the_way(tmp_path):
+    path = tmp_path / "e.parquet"
+    kill_a_run(path, batch=1000)
+    with EventRecorder(path, SCENE):
+        pass
+    assert names(tmp_path) == ["e.parquet"]
+
+
+@locks
+def test_whatever_else_is_called_so_is_not_written_over(tmp_path):
     path, partial = tmp_path / "e.parquet", tmp_path / "e.parquet.partial"
-    with EventRecorder(partial, SCENE) as recorder:
-        recorder(rows(5))
+    partial.write_text("precious")
     with (
-        pytest.raises(RecordError, match="holds the events of an earlier run, which could not get the name"),
+        pytest.raises(RecordError, match="partial is there, and is nothing that a run leaves: move it away"),
         EventRecorder(path, SCENE),
     ):
         pass
-    assert len(read_events(partial).rows) == 5
+    assert partial.read_text() == "precious"
     with EventRecorder(path, SCENE, overwrite=True):
         pass
     assert names(tmp_path) == ["e.parquet"]
@@ -149,17 +178,24 @@ def _no_lock_here(descriptor, operation):
 
 @pytest.mark.parametrize("flock", [None, _no_lock_here])
 def test_without_locks_a_partial_file_is_refused_until_it_is_taken_away(tmp_path, monkeypatch, flock):
+    from kinetile.records import events
+
     monkeypatch.setattr(one_writer, "flock", flock)
     path = tmp_path / "e.parquet"
+    monkeypatch.setattr(events, "_ROWS_A_BATCH", 5)
     with EventRecorder(path, SCENE) as one:
+        one(rows(5))
         with (
             pytest.raises(RecordError, match="another run is writing it, or one that was killed has left it"),
             EventRecorder(path, SCENE, overwrite=True),
         ):
             pass
-        one(rows(5))
+        assert recover(f"{path}.partial", tmp_path / "copy.parquet").kept
+        assert recover(f"{path}.partial").kept
+        assert read_events(path).metadata["status"] == "killed"
+        path.unlink()
     assert len(read_events(path).rows) == 5
-    assert names(tmp_path) == ["e.parquet"]
+    assert names(tmp_path) == ["copy.parquet", "e.parquet"]
 
 
 @locks
@@ -195,7 +231,7 @@ def test_a_folder_that_was_removed_was_said_to_hold_the_events(tmp_path):
 def test_a_run_whose_file_was_removed_ends_with_the_next_write(tmp_path, monkeypatch):
     from kinetile.records import events
 
-    monkeypatch.setattr(events, "_ROWS_A_GROUP", 5)
+    monkeypatch.setattr(events, "_ROWS_A_BATCH", 5)
     recorder = EventRecorder(tmp_path / "e.parquet", SCENE).__enter__()
     recorder(rows(5))
     recorder.partial.unlink()
@@ -218,14 +254,15 @@ def test_a_folder_that_was_moved_keeps_the_events(tmp_path):
 
     with pytest.raises(RecordError, match=r"partial has been moved meanwhile.* the events are in it"):
         record(folder / "e.parquet", move)
-    assert len(read_events(moved / "e.parquet.partial").rows) == 5
+    recover(moved / "e.parquet.partial")
+    assert len(read_events(moved / "e.parquet").rows) == 5
     assert (folder / "e.parquet.partial").read_text() == "somebody else's"
 
 
 def test_the_time_reached_after_a_full_disk_is_that_of_the_last_row_in_the_file(tmp_path, monkeypatch):
     from kinetile.records import events
 
-    monkeypatch.setattr(events, "_ROWS_A_GROUP", 4)
+    monkeypatch.setattr(events, "_ROWS_A_BATCH", 4)
     path = tmp_path / "e.parquet"
 
     def full(self, size):

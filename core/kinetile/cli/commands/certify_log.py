@@ -79,13 +79,14 @@ def certify_log(
 def _read(log: str, scene: Scene, until: float | None, max_contacts: int | None) -> _Log:
     """Read what is to be checked; raise BadOption where it cannot be."""
     from kinetile.records.contacts import read_contacts
+    from kinetile.records.row_log import SIGNATURE
 
     end = until_or_default(scene, until, max_contacts)
     if log == "-":
         return _lines(read_contacts(sys.stdin, "standard input"), end)
     try:
         with Path(log).open("rb") as file:
-            if file.read(len(_PARQUET)) == _PARQUET:
+            if file.read(len(SIGNATURE)).startswith((_PARQUET, SIGNATURE)):
                 return _events(log, scene, end if until is not None or max_contacts is not None else None)
         with Path(log).open(encoding="utf-8", errors="replace") as lines:
             return _lines(read_contacts(lines, log), end)

@@ -1,0 +1,231 @@
+"""What a run has left becomes an event file: at its end, or after it was killed.
+
+There is one way from the log of a run (``kinetile.records.row_log``) to an event file, and every run takes
+it: the recorder when it closes, and ``recover`` when there was nobody to close it. So what is done after a
+kill is done every day. Writing Parquet beside the log all along would be the other way. It would take as much
+disk in the end, and a disk that fills up at two places at once fills up at half the rows; this way all of it
+is there for the log, and where nothing is left for the event file, the log stays, which can be made into one
+on another disk. The price is that a run ends a moment later: about a second for 700,000 rows.
+
+The event file is written under another name, FILE.unfinished, brought to the disk, and only then named; and
+only then the log may go. Whatever ends this on its way, the log is what it was.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, BinaryIO, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetile.errors import MissingExtra, RecordError
+from kinetile.kernel.log import LOG
+from kinetile.records.one_writer import open_alone, open_left
+from kinetile.records.row_log import SIGNATURE, LogReader
+from kinetile.records.seal import Seal
+from kinetile.scene.targets import writable_target
+
+__all__ = [
+    "DIGEST_KEY",
+    "KEY",
+    "LONGEST_SCENE",
+    "PARTIAL",
+    "SCENE_KEY",
+    "Recovered",
+    "event_target",
+    "finish",
+    "is_log",
+    "pyarrow_modules",
+    "reason",
+    "recover",
+]
+
+KEY = "kinetile"
+SCENE_KEY = "kinetile.scene"
+DIGEST_KEY = "kinetile.digest"
+LONGEST_SCENE = 2**31 - 1
+"""Bytes of TOML: pyarrow would stop at 1e8, about a million discs."""
+PARTIAL = ".partial"
+"""What a log is called: the name of its event file, and this."""
+
+_COLUMNS = LOG.names or ()
+_FEW_VALUES = ["epoch", "a", "b"]  # dictionaries pay for these; the others take forty times as long with them
+_ENCODING = {name: "BYTE_STREAM_SPLIT" for name in _COLUMNS if LOG[name].kind == "f"} | {
+    "tick": "DELTA_BINARY_PACKED"
+}
+_ROWS_A_GROUP = 1 << 17
+
+
+class Recovered(NamedTuple):
+    """An event file that was made of a log.
+
+    Its ``path``, ``rows``, ``status`` ("killed", or what a run said that could still say it) and the ``time``
+    up to which it goes; ``left_over``: bytes at the end of the log that are no whole batch; ``kept``: whether
+    the log is still there.
+    """
+
+    path: Path
+    rows: int
+    status: str
+    time: float
+    left_over: int
+    kept: bool
+
+
+def recover(path: str | Path, out: str | Path | None = None, *, overwrite: bool = False) -> Recovered:
+    """Make an event file of FILE.partial, which a run that was killed has left.
+
+    It holds the first rows of the run, and its status is "killed"; where the run had ended, and could only
+    not be given its event file, it has all rows and the status that it would have had. Without ``out`` it
+    becomes FILE, and FILE.partial goes, unless there are bytes in it that could not be read. With ``out``,
+    FILE.partial stays.
+
+    Raises MissingExtra without pyarrow, and RecordError where the run goes on, where this is no such file or
+    holds no batch of rows, and where the event file is there already (unless ``overwrite``) or cannot be
+    written: then FILE.partial is as it was.
+    """
+    pyarrow_modules()
+    partial = Path(path)
+    if out is None and (partial.suffix != PARTIAL or partial.stem == ""):
+        raise RecordError(
+            f"{partial} does not end in {PARTIAL}, so it does not say what its event file is to be called: "
+            "expected FILE.partial, or a name for the event file (out=..., or --out)"
+        )
+    name = partial.with_suffix("") if out is None else Path(out)
+    try:
+        log, alone = open_left(partial)
+    except RecordError:
+        raise
+    except OSError as error:
+        raise RecordError(f"{partial} cannot be read: {reason(error)}") from error
+    with log:
+        target = event_target(name, overwrite)
+        if target.exists() and os.path.samestat(os.fstat(log.fileno()), target.stat()):
+            raise RecordError(f"{name} is the file to recover from: expected another name for the event file")
+        try:
+            made = finish(log, str(partial), target, overwrite)
+        except RecordError:
+            raise
+        except Exception as error:  # pyarrow may say anything
+            raise RecordError(f"{name} cannot be written: {reason(error)}; {partial} is as it was") from error
+        remove = out is None and alone and not made.left_over
+        if remove:
+            partial.unlink()
+    return made._replace(path=name, kept=not remove)
+
+
+def finish(log: BinaryIO, its_name: str, target: Path, overwrite: bool) -> Recovered:
+    """Make an event file of an open log, and give it its name.
+
+    Raises RecordError where there is no batch in the log or ``target`` has come to be there; where the file
+    cannot be written, what the system or pyarrow says. Then there is no new file, and an old one is as it
+    was.
+    """
+    reader = LogReader(log, its_name)
+    unfinished = target.with_name(target.name + ".unfinished")
+    file = open_alone(unfinished, overwrite=True)
+    try:
+        metadata = _write(reader, its_name, file)
+        file.sync()
+        if not overwrite and target.exists():
+            raise RecordError(f"{target} has come to be there meanwhile")
+        if os.name == "nt":
+            file.close()
+        unfinished.replace(target)
+    except BaseException:
+        with suppress(OSError):
+            unfinished.unlink()
+        raise
+    finally:
+        file.close()
+    rows, status, time = metadata["rows"], metadata["status"], metadata["time"]
+    return Recovered(target, rows, status, time, reader.rest, True)
+
+
+def _write(reader: LogReader, its_name: str, file: Any) -> dict[str, Any]:
+    """Write the event file of a log; return its metadata."""
+    pa, pq = pyarrow_modules()
+    schema = pa.schema([(name, pa.from_numpy_dtype(LOG[name])) for name in _COLUMNS])
+    seal, count = Seal(), 0
+    writer = pq.ParquetWriter(
+        file,
+        schema,
+        compression="snappy",
+        use_dictionary=_FEW_VALUES,
+        column_encoding=_ENCODING,
+        write_page_checksum=True,
+    )
+    try:
+        for rows in _groups(reader):
+            writer.write_table(pa.table([rows[name] for name in _COLUMNS], schema=schema))
+            seal.add(rows)
+            count += len(rows)
+        if not reader.text:
+            raise RecordError(f"{its_name} is of a run that was killed before it began: no event is in it")
+        metadata: dict[str, Any] = json.loads(reader.text)
+        if metadata["status"] == "running":
+            metadata["status"] = "killed"
+        metadata |= {"rows": count, "fingerprint": seal.fingerprint}
+        text = json.dumps(metadata)
+        digest = seal.digest(text, reader.scene)
+        writer.add_key_value_metadata({KEY: text, SCENE_KEY: reader.scene, DIGEST_KEY: digest})
+        writer.close()
+    except BaseException:
+        writer.is_open = False  # there is no footer to be written when it is collected
+        raise
+    return metadata
+
+
+def _groups(reader: LogReader) -> Iterator[NDArray[Any]]:
+    """Yield the rows of a log in groups as Parquet likes them."""
+    waiting: list[NDArray[Any]] = []
+    for rows in reader:
+        waiting.append(rows)
+        if sum(map(len, waiting)) >= _ROWS_A_GROUP:
+            yield np.concatenate(waiting) if len(waiting) > 1 else rows
+            waiting = []
+    rest = np.concatenate([np.zeros(0, LOG), *waiting])
+    if len(rest):
+        yield rest
+
+
+def event_target(name: Path, overwrite: bool) -> Path:
+    """Return the event file to write, links followed; RecordError where it is not to be written."""
+    if not name.name:
+        raise RecordError(f"{str(name)!r} names no file: expected the path of an event file")
+    try:
+        target = writable_target(name)
+    except OSError as error:
+        raise RecordError(f"{name} cannot be written: {reason(error)}") from error
+    if target.exists() and not overwrite:
+        raise RecordError(
+            f"{name} is there already: choose another name, or have it overwritten (overwrite=True, or "
+            "--overwrite)"
+        )
+    return target
+
+
+def is_log(path: str | Path) -> bool:
+    """Whether a file begins as the log of a run does."""
+    with open(path, "rb") as file:
+        return file.read(len(SIGNATURE)) == SIGNATURE
+
+
+def pyarrow_modules() -> tuple[Any, Any]:
+    """Return pyarrow and pyarrow.parquet; MissingExtra without them."""
+    try:
+        import pyarrow
+        import pyarrow.parquet
+    except ImportError as error:
+        raise MissingExtra("Reading and writing event files", "pyarrow", "records") from error
+    return pyarrow, pyarrow.parquet
+
+
+def reason(error: Exception) -> str:
+    """Return what went wrong, in the system's own words where it has any."""
+    return (isinstance(error, OSError) and error.strerror) or str(error)

@@ -1,0 +1,162 @@
+"""The log of a run that goes on: its rows batch by batch, each of which is whole or is not there.
+
+A file that is told what is in it at its end, as Parquet is, cannot be read before it has an end. So rows go
+first to a file that is written from front to back and means something at every length::
+
+    "kinetile rows 1\\n"                                     16 bytes
+    head, batch, batch, ...                                 each: lengths, text, rows, checksum
+
+``lengths`` are those of the text and of the rows in bytes (two unsigned integers of 8 bytes), ``text`` is
+JSON, ``rows`` are rows (dtype LOG) as they lie in memory, all little-endian. The text of the head names the
+columns, holds the scene, and a number of its own; the text of a batch is the metadata as they were when it
+was written, so that the last one says how far the run is. ``checksum`` (4 bytes) is the CRC-32 of the whole
+file up to it, the other checksums left out: a batch is right only behind all those that it was written
+behind, and nothing that lay on the disk before can pass for one.
+
+One rule tells what is there from what is not: a batch counts if its lengths fit into the file and its
+checksum is right, and nothing counts behind one that does not. Nothing is made of a byte before its checksum
+is known. Whatever cuts a write short, a kill or a full disk, leaves a prefix of what was written. Zeros at
+the end are space that was reserved (``kinetile.records.reserved_file``): room for one more text is kept at
+all times, so that even on a full disk a run can say how it has ended.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import secrets
+import struct
+import zlib
+from collections.abc import Iterator
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetile.errors import RecordError
+from kinetile.kernel.log import LOG
+from kinetile.records.reserved_file import ReservedFile
+from kinetile.scene.checks import shown
+
+__all__ = ["SIGNATURE", "LogReader", "LogWriter", "holds_nothing"]
+
+SIGNATURE = b"kinetile rows 1\n"
+
+_ROW = LOG.newbyteorder("<")
+_COLUMNS = [[name, _ROW[name].str] for name in _ROW.names or ()]
+_LENGTHS = struct.Struct("<QQ")
+_CHECKSUM = struct.Struct("<I")
+_LAST_TEXT = 1 << 16  # bytes for the last text, beside what the one before took
+_AT_ONCE = 1 << 20
+
+
+class LogWriter:
+    """Writes a log into an empty file; OSError where the disk has no room, with nothing written."""
+
+    def __init__(self, file: ReservedFile, scene: str) -> None:
+        self._file = file
+        self._checksum = zlib.crc32(SIGNATURE)
+        head = json.dumps({"columns": _COLUMNS, "scene": scene, "log": secrets.token_hex(8)})
+        file.reserve(len(SIGNATURE) + _size(head) + _LAST_TEXT)
+        file.write(SIGNATURE)
+        self._put(head, np.zeros(0, _ROW))
+
+    def write(self, text: str, rows: NDArray[Any]) -> None:
+        """Write a batch, and hand it to the system: it is there though the process ends the moment after."""
+        self._file.reserve(_size(text) + rows.nbytes + _size(text) + _LAST_TEXT)
+        self._put(text, rows)
+
+    def end(self, text: str) -> None:
+        """Write the last batch, which has no rows, into the room that was kept for it."""
+        self._put(text, np.zeros(0, _ROW))
+
+    def _put(self, text: str, rows: NDArray[Any]) -> None:
+        content = np.ascontiguousarray(rows, _ROW).view(np.uint8).data
+        said = _LENGTHS.pack(len(text.encode()), len(content)) + text.encode()
+        checksum = zlib.crc32(content, zlib.crc32(said, self._checksum))
+        self._file.write(said, content, _CHECKSUM.pack(checksum))
+        self._checksum = checksum
+
+
+class LogReader:
+    """Gives the rows of a log batch by batch (dtype LOG), from front to back, once.
+
+    ``scene`` is the scene as TOML; ``text`` the metadata as they were behind the last rows that were given,
+    "" before the first batch; ``rest``, at the end, how many bytes lie behind the last batch that counts, the
+    zeros at the end left out. RecordError, in which the file is called ``name``, for what is no log, or one
+    without a head, or with other columns.
+    """
+
+    def __init__(self, file: BinaryIO, name: str) -> None:
+        self._file = file
+        self.text = ""
+        self.rest = 0
+        file.seek(0)
+        if file.read(len(SIGNATURE)) != SIGNATURE:
+            raise RecordError(
+                f"{name} is nothing that kinetile can make an event file of: expected the FILE.partial of a "
+                "run that was killed"
+            )
+        self._size = os.fstat(file.fileno()).st_size
+        self._checksum = zlib.crc32(SIGNATURE)
+        head = self._next()
+        if head is None:
+            raise RecordError(f"{name} is cut off, or damaged, before its first event: there is none in it")
+        said = json.loads(head[0])
+        if said["columns"] != _COLUMNS:
+            raise RecordError(
+                f"{name} is of another version of kinetile, with the columns "
+                f"{shown(', '.join(each for each, _ in said['columns']))}: only that version can read it"
+            )
+        self.scene: str = said["scene"]
+
+    def __iter__(self) -> Iterator[NDArray[Any]]:
+        while (found := self._next()) is not None:
+            self.text, content, first = found[0].decode(), found[1], len(found[0])
+            yield np.frombuffer(content, _ROW, offset=first).astype(LOG, copy=False)
+        self.rest = _without_zeros(self._file)
+
+    def _next(self) -> tuple[bytes, bytes] | None:
+        """Return text, and text and rows, of the next batch if it counts; else None, and stay before it."""
+        at = self._file.tell()
+        lengths = self._file.read(_LENGTHS.size)
+        if len(lengths) == _LENGTHS.size:
+            text, rows = _LENGTHS.unpack(lengths)
+            if (
+                text
+                and not rows % _ROW.itemsize
+                and text + rows + _CHECKSUM.size <= self._size - self._file.tell()
+            ):
+                content = self._file.read(text + rows)
+                checksum = zlib.crc32(content, zlib.crc32(lengths, self._checksum))
+                if self._file.read(_CHECKSUM.size) == _CHECKSUM.pack(checksum):
+                    self._checksum = checksum
+                    return content[:text], content
+        self._file.seek(at)
+        return None
+
+
+def holds_nothing(file: BinaryIO) -> bool:
+    """Whether a file can be written over with no loss: there are only zeros, or a log without any rows."""
+    file.seek(0)
+    if not _without_zeros(file):
+        return True
+    try:
+        log = LogReader(file, "")
+        return not any(len(rows) for rows in log) and not log.rest
+    except RecordError:
+        return False
+
+
+def _size(text: str) -> int:
+    return _LENGTHS.size + len(text.encode()) + _CHECKSUM.size
+
+
+def _without_zeros(file: BinaryIO) -> int:
+    """How many bytes there are from here on, the zeros at the end left out."""
+    size = here = 0
+    while some := file.read(_AT_ONCE):
+        used = len(some.rstrip(b"\0"))
+        size = here + used if used else size
+        here += len(some)
+    return size

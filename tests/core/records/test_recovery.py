@@ -1,0 +1,283 @@
+"""From the log of a run to an event file: after a kill, on a full disk, and where it cannot be."""
+
+from __future__ import annotations
+
+import errno
+import json
+import shutil
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from typer.testing import CliRunner
+
+import kinetile as kt
+from kinetile.cli import app
+from kinetile.errors import RecordError
+from kinetile.records import EventRecorder, Trajectory, events, finishing, read_events, recover
+from kinetile.records.reserved_file import ReservedFile
+from kinetile.records.row_log import LogReader
+
+pytest.importorskip("pyarrow")
+
+SCENE = kt.make_scene("grid", bodies=9, density=0.5, seed=3)
+
+
+@pytest.fixture(scope="module")
+def whole() -> np.ndarray:
+    """All rows of a run to time 2."""
+    parts: list[np.ndarray] = []
+    kt.Simulation(SCENE, "naive").run(2.0, recorder=parts.append)
+    return np.concatenate(parts)
+
+
+@pytest.fixture(scope="module")
+def left(tmp_path_factory, whole):
+    """What a run has left that was killed: the log of all its rows but the last ten, in batches of 20."""
+    path = tmp_path_factory.mktemp("left") / "e.parquet"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(events, "_ROWS_A_BATCH", 20)
+        with EventRecorder(path, SCENE, {"note": "as it was"}) as recorder:
+            recorder.begin(0)
+            for first in range(0, len(whole) - 10, 20):
+                recorder(whole[: len(whole) - 10][first : first + 20])
+            recorder.flush()
+            shutil.copy(recorder.partial, path.with_name("left"))
+    return path.with_name("left")
+
+
+@pytest.fixture
+def partial(left, tmp_path):
+    return shutil.copy(left, tmp_path / "e.parquet.partial")
+
+
+def names(folder) -> list[str]:
+    return sorted(each.name for each in folder.iterdir())
+
+
+def full(self, *_):
+    raise OSError(errno.ENOSPC, "No space left on device")
+
+
+def command(*arguments):
+    return CliRunner().invoke(app, ["recover", *map(str, arguments)])
+
+
+def test_what_a_killed_run_has_left_becomes_an_event_file(partial, tmp_path, whole):
+    made = recover(partial)
+    path = tmp_path / "e.parquet"
+    assert made == (path, len(whole) - 10, "killed", whole["time"][-11], 0, False)
+    assert names(tmp_path) == ["e.parquet"]
+    found, metadata = read_events(path)
+    assert found.tobytes() == whole[:-10].tobytes()
+    assert (metadata["status"], metadata["note"], metadata["time"]) == ("killed", "as it was", made.time)
+    again = kt.Simulation(SCENE, "naive")
+    again.run(made.time)
+    assert (Trajectory.read(path).positions(made.time) == again.positions()).all()
+
+
+def test_with_another_name_for_the_event_file_the_log_stays(partial, tmp_path, whole):
+    assert recover(partial, tmp_path / "other").kept
+    assert names(tmp_path) == ["e.parquet.partial", "other"]
+    assert len(read_events(tmp_path / "other").rows) == len(whole) - 10
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_each_byte_at_which_a_log_is_cut_leaves_a_true_prefix(left, tmp_path, whole, data):
+    content = left.read_bytes().rstrip(b"\0")
+    cut = data.draw(st.integers(_first(left), len(content)))
+    partial = tmp_path / "cut.partial"
+    partial.write_bytes(content[:cut])
+    made = recover(partial, overwrite=True)
+    found, metadata = read_events(tmp_path / "cut")
+    assert found.tobytes() == whole[: made.rows].tobytes()
+    assert made.rows >= (cut - len(content)) // kt.LOG.itemsize + len(whole) - 10 - 20
+    assert metadata["time"] == (found["time"][-1] if made.rows else SCENE.start)
+
+
+def _first(left) -> int:
+    """Where the first batch ends, which says that the run has begun."""
+    with left.open("rb") as file:
+        next(iter(LogReader(file, "")))
+        return file.tell()
+
+
+def test_damage_ends_the_event_file_and_keeps_the_log(partial, tmp_path, whole):
+    content = bytearray(partial.read_bytes())
+    content[len(content.rstrip(b"\0")) // 2] ^= 4
+    partial.write_bytes(content)
+    result = command(partial)
+    assert result.exit_code == 0
+    assert "are no whole batch of rows: a write that was cut off, or damage" in result.stderr
+    assert f"{partial} is still there" in result.stdout
+    found = read_events(tmp_path / "e.parquet").rows
+    assert 0 < len(found) < len(whole) - 10
+    assert found.tobytes() == whole[: len(found)].tobytes()
+
+
+def test_the_command_says_what_it_has_made(partial, tmp_path, whole):
+    result = command(partial, "--out", tmp_path / "other", "--json")
+    said = json.loads(result.stdout)
+    assert (result.exit_code, said["rows"], said["status"], said["kept"]) == (
+        0,
+        len(whole) - 10,
+        "killed",
+        True,
+    )
+    result = command(partial)
+    assert result.stdout.startswith(f"{tmp_path / 'e.parquet'}: {len(whole) - 10:,} events, to time ")
+    assert result.stdout.endswith(" (killed)\n")
+    result = command(tmp_path / "e.parquet")
+    assert result.exit_code == 2
+    assert "does not end in .partial" in result.stderr
+
+
+def test_readers_say_what_to_do_with_a_log(partial, tmp_path):
+    for read in (read_events, Trajectory.read):
+        with pytest.raises(RecordError, match=rf"`kinetile recover {partial}` makes an event file of it"):
+            read(partial)
+        with pytest.raises(RecordError, match=rf"No such file.*; `kinetile recover {partial}` makes it"):
+            read(tmp_path / "e.parquet")
+
+
+def test_what_cannot_be_recovered(partial, tmp_path):
+    before = partial.read_bytes()
+    (tmp_path / "there").write_text("precious")
+    (tmp_path / "event.partial").write_text("no log")
+    for path, out, said in (
+        (partial, tmp_path / "there", "there is there already: choose another name"),
+        (partial, partial, "is there already"),
+        (partial, tmp_path / "missing" / "e", "cannot be written: No such file"),
+        (partial, tmp_path, "cannot be written: Is a directory"),
+        (tmp_path / "nothing.partial", None, "cannot be read: No such file"),
+        (tmp_path, tmp_path / "new", "cannot be read: it is no regular file"),
+        (tmp_path / "event.partial", None, "is nothing that kinetile can make an event file of"),
+        (tmp_path / "there", None, "does not end in .partial"),
+        (tmp_path / ".partial", None, "does not end in .partial"),
+    ):
+        with pytest.raises(RecordError, match=said):
+            recover(path, out)
+    with pytest.raises(RecordError, match="is the file to recover from"):
+        recover(partial, partial, overwrite=True)
+    assert names(tmp_path) == ["e.parquet.partial", "event.partial", "there"]
+    assert partial.read_bytes() == before
+
+
+def test_a_run_that_was_killed_before_it_began(left, tmp_path):
+    with left.open("rb") as file:
+        LogReader(file, "")
+        head = file.tell()
+    partial = tmp_path / "e.partial"
+    partial.write_bytes(left.read_bytes()[:head])
+    with pytest.raises(RecordError, match="killed before it began: no event is in it"):
+        recover(partial)
+    assert names(tmp_path) == ["e.partial"]
+
+
+def test_what_ended_badly_while_it_was_made_an_event_file_is_begun_anew(partial, tmp_path):
+    (tmp_path / "e.parquet.unfinished").write_bytes(b"half of it")
+    recover(partial)
+    assert names(tmp_path) == ["e.parquet"]
+
+
+# Full disks
+
+
+def test_a_disk_without_room_for_the_event_file_keeps_the_log_of_a_whole_run(tmp_path, monkeypatch, whole):
+    path = tmp_path / "e.parquet"
+    recorder = EventRecorder(path, SCENE).__enter__()
+    recorder(whole)
+    recorder.reached(2.5)
+    monkeypatch.setattr(finishing, "_write", full)
+    said = r"No space left on device; the events are in .*partial: `kinetile recover .*partial --out ANOTHER`"
+    with pytest.raises(RecordError, match=said):
+        recorder.close()
+    with pytest.raises(RecordError, match=r"No space left on device; .*partial is as it was"):
+        recover(recorder.partial)
+    assert names(tmp_path) == ["e.parquet.partial"]
+    monkeypatch.undo()
+    recover(recorder.partial)
+    found, metadata = read_events(path)
+    assert found.tobytes() == whole.tobytes()
+    assert (metadata["status"], metadata["time"]) == ("complete", 2.5)
+
+
+@pytest.mark.parametrize("batches", [0, 1, 3])
+def test_a_full_disk_has_room_for_how_the_run_has_ended(tmp_path, monkeypatch, whole, batches):
+    """All space is what has been reserved, and none is left for the event file."""
+    monkeypatch.setattr(events, "_ROWS_A_BATCH", 20)
+    path = tmp_path / "e.parquet"
+    recorder = EventRecorder(path, SCENE).__enter__()
+    for first in range(0, batches * 20, 20):
+        recorder(whole[first : first + 20])
+    size = recorder.partial.stat().st_size
+    monkeypatch.setattr(ReservedFile, "reserve", full)
+    recorder.reached(2.0)
+    with pytest.raises(RecordError, match=f"it holds the first {batches * 20} events and no later ones"):
+        recorder(whole[batches * 20 :])
+    monkeypatch.setattr(finishing, "_write", full)
+    with pytest.raises(RecordError, match=f"No space left on device; the first {batches * 20} events are in"):
+        recorder.close()
+    assert recorder.partial.stat().st_size <= size
+    monkeypatch.undo()
+    made = recover(recorder.partial)
+    assert (made.rows, made.status[:6]) == (batches * 20, "disk: ")
+    assert made.time == (whole["time"][batches * 20 - 1] if batches else SCENE.start)
+
+
+def test_a_batch_that_was_torn_by_its_disk_makes_room_for_the_last_word(tmp_path, monkeypatch, whole):
+    monkeypatch.setattr(events, "_ROWS_A_BATCH", 20)
+    path = tmp_path / "e.parquet"
+    recorder = EventRecorder(path, SCENE).__enter__()
+    recorder(whole[:20])
+    put = ReservedFile._put
+
+    def torn(self, data):
+        if len(data) < 1000:
+            full(self)
+        return put(self, data[:1000])
+
+    monkeypatch.setattr(ReservedFile, "_put", torn)
+    with pytest.raises(RecordError, match="it holds the first 20 events"):
+        recorder(whole[20:40])
+    monkeypatch.undo()
+    recorder.close()
+    found, metadata = read_events(path)
+    assert found.tobytes() == whole[:20].tobytes()
+    assert metadata["status"].startswith("disk: ")
+
+
+# When rows are written
+
+
+def test_rows_are_written_when_a_quarter_of_a_second_is_over(tmp_path, monkeypatch, whole):
+    now = [100.0]
+    monkeypatch.setattr(events, "monotonic", lambda: now[0])
+    with EventRecorder(tmp_path / "e.parquet", SCENE) as recorder:
+        for number, (after, written) in enumerate(
+            [(0.1, 0), (0.1, 0), (0.1, 3), (0.2, 3), (0.05, 5), (9.0, 6)]
+        ):
+            now[0] += after
+            recorder(whole[number : number + 1])
+            assert recorder.rows == written
+            with recorder.partial.open("rb") as file:
+                assert sum(map(len, LogReader(file, ""))) == written
+
+
+def test_a_batch_of_many_rows_does_not_say_that_those_behind_it_are_there(tmp_path, monkeypatch, whole):
+    """A run had got to a time when its rows were still being written, batch by batch."""
+    monkeypatch.setattr(events, "_ROWS_A_BATCH", 20)
+    recorder = EventRecorder(tmp_path / "e.parquet", SCENE).__enter__()
+    monkeypatch.setattr(events, "_ROWS_A_BATCH", 10**6)
+    recorder(whole[:50])
+    recorder.reached(2.0)
+    monkeypatch.setattr(events, "_ROWS_A_BATCH", 20)
+    recorder.flush()
+    with recorder.partial.open("rb") as file:
+        log = LogReader(file, "")
+        said = [(json.loads(log.text)["time"], len(rows)) for rows in log]
+    last = whole["time"]
+    assert said == [(SCENE.start, 0), (last[19], 20), (last[39], 20), (2.0, 10)]
+    recorder.close()

@@ -1,0 +1,196 @@
+"""The log of a run: whatever happens to its bytes, what is read is a true prefix of what was written."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import zlib
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
+
+import kinetile as kt
+from kinetile.errors import RecordError
+from kinetile.records import row_log
+from kinetile.records.reserved_file import ReservedFile
+from kinetile.records.row_log import SIGNATURE, LogReader, LogWriter, holds_nothing
+
+MANY = settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+SIZES = (0, 3, 1, 40, 2)
+
+
+def rows(count: int, seed: int) -> np.ndarray:
+    """Return rows of any bits at all."""
+    return np.frombuffer(np.random.default_rng(seed).bytes(count * kt.LOG.itemsize), kt.LOG)
+
+
+class Log:
+    """A log: its bytes, where each batch ends, and the rows up to there."""
+
+    def __init__(self, path, sizes=SIZES) -> None:
+        with path.open("xb") as made:
+            file = ReservedFile(made.fileno())
+            log = LogWriter(file, "the scene")
+            self.ends, self.rows = [file.position], [b""]
+            for number, size in enumerate(sizes):
+                batch = rows(size, number)
+                log.write(json.dumps({"number": number}), batch)
+                self.ends.append(file.position)
+                self.rows.append(self.rows[-1] + batch.tobytes())
+            file.trim()
+        self.content = path.read_bytes()
+
+    def up_to(self, place: int) -> bytes:
+        """The rows of the batches that end at or before a place."""
+        return self.rows[sum(end <= place for end in self.ends) - 1]
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory):
+    return Log(tmp_path_factory.mktemp("log") / "log")
+
+
+@pytest.fixture
+def read(tmp_path):
+    """Read bytes as a log; return its rows, and what is left over."""
+
+    def read(content: bytes) -> tuple[bytes, int]:
+        path = tmp_path / "read"
+        path.write_bytes(content)
+        with path.open("rb") as file:
+            found = LogReader(file, "the log")
+            return b"".join(each.tobytes() for each in found), found.rest
+
+    return read
+
+
+def test_what_was_written_is_read(log, read, tmp_path):
+    assert read(log.content) == (log.rows[-1], 0)
+    (tmp_path / "again").write_bytes(log.content)
+    with (tmp_path / "again").open("rb") as file:
+        found = LogReader(file, "the log")
+        assert (found.scene, found.text) == ("the scene", "")
+        for number, (size, batch) in enumerate(zip(SIZES, found, strict=True)):
+            assert (json.loads(found.text), len(batch), batch.dtype) == ({"number": number}, size, kt.LOG)
+
+
+def test_a_log_torn_at_each_byte_of_its_last_batch(log, read):
+    before, end = log.ends[-2:]
+    for cut in range(before, end):
+        kept = log.content[:cut]
+        rest = max(len(kept.rstrip(b"\0")) - before, 0)
+        assert read(kept) == read(kept + bytes(500)) == (log.rows[-2], rest)
+
+
+@MANY
+@given(data=st.data())
+def test_a_log_cut_off_anywhere_with_anything_behind_it(log, read, data):
+    cut = data.draw(st.integers(log.ends[0], len(log.content)))
+    more = data.draw(st.sampled_from([b"", bytes(40), log.content[log.ends[1] :]]) | st.binary(max_size=60))
+    content = log.content[:cut] + more
+    same = len(os.path.commonprefix([content, log.content]))  # noqa: RUF071
+    assert read(content)[0] == log.up_to(same)
+
+
+@MANY
+@given(data=st.data())
+def test_flipped_bits_end_a_log_before_them(log, read, data):
+    content = bytearray(log.content)
+    places = data.draw(
+        st.lists(st.integers(log.ends[0], len(content) - 1), min_size=1, max_size=4, unique=True)
+    )
+    for place in places:
+        content[place] ^= 1 << data.draw(st.integers(0, 7))
+    found, rest = read(bytes(content))
+    assert found == log.up_to(min(places))
+    assert rest > 0
+
+
+@MANY
+@given(data=st.data())
+def test_batches_left_out_doubled_or_of_another_log(log, read, tmp_path_factory, data):
+    parts = [log.content[one:other] for one, other in zip(log.ends, log.ends[1:], strict=False)]
+    other = Log(tmp_path_factory.mktemp("other") / "log", (2, 3))
+    parts += [other.content[one:end] for one, end in zip(other.ends, other.ends[1:], strict=False)]
+    order = data.draw(st.lists(st.integers(0, len(parts) - 1), max_size=7))
+    right = 0
+    while right < len(order) and order[right] == right < len(SIZES):
+        right += 1
+    content = log.content[: log.ends[0]] + b"".join(parts[each] for each in order)
+    assert read(content)[0] == log.rows[right]
+
+
+@given(st.binary(max_size=200))
+@example(SIGNATURE)
+@example(SIGNATURE + bytes(100))
+@example(SIGNATURE + b"\xff" * 100)
+def test_anything_else_is_refused(tmp_path_factory, content):
+    path = tmp_path_factory.getbasetemp() / "anything"
+    path.write_bytes(content)
+    said = "before its first event" if content.startswith(SIGNATURE) else "nothing that kinetile can make"
+    with path.open("rb") as file, pytest.raises(RecordError, match=f"the log is .*{said}"):
+        LogReader(file, "the log")
+
+
+def test_a_damaged_head_is_refused(log, read):
+    for place in range(len(SIGNATURE), log.ends[0]):
+        content = bytearray(log.content)
+        content[place] ^= 1
+        with pytest.raises(RecordError, match="before its first event"):
+            read(bytes(content))
+
+
+def test_a_log_with_other_columns_is_refused(tmp_path, monkeypatch, read):
+    monkeypatch.setattr(row_log, "_COLUMNS", [["time", "<f8"], ["who", "<i4"]])
+    content = Log(tmp_path / "older").content
+    monkeypatch.undo()
+    with pytest.raises(RecordError, match="of another version of kinetile, with the columns 'time, who'"):
+        read(content)
+
+
+def test_the_checksum_is_that_of_the_whole_file_up_to_it(log):
+    """What docs and module head say of the format, so that it can be read without kinetile."""
+    for end in log.ends:
+        assert log.content[end - 4 : end] == zlib.crc32(_without_checksums(log, end)).to_bytes(4, "little")
+
+
+def _without_checksums(log, end: int) -> bytes:
+    content = bytearray(log.content[: end - 4])
+    for each in reversed([each for each in log.ends if each < end]):
+        del content[each - 4 : each]
+    return bytes(content)
+
+
+def test_what_can_be_written_over_with_no_loss(log, tmp_path):
+    empty = Log(tmp_path / "empty", (0, 0)).content
+    for content, nothing in (
+        (b"", True),
+        (bytes(3000), True),
+        (empty, True),
+        (empty + bytes(3000), True),
+        (empty + b"torn", False),
+        (empty[:-1], False),
+        (SIGNATURE, False),
+        (log.content, False),
+        (bytes(3000) + b"precious", False),
+        (b"precious", False),
+    ):
+        path = tmp_path / "some"
+        path.write_bytes(content)
+        with path.open("rb") as file:
+            assert holds_nothing(file) is nothing
+
+
+def test_space_that_is_zero_is_looked_through_in_pieces(tmp_path, monkeypatch):
+    monkeypatch.setattr(row_log, "_AT_ONCE", 4)
+    for content, size in (
+        (b"", 0),
+        (bytes(9), 0),
+        (bytes(9) + b"x", 10),
+        (b"x" + bytes(9), 1),
+        (b"ab\0c", 4),
+    ):
+        assert row_log._without_zeros(io.BytesIO(content)) == size
