@@ -17,7 +17,7 @@ import kinetile as kt
 import trespassing_phases
 from kinetile.conformance.cases import Subject
 from kinetile.conformance.checks import memory
-from kinetile.conformance.checks.gallery import smallest
+from kinetile.conformance.strategies.gallery import smallest
 from kinetile.conformance.court.verdicts import Seen
 from kinetile.conformance.watch import canaries
 from kinetile.conformance.watch.bounds import Breach, guarded

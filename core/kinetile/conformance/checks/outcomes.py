@@ -164,7 +164,7 @@ def survives_the_smallest_scenes(subject: Subject, scene: Scene, reference: Refe
 @check(draws=False, replayed_by="same-contacts")
 def same_contacts_in_the_gallery(subject: Subject, scene: Scene, reference: Reference) -> None:
     """The fixed gallery: dense and dilute gases, worst cases, billiards, lattices full of ties."""
-    from kinetile.conformance.checks.gallery import gallery
+    from kinetile.conformance.strategies.gallery import gallery
 
     seen = 0
     refusal = None

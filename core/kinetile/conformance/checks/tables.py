@@ -18,19 +18,24 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.errors import KinetileError
+from kinetile.kernel.presence import slots_taken
+from kinetile.kernel.tables import NOBODY
 from kinetile.run.simulation import Simulation
 
 __all__ = ["left_behind", "left_otherwise"]
 
 Left = Mapping[str, npt.NDArray[np.generic]]
 
-BODIES = ("x", "y", "vx", "vy", "anchor", "radius", "last", "stamp")
+BODIES = ("x", "y", "vx", "vy", "anchor", "radius")
 CLOCK = (
-    *("now", "tick", "per_time", "width", "height", "bodies", "epoch"),
-    *("spin_limit", "window", "window_size", "window_tick", "window_ticks", "fault"),
+    *("now", "tick", "per_time", "width", "height", "present", "epoch"),
+    *("window", "window_size", "window_tick", "window_ticks", "fault"),
 )
 OF_THE_SKIN = ("skin", "theta", "tolerance", "span", "fat")
-COUNTS = ("contacts_disc", "contacts_wall", "turns", "logged", "deepest", "turned_energy")
+COUNTS = (
+    *("contacts_disc", "contacts_wall", "turns", "inserted", "removed"),
+    *("logged", "deepest", "commanded_energy"),
+)
 
 
 def left_behind(sim: Simulation) -> Left:
@@ -42,13 +47,21 @@ def left_behind(sim: Simulation) -> Left:
         return {}
     clock = k.clock[0]
     walled = sim.scene.arena is not None and sim.composition.wall is not None
-    left = {f"bodies.{name}": np.array(k.bodies[name]) for name in BODIES}
-    left["mass"] = np.array(k.mass)
-    left["radii"] = np.array(k.radii)
-    left["bodies.reach is radius and skin"] = np.array(k.bodies.reach == k.bodies.radius + clock.skin)
-    if walled:
-        left["bodies.reach"] = np.array(k.bodies.reach)
-    for name in (*CLOCK, *(OF_THE_SKIN if walled else ())):
+    lives = bool(k.counts[0].inserted + k.counts[0].removed)
+    same_skin = walled and not lives  # which depends on how many slots there are
+    there = slots_taken(k)
+    bodies, number = k.bodies[there], np.append(k.queue["number"], NOBODY)
+    left = {f"bodies.{name}": np.array(bodies[name]) for name in BODIES}
+    left["bodies.last"] = number[bodies.last]
+    left["mass"] = np.array(k.mass[there])
+    left["radii"] = np.array(k.radii[there])
+    left["bodies.reach is radius and skin"] = np.array(bodies.reach == bodies.radius + clock.skin)
+    if not lives:
+        left["bodies.stamp"] = np.array(bodies.stamp)  # else it depends on who had the slot before
+        left["clock.spin_limit"] = np.array([clock.spin_limit])  # and this on how many slots there are
+    if same_skin:
+        left["bodies.reach"] = np.array(bodies.reach)
+    for name in (*CLOCK, *(OF_THE_SKIN if same_skin else ())):
         left[f"clock.{name}"] = np.array([clock[name]])
     return left | {f"counts.{name}": np.array([k.counts[0][name]]) for name in COUNTS}
 

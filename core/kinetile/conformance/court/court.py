@@ -16,13 +16,13 @@ from typing import Any, TypedDict
 from kinetile.conformance.cases import Subject, not_saved, save_case
 from kinetile.conformance.checks import CHECKS, check_named
 from kinetile.conformance.checks.check import Check
-from kinetile.conformance.checks.gallery import smallest
 from kinetile.conformance.court.drawing import Drawing
 from kinetile.conformance.court.limits import SECONDS, Patience, TimeIsUp, spent
 from kinetile.conformance.court.reduction import reduced
 from kinetile.conformance.court.report import Report, Result
 from kinetile.conformance.court.telling.symptoms import OFTEN, likely
 from kinetile.conformance.court.verdicts import References, Seen, applicable, verdict
+from kinetile.conformance.strategies.gallery import smallest
 from kinetile.plugin.registry import Provided, registry
 from kinetile.scene import Scene
 
