@@ -174,7 +174,7 @@ MUTANTS: tuple[Mutant, ...] = (
     *(
         Mutant(
             f"an event forgets to watch its {which} tile",
-            (Change("__init__:repair", NOTED.format(tile, lane, lane), ""),),
+            (Change("upkeep:watch_tiles", NOTED.format(tile, lane, lane), ""),),
         )
         for which, tile, lane in (
             ("first", "one.left", 0),
@@ -185,7 +185,7 @@ MUTANTS: tuple[Mutant, ...] = (
     *(
         Mutant(
             f"a new plan forgets {port}",
-            (Change("__init__:watch_around", NOTED.format(tile, lane, lane), ""),),
+            (Change("upkeep:watch_around", NOTED.format(tile, lane, lane), ""),),
         )
         for port, tile, lane in (
             ("R.outer", "outer", 0),
@@ -199,14 +199,14 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant(
         "a new plan does not queue the owners of other tiles",
         tuple(
-            Change("__init__:watch_around", f"settle(k, s, body_of({tile}))", "pass")
+            Change("upkeep:watch_around", f"settle(k, s, body_of({tile}))", "pass")
             for tile in ("first", "second", "third")
         ),
     ),
     Mutant(
         "an event does not queue the owners",
         tuple(
-            Change("__init__:repair", f"settle(k, s, body_of({tile}.left))", "pass")
+            Change("upkeep:watch_tiles", f"settle(k, s, body_of({tile}.left))", "pass")
             for tile in ("one", "two", "three")
         ),
     ),

@@ -2,7 +2,8 @@
 
 It prunes nothing and has no certificate that could fail, so by every measure of a kinetic data structure
 except the number of pairs it is ideal (thesis, section 2.2). It is the reference: nothing that it does can be
-wrong, so whatever differs from it is. It is also the shortest broad phase there can be: ``near`` alone.
+wrong, so whatever differs from it is. It is also the shortest broad phase there can be: ``near`` alone. Where
+bodies come and go it is made anew for each, as any phase is that does not say how it takes one in.
 
 Its cost: each change of a flight plan asks n - 1 others. Above ``LIMIT`` bodies it refuses.
 """
@@ -11,7 +12,7 @@ from __future__ import annotations
 
 from kinetile.errors import Refused
 from kinetile.scene import Scene
-from kinetile.toolbox import BroadPhaseParts, Kernel, NoState, hook, is_there
+from kinetile.toolbox import BroadPhaseParts, Kernel, NoState, hook
 
 __all__ = ["LIMIT", "Naive"]
 
@@ -22,16 +23,10 @@ LIMIT = 4000
 @hook
 def near(k: Kernel, s: NoState, body: int) -> int:
     """Name every body; that a body is near itself does no harm."""
-    count = 0
-    for other in range(k.clock[0].bodies):
-        k.near[count] = other
-        count += is_there(k, other)
+    count = len(k.bodies)
+    for other in range(count):
+        k.near[other] = other
     return count
-
-
-@hook
-def nothing(k: Kernel, s: NoState, body: int) -> None:
-    """Whoever comes or goes: there is no structure that would have to know."""
 
 
 class Naive:
@@ -44,4 +39,4 @@ class Naive:
                 f"naive asks every body about every other and stops at {LIMIT} bodies; this scene has "
                 f"{len(scene)}: choose another broad phase, such as cells or sap-2d"
             )
-        return BroadPhaseParts(near=near, enter=nothing, leave=nothing, room=scene.capacity)
+        return BroadPhaseParts(near=near)

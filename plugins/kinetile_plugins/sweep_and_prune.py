@@ -224,7 +224,8 @@ def leave(k: Kernel, s: State, body: int) -> None:
     """A body goes, and its pairs with it; the gaps that close behind its bounds are watched."""
     for other in range(pairs_of(k, body)):
         remove_pair(k, body, k.near[other])
-    for bound in range(4 * body, 4 * body + 2):
+    for upper in range(2):
+        bound = 4 * body + upper
         before = s.order[s.bounds[bound + PLACE] - 1]
         take_bound_out(s, bound)
         s.bounds[bound] = NEVER

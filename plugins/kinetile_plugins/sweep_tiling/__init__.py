@@ -85,9 +85,9 @@ class SweepTiling:
                 "sweep-tiling tiles an arena, and this scene has none: "
                 "give the scene an arena, or choose cells, sap-1d, sap-2d or naive"
             )
-        n = scene.capacity
+        n = len(scene)
         radius = scene.radius
-        state = empty(n)
+        state = empty(scene.capacity)
         return BroadPhaseParts(
             near=near,
             state=state,
@@ -100,6 +100,6 @@ class SweepTiling:
             audit=audit,
             ticks=(state.due,),
             solid=True,
-            skin_limit=float(radius.min() / (8.0 * radius.max()) * radius.min()) if len(scene) else None,
-            room=3 * n + 1,
+            skin_limit=float(radius.min() / (8.0 * radius.max()) * radius.min()) if n else None,
+            room=3 * scene.capacity + 1,
         )
