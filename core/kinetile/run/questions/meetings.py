@@ -146,7 +146,7 @@ def _ticks_with(moment: Moment, a: int, others: Integers) -> Integers:
     ticks = np.full(len(others), NEVER)
     pair = moment.composition.pair
     if pair is not None:
-        _composed(ask_partners, meet=pair.meet)(_aside(moment.k), a, others, ticks)
+        _composed(ask_partners, meet=pair.meet)(moment.aside, a, others, ticks)
         ticks[ticks < moment.now] = NEVER
     return ticks
 
@@ -156,18 +156,13 @@ def _wall_of(moment: Moment, a: int) -> tuple[int, int]:
     wall = moment.composition.wall
     assert wall is not None
     answer = np.zeros(2, dtype=np.int64)
-    _composed(ask_wall, reach_wall=wall.reach_wall)(_aside(moment.k), a, answer)
+    _composed(ask_wall, reach_wall=wall.reach_wall)(moment.aside, a, answer)
     tick, which = answer.tolist()
     return tick, which
 
 
 def _composed(asked: Callable[..., Any], **hooks: Any) -> Callable[..., Any]:
     return compose(asked, hooks, "questions", Kernel)
-
-
-def _aside(k: Kernel) -> Kernel:
-    """Return the tables with a clock of their own: a narrow phase may blame, and nobody is to hear it."""
-    return k._replace(clock=k.clock.copy())
 
 
 meet = reach_wall = to_be_filled_in
