@@ -52,6 +52,7 @@ directions = points.filter(lambda u: u != (0.0, 0.0))
 @example(discs=[(2.0, float(np.nextafter(1.0, 2.0)), 1.0)], origin=(0.0, 0.0), direction=(1.0, 0.0))
 @example(discs=[(1.0, 0.0, 1.0), (-1.0, 0.0, 1.0)], origin=(0.0, 0.0), direction=(0.0, 1.0))
 @example(discs=[(3.0, 0.0, 0.5), (4.0, 0.0, 1.5)], origin=(0.0, 0.0), direction=(3.0, 0.0))
+@example(discs=[(3.0, 2.0**-30, 1.0), (3.0, 0.0, 1.0)], origin=(0.0, 0.0), direction=(1.0, 0.0))  # 2^-61
 @example(discs=[(1.0, 1.0, 0.25)], origin=(0.0, 0.0), direction=(5e-324, 5e-324))
 @example(discs=[(1.0, 0.0, 0.25)], origin=(0.0, 0.0), direction=(1e60, 5e-324))
 def test_who_stands_in_the_way(discs, origin, direction):
