@@ -28,6 +28,9 @@ if TYPE_CHECKING:
     from kinetile.records.reading import read_events as read_events
     from kinetile.records.trajectory import Trajectory as Trajectory
     from kinetile.run.advance import Event as Event
+    from kinetile.run.questions import CastHit as CastHit
+    from kinetile.run.questions import NextContact as NextContact
+    from kinetile.run.questions import RayHit as RayHit
     from kinetile.run.simulation import Progress as Progress
     from kinetile.run.simulation import Simulation as Simulation
     from kinetile.scene import Insert as Insert
@@ -44,11 +47,14 @@ _HOME = {
     "API_VERSION": "kinetile.plugin.specs",
     "BroadPhaseSpec": "kinetile.plugin.specs",
     "CONTACT": "kinetile.kernel.log",
+    "CastHit": "kinetile.run.questions",
     "Event": "kinetile.run.advance",
     "LOG": "kinetile.kernel.log",
     "NarrowPhaseSpec": "kinetile.plugin.specs",
     "EventRecorder": "kinetile.records.events",
+    "NextContact": "kinetile.run.questions",
     "Progress": "kinetile.run.simulation",
+    "RayHit": "kinetile.run.questions",
     "Trajectory": "kinetile.records.trajectory",
     "read_events": "kinetile.records.reading",
     "Registry": "kinetile.plugin.registry",

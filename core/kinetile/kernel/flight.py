@@ -51,8 +51,13 @@ def note_place(k: Kernel, number: int) -> None:
     put_place(k.places, number, body.x + body.vx * back, body.y + body.vy * back, body.vx, body.vy)
 
 
-def positions_now(k: Kernel) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """Return (n, 2) positions at the kernel's present tick; for set-up and read-out, not for hooks."""
-    clock = k.clock[0]
-    elapsed = (clock.now - k.bodies.anchor) * clock.tick
-    return np.column_stack([k.bodies.x + k.bodies.vx * elapsed, k.bodies.y + k.bodies.vy * elapsed])
+def positions_now(
+    k: Kernel, slots: np.ndarray[Any, np.dtype[np.int64]] | None = None
+) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """Return (n, 2) positions at the kernel's present tick, of all bodies or of those in the slots given; for
+    set-up and read-out, not for hooks."""
+    clock, bodies = k.clock[0], k.bodies.view(np.ndarray)
+    columns = (bodies[name] for name in ("anchor", "x", "y", "vx", "vy"))
+    anchor, x, y, vx, vy = columns if slots is None else (column[slots] for column in columns)
+    elapsed = (clock.now - anchor) * clock.tick
+    return np.column_stack([x + vx * elapsed, y + vy * elapsed])

@@ -1,0 +1,213 @@
+"""Who will meet whom, and when, by the present flight plans.
+
+The narrow phase is asked as the loop asks it, one pair after the other in compiled code: most pairs part or
+miss, which its first step sees for less than a filter over whole arrays would cost. So each tick is the one
+that the contact has in the log, if it happens.
+
+It happens if no plan of the two changes before. That somebody else comes between is another question, with
+an answer that is a function of the plans as well: a contact is *scheduled* if it is the first that either of
+its bodies has with anybody, walls included, and none of them is to change its plan by then.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from kinetile.kernel.certificates import first_touch
+from kinetile.kernel.compiled import compose, disowned, larger, smaller, to_be_filled_in
+from kinetile.kernel.loop.predictions import barred_with
+from kinetile.kernel.tables import NEVER, Kernel
+from kinetile.run.questions.moment import Moment
+from kinetile.run.questions.places import Point
+
+__all__ = ["CastHit", "NextContact", "cast", "next_contact", "next_contact_of"]
+
+Integers = npt.NDArray[np.int64]
+
+
+class NextContact(NamedTuple):
+    """A contact to come, as the row of ``Simulation.contacts`` that it will be.
+
+    Attributes:
+        time: when, in the scene's time; (epoch, tick) is the same exactly (``kinetile.kernel.log``).
+        epoch: whole time units since the scene's start.
+        tick: ticks of 2**-52 of a time unit after that.
+        a: a body.
+        b: another one, b > a, or a wall: -1 left, -2 right, -3 bottom, -4 top.
+    """
+
+    time: float
+    epoch: int
+    tick: int
+    a: int
+    b: int
+
+
+class CastHit(NamedTuple):
+    """The body that a cast disc meets first.
+
+    Attributes:
+        time: when, in the scene's time; (epoch, tick) is the same exactly, as in ``NextContact``.
+        epoch: whole time units since the scene's start.
+        tick: ticks of 2**-52 of a time unit after that.
+        body: which.
+    """
+
+    time: float
+    epoch: int
+    tick: int
+    body: int
+
+
+class _First(NamedTuple):
+    """What comes first for a body: a contact at a kernel's tick, with a slot or a wall."""
+
+    tick: int
+    other: int
+
+
+def next_contact(
+    moment: Moment, a: int, b: int, scheduled: bool = False, planned: Mapping[int, int] | None = None
+) -> NextContact | None:
+    """Return the contact of the bodies in two slots by their present plans; None where there is none.
+
+    ``planned`` is for ``scheduled``: at which kernel's tick the body in a slot is to change its plan.
+    """
+    tick = int(_ticks_with(moment, a, np.array([b], dtype=np.int64))[0])
+    if tick == NEVER or (scheduled and not _is_first(moment, a, b, tick, planned or {})):
+        return None
+    return NextContact(*_moment_of(moment, tick), min(a, b), max(a, b))
+
+
+def next_contact_of(
+    moment: Moment, a: int, scheduled: bool = False, planned: Mapping[int, int] | None = None
+) -> NextContact | None:
+    """Return the first of the contacts that the body in a slot has with each other body, and with walls, by
+    the present plans; None where it has none. Where it is to be ``scheduled``, None as well where something
+    precedes it."""
+    first = _first_of(moment, a)
+    if first is None:
+        return None
+    tick, other = first
+    if scheduled and not _is_first(moment, a, other, tick, planned or {}):
+        return None
+    bodies = (a, other) if other < 0 else (min(a, other), max(a, other))
+    return NextContact(*_moment_of(moment, tick), *bodies)
+
+
+def cast(moment: Moment, centre: Point, radius: float, velocity: Point) -> CastHit | None:
+    """Return whom a disc would meet first that starts here and now, by the present plans; None for nobody.
+
+    The body of the hit is a slot. Contact is what it is for two bodies: approach. Whom the disc touches or
+    overlaps, and approaches, it meets at once; whom it leaves, never.
+    """
+    ticks = np.full(len(moment.slots), NEVER)
+    asking = compose(ask_for_disc, {}, "questions", Kernel)
+    asking(moment.k, moment.slots, *centre, *velocity, radius, ticks)
+    at = int(ticks.argmin()) if len(ticks) else 0
+    if not len(ticks) or ticks[at] == NEVER:
+        return None
+    return CastHit(*_moment_of(moment, int(ticks[at])), int(moment.slots[at]))
+
+
+def _moment_of(moment: Moment, tick: int) -> tuple[float, int, int]:
+    """Return (time, epoch, tick) of a kernel's tick."""
+    return moment.clock.moment(moment.clock.total(tick))
+
+
+def _is_first(moment: Moment, a: int, other: int, tick: int, planned: Mapping[int, int]) -> bool:
+    """Whether nothing precedes a contact for any of its bodies. Changes of plan go before contacts."""
+    bodies = [(a, other)] if other < 0 else [(a, other), (other, a)]
+    return all(
+        planned.get(one, NEVER) > tick and _first_of(moment, one) == (tick, two) for one, two in bodies
+    )
+
+
+def _first_of(moment: Moment, a: int) -> _First | None:
+    """Return what comes first for a body, in the order of events: walls first, then pairs by their bodies."""
+    ticks = _ticks_with(moment, a, moment.slots)
+    found = _First(NEVER, a)
+    if len(ticks):
+        at = int(ticks.argmin())
+        found = _First(int(ticks[at]), int(moment.slots[at]))
+    if moment.composition.wall is not None:
+        tick, wall = _wall_of(moment, a)
+        if tick <= found.tick:
+            found = _First(tick, wall)
+    return None if found.tick == NEVER else found
+
+
+def _ticks_with(moment: Moment, a: int, others: Integers) -> Integers:
+    """Return when a body meets each of others, as the kernel counts; NEVER where not, or not any more."""
+    ticks = np.full(len(others), NEVER)
+    pair = moment.composition.pair
+    if pair is not None:
+        _composed(ask_partners, meet=pair.meet)(moment.aside, a, others, ticks)
+        ticks[ticks < moment.now] = NEVER
+    return ticks
+
+
+def _wall_of(moment: Moment, a: int) -> tuple[int, int]:
+    """Return when a body meets a wall, and which; NEVER where not."""
+    wall = moment.composition.wall
+    assert wall is not None
+    answer = np.zeros(2, dtype=np.int64)
+    _composed(ask_wall, reach_wall=wall.reach_wall)(moment.aside, a, answer)
+    tick, which = answer.tolist()
+    return tick, which
+
+
+def _composed(asked: Callable[..., Any], **hooks: Any) -> Callable[..., Any]:
+    return compose(asked, hooks, "questions", Kernel)
+
+
+meet = reach_wall = to_be_filled_in
+
+
+def ask_partners(k: Kernel, body: int, others: Integers, ticks: Integers) -> None:
+    """Write down when a body meets each of others by their plans; a template, as ``kernel.loop`` has."""
+    k = disowned(k)
+    barred = barred_with(k, body)
+    for i in range(len(others)):
+        other = others[i]
+        if other != body and other != barred:
+            ticks[i] = meet(k, smaller(body, other), larger(body, other))
+
+
+def ask_wall(k: Kernel, body: int, answer: Integers) -> None:
+    """Write down when a body meets a wall, and which; a template."""
+    k = disowned(k)
+    tick, wall = reach_wall(k, k.bodies[body])
+    answer[0] = tick
+    answer[1] = wall
+
+
+def ask_for_disc(
+    k: Kernel, others: Integers, x: float, y: float, vx: float, vy: float, radius: float, ticks: Integers
+) -> None:
+    """Write down when a disc that is anchored now meets each of others; a template."""
+    k = disowned(k)
+    clock = k.clock[0]
+    for i in range(len(others)):
+        body = k.bodies[others[i]]
+        delay = first_touch(
+            body.x,
+            body.y,
+            body.vx,
+            body.vy,
+            clock.now - body.anchor,
+            x,
+            y,
+            vx,
+            vy,
+            body.radius,
+            radius,
+            clock.tick,
+            clock.per_time,
+        )
+        if delay != NEVER:
+            ticks[i] = clock.now + delay

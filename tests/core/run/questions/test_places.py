@@ -1,0 +1,105 @@
+"""Who is in a box and who is near a point, against exact arithmetic about every body."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from math import isqrt
+
+import numpy as np
+import pytest
+from hypothesis import assume, example, given
+from hypothesis import strategies as st
+
+from asked import coordinates, discs, laid_out, points, radii, wide
+from kinetile.run.questions.places import bodies_in, bodies_near
+
+BITS = 3000
+
+
+def in_box(disc, box) -> bool:
+    x, y, r = map(Fraction, disc)
+    left, bottom, right, top = map(Fraction, box)
+    dx, dy = x - min(max(x, left), right), y - min(max(y, bottom), top)
+    return dx * dx + dy * dy <= r * r
+
+
+def as_a_whole(disc, box) -> bool:
+    x, y, r = map(Fraction, disc)
+    left, bottom, right, top = map(Fraction, box)
+    return left <= x - r and x + r <= right and bottom <= y - r and y + r <= top
+
+
+def within(disc, point, radius) -> bool:
+    x, y, r = map(Fraction, disc)
+    dx, dy = x - Fraction(point[0]), y - Fraction(point[1])
+    return dx * dx + dy * dy <= (Fraction(radius) + r) ** 2
+
+
+def distance(disc, point) -> int:
+    """Return how far a disc is from a point to so many digits that equal ones are equal."""
+    x, y, r = map(Fraction, disc)
+    dx, dy = x - Fraction(point[0]), y - Fraction(point[1])
+    square = (dx * dx + dy * dy) * 4**BITS
+    assert square.denominator == 1
+    return isqrt(square.numerator << 200) - int(r * 2 ** (BITS + 100))
+
+
+boxes = st.one_of(
+    st.tuples(coordinates, coordinates, coordinates, coordinates), st.tuples(wide, wide, wide, wide)
+).map(lambda b: (min(b[0], b[2]), min(b[1], b[3]), max(b[0], b[2]), max(b[1], b[3])))
+
+
+@given(discs=discs, box=boxes)
+@example(discs=[(2.0, 2.0, 0.5)], box=(0.0, 0.0, 1.5, 2.0))
+@example(discs=[(1.75, 2.0, 1.25)], box=(0.0, 0.0, 1.0, 1.0))  # at the corner, 3 : 4 : 5
+@example(discs=[(1.75, np.nextafter(2.0, 3.0), 1.25)], box=(0.0, 0.0, 1.0, 1.0))
+@example(discs=[(0.25, 0.25, 0.25)], box=(0.0, 0.0, 0.5, 0.5))
+@example(discs=[(0.25, 0.25, float(np.nextafter(0.25, 1.0)))], box=(0.0, 0.0, 0.5, 0.5))
+@example(discs=[(0.0, 0.0, 1.0)], box=(1.0, 0.0, 1.0, 0.0))
+def test_who_is_in_a_box(discs, box):
+    moment = laid_out(discs)
+    assert bodies_in(moment, box).tolist() == [i for i, disc in enumerate(discs) if in_box(disc, box)]
+    inside = [i for i, disc in enumerate(discs) if as_a_whole(disc, box)]
+    assert bodies_in(moment, box, inside=True).tolist() == inside
+
+
+@given(discs=discs, point=points, radius=st.one_of(st.just(0.0), radii))
+@example(discs=[(3.0, 4.0, 0.5)], point=(0.0, 0.0), radius=4.5)
+@example(discs=[(3.0, 4.0, 0.5)], point=(0.0, 0.0), radius=float(np.nextafter(4.5, 0.0)))
+def test_who_is_within_a_distance(discs, point, radius):
+    near = [i for i, disc in enumerate(discs) if within(disc, point, radius)]
+    near.sort(key=lambda i: (distance(discs[i], point), i))
+    assert bodies_near(laid_out(discs), point, radius=radius).tolist() == near
+
+
+@given(discs=discs, point=points, count=st.integers(0, 14), radius=st.none() | radii)
+@example(discs=[(1.0, 0.0, 0.5), (0.0, 1.0, 0.5), (-1.0, 0.0, 0.5)], point=(0.0, 0.0), count=2, radius=None)
+@example(discs=[(0.5, 0.0, 2.0), (1.0, 0.0, 2.5), (0.25, 0.0, 1.0)], point=(0.0, 0.0), count=1, radius=None)
+def test_who_is_nearest(discs, point, count, radius):
+    nearest = sorted(range(len(discs)), key=lambda i: (distance(discs[i], point), i))
+    if radius is not None:
+        nearest = [i for i in nearest if within(discs[i], point, radius)]
+    assert bodies_near(laid_out(discs), point, radius=radius, count=count).tolist() == nearest[:count]
+
+
+@given(discs=discs, point=points, box=boxes, data=st.data())
+def test_only_those_are_asked_about_who_are_named_in_their_order(discs, point, box, data):
+    assume(discs)
+    slots = data.draw(st.permutations(range(len(discs))))[: data.draw(st.integers(0, len(discs)))]
+    moment = laid_out(discs, slots)
+    assert bodies_in(moment, box).tolist() == [i for i in slots if in_box(discs[i], box)]
+    nearest = sorted(slots, key=lambda i: distance(discs[i], point))  # ties stay in the order of slots
+    assert bodies_near(moment, point, count=len(discs)).tolist() == nearest
+
+
+@pytest.mark.parametrize("far", [0.0, 1e3, 1e8])
+def test_what_nearly_touches_is_told_apart(far):
+    """Discs all round a point, at the distance at which they touch but for a rounding."""
+    rng = np.random.default_rng(5)
+    angle, r = rng.uniform(0.0, 2.0 * np.pi, 400), rng.uniform(0.1, 1.0, 400)
+    reach = 2.5
+    x, y = far + (r + reach) * np.cos(angle), (r + reach) * np.sin(angle)
+    table = list(zip(x.tolist(), y.tolist(), r.tolist(), strict=True))
+    near = {i for i, disc in enumerate(table) if within(disc, (far, 0.0), reach)}
+    assert set(bodies_near(laid_out(table), (far, 0.0), radius=reach).tolist()) == near
+    assert 0 < len(near) < 400

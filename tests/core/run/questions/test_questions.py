@@ -1,0 +1,111 @@
+"""Questions put to a simulation: nothing changes by them, places are those it shows, and nonsense is
+refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import kinetile as kt
+from asked import Asked
+from kinetile.kernel.flight import positions_now
+
+
+def asked() -> Asked:
+    return Asked(kt.make_scene("grid", bodies=16, density=0.5, seed=4), "sap-1d")
+
+
+def ask_all(sim: Asked) -> list:
+    return [
+        sim.next_contact(0, 1),
+        sim.next_contact_of(2),
+        sim.next_contact_of(2, scheduled=True),
+        sim.cast((0.5, 0.5, 0.01), (1.0, 0.0)),
+        sim.bodies_in((0.0, 0.0, 0.5, 0.5)).tolist(),
+        sim.bodies_in((0.0, 0.0, 0.5, 0.5), whole=True).tolist(),
+        sim.bodies_near((0.5, 0.5), radius=0.2).tolist(),
+        sim.bodies_near((0.5, 0.5), k=3).tolist(),
+        sim.ray((0.5, 0.5), (0.6, 0.8)),
+    ]
+
+
+def test_asking_changes_nothing():
+    sim, other = asked(), asked()
+    ask_all(sim)  # before anything is built
+    for time in (0.05, 0.15):
+        sim.run(until=time)
+        before = [table.tobytes() for table in (*sim.tables, *sim.state)]
+        first = ask_all(sim)
+        assert ask_all(sim) == first
+        assert [table.tobytes() for table in (*sim.tables, *sim.state)] == before
+    other.run(until=0.15)
+    assert sim.fingerprint == other.fingerprint
+
+
+def test_places_are_those_that_the_simulation_shows():
+    sim = asked()
+    sim.run(until=0.15)
+    some = np.array([3, 0, 7])
+    k = sim.tables
+    assert positions_now(k, some).tobytes() == sim.positions()[some].tobytes()
+    assert (sim._moment().places == sim.positions()).all()
+    for body, (x, y) in enumerate(sim.positions().tolist()):
+        assert body in sim.bodies_in((x, y, x, y)).tolist()
+        assert sim.ray((x, y), (1.0, 0.0), most=1)[0].distance == 0.0
+
+
+def test_a_simulation_without_bodies_has_answers():
+    sim = Asked(kt.Scene(np.zeros((0, 2)), np.zeros((0, 2)), 1.0), "naive")
+    sim.run(until=1e6)
+    assert sim.bodies_in((0.0, 0.0, 1.0, 1.0)).tolist() == []
+    assert sim.bodies_near((0.0, 0.0), radius=1.0, k=3).tolist() == []
+    assert sim.ray((0.0, 0.0), (1.0, 0.0), most=2) == []
+    assert sim.cast((0.0, 0.0, 1.0), (1.0, 0.0)) is None
+
+
+def test_numbers_may_come_from_arrays():
+    sim = asked()
+    one = np.float64(0.5)
+    assert sim.bodies_in(np.array([0.0, 0.0, 0.5, 0.5])).tolist() == sim.bodies_in((0, 0, one, one)).tolist()
+    assert sim.ray(np.array([0.5, 0.5]), np.array([3, 4])) == sim.ray((0.5, 0.5), (3.0, 4.0))
+    assert sim.bodies_near([one, one], k=np.int64(2)).tolist() == sim.bodies_near((0.5, 0.5), k=2).tolist()
+
+
+NAN, INF = float("nan"), float("inf")
+
+REFUSED = [
+    (lambda s: s.bodies_in((0.0, 0.0, 1.0)), r"a box is \(left, bottom, right, top\), four finite numbers"),
+    (lambda s: s.bodies_in((0.0, 0.0, INF, 1.0)), r"found \(0.0, 0.0, inf, 1.0\)"),
+    (lambda s: s.bodies_in((1.0, 0.0, 0.0, 1.0)), r"left <= right and bottom <= top; found \(1.0, 0.0, 0.0"),
+    (lambda s: s.bodies_in((0.0, 1.0, 1.0, 0.0)), r"left <= right and bottom <= top"),
+    (lambda s: s.bodies_in("abcd"), r"a box is .* found 'abcd'"),
+    (lambda s: s.bodies_in(None), r"a box is .* found None"),
+    (lambda s: s.bodies_near((0.0, 0.0)), r"how far or how many: radius=, k= or both"),
+    (lambda s: s.bodies_near((0.0, NAN), k=1), r"a point is two finite numbers.* found \(0.0, nan\)"),
+    (lambda s: s.bodies_near((0.0, "1"), k=1), r"a point is two finite numbers"),
+    (lambda s: s.bodies_near((0.0, 1e61), k=1), r"at most 2\*\*200 in size"),
+    (lambda s: s.bodies_near((0.0, 0.0), radius=-1.0), r"radius is a finite number, from 0 .* found -1.0"),
+    (lambda s: s.bodies_near((0.0, 0.0), radius=NAN), r"radius is a finite number"),
+    (lambda s: s.bodies_near((0.0, 0.0), k=-1), r"k is a number of bodies, at least 0; found -1"),
+    (lambda s: s.bodies_near((0.0, 0.0), k=1.0), r"k is a number of bodies, at least 0; found 1.0"),
+    (lambda s: s.bodies_near((0.0, 0.0), k=True), r"k is a number of bodies"),
+    (lambda s: s.ray((0.0, 0.0, 0.0), (1.0, 0.0)), r"an origin is two finite numbers"),
+    (lambda s: s.ray((0.0, 0.0), (0.0, -0.0)), r"a direction is two finite numbers that are not both 0"),
+    (lambda s: s.ray((0.0, 0.0), (1.0, INF)), r"a direction is two finite numbers"),
+    (lambda s: s.ray((0.0, 0.0), (1.0, 0.0), most=-2), r"most is a number of bodies, at least 0; found -2"),
+    (lambda s: s.cast((0.0, 0.0), (1.0, 0.0)), r"a disc is \(x, y, radius\), three finite numbers"),
+    (
+        lambda s: s.cast((0.0, 0.0, -1.0), (1.0, 0.0)),
+        r"with a radius of at least 0; found \(0.0, 0.0, -1.0\)",
+    ),
+    (lambda s: s.cast((0.0, 0.0, 1.0), (NAN, 0.0)), r"a velocity is two finite numbers"),
+    (lambda s: s.next_contact(3, 3), r"a contact is one of two bodies; found body 3 twice"),
+    (lambda s: s.next_contact(0, 16), r"there is no body 16"),
+    (lambda s: s.next_contact_of(-1), r"there is no body -1"),
+]
+
+
+@pytest.mark.parametrize(("question", "said"), REFUSED)
+def test_nonsense_is_refused(question, said):
+    with pytest.raises(ValueError, match=said):
+        question(asked())
