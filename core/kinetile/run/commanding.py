@@ -80,6 +80,7 @@ class TakesCommands:
             engine = self._engine
             ticks, after = engine.moment
             self._obey(Command(ticks, number, REMOVED, after=after))
+            engine.forget_commands()
             engine.agenda.cancel(number)
             engine.load_commands()
 

@@ -14,18 +14,18 @@ import numpy.typing as npt
 from kinetile.errors import BusyError
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.compiled import is_cached
-from kinetile.kernel.flight import positions_now
 from kinetile.kernel.presence import slots_taken
 from kinetile.kernel.tables import Kernel, read_only
 from kinetile.run.advance import End, Event, advance, advance_one, next_event
-from kinetile.run.arguments import read_end
-from kinetile.run.candidates import by_number, candidates, named_near
+from kinetile.run.arguments import read_body, read_end
 from kinetile.run.commanding import TakesCommands
-from kinetile.run.composition import Commands, Composition, compose_phases
+from kinetile.run.composition import Commands, compose_phases
 from kinetile.run.engine import Engine
 from kinetile.run.engine.ledger import Recorder
 from kinetile.run.explanation import explanation
 from kinetile.run.interrupts import Unbroken
+from kinetile.run.questions import Moment, Questions
+from kinetile.run.questions.reading_out import ReadsOut
 from kinetile.run.readings import Readings, energy
 from kinetile.scene import Scene, Turn, spacious
 
@@ -46,7 +46,7 @@ class Progress(NamedTuple):
     cpu_seconds: float
 
 
-class Simulation(TakesCommands):
+class Simulation(TakesCommands, ReadsOut, Questions):
     """Bodies in motion under a choice of phases.
 
     Args:
@@ -96,11 +96,6 @@ class Simulation(TakesCommands):
         self._start_energy = energy(self._engine.k)
 
     # What it is
-
-    @property
-    def composition(self) -> Composition:
-        """The phases and their parts."""
-        return self._engine.composition
 
     @property
     def broad_phase(self) -> str:
@@ -267,6 +262,21 @@ class Simulation(TakesCommands):
         with self._alone("be audited"):
             self._engine.audit()
 
+    def _moment(self) -> Moment:
+        engine = self._engine
+        return Moment(engine.k, slots_taken(engine.k).astype(np.int64), engine.clock, self.composition)
+
+    def _slot_of(self, body: int) -> int:
+        return int(self._engine.k.slots[read_body(self._engine, body)])
+
+    def _bodies_of(self, slots: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+        numbers: npt.NDArray[np.int64] = self._engine.k.queue["number"][slots].astype(np.int64)
+        return numbers
+
+    def _planned(self) -> Mapping[int, int]:
+        engine = self._engine
+        return engine.agenda.first_of_each(engine.k, engine.clock)
+
     @contextmanager
     def _alone(self, what: str) -> Iterator[None]:
         """Within this context nobody else changes the simulation; BusyError where somebody does already."""
@@ -292,34 +302,6 @@ class Simulation(TakesCommands):
     def exact_time(self) -> tuple[int, int]:
         """The tick that the simulation is at, as (epoch, tick): see ``Event``."""
         return divmod(self._engine.clock.total(self._engine.now), TICKS)
-
-    @property
-    def bodies(self) -> npt.NDArray[np.int32]:
-        """The numbers of the bodies that are there now, (n,), ascending: whose the rows of ``positions``
-        are."""
-        k = self._engine.k
-        numbers: npt.NDArray[np.int32] = k.queue["number"][slots_taken(k)]
-        return numbers
-
-    def positions(self) -> npt.NDArray[np.float64]:
-        """Return the positions now, (n, 2), in the order of ``bodies``."""
-        found: npt.NDArray[np.float64] = positions_now(self._engine.k)[slots_taken(self._engine.k)]
-        return found
-
-    def velocities(self) -> npt.NDArray[np.float64]:
-        """Return the velocities now, (n, 2), in the order of ``bodies``."""
-        k = self._engine.k
-        return np.column_stack([k.bodies["vx"], k.bodies["vy"]])[slots_taken(k)]
-
-    def candidate_pairs(self) -> npt.NDArray[np.int32]:
-        """Return the candidate pairs now, (k, 2), a < b, sorted."""
-        self.build()
-        return candidates(self._engine.k, self.composition)
-
-    def near(self) -> npt.NDArray[np.int32]:
-        """Return who is near whom now: (a, b) wherever the broad phase names b as near a; (k, 2)."""
-        self.build()
-        return by_number(self._engine.k, named_near(self._engine.k, self.composition))
 
     @property
     def contacts(self) -> npt.NDArray[np.void]:

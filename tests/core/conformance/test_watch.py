@@ -17,8 +17,8 @@ import kinetile as kt
 import trespassing_phases
 from kinetile.conformance.cases import Subject
 from kinetile.conformance.checks import memory
-from kinetile.conformance.strategies.gallery import smallest
 from kinetile.conformance.court.verdicts import Seen
+from kinetile.conformance.strategies.gallery import smallest
 from kinetile.conformance.watch import canaries
 from kinetile.conformance.watch.bounds import Breach, guarded
 from kinetile.conformance.watch.child import first_breach

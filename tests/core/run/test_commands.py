@@ -68,8 +68,8 @@ def test_a_number_is_never_used_twice_and_a_slot_is(phase):
 @pytest.mark.parametrize("phase", PHASES)
 def test_more_come_than_there_was_room_for(phase):
     sim = kt.Simulation(box(), phase)
-    for at in np.arange(80):
-        sim.insert((0.2 + 0.4 * (at % 9), 0.2 + 0.4 * (at // 9)), (0.0, 0.0), 0.01)
+    for at in range(80):
+        sim.insert((0.04 * (at + 1), 0.1), (0.0, 0.0), 0.01)
     assert len(sim.bodies) == 82
     sim.audit()
     sim.set_velocities(sim.bodies[2:], (1.0, 0.5))
@@ -145,7 +145,9 @@ def test_commands_of_a_scene_are_carried_out_at_their_times(phase):
         kt.Insert(1.0, (3.0, 3.0), (0.0, 0.0), 0.25),
     ]
     sim = kt.Simulation(box(commands=commands), phase)
-    events = [(event.time, event.kind, event.bodies) for event in sim.steps(2.0) if event.kind != "structural"]
+    events = [
+        (event.time, event.kind, event.bodies) for event in sim.steps(2.0) if event.kind != "structural"
+    ]
     assert events[:4] == [
         (0.5, "insert", (2,)),
         (0.75, "turn", (2,)),
@@ -161,7 +163,7 @@ def test_a_scheduled_body_without_room_ends_the_run_until_there_is_room(phase):
     scene = box(commands=[kt.Insert(0.5, (1.25, 1.0), (0.0, 0.0), 0.25)])
     sim = kt.Simulation(scene, phase)
     for _ in range(2):
-        with pytest.raises(Refused, match="no room for body 2 at .* it reaches 0.25 into body 0"):
+        with pytest.raises(Refused, match=r"no room for body 2 at .* it reaches 0.25 into body 0"):
             sim.run(until=1.0)
     sim.remove(0)
     sim.run(until=1.0)
@@ -223,10 +225,10 @@ def test_a_body_of_another_mass_in_a_slot_that_was_left(phase):
         sim = kt.Simulation(box(), name)
         sim.remove(1)
         sim.insert((2.0, 1.0), (-1.0, 0.0), 0.25, mass=3.0)
-        sim.run(until=2.0)
+        sim.run(until=0.75)
         ends.append(sim.velocities().tolist())
     assert ends[0] == ends[1]
-    assert ends[0][0][0] != 0.0
+    assert ends[0] == [[-1.5, 0.0], [-0.5, 0.0]]
 
 
 @settings(max_examples=15, deadline=None)
@@ -234,6 +236,8 @@ def test_a_body_of_another_mass_in_a_slot_that_was_left(phase):
 def test_all_phases_agree_while_bodies_come_and_go(scene):
     expected = None
     for phase in PHASES:
+        if phase == "sweep-tiling" and scene.arena is None:
+            continue
         sim = kt.Simulation(scene, phase, audit=5)
         sim.run(until=scene.start + 4.0, max_contacts=60)
         found = (sim.fingerprint, sim.time, sim.bodies.tolist(), sim.positions().tobytes())

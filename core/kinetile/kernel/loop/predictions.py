@@ -28,7 +28,7 @@ from kinetile.kernel.tables import (
     Kernel,
 )
 
-__all__ = ["ask_all_exactly", "forget", "look_at", "settle", "wall_is_before"]
+__all__ = ["ask_all_exactly", "barred_with", "forget", "look_at", "settle", "wall_is_before"]
 
 FAR = 2.0**62 + 2.0**20
 """Ticks. A contact further away is none: before that both bodies are anchored anew (``certificates.FAR``)."""

@@ -26,8 +26,8 @@ from kinetile.kernel.tables import NEVER, NOT_ASKED, PAIR, SPARE, Kernel, Record
 from kinetile.plugin.calling import place_of
 from kinetile.plugin.discovery import sentence
 from kinetile.run.audit.tables import of_calendar, of_entries, of_pair_set, of_places, said_tick
-from kinetile.run.candidates import named_near, pairs_of_named
 from kinetile.run.composition import Composition
+from kinetile.run.questions.candidates import named_near, pairs_of_named
 
 __all__ = ["Complaint", "check_all", "complaints"]
 

@@ -103,6 +103,16 @@ class Agenda:
         and are not forgotten."""
         return next((command for command in self._commands[made:] if command.code != REANCHORED), None)
 
+    def first_of_each(self, k: Kernel, clock: Clock) -> dict[int, int]:
+        """Return for each slot with a body in it the kernel's tick of the first command for that body, where
+        there is one."""
+        first: dict[int, int] = {}
+        for command in self._commands[int(k.clock[0].command) :]:
+            slot = int(k.slots[command.body])
+            if command.code != REANCHORED and slot >= 0:
+                first.setdefault(slot, clock.relative(command.ticks))
+        return first
+
     def squares(self) -> float:
         """Return the sum of mass * speed^2 over all commands: twice the energy they could bring in."""
         if self._squares is None:

@@ -18,8 +18,9 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.kernel.certificates import first_touch
-from kinetile.kernel.compiled import compose, disowned, larger, smaller, to_be_filled_in
+from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
 from kinetile.kernel.loop.predictions import barred_with
+from kinetile.kernel.presence import elder
 from kinetile.kernel.tables import NEVER, Kernel
 from kinetile.run.questions.moment import Moment
 from kinetile.run.questions.places import Point
@@ -175,7 +176,8 @@ def ask_partners(k: Kernel, body: int, others: Integers, ticks: Integers) -> Non
     for i in range(len(others)):
         other = others[i]
         if other != body and other != barred:
-            ticks[i] = meet(k, smaller(body, other), larger(body, other))
+            first = elder(k, body, other)
+            ticks[i] = meet(k, first, body + other - first)
 
 
 def ask_wall(k: Kernel, body: int, answer: Integers) -> None:
