@@ -9,7 +9,7 @@ from typing import Any
 
 __all__ = ["KIT_VERSION", "Report", "Result"]
 
-KIT_VERSION = "3.0"
+KIT_VERSION = "3.1"
 """The version of the set of checks; a check says since which it is there."""
 
 
