@@ -188,7 +188,8 @@ def test_a_scene_has_the_unit_of_the_rule() -> None:
             "velocity": np.array([each[2:4] for each in numbers]).reshape(-1, 2),
             "radius": np.array([each[4] for each in numbers]),
             "arena": None if arena is None else tuple(doubles(*arena)),
-            "turns": tuple(kt.Turn(0, 0.0, tuple(doubles(*velocity))) for velocity in turned),
+            "unit": None,
+            "commands": tuple(kt.Turn(0, 0.0, tuple(doubles(*velocity))) for velocity in turned),
         }
         for name, value in given.items():
             object.__setattr__(scene, name, value)

@@ -105,8 +105,6 @@ class BroadPhaseParts:
     build: Hook = idle.build
     repair: Hook = idle.repair
     replan: Hook = idle.replan
-    enter: Hook | None = None
-    leave: Hook | None = None
     arrange: Callable[[Any, Any], None] | None = None
     audit: Callable[[Any, Any], Iterator[str]] | None = None
     pairs: int = 0
@@ -115,6 +113,8 @@ class BroadPhaseParts:
     solid: bool = False
     skin_limit: float | None = None
     faults: tuple[str, ...] = ()
+    enter: Hook | None = None
+    leave: Hook | None = None
 
     def __new__(cls, *given: Any, **fields: Any) -> BroadPhaseParts:
         """Make the parts; raise TypeError for those of the first version of the plugin API, which began with

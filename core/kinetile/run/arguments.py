@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import operator
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -70,11 +71,13 @@ def read_turns(engine: Engine, bodies: object, velocities: object) -> list[Comma
     try:
         given = np.asarray(velocities, dtype=np.float64)
         pairs = np.broadcast_to(given, (len(numbers), 2))
-    except (TypeError, ValueError):
-        expected = f"a velocity, or one for each of the {len(numbers)} bodies, (n, 2)"
-        raise ValueError(f"{expected}, was expected; found {shown(velocities)}") from None
+    except (TypeError, ValueError, OverflowError):
+        pairs = np.full((len(numbers), 2), np.nan)
     if not np.isfinite(pairs).all():
-        raise ValueError(f"a velocity is two finite numbers; found {shown(pairs.tolist())}")
+        if isinstance(velocities, Sequence) and len(velocities) == 1 == len(numbers):
+            raise ValueError(f"a velocity is two finite numbers; found {shown(velocities[0])}")
+        expected = f"expected one, or one for each of the {len(numbers)} bodies, (n, 2)"
+        raise ValueError(f"a velocity is two finite numbers; {expected}; found {shown(velocities)}")
     known = [read_body(engine, number) for number in numbers.tolist()]
     _check_speed(engine, pairs, engine.smallest)
     ticks, after = engine.moment

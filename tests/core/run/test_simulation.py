@@ -376,7 +376,7 @@ def test_the_contacts_that_are_handed_out_cannot_be_changed():
 
 def test_a_turn_too_fast_for_the_clock_is_refused_in_a_sentence():
     sim = kt.Simulation(grid(9), "sap-1d")
-    with pytest.raises(ValueError, match="schedule the turn in the scene"):
+    with pytest.raises(ValueError, match="schedule the command in the scene"):
         sim.set_velocity(0, (1e15, 0.0))
 
 
