@@ -12,8 +12,8 @@ from kinetile.kernel.faults import MY_FAULT, TOO_DEEP, blame
 from kinetile.kernel.flight import positions_now, since_anchor, since_origin
 from kinetile.kernel.log import BOTTOM, LEFT, RIGHT, TOP
 from kinetile.kernel.loop.idle import NoState
+from kinetile.kernel.loop.presence import is_there
 from kinetile.kernel.pairs import add_pair, offer, pairs_of, remove_pair
-from kinetile.kernel.presence import is_there
 from kinetile.kernel.tables import NEVER, NOBODY, Kernel, Records
 from kinetile.plugin.protocols import BroadPhase, BroadPhaseParts, NarrowPhase, PairParts, WallParts
 from kinetile.scene.reach import reach_of

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from kinetile.errors import BusyError
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.compiled import is_cached
-from kinetile.kernel.presence import slots_taken
+from kinetile.kernel.loop.presence import slots_taken
 from kinetile.kernel.tables import Kernel, read_only
 from kinetile.run.advance import End, Event, advance, advance_one, next_event
 from kinetile.run.arguments import read_body, read_end

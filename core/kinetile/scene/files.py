@@ -2,7 +2,7 @@
 
 A file either lists its bodies, with the turns of each under it, or names a recipe and its parameters; beside
 that it may say how the scene wants to be run. Reading goes in three steps, so that every mistake in a file is
-reported at once: the syntax (``kinetile.scene.toml``), the keys and the types (pydantic), and what the
+reported at once: the syntax (``kinetile.scene.text.toml``), the keys and the types (pydantic), and what the
 numbers mean (the same checks that every Scene passes). What fails one step is left out of the next, and all
 the rest goes on.
 
@@ -26,12 +26,12 @@ import numpy as np
 
 from kinetile.errors import BadOption, Mistake, SceneError
 from kinetile.scene.checks import abridged, check_bodies, check_frame, check_turn, shown
-from kinetile.scene.command_files import read_commands, written_commands
 from kinetile.scene.commands import Turn
 from kinetile.scene.scene import Scene, Settings, relabelled, with_commands
-from kinetile.scene.schema import Place, find_faults, written
 from kinetile.scene.targets import writable_target
-from kinetile.scene.toml import read_bytes, read_tables
+from kinetile.scene.text.commands import read_commands, written_commands
+from kinetile.scene.text.schema import Place, find_faults, written
+from kinetile.scene.text.toml import read_bytes, read_tables
 
 __all__ = ["Names", "dumps_scene", "read_file", "read_text", "save_scene"]
 

@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.errors import KinetileError
-from kinetile.kernel.presence import slots_taken
+from kinetile.kernel.loop.presence import slots_taken
 from kinetile.kernel.tables import NOBODY
 from kinetile.run.simulation import Simulation
 

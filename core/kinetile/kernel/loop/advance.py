@@ -29,7 +29,7 @@ from kinetile.kernel.loop.calendar import file_all, head, runner_up
 from kinetile.kernel.loop.commands import FREE, blocked_by, has_vacancy, may_come, obey, plan_changed
 from kinetile.kernel.loop.log_rows import log, log_is_full
 from kinetile.kernel.loop.predictions import ask_all_exactly, forget, look_at, settle, wall_is_before
-from kinetile.kernel.presence import elder, is_there
+from kinetile.kernel.loop.presence import elder, is_there
 from kinetile.kernel.tables import (
     GUESS,
     NEVER,

@@ -20,7 +20,7 @@ from kinetile.kernel.log import BOTTOM, INSERTED, LEFT, REMOVED, RIGHT, TOP, TUR
 from kinetile.kernel.loop.calendar import move
 from kinetile.kernel.loop.log_rows import log
 from kinetile.kernel.loop.predictions import settle
-from kinetile.kernel.presence import elder, is_there, slot_of
+from kinetile.kernel.loop.presence import elder, is_there, slot_of
 from kinetile.kernel.tables import NEVER, NOBODY, NOT_ASKED, Kernel, Records
 
 __all__ = [

@@ -16,7 +16,7 @@ from typing import Any
 
 from kinetile.kernel.compiled import hook, larger, smaller, template, to_be_filled_in
 from kinetile.kernel.loop.calendar import move
-from kinetile.kernel.presence import elder
+from kinetile.kernel.loop.presence import elder
 from kinetile.kernel.tables import (
     GUESS,
     NEVER,

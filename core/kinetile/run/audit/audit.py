@@ -21,7 +21,7 @@ import numpy.typing as npt
 from kinetile.errors import AuditError, KinetileError, UnawaitedContactError
 from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
 from kinetile.kernel.flight import positions_now
-from kinetile.kernel.presence import elder
+from kinetile.kernel.loop.presence import elder
 from kinetile.kernel.tables import NEVER, NOT_ASKED, PAIR, SPARE, Kernel, Records
 from kinetile.plugin.calling import place_of
 from kinetile.plugin.discovery import sentence

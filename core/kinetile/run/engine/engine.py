@@ -139,8 +139,7 @@ class Engine:
     def events(self) -> int:
         """Events of all kinds so far."""
         counts = self.k.counts[0]
-        commands = int(counts.turns) + int(counts.inserted) + int(counts.removed)
-        return self.contacts + commands + int(counts.structural)
+        return self.contacts + sum(int(counts[n]) for n in ("turns", "inserted", "removed", "structural"))
 
     @property
     def _phases(self) -> str:
@@ -239,8 +238,7 @@ class Engine:
 
     @property
     def built(self) -> bool:
-        """Whether the structure stands, holds all pairs that were asked for, and awaits the commands, and the
-        calendar is filed."""
+        """Whether structure and calendar stand, with all pairs that were asked for and the commands."""
         clock = self.k.clock[0]
         return bool(clock.built and clock.filed) and not clock.wanted and not self._commands_wait
 
@@ -325,10 +323,9 @@ class Engine:
 
     def number(self, numbers: int) -> None:
         """Make room for so many numbers of bodies in the table of their slots."""
-        slots = self.k.slots
-        if numbers > len(slots):
-            more = np.full(max(2 * len(slots), numbers + 64), NOBODY, dtype=np.int32)
-            more[: len(slots)] = slots
+        if numbers > len(self.k.slots):
+            more = np.full(numbers + len(self.k.slots) + 64, NOBODY, dtype=np.int32)
+            more[: len(self.k.slots)] = self.k.slots
             self.k = self.k._replace(slots=more)
 
     def allow(self, commands: Commands) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 from kinetile.kernel.flight import positions_now
 from kinetile.kernel.log import INSERTED, REMOVED
 from kinetile.kernel.loop.commands import window_of
-from kinetile.kernel.presence import slots_taken
+from kinetile.kernel.loop.presence import slots_taken
 from kinetile.kernel.tables import NOBODY, Kernel, Records
 from kinetile.run.composition import Composition
 from kinetile.run.engine.layout import moved

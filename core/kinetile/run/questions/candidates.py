@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
-from kinetile.kernel.presence import is_there
+from kinetile.kernel.loop.presence import is_there
 from kinetile.kernel.tables import Kernel
 from kinetile.run.composition import Composition
 

@@ -20,7 +20,7 @@ import numpy.typing as npt
 from kinetile.kernel.certificates import first_touch
 from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
 from kinetile.kernel.loop.predictions import barred_with
-from kinetile.kernel.presence import elder
+from kinetile.kernel.loop.presence import elder
 from kinetile.kernel.tables import NEVER, Kernel
 from kinetile.run.questions.moment import Moment
 from kinetile.run.questions.places import Point

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.kernel.flight import positions_now
-from kinetile.kernel.presence import slots_taken
+from kinetile.kernel.loop.presence import slots_taken
 from kinetile.run.composition import Composition
 from kinetile.run.engine import Engine
 from kinetile.run.questions.candidates import by_number, candidates, named_near

@@ -69,7 +69,8 @@ def test_the_built_in_ones():
     assert rooms["naive"] == ["naive"]
     assert rooms["sap-1d"] == ["sweep_and_prune", "bounds_audit"]
     assert set(rooms["sweep-tiling"]) == {
-        "sweep_tiling", "audit", "construction", "events", "walk", "watch", "web",
+        "sweep_tiling", "audit", "closed_up", "construction", "events",
+        "surgery", "upkeep", "walk", "watch", "web",
     }  # fmt: skip
 
 

@@ -8,7 +8,7 @@ from typing import Any
 from kinetile.errors import Mistake
 from kinetile.scene.commands import Command, Insert, Remove, Turn
 from kinetile.scene.scene import Scene
-from kinetile.scene.schema import Place
+from kinetile.scene.text.schema import Place
 
 __all__ = ["read_commands", "written_commands"]
 

@@ -18,7 +18,7 @@ from typing import Any
 
 from kinetile.errors import BadOption, Mistake, SceneError
 from kinetile.scene.checks import abridged, shown
-from kinetile.scene.schema import Place, written
+from kinetile.scene.text.schema import Place, written
 
 __all__ = ["MOST_BYTES", "read_bytes", "read_tables"]
 
