@@ -130,8 +130,8 @@ def set_anothers(k: Kernel, s: State, body: int) -> int:
 
 @hook
 def turn_no_more(k: Kernel, s: State, body: int) -> None:
-    if len(k.turns) > 0:
-        k.turns[0].vx = 0.0
+    if len(k.commands) > 0:
+        k.commands[0].vx = 0.0
 
 
 @hook

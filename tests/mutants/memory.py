@@ -55,9 +55,9 @@ MUTANTS = [
     _writes(
         "writes into the energy of turns",
         "naive",
-        "k.counts[0].turned_energy += 1.0",
+        "k.counts[0].commanded_energy += 1.0",
         "counts",
-        "turned_energy",
+        "commanded_energy",
         "a sum that nobody compares",
     ),
     _writes(

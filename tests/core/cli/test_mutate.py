@@ -46,7 +46,7 @@ def test_the_list_runs_nothing():
     result = kinetile_("mutate", "sap-1d", "--list", "--only", "dropped schedule")
     assert result.exit_code == 0
     head, before, after = result.stdout.splitlines()
-    assert head.endswith("sweep_and_prune.py:101 dropped schedule(...)")
+    assert head.endswith("sweep_and_prune.py:104 dropped schedule(...)")
     assert before == "    -     schedule(k, left >> 2, min(due, s.bounds[left ^ 1]))"
     assert after == "    +     pass"
     (row,) = json.loads(
@@ -74,7 +74,7 @@ def test_survivors_are_judged_twice_and_shown(monkeypatch):
     result = kinetile_("mutate", "naive", "--examples", 7)
     assert result.exit_code == 0
     assert rounds == [(4, 10, False), (2, 7, True)]
-    assert "naive.py:18 constant 4000 -> 3999  (2.50 pairs an overlap, not 1.50)" in result.stdout
+    assert "naive.py:19 constant 4000 -> 3999  (2.50 pairs an overlap, not 1.50)" in result.stdout
     assert "    - LIMIT = 4000\n    + LIMIT = 3999" in result.stdout
     assert result.stdout.endswith("4 of 4 mutants judged, 1 survived\n")
 

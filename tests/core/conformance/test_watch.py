@@ -26,6 +26,7 @@ from kinetile.conformance.watch.scenes import MANY, SMALL, titled
 from kinetile.errors import Refused
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.kernel.tables import allocate, pair_set
+from kinetile.run.composition import Commands
 from kinetile.toolbox import BroadPhaseParts
 
 TESTS = Path(__file__).parents[2]
@@ -44,7 +45,7 @@ SEEN = {
     "marks-itself": "repair wrote marks[0] (-1, where ",
     "sets-its-own": "repair wrote queue[0].own, the certificate of body 0, other than by schedule",
     "sets-anothers": "repair wrote queue[1].own, the certificate of body 1, other than by schedule",
-    "turns-no-more": "replan wrote turns[0].vx (0.0, where ",
+    "turns-no-more": "replan wrote commands[0].vx (0.0, where ",
     "answers-for-near": "replan wrote near[1] (0, where 1 stood)",
     "uncounts-updates": "repair wrote queue[0].own, the certificate of body 0, other than by schedule",
     "drops-offers": "repair wrote queue[1].own, the certificate of body 1, other than by schedule",
@@ -232,7 +233,7 @@ def test_the_phases_that_there_are_stay_within_their_arrays(name):
         except Refused:
             continue
         sim.compile()
-        loops.add(sim.composition.loop(turns=True))
+        loops.add(sim.composition.loop(Commands.TURNS))
     had = sum(len(loop.signatures) for loop in loops)
     assert said_by(memory.stays_within_its_arrays, name) is None
     assert sum(len(loop.signatures) for loop in loops) == had, "an array in a cage is another kind of array"
