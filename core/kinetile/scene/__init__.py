@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from kinetile.scene.commands import Command, Insert, Remove, Turn
-from kinetile.scene.scene import Scene, Settings, relabelled, spacious, standing, with_commands
+from kinetile.scene.scene import Scene, Settings, only_turns, relabelled, spacious, standing, with_commands
 
 __all__ = [
     "Command",
@@ -12,6 +12,7 @@ __all__ = [
     "Scene",
     "Settings",
     "Turn",
+    "only_turns",
     "relabelled",
     "spacious",
     "standing",

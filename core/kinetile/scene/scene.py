@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import Mistake, SceneError
+from kinetile.errors import Mistake, Refused, SceneError
 from kinetile.kernel.clock import Clock, time_unit
 from kinetile.scene.arrays import read_arrays
 from kinetile.scene.checks import (
@@ -33,7 +33,7 @@ from kinetile.scene.checks import (
 )
 from kinetile.scene.commands import Command, Turn, check_commands, check_presence, numbered, speeds
 
-__all__ = ["Scene", "Settings", "relabelled", "spacious", "standing", "with_commands"]
+__all__ = ["Scene", "Settings", "only_turns", "relabelled", "spacious", "standing", "with_commands"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -271,6 +271,15 @@ def spacious(scene: Scene) -> Scene:
     copy = relabelled(scene)
     copy.__dict__["_capacity"] = max(2 * len(scene), LEAST)
     return copy
+
+
+def only_turns(scene: Scene, who: str) -> None:
+    """Raise Refused where a scene asks for more than turns at times of their own, on the clock that its
+    speeds ask for: ``who`` knows nothing else."""
+    odd = [each for each in scene.commands if not isinstance(each, Turn) or each.at is not None]
+    if odd or scene.unit is not None:
+        what = "bodies that come or go, or commands at exact ticks" if odd else "a unit of its own"
+        raise Refused(f"{who} follows scenes whose bodies turn at most, and this scene has {what}")
 
 
 def with_commands(scene: Scene, commands: Sequence[Command]) -> Scene:

@@ -7,6 +7,8 @@ import pytest
 from hypothesis import given, settings
 
 import kinetile as kt
+from kinetile.accuracy import certify_log
+from kinetile.accuracy.answer.judgement import judged
 from kinetile.conformance.strategies.living import living_scenes
 from kinetile.errors import BusyError, Refused
 
@@ -243,3 +245,12 @@ def test_all_phases_agree_while_bodies_come_and_go(scene):
         found = (sim.fingerprint, sim.time, sim.bodies.tolist(), sim.positions().tobytes())
         assert expected is None or found == expected, phase
         expected = found
+
+
+def test_exact_arithmetic_does_not_judge_what_it_does_not_follow():
+    sim = kt.Simulation(box(commands=[kt.Insert(0.5, (2.0, 1.0), (-1.0, 0.0), 0.25)]))
+    sim.run(until=2.0)
+    with pytest.raises(Refused, match="the certifier follows scenes whose bodies turn at most"):
+        certify_log(sim.scene, sim.contacts)
+    lists = {"one": sim.contacts, "other": sim.contacts[:0]}
+    assert judged(sim.scene, lists, 0) == ""

@@ -32,6 +32,7 @@ from kinetile.accuracy.answer.exact import (
 )
 from kinetile.accuracy.answer.exchange import anchored, exchanged
 from kinetile.kernel.log import LEFT, REANCHORED, RIGHT, TURNED
+from kinetile.scene import only_turns
 
 if TYPE_CHECKING:
     from kinetile.scene import Scene
@@ -79,6 +80,7 @@ class Course:
     """
 
     def __init__(self, scene: Scene) -> None:
+        only_turns(scene, "the certifier")
         bits = unit_bits(scene)
         self.frame = Frame(scene.arena, bits)
         self.now = 0

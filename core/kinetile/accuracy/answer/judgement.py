@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetile.accuracy.answer.certify import certify_log
+from kinetile.errors import Refused
 from kinetile.kernel.clock import Clock
+from kinetile.scene import only_turns
 
 if TYPE_CHECKING:
     from kinetile.scene import Scene
@@ -37,6 +39,10 @@ def judged(
     """
     names = scene.settings.narrow_phases if narrow_phases is None else narrow_phases
     known = {"disc"} if scene.arena is None else {"disc", "wall"}
+    try:
+        only_turns(scene, "the certifier")
+    except Refused:
+        return ""
     if index > _FARTHEST or (names is not None and set(names) != known):
         return ""
     there = [contacts[index] for contacts in lists.values() if len(contacts) > index]

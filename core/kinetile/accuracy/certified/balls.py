@@ -34,7 +34,7 @@ from kinetile.accuracy.certified.flights import (
     first_contact,
     first_root,
 )
-from kinetile.scene import Scene
+from kinetile.scene import Scene, only_turns
 
 __all__ = ["Attempt", "Met"]
 
@@ -75,6 +75,7 @@ class Attempt:
         self.met: list[Met] = []
         self.ended: str | None = None
         self.crowd = 0
+        only_turns(scene, "the oracle")
         self._n = len(scene)
         self._discs = discs
         self._radius = [arb(r) for r in scene.radius.tolist()]

@@ -216,9 +216,10 @@ def certify(
     oracle = oracle or Oracle(sim.scene, sim.narrow_phases)
     fault = _run_on(sim, until, max_contacts)
     planned = sum(turn.time <= sim.time for turn in sim.scene.turns)
-    if sim.readings.turns > planned:
+    if sim.readings.turns > planned or sim.readings.inserted or sim.readings.removed:
         raise Refused(
-            "bodies were turned by hand, and the oracle knows only the turns of the scene: put them there"
+            "bodies were turned by hand, or came or went, and the oracle knows only the turns of the scene: "
+            "put them there"
         )
     end = sim.time if until is None else min(until, sim.time)
     contacts = sim.contacts

@@ -80,7 +80,7 @@ def run_peer(name: Peer, scene: Scene, dt: float, until: float, *, watched: Watc
         Refused: the scene has turns, or no arena, or no bodies.
         ValueError: as ``run_snapshots``.
     """
-    if scene.turns or scene.arena is None or not len(scene):
+    if scene.commands or scene.arena is None or not len(scene):
         raise Refused("the engines are given scenes with bodies, an arena and no turns; this one is not such")
     steps = steps_until(scene, dt, until)
     met: list[tuple[int, int, bool]] = []

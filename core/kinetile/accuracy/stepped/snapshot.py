@@ -102,7 +102,7 @@ def run_snapshots(
         Refused: the scene has turns; or it has no arena, and ``finder`` is "cells".
         ValueError: ``dt`` is not a number greater than 0, or ``until`` lies before the scene's start.
     """
-    if scene.turns:
+    if scene.commands:
         raise Refused("snapshots are taken of bodies without turns; run this scene with a Simulation")
     if finder == "cells" and scene.arena is None:
         raise Refused("cells need an arena; take the snapshots of this scene with finder='sweep'")
