@@ -41,10 +41,21 @@ def results(*words: str, **environment: str) -> dict[str, dict[str, Any]]:
     return {line["name"]: line for line in map(json.loads, done.stdout.splitlines())}
 
 
+NAMES = [mutant.name for mutant in MUTANTS if mutant.name != UNCHANGED]
+EVERY = 5
+"""One mutant in five is run always, all of them with ``-m slow``: together they take minutes."""
+
+MARKED = [
+    pytest.param(name, marks=[] if at % EVERY == 0 else [pytest.mark.slow]) for at, name in enumerate(NAMES)
+]
+
+
 @pytest.fixture(scope="module")
-def verdicts() -> dict[str, dict[str, Any]]:
-    """What all mutants do on the fixed scenes, interpreted."""
-    found = results(NUMBA_DISABLE_JIT="1")
+def verdicts(request: pytest.FixtureRequest) -> dict[str, dict[str, Any]]:
+    """What the mutants that are asked for do on the fixed scenes, interpreted."""
+    here = [item for item in request.session.items if getattr(item, "module", None) is request.module]
+    asked = [item.callspec.params["name"] for item in here if hasattr(item, "callspec")]
+    found = results(UNCHANGED, *asked, NUMBA_DISABLE_JIT="1")
     print()
     for name, line in found.items():
         print(f"{name[:56]:56} | {line['contacts'][:36]:36} | {line['audit'][:72] or line['work']}")
@@ -56,7 +67,7 @@ def test_what_is_not_changed_is_not_noticed(verdicts):
     assert line["contacts"] == line["audit"] == line["work"] == ""
 
 
-@pytest.mark.parametrize("name", [mutant.name for mutant in MUTANTS if mutant.name != UNCHANGED])
+@pytest.mark.parametrize("name", MARKED)
 def test_a_mutant_is_noticed(verdicts, name):
     line = verdicts[name]
     if name in SAVES_WORK_ONLY:
