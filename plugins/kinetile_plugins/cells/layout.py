@@ -30,6 +30,9 @@ CROWD = 16.0
 ROOM = 1.0 + 2.0**-10
 """What cells have over the widest body, relative, before the skin is known."""
 
+ABOVE = 1.0 + 2.0**-50
+"""By what the cells become wider than they must be, where they do: more than a quotient and a product round."""
+
 MOST = 8
 """Cells of a level for each body; where there would be more, the table is wound up."""
 
@@ -145,7 +148,7 @@ def arrange(k: Kernel, s: State) -> None:
     level = homes.level
     least = np.zeros(len(levels))
     np.maximum.at(least, level, least_side(np.asarray(k.bodies.radius), k.clock[0].skin))
-    levels.side *= max(float((least / levels.side).max()), 1.0)
+    levels.side *= max(float((least / levels.side).max()) * ABOVE, 1.0)
     levels.slack = 0.5 * (levels.side - least)
     homes.x, homes.y = np.floor(positions_now(k) / levels.side[level][:, None]).T
     homes.next = NOBODY
