@@ -31,7 +31,7 @@ ROOM = 1.0 + 2.0**-10
 """What cells have over the widest body, relative, before the skin is known."""
 
 ABOVE = 1.0 + 2.0**-50
-"""By what the cells become wider than they must be, where they do: more than a quotient and a product round."""
+"""By what cells become wider than they must be, where they do: more than a quotient and a product round."""
 
 MOST = 8
 """Cells of a level for each body; where there would be more, the table is wound up."""
