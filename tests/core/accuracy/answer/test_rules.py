@@ -11,7 +11,7 @@ import pytest
 from kinetile.accuracy.answer.bounds import Filter
 from kinetile.accuracy.answer.exact import HORIZON, Frame, Plan, pair_tick, tick_of, unit_bits, wall_tick
 from kinetile.accuracy.answer.exchange import anchored, exchanged, product_error
-from kinetile.scene import Scene
+from kinetile.scene import Scene, Turn
 
 VECTORS = Path(__file__).parents[3] / "vectors"
 CONTACTS = sorted(path.stem for path in (VECTORS / "contacts").glob("*.json"))
@@ -106,7 +106,7 @@ def test_units_are_those_of_the_vectors():
             velocity=states[:, 2:4],
             radius=states[:, 4],
             arena=sides and tuple(map(double, sides)),
-            turns=[type("Turn", (), {"velocity": tuple(map(double, turn))}) for turn in turns],
+            commands=tuple(Turn(0, 0.0, tuple(map(double, turn))) for turn in turns),
         )
         assert unit_bits(scene) == e
         seen += 1
