@@ -12,6 +12,7 @@ from typing import Any
 
 from hypothesis import strategies as st
 
+from kinetile.conformance.cases import REFERENCE
 from kinetile.conformance.strategies.small import box_scenes, plane_scenes, speeds
 from kinetile.errors import KinetileError
 from kinetile.run.simulation import Simulation
@@ -19,7 +20,6 @@ from kinetile.scene import Scene, relabelled
 
 __all__ = ["living_scenes"]
 
-REFERENCE = "naive"
 MOMENTS = 24
 CONTACTS = 40
 """Contacts in each piece of a run between two commands."""
