@@ -15,7 +15,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 from kinetile.errors import Mistake
 from kinetile.kernel.clock import TICKS
-from kinetile.scene.checks import LARGEST, SMALLEST, is_finite, shown
+from kinetile.scene.checks import LARGEST, SMALLEST, TOLERANCE, is_finite, shown
 
 __all__ = [
     "Command",
@@ -132,7 +132,8 @@ def _check_body(command: Any, where: str, arena: tuple[float, float] | None) -> 
             )
     if arena is not None and not mistakes:
         for place, side in zip(command.position, arena, strict=True):
-            if not command.radius * (1 - 1e-12) <= place <= side - command.radius * (1 - 1e-12):
+            least = command.radius * (1 - TOLERANCE)
+            if not least <= place <= side - least:
                 expected = f"the whole disc inside the arena, [0, {arena[0]!r}] x [0, {arena[1]!r}]"
                 mistakes.append(Mistake(f"{where}.position", shown(command.position), expected))
                 break

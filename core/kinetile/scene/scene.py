@@ -33,7 +33,7 @@ from kinetile.scene.checks import (
 )
 from kinetile.scene.commands import Command, Turn, check_commands, check_presence, numbered, speeds
 
-__all__ = ["Scene", "Settings", "only_turns", "relabelled", "spacious", "standing", "with_commands"]
+__all__ = ["LEAST", "Scene", "Settings", "only_turns", "relabelled", "spacious", "standing", "with_commands"]
 
 Floats = npt.NDArray[np.float64]
 

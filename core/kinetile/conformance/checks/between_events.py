@@ -45,6 +45,15 @@ def stepped(subject: Subject, scene: Scene, most: int) -> Iterator[Simulation]:
         yield sim
 
 
+def audit_between_events(subject: Subject, scene: Scene) -> None:
+    """Raise Disagreement for the first thing that does not hold after one of the first events."""
+    for sim in stepped(subject, scene, 150):
+        try:
+            sim.audit()
+        except AuditError as error:
+            raise Disagreement(str(error)) from error
+
+
 def ticks(sim: Simulation) -> int:
     """Return the present moment in ticks since the scene's start."""
     epoch, tick = sim.exact_time
@@ -72,11 +81,7 @@ def never_misses_a_pair(subject: Subject, scene: Scene, reference: Reference) ->
 @check(turns=True, share=0.5)
 def its_structure_is_true(subject: Subject, scene: Scene, reference: Reference) -> None:
     """What must hold between events holds after each of them: queue, pairs, and the phase's own audit."""
-    for sim in stepped(subject, scene, 150):
-        try:
-            sim.audit()
-        except AuditError as error:
-            raise Disagreement(str(error)) from error
+    audit_between_events(subject, scene)
 
 
 @check(turns=True, share=0.5)

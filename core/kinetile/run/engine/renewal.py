@@ -18,11 +18,9 @@ from kinetile.kernel.tables import NOBODY, Kernel, Records
 from kinetile.run.composition import Composition
 from kinetile.run.engine.layout import moved
 from kinetile.scene import Scene, standing
+from kinetile.scene.scene import LEAST
 
 __all__ = ["Renewed", "carried_out", "renewed"]
-
-ROOM = 64
-"""Slots that there are at least where bodies come and go."""
 
 
 class Renewed(NamedTuple):
@@ -43,7 +41,7 @@ def renewed(
     """
     taken, slots = slots_taken(k), len(k.bodies)
     full = coming is not None and len(taken) == slots
-    capacity = max(2 * slots, ROOM) if roomy or full else slots
+    capacity = max(2 * slots, LEAST) if roomy or full else slots
     stands = _standing(k, scene, taken, capacity, coming)
     composition = composition.prepared_for(stands)
     return Renewed(composition, moved(k, taken, stands, composition), stands)
@@ -87,7 +85,7 @@ def _standing(k: Kernel, scene: Scene, taken: Any, capacity: int, coming: Record
     """Return the scene as it stands now, with the bodies in these slots and perhaps one more."""
     bodies = k.bodies[taken]
     columns = {
-        "position": positions_now(k)[taken],
+        "position": positions_now(k, taken),
         "velocity": np.column_stack([bodies.vx, bodies.vy]),
         "radius": k.radii[taken],
         "mass": k.mass[taken],
