@@ -29,6 +29,7 @@ __all__ = [
     "Refused",
     "SceneError",
     "StalledError",
+    "StudyError",
     "UnknownName",
     "ZenoError",
     "nearest",
@@ -108,9 +109,16 @@ class SceneError(KinetileError, ValueError):
     def __init__(self, mistakes: Sequence[Mistake], source: str | None = None) -> None:
         self.mistakes = tuple(mistakes)
         self.source = source
-        count = f"{len(self.mistakes)} mistake{'s' if len(self.mistakes) != 1 else ''}"
-        head = f"{printable(source)}: {count}" if source else f"the scene has {count}"
-        super().__init__("\n".join([head, *(f"  {mistake}" for mistake in self.mistakes)]))
+        super().__init__(_listed("the scene", self.mistakes, source))
+
+
+class StudyError(KinetileError, ValueError):
+    """A study cannot be done as its file says; all of its mistakes are listed at once."""
+
+    def __init__(self, mistakes: Sequence[Mistake], source: str | None = None) -> None:
+        self.mistakes = tuple(mistakes)
+        self.source = source
+        super().__init__(_listed("the study", self.mistakes, source))
 
 
 class Refused(KinetileError, ValueError):
@@ -210,6 +218,13 @@ def one_of(name: str, known: Iterable[str]) -> str:
     choice = f"one of {', '.join(names)}" if len(names) > 1 else names[0]
     meant = nearest(name, names)
     return f"{choice}; did you mean {meant!r}?" if meant else choice
+
+
+def _listed(what: str, mistakes: Sequence[Mistake], source: str | None) -> str:
+    """Return a message with all mistakes of a thing, or of the file that it stands in."""
+    count = f"{len(mistakes)} mistake{'s' if len(mistakes) != 1 else ''}"
+    head = f"{printable(source)}: {count}" if source else f"{what} has {count}"
+    return "\n".join([head, *(f"  {mistake}" for mistake in mistakes)])
 
 
 def _as_raised(

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 
-from kinetile.kernel.certificates import first_touch
+from kinetile.kernel.certificates import first_touch, last_touch
 from kinetile.kernel.vectors import (
     LANES,
     Floats,
@@ -22,7 +22,6 @@ from kinetile.kernel.vectors import (
     numbers,
     pick,
     places,
-    product_error,
     root,
     spread,
     spread_whole,
@@ -37,7 +36,9 @@ from kinetile.toolbox import (
     PairParts,
     Records,
     blame,
+    closing_speed,
     hook,
+    shared,
     since_anchor,
     since_origin,
 )
@@ -78,6 +79,31 @@ def meet(k: Kernel, a: int, b: int) -> int:
         if reach - math.sqrt(dx * dx + dy * dy) > clock.tolerance + 1e-9 * reach:
             blame(k, TOO_DEEP, a, b)
     return int(since + delay)
+
+
+@hook
+def part(k: Kernel, a: int, b: int) -> int:
+    """Return the tick at which two discs part that pass through each other, or ``NEVER``."""
+    clock = k.clock[0]
+    early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
+    one = k.bodies[early]
+    two = k.bodies[a + b - early]
+    since = two.anchor
+    delay = last_touch(
+        one.x,
+        one.y,
+        one.vx,
+        one.vy,
+        since - one.anchor,
+        two.x,
+        two.y,
+        two.vx,
+        two.vy,
+        one.radius,
+        two.radius,
+        clock.tick,
+    )
+    return int(since + delay) if delay != NEVER else NEVER
 
 
 @hook
@@ -177,43 +203,6 @@ def soonest(k: Kernel, body: int, count: int, barred: int, known: int, at: int) 
 
 
 @hook
-def closing_speed(one: Records, two: Records, nx: float, ny: float) -> float:
-    """Return (v . n) / (n . n) for the relative velocity v and a vector n of length nearly 1, to half an ulp.
-
-    Both products are carried in full. The plain formula is off by an ulp or so, and where all radii are equal
-    by nearly the same one at every contact, so that energy would drift in proportion to the contacts.
-    """
-    vx = two.vx - one.vx
-    vy = two.vy - one.vy
-    xx = nx * nx
-    yy = ny * ny
-    excess = ((xx - 0.5) + (yy - 0.5)) + (product_error(nx, nx, xx) + product_error(ny, ny, yy))
-    px = vx * nx
-    py = vy * ny
-    total = px + py
-    part = total - px
-    low = (px - (total - part)) + (py - part) + (product_error(vx, nx, px) + product_error(vy, ny, py))
-    return float(total + (low - total * excess))
-
-
-@hook
-def shared(mass: float, other: float, speed: float) -> float:
-    """Return the part of an exchange that a body takes: 2 other / (mass + other) speed, to about half an ulp.
-
-    The quotient is the same at every contact of two bodies, and so would be its rounding: energy would drift
-    in proportion to the contacts.
-    """
-    both = mass + other
-    part = both - mass
-    low = (mass - (both - part)) + (other - part)
-    share = 2.0 * other / both
-    back = share * both
-    rest = ((2.0 * other - back) - product_error(share, both, back) - share * low) / both
-    taken = share * speed
-    return taken + (product_error(share, speed, taken) + rest * speed)
-
-
-@hook
 def overlap(one: Records, two: Records, distance: float) -> float:
     """Return the overlap of two discs; not a number where their centres are one place, so that there is no
     line along which they could exchange momentum."""
@@ -258,6 +247,17 @@ def collide_equals(k: Kernel, a: int, b: int) -> float:
     return overlap(one, two, distance)
 
 
+@hook
+def touch(k: Kernel, a: int, b: int) -> tuple[float, float, float]:
+    """Return the line of centres and the overlap."""
+    one = k.bodies[a]
+    two = k.bodies[b]
+    dx = two.x - one.x
+    dy = two.y - one.y
+    distance = math.sqrt(dx * dx + dy * dy)
+    return dx / distance, dy / distance, overlap(one, two, distance)
+
+
 class Disc:
     """Elastic contact of two discs."""
 
@@ -266,5 +266,7 @@ class Disc:
 
         For equal masses both forms give the same velocities, to the bit: the share of each is exactly 1.
         """
-        equal = scene.capacity == len(scene) and len(set(scene.mass.tolist())) <= 1
-        return PairParts(meet=meet, collide=collide_equals if equal else collide, soonest=soonest)
+        one = len(set(scene.mass.tolist())) <= 1
+        equal = one and scene.capacity == len(scene) and not scene.ruled
+        answer = collide_equals if equal else collide
+        return PairParts(meet=meet, collide=answer, soonest=soonest, touch=touch, part=part)

@@ -71,6 +71,19 @@ def bounce(k: Kernel, body: Records, wall: int) -> float:
     return float(body.radius - (clock.height - body.y))
 
 
+@hook
+def touch(k: Kernel, body: Records, wall: int) -> tuple[float, float, float]:
+    """Return the normal into the wall, and how deep the body is in it."""
+    clock = k.clock[0]
+    if wall == LEFT:
+        return -1.0, 0.0, float(body.radius - body.x)
+    if wall == RIGHT:
+        return 1.0, 0.0, float(body.radius - (clock.width - body.x))
+    if wall == BOTTOM:
+        return 0.0, -1.0, float(body.radius - body.y)
+    return 0.0, 1.0, float(body.radius - (clock.height - body.y))
+
+
 class Wall:
     """Elastic contact of a disc with the walls of a rectangular arena."""
 
@@ -80,4 +93,4 @@ class Wall:
             raise Refused(
                 "wall needs an arena, and this scene has none: give the scene an arena or leave wall out"
             )
-        return WallParts(reach_wall=reach_wall, bounce=bounce)
+        return WallParts(reach_wall=reach_wall, bounce=bounce, touch=touch)

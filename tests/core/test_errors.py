@@ -15,6 +15,8 @@ import pytest
 import kinetile as kt
 from kinetile import errors
 from kinetile.accuracy.certified.agenda import Undecided
+from kinetile.bench.study.engines.engine import EngineError
+from kinetile.bench.study.work.identity import VersionsDiffer
 from kinetile.conformance.checks.check import Disagreement, DoesNotApply
 from kinetile.conformance.court.limits import TimeIsUp
 from kinetile.conformance.watch.bounds import Breach
@@ -38,6 +40,7 @@ RAISED: list[BaseException] = [
     errors.Refused("a scene"),
     errors.SceneError([errors.Mistake("arena", "-1", "two lengths")], "mine.toml"),
     errors.StalledError("it stands"),
+    errors.StudyError([errors.Mistake("seeds", "'x'", "whole numbers")], "mine.toml"),
     errors.UnawaitedContactError("not awaited", **PLACED),
     errors.UnknownName(
         "broad phase", "sap", suggestion="sap-1d", available=["naive", "sap-1d"], failures=["broken: it is"]
@@ -46,8 +49,10 @@ RAISED: list[BaseException] = [
     Breach("an index"),
     Disagreement("another contact"),
     DoesNotApply("no such claim"),
+    EngineError("no workers"),
     NotCompiled("a hook"),
     TimeIsUp(),
+    VersionsDiffer("stripes is 1.0 there, 2.0 here", "the worker tcp://a:1"),
     Undecided("which is first", 1.5, (0, 2)),
 ]
 

@@ -15,7 +15,7 @@ from kinetile.kernel.compiled import hook
 from kinetile.kernel.tables import Kernel, Records
 from kinetile.kernel.vectors import put_place
 
-__all__ = ["anchor_at", "note_place", "positions_now", "since_anchor", "since_origin"]
+__all__ = ["anchor_at", "note_all_places", "note_place", "positions_now", "since_anchor", "since_origin"]
 
 
 @hook
@@ -51,13 +51,24 @@ def note_place(k: Kernel, number: int) -> None:
     put_place(k.places, number, body.x + body.vx * back, body.y + body.vy * back, body.vx, body.vy)
 
 
+@hook
+def note_all_places(k: Kernel, tick: int) -> None:
+    """Move the origin of the common clock to a tick."""
+    k.clock[0].origin = tick
+    for body in range(k.clock[0].bodies):
+        note_place(k, body)
+
+
 def positions_now(
     k: Kernel, slots: np.ndarray[Any, np.dtype[np.int64]] | None = None
 ) -> np.ndarray[Any, np.dtype[np.float64]]:
     """Return (n, 2) positions at the kernel's present tick, of all bodies or of those in the slots given; for
     set-up and read-out, not for hooks."""
-    clock, bodies = k.clock[0], k.bodies.view(np.ndarray)
-    columns = (bodies[name] for name in ("anchor", "x", "y", "vx", "vy"))
-    anchor, x, y, vx, vy = columns if slots is None else (column[slots] for column in columns)
-    elapsed = (clock.now - anchor) * clock.tick
-    return np.column_stack([x + vx * elapsed, y + vy * elapsed])
+    clock, bodies = k.clock.view(np.ndarray)[0], k.bodies.view(np.ndarray)
+    if slots is not None:
+        bodies = bodies.take(slots)
+    elapsed = (clock["now"] - bodies["anchor"]) * clock["tick"]
+    places = np.empty((len(bodies), 2))
+    places[:, 0] = bodies["x"] + bodies["vx"] * elapsed
+    places[:, 1] = bodies["y"] + bodies["vy"] * elapsed
+    return places

@@ -35,7 +35,9 @@ TURNED, REANCHORED, INSERTED, REMOVED = -5, -6, -7, -8
 WALLS = {LEFT: "left", RIGHT: "right", BOTTOM: "bottom", TOP: "top"}
 
 CONTACT = np.dtype([("time", "f8"), ("epoch", "i8"), ("tick", "i8"), ("a", "i4"), ("b", "i4")])
-"""One contact: body ``a`` with body ``b`` > a, or with a wall (-1 left, -2 right, -3 bottom, -4 top)."""
+"""One contact: body ``a`` with body ``b`` > a, or with a wall (-1 left, -2 right, -3 bottom, -4 top).
+
+Of two bodies that pass through each other it is the beginning; the end is a row with 0 <= ``b`` < ``a``."""
 
 LOG = np.dtype(
     [
@@ -45,4 +47,5 @@ LOG = np.dtype(
 )
 """One event that changed a flight plan: as CONTACT, and -5 for a turn, -6 for a re-anchoring that keeps the
 velocity, -7 for a body that comes, -8 for one that goes, with the last that was known of it;
-then position and velocity of both bodies right after it (NaN for ``b`` where there is no second body)."""
+then position and velocity of both bodies right after it (NaN for ``b`` where there is no second body, and for
+both where they begin or end to pass through each other: no plan changes)."""

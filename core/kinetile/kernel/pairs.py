@@ -10,16 +10,76 @@ bodies through a list threaded through the pairs' records. Both together cost O(
 with the pairs there are, not with the pairs there could be. A pair is held once for every ``add_pair`` and
 leaves with the last ``remove_pair``, so a broad phase that finds a pair for several reasons need not count
 them itself.
+
+Every pair stands in the list of both its bodies. A record has the fields a and b (its bodies, by slot),
+next_a and prev_a (its neighbours in a's list), next_b and prev_b; ``firsts[body]`` is the head of a body's
+list, -1 where there is none. To put a pair in and to take it out costs O(1).
 """
 
 from __future__ import annotations
 
+from typing import Any
+
 from kinetile.kernel.certificates import to_be_settled
 from kinetile.kernel.compiled import hook, larger
 from kinetile.kernel.faults import BAD_PAIR, UNKNOWN_PAIR, blame
-from kinetile.kernel.tables import NOBODY, Kernel
+from kinetile.kernel.tables import NOBODY, Kernel, Records
 
-__all__ = ["add_pair", "offer", "pairs_of", "remove_pair"]
+__all__ = ["add_pair", "follower", "link", "offer", "pairs_of", "remove_pair", "unlink"]
+
+
+@hook
+def link(table: Records, firsts: Any, new: int) -> None:
+    """Put a pair at the head of the lists of its bodies."""
+    record = table[new]
+    record.prev_a = -1
+    record.prev_b = -1
+    record.next_a = _push_front(table, firsts, record.a, new)
+    record.next_b = _push_front(table, firsts, record.b, new)
+
+
+@hook
+def _push_front(table: Records, firsts: Any, body: int, new: int) -> int:
+    """Put a pair at the head of a body's list; return the former head."""
+    head = firsts[body]
+    firsts[body] = new
+    if head >= 0:
+        if table[head].a == body:
+            table[head].prev_a = new
+        else:
+            table[head].prev_b = new
+    return int(head)
+
+
+@hook
+def unlink(table: Records, firsts: Any, old: int) -> None:
+    """Take a pair out of the lists of its bodies."""
+    record = table[old]
+    _take_out(table, firsts, record.a, record.prev_a, record.next_a)
+    _take_out(table, firsts, record.b, record.prev_b, record.next_b)
+
+
+@hook
+def _take_out(table: Records, firsts: Any, body: int, before: int, after: int) -> None:
+    """Take a pair out of a body's list, given its neighbours there."""
+    if before < 0:
+        firsts[body] = after
+    elif table[before].a == body:
+        table[before].next_a = after
+    else:
+        table[before].next_b = after
+    if after >= 0:
+        if table[after].a == body:
+            table[after].prev_a = before
+        else:
+            table[after].prev_b = before
+
+
+@hook
+def follower(table: Records, body: int, pair: int) -> int:
+    """Return the pair after a pair in a body's list, or -1."""
+    record = table[pair]
+    return int(record.next_a if record.a == body else record.next_b)
 
 
 @hook
@@ -40,10 +100,8 @@ def pairs_of(k: Kernel, body: int) -> int:
     count = 0
     pair = k.firsts[body]
     while pair >= 0:
-        record = table[pair]
-        first = record.a == body
-        k.near[count] = record.b if first else record.a
-        pair = record.next_a if first else record.next_b
+        k.near[count] = table[pair].a + table[pair].b - body
+        pair = follower(table, body, pair)
         count += 1
     return count
 
@@ -94,44 +152,11 @@ def add_pair(k: Kernel, a: int, b: int) -> None:
     record.a = a
     record.b = b
     record.holds = 1
-    record.prev_a = -1
-    record.prev_b = -1
-    record.next_a = _push_front(k, a, new)
-    record.next_b = _push_front(k, b, new)
+    link(table, k.firsts, new)
     clock.pairs += 1
     counts = k.counts[0]
     counts.pairs_max = larger(counts.pairs_max, clock.pairs)
     to_be_settled(k, a, b)
-
-
-@hook
-def _push_front(k: Kernel, body: int, new: int) -> int:
-    """Put a pair at the head of a body's list; return the former head."""
-    head = k.firsts[body]
-    k.firsts[body] = new
-    if head >= 0:
-        if k.pairs[head].a == body:
-            k.pairs[head].prev_a = new
-        else:
-            k.pairs[head].prev_b = new
-    return int(head)
-
-
-@hook
-def _unlink(k: Kernel, body: int, before: int, after: int) -> None:
-    """Take a pair out of a body's list, given its neighbours there."""
-    table = k.pairs
-    if before < 0:
-        k.firsts[body] = after
-    elif table[before].a == body:
-        table[before].next_a = after
-    else:
-        table[before].next_b = after
-    if after >= 0:
-        if table[after].a == body:
-            table[after].prev_a = before
-        else:
-            table[after].prev_b = before
 
 
 @hook
@@ -156,8 +181,7 @@ def remove_pair(k: Kernel, a: int, b: int) -> None:
     record.holds -= 1
     if record.holds > 0:
         return
-    _unlink(k, a, record.prev_a, record.next_a)
-    _unlink(k, b, record.prev_b, record.next_b)
+    unlink(table, k.firsts, old)
     record.a = NOBODY
     record.next_a = clock.free
     clock.free = old

@@ -26,6 +26,7 @@ __all__ = [
     "NOBODY",
     "NOT_ASKED",
     "PAIR",
+    "PARTING",
     "SPARE",
     "STRUCTURAL",
     "TURN",
@@ -52,7 +53,7 @@ NOT_ASKED = -(2**63)
 
 NOBODY = -1
 
-STRUCTURAL, GUESS, TURN, WALL, PAIR = range(5)
+STRUCTURAL, GUESS, TURN, WALL, PAIR, PARTING = range(6)
 """What an entry of the queue is, in the order in which events of one tick run."""
 
 BODY = np.dtype(
@@ -99,6 +100,29 @@ HELD = np.dtype(
         ("holds", "i4"),  # how many reasons the broad phase gave for the pair
     ]
 )
+TRAIT = np.dtype(
+    [
+        ("leave", "i8"),  # when the first of the pairs parts in which the body passes through a younger one
+        ("touched", "i8"),  # the tick of its last contact in which it did not pass through the other
+        ("kind", "i4"),
+        ("inside", "i4"),  # how many bodies it is passing through
+    ],
+    align=True,
+)
+RULE = np.dtype(
+    [
+        ("response", "i8"),  # ELASTIC, PASS, or which hook of those that are composed
+        *((name, "f8") for name in ("first", "second", "third", "fourth")),  # the response's own numbers
+    ]
+)
+PASSING = np.dtype(
+    [
+        ("tick", "i8"),  # when they part
+        ("begun", "i8"),  # when they began
+        *((name, HELD[name]) for name in HELD.names[:6]),  # type: ignore[index]
+    ],
+    align=True,
+)
 COMMAND = np.dtype(
     [
         ("tick", "i8"),
@@ -106,6 +130,7 @@ COMMAND = np.dtype(
         ("body", "i4"),  # the body's number
         ("code", "i4"),  # what is to be done (kinetile.kernel.log)
         ("after", "i8"),  # so many contacts of this tick
+        ("kind", "i8"),
     ],
     align=True,
 )
@@ -154,7 +179,17 @@ CLOCK = np.dtype(
         ("window", "i8"),  # contacts since the last look at the rate
         ("window_size", "i8"),
         ("window_tick", "i8"),
-        ("window_ticks", "i8"),  # fewer ticks than this for a window of contacts: jammed
+        ("kinds", "i8"),  # of bodies
+        ("passings", "i8"),  # pairs that are passing through each other
+        ("passable", "i8"),  # head of the free list of their records
+        ("speed2", "f8"),  # the square of a speed that no body is to exceed
+        ("faster", "i8"),  # whether a response has made one faster
+        ("before", "i8"),  # whether to stop before what is watched, and not after it
+        ("stopped", "i8"),  # whether to stop now, because of
+        ("stop_tick", "i8"),  # a contact at this tick
+        ("stop_a", "i8"),  # of these numbers
+        ("stop_b", "i8"),
+        ("contact_ticks", "f8"),  # fewer ticks a contact than this, over a window of them: jammed
         ("fault", "i8"),
         ("fault_a", "i8"),
         ("fault_b", "i8"),
@@ -181,6 +216,8 @@ COUNTS = np.dtype(
         ("late", "i8"),
         ("deepest", "f8"),
         ("commanded_energy", "f8"),  # what commands have brought in
+        ("answered_energy", "f8"),  # what contacts have, that conserve none
+        ("passings", "i8"),  # times two bodies began to pass through each other
     ],
     align=True,
 )
@@ -210,7 +247,15 @@ class Kernel(NamedTuple):
     pairs: Records  # the pair set: its records,
     lookup: Records  # its hash table,
     firsts: Records  # (n,) and the head of each body's list; empty where the phase keeps none
+    traits: Records  # (n,) what responses ask of a body; this and the next three are empty without them
+    rules: (
+        Records  # (kinds * (kinds + 1),) what happens where a kind meets a kind, or a wall (the last column)
+    )
+    passings: Records  # the pairs that are passing through each other, a the elder of the two
+    passers: Records  # (n,) the head of each body's list of them
     commands: Records  # those of the present span of the clock, in their order
+    watch: Records  # for each number of a body whether to stop at its contacts; empty where nobody watches
+    watched: Records  # the pairs, by numbers, to stop at
     slots: Records  # for each number of a body its slot, or NOBODY: it has left, or is still to come
     met: Records  # the log of contacts, as it is digested
     log: Records  # every event with the plans after it; empty unless somebody records
@@ -243,7 +288,13 @@ def allocate(bodies: int, near: int, log_rows: int) -> Kernel:
         pairs=record_table(HELD, 0),
         lookup=np.full(0, -1, dtype=np.int32),
         firsts=np.full(0, -1, dtype=np.int32),
+        traits=record_table(TRAIT, 0),
+        rules=record_table(RULE, 0),
+        passings=record_table(PASSING, 0),
+        passers=np.full(0, -1, dtype=np.int32),
         commands=record_table(COMMAND, 0),
+        watch=np.zeros(0, dtype=np.uint8),
+        watched=record_table(OFFER, 0),
         slots=np.arange(bodies, dtype=np.int32),
         met=record_table(MET, log_rows),
         log=record_table(ROW, 0),

@@ -22,18 +22,21 @@ from kinetile.errors import Mistake
 from kinetile.scene.overlaps import overlapping_pairs
 
 __all__ = [
+    "ANY",
     "FARTHEST_START",
     "HEAVIEST",
     "LARGEST",
     "LIMIT",
     "SMALLEST",
     "TOLERANCE",
+    "WALL",
     "abridged",
     "check_bodies",
     "check_frame",
     "check_pace",
     "check_turn",
     "is_finite",
+    "is_kind",
     "is_number",
     "shown",
 ]
@@ -58,6 +61,9 @@ So every product of up to four of them is a normal number, as contact times need
 
 HEAVIEST = 2.0**100
 """How many times as heavy as the lightest body the heaviest may be."""
+
+WALL, ANY = "wall", "*"
+"""What no kind of body is called: the walls of an arena, and any kind."""
 
 FARTHEST_START = 2.0**52
 """How many time units from 0 a clock may start: there it still resolves one."""
@@ -92,6 +98,15 @@ def abridged(mistakes: Iterable[Mistake]) -> list[Mistake]:
         more = Mistake("the scene", f"{len(kept) - MOST_TOLD:,} more mistakes of other kinds", "none")
         kept = [*kept[:MOST_TOLD], more]
     return kept
+
+
+def is_kind(value: object) -> bool:
+    """Say whether a value can be a kind."""
+    if isinstance(value, bool):
+        return False
+    if isinstance(value, str):
+        return bool(value) and value not in (WALL, ANY)
+    return isinstance(value, int | np.integer) and 0 <= int(value) < 2**31
 
 
 def is_finite(value: Any) -> bool:
@@ -199,11 +214,13 @@ def check_bodies(
     mass: Floats,
     arena: tuple[float, float] | None,
     unknown: Mapping[str, Bools] | None = None,
+    passing: tuple[npt.NDArray[np.int64], Bools] | None = None,
 ) -> list[Mistake]:
     """Check n bodies: position and velocity (n, 2), radius and mass (n,).
 
     Pass None as the arena where there is none, or none that can be judged by. ``unknown`` maps a field's name
-    to an (n,) mask of the bodies of which that field is not to be judged.
+    to an (n,) mask of the bodies of which that field is not to be judged. ``passing`` are (n,) the kinds of
+    the bodies and (kinds, kinds) which pass through each other, and so may overlap; None: no one does.
     """
     nothing = np.zeros(len(position), dtype=np.bool_)
     unknown = unknown or {}
@@ -216,17 +233,20 @@ def check_bodies(
         mistakes += _spell_out(~finite & told, name, vectors, "[x, y], two finite numbers")
         mistakes += _spell_out(finite & ~right[name] & told, name, vectors, f"[x, y], each {_REACH} in size")
     for name, numbers in (("radius", radius), ("mass", mass)):
-        positive = np.asarray(np.isfinite(numbers) & (numbers > 0.0))
-        right[name] = np.asarray((numbers >= SMALLEST) & (numbers <= LARGEST))
+        still = np.asarray(np.isinf(numbers) if name == "mass" else nothing)
+        positive = np.asarray((np.isfinite(numbers) | still) & (numbers > 0.0))
+        right[name] = np.asarray((numbers >= SMALLEST) & ((numbers <= LARGEST) | still))
         told = ~unknown.get(name, nothing)
-        mistakes += _spell_out(~positive & told, name, numbers, "a finite number greater than 0")
+        what = "a number greater than 0, or inf" if name == "mass" else "a finite number greater than 0"
+        mistakes += _spell_out(~positive & told, name, numbers, what)
         mistakes += _spell_out(positive & ~right[name] & told, name, numbers, f"a number {_RANGE}")
-    mistakes += _check_masses(mass, np.flatnonzero(right["mass"] & ~unknown.get("mass", nothing)))
+    movable = np.asarray(right["mass"] & np.isfinite(mass))
+    mistakes += _check_masses(mass, np.flatnonzero(movable & ~unknown.get("mass", nothing)))
     placed = right["position"] & right["radius"]
     placed &= ~unknown.get("position", nothing) & ~unknown.get("radius", nothing)
     if arena is not None:
         mistakes += _check_inside(position, radius, arena, placed)
-    return mistakes + _check_apart(position, radius, np.flatnonzero(placed))
+    return mistakes + _check_apart(position, radius, np.flatnonzero(placed), passing)
 
 
 def _check_masses(mass: Floats, bodies: npt.NDArray[np.intp]) -> list[Mistake]:
@@ -280,11 +300,20 @@ def _check_inside(
     return _spell_out(np.logical_or.reduce(list(outside.values())), "position", found, expected)
 
 
-def _check_apart(position: Floats, radius: Floats, bodies: npt.NDArray[np.intp]) -> list[Mistake]:
+def _check_apart(
+    position: Floats,
+    radius: Floats,
+    bodies: npt.NDArray[np.intp],
+    passing: tuple[npt.NDArray[np.int64], Bools] | None,
+) -> list[Mistake]:
     """Report the first LIMIT overlapping pairs among ``bodies``, and how many more there are."""
     first: list[tuple[int, int]] = []
     count, counted_all = 0, True
     for chunk, found in enumerate(overlapping_pairs(position[bodies], radius[bodies], TOLERANCE)):
+        if passing is not None:
+            kind, passes = passing
+            one, two = kind[bodies[found]].T
+            found = found[~passes[one, two]]
         count += len(found)
         if len(found):
             order = np.lexsort((found[:, 1], found[:, 0]))[:LIMIT]

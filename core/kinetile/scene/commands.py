@@ -9,13 +9,14 @@ later has one of its own, which nobody had before.
 
 from __future__ import annotations
 
+import math
 import operator
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 from kinetile.errors import Mistake
 from kinetile.kernel.clock import TICKS
-from kinetile.scene.checks import LARGEST, SMALLEST, TOLERANCE, is_finite, shown
+from kinetile.scene.checks import LARGEST, SMALLEST, TOLERANCE, is_finite, is_kind, shown
 
 __all__ = [
     "Command",
@@ -39,7 +40,8 @@ class Turn(NamedTuple):
 
 
 class Insert(NamedTuple):
-    """A body that comes at ``time``; ``body`` is its number, -1 before it has one."""
+    """A body that comes at ``time``; ``body`` is its number, -1 before it has one; ``kind`` is the scene's
+    first where it is None."""
 
     time: float
     position: tuple[float, float]
@@ -48,6 +50,7 @@ class Insert(NamedTuple):
     mass: float = 1.0
     body: int = -1
     at: tuple[int, int, int] | None = None
+    kind: str | int | None = None
 
 
 class Remove(NamedTuple):
@@ -63,9 +66,10 @@ Command: TypeAlias = Turn | Insert | Remove
 _PAIRS = {"position": "[x, y]", "velocity": "[vx, vy]"}
 
 
-def numbered(commands: Iterable[Any], bodies: int) -> list[Command]:
+def numbered(commands: Iterable[Any], bodies: int, kind: str | int | None = None) -> list[Command]:
     """Return commands as they are kept, with plain numbers; who comes without a number gets the next one, in
-    the order given, after those of the start and all that are given."""
+    the order given, after those of the start and all that are given, and who comes without a kind is of this
+    one."""
     kept: list[Command] = []
     taken = [command.body for command in commands if isinstance(command, Insert)]
     free = max([bodies - 1, *taken]) + 1
@@ -78,7 +82,8 @@ def numbered(commands: Iterable[Any], bodies: int) -> list[Command]:
         if isinstance(command, Insert):
             x, y = map(float, command.position)
             radius, mass = float(command.radius), float(command.mass)
-            command = command._replace(position=(x, y), radius=radius, mass=mass)
+            own = kind if command.kind is None else command.kind
+            command = command._replace(position=(x, y), radius=radius, mass=mass, kind=own)
             if command.body < 0:
                 command, free = command._replace(body=free), free + 1
         kept.append(command)
@@ -125,7 +130,11 @@ def _check_body(command: Any, where: str, arena: tuple[float, float] | None) -> 
             mistakes.append(Mistake(f"{where}.{name}", shown(pair), f"{axes}, each at most 2**200 in size"))
     if not isinstance(command, Insert):
         return mistakes
+    if command.kind is not None and not is_kind(command.kind):
+        mistakes.append(Mistake(f"{where}.kind", shown(command.kind), "a kind, a name or a small number"))
     for name, number in (("radius", command.radius), ("mass", command.mass)):
+        if name == "mass" and number == math.inf:
+            continue
         if not (is_finite(number) and SMALLEST <= number <= LARGEST):
             mistakes.append(
                 Mistake(f"{where}.{name}", shown(number), "a number from 2**-200 to 2**200, greater than 0")

@@ -50,17 +50,26 @@ def flown(speed: float, unit: float, spans: int) -> float:
 
 
 def speed_bound(scene: Scene) -> float:
-    """Return a speed that no body can exceed: all energy, that of every command added, in the lightest
-    body."""
+    """Return a speed that no body can exceed: all energy, that of every command added, in the lightest body.
+
+    Where bodies that nothing can move fly, or a response adds energy, there is no such speed before the run:
+    then it is one to begin with.
+    """
     mass = dict(enumerate(scene.mass.tolist()))
     mass |= {command.body: command.mass for command in scene.commands if isinstance(command, Insert)}
     if not mass:
         return 0.0
     squares = np.einsum("ij,ij->i", scene.velocity, scene.velocity)
-    energy = math.fsum(scene.mass * squares)
-    energy += math.fsum(
-        mass[command.body] * (command.velocity[0] ** 2 + command.velocity[1] ** 2)
-        for command in scene.commands
-        if not isinstance(command, Remove)
-    )
-    return math.sqrt(energy / min(mass.values())) * (1.0 + 2.0**-20)
+    static = np.isinf(scene.mass)
+    pushed = [float(squares[static].max(initial=0.0))]
+    terms = (scene.mass[~static] * squares[~static]).tolist()
+    for command in scene.commands:
+        if not isinstance(command, Remove):
+            square = command.velocity[0] ** 2 + command.velocity[1] ** 2
+            if mass[command.body] < math.inf:
+                terms.append(mass[command.body] * square)
+            else:
+                pushed.append(square)
+    lightest = min(mass.values())
+    speed = math.sqrt(math.fsum(terms) / lightest) if lightest < math.inf else 0.0
+    return (speed + 2.0 * math.sqrt(max(pushed))) * (1.0 + 2.0**-20)

@@ -14,12 +14,14 @@ from typing import Any, NamedTuple, TypeAlias
 
 from kinetile.errors import BadOption, Mistake, PhaseError, one_of
 from kinetile.scene.checks import is_number, shown
-from kinetile.scene.scene import Scene, relabelled
+from kinetile.scene.scene import Scene
+from kinetile.scene.variants import relabelled
 
 __all__ = [
     "REQUIRED",
     "Parameter",
     "Recipe",
+    "complete_parameters",
     "follow_recipe",
     "parameter_mistakes",
     "parse_parameters",
@@ -52,15 +54,24 @@ def follow_recipe(name: str, recipe: Recipe, given: Mapping[str, Any]) -> Scene:
     mistakes = parameter_mistakes(name, recipe, given)
     if mistakes:
         raise BadOption("\n".join(f"scene {name!r}: {_as_sentence(mistake)}" for mistake in mistakes))
-    known = recipe_parameters(name, recipe)
-    used = {each.name: _convert(each, given[each.name]) for each in known if each.name in given}
-    scene = recipe(**used)
+    parameters = complete_parameters(name, recipe, given)
+    scene = recipe(**{key: value for key, value in parameters.items() if key in given})
     if not isinstance(scene, Scene):
         raise PhaseError(
             f"the recipe of the scene {name!r} returned {shown(scene)}; expected a kinetile.Scene"
         )
-    parameters = {each.name: used.get(each.name, each.default) for each in known}
     return relabelled(scene, origin={"recipe": name, "parameters": parameters})
+
+
+def complete_parameters(name: str, recipe: Recipe, given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return all parameters of a recipe: the given ones, as its types have them, and defaults for the rest.
+
+    They must be such as it has and can use (``parameter_mistakes``).
+    """
+    return {
+        each.name: _convert(each, given[each.name]) if each.name in given else each.default
+        for each in recipe_parameters(name, recipe)
+    }
 
 
 def recipe_parameters(name: str, recipe: Recipe) -> tuple[Parameter, ...]:

@@ -13,12 +13,13 @@ import struct
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar, cast
 
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import Mistake, Refused, SceneError
+import kinetile
+from kinetile.errors import Mistake, SceneError
 from kinetile.kernel.clock import Clock, time_unit
 from kinetile.scene.arrays import read_arrays
 from kinetile.scene.checks import (
@@ -31,14 +32,20 @@ from kinetile.scene.checks import (
     is_number,
     shown,
 )
-from kinetile.scene.commands import Command, Turn, check_commands, check_presence, numbered, speeds
+from kinetile.scene.commands import (
+    Command,
+    Insert,
+    Turn,
+    check_commands,
+    check_presence,
+    numbered,
+    speeds,
+)
+from kinetile.scene.responses import Kind, Pair, Response, read_rules, table
 
-__all__ = ["LEAST", "Scene", "Settings", "only_turns", "relabelled", "spacious", "standing", "with_commands"]
+__all__ = ["Scene", "Settings", "check_settings"]
 
 Floats = npt.NDArray[np.float64]
-
-LEAST = 64
-"""Bodies for which there is room at least where they come and go."""
 
 
 @dataclass(frozen=True)
@@ -75,13 +82,17 @@ class Scene:
     are kept sorted by time, those of one tick as they are given; ``turns`` may be given apart, then those of
     one time are sorted by body and come before other commands. ``unit`` is the power of two in which the
     clock counts; None: it follows from the speeds. ``start`` is the time at which the bodies are where
-    ``position`` says. ``settings`` say how the scene wants to be run; ``origin`` is where it came from, and
-    takes no part in comparisons.
+    ``position`` says. ``kind`` is the kind of each body, or one for all, and ``responses`` say what happens
+    where kinds meet (``kinetile.scene.responses``); ``kind_numbers`` is (n,) which of ``kinds`` each body is
+    of. ``settings`` say how the scene wants to be run; ``origin`` is where it came from, and takes no
+    part in comparisons.
 
     Raises SceneError, with every mistake, unless all numbers are finite, radii and masses greater than 0,
-    each disc is inside the arena and no two overlap (touching is allowed; the tolerance is 1e-12 of the
-    radius, or of the sum of the two radii). Radii, masses and the arena's sides are from 2**-200 to 2**200,
-    coordinates and speeds at most 2**200, so that no product of them over- or underflows.
+    each disc is inside the arena and no two overlap, but for those that pass through each other (touching is
+    allowed; the tolerance is 1e-12 of the radius, or of the sum of the two radii). A body whose mass is
+    ``math.inf`` is *static*: no contact changes how it moves. Radii, other masses and the arena's sides are
+    from 2**-200 to 2**200, coordinates and speeds at most 2**200, so that no product of them over- or
+    underflows.
     """
 
     position: Floats
@@ -92,8 +103,12 @@ class Scene:
     commands: tuple[Command, ...]
     start: float
     unit: float | None
+    kind: tuple[Kind, ...]
+    responses: tuple[tuple[Pair, Response], ...]
     settings: Settings
     origin: Mapping[str, Any]
+
+    kind_numbers: ClassVar[npt.NDArray[np.int64]]
 
     def __init__(
         self,
@@ -108,6 +123,8 @@ class Scene:
         origin: Mapping[str, Any] | None = None,
         commands: Sequence[Command] = (),
         unit: float | None = None,
+        kind: Any = None,
+        responses: Any = None,
     ) -> None:
         mistakes: list[Mistake] = []
         if settings is not None and not isinstance(settings, Settings):
@@ -120,7 +137,14 @@ class Scene:
         amiss = {mistake.where for mistake in framed}
         sides = None if arena is None or "arena" in amiss else (float(arena[0]), float(arena[1]))
         mistakes += framed
-        mistakes += check_bodies(*arrays, sides, unknown)
+        try:
+            given = list(commands)
+        except TypeError:
+            mistakes.append(Mistake("commands", shown(commands), "a sequence of commands"))
+            given = []
+        coming = [each.kind for each in given if isinstance(each, Insert)]
+        rules = read_rules(kind, responses, len(arrays[0]), coming, mistakes)
+        mistakes += check_bodies(*arrays, sides, unknown, (rules.kind, rules.passing))
         begin = None if "start" in amiss else float(start)
         try:
             turns = list(turns)
@@ -129,25 +153,25 @@ class Scene:
             turns = []
         for k, turn in enumerate(turns):
             mistakes += check_turn(turn, f"turns[{k}]", len(arrays[0]), begin)
-        try:
-            given = list(commands)
-        except TypeError:
-            mistakes.append(Mistake("commands", shown(commands), "a sequence of commands"))
-            given = []
         mistakes += check_commands(given, begin, sides)
         mistakes += check_unit(unit)
-        mistakes += _check_settings(settings)
+        mistakes += check_settings(settings)
         if mistakes:
             raise SceneError(abridged(mistakes))
         names = ("position", "velocity", "radius", "mass")
         for name, array in zip(names, arrays, strict=True):
             array.flags.writeable = False
             object.__setattr__(self, name, array)
+        rules.kind.flags.writeable = False
+        object.__setattr__(self, "kind", tuple(rules.kinds[each] for each in rules.kind.tolist()))
+        object.__setattr__(self, "responses", rules.responses)
+        self.__dict__.update(_kinds=rules.kinds, kind_numbers=rules.kind)
         object.__setattr__(self, "arena", sides)
         object.__setattr__(self, "start", float(start))
         object.__setattr__(self, "unit", None if unit is None else float(unit))
         apart = sorted((Turn(*turn) for turn in turns), key=lambda turn: (turn.time, turn.body))
-        object.__setattr__(self, "commands", self._in_order(numbered([*apart, *given], len(self))))
+        first = rules.kinds[0] if rules.kinds != (0,) else None
+        object.__setattr__(self, "commands", self._in_order(numbered([*apart, *given], len(self), first)))
         object.__setattr__(self, "settings", settings)
         object.__setattr__(self, "origin", dict(origin or {}))
         mistakes += check_pace(self.start, self.time_unit) + check_presence(self.commands, len(self))
@@ -174,6 +198,12 @@ class Scene:
         recipe = f", from {self.origin['recipe']!r}" if "recipe" in self.origin else ""
         return f"<Scene: {bodies}, {around}{turns}{recipe}>"
 
+    def _repr_html_(self) -> str:
+        return kinetile.as_html(self)  # made above this room: by its public name
+
+    def _repr_svg_(self) -> str | None:
+        return kinetile.as_svg(self)
+
     @property
     def time_unit(self) -> float:
         """The power of two, at most 1, in which the clock of a run counts (see ``kinetile.kernel.clock``)."""
@@ -183,6 +213,25 @@ class Scene:
     def turns(self) -> tuple[Turn, ...]:
         """The turns among the commands."""
         return tuple(command for command in self.commands if isinstance(command, Turn))
+
+    @property
+    def kinds(self) -> tuple[Kind, ...]:
+        """The kinds of bodies that there are, or may come."""
+        return cast("tuple[Kind, ...]", self.__dict__["_kinds"])
+
+    @property
+    def ruled(self) -> bool:
+        """Whether bodies are of kinds, or contacts anything but elastic contacts of bodies that can be
+        moved."""
+        coming = [command.mass for command in self.commands if isinstance(command, Insert)]
+        static = math.inf in coming or bool(np.isinf(self.mass).any())
+        kinds = bool(self.responses) or self.kinds != (0,)
+        return kinds or static or bool(self.__dict__.get("_ruled"))
+
+    @property
+    def meets(self) -> list[list[Response]]:
+        """What happens where each of ``kinds`` meets each, and a wall (the last column)."""
+        return table(self.kinds, self.responses)
 
     @property
     def capacity(self) -> int:
@@ -214,7 +263,8 @@ class Scene:
     def __reduce__(self) -> tuple[Any, ...]:
         # Through the constructor: unpickled arrays would otherwise be writable.
         arrays = (self.position, self.velocity, self.radius, self.mass)
-        more = (self.start, self.settings, dict(self.origin), self.commands, self.unit)
+        more: tuple[Any, ...] = (self.start, self.settings, dict(self.origin), self.commands, self.unit)
+        more += (self.kind, dict(self.responses))
         return (Scene, (*arrays, self.arena, (), *more))
 
     def _bits(self) -> tuple[bytes, ...]:
@@ -225,82 +275,12 @@ class Scene:
             struct.pack(f"<{len(frame)}d", *frame),
             repr(self.commands).encode(),
             repr(self.unit).encode(),
+            repr(self.kind).encode() if self.kinds != (0,) else b"",
+            repr(self.responses).encode(),
         )
 
 
-def relabelled(
-    scene: Scene, *, settings: Settings | None = None, origin: Mapping[str, Any] | None = None
-) -> Scene:
-    """Return the same scene with other settings or another origin, without checking its bodies again.
-
-    Raises SceneError for settings that the scene cannot have.
-    """
-    mistakes = []
-    if settings is not None and not isinstance(settings, Settings):
-        mistakes = [Mistake("settings", shown(settings), "kinetile.Settings(...), or None")]
-    elif settings is not None:
-        mistakes = [*check_frame(None, scene.start, settings.until), *_check_settings(settings)]
-    if mistakes:
-        raise SceneError(mistakes)
-    copy = object.__new__(Scene)
-    copy.__dict__.update(scene.__dict__)
-    if settings is not None:
-        copy.__dict__["settings"] = settings
-    if origin is not None:
-        copy.__dict__["origin"] = dict(origin)
-    return copy
-
-
-def standing(scene: Scene, columns: Mapping[str, Floats], capacity: int) -> Scene:
-    """Return the same scene with other bodies, and no commands: as it stands in the middle of a run.
-
-    ``columns`` are position, velocity, radius and mass of the bodies; ``capacity`` is for how many at once a
-    phase is to make room. Nothing is checked: a run has led here.
-    """
-    copy = relabelled(scene)
-    for name, column in columns.items():
-        column.flags.writeable = False
-        copy.__dict__[name] = column
-    copy.__dict__["commands"] = ()
-    copy.__dict__["_capacity"] = capacity
-    return copy
-
-
-def spacious(scene: Scene) -> Scene:
-    """Return the same scene, in which phases make room for as many bodies more as there are."""
-    copy = relabelled(scene)
-    copy.__dict__["_capacity"] = max(2 * len(scene), LEAST)
-    return copy
-
-
-def only_turns(scene: Scene, who: str) -> None:
-    """Raise Refused where a scene asks for more than turns at times of their own, on the clock that its
-    speeds ask for: ``who`` knows nothing else."""
-    odd = [each for each in scene.commands if not isinstance(each, Turn) or each.at is not None]
-    if odd or scene.unit is not None:
-        what = "bodies that come or go, or commands at exact ticks" if odd else "a unit of its own"
-        raise Refused(f"{who} follows scenes whose bodies turn at most, and this scene has {what}")
-
-
-def with_commands(scene: Scene, commands: Sequence[Command]) -> Scene:
-    """Return the same scene, on the same clock, with more commands. Raises SceneError where they do not
-    fit."""
-    return Scene(
-        scene.position,
-        scene.velocity,
-        scene.radius,
-        scene.mass,
-        scene.arena,
-        (),
-        scene.start,
-        scene.settings,
-        scene.origin,
-        [*scene.commands, *commands],
-        scene.time_unit,
-    )
-
-
-def _check_settings(settings: Settings) -> list[Mistake]:
+def check_settings(settings: Settings) -> list[Mistake]:
     """Check the types of the settings; whether the phases exist is for those to say who select them."""
     mistakes = []
     if not isinstance(settings.broad_phase, (str, type(None))):

@@ -1,13 +1,17 @@
-"""Where a file may be written: what a path means, before anything there is replaced."""
+"""Where a file may be written, and how: there as a whole or not at all."""
 
 from __future__ import annotations
 
 import errno
 import os
+import secrets
 import stat
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import BinaryIO
 
-__all__ = ["writable_target"]
+__all__ = ["replacing", "writable_target"]
 
 
 def writable_target(path: str | os.PathLike[str]) -> Path:
@@ -25,3 +29,25 @@ def writable_target(path: str | os.PathLike[str]) -> Path:
     if not stat.S_ISREG(mode):
         raise OSError(errno.EINVAL, "it is there and is no regular file, so it is not replaced")
     return target
+
+
+@contextmanager
+def replacing(target: Path, *, sync: bool = True) -> Iterator[BinaryIO]:
+    """Yield a new file in the folder of ``target``, whose place it takes when the context is left: at once,
+    and, with ``sync``, with all that is in it on the disk.
+
+    Whatever ends it on its way, a signal, a full disk, a kill, what was there is there. Raises OSError where
+    the file cannot be made or written.
+    """
+    fresh = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
+    try:
+        with fresh.open("xb") as file:
+            yield file
+            if sync:
+                file.flush()
+                os.fsync(file.fileno())
+        fresh.replace(target)
+    except BaseException:
+        with suppress(OSError):
+            fresh.unlink(missing_ok=True)
+        raise

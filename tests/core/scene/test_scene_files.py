@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from kinetile import Scene, Settings, Turn, load_scene, make_scene, save_scene
 from kinetile.errors import BadOption, SceneError
 from kinetile.plugin.by_name import loads_scene
-from kinetile.scene.files import dumps_scene
+from kinetile.scene.text.files import dumps_scene
 
 EIGHT_MISTAKES = """
 arena = [1.0, 1.0]
@@ -104,11 +104,11 @@ def test_eight_mistakes_give_eight_messages() -> None:
         "bodies[1].radius: found -0.1; expected a finite number greater than 0",
         "bodies[2] and bodies[4]: found an overlap of 0.15 (distance 0.05, sum of the radii 0.2); "
         "expected discs that touch at most",
-        "bodies[2].mass: found 0.0; expected a finite number greater than 0",
+        "bodies[2].mass: found 0.0; expected a number greater than 0, or inf",
         "bodies[3].position: found [0.95, 0.1] with radius 0.1, which reaches 0.05 beyond the right wall; "
         "expected the whole disc inside the arena, [0, 1.0] x [0, 1.0]",
         "bodies[5].raduis: found a key that is not known here; "
-        "expected one of position, velocity, radius, mass, turns; did you mean 'radius'?",
+        "expected one of position, velocity, radius, mass, kind, turns; did you mean 'radius'?",
         "bodies[6].velocity: found 'fast'; expected [vx, vy], two finite numbers",
         "broad-phase: found 'sap1d', which is the name of no broad phase; "
         "expected one of naive, cells, sap-1d, sap-2d, sweep-tiling; did you mean 'sap-1d'?",
@@ -324,7 +324,7 @@ plain = anything | st.booleans() | st.integers() | st.text(st.characters(exclude
 def read_with_any_options(text: str) -> Scene:
     """Read a scene as if every phase had every option."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("kinetile.plugin.by_name._Registered.option_mistakes", lambda *given: [])
+        patch.setattr("kinetile.plugin.by_name.Registered.option_mistakes", lambda *given: [])
         return loads_scene(text)
 
 

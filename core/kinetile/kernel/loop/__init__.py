@@ -7,10 +7,13 @@ from kinetile.kernel.loop.advance import (
     BUDGET_SPENT,
     COMMAND_DUE,
     CONTACTS_REACHED,
+    CROWDED,
+    FASTER,
     FAULT,
     LOG_FULL,
     NO_ROOM,
     TIME_REACHED,
+    WATCHED,
     advance,
 )
 
@@ -19,9 +22,12 @@ __all__ = [
     "BUDGET_SPENT",
     "COMMAND_DUE",
     "CONTACTS_REACHED",
+    "CROWDED",
+    "FASTER",
     "FAULT",
     "LOG_FULL",
     "NO_ROOM",
     "TIME_REACHED",
+    "WATCHED",
     "advance",
 ]

@@ -2,8 +2,9 @@
 
 ``advance`` is a template. Its hooks (``build``, ``repair``, ``replan``, ``near``, ``enter``, ``leave`` of the
 broad phase; ``meet``, ``soonest``, ``collide`` of the narrow phase for pairs; ``reach_wall``, ``bounce`` of
-the one for walls) and its constants (``PAIRS``, ``BOUNDS``, ``WALLS``, ``COMMANDS``, ``LIVING``) are filled
-in by ``kinetile.kernel.compiled.compose`` from what the scene names; what it does not name is not compiled.
+the one for walls; those of the responses that the scene's rules name) and its constants (``PAIRS``,
+``BOUNDS``, ``WALLS``, ``COMMANDS``, ``LIVING``, ``RULES``, ``PASSING``) are filled in by
+``kinetile.kernel.compiled.compose`` from what the scene names; what it does not name is not compiled.
 
 Of one tick, structural events run first, then commands, then contacts with walls, then contacts of pairs, and
 after each of them the head of the queue is taken anew. So at a contact's tick every structural event up to
@@ -21,19 +22,40 @@ from __future__ import annotations
 
 from typing import Any
 
-from kinetile.kernel.compiled import disowned, hook, larger, smaller, to_be_filled_in
-from kinetile.kernel.faults import BAD_COUNT, JAMMED, LATE_CONTACT, NOT_FINITE, STALLED, TOO_DEEP, blame
-from kinetile.kernel.flight import anchor_at, note_place
+from kinetile.kernel.compiled import disowned, larger, smaller, to_be_filled_in
+from kinetile.kernel.faults import BAD_COUNT, LATE_CONTACT, NOT_FINITE, STALLED, blame
+from kinetile.kernel.flight import anchor_at, note_all_places
 from kinetile.kernel.log import INSERTED, REMOVED
 from kinetile.kernel.loop.calendar import file_all, head, runner_up
-from kinetile.kernel.loop.commands import FREE, blocked_by, has_vacancy, may_come, obey, plan_changed
+from kinetile.kernel.loop.commands import (
+    FREE,
+    FULL_LOG,
+    blocked_by,
+    has_vacancy,
+    may_come,
+    must_wait,
+    obey,
+    plan_changed,
+)
+from kinetile.kernel.loop.counting import count_contact
 from kinetile.kernel.loop.log_rows import log, log_is_full
-from kinetile.kernel.loop.predictions import ask_all_exactly, forget, look_at, settle, wall_is_before
+from kinetile.kernel.loop.passing import begin_passing, crowded, end_first_passing, plan_partings
+from kinetile.kernel.loop.predictions import (
+    ask_all_exactly,
+    forget,
+    look_at,
+    meeting,
+    settle,
+    wall_is_before,
+)
 from kinetile.kernel.loop.presence import elder, is_there
+from kinetile.kernel.loop.rules import answer, answer_wall, passes
+from kinetile.kernel.loop.watching import holds_back
 from kinetile.kernel.tables import (
     GUESS,
     NEVER,
     NOBODY,
+    PARTING,
     SPARE,
     STRUCTURAL,
     WALL,
@@ -45,10 +67,13 @@ __all__ = [
     "BUDGET_SPENT",
     "COMMAND_DUE",
     "CONTACTS_REACHED",
+    "CROWDED",
+    "FASTER",
     "FAULT",
     "LOG_FULL",
     "NO_ROOM",
     "TIME_REACHED",
+    "WATCHED",
     "advance",
 ]
 
@@ -57,36 +82,13 @@ TIME_REACHED, CONTACTS_REACHED, BUDGET_SPENT, LOG_FULL, NO_ROOM, FAULT = range(6
 COMMAND_DUE = 6  # a body comes or goes for which the tables, or the structure, have to be laid out anew
 BLOCKED = 7  # there is no room for a body that comes; the clock's fault_a and fault_b say who, and for whom
 
-PAIRS = WALLS = COMMANDS = LIVING = True
+CROWDED = 8  # there is no room for more pairs that are passing through each other
+FASTER = 9  # a response has made a body faster than what it reaches allows for
+WATCHED = 10  # at a contact that somebody watches, before it or after
+
+PAIRS = WALLS = COMMANDS = LIVING = RULES = PASSING = True
 
 build = repair = replan = near = meet = collide = reach_wall = bounce = to_be_filled_in
-
-
-@hook
-def _count_contact(k: Kernel, tick: int, a: int, b: int, depth: float, radius: float, slack: float) -> None:
-    """Keep the readings of a contact and look for jams and for overlaps that rounding does not explain."""
-    clock = k.clock[0]
-    counts = k.counts[0]
-    counts.deepest = larger(counts.deepest, depth / radius)
-    if not depth <= clock.tolerance + 1e-9 * slack:
-        blame(k, TOO_DEEP if depth > 0.0 else NOT_FINITE, a, b)
-    clock.met_there = clock.met_there + 1 if clock.met_tick == tick else 1
-    clock.met_tick = tick
-    clock.spins = 0
-    clock.window += 1
-    if clock.window >= clock.window_size:
-        if tick - clock.window_tick <= clock.window_ticks:
-            blame(k, JAMMED, a, b)
-        clock.window = 0
-        clock.window_tick = tick
-
-
-@hook
-def _note_all_places(k: Kernel, tick: int) -> None:
-    """Move the origin of the common clock to a tick."""
-    k.clock[0].origin = tick
-    for body in range(k.clock[0].bodies):
-        note_place(k, body)
 
 
 def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
@@ -116,7 +118,7 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
     waiting = NOBODY  # another that is to be settled then
     if clock.built == 0:
         clock.built = 1
-        _note_all_places(k, at)
+        note_all_places(k, at)
         clock.hand = NOBODY
         build(k, s)
         clock.offered = len(k.offers) + 1
@@ -171,6 +173,11 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
             return FAULT
         if clock.wanted > 0:
             return NO_ROOM
+        if RULES and clock.faster != 0:
+            return FASTER
+        if clock.stopped != 0:
+            clock.stopped = 0
+            return WATCHED
         if counts.contacts_disc + counts.contacts_wall >= contacts:
             return CONTACTS_REACHED
         h = head(k)
@@ -187,9 +194,9 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
                 clock.now = larger(clock.now, until)
             return TIME_REACHED
         if abs(at - clock.origin) > clock.span:  # before it, where guesses ran ahead and a body is turned
-            _note_all_places(k, at)
+            note_all_places(k, at)
 
-        if PAIRS and not commanded and kind >= GUESS and kind != WALL:
+        if PAIRS and not commanded and kind != STRUCTURAL and kind != WALL and kind != PARTING:
             entry = queue[h]
             other = entry.partner
             if entry.seen != bodies[other].stamp:
@@ -199,7 +206,7 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
             if kind == GUESS:
                 counts.exact += 1
                 first = elder(k, h, other)
-                tick = meet(k, first, h + other - first)
+                tick = meeting(k, first, h + other - first)
                 if tick >= entry.guard and entry.guard != NEVER:
                     ask_all_exactly(k, s, h)
                     body = h
@@ -214,13 +221,15 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
                     )  # the same guess, seen from there
                 if COMMANDS and clock.command < clock.commands:
                     rival = smaller(rival, k.commands[clock.command].tick)
+                if PASSING:
+                    rival = smaller(rival, smaller(k.traits[h].leave, k.traits[other].leave))
                 if (
                     tick >= rival
                     or tick >= runner_up(k, h, other)
                     or tick > until
                     or tick < clock.now
                     or budget <= 0
-                    or log_is_full(k)
+                    or log_is_full(k, 1)
                     or (WALLS and (wall_is_before(k, h, tick) or wall_is_before(k, other, tick)))
                 ):
                     body = h
@@ -244,11 +253,15 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
             counts.newcomers += count
             continue
 
-        if log_is_full(k):
+        if log_is_full(k, 1):
             return LOG_FULL
         replanned = True
         if COMMANDS and commanded:
             command = k.commands[clock.command]
+            if PASSING:
+                waits = must_wait(k, command)
+                if waits > 0:
+                    return LOG_FULL if waits == FULL_LOG else CROWDED
             if command.code == INSERTED or command.code == REMOVED:
                 if command.code == INSERTED:
                     clock.fault_a = command.body
@@ -262,6 +275,17 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
             a = obey(k, s)
             continue
 
+        if holds_back(k, h, kind, at):
+            clock.stopped = 0
+            clock.now = larger(clock.now, at)
+            return WATCHED
+
+        if PASSING and kind == PARTING:
+            clock.now = larger(clock.now, at)
+            end_first_passing(k, h, at)
+            body = h
+            continue
+
         if WALLS and kind == WALL:
             if at < clock.now:
                 blame(k, LATE_CONTACT, h, NOBODY)
@@ -271,12 +295,14 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
             bounced = bodies[a]
             wall = reach_wall(k, bounced)[1]
             anchor_at(k, bounced, at)
-            depth = bounce(k, bounced, wall)
+            depth = answer_wall(k, a, wall, at) if RULES else bounce(k, bounced, wall)
             bounced.last = NOBODY
             counts.contacts_wall += 1
             plan_changed(k, a)
+            if PASSING:
+                plan_partings(k, a)
             log(k, at, a, wall)
-            _count_contact(k, at, a, wall, depth, bounced.radius, bounced.radius)
+            count_contact(k, at, a, wall, depth, bounced.radius, bounced.radius)
             continue
 
         if PAIRS:
@@ -287,12 +313,19 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
                 a = NOBODY
                 b = NOBODY
                 continue
+            if PASSING and passes(k, a, b):
+                if crowded(k, 1):
+                    return CROWDED
+                clock.now = at
+                begin_passing(k, a, b, at)
+                replanned = False
+                continue
             clock.now = at
             one = bodies[a]
             two = bodies[b]
             anchor_at(k, one, at)
             anchor_at(k, two, at)
-            depth = collide(k, a, b)
+            depth = answer(k, a, b, at) if RULES else collide(k, a, b)
             if depth != depth:  # not a number: two centres on one place, and no line between them
                 blame(k, NOT_FINITE, a, b)
                 a = NOBODY
@@ -303,5 +336,8 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
             counts.contacts_disc += 1
             plan_changed(k, a)
             plan_changed(k, b)
+            if PASSING:
+                plan_partings(k, a)
+                plan_partings(k, b)
             log(k, at, a, b)
-            _count_contact(k, at, a, b, depth, smaller(one.radius, two.radius), one.radius + two.radius)
+            count_contact(k, at, a, b, depth, smaller(one.radius, two.radius), one.radius + two.radius)

@@ -9,7 +9,7 @@ while slices have about the right length, which is mended between two chunks of 
 heap because one entry is touched and not a path of them.
 
 The order is total and owes nothing to the calendar: by tick, then by kind (structural, guess, turn, wall,
-pair), then by number, and for pairs by the bodies.
+pair, parting), then by number, and for pairs by the bodies.
 """
 
 from __future__ import annotations

@@ -12,38 +12,48 @@ rounding explains (``ROOM`` of the radii). Otherwise the command is not carried 
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
-from kinetile.kernel.compiled import hook, template, to_be_filled_in
+from kinetile.kernel.compiled import disowned, hook, larger, template, to_be_filled_in
 from kinetile.kernel.flight import anchor_at, note_place, since_anchor
 from kinetile.kernel.log import BOTTOM, INSERTED, LEFT, REMOVED, RIGHT, TOP, TURNED
 from kinetile.kernel.loop.calendar import move
-from kinetile.kernel.loop.log_rows import log
+from kinetile.kernel.loop.log_rows import log, log_is_full
+from kinetile.kernel.loop.passing import begin_with_all, crowded, end_all_passings, plan_partings
 from kinetile.kernel.loop.predictions import settle
-from kinetile.kernel.loop.presence import elder, is_there, slot_of
+from kinetile.kernel.loop.presence import ROOM, elder, is_there, slot_of
+from kinetile.kernel.loop.rules import PASS, row_of
 from kinetile.kernel.tables import NEVER, NOBODY, NOT_ASKED, Kernel, Records
 
 __all__ = [
+    "CROWDED",
     "FREE",
-    "ROOM",
+    "FULL_LOG",
+    "LONG_AGO",
     "blocked_by",
     "depart",
     "has_vacancy",
     "may_come",
+    "must_wait",
     "obey",
+    "obey_alone",
     "plan_changed",
     "take_slot",
     "window_of",
 ]
 
-ROOM = 1e-12
-"""By how much a body may reach into another, of the sum of their radii, or into a wall, of its own: as in a
-scene (``scene.checks.TOLERANCE``)."""
+LONG_AGO = -(1 << 62)
+"""The tick of the last contact of a body that had none."""
+
+FULL_LOG, CROWDED = 1, 2
+"""What ``must_wait`` returns: there is no room for the rows of a command, or for the pairs that would
+pass."""
 
 FREE = -(1 << 30)
 """What ``blocked_by`` returns where there is room."""
 
-LIVING = WALLS = True
+LIVING = WALLS = RULES = PASSING = True
 enter = leave = to_be_filled_in
 
 
@@ -96,7 +106,10 @@ def blocked_by(k: Kernel, command: Records) -> int:
             return TOP
     found = FREE
     for other in range(clock.bodies):
-        if is_there(k, other):
+        solid = is_there(k, other)
+        if PASSING and solid:
+            solid = k.rules[row_of(clock.kinds, k.traits[other].kind, command.kind)].response != PASS
+        if solid:
             body = k.bodies[other]
             elapsed = since_anchor(k, body, command.tick)
             dx = (body.x + body.vx * elapsed) - command.x
@@ -124,7 +137,7 @@ def take_slot(k: Kernel, number: int) -> int:
     return int(body)
 
 
-@hook
+@template
 def arrive(k: Kernel, command: Records) -> int:
     """Have a body come; return its slot. It awaits nothing yet."""
     body = take_slot(k, command.body)
@@ -147,10 +160,22 @@ def arrive(k: Kernel, command: Records) -> int:
     entry.partner = NOBODY
     entry.exact = 0
     plan_changed(k, body)
-    counts = k.counts[0]
-    counts.inserted += 1
-    counts.commanded_energy += 0.5 * command.mass * (command.vx * command.vx + command.vy * command.vy)
+    if RULES:
+        trait = k.traits[body]
+        trait.kind = command.kind
+        trait.leave = NEVER
+        trait.touched = LONG_AGO
+        trait.inside = 0
+    k.counts[0].inserted += 1
+    _account(k, command.mass, command.vx * command.vx + command.vy * command.vy)
     return body
+
+
+@hook
+def _account(k: Kernel, mass: float, squares: float) -> None:
+    """Count the energy that a command brings in, of a speed squared; none of what nothing can move."""
+    if abs(mass) < math.inf:
+        k.counts[0].commanded_energy += 0.5 * mass * squares
 
 
 @template
@@ -162,9 +187,8 @@ def depart(k: Kernel, body: int) -> None:
     """
     clock = k.clock[0]
     gone = k.bodies[body]
-    counts = k.counts[0]
-    counts.removed += 1
-    counts.commanded_energy -= 0.5 * k.mass[body] * (gone.vx * gone.vx + gone.vy * gone.vy)
+    k.counts[0].removed += 1
+    _account(k, -k.mass[body], gone.vx * gone.vx + gone.vy * gone.vy)
     entry = k.queue[body]
     move(k, body, NEVER)
     entry.own = NEVER
@@ -194,6 +218,19 @@ def depart(k: Kernel, body: int) -> None:
 
 
 @template
+def must_wait(k: Kernel, command: Records) -> int:
+    """Return what a command has to wait for: FULL_LOG, CROWDED, or 0 for nothing."""
+    rows = 1
+    if PASSING and command.code == INSERTED:
+        rows += k.clock[0].present
+        if crowded(k, k.clock[0].present):
+            return CROWDED
+    if PASSING and command.code == REMOVED:
+        rows += k.traits[slot_of(k, command.body)].inside
+    return FULL_LOG if log_is_full(k, rows) else 0
+
+
+@template
 def obey(k: Kernel, s: Any) -> int:
     """Carry out the next command, whose tick is now; return the slot of the body that has to ask who is near
     it, or NOBODY. With ``LIVING``, there is room for one who comes."""
@@ -201,29 +238,44 @@ def obey(k: Kernel, s: Any) -> int:
     command = k.commands[clock.command]
     clock.command += 1
     at = command.tick
-    counts = k.counts[0]
     if LIVING and command.code == INSERTED:
         body = arrive(k, command)
         log(k, at, body, INSERTED)
         clock.hand = body
         enter(k, s, body)
+        if PASSING:
+            begin_with_all(k, body, at)
         return body
     body = slot_of(k, command.body)
     plan = k.bodies[body]
     anchor_at(k, plan, at)
     if LIVING and command.code == REMOVED:
+        if PASSING:
+            end_all_passings(k, body, at)
         log(k, at, body, REMOVED)
         clock.hand = body
         leave(k, s, body)
         depart(k, body)
         return NOBODY
     if command.code == TURNED:
-        counts.turns += 1
+        k.counts[0].turns += 1
         gained = command.vx * command.vx + command.vy * command.vy - (plan.vx * plan.vx + plan.vy * plan.vy)
-        counts.commanded_energy += 0.5 * k.mass[body] * gained
+        _account(k, k.mass[body], gained)
         plan.vx = command.vx
         plan.vy = command.vy
     plan.last = NOBODY
     plan_changed(k, body)
+    if PASSING:
+        plan_partings(k, body)
     log(k, at, body, command.code)
     return body
+
+
+def obey_alone(k: Kernel, s: Any) -> None:
+    """Carry out the next command in tables whose structure is built anew after it; a template, as
+    ``advance``."""
+    k = disowned(k)
+    s = disowned(s)
+    command = k.commands[k.clock[0].command]
+    k.clock[0].now = larger(k.clock[0].now, command.tick)
+    obey(k, s)

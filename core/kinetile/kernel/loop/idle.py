@@ -7,7 +7,7 @@ from typing import NamedTuple
 from kinetile.kernel.compiled import hook
 from kinetile.kernel.tables import Kernel, Records
 
-__all__ = ["NoState", "build", "repair", "replan"]
+__all__ = ["NoState", "build", "enter", "leave", "repair", "replan"]
 
 
 class NoState(NamedTuple):
@@ -25,6 +25,16 @@ def build(k: Kernel, s: NoState) -> None:
 def repair(k: Kernel, s: NoState, body: int) -> int:
     """There is no certificate that could fail."""
     return 0
+
+
+@hook
+def enter(k: Kernel, s: NoState, body: int) -> None:
+    """There is no structure that a body could be taken into."""
+
+
+@hook
+def leave(k: Kernel, s: NoState, body: int) -> None:
+    """There is no structure that a body could be taken out of."""
 
 
 @hook

@@ -17,18 +17,20 @@ from typing import Any
 from kinetile.kernel.compiled import hook, larger, smaller, template, to_be_filled_in
 from kinetile.kernel.loop.calendar import move
 from kinetile.kernel.loop.presence import elder
+from kinetile.kernel.loop.rules import have_passed, leaves_out, passes
 from kinetile.kernel.tables import (
     GUESS,
     NEVER,
     NOBODY,
     NOT_ASKED,
     PAIR,
+    PARTING,
     STRUCTURAL,
     WALL,
     Kernel,
 )
 
-__all__ = ["ask_all_exactly", "barred_with", "forget", "look_at", "settle", "wall_is_before"]
+__all__ = ["ask_all_exactly", "barred_with", "forget", "look_at", "meeting", "settle", "wall_is_before"]
 
 FAR = 2.0**62 + 2.0**20
 """Ticks. A contact further away is none: before that both bodies are anchored anew (``certificates.FAR``)."""
@@ -39,7 +41,7 @@ MARGIN = 1 << 12
 HORIZON = 1 << 60
 """Ticks. What is awaited later than this from now: the wall is asked rather than where the body will be."""
 
-WALLS = BOUNDS = True
+WALLS = BOUNDS = PASSING = True
 near = meet = soonest = reach_wall = to_be_filled_in
 
 
@@ -73,6 +75,8 @@ def not_before(at: int, ticks: float) -> int:
 def look_at(k: Kernel, h: int, count: int, at: int) -> None:
     """Take what is in ``k.near[:count]`` into an entry, as seen at a tick before which no contact can be."""
     entry = k.queue[h]
+    if PASSING:
+        count = leaves_out(k, h, count)
     barred = barred_with(k, h)
     known = h
     if entry.partner >= 0 and entry.seen == k.bodies[entry.partner].stamp:
@@ -100,6 +104,18 @@ def look_at(k: Kernel, h: int, count: int, at: int) -> None:
 
 
 @template
+def meeting(k: Kernel, a: int, b: int) -> int:
+    """Return the tick of the first contact of two bodies, or ``NEVER``; ``a`` is the elder. One that lies in
+    the past is none, where they pass through each other: they have."""
+    if PASSING and passes(k, a, b):
+        if have_passed(k, a, b):
+            return NEVER
+        tick = meet(k, a, b)
+        return NEVER if tick < k.clock[0].now else int(tick)
+    return int(meet(k, a, b))
+
+
+@template
 def soonest_exactly(k: Kernel, h: int, count: int, barred: int, known: int) -> tuple[int, int, int]:
     """Return the first contact, the second, and with whom the first, of ``k.near[:count]``, exactly.
 
@@ -113,7 +129,7 @@ def soonest_exactly(k: Kernel, h: int, count: int, barred: int, known: int) -> t
         if other != h and other != barred and other != known and other != who:
             k.counts[0].exact += 1
             older = elder(k, h, other)
-            tick = meet(k, older, h + other - older)
+            tick = meeting(k, older, h + other - older)
             sooner = tick < first
             if tick == first and tick != NEVER:
                 sooner = elder(k, other, who) == other  # of two pairs with h, that of the elder comes first
@@ -129,8 +145,10 @@ def soonest_exactly(k: Kernel, h: int, count: int, barred: int, known: int) -> t
 @template
 def ask_all_exactly(k: Kernel, s: Any, h: int) -> None:
     """Ask all that is near a body exactly: bounds could not tell who comes first."""
-    barred = barred_with(k, h)
-    first, second, who = soonest_exactly(k, h, near(k, s, h), barred, h)
+    count = near(k, s, h)
+    if PASSING:
+        count = leaves_out(k, h, count)
+    first, second, who = soonest_exactly(k, h, count, barred_with(k, h), h)
     entry = k.queue[h]
     entry.tick = first
     entry.guard = second
@@ -170,6 +188,9 @@ def settle(k: Kernel, h: int) -> None:
     if WALLS and wall_is_before(k, h, key) and (entry.wall < key or kind == PAIR):
         key = entry.wall
         kind = WALL
+    if PASSING and k.traits[h].leave < key:
+        key = k.traits[h].leave
+        kind = PARTING
     if key != entry.key or kind != entry.kind or kind == PAIR:
         entry.kind = kind
         move(k, h, key)

@@ -15,7 +15,12 @@ import numpy.typing as npt
 from kinetile.kernel.compiled import hook
 from kinetile.kernel.tables import NOBODY, Kernel
 
-__all__ = ["elder", "is_there", "slot_of", "slots_taken"]
+__all__ = ["ROOM", "elder", "is_there", "slot_of", "slots_taken"]
+
+
+ROOM = 1e-12
+"""By how much a body may reach into another, of the sum of their radii, or into a wall, of its own: as in a
+scene (``scene.checks.TOLERANCE``)."""
 
 
 @hook
@@ -40,7 +45,7 @@ def slot_of(k: Kernel, number: int) -> int:
 
 def slots_taken(k: Kernel) -> npt.NDArray[np.intp]:
     """Return the slots with bodies in them, in the order of the bodies' numbers; not for hooks."""
-    number: Any = k.queue["number"]
+    number: Any = k.queue.view(np.ndarray)["number"]
     taken = np.flatnonzero(number >= 0)
-    found: npt.NDArray[np.intp] = taken[np.argsort(number[taken])]
+    found: npt.NDArray[np.intp] = taken[np.argsort(number[taken], kind="stable")]  # in order, but for a few
     return found

@@ -38,12 +38,14 @@ if INTERPRETED:
     ) -> tuple[Floats, Floats, Floats, Floats, Ticks, Floats]:
         """Return x, y, vx, vy, anchor and reach of eight bodies."""
         rows = table[[a, b, c, d, e, f, g, h]]
-        return tuple(np.array(rows[name]) for name in COLUMNS)  # type: ignore[return-value]
+        x, y, vx, vy, anchor, reach = (np.array(rows[name]) for name in COLUMNS)
+        return x, y, vx, vy, anchor, reach
 
     def places(table: Any, which: Wholes) -> tuple[Floats, Floats, Floats, Floats]:
         """Return x, y, vx, vy of eight rows of a table of places."""
         rows = table[which]
-        return tuple(np.array(rows[name]) for name in ("x", "y", "vx", "vy"))  # type: ignore[return-value]
+        x, y, vx, vy = (np.array(rows[name]) for name in ("x", "y", "vx", "vy"))
+        return x, y, vx, vy
 
     def put_place(table: Any, number: int, x: float, y: float, vx: float, vy: float) -> None:
         """Write a row of a table of places in one piece: who reads it so need not wait for the parts."""

@@ -49,7 +49,7 @@ def _command(row: Mapping[str, Any]) -> Command:
         return Turn(row["turn"], time, tuple(row["velocity"]), at)
     new = {"velocity": (0.0, 0.0), "mass": 1.0, "body": -1} | row["insert"]
     place, flies = tuple(new["position"]), tuple(new["velocity"])
-    return Insert(time, place, flies, new["radius"], new["mass"], new["body"], at)
+    return Insert(time, place, flies, new["radius"], new["mass"], new["body"], at, new.get("kind"))
 
 
 def written_commands(scene: Scene, toml: Callable[[Any], str]) -> list[str]:
@@ -69,7 +69,8 @@ def written_commands(scene: Scene, toml: Callable[[Any], str]) -> list[str]:
         elif isinstance(each, Turn):
             lines += [f"turn = {toml(each.body)}", f"velocity = {toml(each.velocity)}"]
         else:
-            fields = ("position", "velocity", "radius", "mass", "body")
+            fields = ["position", "velocity", "radius", "mass", "body"]
+            fields += ["kind"] if each.kind is not None else []
             inside = ", ".join(f"{name} = {toml(getattr(each, name))}" for name in fields)
             lines.append(f"insert = {{ {inside} }}")
     return lines

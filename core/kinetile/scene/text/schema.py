@@ -17,7 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from kinetile.errors import Mistake, nearest, one_of
 from kinetile.scene.checks import LIMIT, shown
 
-__all__ = ["Place", "find_faults", "written"]
+__all__ = ["Place", "expected", "find_faults", "written"]
 
 _PLAIN = re.compile(r"[A-Za-z0-9_-]{1,60}")
 
@@ -27,7 +27,7 @@ Place: TypeAlias = tuple[str | int, ...]
 _MOST = 100
 """How many entries a table of options or parameters, and a list of phases, may have."""
 
-_LISTS = ("bodies", "turns", "commands")
+_LISTS = ("bodies", "turns", "commands", "responses")
 
 _Few = Field(max_length=_MOST)
 _Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
@@ -37,6 +37,9 @@ class _Table(BaseModel):
     model_config = ConfigDict(
         extra="forbid", strict=True, alias_generator=lambda name: name.replace("_", "-"), defer_build=True
     )
+
+
+_Kind: TypeAlias = Any  # which values are kinds is for the scene to say
 
 
 class _Turn(_Table):
@@ -49,6 +52,7 @@ class _Body(_Table):
     velocity: _Pair = [0.0, 0.0]
     radius: float
     mass: float = 1.0
+    kind: _Kind = 0
     turns: list[_Turn] = []
 
 
@@ -58,6 +62,7 @@ class _Insertion(_Table):
     radius: float
     mass: float = 1.0
     body: int = -1
+    kind: _Kind | None = None
 
 
 class _Command(_Table):
@@ -67,6 +72,12 @@ class _Command(_Table):
     remove: int | None = None
     turn: int | None = None
     velocity: _Pair | None = None
+
+
+class _Response(_Table):
+    between: Annotated[list[_Kind], Field(min_length=2, max_length=2)]
+    response: str
+    options: Annotated[dict[str, Any], _Few] = {}
 
 
 class _File(_Table):
@@ -81,6 +92,7 @@ class _File(_Table):
     unit: float | None = None
     bodies: list[_Body] | None = None
     commands: list[_Command] = []
+    responses: list[_Response] = []
 
 
 _EXPECTED = {
@@ -96,7 +108,11 @@ _EXPECTED = {
     "position": "[x, y], two finite numbers",
     "velocity": "[vx, vy], two finite numbers",
     "radius": "a finite number greater than 0",
-    "mass": "a finite number greater than 0",
+    "mass": "a number greater than 0, or inf",
+    "kind": "the name of a kind, or a whole number",
+    "responses": "[[responses]] tables",
+    "between": 'two kinds, or one and "wall"; "*" for any',
+    "response": "the name of a response",
     "turns": "[[bodies.turns]] tables",
     "time": "a finite number",
     "unit": "a power of two from 2**-900 to 1",
@@ -107,6 +123,11 @@ _EXPECTED = {
     "turn": "the number of a body",
     "body": "the number of a body",
 }
+
+
+def expected(key: str) -> str:
+    """Return what is expected of the value of a key."""
+    return _EXPECTED[key]
 
 
 def find_faults(tables: Mapping[str, Any]) -> tuple[list[Mistake], set[Place]]:
@@ -183,6 +204,8 @@ def _keys(place: Place) -> list[str]:
         model = _Turn if "turns" in place[:-1] else _Body
     if place[0] == "commands" and len(place) > 1:
         model = _Insertion if "insert" in place[:-1] else _Command
+    if place[0] == "responses" and len(place) > 1:
+        model = _Response
     return [field.alias or name for name, field in model.model_fields.items()]
 
 

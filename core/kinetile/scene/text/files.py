@@ -16,7 +16,6 @@ from __future__ import annotations
 import json
 import os
 import re
-import secrets
 import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
@@ -27,11 +26,14 @@ import numpy as np
 from kinetile.errors import BadOption, Mistake, SceneError
 from kinetile.scene.checks import abridged, check_bodies, check_frame, check_turn, shown
 from kinetile.scene.commands import Turn
-from kinetile.scene.scene import Scene, Settings, relabelled, with_commands
-from kinetile.scene.targets import writable_target
+from kinetile.scene.responses import read_rules
+from kinetile.scene.scene import Scene, Settings
+from kinetile.scene.targets import replacing, writable_target
 from kinetile.scene.text.commands import read_commands, written_commands
+from kinetile.scene.text.responses import read_response_tables, written_responses
 from kinetile.scene.text.schema import Place, find_faults, written
 from kinetile.scene.text.toml import read_bytes, read_tables
+from kinetile.scene.variants import relabelled, with_commands
 
 __all__ = ["Names", "dumps_scene", "read_file", "read_text", "save_scene"]
 
@@ -88,7 +90,7 @@ def read_text(text: str, source: str | None, names: Names) -> Scene:
         if "recipe" in tables:
             scene = _follow_recipe(tables, faults, mistakes, names)
         else:
-            scene = _read_bodies(tables, faults, mistakes)
+            scene = _read_bodies(tables, faults, mistakes, names)
     except SceneError as error:
         mistakes += error.mistakes
     if mistakes or scene is None:
@@ -106,18 +108,10 @@ def save_scene(scene: Scene, path: str | os.PathLike[str]) -> None:
     """
     text = dumps_scene(scene)
     target = writable_target(path)
-    fresh = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
-    try:
-        with fresh.open("x", encoding="utf-8", newline="\n") as file:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
+    with replacing(target) as file:
+        file.write(text.encode())
         with suppress(FileNotFoundError):
-            shutil.copymode(target, fresh)
-        fresh.replace(target)
-    except BaseException:
-        fresh.unlink(missing_ok=True)
-        raise
+            shutil.copymode(target, file.name)
 
 
 def dumps_scene(scene: Scene) -> str:
@@ -155,10 +149,12 @@ def dumps_scene(scene: Scene) -> str:
         lines.append(f"radius = {_toml(radius)}")
         if mass != 1.0:
             lines.append(f"mass = {_toml(mass)}")
+        if len(scene.kinds) > 1:
+            lines.append(f"kind = {_toml(scene.kind[body])}")
         for turn in turns.get(body, ()):
             lines += ["", "[[bodies.turns]]", f"time = {_toml(turn.time)}"]
             lines.append(f"velocity = {_toml(turn.velocity)}")
-    return "\n".join([*lines, *commands, ""])
+    return "\n".join([*lines, *commands, *written_responses(scene, _toml), ""])
 
 
 def _read_settings(
@@ -203,13 +199,17 @@ def _follow_recipe(
             until = None if ("until",) in faults else tables.get("until")
             wrong = check_frame(None, scene.start, until)
             commands = read_commands(tables, faults, wrong)
+            responses = read_response_tables(tables, faults, wrong, names)
             if not wrong:
-                return with_commands(scene, commands) if commands else scene
+                more = [*scene.commands, *commands]
+                return with_commands(scene, more, responses) if commands or responses else scene
     mistakes += wrong
     return None
 
 
-def _read_bodies(tables: Mapping[str, Any], faults: set[Place], mistakes: list[Mistake]) -> Scene | None:
+def _read_bodies(
+    tables: Mapping[str, Any], faults: set[Place], mistakes: list[Mistake], names: Names
+) -> Scene | None:
     """Return the scene that the file's bodies make; append everything that is wrong with them."""
     if "parameters" in tables:
         mistakes.append(Mistake("parameters", "parameters without a recipe", "a recipe beside them, by name"))
@@ -228,7 +228,11 @@ def _read_bodies(tables: Mapping[str, Any], faults: set[Place], mistakes: list[M
     off |= {mistake.where for mistake in framed}
     arena = None if "arena" in off or frame["arena"] is None else tuple(frame["arena"])
     mistakes += framed
-    mistakes += check_bodies(**columns, arena=arena, unknown=unknown)
+    responses = read_response_tables(tables, faults, mistakes, names)
+    bad = [("bodies", i) in faults or ("bodies", i, "kind") in faults for i in range(len(rows))]
+    kind = [0 if bad[i] else row.get("kind", 0) for i, row in enumerate(rows)]
+    rules = read_rules(kind, responses, len(rows), (), mistakes)
+    mistakes += check_bodies(**columns, arena=arena, unknown=unknown, passing=(rules.kind, rules.passing))
     turns = []
     for i, row in enumerate(rows):
         for place, turn in _turns(i, row, faults):
@@ -240,7 +244,8 @@ def _read_bodies(tables: Mapping[str, Any], faults: set[Place], mistakes: list[M
     if mistakes:
         return None
     bodies = (columns["position"], columns["velocity"], columns["radius"], columns["mass"])
-    return Scene(*bodies, arena, turns, frame["start"], commands=commands, unit=tables.get("unit"))
+    more: dict[str, Any] = {"unit": tables.get("unit"), "kind": kind, "responses": responses}
+    return Scene(*bodies, arena, turns, frame["start"], commands=commands, **more)
 
 
 def _turns(body: int, row: Any, faults: set[Place]) -> Iterator[tuple[Place, Turn]]:

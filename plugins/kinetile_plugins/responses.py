@@ -1,0 +1,123 @@
+"""The responses that come with kinetile: what happens at a contact.
+
+``elastic`` and ``pass`` are the kernel's own, and only listed here. ``restitution`` gives back a share e of
+the speed at which two bodies close. With e < 1 three bodies on a line can have infinitely many contacts in a
+finite time (McNamara and Young 1992; Zhou and Kadanoff 1996), so it comes with the TC rule (Luding and
+McNamara, Granular Matter 1, 113, 1998): a contact within ``contact_time`` of the last one of either body
+loses nothing. ``stop`` brings both to rest, such as a projectile and what it hits.
+"""
+
+from __future__ import annotations
+
+import math
+
+from kinetile.errors import BadOption
+from kinetile.scene import Scene
+from kinetile.toolbox import Kernel, Records, ResponseParts, closing_speed, hook, shared, smaller
+
+__all__ = ["Elastic", "Pass", "Restitution", "Stop"]
+
+
+class Elastic:
+    """What the narrow phases do: momentum and energy are kept."""
+
+    def prepare(self, scene: Scene) -> ResponseParts:
+        """Return no hook: the kernel has it."""
+        return ResponseParts()
+
+
+class Pass:
+    """The two pass through each other."""
+
+    def prepare(self, scene: Scene) -> ResponseParts:
+        """Return no hook: the kernel has it."""
+        return ResponseParts()
+
+
+@hook
+def since_touched(k: Kernel, a: int, b: int) -> float:
+    """Return for how long neither of two bodies, or a body before a wall, has had a contact."""
+    now = k.clock[0].now
+    since = now - k.traits[a].touched
+    if b >= 0:
+        since = smaller(since, now - k.traits[b].touched)
+    return float(since * k.clock[0].tick)
+
+
+@hook
+def give_back(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
+    """Turn the closing speed round, and leave a share of it: ``rule.first``; all of it within
+    ``rule.second``."""
+    back = rule.first if since_touched(k, a, b) > rule.second else 1.0
+    one = k.bodies[a]
+    if b < 0:
+        speed = (1.0 + back) * (one.vx * nx + one.vy * ny)
+        one.vx -= speed * nx
+        one.vy -= speed * ny
+    else:
+        two = k.bodies[b]
+        speed = 0.5 * (1.0 + back) * closing_speed(one, two, nx, ny)
+        one_share = shared(k.mass[a], k.mass[b], speed)
+        two_share = shared(k.mass[b], k.mass[a], speed)
+        one.vx += one_share * nx
+        one.vy += one_share * ny
+        two.vx -= two_share * nx
+        two.vy -= two_share * ny
+
+
+class Restitution:
+    """A share of the closing speed comes back.
+
+    Args:
+        e: the coefficient of restitution, above 0 and at most 1.
+        contact_time: a contact within so much time of the last one of either body loses nothing, in the
+            scene's time; it may be left out only where e is 1.
+
+    Raises BadOption for an e that is none, and for e < 1 without a contact_time above 0.
+    """
+
+    def __init__(self, e: float, contact_time: float | None = None) -> None:
+        if not _is_number(e) or not 0.0 < e <= 1.0:
+            raise BadOption(
+                f"restitution: e is {e!r}; expected a number above 0 and at most 1 (stop: to rest)"
+            )
+        if contact_time is not None and (not _is_number(contact_time) or contact_time < 0.0):
+            raise BadOption(f"restitution: contact_time is {contact_time!r}; expected a length of time")
+        if e < 1.0 and not contact_time:
+            raise BadOption(
+                f"restitution: e is {e!r} and there is no contact_time; without one infinitely many contacts "
+                "can come in a finite time: give one, 1e-4 of the mean time between contacts, say"
+            )
+        self.numbers = (float(e), float(contact_time or 0.0))
+
+    def prepare(self, scene: Scene) -> ResponseParts:
+        """Return the parts."""
+        return ResponseParts(give_back, self.numbers)
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+@hook
+def halt(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
+    """Bring both to rest; one that meets what nothing can move, to rest beside that."""
+    vx = 0.0
+    vy = 0.0
+    if b >= 0 and (k.mass[a] < math.inf) != (k.mass[b] < math.inf):
+        still = b if k.mass[a] < math.inf else a
+        vx = k.bodies[still].vx
+        vy = k.bodies[still].vy
+    k.bodies[a].vx = vx
+    k.bodies[a].vy = vy
+    if b >= 0:
+        k.bodies[b].vx = vx
+        k.bodies[b].vy = vy
+
+
+class Stop:
+    """Both come to rest."""
+
+    def prepare(self, scene: Scene) -> ResponseParts:
+        """Return the parts."""
+        return ResponseParts(halt)
