@@ -10,11 +10,13 @@ from pathlib import Path
 from typing import Any
 
 from kinetile.accuracy.drawing import NARROW, as_svg, house_style, save_figure
-from kinetile.accuracy.page import Drawn, page
-from kinetile.accuracy.parts import Budget, Measure, Progress, Section, Table, needed
+from kinetile.accuracy.page import Drawn, page, verdict
+from kinetile.accuracy.parts import Budget, Measure, Picture, Progress, Section, Table, needed
+from kinetile.accuracy.wording import cells
 from kinetile.errors import BadOption, MissingExtra
+from kinetile.show.display.tables import figure, grid, paragraph
 
-__all__ = ["PARTS", "check_packages", "measure_parts", "section_as_dict", "write_report"]
+__all__ = ["PARTS", "Report", "check_packages", "measure_parts", "section_as_dict", "write_report"]
 
 PARTS: Mapping[str, str] = {
     "chart": "kinetile.accuracy.stepped.section",
@@ -27,13 +29,46 @@ PARTS: Mapping[str, str] = {
 """The parts in the order of the page, each with the module whose ``measure`` does it."""
 
 
+class Report(list[Section]):
+    """The sections that were measured; a notebook shows them with their tables and figures."""
+
+    def _repr_html_(self) -> str:
+        claims = [claim for section in self for claim in section.claims]
+        parts = [paragraph(verdict(claims))]
+        for section in self:
+            held = [(claim.says, claim.measured, "yes" if claim.holds else "no") for claim in section.claims]
+            heads = ("what must hold", "measured", "holds")
+            titled = grid(section.title, heads, held, (False, False, False))
+            parts.append(titled if held else paragraph(section.title))
+            parts += map(paragraph, filter(None, (section.about, *section.findings, *section.left_out)))
+            parts += [_shown(table) for table in section.tables if table.rows]
+            parts += [part for picture in section.pictures for part in _pictured(picture)]
+        return "\n".join(parts)
+
+
+def _shown(table: Table) -> str:
+    columns = {name: [getattr(row, name) for row in table.rows] for name in table.heads}
+    numbers = [not any(isinstance(value, str) for value in values) for values in columns.values()]
+    texts = list(zip(*map(cells, columns.values()), strict=True))
+    return grid(table.caption, list(table.heads.values()), texts, numbers)
+
+
+def _pictured(picture: Picture) -> list[str]:
+    try:
+        with house_style():
+            drawn = as_svg(picture.draw())
+    except Exception as error:  # the rest is worth seeing all the same
+        return [paragraph(f"{picture.name}: cannot be drawn: {error}")]
+    return [figure(drawn, picture.caption, 720), paragraph(picture.caption)]
+
+
 def measure_parts(
     budget: Budget = "normal",
     parts: Sequence[str] | None = None,
     *,
     progress: Progress | None = None,
     finish: Callable[[Section], object] | None = None,
-) -> list[Section]:
+) -> Report:
     """Measure parts of the report.
 
     Args:
@@ -47,7 +82,7 @@ def measure_parts(
     Raises:
         BadOption: there is no such part.
     """
-    sections = []
+    sections = Report()
     for name in PARTS if parts is None else parts:
         if name not in PARTS:
             raise BadOption(f"the report has no part {name!r}; its parts are {', '.join(PARTS)}")

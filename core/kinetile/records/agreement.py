@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.log import INSERTED, REMOVED, TURNED
+from kinetile.scene.responses import PASS
 
 if TYPE_CHECKING:
     from kinetile.scene import Scene
@@ -59,7 +60,8 @@ def _row_faults(rows: NDArray[Any], scene: Scene) -> Iterator[tuple[NDArray[np.b
         if name == "b":
             known |= (body < 0) & (body >= REMOVED)
         yield ~known, f"is about a body {name} that {there}"
-    yield (b >= 0) & (b <= a), "has bodies that are not in ascending order"
+    passing = _passing(rows, scene)
+    yield (b >= 0) & (b <= a) & ~passing, "has bodies that are not in ascending order"
     if scene.arena is None:
         yield (b < 0) & (b > TURNED), "is a contact with a wall, and its scene has none"
     yield (epoch < 0) | (tick < 0) | (tick >= TICKS), "has an epoch or a tick out of range"
@@ -67,10 +69,18 @@ def _row_faults(rows: NDArray[Any], scene: Scene) -> Iterator[tuple[NDArray[np.b
     yield np.append(np.zeros(min(len(rows), 1), np.bool_), earlier), "is earlier than the row before it"
     time = scene.start + (epoch + tick * 2.0**-52) * scene.time_unit
     yield rows["time"] != time, "has a time that is not that of its epoch and tick"
-    yield ~_all_finite(rows, _A), "has a position or velocity of a that is not finite"
-    yield (b >= 0) & ~_all_finite(rows, _B), "has a position or velocity of b that is not finite"
+    yield ~_all_finite(rows, _A) & ~passing, "has a position or velocity of a that is not finite"
+    yield (b >= 0) & ~_all_finite(rows, _B) & ~passing, "has a position or velocity of b that is not finite"
     nowhere = np.all([np.isnan(rows[name]) for name in _B], axis=0)
     yield (b < 0) & ~nowhere, "has a position or velocity of a second body, and there is none"
+
+
+def _passing(rows: NDArray[Any], scene: Scene) -> NDArray[np.bool_]:
+    """Which rows are the beginning or the end of a passing: two bodies, and no plan of either."""
+    planless = np.all([np.isnan(rows[name]) for name in (*_A, *_B)], axis=0)
+    may = any(response.name == PASS for row in scene.meets for response in row)
+    passing: NDArray[np.bool_] = planless & (rows["b"] >= 0) & (rows["a"] != rows["b"]) & may
+    return passing
 
 
 def _all_finite(rows: NDArray[Any], names: tuple[str, ...]) -> NDArray[np.bool_]:

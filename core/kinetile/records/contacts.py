@@ -8,7 +8,6 @@ digits: the digest of the lines before it.
 from __future__ import annotations
 
 import re
-import secrets
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -18,7 +17,7 @@ from numpy.typing import NDArray
 
 from kinetile.errors import BadOption
 from kinetile.scene.checks import shown
-from kinetile.scene.targets import writable_target
+from kinetile.scene.targets import replacing, writable_target
 
 __all__ = ["CONTACT_LINE", "ContactLines", "read_contacts", "write_contacts"]
 
@@ -88,15 +87,9 @@ def write_contacts(path: str | Path, contacts: NDArray[Any], fingerprint: str) -
     be written.
     """
     target = writable_target(path)
-    fresh = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
-    try:
-        with fresh.open("x", encoding="ascii", newline="\n") as file:
-            for first in range(0, len(contacts), _AT_ONCE):
-                some = contacts[first : first + _AT_ONCE]
-                columns = [some[name].tolist() for name in ("epoch", "tick", "a", "b")]
-                file.writelines(f"{e} {t} {a} {b}\n" for e, t, a, b in zip(*columns, strict=True))
-            file.write(f"fingerprint {fingerprint}\n")
-        fresh.replace(target)
-    except BaseException:
-        fresh.unlink(missing_ok=True)
-        raise
+    with replacing(target, sync=False) as file:
+        for first in range(0, len(contacts), _AT_ONCE):
+            some = contacts[first : first + _AT_ONCE]
+            columns = [some[name].tolist() for name in ("epoch", "tick", "a", "b")]
+            file.writelines(f"{e} {t} {a} {b}\n".encode() for e, t, a, b in zip(*columns, strict=True))
+        file.write(f"fingerprint {fingerprint}\n".encode())

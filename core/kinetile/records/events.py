@@ -35,11 +35,13 @@ from kinetile.kernel.log import ANSWER, LOG
 from kinetile.records.finishing import PARTIAL, event_target, finish, pyarrow_modules, reason
 from kinetile.records.one_writer import open_alone
 from kinetile.records.reserved_file import ReservedFile
-from kinetile.records.row_log import LogWriter
+from kinetile.records.row_log import Beginning, LogWriter, holds_nothing
+from kinetile.records.seal import Seal
 from kinetile.records.versions import versions
 from kinetile.run.interrupts import Unbroken
 
 if TYPE_CHECKING:
+    from kinetile.run.simulation import Simulation
     from kinetile.scene import Scene
 
 __all__ = ["EventRecorder"]
@@ -58,6 +60,11 @@ class EventRecorder:
     will say (or what has become of a file that could not be finished), ``missing`` how many rows of the
     simulation were not given to this recorder.
 
+    ``behind`` is a simulation that was taken up (``kinetile.resume``): what the run has recorded before it
+    was saved is the beginning of this file, if it is there (then ``goes_on``): in FILE.partial where the run
+    was killed, in FILE where it ended. Events that came after it was saved come again. Where there is
+    nothing, the file is of what comes from here on.
+
     A file that is there already is refused, unless ``overwrite``: then it is replaced when the recorder
     closes, and not before. So is what a run into the same file has left that was killed. A recorder writes
     one file, inside one ``with``: outside of it, it takes no rows.
@@ -74,15 +81,18 @@ class EventRecorder:
         meta: Mapping[str, Any] | None = None,
         *,
         overwrite: bool = False,
+        behind: Simulation | None = None,
     ) -> None:
-        from kinetile.scene.files import dumps_scene
+        from kinetile.scene.text.files import dumps_scene
 
         pyarrow_modules()
         self.path = Path(path)
-        self._overwrite = overwrite
-        self._target = event_target(self.path, overwrite)
+        self._overwrite = overwrite or behind is not None
+        self._target = event_target(self.path, self._overwrite)
         self.partial = self._target.with_name(self._target.name + PARTIAL)
         self.scene = dumps_scene(scene)
+        self._behind = None if behind is None else Beginning(behind.rows, behind.fingerprint, self.scene)
+        self.goes_on = behind is not None and (self.partial.exists() or self._target.exists())
         self.meta: dict[str, Any] = {
             "recipe": scene.origin.get("recipe"),
             "parameters": dict(scene.origin.get("parameters", {})),
@@ -104,23 +114,48 @@ class EventRecorder:
     def __enter__(self) -> Self:
         if self._file is not None:
             raise RecordError(f"{self.path}: this recorder has been used; a recorder writes one file, once")
+        left = self.goes_on and self.partial.exists()
         try:
-            file = open_alone(self.partial, self._overwrite)
+            file = open_alone(self.partial, self._overwrite, as_it_is=left)
         except OSError as error:
             raise self._unwritable(error) from error
         try:
             event_target(self.path, self._overwrite)  # what has come there before this recorder was alone
-            self._log = LogWriter(file, self.scene)
-            self._write(np.zeros(0, LOG))
+            if left and _is_empty(file):
+                left = False
+                file.go_to(0)
+            if left and self._behind is not None:
+                self._log = LogWriter.behind(file, self._behind, str(self.partial))
+                self._taken = self.rows = self._behind.rows
+            else:
+                earlier = self._earlier()
+                self._log = LogWriter.begin(file, self.scene)
+                self._write(np.zeros(0, LOG))
+                for at in range(0, len(earlier), _ROWS_A_BATCH):
+                    self._write(earlier[at : at + _ROWS_A_BATCH], more=True)
+                self._taken = len(earlier)
         except BaseException as error:
-            with suppress(OSError):
-                self.partial.unlink()
+            if not left:
+                with suppress(OSError):
+                    self.partial.unlink()
             file.close()
             if isinstance(error, OSError):
                 raise self._unwritable(error) from error
             raise
         self._file = file
         return self
+
+    def _earlier(self) -> NDArray[Any]:
+        """Return the rows of this run that an event file of it holds, to begin with."""
+        if self._behind is None or not self._target.exists():
+            return np.zeros(0, LOG)
+        from kinetile.records.reading import read_events
+
+        found = read_events(self._target)
+        rows, seal = found.rows[: self._behind.rows], Seal()
+        seal.add(rows)
+        self._behind.check(len(rows), seal.fingerprint, found.metadata["scene"], str(self.path))
+        return rows
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -154,6 +189,12 @@ class EventRecorder:
         self._open_file()
         with Unbroken():
             self._flush()
+
+    def sync(self) -> None:
+        """Write now the rows that wait, and bring the log to the disk; raises as ``flush``."""
+        self.flush()
+        with suppress(OSError):
+            self._open_file().sync()
 
     def begin(self, before: int) -> None:
         """Be told, by a simulation that is about to run, how many rows there were before the next one.
@@ -281,3 +322,8 @@ class EventRecorder:
             f"{self.path}: {self.partial} has been removed while it was being written, by itself or with its "
             "folder; none of the events is kept"
         )
+
+
+def _is_empty(file: ReservedFile) -> bool:
+    with file.reader() as content:
+        return holds_nothing(content)

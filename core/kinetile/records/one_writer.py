@@ -35,8 +35,8 @@ _BINARY = getattr(os, "O_BINARY", 0)
 _FLAGS = os.O_RDWR | _BINARY | getattr(os, "O_NOFOLLOW", 0)
 
 
-def open_alone(partial: Path, overwrite: bool) -> ReservedFile:
-    """Open FILE.partial, empty and for nobody else.
+def open_alone(partial: Path, overwrite: bool, *, as_it_is: bool = False) -> ReservedFile:
+    """Open FILE.partial, empty and for nobody else; or ``as_it_is``.
 
     Raises RecordError where somebody else is writing it, or where it holds events of a run that was killed,
     or anything else (unless ``overwrite``); OSError where it cannot be opened.
@@ -54,6 +54,8 @@ def open_alone(partial: Path, overwrite: bool) -> ReservedFile:
                     f"{partial}` makes an event file of it; then remove it"
                 )
             if file.is_at(partial):  # else it has got its own name since it was opened
+                if as_it_is:
+                    return file
                 if not overwrite:
                     _check_contents(file, partial)
                 os.lseek(descriptor, 0, os.SEEK_SET)

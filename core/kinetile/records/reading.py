@@ -173,7 +173,7 @@ def _read_metadata(path: str | Path, text: str) -> dict[str, Any]:
 
 
 def _read_scene(path: str | Path, text: str) -> Scene:
-    from kinetile.scene.files import read_text
+    from kinetile.scene.text.files import read_text
 
     try:
         return read_text(text, None, _AnyPhase())
@@ -182,8 +182,8 @@ def _read_scene(path: str | Path, text: str) -> Scene:
 
 
 class _AnyPhase:
-    """Names as an event file may use them (``kinetile.scene.files.Names``): any phase, for none is run here,
-    and no recipe, for the bodies themselves are in the file."""
+    """Names as an event file may use them (``kinetile.scene.text.files.Names``): any phase, for none is run
+    here, and no recipe, for the bodies themselves are in the file."""
 
     def mistakes(self, where: str, name: str, *kinds: str) -> list[Mistake]:
         """Return the mistake of naming a recipe."""

@@ -26,7 +26,7 @@ class ReservedFile:
     closed)."""
 
     def __init__(self, descriptor: int) -> None:
-        self._file = open(descriptor, "wb", buffering=0)  # noqa: SIM115
+        self._file = open(descriptor, "wb", buffering=0)  # noqa: SIM115 - `close` does
         self._owned = 0
         self.position = 0
         self.torn = False
@@ -95,6 +95,12 @@ class ReservedFile:
         """Close the file."""
         self._file.close()
 
+    def go_to(self, position: int) -> None:
+        """Go on from a position in what is there; what is behind it is gone."""
+        os.ftruncate(self._file.fileno(), position)
+        self._file.seek(position)
+        self.position = self._owned = position
+
     def trim(self) -> None:
         """Give back what was reserved and not used."""
         os.ftruncate(self._file.fileno(), self.position)
@@ -105,8 +111,9 @@ class ReservedFile:
         os.fsync(self._file.fileno())
 
     def reader(self) -> BinaryIO:
-        """Return the file to be read, from its beginning; nothing can be written before that is closed."""
-        reader = open(os.dup(self._file.fileno()), "rb")  # noqa: SIM115
+        """Return the file to be read, from its beginning; nothing can be written before that is closed, and
+        closing it leaves the file open."""
+        reader = open(self._file.fileno(), "rb", closefd=False)  # noqa: SIM115 - whoever asks closes it
         reader.seek(0)
         return reader
 

@@ -28,7 +28,7 @@ import secrets
 import struct
 import zlib
 from collections.abc import Iterator
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,9 +36,10 @@ from numpy.typing import NDArray
 from kinetile.errors import RecordError
 from kinetile.kernel.log import LOG
 from kinetile.records.reserved_file import ReservedFile
+from kinetile.records.seal import Seal
 from kinetile.scene.checks import shown
 
-__all__ = ["SIGNATURE", "LogReader", "LogWriter", "holds_nothing"]
+__all__ = ["SIGNATURE", "Beginning", "LogReader", "LogWriter", "holds_nothing"]
 
 SIGNATURE = b"kinetile rows 1\n"
 
@@ -50,16 +51,74 @@ _LAST_TEXT = 1 << 16  # bytes for the last text, beside what the one before took
 _AT_ONCE = 1 << 20
 
 
+class Beginning(NamedTuple):
+    """The rows of a run up to where it was saved: how many there were, the fingerprint of the contacts among
+    them, and the scene."""
+
+    rows: int
+    fingerprint: str
+    scene: str
+
+    def check(self, rows: int, fingerprint: str, scene: str, name: str) -> None:
+        """Raise RecordError unless it is these rows with which a file begins."""
+        expected = "expected the events of this very run, or another name for a file from here on"
+        if _without_comment(scene) != _without_comment(self.scene):
+            raise RecordError(f"{name} holds events of another scene: {expected}")
+        if rows < self.rows:
+            raise RecordError(
+                f"{name} holds {rows:,} events, and there were {self.rows:,} when the run was saved: "
+                f"{expected}"
+            )
+        if fingerprint != self.fingerprint:
+            raise RecordError(f"{name} holds events of another run of this scene: {expected}")
+
+
+def _without_comment(scene: str) -> str:
+    """Return a scene's text without the line that says where it is from."""
+    return scene.partition("\n")[2] if scene.startswith("#") else scene
+
+
 class LogWriter:
     """Writes a log into an empty file; OSError where the disk has no room, with nothing written."""
 
-    def __init__(self, file: ReservedFile, scene: str) -> None:
+    def __init__(self, file: ReservedFile, checksum: int) -> None:
         self._file = file
-        self._checksum = zlib.crc32(SIGNATURE)
+        self._checksum = checksum
+
+    @classmethod
+    def begin(cls, file: ReservedFile, scene: str) -> LogWriter:
+        """Return the writer of a new log, with a scene in its head."""
+        writer = cls(file, zlib.crc32(SIGNATURE))
         head = json.dumps({"columns": _COLUMNS, "scene": scene, "log": secrets.token_hex(8)})
         file.reserve(len(SIGNATURE) + _size(head) + _LAST_TEXT)
         file.write(SIGNATURE)
-        self._put(head, np.zeros(0, _ROW))
+        writer._put(head, np.zeros(0, _ROW))
+        return writer
+
+    @classmethod
+    def behind(cls, file: ReservedFile, beginning: Beginning, name: str) -> LogWriter:
+        """Return a writer that goes on behind the rows with which a log begins.
+
+        RecordError, in which the file is called ``name``, where there are other ones; then it is as it was.
+        """
+        seal, have, cut = Seal(), 0, np.zeros(0, LOG)
+        with file.reader() as content:
+            log = LogReader(content, name)
+            at = log.at
+            for rows in log:
+                cut = rows[: beginning.rows - have]
+                seal.add(cut)
+                if len(cut) < len(rows):
+                    break
+                have, at, cut = have + len(rows), log.at, cut[:0]
+            text = log.text
+            beginning.check(have + len(cut), seal.fingerprint, log.scene, name)
+        position, checksum = at
+        file.go_to(position)
+        writer = cls(file, checksum)
+        if len(cut):
+            writer.write(text, cut)
+        return writer
 
     def write(self, text: str, rows: NDArray[Any]) -> None:
         """Write a batch, and hand it to the system: it is there though the process ends the moment after."""
@@ -109,6 +168,11 @@ class LogReader:
                 f"{shown(', '.join(each for each, _ in said['columns']))}: only that version can read it"
             )
         self.scene: str = said["scene"]
+
+    @property
+    def at(self) -> tuple[int, int]:
+        """Where the last batch that was given ends, and the checksum up to there."""
+        return self._file.tell(), self._checksum
 
     def __iter__(self) -> Iterator[NDArray[Any]]:
         while (found := self._next()) is not None:

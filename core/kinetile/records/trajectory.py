@@ -41,7 +41,8 @@ class Trajectory:
         self._span = 2 * len(self.rows) + 1
         bodies = np.stack([self.rows["a"], self.rows["b"]], axis=1).ravel().astype(np.int64)
         self._numbers = max(len(scene), int(bodies.max(initial=-1)) + 1)
-        seen = np.flatnonzero(bodies >= 0)
+        planned = np.repeat(~np.isnan(self.rows["ax"]), 2)  # who passes another flies on
+        seen = np.flatnonzero((bodies >= 0) & planned)
         self._keys = np.sort(bodies[seen] * self._span + seen)
 
     @classmethod

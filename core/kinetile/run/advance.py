@@ -13,9 +13,10 @@ import numpy as np
 
 from kinetile.kernel.clock import SPAN, TICKS
 from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED, WALLS
-from kinetile.kernel.loop import COMMAND_DUE, CONTACTS_REACHED, TIME_REACHED
+from kinetile.kernel.loop import COMMAND_DUE, CONTACTS_REACHED, TIME_REACHED, WATCHED
 from kinetile.kernel.loop.calendar import rank
-from kinetile.kernel.tables import NEVER, STRUCTURAL, TURN, WALL
+from kinetile.kernel.loop.rules import PASS
+from kinetile.kernel.tables import NEVER, PARTING, STRUCTURAL, TURN, WALL, Kernel
 from kinetile.run.engine import UNLIMITED, Engine, move_base
 from kinetile.run.interrupts import Unbroken
 
@@ -50,8 +51,9 @@ class Event(NamedTuple):
         epoch: whole time units since the scene's start.
         tick: ticks of 2**-52 of a time unit after that.
         kind: "structural" (a certificate of the broad phase failed), "turn", "insert" (a body came),
-            "remove" (a body went), "wall" (a body met a wall) or "disc" (two bodies met).
-        bodies: the bodies whose flight plans change, in ascending order; none at a structural event.
+            "remove" (a body went), "wall" (a body met a wall), "disc" (two bodies met), "pass" (two begin to
+            pass through each other) or "part" (they end to).
+        bodies: the bodies that the event is about, in ascending order; none at a structural event.
         certificate: the body whose certificate fails at a structural event, else None.
         wall: "left", "right", "bottom" or "top" at a contact with a wall that has happened, else None.
     """
@@ -59,14 +61,15 @@ class Event(NamedTuple):
     time: float
     epoch: int
     tick: int
-    kind: Literal["structural", "turn", "insert", "remove", "wall", "disc"]
+    kind: Literal["structural", "turn", "insert", "remove", "wall", "disc", "pass", "part"]
     bodies: tuple[int, ...] = ()
     certificate: int | None = None
     wall: str | None = None
 
 
-def advance(engine: Engine, end: End, audit: int | None, after_chunk: Callable[[], None]) -> None:
-    """Run on to an end, with an audit every so many contacts and at the end, unless that is None.
+def advance(engine: Engine, end: End, audit: int | None, after_chunk: Callable[[], None]) -> Event | None:
+    """Run on to an end, with an audit every so many contacts and at the end, unless that is None; return the
+    contact at which the run stopped before, where one is watched.
 
     ``after_chunk`` is called when a chunk is done; whatever it raises ends the run there.
     """
@@ -79,18 +82,19 @@ def advance(engine: Engine, end: End, audit: int | None, after_chunk: Callable[[
         if arrived:
             engine.asked = end.until
         after_chunk()
-        finished = arrived or engine.contacts >= end.contacts or engine.events >= end.events
+        watched = reason == WATCHED
+        finished = watched or arrived or engine.contacts >= end.contacts or engine.events >= end.events
         if audit is not None and (finished or reason == CONTACTS_REACHED):
             engine.audit()
             audited = engine.contacts
         if finished:
-            return
+            return _watched(engine) if watched else None
         if reason == TIME_REACHED:
             happened = engine.events - int(engine.k.counts[0].structural)
             idle = idle + 1 if happened == seen and engine.next_command is None else 0
             seen = happened
             if end.ticks is None and idle > IDLE_SPANS:
-                return
+                return None
             with Unbroken():
                 move_base(engine, end.ticks)
 
@@ -194,9 +198,40 @@ def _event_of(engine: Engine, head: _Head) -> Event | None:
         elif int(entry.kind) == WALL:
             what = {"kind": "wall", "bodies": (number,)}
         else:
-            partner = int(k.queue[int(entry.partner)].number)
-            what = {"kind": "disc", "bodies": tuple(sorted((number, partner)))}
+            kind, other = _meeting(engine, head.body)
+            what = {"kind": kind, "bodies": tuple(sorted((number, int(k.queue[other].number))))}
     return Event(*engine.clock.moment(engine.clock.total(head.tick)), **what)
+
+
+def _watched(engine: Engine) -> Event:
+    """Return the contact at which the loop has stopped."""
+    k = engine.k
+    clock = k.clock[0]
+    a, b = int(clock.stop_a), int(clock.stop_b)
+    when = engine.clock.moment(engine.clock.total(int(clock.stop_tick)))
+    if b < 0:
+        return Event(*when, "wall", (a,), wall=WALLS[b])
+    if b < a:
+        return Event(*when, "part", (b, a))
+    return Event(*when, "pass" if _passes(k, int(k.slots[a]), int(k.slots[b])) else "disc", (a, b))
+
+
+def _passes(k: Kernel, a: int, b: int) -> bool:
+    """Whether the bodies in two slots pass through each other."""
+    if not len(k.rules):
+        return False
+    kinds = int(k.clock[0].kinds)
+    return int(k.rules[int(k.traits[a].kind) * (kinds + 1) + int(k.traits[b].kind)].response) == PASS
+
+
+def _meeting(engine: Engine, body: int) -> tuple[Literal["disc", "pass", "part"], int]:
+    """Return what awaits the body in a slot, where that is another, and the slot of the other."""
+    k = engine.k
+    if int(k.queue[body].kind) == PARTING:
+        due = k.passings[(k.passings.a == body) & (k.passings.tick == k.traits[body].leave)]
+        return "part", int(due.b[np.argmin(k.queue.number[due.b])])
+    other = int(k.queue[body].partner)
+    return "pass" if _passes(k, body, other) else "disc", other
 
 
 def _wall_met(engine: Engine) -> str:

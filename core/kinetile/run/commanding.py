@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
+from dataclasses import replace
 
 import numpy.typing as npt
 
-from kinetile.kernel.log import REMOVED
-from kinetile.run.arguments import read_body, read_insertion, read_turns
-from kinetile.run.engine import Command, Engine, carry_out
-from kinetile.scene import Scene, with_commands
+from kinetile.kernel.log import INSERTED, REMOVED, TURNED
+from kinetile.run.arguments import read_insertion, read_removal, read_turns
+from kinetile.run.engine import Engine, Given, Rows, carry_out
+from kinetile.scene import Scene, relabelled
+from kinetile.scene.responses import Kind
 
 __all__ = ["TakesCommands"]
 
@@ -21,7 +24,7 @@ class TakesCommands:
 
     scene: Scene
     _engine: Engine
-    _given: list[Command]
+    _given: Given
 
     def _alone(self, what: str) -> AbstractContextManager[None]:
         raise NotImplementedError
@@ -42,9 +45,8 @@ class TakesCommands:
             Refused: the broad phase is not right with bodies as fast as this.
             BusyError: a chunk of a run is under way: this comes from a recorder, or from another thread.
         """
-        turns = read_turns(self._engine, bodies, velocities)
         with self._alone("turn a body"):
-            self._obey(*turns)
+            self._obey(TURNED, read_turns(self._engine, bodies, velocities))
 
     def insert(
         self,
@@ -52,10 +54,12 @@ class TakesCommands:
         velocity: Sequence[float] = (0.0, 0.0),
         radius: float = 0.0,
         mass: float = 1.0,
+        kind: Kind | None = None,
     ) -> int:
         """Have a disc come now, and return its number, which no other body of this run has or had.
 
-        It may touch others and the walls. What is refused leaves everything as it was.
+        It may touch others and the walls, and overlap those that it passes through. ``kind`` is one of the
+        scene's, the first where it is None. What is refused leaves everything as it was.
 
         Raises:
             Refused: it would reach into a body or beyond a wall (the error says into whom, and how deep), or
@@ -64,33 +68,38 @@ class TakesCommands:
             BusyError: as ``set_velocities``.
         """
         with self._alone("take a body in"):
-            command = read_insertion(self._engine, position, velocity, radius, mass)
-            self._engine.number(command.body + 1)
-            self._obey(command)
-            self._engine.numbers = command.body + 1
-        return command.body
+            engine = self._engine
+            number = engine.numbers
+            rows = read_insertion(engine, position, velocity, radius, mass, kind)
+            engine.number(number + 1)
+            self._obey(INSERTED, rows)
+            engine.numbers = number + 1
+        return number
 
     def remove(self, body: int) -> None:
         """Have a body go now, and whatever was scheduled for it with it.
 
         Raises IndexError where there is no such body, BusyError as ``set_velocities``.
         """
-        number = read_body(self._engine, body)
         with self._alone("let a body go"):
+            rows = read_removal(self._engine, body)
+            self._obey(REMOVED, rows)
             engine = self._engine
-            ticks, after = engine.moment
-            self._obey(Command(ticks, number, REMOVED, after=after))
-            engine.forget_commands()
-            engine.agenda.cancel(number)
-            engine.load_commands()
+            engine.agenda.cancel(engine.k, engine.dial, int(rows["body"][0]))
 
-    def _obey(self, *commands: Command) -> None:
+    def _obey(self, code: int, rows: Rows) -> None:
         """Carry commands out, and write them down."""
-        carry_out(self._engine, *commands)
-        self._given += commands
+        carry_out(self._engine, code, rows)
+        self._given.note(rows, self._engine.clock.base)
 
     def recorded(self) -> Scene:
-        """Return the scene together with all commands that were given by hand, each at its exact time: run
-        under any phase it has the contacts of this run."""
+        """Return the scene together with all commands that were given by hand, each at its exact time, and
+        with the present time as its end: run under any phase it has the contacts of this run."""
         engine = self._engine
-        return with_commands(self.scene, [given.as_scene_has_it(engine.clock) for given in self._given])
+        played = self._given.in_scene(self.scene, engine.clock)
+        end = engine.time
+        if end <= played.start:
+            return played
+        if engine.clock.relative(engine.clock.ticks(end)) < engine.now:  # it was rounded down
+            end = math.nextafter(end, math.inf)
+        return relabelled(played, settings=replace(played.settings, until=end))

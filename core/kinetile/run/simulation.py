@@ -11,25 +11,26 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import BusyError
+from kinetile.errors import AuditError, BusyError, MissedContactError, PhaseError, ZenoError
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.compiled import is_cached
-from kinetile.kernel.loop.presence import slots_taken
-from kinetile.kernel.tables import Kernel, read_only
 from kinetile.run.advance import End, Event, advance, advance_one, next_event
-from kinetile.run.arguments import read_body, read_end
+from kinetile.run.arguments import StopAt, read_body, read_end, watch, watch_no_more
 from kinetile.run.commanding import TakesCommands
 from kinetile.run.composition import Commands, compose_phases
-from kinetile.run.engine import Engine
+from kinetile.run.engine import Engine, Given
 from kinetile.run.engine.ledger import Recorder
-from kinetile.run.explanation import explanation
 from kinetile.run.interrupts import Unbroken
 from kinetile.run.questions import Moment, Questions
 from kinetile.run.questions.reading_out import ReadsOut
-from kinetile.run.readings import Readings, energy
+from kinetile.run.readings import Readings, energy, explanation
+from kinetile.run.saving import CanBeSaved
 from kinetile.scene import Scene, Turn, spacious
 
 __all__ = ["Progress", "Simulation"]
+
+_FAULTS = (ZenoError, MissedContactError, PhaseError, AuditError)
+_RUNS = ("run", "step", "be built", "be built anew")
 
 
 class Progress(NamedTuple):
@@ -46,7 +47,7 @@ class Progress(NamedTuple):
     cpu_seconds: float
 
 
-class Simulation(TakesCommands, ReadsOut, Questions):
+class Simulation(TakesCommands, CanBeSaved, ReadsOut, Questions):
     """Bodies in motion under a choice of phases.
 
     Args:
@@ -56,8 +57,7 @@ class Simulation(TakesCommands, ReadsOut, Questions):
         options: options of the broad phase.
         keep_contacts: False to keep only their fingerprint, for runs of very many contacts.
         audit: check everything that must hold every so many contacts, and at the end of each run (slow:
-            O(n^2)
-            an audit); None: never.
+            O(n^2) an audit); None: never.
         turning: True to compile turns into the loop though the scene has none, so that ``set_velocity`` need
             not compile it anew.
         live: True for a program that gives all kinds of commands: they are compiled into the loop though the
@@ -89,9 +89,10 @@ class Simulation(TakesCommands, ReadsOut, Questions):
         composition = compose_phases(room, broad_phase, narrow_phases, options)
         commands = Commands.ALL if live else Commands.TURNS if turning else Commands.NONE
         self._engine = Engine(room, composition, keep_contacts, commands)
-        self._given = []
+        self._given = Given()
         self._audit = audit
         self._running = False
+        self._fault: str | None = None
         self._lock = threading.RLock()
         self._start_energy = energy(self._engine.k)
 
@@ -121,18 +122,6 @@ class Simulation(TakesCommands, ReadsOut, Questions):
     def cached(self) -> bool | None:
         """Whether the loop's machine code lies on disk; None when it runs interpreted."""
         return is_cached(self._engine.loop)
-
-    @property
-    def state(self) -> Any:
-        """The broad phase's state, a NamedTuple of arrays that can only be read: its structure now."""
-        self.build()
-        return read_only(self._engine.state)
-
-    @property
-    def tables(self) -> Kernel:
-        """The kernel's tables (``kinetile.kernel.tables``) now, to be read: bodies, certificates, queue."""
-        self.build()
-        return read_only(self._engine.k)
 
     def explain(self) -> dict[str, Any]:
         """Return what is modelled and what is left out, in sentences, with the numbers behind them."""
@@ -172,8 +161,10 @@ class Simulation(TakesCommands, ReadsOut, Questions):
         max_events: int | None = None,
         progress: Callable[[Progress], None] | None = None,
         recorder: Recorder | None = None,
-    ) -> None:
-        """Run on until a time, or for so many more contacts or events, whichever comes first.
+        stop_at: StopAt | None = None,
+    ) -> Event | None:
+        """Run on until a time, or for so many more contacts or events, whichever comes first; return the
+        contact at which the run stopped before that, where it did.
 
         Args:
             until: the time to run to, in the scene's time; all events up to and at it have then happened.
@@ -183,6 +174,7 @@ class Simulation(TakesCommands, ReadsOut, Questions):
             max_events: stop after so many further events of all kinds, at the time of the last one.
             progress: called after each chunk (a fraction of a second); it may turn bodies.
             recorder: called with the log rows of each chunk, before a fault is raised.
+            stop_at: contacts to stop at, at their exact time (``StopAt``).
 
         Raises:
             ZenoError: the bodies are jammed.
@@ -190,12 +182,15 @@ class Simulation(TakesCommands, ReadsOut, Questions):
             PhaseError: a phase broke the protocol.
             AuditError: an audit found something that does not hold.
             BusyError: this simulation is running already.
-            ValueError: ``until`` is not a finite time, or lies in the past.
+            ValueError: ``until`` is not a finite time, or lies in the past; ``stop_at`` names what is not
+                there.
         """
         with self._alone("run"):
             end = read_end(self._engine, self.scene, until, max_contacts, max_events)
             engine = self._engine
             engine.compile()
+            if stop_at is not None:
+                watch(engine, self.scene, stop_at)
             self._running = True
             engine.ledger.recorder = recorder
             began = engine.cpu_seconds
@@ -208,9 +203,10 @@ class Simulation(TakesCommands, ReadsOut, Questions):
 
                 with Unbroken():
                     engine.ledger.hand_over()
-                advance(engine, end, self._audit, after_chunk)
+                return advance(engine, end, self._audit, after_chunk)
             finally:
                 self._running = False
+                watch_no_more(engine)
                 engine.ledger.recorder = None
                 reached = getattr(recorder, "reached", None)
                 if reached is not None:  # an event file says how far its rows go
@@ -264,7 +260,7 @@ class Simulation(TakesCommands, ReadsOut, Questions):
 
     def _moment(self) -> Moment:
         engine = self._engine
-        return Moment(engine.k, slots_taken(engine.k).astype(np.int64), engine.clock, self.composition)
+        return Moment(engine.k, engine.taken.astype(np.int64), engine.clock, self.composition)
 
     def _slot_of(self, body: int) -> int:
         return int(self._engine.k.slots[read_body(self._engine, body)])
@@ -287,7 +283,13 @@ class Simulation(TakesCommands, ReadsOut, Questions):
                 raise BusyError(
                     f"this simulation is running: it cannot {what} from its own recorder, progress or hooks"
                 )
+            if what in ("run", "step", "be restored"):
+                self._fault = None
             yield
+        except _FAULTS as error:
+            if what in _RUNS:
+                self._fault = f"{type(error).__name__}: {error}"
+            raise
         finally:
             self._lock.release()
 
@@ -307,7 +309,7 @@ class Simulation(TakesCommands, ReadsOut, Questions):
     def contacts(self) -> npt.NDArray[np.void]:
         """All contacts so far, in canonical order (dtype ``kinetile.CONTACT``), to be read.
 
-        Asking costs nothing, however many there are. Raises ValueError where none are kept.
+        Asking costs a copy of those that came since it was last asked. Raises ValueError where none are kept.
         """
         return self._engine.ledger.contacts
 
@@ -318,7 +320,7 @@ class Simulation(TakesCommands, ReadsOut, Questions):
         """
         if operator.index(count) < 0:
             raise ValueError(f"count is a number of contacts, at least 0; found {count}")
-        return self._engine.ledger.contacts[count:]
+        return self._engine.ledger.contacts_since(count)
 
     @property
     def fingerprint(self) -> str:

@@ -85,6 +85,19 @@ def test_the_page_needs_nothing_else(tmp_path):
     assert "<code>kinetile accuracy --quick --part queries</code>" in page
 
 
+def test_a_notebook_shows_what_the_page_shows(monkeypatch):
+    pytest.importorskip("matplotlib", reason="figures are drawn with matplotlib")
+    missing = Section("drift", "Drift", "", (), (), left_out=("needs <this>",))
+    page = report.Report([section(), missing])._repr_html_()
+    assert "1 of 2 statements do not hold" in page
+    for said in ("No &lt;contact&gt; is missed", "It holds &amp; stays.", "grazing &lt;hits&gt;", "1.25e-15"):
+        assert said in page
+    assert "needs &lt;this&gt;" in page
+    assert page.count("data:image/svg+xml;base64,") == 1
+    odd = replace(section(), pictures=(Picture("depth", "What is seen.", lambda: 1 / 0),))
+    assert "depth: cannot be drawn: division by zero" in report.Report([odd])._repr_html_()
+
+
 @pytest.mark.parametrize("budget", ["quick", "normal", "full"])
 def test_the_commands_on_the_page_can_be_given(one_part, tmp_path, budget):
     words = [*command(budget).split()[1:], "--part", "rates", "--out", str(tmp_path)]

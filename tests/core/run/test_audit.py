@@ -459,5 +459,5 @@ def test_the_lists_read_backwards():
 def test_the_free_records():
     found = engine("all-pairs")
     found.k.clock[0].free = -1
-    with pytest.raises(AuditError, match="of 100 records for pairs 6 are taken and 0 free"):
+    with pytest.raises(AuditError, match="of 100 records of the pair set 6 are taken and 0 free"):
         found.audit()

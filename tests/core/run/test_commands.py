@@ -9,6 +9,7 @@ from hypothesis import given, settings
 import kinetile as kt
 from kinetile.accuracy import certify_log
 from kinetile.accuracy.answer.judgement import judged
+from kinetile.conformance.cases import Subject, difference, outcome
 from kinetile.conformance.strategies.living import living_scenes
 from kinetile.errors import BusyError, Refused
 
@@ -254,3 +255,50 @@ def test_exact_arithmetic_does_not_judge_what_it_does_not_follow():
         certify_log(sim.scene, sim.contacts)
     lists = {"one": sim.contacts, "other": sim.contacts[:0]}
     assert judged(sim.scene, lists, 0) == ""
+
+
+@pytest.mark.parametrize("phase", LIVING)
+def test_when_bodies_are_jammed_does_not_depend_on_the_phase(phase):
+    """Nor does the speed for which all is laid out: a phase without ``enter`` is built anew for each."""
+    limits = []
+    for name in (phase, "naive"):
+        sim = kt.Simulation(box(), name, live=True)
+        seen = []
+        for command in (
+            lambda sim=sim: sim.insert((2.0, 1.0), (0.3, 0.1), 0.25),
+            lambda sim=sim: sim.set_velocity(2, (0.1, 0.7)),
+            lambda sim=sim: sim.remove(0),
+            lambda sim=sim: sim.insert((1.0, 3.0), (0.7, 0.2), 0.125),
+            lambda sim=sim: sim.set_velocity(1, (1.1, 0.3)),
+        ):
+            command()
+            clock = sim.tables.clock[0]
+            seen.append((float(clock.contact_ticks), int(clock.window_size)))
+        limits.append(seen)
+    assert limits[0] == limits[1]
+    assert len(set(limits[0])) > 3
+
+
+@settings(max_examples=10, deadline=None)
+@given(living_scenes())
+def test_what_a_run_leaves_does_not_depend_on_the_phase(scene):
+    expected = outcome(Subject("naive", {}), scene)
+    for phase in LIVING:
+        if phase != "sweep-tiling" or scene.arena is not None:
+            assert difference(outcome(Subject(phase, {}), scene), expected, phase) is None
+
+
+@pytest.mark.filterwarnings("error")
+def test_where_nobody_was_for_long_clocks_were_wrong():
+    """The common clock's origin ran out of bits; without slots, contacts had the epoch of when all went."""
+    sims = [kt.Simulation(box(), phase, live=True) for phase in ("naive", "cells")]
+    for sim in sims:
+        sim.remove(0)
+        sim.remove(1)
+        sim.run(until=4099.5)
+        sim.insert((1.0, 2.0), (0.25, 0.0), 0.25)
+        sim.insert((3.0, 2.0), (-0.25, 0.0), 0.25)
+        sim.run(until=4110.0)
+        sim.audit()
+    assert len(sims[0].contacts) > 0
+    assert sims[0].fingerprint == sims[1].fingerprint

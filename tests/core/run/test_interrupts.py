@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import _signal
 import signal
 import threading
 
@@ -126,7 +127,7 @@ def test_a_signal_while_the_handlers_are_changed_leaves_none_deaf(handled, monke
     """One that comes after its own handler is back, and before the others are, raises at once."""
     came = []
     handled(signal.SIGTERM, lambda number, frame: came.append(number))
-    change, calls = signal.signal, []
+    change, calls = _signal.signal, []
 
     def interrupted(number, handler):
         before = change(number, handler)
@@ -138,13 +139,13 @@ def test_a_signal_while_the_handlers_are_changed_leaves_none_deaf(handled, monke
 
     def work():
         with Unbroken():
-            monkeypatch.setattr(signal, "signal", change)
+            monkeypatch.setattr(_signal, "signal", change)
             if at > 1:
                 calls[:] = [0, 0]
-                monkeypatch.setattr(signal, "signal", interrupted)
+                monkeypatch.setattr(_signal, "signal", interrupted)
 
     if at <= 1:
-        monkeypatch.setattr(signal, "signal", interrupted)
+        monkeypatch.setattr(_signal, "signal", interrupted)
     with pytest.raises(KeyboardInterrupt):
         work()
     monkeypatch.undo()

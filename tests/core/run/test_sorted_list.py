@@ -11,7 +11,8 @@ import pytest
 
 import kinetile as kt
 
-EXAMPLE = Path(__file__).parents[3] / "docs" / "examples" / "sorted_list.py"
+EXAMPLES = Path(__file__).parents[3] / "docs" / "examples"
+EXAMPLE = EXAMPLES / "kinetile-thesis" / "kinetile_thesis" / "sorted_list.py"
 
 
 @pytest.fixture(scope="module")

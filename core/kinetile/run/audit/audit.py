@@ -21,10 +21,13 @@ import numpy.typing as npt
 from kinetile.errors import AuditError, KinetileError, UnawaitedContactError
 from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
 from kinetile.kernel.flight import positions_now
+from kinetile.kernel.loop.predictions import meeting
 from kinetile.kernel.loop.presence import elder
+from kinetile.kernel.loop.rules import is_passing
 from kinetile.kernel.tables import NEVER, NOT_ASKED, PAIR, SPARE, Kernel, Records
 from kinetile.plugin.calling import place_of
 from kinetile.plugin.discovery import sentence
+from kinetile.run.audit.passings import of_passings
 from kinetile.run.audit.tables import of_calendar, of_entries, of_pair_set, of_places, said_tick
 from kinetile.run.composition import Composition
 from kinetile.run.questions.candidates import named_near, pairs_of_named
@@ -76,6 +79,7 @@ def complaints(k: Kernel, composition: Composition, delta: float) -> Iterator[Co
     yield from _contact_times(k, columns, composition, near)
     if composition.pair is not None and not _repairs_are_due(columns):
         yield from _touching(columns, positions_now(k), near, delta)
+    yield from map(Complaint, of_passings(k, columns, composition, positions_now(k)))
     if broad.audit is not None:
         yield from map(Complaint, broad.audit(k, broad.state))
 
@@ -148,7 +152,8 @@ def _contact_times(k: Kernel, columns: Any, composition: Composition, near: Pair
 def _asked_anew(k: Kernel, composition: Composition, pairs: Pairs) -> tuple[Integers, Integers]:
     """Return when each pair, and each body and a wall, meet by their plans; NEVER for who have just met."""
     pair, wall = composition.pair, composition.wall
-    parts: dict[str, Any] = {"PAIRS": pair is not None, "WALLS": wall is not None}
+    passing = pair is not None and composition.rules is not None and composition.rules.passing
+    parts: dict[str, Any] = {"PAIRS": pair is not None, "WALLS": wall is not None, "PASSING": passing}
     if pair is not None:
         parts["meet"] = pair.meet
     if wall is not None:
@@ -210,8 +215,8 @@ def _of_near(k: Any, near: Pairs, meetings: Integers) -> Iterator[Complaint]:
         yield Complaint(f"{said}, but by their plans they meet {said_tick(meetings[number])}", (a, b))
 
 
-PAIRS = WALLS = True
-meet = reach_wall = to_be_filled_in
+PAIRS = WALLS = PASSING = True
+reach_wall = to_be_filled_in
 
 
 def ask_again(k: Kernel, pairs: Pairs, meetings: Integers, walls: Integers) -> None:
@@ -225,9 +230,12 @@ def ask_again(k: Kernel, pairs: Pairs, meetings: Integers, walls: Integers) -> N
         for pair in range(len(pairs)):
             a = pairs[pair, 0]
             b = pairs[pair, 1]
-            if bodies[a].last != b or bodies[b].last != a:
+            past = bodies[a].last == b and bodies[b].last == a
+            if PASSING:
+                past = past or is_passing(k, a, b)
+            if not past:
                 first = elder(k, a, b)
-                meetings[pair] = meet(k, first, a + b - first)
+                meetings[pair] = meeting(k, first, a + b - first)
 
 
 def _touching(k: Any, place: Any, near: Pairs, delta: float) -> Iterator[Complaint]:

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from kinetile.kernel.loop.calendar import rank
-from kinetile.kernel.tables import GUESS, NEVER, NOT_ASKED, PAIR, WALL
+from kinetile.kernel.tables import GUESS, NEVER, NOT_ASKED, PAIR, PARTING, WALL
 
-__all__ = ["of_calendar", "of_entries", "of_pair_set", "of_places", "said_tick"]
+__all__ = ["of_calendar", "of_entries", "of_lists", "of_pair_set", "of_places", "said_tick"]
 
 
 def of_calendar(k: Any) -> Iterator[str]:
@@ -58,10 +58,13 @@ def of_entries(k: Any) -> Iterator[str]:
     queue = k.queue
     contact = np.where(queue.exact == 1, PAIR, GUESS)
     asked = queue.wall != NOT_ASKED
-    choices = np.stack([queue.own, queue.tick, np.where(asked, queue.wall, NEVER)])
-    kinds = np.stack([np.zeros_like(contact), contact, np.full_like(contact, WALL)])
+    leave = k.traits.leave if len(k.traits) else np.full_like(queue.own, NEVER)
+    choices = np.stack([queue.own, queue.tick, np.where(asked, queue.wall, NEVER), leave])
+    kinds = np.stack(
+        [np.zeros_like(contact), contact, np.full_like(contact, WALL), np.full_like(contact, PARTING)]
+    )
     key = choices.min(axis=0)
-    kind = np.where(choices == key, kinds, PAIR + 1).min(axis=0)
+    kind = np.where(choices == key, kinds, PARTING + 1).min(axis=0)
     for body in np.flatnonzero(queue.key != key):
         filed, wanted = said_tick(queue.key[body]), said_tick(key[body])
         yield f"body {body} is filed {filed}, but what it awaits comes {wanted}"
@@ -90,15 +93,21 @@ def of_pair_set(k: Any) -> Iterator[str]:
     all other records are free."""
     table = k.pairs
     live = np.flatnonzero(table.a >= 0)
-    if len(live) != int(k.clock.pairs):
-        yield f"there are {len(live)} pairs in the pair set, but the kernel counts {int(k.clock.pairs)}"
     if not np.array_equal(np.sort(k.lookup[k.lookup >= 0]), live):
         yield f"the lookup does not hold each of the {len(live)} pairs of the pair set once"
+    yield from of_lists(table, k.firsts, "the pair set", k.clock.pairs, k.clock.free)
+
+
+def of_lists(table: Any, firsts: Any, what: str, counted: int, first_free: int) -> Iterator[str]:
+    """Every pair of a table stands once in the list of each of its bodies; all other records are free."""
+    live = np.flatnonzero(table.a >= 0)
+    if len(live) != int(counted):
+        yield f"there are {len(live)} pairs in {what}, but the kernel counts {int(counted)}"
     ones, others = table.a.tolist(), table.b.tolist()
     next_a, next_b = table.next_a.tolist(), table.next_b.tolist()
     prev_a, prev_b = table.prev_a.tolist(), table.prev_b.tolist()
     listed = 0
-    for body, at in enumerate(k.firsts.tolist()):
+    for body, at in enumerate(firsts.tolist()):
         before = -1
         while at >= 0 and listed <= 2 * len(live):
             if body not in (ones[at], others[at]):
@@ -111,11 +120,11 @@ def of_pair_set(k: Any) -> Iterator[str]:
             before, at = at, (next_a if is_a else next_b)[at]
     if listed != 2 * len(live):
         yield f"the bodies' lists have {listed} entries for {len(live)} pairs"
-    free, at = 0, int(k.clock.free)
+    free, at = 0, int(first_free)
     while at >= 0 and free <= len(table):
         free, at = free + 1, next_a[at]
     if free + len(live) != len(table):
-        yield f"of {len(table)} records for pairs {len(live)} are taken and {free} free"
+        yield f"of {len(table)} records of {what} {len(live)} are taken and {free} free"
 
 
 def said_tick(tick: int) -> str:

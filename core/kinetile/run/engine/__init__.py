@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from kinetile.run.engine.agenda import Command
-from kinetile.run.engine.by_hand import UNLIMITED, carry_out
+from kinetile.run.engine.commands.agenda import Command, Rows
+from kinetile.run.engine.commands.by_hand import UNLIMITED, carry_out, command_rows
+from kinetile.run.engine.commands.given import Given
 from kinetile.run.engine.engine import Engine
 from kinetile.run.engine.spans import move_base
 
-__all__ = ["UNLIMITED", "Command", "Engine", "carry_out", "move_base"]
+__all__ = ["UNLIMITED", "Command", "Engine", "Given", "Rows", "carry_out", "command_rows", "move_base"]

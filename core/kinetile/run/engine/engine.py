@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 import time
+from contextlib import nullcontext
 
 import numpy as np
 
@@ -25,6 +26,8 @@ from kinetile.kernel.loop import (
     BLOCKED,
     BUDGET_SPENT,
     COMMAND_DUE,
+    CROWDED,
+    FASTER,
     FAULT,
     LOG_FULL,
     NO_ROOM,
@@ -35,13 +38,15 @@ from kinetile.plugin.calling import calling, described, place_of
 from kinetile.plugin.discovery import sentence
 from kinetile.run.audit import check_all
 from kinetile.run.composition import Commands, Composition
-from kinetile.run.engine.agenda import Agenda, Command, planned
-from kinetile.run.engine.by_hand import UNLIMITED
+from kinetile.run.engine.commands.agenda import Agenda, Command, planned
+from kinetile.run.engine.commands.by_hand import UNLIMITED
+from kinetile.run.engine.dials import Tables
 from kinetile.run.engine.failures import blocked, failure
 from kinetile.run.engine.layout import set_limits, tables_of
 from kinetile.run.engine.ledger import Ledger
 from kinetile.run.engine.pace import first_shift, fit, steps
 from kinetile.run.engine.renewal import Renewed, carried_out, renewed
+from kinetile.run.engine.responding import begin, make_way, overlapping, quicken
 from kinetile.run.interrupts import Unbroken
 from kinetile.scene import Insert, Scene
 from kinetile.scene.reach import flown, speed_bound
@@ -52,11 +57,10 @@ CHUNK_SECONDS = 0.2
 FIRST_BUDGET = 1 << (8 if INTERPRETED else 12)
 
 
-class Engine:
+class Engine(Tables):
     """Tables, clock, agenda and loop of one simulation.
 
     Attributes:
-        k: the kernel's tables; replaced when they grow.
         state: the broad phase's state.
         clock: conversions between time and ticks.
         ledger: what was logged.
@@ -64,6 +68,7 @@ class Engine:
         speed: a speed that no body can exceed.
         commands: which commands the loop is composed with.
         agenda: the commands that are still to come.
+        squares: at least the sum of mass * speed^2 over all bodies and all commands to come.
         numbers: how many numbers bodies have been given, or will be by the scene.
         loop: the composed loop.
         cpu_seconds: processor time spent in the loop.
@@ -87,6 +92,7 @@ class Engine:
         self.clock = Clock(scene.start, scene.time_unit)
         self.ledger = Ledger(self.clock, keep_contacts)
         self.agenda = Agenda(planned(scene, self.clock))
+        self.squares = math.inf
         self.commands = max(commands, Commands.of(scene))
         self.loop = composition.loop(self.commands)
         self.speed = speed_bound(scene)
@@ -95,7 +101,6 @@ class Engine:
         self.busy = False
         self.broken: Exception | None = None
         self.asked: float | None = None
-        self._commands_wait = False
         self._ready = False
         self._budget = FIRST_BUDGET
         self.extent = 0.0
@@ -107,39 +112,16 @@ class Engine:
         )
         self.lightest = min([*scene.mass.tolist(), *(command.mass for command in coming)], default=math.inf)
         self.numbers = max([len(scene) - 1, *(command.body for command in coming)]) + 1
-        self.k = tables_of(scene, composition, self.clock.unit)
+        self.overlapping = overlapping(scene)
+        self.k = self.agenda.load(tables_of(scene, composition, self.clock.unit), self.clock)
+        self._long_log = self._no_log = self.k.log
         self.number(self.numbers)
-        self._know_radii(scene)
         self.lay_out(self.speed)
-
-    @property
-    def now(self) -> int:
-        """The present tick, counted from the clock's base."""
-        return int(self.k.clock[0].now)
 
     @property
     def time(self) -> float:
         """The present time, in the scene's time."""
         return self.asked if self.asked is not None else self.clock.time(self.now)
-
-    @property
-    def moment(self) -> tuple[int, int]:
-        """The present tick, counted from the start, and how many contacts have happened at it."""
-        clock = self.k.clock[0]
-        met = int(clock.met_there) if int(clock.met_tick) == self.now else 0
-        return self.clock.total(self.now), met
-
-    @property
-    def contacts(self) -> int:
-        """Contacts of both kinds so far."""
-        counts = self.k.counts[0]
-        return int(counts.contacts_disc) + int(counts.contacts_wall)
-
-    @property
-    def events(self) -> int:
-        """Events of all kinds so far."""
-        counts = self.k.counts[0]
-        return self.contacts + sum(int(counts[n]) for n in ("turns", "inserted", "removed", "structural"))
 
     @property
     def _phases(self) -> str:
@@ -178,11 +160,15 @@ class Engine:
                 self.busy = False
 
     def _chunk(self, until: int, contacts: int, most: int) -> int:
-        self._record(self.ledger.recorder is not None)
+        self._record(self.ledger.reads)
+        if len(self.overlapping):
+            begin(self)
+            self._take_over(self.now)
+            return BUDGET_SPENT
         began = time.thread_time()
-        budget, before, heads = min(self._budget, most), self.now, steps(self.k)
+        budget, before, heads = min(self._budget, most), self.now, steps(self.count)
         try:
-            with np.errstate(all="ignore"):  # where it is interpreted: compiled, nothing warns
+            with np.errstate(all="ignore") if INTERPRETED else nullcontext():  # compiled, nothing warns
                 reason = int(self.loop(self.k, self.state, until, budget, contacts))
         except Exception as error:  # a hook that raises, or one that is interpreted and leaves its arrays
             who = described("broad phase", self.composition.broad_phase)
@@ -190,11 +176,10 @@ class Engine:
             self.broken = PhaseError(f"at time {self.clock.time(self.now)!r} {said}")
             self._take_over(before)
             raise self.broken from error
-        self._commands_wait = False
         took = time.thread_time() - began
         self.cpu_seconds += took
         self._take_over(before)
-        fit(self.k, before, steps(self.k) - heads)
+        fit(self.k, self.dial, before, steps(self.count) - heads)
         if reason == BUDGET_SPENT and budget == self._budget and took < CHUNK_SECONDS / 2:
             self._budget *= 2
         elif took > 2 * CHUNK_SECONDS:
@@ -203,22 +188,30 @@ class Engine:
             raise failure(self.k, self.composition, self.clock.time(self.now))
         if reason == NO_ROOM:
             self._grow()
-        elif reason == COMMAND_DUE and self._make_room():
-            return COMMAND_DUE
+        elif reason == FASTER:
+            quicken(self)
+        elif reason == CROWDED:
+            make_way(self)
+        elif reason == COMMAND_DUE and not self._make_room():
+            reason = BUDGET_SPENT
         elif reason == BLOCKED:
             raise blocked(self.k, self.clock)
-        return BUDGET_SPENT if reason in (NO_ROOM, LOG_FULL, COMMAND_DUE) else reason
+        if reason in (COMMAND_DUE, CROWDED):
+            return COMMAND_DUE  # room has been made, and nothing done yet
+        return BUDGET_SPENT if reason in (NO_ROOM, LOG_FULL, FASTER) else reason
 
     def _take_over(self, before: int) -> None:
         """Take over the log of a chunk that began at a tick."""
         if self.now != before:
             self.asked = None
-        self.ledger.take(self.k)
+        self.ledger.take(self.k, self.dial, self.count.logged[0])
 
     def _record(self, wanted: bool) -> None:
         """Let the loop write long rows where somebody reads them, and only there."""
         if wanted != bool(len(self.k.log)):
-            self.k = self.k._replace(log=record_table(ROW, len(self.k.met) if wanted else 0))
+            if wanted and not len(self._long_log):
+                self._long_log = record_table(ROW, len(self.k.met))
+            self.k = self.k._replace(log=self._long_log if wanted else self._no_log)
 
     def audit(self) -> None:
         """Check everything that must hold between two events.
@@ -234,13 +227,13 @@ class Engine:
     @property
     def next_command(self) -> Command | None:
         """The first command still to come, of the scene or by hand."""
-        return self.agenda.next(int(self.k.clock[0].command))
+        return self.agenda.next(self.k, self.clock)
 
     @property
     def built(self) -> bool:
-        """Whether structure and calendar stand, with all pairs that were asked for and the commands."""
-        clock = self.k.clock[0]
-        return bool(clock.built and clock.filed) and not clock.wanted and not self._commands_wait
+        """Whether structure and calendar stand, with all pairs that were asked for."""
+        dial = self.dial
+        return bool(dial.built[0] and dial.filed[0] and not dial.wanted[0])
 
     def build(self) -> None:
         """Build the structure, if that is still to be done, and run no event."""
@@ -254,17 +247,18 @@ class Engine:
         """
         if self.k.clock[0].present != self.k.clock[0].bodies:  # some slots are empty
             self.speed = speed
-            self._adopt(renewed(self.k, self.scene, self.composition))
+            self.renew()
             return
         k = self.k
         clock = k.clock[0]
         self.extent, self.skin = self.skin_for(speed)
         self.speed = speed
-        set_limits(k, self.skin, self.extent, speed, self.smallest)
+        set_limits(k, self.skin, self.extent, speed, self.smallest, self.composition.prepared)
         if clock.shift == 0:
             clock.shift = first_shift(k, self.extent)
         clear(k)
-        self.load_commands()
+        if len(k.bodies):  # where there was nobody, the base has moved on alone
+            clock.epoch = self.clock.base
         if self.composition.broad.arrange is not None:
             there, only = int(clock.bodies), read_only(k)
             bodies = k._replace(bodies=only.bodies[:there], mass=only.mass[:there])
@@ -297,19 +291,17 @@ class Engine:
         self.k = pair_set(self.k, room)
         self.lay_out(self.speed)
 
+    def renew(self) -> None:
+        """Prepare the phases for who is there, and lay the tables out for them."""
+        self._adopt(renewed(self.k, self.scene, self.composition))
+
     def _adopt(self, new: Renewed) -> None:
         """Go on with other phases and tables, and lay them out."""
         self.composition, self.k, self.state = new.composition, new.k, new.composition.broad.state
         loop = new.composition.loop(self.commands)
         self._ready = self._ready and loop is self.loop
         self.loop = loop
-        self._know_radii(new.scene)
         self.lay_out(self.speed)
-
-    def _know_radii(self, scene: Scene) -> None:
-        """Note which radii the broad phase has been prepared for."""
-        clock = self.k.clock[0]
-        clock.least, clock.widest = scene.radius.min(initial=math.inf), scene.radius.max(initial=0.0)
 
     def _make_room(self) -> bool:
         """A body comes or goes now, and the phases are prepared for that anew; return whether the command is
@@ -327,6 +319,10 @@ class Engine:
             more = np.full(numbers + len(self.k.slots) + 64, NOBODY, dtype=np.int32)
             more[: len(self.k.slots)] = self.k.slots
             self.k = self.k._replace(slots=more)
+            if len(self.k.watch):
+                watch = np.full(len(more), self.k.watch.min())
+                watch[: len(self.k.watch)] = self.k.watch
+                self.k = self.k._replace(watch=watch)
 
     def allow(self, commands: Commands) -> None:
         """Compose the loop with such commands in it, where it was composed without."""
@@ -336,15 +332,3 @@ class Engine:
             self._ready = False
             if commands == Commands.ALL and self.composition.living:
                 self._adopt(renewed(self.k, self.scene, self.composition, roomy=True))
-
-    def forget_commands(self) -> None:
-        """Strike the commands that the loop has carried out off the agenda."""
-        clock = self.k.clock[0]
-        self.agenda.done(int(clock.command))
-        clock.command = 0
-
-    def load_commands(self) -> None:
-        """Hand the loop the commands of the present span."""
-        self.forget_commands()
-        self.k = self.agenda.load(self.k, self.clock)
-        self._commands_wait = len(self.k.commands) > 0

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from kinetile.errors import (
     KinetileError,
     MissedContactError,
@@ -90,20 +92,19 @@ def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
 
 def blocked(k: Kernel, clock: Clock) -> Refused:
     """Return the error for a body that is to come and has no room: who is in its way, and how deep."""
-    command = k.commands[int(k.clock[0].command)]
-    number, who = int(k.clock[0].fault_a), int(k.clock[0].fault_b)
-    place = f"at ({float(command.x)!r}, {float(command.y)!r}) with radius {float(command.radius)!r}"
-    when = f"at time {clock.time(int(command.tick))!r}"
+    row = k.clock.view(np.ndarray)[0]
+    command = k.commands.view(np.ndarray)[row["command"]]
+    number, who = int(row["fault_a"]), int(row["fault_b"])
+    tick, x, y, radius = (command[name].item() for name in ("tick", "x", "y", "radius"))
     if who < 0:
         said = f"it reaches beyond the {WALLS[who]} wall"
     else:
-        other = k.bodies[who]
-        elapsed = (int(command.tick) - int(other.anchor)) * float(k.clock[0].tick)
-        apart = math.hypot(
-            float(other.x + other.vx * elapsed - command.x), float(other.y + other.vy * elapsed - command.y)
-        )
-        deep = float(command.radius) + float(other.radius) - apart
-        said = f"it reaches {deep:.6g} into body {int(k.queue[who].number)}"
+        other = k.bodies.view(np.ndarray)[who]
+        elapsed = (tick - int(other["anchor"])) * row["tick"].item()
+        here, there = other["x"] + other["vx"] * elapsed, other["y"] + other["vy"] * elapsed
+        deep = radius + other["radius"].item() - math.hypot(here - x, there - y)
+        said = f"it reaches {deep:.6g} into body {int(k.queue.view(np.ndarray)[who]['number'])}"
+    place, when = f"at ({x!r}, {y!r}) with radius {radius!r}", f"at time {clock.time(tick)!r}"
     return Refused(f"{when} there is no room for body {number} {place}: {said}; nothing has changed")
 
 

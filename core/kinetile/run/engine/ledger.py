@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
-from typing import Any
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -12,18 +13,30 @@ import numpy.typing as npt
 from kinetile.kernel.clock import Clock
 from kinetile.kernel.log import CONTACT, LOG
 from kinetile.kernel.tables import MET, Kernel
+from kinetile.run.engine.dials import Dials
+from kinetile.run.engine.digest import Digest, digest
 
-__all__ = ["Ledger", "Recorder", "digestible"]
+__all__ = ["Entries", "Ledger", "Recorder", "digestible"]
 
 Recorder = Callable[[npt.NDArray[np.void]], None]
 """Called with the log rows (``kinetile.kernel.log.LOG``) of each chunk of a run."""
 
 
+class Entries(NamedTuple):
+    """What stands in a ledger at one moment: the number of rows, the contacts (None where none are kept; a
+    view that nobody writes to), their digest, and the rows that wait for a recorder."""
+
+    rows: int
+    contacts: npt.NDArray[np.void] | None
+    digest: Digest
+    unrecorded: tuple[npt.NDArray[np.void], ...]
+
+
 class Ledger:
     """Takes over the loop's log chunk by chunk.
 
-    ``recorder``, where there is one, is given every row; ``unrecorded`` are rows that wait for the next one;
-    ``rows`` is how many there have been; ``keep`` says whether contacts are kept at all.
+    ``recorder``, where there is one, is given every row; where there is none, and ``aside`` is set, rows wait
+    for the next one. ``rows`` is how many there have been; ``keeps`` says whether contacts are kept at all.
 
     The loop writes contacts as they are digested, so that a chunk costs little more than its digest; they get
     their times as floats when somebody asks.
@@ -31,62 +44,119 @@ class Ledger:
 
     def __init__(self, clock: Clock, keep: bool) -> None:
         self.recorder: Recorder | None = None
-        self.unrecorded: list[npt.NDArray[np.void]] = []
+        self.aside = False
         self.rows = 0
         self._clock = clock
-        self._keep = keep
+        self.keeps = keep
+        self._unrecorded: list[npt.NDArray[np.void]] = []  # rows that wait, before those that are put aside
+        self._aside: list[tuple[Any, int]] = []  # rows, with the clock's base that their ticks count from
         self._waiting: list[Any] = []
         self._kept = np.zeros(0, CONTACT)
-        self._count = 0
-        self._digest = hashlib.sha256()
+        self._count = 0  # of those kept in one array; the others wait to be asked for
+        self._total = 0
+        self._digest: Digest = hashlib.sha256() if keep else digest()
+
+    @property
+    def entries(self) -> Entries:
+        """What stands here now, to come back to; it costs nothing, however many contacts there are."""
+        contacts = self.contacts if self.keeps else None
+        return Entries(self.rows, contacts, self._digest.copy(), tuple(self._that_wait()))
+
+    @entries.setter
+    def entries(self, entries: Entries) -> None:
+        self.rows, contacts, digest, unrecorded = entries
+        self._unrecorded, self._aside = list(unrecorded), []
+        self._digest = digest.copy()
+        self._waiting = []
+        self.keeps = contacts is not None
+        self._kept = np.zeros(0, CONTACT) if contacts is None else contacts
+        self._count = self._total = len(self._kept)
 
     @property
     def contacts(self) -> npt.NDArray[np.void]:
         """All contacts so far, in canonical order."""
-        if not self._keep:
-            raise ValueError("this simulation keeps no contacts: it was made with keep_contacts=False")
+        self._demand_kept()
         waiting, self._waiting = self._waiting, []
         if waiting:
-            self._put(np.concatenate(waiting))
+            self._put(_joined(waiting))
         contacts = self._kept[: self._count]
         contacts.flags.writeable = False
         return contacts
+
+    def contacts_since(self, count: int) -> npt.NDArray[np.void]:
+        """The contacts after the first so many.
+
+        What is asked for in each frame costs as much as is new: older contacts are left as they wait, and not
+        put in one array, whose growth would be felt.
+        """
+        self._demand_kept()
+        if count < self._count or 2 * count < self._total:
+            return self.contacts[count:]
+        missing, new = self._total - count, []
+        for met in reversed(self._waiting):
+            if missing <= 0:
+                break
+            new.append(met[max(len(met) - missing, 0) :])
+            missing -= len(met)
+        met = _joined(new[::-1]) if new else np.zeros(0, MET)
+        contacts = np.zeros(len(met), CONTACT)
+        self._fill(contacts, met)
+        contacts.flags.writeable = False
+        return contacts
+
+    def _demand_kept(self) -> None:
+        if not self.keeps:
+            raise ValueError("this simulation keeps no contacts: it was made with keep_contacts=False")
 
     @property
     def fingerprint(self) -> str:
         """Hex digest of (epoch, tick, a, b) of all contacts: it does not see the start of the clock."""
         return self._digest.hexdigest()
 
-    def take(self, k: Kernel) -> None:
-        """Take over what the loop has logged, and empty its log."""
-        clock = k.clock[0]
-        met = k.met[: int(clock.logged)]
-        written = k.log[: int(clock.written)]
-        self.rows = int(k.counts[0].logged)
-        self._digest.update(met.view(np.uint8).data)
-        if self._keep:
-            self._waiting.append(met.copy())
-        clock.logged = 0
-        clock.written = 0
-        if len(written) and self.recorder is not None:
-            self.recorder(_rows(written, self._clock))
+    @property
+    def reads(self) -> bool:
+        """Whether somebody reads the long rows of what happens now, or will."""
+        return self.aside or self.recorder is not None
+
+    def take(self, k: Kernel, dial: Dials, rows: int) -> None:
+        """Take over what the loop has logged, which is so many rows since the start, and empty its log."""
+        self.rows = rows
+        logged, written = dial.logged[0], dial.written[0]
+        dial.logged[0] = dial.written[0] = 0
+        if logged:
+            met = np.asarray(k.met)[:logged]
+            self._digest.update(met.view(np.uint8))
+            if self.keeps:
+                self._waiting.append(met.copy())
+                self._total += logged
+        if written:
+            long = np.asarray(k.log)[:written]
+            if self.recorder is not None:
+                self.recorder(_rows(long, self._clock))
+            elif self.aside:
+                self._aside.append((long.copy(), self._clock.base))
 
     def _put(self, met: Any) -> None:
         """Keep contacts; room is made by doubling, so that what was handed out before is never moved."""
+        if not len(met):
+            return  # what was come back to is not written to
         end = self._count + len(met)
         if end > len(self._kept):
             room = np.zeros(max(end, 2 * len(self._kept)), CONTACT)
             room[: self._count] = self._kept[: self._count]
             self._kept = room
-        new = self._kept[self._count : end]
-        for name in ("epoch", "tick", "a", "b"):
-            new[name] = met[name]
-        new["time"] = self._clock.rounded(met["epoch"], met["tick"])
+        self._fill(self._kept[self._count : end], met)
         self._count = end
 
+    def _fill(self, contacts: npt.NDArray[np.void], met: Any) -> None:
+        """Write contacts as people read them, with their times."""
+        for name in ("epoch", "tick", "a", "b"):
+            contacts[name] = met[name]
+        contacts["time"] = self._clock.rounded(met["epoch"], met["tick"])
+
     def hand_over(self) -> None:
-        """Give the rows that waited, those of turns made between two runs, to the recorder."""
-        waiting, self.unrecorded = self.unrecorded, []
+        """Give the rows that wait, those of commands between two runs, to the recorder."""
+        waiting, self._unrecorded = self._that_wait(), []
         begin = getattr(self.recorder, "begin", None)
         if begin is not None:  # an event file says how many rows came before it
             begin(self.rows - sum(map(len, waiting)))
@@ -94,15 +164,25 @@ class Ledger:
             for rows in waiting:
                 self.recorder(rows)
 
+    def _that_wait(self) -> list[npt.NDArray[np.void]]:
+        """Return the rows that wait for a recorder."""
+        aside, self._aside = self._aside, []
+        self._unrecorded += [_rows(rows, replace(self._clock, base=base)) for rows, base in aside]
+        return self._unrecorded
+
+
+def _joined(parts: list[Any]) -> Any:
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)
+
 
 def _rows(written: Any, clock: Clock) -> npt.NDArray[np.void]:
     """Return the log rows, with NaN for second bodies that do not exist."""
     rows = np.zeros(len(written), LOG)
-    rows["time"], rows["epoch"], rows["tick"] = clock.split(written.tick)
+    rows["time"], rows["epoch"], rows["tick"] = clock.split(written["tick"])
     for name in ("a", "b", "ax", "ay", "avx", "avy"):
         rows[name] = written[name]
     for name in ("bx", "by", "bvx", "bvy"):
-        rows[name] = np.where(written.b >= 0, written[name], np.nan)
+        rows[name] = np.where(written["b"] >= 0, written[name], np.nan)
     return rows
 
 

@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 from kinetile.kernel.tables import Kernel
+from kinetile.run.engine.dials import Dials
 
 __all__ = ["first_shift", "fit", "steps"]
 
@@ -17,9 +18,9 @@ FEW = 256
 """Heads in a chunk; from fewer no length is taken."""
 
 
-def steps(k: Kernel) -> int:
+def steps(count: Dials) -> int:
     """Return how often something came to the head so far, but for guesses that were right."""
-    return int(k.counts[0].asks) + int(k.counts[0].structural)
+    return int(count.asks[0] + count.structural[0])
 
 
 def first_shift(k: Kernel, extent: float) -> int:
@@ -30,14 +31,13 @@ def first_shift(k: Kernel, extent: float) -> int:
     return _shift(k, float(k.clock[0].per_time) / events)
 
 
-def fit(k: Kernel, since: int, heads: int) -> None:
+def fit(k: Kernel, dial: Dials, since: int, heads: int) -> None:
     """Give the slices the length that heads were apart, of which so many came since a tick."""
-    clock = k.clock[0]
-    if heads > FEW and int(clock.now) > since:
-        shift = _shift(k, (int(clock.now) - since) / heads)
-        if abs(shift - int(clock.shift)) > 1:
-            clock.shift = shift
-            clock.filed = 0
+    if heads > FEW and dial.now[0] > since:
+        shift = _shift(k, (dial.now[0] - since) / heads)
+        if abs(shift - dial.shift[0]) > 1:
+            dial.shift[0] = shift
+            dial.filed[0] = 0
 
 
 def _shift(k: Kernel, ticks: float) -> int:

@@ -11,24 +11,22 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kinetile.kernel.flight import positions_now
-from kinetile.kernel.log import INSERTED, REMOVED
-from kinetile.kernel.loop.commands import window_of
+from kinetile.kernel.log import INSERTED
 from kinetile.kernel.loop.presence import slots_taken
-from kinetile.kernel.tables import NOBODY, Kernel, Records
+from kinetile.kernel.tables import Kernel, Records
 from kinetile.run.composition import Composition
 from kinetile.run.engine.layout import moved
 from kinetile.scene import Scene, standing
-from kinetile.scene.scene import LEAST
+from kinetile.scene.variants import LEAST
 
 __all__ = ["Renewed", "carried_out", "renewed"]
 
 
 class Renewed(NamedTuple):
-    """What a run goes on with: phases, tables, and the scene for which the phases were prepared."""
+    """What a run goes on with: phases, and tables for them."""
 
     composition: Composition
     k: Kernel
-    scene: Scene
 
 
 def renewed(
@@ -44,7 +42,7 @@ def renewed(
     capacity = max(2 * slots, LEAST) if roomy or full else slots
     stands = _standing(k, scene, taken, capacity, coming)
     composition = composition.prepared_for(stands)
-    return Renewed(composition, moved(k, taken, stands, composition), stands)
+    return Renewed(composition, moved(k, taken, stands, composition))
 
 
 def carried_out(k: Kernel, scene: Scene, composition: Composition) -> Renewed:
@@ -54,31 +52,20 @@ def carried_out(k: Kernel, scene: Scene, composition: Composition) -> Renewed:
     Raises Refused where a phase cannot do that.
     """
     command = k.commands[int(k.clock[0].command)]
-    comes = int(command.code) == INSERTED
     taken = slots_taken(k)
-    slot = NOBODY if comes else int(k.slots[command.body])
-    stays = taken[taken != slot]
-    stands = _standing(k, scene, stays, 0, command if comes else None)
+    if int(command.code) == INSERTED:
+        stands = _standing(k, scene, taken, 0, command)
+        composition = composition.prepared_for(stands)
+        new = moved(k, taken, stands, composition)  # with an empty slot
+        composition.obeying()(new, composition.broad.state)
+        return Renewed(composition, new)
+    obeying, state = composition.obeying(), composition.broad.state
+    stays = taken[taken != int(k.slots[command.body])]
+    stands = _standing(k, scene, stays, 0, None)
     composition = composition.prepared_for(stands)
-    new = moved(k, stays, stands, composition)
-    clock, counts = new.clock[0], new.counts[0]
-    clock.now = max(int(clock.now), int(command.tick))
-    clock.command += 1
-    if comes:
-        _put(new, len(stays), command)
-        counts.inserted += 1
-        squares, mass = float(command.vx) ** 2 + float(command.vy) ** 2, float(command.mass)
-        _log(new, int(command.tick), int(command.body), new.bodies[len(stays)], INSERTED)
-    else:
-        gone = k.bodies[slot].copy()
-        elapsed = (int(command.tick) - int(gone.anchor)) * float(clock.tick)
-        gone.x += gone.vx * elapsed
-        gone.y += gone.vy * elapsed
-        counts.removed += 1
-        squares, mass = float(gone.vx) ** 2 + float(gone.vy) ** 2, -float(k.mass[slot])
-        _log(new, int(command.tick), int(command.body), gone, REMOVED)
-    counts.commanded_energy += 0.5 * mass * squares
-    return Renewed(composition, new, stands)
+    aside = Kernel(*(table.copy() for table in k))._replace(met=k.met, log=k.log)
+    obeying(aside, state)
+    return Renewed(composition, moved(aside, stays, stands, composition))
 
 
 def _standing(k: Kernel, scene: Scene, taken: Any, capacity: int, coming: Records | None) -> Scene:
@@ -89,6 +76,9 @@ def _standing(k: Kernel, scene: Scene, taken: Any, capacity: int, coming: Record
         "velocity": np.column_stack([bodies.vx, bodies.vy]),
         "radius": k.radii[taken],
         "mass": k.mass[taken],
+        "kind_numbers": k.traits.kind[taken].astype(np.int64)
+        if len(k.rules)
+        else np.zeros(len(taken), np.int64),
     }
     if coming is not None:
         new = {
@@ -96,29 +86,7 @@ def _standing(k: Kernel, scene: Scene, taken: Any, capacity: int, coming: Record
             "velocity": (coming.vx, coming.vy),
             "radius": coming.radius,
             "mass": coming.mass,
+            "kind_numbers": coming.kind,
         }
         columns = {name: np.concatenate([column, [new[name]]]) for name, column in columns.items()}
     return standing(scene, columns, max(capacity, len(columns["radius"])))
-
-
-def _put(k: Kernel, slot: int, command: Records) -> None:
-    """Put a body that comes into a slot that is made for it."""
-    new, clock = k.bodies[slot], k.clock[0]
-    for name in ("x", "y", "vx", "vy", "radius"):
-        new[name] = command[name]
-    new.anchor, new.last = command.tick, NOBODY
-    k.radii[slot], k.mass[slot] = command.radius, command.mass
-    k.queue.number[slot] = command.body
-    k.slots[command.body] = slot
-    clock.bodies = clock.present = slot + 1
-    clock.window_size = getattr(window_of, "py_func", window_of)(slot + 1)
-
-
-def _log(k: Kernel, tick: int, number: int, plan: Records, code: int) -> None:
-    """Write the row of a command, as ``kernel.loop.log_rows`` does."""
-    k.counts[0].logged += 1
-    if len(k.log):
-        row = k.log[int(k.clock[0].written)]
-        k.clock[0].written += 1
-        row.tick, row.a, row.b = tick, number, code
-        row.ax, row.ay, row.avx, row.avy = plan.x, plan.y, plan.vx, plan.vy

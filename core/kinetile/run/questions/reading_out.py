@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager
+from typing import TYPE_CHECKING, Any, cast
+
 import numpy as np
 import numpy.typing as npt
 
+import kinetile
 from kinetile.kernel.flight import positions_now
-from kinetile.kernel.loop.presence import slots_taken
+from kinetile.kernel.tables import Kernel, read_only
+from kinetile.plugin.drawing import Item
 from kinetile.run.composition import Composition
 from kinetile.run.engine import Engine
 from kinetile.run.questions.candidates import by_number, candidates, named_near
+from kinetile.run.questions.drawn import drawn
+
+if TYPE_CHECKING:
+    from kinetile.show.player import View
 
 __all__ = ["ReadsOut"]
 
@@ -18,6 +27,10 @@ class ReadsOut:
     """What of a simulation can be read off its tables."""
 
     _engine: Engine
+    _fault: str | None
+
+    def _alone(self, what: str) -> AbstractContextManager[None]:
+        raise NotImplementedError
 
     @property
     def composition(self) -> Composition:
@@ -29,22 +42,49 @@ class ReadsOut:
         raise NotImplementedError
 
     @property
+    def built(self) -> bool:
+        """Whether the broad phase's structure stands: then reading it compiles and builds nothing."""
+        return self._engine.built
+
+    @property
+    def fault(self) -> str | None:
+        """The error with which the last run or step ended, in words; None where it ended well."""
+        return self._fault
+
+    @property
+    def state(self) -> Any:
+        """The broad phase's state, a NamedTuple of arrays that can only be read: its structure now."""
+        self.build()
+        return read_only(self._engine.state)
+
+    @property
+    def tables(self) -> Kernel:
+        """The kernel's tables (``kinetile.kernel.tables``) now, to be read: bodies, certificates, queue."""
+        self.build()
+        return read_only(self._engine.k)
+
+    @property
     def bodies(self) -> npt.NDArray[np.int32]:
         """The numbers of the bodies that are there now, (n,), ascending: whose the rows of ``positions``
         are."""
-        k = self._engine.k
-        numbers: npt.NDArray[np.int32] = k.queue["number"][slots_taken(k)]
+        engine = self._engine
+        numbers: npt.NDArray[np.int32] = engine.k.queue.view(np.ndarray)["number"][engine.taken]
         return numbers
 
     def positions(self) -> npt.NDArray[np.float64]:
         """Return the positions now, (n, 2), in the order of ``bodies``."""
-        found: npt.NDArray[np.float64] = positions_now(self._engine.k, slots_taken(self._engine.k))
+        found: npt.NDArray[np.float64] = positions_now(self._engine.k, self._engine.taken)
         return found
 
     def velocities(self) -> npt.NDArray[np.float64]:
         """Return the velocities now, (n, 2), in the order of ``bodies``."""
-        k = self._engine.k
-        return np.column_stack([k.bodies["vx"], k.bodies["vy"]])[slots_taken(k)]
+        bodies = self._engine.k.bodies.view(np.ndarray).take(self._engine.taken)
+        return np.column_stack([bodies["vx"], bodies["vy"]])
+
+    def radii(self) -> npt.NDArray[np.float64]:
+        """Return the radii, (n,), in the order of ``bodies``."""
+        found: npt.NDArray[np.float64] = self._engine.k.bodies.view(np.ndarray)["radius"][self._engine.taken]
+        return found
 
     def candidate_pairs(self) -> npt.NDArray[np.int32]:
         """Return the candidate pairs now, (k, 2), a < b, sorted."""
@@ -55,3 +95,32 @@ class ReadsOut:
         """Return who is near whom now: (a, b) wherever the broad phase names b as near a; (k, 2)."""
         self.build()
         return by_number(self._engine.k, named_near(self._engine.k, self.composition))
+
+    def drawing(self) -> tuple[Item, ...]:
+        """Return what there is to see of the broad phase's structure now, in the vocabulary of
+        ``kinetile.plugin.drawing``; nothing where the phase draws nothing.
+
+        Bodies go by their numbers, and ``fails`` counts ticks since the start: ``divmod(fails, 2**52)`` is
+        (epoch, tick), as ``contacts`` and ``exact_time`` have them. It holds until the next event: what hangs
+        on bodies moves with them. Raises PhaseError where the phase's ``draw`` is wrong, and BusyError while
+        a chunk of a run is under way.
+        """
+        with self._alone("be drawn"):
+            self.build()
+            engine = self._engine
+            return drawn(engine.k, self.composition, engine.clock)
+
+    def view(self, until: float | None = None) -> View:
+        """Return a page in which this run plays, from the scene's start to now, or until a time; of a run
+        that has not begun, what it would do. A notebook shows it; ``save`` writes it to a file.
+
+        The run is played again for it, commands given by hand among it, and stays as it is.
+        """
+        page: View = kinetile.view(cast(Any, self), until)  # made above this room: by its public name
+        return page
+
+    def _repr_html_(self) -> str:
+        return kinetile.as_html(cast(Any, self))
+
+    def _repr_svg_(self) -> str | None:
+        return kinetile.as_svg(cast(Any, self))

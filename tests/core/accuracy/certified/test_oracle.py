@@ -17,7 +17,7 @@ import typer
 import kinetile as kt
 from kinetile.accuracy.certified import oracle as oracle_module
 from kinetile.accuracy.certified.oracle import CertifiedRun, Enclosure, Oracle, oracle_contacts
-from kinetile.cli.commands import oracle as oracle_command
+from kinetile.cli.commands.truth import oracle as oracle_command
 from kinetile.errors import MissingExtra, Refused
 
 flint = pytest.importorskip("flint", reason="the certified oracle needs python-flint")

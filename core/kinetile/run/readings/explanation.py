@@ -28,7 +28,8 @@ def explanation(
 ) -> dict[str, Any]:
     """Return {"modelled": sentences, "left out": sentences, "numbers": {name: value}}."""
     modelled = [f"{len(scene)} discs, flying straight between contacts"]
-    left_out = ["gravity, friction, rotation, growth and any loss of energy"]
+    rules = composition.rules
+    left_out = ["gravity, friction, rotation, growth" + (" and any loss of energy" if rules is None else "")]
     options = ", ".join(f"{name}={value}" for name, value in composition.options.items())
     certificates = 0 if composition.broad.repair is idle.repair else len(scene)
     modelled.append(
@@ -47,6 +48,11 @@ def explanation(
         )
     else:
         left_out.append("contacts of two bodies: no narrow phase for pairs is named")
+    if rules is not None:
+        kinds = f"{rules.kinds} {'kind' if rules.kinds == 1 else 'kinds'} of bodies"
+        modelled.append(f"responses by kind: {', '.join(rules.names)}, for {kinds} and the walls")
+    else:
+        left_out.append("responses by kind: every contact is elastic")
     if role["wall"] and scene.arena is not None:
         modelled.append(
             f"four walls around {scene.arena[0]!r} x {scene.arena[1]!r}, one contact of each body awaited"

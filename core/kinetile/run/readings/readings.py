@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+import kinetile
 from kinetile.kernel.tables import Kernel
 
 __all__ = ["Readings", "energy"]
@@ -18,8 +19,9 @@ class Readings:
     """The instruments after a run; counts are totals since the start of the simulation.
 
     Attributes:
-        contacts_disc: contacts of two discs.
+        contacts_disc: contacts of two discs, beginnings and ends of passings among them.
         contacts_wall: contacts of a disc with a wall.
+        passings: times that two discs began to pass through each other.
         turns: changes of velocity by the user or the scene.
         inserted: bodies that came.
         removed: bodies that went.
@@ -33,7 +35,7 @@ class Readings:
         queue_max: most bodies queued at one time; a body has one entry, so it is at most their number.
         pairs_max: most pairs in the broad phase's pair set; 0 where it keeps none.
         deepest_overlap: deepest overlap found at a contact, in radii of the smaller body.
-        energy_drift: relative change of kinetic energy, commands apart.
+        energy_drift: relative change of kinetic energy, apart from what commands and responses change.
         lateness: how far in the past a structural event was found, in the scene's time.
         cpu_seconds: processor time inside the loop, compilation apart.
         compile_seconds: time to compile the loop, or to load it.
@@ -45,6 +47,7 @@ class Readings:
 
     contacts_disc: int
     contacts_wall: int
+    passings: int
     turns: int
     inserted: int
     removed: int
@@ -70,6 +73,9 @@ class Readings:
         """Return the readings by name, fit for JSON."""
         return asdict(self)
 
+    def _repr_html_(self) -> str:
+        return kinetile.as_html(self)  # made above this room: by its public name
+
     @classmethod
     def take(
         cls,
@@ -86,11 +92,12 @@ class Readings:
         contacts = int(counts.contacts_disc) + int(counts.contacts_wall)
         commands = int(counts.turns) + int(counts.inserted) + int(counts.removed)
         events = contacts + commands + int(counts.structural)
-        expected = start_energy + float(counts.commanded_energy)
+        expected = start_energy + float(counts.commanded_energy) + float(counts.answered_energy)
         scale = max(abs(start_energy), abs(expected))
         return cls(
             contacts_disc=int(counts.contacts_disc),
             contacts_wall=int(counts.contacts_wall),
+            passings=int(counts.passings),
             turns=int(counts.turns),
             inserted=int(counts.inserted),
             removed=int(counts.removed),
@@ -115,5 +122,6 @@ class Readings:
 
 
 def energy(k: Kernel) -> float:
-    """Return the kinetic energy of all bodies, summed exactly."""
-    return 0.5 * math.fsum(np.asarray(k.mass * (k.bodies.vx**2 + k.bodies.vy**2)))
+    """Return the kinetic energy of all bodies that can be moved, summed exactly."""
+    mass = np.where(np.isinf(k.mass), 0.0, k.mass)
+    return 0.5 * math.fsum(np.asarray(mass * (k.bodies.vx**2 + k.bodies.vy**2)))

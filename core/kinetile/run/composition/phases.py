@@ -15,6 +15,7 @@ from kinetile.plugin.parts import check_parts
 from kinetile.plugin.protocols import BroadPhaseParts, PairParts, WallParts
 from kinetile.plugin.registry import registry
 from kinetile.plugin.specs import NarrowPhaseSpec
+from kinetile.run.composition.rules import Rules, read_rules
 from kinetile.scene import Scene, Turn
 from kinetile.scene.reach import skin_at_start
 
@@ -50,6 +51,8 @@ class Composition:
         broad: the broad phase's parts.
         pair: the parts of the narrow phase for two bodies; None: bodies pass through each other.
         wall: the parts of the narrow phase for walls; None: there are no walls.
+        prepared: the scene for which all of them were prepared.
+        rules: what happens at contacts; None: all are elastic.
     """
 
     broad_phase: str
@@ -58,6 +61,8 @@ class Composition:
     broad: BroadPhaseParts
     pair: PairParts | None
     wall: WallParts | None
+    prepared: Scene
+    rules: Rules | None = None
 
     @property
     def living(self) -> bool:
@@ -69,6 +74,20 @@ class Composition:
         from kinetile.kernel.compiled import compose
         from kinetile.kernel.loop import advance
 
+        return compose(advance, self._parts(commands), self.label, type(self.broad.state))
+
+    def obeying(self) -> Callable[..., Any]:
+        """Return what carries out one command by itself, for a broad phase that takes nobody in and lets
+        nobody go."""
+        from kinetile.kernel.compiled import compose
+        from kinetile.kernel.loop import idle
+        from kinetile.kernel.loop.commands import obey_alone
+
+        parts = self._parts(Commands.ALL) | {"LIVING": True, "enter": idle.enter, "leave": idle.leave}
+        return compose(obey_alone, parts, f"obey_{self.label}", type(self.broad.state))
+
+    def _parts(self, commands: Commands) -> dict[str, Any]:
+        """Return what is filled into the loop's templates."""
         parts: dict[str, Any] = {
             "build": self.broad.build,
             "repair": self.broad.repair,
@@ -79,7 +98,11 @@ class Composition:
             "WALLS": self.wall is not None,
             "COMMANDS": commands > Commands.NONE,
             "LIVING": commands > Commands.TURNS and self.living,
+            "RULES": self.rules is not None,
+            "PASSING": self.rules is not None and self.rules.passing and self.pair is not None,
         }
+        if self.rules is not None:
+            parts |= self.rules.parts(self.pair, self.wall)
         if parts["LIVING"]:
             parts |= {"enter": self.broad.enter, "leave": self.broad.leave}
         if self.pair is not None:
@@ -88,7 +111,7 @@ class Composition:
                 parts["soonest"] = self.pair.soonest
         if self.wall is not None:
             parts |= {"reach_wall": self.wall.reach_wall, "bounce": self.wall.bounce}
-        return compose(advance, parts, self.label, type(self.broad.state))
+        return parts
 
     def prepared_for(self, scene: Scene) -> Composition:
         """Return the same phases, prepared for another scene; Refused where one cannot do it."""
@@ -145,6 +168,7 @@ def _compose(
     pair: PairParts | None = None
     wall: WallParts | None = None
     narrow_options: dict[str, Mapping[str, Any]] = {}
+    given: dict[str, PairParts | WallParts] = {}
     for each, extra in narrow.items():
         narrow_options[each] = {**settings.options.get(each, {}), **extra}
         parts = _prepare("narrow phase", each, narrow_options[each], scene)
@@ -159,6 +183,7 @@ def _compose(
                 f"two narrow phases for {role}s are named, and there can be one: {', '.join(narrow)}"
             )
         check_parts(described("narrow phase", each), parts)
+        given[each] = parts
         if isinstance(parts, PairParts):
             pair = parts
         elif isinstance(parts, WallParts):
@@ -172,13 +197,15 @@ def _compose(
             f"{name} is right only while bodies cannot pass through each other, and no narrow phase for "
             "pairs is named: name one, such as disc, or choose cells, sap-1d, sap-2d or naive"
         )
-    return Composition(name, broad_options, narrow_options, broad, pair, wall)
+    rules = read_rules(scene, (name, broad), given, _prepare)
+    return Composition(name, broad_options, narrow_options, broad, pair, wall, scene, rules)
 
 
 def _prepare(kind: Kind, name: str, options: Mapping[str, Any], scene: Scene) -> Any:
     """Make a phase with its options and ask it for its parts."""
     found = registry()
-    phase = found.broad_phase(name) if kind == "broad phase" else found.narrow_phase(name)
+    find = {"broad phase": found.broad_phase, "narrow phase": found.narrow_phase, "response": found.response}
+    phase = find[kind](name)
     check_options(kind, name, phase, options)
     with calling(kind, name, "its constructor"):
         made = phase(**options)

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import math
 import operator
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.kernel.log import INSERTED, TURNED
+from kinetile.kernel.log import INSERTED, REMOVED, TURNED
 from kinetile.run.advance import End
-from kinetile.run.engine import UNLIMITED, Command, Engine
+from kinetile.run.engine import UNLIMITED, Engine, Rows, command_rows
 from kinetile.scene import Insert, Scene
 from kinetile.scene.checks import is_finite, shown
-from kinetile.scene.commands import check_commands, numbered
+from kinetile.scene.commands import check_commands
+from kinetile.scene.responses import Kind
 
-__all__ = ["read_body", "read_end", "read_insertion", "read_turns"]
+__all__ = ["read_body", "read_end", "read_insertion", "read_removal", "read_turns"]
 
 
 def read_end(
@@ -48,19 +51,19 @@ def read_end(
 def read_body(engine: Engine, body: object) -> int:
     """Return the number of a body that is there; IndexError where there is none, with what is known of it."""
     try:
-        number = operator.index(body)  # type: ignore[arg-type]
+        number = operator.index(body)  # type: ignore[arg-type]  # anything may be asked for
     except TypeError:
         raise TypeError(f"a body goes by its number; found {shown(body)}") from None
     slots = engine.k.slots
     if 0 <= number < len(slots) and slots[number] >= 0:
         return number
-    there = int(engine.k.clock[0].present)
+    there = int(engine.dial.present[0])
     if not 0 <= number < engine.numbers:
         raise IndexError(f"there is no body {number}: numbers up to {engine.numbers - 1} have been given")
     raise IndexError(f"there is no body {number} now: it has gone, or is still to come; {there} are there")
 
 
-def read_turns(engine: Engine, bodies: object, velocities: object) -> list[Command]:
+def read_turns(engine: Engine, bodies: object, velocities: object) -> Rows:
     """Return the turns of bodies, each to its velocity; velocities are (n, 2), or one for all.
 
     IndexError for a body that is not there, ValueError where a velocity is not such as can be flown.
@@ -69,8 +72,9 @@ def read_turns(engine: Engine, bodies: object, velocities: object) -> list[Comma
     if numbers.ndim != 1 or (numbers.dtype.kind not in "iu" and len(numbers)):
         raise ValueError(f"bodies are given by a list of their numbers; found {shown(bodies)}")
     try:
-        given = np.asarray(velocities, dtype=np.float64)
-        pairs = np.broadcast_to(given, (len(numbers), 2))
+        pairs = np.asarray(velocities, dtype=np.float64)
+        if pairs.shape != (len(numbers), 2):
+            pairs = np.broadcast_to(pairs, (len(numbers), 2))
     except (TypeError, ValueError, OverflowError):
         pairs = np.full((len(numbers), 2), np.nan)
     if not np.isfinite(pairs).all():
@@ -78,17 +82,42 @@ def read_turns(engine: Engine, bodies: object, velocities: object) -> list[Comma
             raise ValueError(f"a velocity is two finite numbers; found {shown(velocities[0])}")
         expected = f"expected one, or one for each of the {len(numbers)} bodies, (n, 2)"
         raise ValueError(f"a velocity is two finite numbers; {expected}; found {shown(velocities)}")
-    known = [read_body(engine, number) for number in numbers.tolist()]
-    _check_speed(engine, pairs, engine.smallest)
-    ticks, after = engine.moment
-    mass = engine.k.mass[engine.k.slots[known]].tolist()
-    rows = zip(known, pairs.tolist(), mass, strict=True)
-    return [Command(ticks, body, TURNED, vx=v[0], vy=v[1], mass=m, after=after) for body, v, m in rows]
+    rows = command_rows(engine, TURNED, len(numbers))
+    rows["mass"] = engine.k.mass[_slots_of(engine, numbers)]
+    rows["body"] = numbers
+    rows["vx"], rows["vy"] = pairs[:, 0], pairs[:, 1]
+    _check_speed(engine, float(np.hypot(pairs[:, 0], pairs[:, 1]).max(initial=0.0)), engine.smallest)
+    return rows
 
 
-def read_insertion(engine: Engine, position: object, velocity: object, radius: float, mass: float) -> Command:
+def _slots_of(engine: Engine, numbers: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
+    """Return the slots of bodies; IndexError where one is not there."""
+    slots: npt.NDArray[np.int32] = engine.k.slots
+    known = (numbers >= 0) & (numbers < len(slots))
+    if known.all():
+        found = slots[numbers.astype(np.int64)]
+        if (found >= 0).all():
+            return found
+    for number in numbers.tolist():
+        read_body(engine, number)
+    raise AssertionError("one of these bodies is not there")
+
+
+def read_insertion(
+    engine: Engine, position: object, velocity: object, radius: float, mass: float, kind: Kind | None
+) -> Rows:
     """Return the command by which a body comes now; ValueError where it is none that could be in a scene."""
-    asked = Insert(engine.time, position, velocity, radius, mass, engine.numbers)  # type: ignore[arg-type]
+    kinds = engine.scene.kinds
+    kind = kinds[0] if kind is None else kind
+    if kind not in kinds:
+        known = ", ".join(map(repr, kinds))
+        raise ValueError(f"this body cannot come: {shown(kind)} is no kind of this scene; there are: {known}")
+    if mass == math.inf and engine.composition.rules is None:
+        raise ValueError(
+            "this body cannot come: its mass is infinite, and this run is not made for bodies that nothing "
+            "can move; give the scene responses='elastic', and it is"
+        )
+    asked = Insert(0.0, position, velocity, radius, mass, engine.numbers, None, kind)  # type: ignore[arg-type]
     mistakes = check_commands([asked], None, engine.scene.arena)
     if mistakes:
         said = "; ".join(
@@ -96,16 +125,26 @@ def read_insertion(engine: Engine, position: object, velocity: object, radius: f
             for mistake in mistakes
         )
         raise ValueError(f"this body cannot come: {said}")
-    (new,) = numbered([asked], 0)
-    assert isinstance(new, Insert)
-    _check_speed(engine, np.asarray([new.velocity]), min(engine.smallest, new.radius))
-    ticks, after = engine.moment
-    return Command(ticks, new.body, INSERTED, *new.position, *new.velocity, new.radius, new.mass, after)
+    rows = command_rows(engine, INSERTED)
+    x, y = map(float, asked.position)
+    vx, vy = map(float, asked.velocity)
+    _check_speed(engine, math.hypot(vx, vy), min(engine.smallest, radius))
+    new = (x, y, vx, vy, float(radius), float(mass), engine.numbers)
+    for name, value in zip(("x", "y", "vx", "vy", "radius", "mass", "body"), new, strict=True):
+        rows[name] = value
+    rows["kind"] = kinds.index(kind)
+    return rows
 
 
-def _check_speed(engine: Engine, velocities: npt.NDArray[np.float64], smallest: float) -> None:
-    speed = float(np.hypot(velocities[:, 0], velocities[:, 1]).max(initial=0.0))
-    if speed * float(engine.k.clock[0].tick) > 2.0**-20 * smallest:
+def read_removal(engine: Engine, body: object) -> Rows:
+    """Return the command by which a body goes now; IndexError where it is not there."""
+    rows = command_rows(engine, REMOVED)
+    rows["body"] = read_body(engine, body)
+    return rows
+
+
+def _check_speed(engine: Engine, speed: float, smallest: float) -> None:
+    if speed * engine.dial.tick[0] > 2.0**-20 * smallest:
         raise ValueError(
             f"at the speed {speed:.3g} a body would fly too far in one tick of this scene's clock: schedule "
             "the command in the scene, which chooses its clock by its speeds, or give the scene a unit"

@@ -1,0 +1,212 @@
+"""What is still to be done: commands, each at an exact tick.
+
+Those of the present span of the clock are the kernel's: the rows of ``k.commands`` from ``clock.command`` to
+``clock.commands``. Those of later spans wait here, in ticks since the start, and are handed over when their
+span comes.
+
+A command that is given by hand is the next to be carried out, so its row goes in front of those that wait:
+into the rows of commands that have been carried out, or into rows that are left free for it. That costs the
+same however many there are.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from itertools import chain
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from kinetile.kernel.clock import SPAN, TICKS, Clock
+from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED
+from kinetile.kernel.tables import COMMAND, Kernel, record_table
+from kinetile.run.engine.dials import Dials
+from kinetile.scene import Insert, Remove, Scene, Turn
+
+__all__ = ["Agenda", "Command", "Rows", "command_of", "planned", "squares_of", "take_back", "to_the_front"]
+
+Rows = npt.NDArray[np.void]
+"""Commands as the kernel has them (``kinetile.kernel.tables.COMMAND``), in its ticks."""
+
+FRONT = 64
+"""Rows that are left free, at first, for commands by hand."""
+
+
+class Command(NamedTuple):
+    """One command, at ``ticks`` since the start, for the body of a number; ``code`` says what it is
+    (``kinetile.kernel.log``). ``mass`` is that of the body, whatever is done to it; ``after`` is how many
+    contacts of this tick come before."""
+
+    ticks: int
+    body: int
+    code: int
+    x: float = 0.0
+    y: float = 0.0
+    vx: float = 0.0
+    vy: float = 0.0
+    radius: float = 0.0
+    mass: float = 0.0
+    after: int = 0
+    kind: int = 0
+
+    @property
+    def squares(self) -> float:
+        """Mass times speed squared: twice the energy that it can bring in; 0 for what nothing can move."""
+        return self.mass * (self.vx * self.vx + self.vy * self.vy) if self.mass < math.inf else 0.0
+
+    def as_scene_has_it(self, clock: Clock, scene: Scene) -> Turn | Insert | Remove:
+        """Return the command as a scene has it, with its exact time."""
+        time, epoch, tick = clock.moment(self.ticks)
+        at = (epoch, tick, self.after)
+        if self.code == REMOVED:
+            return Remove(self.body, time, at)
+        if self.code == TURNED:
+            return Turn(self.body, time, (self.vx, self.vy), at)
+        place, flies = (self.x, self.y), (self.vx, self.vy)
+        kind = scene.kinds[self.kind] if scene.kinds != (0,) else None
+        return Insert(time, place, flies, self.radius, self.mass, self.body, at, kind)
+
+
+def planned(scene: Scene, clock: Clock) -> list[Command]:
+    """Return the commands of a scene."""
+    mass: dict[int, float] = dict(enumerate(scene.mass.tolist()))
+    return [_command(each, clock, mass, scene) for each in scene.commands]
+
+
+def _command(command: Turn | Insert | Remove, clock: Clock, mass: dict[int, float], scene: Scene) -> Command:
+    ticks = clock.tick_of(command.time, command.at)
+    after = command.at[2] if command.at else 0
+    if isinstance(command, Remove):
+        return Command(ticks, command.body, REMOVED, after=after)
+    vx, vy = command.velocity
+    if isinstance(command, Turn):
+        return Command(ticks, command.body, TURNED, vx=vx, vy=vy, mass=mass[command.body], after=after)
+    mass[command.body] = command.mass
+    x, y = command.position
+    kind = 0 if command.kind is None else scene.kinds.index(command.kind)
+    return Command(ticks, command.body, INSERTED, x, y, vx, vy, command.radius, command.mass, after, kind)
+
+
+_FIELDS = ("x", "y", "vx", "vy", "radius", "mass", "after", "kind")
+
+
+def command_of(row: Any, base: int) -> Command:
+    """Return a row as a command; ``base`` is that of the clock whose ticks it has."""
+    rest = {name: row[name].item() for name in _FIELDS}
+    return Command(int(row["tick"]) + base * TICKS, int(row["body"]), int(row["code"]), **rest)
+
+
+def _rows_of(commands: list[Command], clock: Clock) -> Rows:
+    rows = np.zeros(len(commands), COMMAND)
+    if commands:
+        ticks, body, code, *fields = zip(*commands, strict=True)
+        rows["tick"] = [clock.relative(tick) for tick in ticks]
+        rows["body"], rows["code"] = body, code
+        for name, column in zip(_FIELDS, fields, strict=True):
+            rows[name] = column
+    return rows
+
+
+def squares_of(rows: Rows) -> float:
+    """Return the sum of mass * speed^2 over commands: twice the energy that they can bring in."""
+    mass = np.where(np.isinf(rows["mass"]), 0.0, rows["mass"])  # nothing can move it
+    return float(np.dot(mass, rows["vx"] * rows["vx"] + rows["vy"] * rows["vy"]))
+
+
+class Agenda:
+    """Commands in the order in which they happen: by tick, re-anchorings first, then as given."""
+
+    def __init__(self, commands: Iterable[Command]) -> None:
+        self._later: list[Command] = []
+        self.put(*commands)
+
+    @property
+    def later(self) -> tuple[Command, ...]:
+        """The commands of later spans; those of the present one stand in the kernel's tables."""
+        return tuple(self._later)
+
+    def put(self, *commands: Command) -> None:
+        """Add commands of later spans, or of one that is now to be loaded."""
+        self._later.extend(commands)
+        self._later.sort(key=lambda command: (command.ticks, command.code != REANCHORED))
+
+    def load(self, k: Kernel, clock: Clock) -> Kernel:
+        """Return the tables with the commands before the next shift of the clock's base."""
+        end = clock.base * TICKS + SPAN
+        due = [command for command in self._later if command.ticks < end]
+        del self._later[: len(due)]
+        return _with_rows(k, np.concatenate([_waiting(k), _rows_of(due, clock)]), FRONT)
+
+    def cancel(self, k: Kernel, dial: Dials, body: int) -> None:
+        """Forget all commands for a body that has gone."""
+        if self._later:
+            self._later = [command for command in self._later if command.body != body]
+        if dial.command[0] < dial.commands[0]:
+            rows = _waiting(k)
+            stay = rows[rows["body"] != body]
+            rows[len(rows) - len(stay) :] = stay
+            dial.command[0] += len(rows) - len(stay)
+
+    def next(self, k: Kernel, clock: Clock) -> Command | None:
+        """Return the first command still to come but for re-anchorings."""
+        return next(self._to_come(k, clock), None)
+
+    def first_of_each(self, k: Kernel, clock: Clock) -> dict[int, int]:
+        """Return for each slot with a body in it the kernel's tick of the first command for that body, where
+        there is one."""
+        first: dict[int, int] = {}
+        for command in self._to_come(k, clock):
+            slot = int(k.slots[command.body])
+            if slot >= 0:
+                first.setdefault(slot, clock.relative(command.ticks))
+        return first
+
+    def squares(self, k: Kernel) -> float:
+        """Return the sum of mass * speed^2 over all commands: twice the energy they could bring in."""
+        later = math.fsum(each.squares for each in self._later)
+        return later + squares_of(_waiting(k))
+
+    def _to_come(self, k: Kernel, clock: Clock) -> Iterator[Command]:
+        commands = chain((command_of(row, clock.base) for row in _waiting(k)), self._later)
+        return (command for command in commands if command.code != REANCHORED)
+
+
+def _waiting(k: Kernel) -> Rows:
+    """Return the rows of the kernel's commands that are still to be carried out, not a copy."""
+    clock = k.clock[0]
+    rows: Rows = k.commands.view(COMMAND, np.ndarray)[int(clock.command) : int(clock.commands)]
+    return rows
+
+
+def _with_rows(k: Kernel, rows: Rows, front: int) -> Kernel:
+    """Return the tables with other commands, and so many free rows before them."""
+    table = record_table(COMMAND, front + len(rows))
+    table.view(COMMAND, np.ndarray)[front:] = rows
+    k.clock[0].command, k.clock[0].commands = front, len(table)
+    return k._replace(commands=table)
+
+
+def to_the_front(k: Kernel, dial: Dials, rows: Rows) -> tuple[Kernel, int]:
+    """Put commands of the present tick before those of later ones, behind those of this tick that wait
+    already; return the tables, and how many commands are behind them."""
+    many = len(rows)
+    if many > dial.command[0]:
+        k = _with_rows(k, _waiting(k), max(FRONT, 2 * many))
+    table, command, commands = np.asarray(k.commands), dial.command[0], dial.commands[0]
+    place = command
+    while place < commands and table["tick"][place] <= dial.now[0]:
+        place += 1
+    table[command - many : place - many] = table[command:place]
+    table[place - many : place] = rows
+    dial.command[0] = command - many
+    return k, commands - place
+
+
+def take_back(k: Kernel, dial: Dials, many: int, behind: int) -> None:
+    """Forget, of so many commands that were put before those ``behind`` them, the ones not carried out."""
+    table, command, place = np.asarray(k.commands), dial.command[0], dial.commands[0] - behind
+    ahead = max(place - many - command, 0)  # of this tick, and older than these
+    table[place - ahead : place] = table[command : command + ahead]
+    dial.command[0] = place - ahead

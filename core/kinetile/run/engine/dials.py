@@ -1,0 +1,84 @@
+"""The tables as Python reads them between two chunks: the clock and the counts, and who is there.
+
+``k.clock[0].now`` makes two objects of NumPy's before it gives a number, for two microseconds; between two
+frames of a game there are some hundred of these. A view of a field's eight bytes that is made once costs a
+twentieth of that. Who is there is looked up when somebody has come or gone, and not for each question.
+"""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from kinetile.kernel.loop.presence import slots_taken
+from kinetile.kernel.tables import Kernel, Records
+
+__all__ = ["Dials", "Tables", "dials"]
+
+Dials: TypeAlias = Any
+"""``dials(table).name[0]`` is the field ``name`` of the only record of a table, to be read and written."""
+
+
+def dials(table: Records) -> Dials:
+    """Return the fields of a table's only record, each as a view of one plain number."""
+    plain = table.view(np.ndarray)
+    return SimpleNamespace(**{name: memoryview(plain[name]) for name in table.dtype.names})
+
+
+class Tables:
+    """The kernel's tables, and what is read off them.
+
+    Attributes:
+        dial: the fields of the clock.
+        count: the fields of the counts.
+    """
+
+    dial: Dials
+    count: Dials
+    _k: Kernel
+    _taken: tuple[tuple[int, int], npt.NDArray[np.intp]] | None
+
+    @property
+    def k(self) -> Kernel:
+        """The tables; replaced when they grow."""
+        return self._k
+
+    @k.setter
+    def k(self, tables: Kernel) -> None:
+        if not hasattr(self, "_k") or tables.clock is not self._k.clock:
+            self.dial, self.count, self._taken = dials(tables.clock), dials(tables.counts), None
+        self._k = tables
+
+    @property
+    def taken(self) -> npt.NDArray[np.intp]:
+        """The slots with bodies in them, in the order of the bodies' numbers, to be read."""
+        changes = self.count.inserted[0], self.count.removed[0]
+        if self._taken is None or self._taken[0] != changes:
+            self._taken = changes, slots_taken(self._k)
+            self._taken[1].flags.writeable = False
+        return self._taken[1]
+
+    @property
+    def now(self) -> int:
+        """The present tick, counted from the clock's base."""
+        return int(self.dial.now[0])
+
+    @property
+    def met_now(self) -> int:
+        """How many contacts have happened at the present tick."""
+        return int(self.dial.met_there[0]) if self.dial.met_tick[0] == self.dial.now[0] else 0
+
+    @property
+    def contacts(self) -> int:
+        """Contacts of both kinds so far."""
+        return int(self.count.contacts_disc[0] + self.count.contacts_wall[0])
+
+    @property
+    def events(self) -> int:
+        """Events of all kinds so far."""
+        count = self.count
+        commands = count.turns[0] + count.inserted[0] + count.removed[0]
+        return int(self.contacts + commands + count.structural[0])

@@ -1,0 +1,117 @@
+"""What a phase draws is looked through before anybody sees it: bodies by number, ticks since the start."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+import kinetile as kt
+from kinetile.errors import PhaseError
+from kinetile.plugin.templates.new_plugin import new_plugin
+from kinetile.toolbox import NEVER, At, Box, Link, Polygon, Segment
+from kinetile_plugins.naive import Naive
+
+SCENE = kt.Scene([(0.2, 0.2), (0.5, 0.5), (0.8, 0.8)], [(0.0, 0.0)] * 3, 0.05, arena=(1.0, 1.0))
+
+
+@pytest.fixture
+def drawing_of():
+    """Make a simulation under a phase that draws so."""
+    added = []
+
+    def simulation(draw):
+        class Drawing(Naive):
+            def prepare(self, scene):
+                return replace(super().prepare(scene), draw=draw)
+
+        class Plugin:
+            @kt.hookimpl
+            def kinetile_broad_phases(self):
+                return [kt.BroadPhaseSpec("drawing", Drawing)]
+
+        added.append(Plugin())
+        kt.registry().add(added[-1])
+        return kt.Simulation(SCENE, "drawing")
+
+    yield simulation
+    for plugin in added:
+        kt.registry().remove(plugin)
+
+
+@pytest.mark.parametrize("draw", [None, lambda k, s: ()])
+def test_a_phase_that_draws_nothing_shows_nothing(drawing_of, draw):
+    assert drawing_of(draw).drawing() == ()
+
+
+def test_shapes_come_back_with_the_numbers_of_bodies(drawing_of):
+    def draw(k, s):
+        last = len(k.bodies) - 1
+        yield Segment("bound", (At(last, 0.25), 0.0), (At(last), 1), NEVER, "L")
+        yield Box("cell", (0.0, 0.0), (At(0), At(last)), 5)
+        yield Polygon("tile", ((0.0, 0.0), (1.0, 0.0), (At(0), 1.0)))
+        yield Link("pair", 0, last)
+
+    sim = drawing_of(draw)
+    sim.remove(1)  # the phase is made anew, and body 2 stands in slot 1
+    assert sim.drawing() == (
+        Segment("bound", (At(2, 0.25), 0.0), (At(2), 1.0), None, "L"),
+        Box("cell", (0.0, 0.0), (At(0), At(2)), 5),
+        Polygon("tile", ((0.0, 0.0), (1.0, 0.0), (At(0), 1.0))),
+        Link("pair", 0, 2),
+    )
+
+
+@pytest.mark.parametrize(
+    ("item", "said"),
+    [
+        (lambda: "a line", "expected shapes: Segment, Box, Polygon, Link, Entry"),
+        (lambda: Link("pair", 0, 3), "there is no body in slot 3"),
+        (lambda: Link("pair", -1, 0), "there is no body in slot -1"),
+        (lambda: Box("cell", (0.0, At(7)), (1.0, 1.0)), "there is no body in slot 7"),
+        (lambda: Segment("bound", (0.0, float("nan")), (1.0, 1.0)), "expected a finite number or At"),
+        (lambda: Segment("bound", (0.0,), (1.0, 1.0)), "expected two coordinates"),
+        (lambda: Segment("border", (0.0, 0.0), (1.0, 1.0)), "has one of the roles bound, tile, cell"),
+        (lambda: Polygon("tile", ((0.0, 0.0), (1.0, 0.0))), "at least three corners; found 2"),
+        (lambda: 1 / 0, "draw raised ZeroDivisionError"),
+    ],
+)
+def test_what_cannot_be_drawn_is_the_phases_fault(drawing_of, item, said):
+    with pytest.raises(PhaseError, match="broad phase 'drawing'") as caught:
+        drawing_of(lambda k, s: [item()]).drawing()
+    assert said in str(caught.value)
+
+
+def test_draw_can_change_nothing(drawing_of):
+    def draw(k, s):
+        k.bodies.x[0] = 0.0
+        return ()
+
+    with pytest.raises(PhaseError, match="read-only"):
+        drawing_of(draw).drawing()
+
+
+def test_a_draw_that_cannot_be_called_is_refused(drawing_of):
+    with pytest.raises(PhaseError, match="draw is 3; expected a function or None"):
+        drawing_of(3)
+
+
+def test_what_new_plugin_writes_draws_a_box_around_each_body(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(new_plugin("tethered", tmp_path))
+
+    class Plugin:
+        @kt.hookimpl
+        def kinetile_broad_phases(self):
+            return [kt.BroadPhaseSpec("tethered", "kinetile_tethered.phase:TetheredPhase")]
+
+    plugin = Plugin()
+    kt.registry().add(plugin)
+    try:
+        sim = kt.Simulation(SCENE, "tethered")
+        boxes = sim.drawing()
+        leash = float(sim.state.leash[1])
+    finally:
+        kt.registry().remove(plugin)
+    assert [box.role for box in boxes] == ["bound"] * 3
+    for box, (x, y) in zip(boxes, SCENE.position.tolist(), strict=True):
+        assert (box.low, box.high) == ((x - leash, y - leash), (x + leash, y + leash))

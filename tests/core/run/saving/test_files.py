@@ -1,0 +1,369 @@
+"""Files that are refused, and what is promised of the others."""
+
+from __future__ import annotations
+
+import json
+import os
+import pickle
+import struct
+import subprocess
+import sys
+import textwrap
+
+import numpy as np
+import pytest
+
+import broken_phases
+import kinetile as kt
+from kinetile.errors import BadOption, BusyError, RecordError
+from kinetile.run.engine import digest
+from kinetile.run.saving import form, versions, whole_file
+from kinetile.run.saving.form import SIGNATURE, note, pack, unpack
+
+
+def simulation(name: str = "cells", **more) -> kt.Simulation:
+    sim = kt.Simulation(kt.make_scene("grid", bodies=9, seed=1), name, **more)
+    sim.run(0.1)
+    return sim
+
+
+@pytest.fixture
+def path(tmp_path):
+    path = tmp_path / "s.kt"
+    simulation().save(path)
+    return path
+
+
+def rewritten(content: bytes, change) -> bytes:
+    """Return a file with its text changed, and the checksum right again."""
+    at = len(SIGNATURE) + 8
+    end = at + struct.unpack("<Q", content[len(SIGNATURE) : at])[0]
+    text = json.loads(content[at:end])
+    change(text)
+    said = json.dumps(text).encode()
+    new = SIGNATURE + struct.pack("<Q", len(said)) + said + content[end:-32]
+    return new + form.hashlib.sha256(new).digest()
+
+
+def test_every_damaged_byte_is_noticed(path):
+    content = path.read_bytes()
+    for at in {*range(0, len(content), 97), *range(100), len(content) - 1}:
+        path.write_bytes(content[:at] + bytes([content[at] ^ 1]) + content[at + 1 :])
+        with pytest.raises(RecordError, match=r"is damaged|is no saved simulation"):
+            kt.resume(path)
+
+
+def test_every_cut_is_noticed(path):
+    content = path.read_bytes()
+    for length in {*range(0, len(content), 211), len(content) - 1}:
+        path.write_bytes(content[:length])
+        with pytest.raises(RecordError, match=r"is damaged|is no saved simulation"):
+            kt.resume(path)
+
+
+def test_tables_that_are_laid_out_otherwise_are_refused(path, monkeypatch):
+    monkeypatch.setattr(form, "layout", lambda: "another")
+    for phase in (None, "sap-1d"):
+        with pytest.raises(RecordError, match="tables are laid out in another way"):
+            kt.resume(path, phase)
+
+
+def test_the_layout_is_of_every_field(monkeypatch):
+    before = versions.layout()
+    tables = versions.allocate(1, 1, 1)
+    for name, table in zip(tables._fields, tables, strict=True):
+        other = np.zeros(1, [("one", "f8"), ("two", "i4")])
+        monkeypatch.setattr(versions, "allocate", lambda *_, n=name, o=other: tables._replace(**{n: o}))
+        versions.layout.cache_clear()
+        assert versions.layout() != before, table
+    monkeypatch.undo()
+    versions.layout.cache_clear()
+    assert versions.layout() == before
+
+
+def test_another_answer_is_refused(path):
+    path.write_bytes(rewritten(path.read_bytes(), lambda text: text.update(answer=0)))
+    with pytest.raises(RecordError, match="other rules would make other contacts"):
+        kt.resume(path, "sap-1d")
+
+
+def table(text, name):
+    return next(pair for pair in text["said"]["table"] if pair[0] == name)
+
+
+@pytest.mark.parametrize("who", ["kinetile", "broad phase cells", "narrow phase disc"])
+def test_another_version_is_refused_and_another_phase_goes_on(path, who):
+    def older(text):
+        next(pair for pair in table(text, "versions")[1]["table"] if pair[0] == who)[1] = "0.0.1"
+
+    path.write_bytes(rewritten(path.read_bytes(), older))
+    with pytest.raises(RecordError, match=rf"{who} was 0.0.1, is .*broad_phase='cells'"):
+        kt.resume(path)
+    for phase in ("cells", "sap-1d"):
+        again, whole = kt.resume(path, phase), simulation()
+        again.run(0.4)
+        whole.run(0.4)
+        assert again.fingerprint == whole.fingerprint
+
+
+def test_a_state_that_is_laid_out_otherwise_is_refused(path, monkeypatch):
+    from kinetile_plugins.cells import layout
+
+    empty = layout.empty
+
+    def larger(state):
+        name = state._fields[0]
+        return state._replace(**{name: np.concatenate([getattr(state, name)] * 2)})
+
+    monkeypatch.setattr("kinetile_plugins.cells.empty", lambda *a: larger(empty(*a)))
+    with pytest.raises(RecordError, match=r"the state of broad phase 'cells'.* was saved with"):
+        kt.resume(path)
+
+
+def test_a_phase_without_a_version_goes_by_its_code(tmp_path, blind):
+    sim = kt.Simulation(kt.make_scene("two-discs"), blind)
+    sim.save(tmp_path / "s.kt")
+    assert kt.resume(tmp_path / "s.kt").broad_phase == blind
+    said = versions.versions_of(sim.composition)[f"broad phase {blind}"]
+    assert said.startswith("of the code ")
+
+
+def test_what_a_file_says_cannot_be_carried_out(path):
+    """A class that is not on the list, a wrong one in the right place, a number that is none."""
+    for said in ({"Path": ["x"]}, {"eval": ["1"]}, {"Turn": [1]}, {"array": [10**6, "<f8", [1]]}, "x", None):
+        for name in ("scene", "phases", "agenda", "entries", "tables", "skin"):
+
+            def other(text, name=name, said=said):
+                table(text, name)[1] = [said, said, said] if name in ("agenda", "skin") else said
+
+            content = rewritten(path.read_bytes(), other)
+            path.with_suffix(".bad").write_bytes(content)
+            with pytest.raises((RecordError, BadOption)):
+                kt.resume(path.with_suffix(".bad"))
+
+
+def test_no_pickle_is_in_a_file(path, monkeypatch):
+    def no(*arguments, **named):
+        raise AssertionError("unpickled")
+
+    for name in ("load", "loads", "Unpickler"):
+        monkeypatch.setattr(pickle, name, no)
+    assert kt.resume(path).time == 0.1
+
+
+def test_contacts_that_are_not_kept_need_openssl(tmp_path, monkeypatch):
+    sim = simulation(keep_contacts=False)
+    sim.save(tmp_path / "s.kt")
+    again = kt.resume(tmp_path / "s.kt")
+    assert not again.keeps_contacts
+    for each in (sim, again):
+        each.run(0.4)
+    whole = simulation()
+    whole.run(0.4)
+    assert sim.fingerprint == again.fingerprint == whole.fingerprint
+    monkeypatch.setattr(form, "stoppable", lambda: False)
+    with pytest.raises(RecordError, match="goes on only where the OpenSSL"):
+        kt.resume(tmp_path / "s.kt")
+    monkeypatch.setattr(digest, "stoppable", lambda: False)
+    with pytest.raises(RecordError, match="make it with keep_contacts=True"):
+        simulation(keep_contacts=False).save(tmp_path / "t.kt")
+    assert not (tmp_path / "t.kt").exists()
+    there = simulation(keep_contacts=False)
+    there.restore(there.snapshot())  # in this process it does without
+    there.run(0.4)
+    assert there.fingerprint == whole.fingerprint
+
+
+def test_the_digest_is_that_of_hashlib():
+    if not digest.stoppable():
+        pytest.skip("the OpenSSL of this Python cannot be reached")
+    text = np.random.default_rng(1).integers(0, 256, 5000, dtype=np.uint8)
+    for seed in range(50):
+        cuts = np.sort(np.random.default_rng(seed).integers(0, 5000, 6))
+        made = digest.StoppableSha256()
+        for piece in np.split(text, cuts):
+            made = digest.StoppableSha256.from_state(*made.copy().state)
+            made.update(piece)
+        assert made.hexdigest() == form.hashlib.sha256(text.tobytes()).hexdigest()
+    for wrong in (("00", 0, ""), ("00" * 32, 8, ""), ("00" * 32, 3, ""), ("00" * 32, -1, "")):
+        with pytest.raises(ValueError, match="no state of SHA-256"):
+            digest.StoppableSha256.from_state(*wrong)
+
+
+def test_what_has_ended_with_a_fault_is_not_saved(tmp_path, request):
+    plugin = broken_phases.Plugin()
+    kt.registry().add(plugin)
+    request.addfinalizer(lambda: kt.registry().remove(plugin))
+    scene = kt.Scene([[1.0, 1.0], [2.0, 1.0]], [[1.0, 0.0], [-1.0, 0.0]], 0.25, arena=(4.0, 4.0))
+    sim = kt.Simulation(scene, "adds-too-late")
+    before = sim.snapshot()
+    with pytest.raises(kt.errors.MissedContactError):
+        sim.run(4.0)
+    with pytest.raises(RecordError, match="ended with a fault"):
+        sim.save(tmp_path / "s.kt")
+    sim.restore(before)
+    assert sim.snapshot() == before
+
+
+def test_a_snapshot_of_something_else_changes_nothing():
+    sim = simulation()
+    before = sim.snapshot()
+    with pytest.raises(RecordError, match="of another scene"):
+        sim.restore(kt.Simulation(kt.make_scene("grid", bodies=4)).snapshot())
+    with pytest.raises(RecordError, match="the narrow phases disc, and"):
+        sim.restore(kt.Simulation(sim.scene, narrow_phases=["disc"]).snapshot())
+    assert sim.snapshot() == before
+
+
+def test_a_phase_that_refuses_changes_nothing(monkeypatch):
+    sim, other = simulation("sap-1d"), simulation("cells")
+    before = sim.snapshot()
+
+    def refuse(self, scene):
+        raise kt.errors.Refused("not this")
+
+    monkeypatch.setattr(type(sim._engine), "renew", lambda self: refuse(self, None))
+    with pytest.raises(kt.errors.Refused, match="not this"):
+        sim.restore(other.snapshot())
+    assert sim.snapshot() == before
+
+
+def test_it_is_saved_from_progress_and_not_from_a_recorder(tmp_path):
+    sim = kt.Simulation(kt.make_scene("grid", bodies=9, seed=1))
+    snapshots = []
+
+    def progress(_):
+        snapshots.append(sim.snapshot())
+        with pytest.raises(BusyError):
+            sim.restore(snapshots[0])
+
+    def recorder(_):
+        with pytest.raises(BusyError):
+            sim.snapshot()
+
+    sim.run(0.2, progress=progress, recorder=recorder)
+    fingerprint = sim.fingerprint
+    sim.restore(snapshots[0])
+    sim.run(0.2)
+    assert sim.fingerprint == fingerprint
+
+
+def test_a_note_comes_along(tmp_path):
+    sim = simulation()
+    sim.save(tmp_path / "s.kt", {"level": [1, "two"]})
+    assert note((tmp_path / "s.kt").read_bytes()) == {"level": [1, "two"]}
+    with pytest.raises(RecordError, match="cannot be saved with its note"):
+        sim.save(tmp_path / "s.kt", {"level": object()})
+    assert note((tmp_path / "s.kt").read_bytes()) == {"level": [1, "two"]}
+
+
+def test_a_snapshot_goes_through_a_pickle():
+    there = simulation().snapshot()
+    assert pickle.loads(pickle.dumps(there)) == there
+    assert unpack(b"".join(pack(pickle.loads(pickle.dumps(there))))) == there
+    assert there != simulation("sap-1d").snapshot()
+
+
+FILL = """
+    import resource, sys
+    import kinetile as kt
+    from kinetile.errors import RecordError
+
+    sim = kt.resume({path!r})
+    resource.setrlimit(resource.RLIMIT_FSIZE, ({limit}, {limit}))
+    try:
+        sim.save({path!r})
+    except RecordError as error:
+        print(error)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a limit on the size of files")
+@pytest.mark.parametrize("limit", [0, 1, 4096, 10_000])
+def test_a_full_disk_leaves_what_was_there(path, limit):
+    before = path.read_bytes()
+    script = textwrap.dedent(FILL.format(path=str(path), limit=limit))
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert "File too large; what was there under this name is as it was" in done.stdout
+    assert path.read_bytes() == before
+    assert [each.name for each in path.parent.iterdir()] == [path.name]
+
+
+@pytest.mark.parametrize("name", ["fsync", "replace"])
+def test_whatever_ends_it_on_its_way_what_was_there_is_there(path, monkeypatch, name):
+    before = path.read_bytes()
+
+    def end(*arguments):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(whole_file.os if name == "fsync" else whole_file.Path, name, end)
+    with pytest.raises(KeyboardInterrupt):
+        simulation("sap-1d").save(path)
+    assert path.read_bytes() == before
+    assert [each.name for each in path.parent.iterdir()] == [path.name]
+
+
+def test_what_writers_have_left_that_were_killed_is_cleared_up(path):
+    old, new = (path.with_name(f".{path.name}.{digits}.part") for digits in ("01234567", "89abcdef"))
+    for each in (old, new):
+        each.write_bytes(b"")
+    os.utime(old, (0, 0))
+    simulation().save(path)
+    assert (old.exists(), new.exists()) == (False, True)
+
+
+def test_only_a_saved_simulation_is_replaced(tmp_path):
+    mine = tmp_path / "mine"
+    mine.write_text("x")
+    sim = simulation()
+    for place in (mine, tmp_path, tmp_path / "no" / "s.kt", "", os.devnull):
+        with pytest.raises(RecordError, match=r"no saved simulation|cannot be written|names no file"):
+            sim.save(place)
+    assert mine.read_text() == "x"
+    with pytest.raises(RecordError, match="cannot be read"):
+        kt.resume(tmp_path / "nothing")
+
+
+def test_growth_and_spans_of_the_clock_come_along(tmp_path):
+    """More bodies than there were slots, pairs beyond the table, and a base that has moved."""
+    scene = kt.Scene(
+        [[1.0, 1.0], [30.0, 30.0]], [[2.0**-9, 0.0], [-(2.0**-9), 0.0]], 0.25, arena=(64.0, 64.0)
+    )
+    for name in ("cells", "sap-2d", "naive", "sweep-tiling"):
+        sim = kt.Simulation(scene, name)
+        sim.run(1500.0)
+        for number in range(70):
+            sim.insert((2.0 + number % 9 * 6.0, 8.0 + number // 9 * 6.0), (2.0**-8, 2.0**-9), 0.5)
+        for number in range(3, 60, 5):
+            sim.remove(number)
+        sim.save(tmp_path / "s.kt")
+        taken_up = [kt.resume(tmp_path / "s.kt"), kt.resume(tmp_path / "s.kt", "sap-1d")]
+        for each in (sim, *taken_up):
+            each.run(2600.0)
+            each.audit()
+            assert each.insert((60.0, 60.0), (0.0, 0.0), 0.125) == 72
+        assert taken_up[0].snapshot() == sim.snapshot()
+        assert taken_up[1].fingerprint == sim.fingerprint
+        assert taken_up[1].positions().tobytes() == sim.positions().tobytes()
+
+
+def test_options_and_settings_come_along(tmp_path):
+    made = kt.make_scene("grid", bodies=9, seed=1)
+    settings = kt.Settings("sap-1d", ("disc", "wall"), {"sap-1d": {"axis": "y"}}, 2.0)
+    scene = kt.Scene(
+        made.position, made.velocity, made.radius, made.mass, made.arena, [kt.Turn(1, 0.5, (1.0, -0.0))],
+        settings=settings, origin={"recipe": "grid", "parameters": {"bodies": 9}, "odd": object()},
+    )  # fmt: skip
+    sim = kt.Simulation(scene)
+    sim.save(tmp_path / "s.kt")
+    again = kt.resume(tmp_path / "s.kt")
+    assert again.scene == scene
+    assert again.scene.origin == {"recipe": "grid", "parameters": {"bodies": 9}}
+    assert (again.broad_phase, again.options, again.narrow_phases) == (
+        "sap-1d",
+        {"axis": "y"},
+        ("disc", "wall"),
+    )
+    with pytest.raises(BadOption, match="expected broad_phase="):
+        kt.resume(tmp_path / "s.kt", options={"axis": "x"})
+    assert kt.resume(tmp_path / "s.kt", "sap-1d", options={"axis": "x"}).options == {"axis": "x"}

@@ -1,0 +1,89 @@
+"""Kill -9 at any moment, then `kinetile resume`: the fingerprint and the events of a run that was never
+killed."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+import kinetile as kt
+
+pytest.importorskip("pyarrow")
+
+pytestmark = [
+    pytest.mark.compiled,
+    pytest.mark.skipif(os.name == "nt", reason="sends signals to a process"),
+]
+
+UNTIL = 120.0
+RUN = f"run grid -s bodies=64 -s seed=3 --until {UNTIL} --every 0.05 --json"
+ALIVE = 1.5
+"""Seconds: about as long as such a run takes, when it has begun."""
+
+
+def started(arguments: list[str]) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, "-m", "kinetile", *arguments],
+        stdout=subprocess.PIPE,
+        stderr=None,
+        text=True,
+    )
+
+
+def killed(arguments: list[str], checkpoint, seconds: float) -> bool:
+    """Kill a run some seconds after its checkpoint has been written anew; return whether it still ran."""
+    before = checkpoint.stat().st_mtime_ns if checkpoint.exists() else 0
+    with started(arguments) as process:
+        while not checkpoint.exists() or checkpoint.stat().st_mtime_ns == before:
+            assert process.poll() is None
+            time.sleep(0.005)
+        time.sleep(seconds)
+        process.kill()
+        process.communicate()
+        return process.returncode != 0
+
+
+def kills(folder, number: int) -> int:
+    """Kill so many runs, some of them again when they are resumed; return how many were still running."""
+    parts: list[np.ndarray] = []
+    whole = kt.Simulation(kt.make_scene("grid", bodies=64, seed=3), "cells")
+    whole.run(UNTIL, recorder=parts.append)
+    rows = np.concatenate(parts)
+    chance = random.Random(number)
+    found = 0
+    for each in range(number):
+        checkpoint, events = folder / f"{each}.kt", folder / f"{each}.parquet"
+        files = ["--checkpoint", str(checkpoint), "--events", str(events)]
+        found += killed([*RUN.split(), *files], checkpoint, chance.uniform(0.0, ALIVE))
+        resume = ["resume", str(checkpoint), "--json"]
+        if each % 4 == 1:
+            found += killed(resume, checkpoint, chance.uniform(0.0, ALIVE))
+        if each % 4 == 3:
+            resume += ["--broad-phase", "sap-1d"]
+        with started(resume) as process:
+            said = json.loads(process.communicate()[0])
+        assert process.returncode == 0
+        assert said["readings"]["fingerprint"] == whole.fingerprint
+        if each % 4 != 3:
+            assert said["readings"]["structural_events"] == whole.readings.structural_events
+        recorded = kt.read_events(events)
+        assert recorded.rows.tobytes() == rows.tobytes()
+        assert (recorded.metadata["status"], recorded.metadata["missing"]) == ("complete", 0)
+        assert not [left for left in folder.iterdir() if left.name.endswith((".partial", ".unfinished"))]
+    return found
+
+
+def test_a_killed_run_goes_on_from_its_checkpoint(tmp_path):
+    assert kills(tmp_path, 4)
+
+
+@pytest.mark.slow
+def test_fifty_kills_at_random_moments(tmp_path):
+    assert kills(tmp_path, 50) > 40

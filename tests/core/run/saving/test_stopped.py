@@ -1,0 +1,91 @@
+"""Drawn runs, stopped, saved, taken up in another process: the same bits under the same phase, the same
+contacts under another."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import seed as seeded
+
+import kinetile as kt
+import saved_runs
+from kinetile.errors import Refused
+
+
+def prepared(case, folder: Path, number: int) -> tuple[list[dict], list[dict]] | None:
+    """Run a case up to where it is saved, and on to its end; return what another process is asked, once for
+    its own phase and once for another, and what it has to say. None where there is nothing to be saved."""
+    try:
+        sim = kt.Simulation(case["scene"], case["phase"], live=case["live"], keep_contacts=case["keep"])
+        other = kt.Simulation(case["scene"], case["other"])
+    except Refused:
+        return None
+    if saved_runs.carry_out(sim, case["before"], None):
+        return None
+    path = str(folder / f"{number}.kt")
+    sim.save(path)
+    snapshot = sim.snapshot()
+    whole = saved_runs.outcome(sim, case["after"])
+    sim.restore(snapshot)
+    assert sim.snapshot() == snapshot
+    assert saved_runs.outcome(sim, case["after"]) == whole
+    asked = [{"file": path, "broad_phase": name, "plan": case["after"]} for name in (None, other.broad_phase)]
+    return asked, [whole, {**whole, "structural": None}]
+
+
+def in_another_process(asked: list[dict]) -> list[dict]:
+    tests = str(Path(saved_runs.__file__).parent)
+    paths = os.pathsep.join([tests, *filter(None, [os.environ.get("PYTHONPATH")])])
+    done = subprocess.run(
+        [sys.executable, saved_runs.__file__],
+        input="".join(json.dumps(each) + "\n" for each in asked),
+        capture_output=True,
+        text=True,
+        env={**os.environ, "PYTHONPATH": paths},
+    )
+    assert done.returncode == 0, done.stderr[-4000:]
+    return [json.loads(line) for line in done.stdout.splitlines()]
+
+
+def stopped(folder: Path, number: int, seed: int) -> None:
+    """Draw so many cases, save them, and have one other process go on with all of them."""
+    drawn = []
+
+    @seeded(seed)
+    @settings(
+        max_examples=2 * number,
+        deadline=None,
+        database=None,
+        phases=[Phase.generate],
+        suppress_health_check=list(HealthCheck),
+    )
+    @given(saved_runs.cases())
+    def draw(case):
+        if len(drawn) < number:
+            found = prepared(case, folder, len(drawn))
+            if found is not None:
+                drawn.append((case, *found))
+
+    draw()
+    assert len(drawn) == number
+    said = in_another_process([each for _, asked, _ in drawn for each in asked])
+    for at, (case, _, expected) in enumerate(drawn):
+        same, other = said[2 * at : 2 * at + 2]
+        assert same == expected[0], case
+        assert {**other, "structural": None} == expected[1], case
+
+
+def test_what_is_stopped_and_saved_goes_on(tmp_path):
+    stopped(tmp_path, 20, 1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(5))
+def test_five_hundred_that_were_stopped(tmp_path, seed):
+    stopped(tmp_path, 100, 100 + seed)
