@@ -6,9 +6,9 @@ This module only says what there is and where it stands; a phase's own module is
 from __future__ import annotations
 
 from kinetile.plugin.hookspecs import hookimpl
-from kinetile.plugin.specs import BroadPhaseSpec, NarrowPhaseSpec, SceneSpec
+from kinetile.plugin.specs import BroadPhaseSpec, NarrowPhaseSpec, ResponseSpec, SceneSpec
 
-__all__ = ["kinetile_broad_phases", "kinetile_narrow_phases", "kinetile_scenes"]
+__all__ = ["kinetile_broad_phases", "kinetile_narrow_phases", "kinetile_responses", "kinetile_scenes"]
 
 
 @hookimpl
@@ -56,6 +56,18 @@ def kinetile_narrow_phases() -> list[NarrowPhaseSpec]:
         NarrowPhaseSpec(
             "wall", "kinetile_plugins.wall:Wall", "disc against the arena's walls, elastic", role="wall"
         ),
+    ]
+
+
+@hookimpl
+def kinetile_responses() -> list[ResponseSpec]:
+    """List the built-in responses."""
+    rooms = "kinetile_plugins.responses"
+    return [
+        ResponseSpec("elastic", f"{rooms}:Elastic", "what the narrow phases do: nothing is lost"),
+        ResponseSpec("pass", f"{rooms}:Pass", "nothing changes: begin and end of a passing"),
+        ResponseSpec("restitution", f"{rooms}:Restitution", "a share e of the closing speed comes back"),
+        ResponseSpec("stop", f"{rooms}:Stop", "both come to rest"),
     ]
 
 

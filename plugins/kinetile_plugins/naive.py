@@ -10,9 +10,14 @@ Its cost: each change of a flight plan asks n - 1 others. Above ``LIMIT`` bodies
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from itertools import combinations
+
+import numpy as np
+
 from kinetile.errors import Refused
 from kinetile.scene import Scene
-from kinetile.toolbox import BroadPhaseParts, Kernel, NoState, hook
+from kinetile.toolbox import BroadPhaseParts, Item, Kernel, NoState, hook, pair_links
 
 __all__ = ["LIMIT", "Naive"]
 
@@ -29,6 +34,11 @@ def near(k: Kernel, s: NoState, body: int) -> int:
     return count
 
 
+def draw(k: Kernel, s: NoState) -> Iterator[Item]:
+    """Draw a link between every two bodies."""
+    return pair_links(combinations(np.flatnonzero(k.queue.number >= 0).tolist(), 2))
+
+
 class Naive:
     """Everybody is near everybody: the reference, for small scenes."""
 
@@ -39,4 +49,4 @@ class Naive:
                 f"naive asks every body about every other and stops at {LIMIT} bodies; this scene has "
                 f"{len(scene)}: choose another broad phase, such as cells or sap-2d"
             )
-        return BroadPhaseParts(near=near)
+        return BroadPhaseParts(draw=draw, near=near)

@@ -34,6 +34,7 @@ from kinetile.scene import Scene
 from kinetile.toolbox import (
     NEVER,
     BroadPhaseParts,
+    Item,
     Kernel,
     Records,
     add_pair,
@@ -48,6 +49,7 @@ from kinetile.toolbox import (
 )
 
 from .bounds_audit import audit_bounds
+from .bounds_drawing import draw_line
 
 __all__ = ["SweepAndPrune"]
 
@@ -246,6 +248,13 @@ def audit(k: Kernel, s: State) -> Iterator[str]:
     return audit_bounds(k, order >> 2 << 1 | order & 1, place - 1, due, (int(s.axis[0]),))
 
 
+def draw(k: Kernel, s: State) -> Iterator[Item]:
+    """Draw the axis, the bounds on it, and which two pass next."""
+    order = s.order[s.order != END].astype(np.int64)
+    due = s.bounds.reshape(-1, 2, 2)[:, 0].ravel()
+    return draw_line(k, order >> 2 << 1 | order & 1, due, int(s.axis[0]))
+
+
 class SweepAndPrune:
     """Sweep-and-prune on one axis, x or y.
 
@@ -277,6 +286,7 @@ class SweepAndPrune:
             leave=leave,
             room=n,
             audit=audit,
+            draw=draw,
             pairs=4 * n + 64,
             ticks=(state.bounds.reshape(-1, 2, 2)[:, 0],),
         )

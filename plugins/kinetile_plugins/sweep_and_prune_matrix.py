@@ -32,6 +32,7 @@ from kinetile.scene import Scene
 from kinetile.toolbox import (
     NEVER,
     BroadPhaseParts,
+    Item,
     Kernel,
     Records,
     add_pair,
@@ -46,6 +47,7 @@ from kinetile.toolbox import (
 )
 
 from .bounds_audit import audit_bounds
+from .bounds_drawing import draw_boxes
 
 __all__ = ["SweepAndPruneMatrix"]
 
@@ -255,6 +257,13 @@ def audit(k: Kernel, s: State) -> Iterator[str]:
     return audit_bounds(k, order >> 3 << 1 | order & 1, rank, due, (0, 1))
 
 
+def draw(k: Kernel, s: State) -> Iterator[Item]:
+    """Draw the boxes, the pairs of those that overlap, and which two bounds pass next."""
+    order = np.stack([each[each != END] for each in s.order.reshape(2, -1)]).astype(np.int64)
+    due = s.bounds.reshape(-1, 2, 2, 2)[:, 0].swapaxes(0, 1).reshape(2, -1)
+    return draw_boxes(k, order >> 3 << 1 | order & 1, due)
+
+
 class SweepAndPruneMatrix:
     """Sweep-and-prune on both axes: bounding boxes."""
 
@@ -276,6 +285,7 @@ class SweepAndPruneMatrix:
             leave=leave,
             room=n,
             audit=audit,
+            draw=draw,
             pairs=4 * n + 64,
             ticks=(state.bounds.reshape(-1, 2, 4)[:, 0],),
         )

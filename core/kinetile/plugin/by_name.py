@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from kinetile.errors import KinetileError, Mistake, UnknownName, one_of
@@ -17,6 +17,8 @@ from kinetile.scene.recipes import REQUIRED, Parameter
 __all__ = [
     "REQUIRED",
     "Parameter",
+    "Registered",
+    "complete_parameters",
     "load_scene",
     "loads_scene",
     "make_scene",
@@ -55,26 +57,35 @@ def parse_parameters(name: str, texts: Iterable[str]) -> dict[str, Any]:
     return recipes.parse_parameters(name, registry().scene(name), texts)
 
 
+def complete_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, Any]:
+    """Return all parameters of the recipe called ``name``: these, as its types have them, and its defaults.
+
+    They must be such as it has and can use. Raises UnknownName, and PhaseError for a recipe whose signature
+    hides its parameters.
+    """
+    return recipes.complete_parameters(name, registry().scene(name), parameters)
+
+
 def load_scene(path: str | os.PathLike[str], *, max_bytes: int | None = None) -> Scene:
     """Read a scene from a TOML file, a regular one of at most ``max_bytes``.
 
     Without ``max_bytes`` that is what the environment variable KINETILE_MAX_SCENE_BYTES says, or 64 MiB.
     Raises OSError if the file cannot be read, and SceneError, with every mistake in it, if it is no scene.
     """
-    from kinetile.scene.files import read_file  # with what only files need
+    from kinetile.scene.text.files import read_file  # with what only files need
 
-    return read_file(path, _Registered(), max_bytes)
+    return read_file(path, Registered(), max_bytes)
 
 
 def loads_scene(text: str, source: str | None = None) -> Scene:
     """Read a scene from TOML text; ``source`` is what messages call it. Raises SceneError."""
-    from kinetile.scene.files import read_text
+    from kinetile.scene.text.files import read_text
 
-    return read_text(text, source, _Registered())
+    return read_text(text, source, Registered())
 
 
-class _Registered:
-    """The names that this process's registry knows (``kinetile.scene.files.Names``)."""
+class Registered:
+    """The names that this process's registry knows (``kinetile.scene.text.files.Names``)."""
 
     def mistakes(self, where: str, name: str, *kinds: Kind) -> list[Mistake]:
         """Return the mistake of naming something that none of these kinds has, if it is one."""
@@ -92,12 +103,18 @@ class _Registered:
         return [Mistake(where, found, one_of(name, names) + not_loaded)]
 
     def option_mistakes(self, name: str, options: Mapping[str, Any]) -> list[Mistake]:
-        """Return the options that a phase does not have; if it has them all, why it cannot use a value."""
+        """Return the options that a phase or response does not have; if it has them all, why it cannot use a
+        value."""
         found = registry()
-        kind: Kind = "narrow phase" if self.mistakes("", name, "broad phase") else "broad phase"
-        mistakes = []
+        kinds: dict[Kind, Callable[[str], Any]] = {
+            "broad phase": found.broad_phase,
+            "narrow phase": found.narrow_phase,
+            "response": found.response,
+        }
+        kind: Kind = next((each for each in kinds if not self.mistakes("", name, each)), "response")
+        mistakes, what = [], "response" if kind == "response" else "phase"
         try:
-            phase: Any = found.broad_phase(name) if kind == "broad phase" else found.narrow_phase(name)
+            phase = kinds[kind](name)
             known = [parameter for parameter in inspect.signature(phase).parameters if parameter != "self"]
             for key in (key for key in options if key not in known):
                 mistakes.append(
@@ -107,7 +124,7 @@ class _Registered:
                 with calling(kind, name, "its constructor"):
                     phase(**options)
         except KinetileError as error:
-            mistakes.append(Mistake(f"options.{name}", shown(options), f"what the phase can use: {error}"))
+            mistakes.append(Mistake(f"options.{name}", shown(options), f"what the {what} can use: {error}"))
         return mistakes
 
     def parameter_mistakes(self, name: str, parameters: Mapping[str, Any]) -> list[Mistake]:

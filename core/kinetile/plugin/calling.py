@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import sysconfig
 import traceback
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -19,7 +19,7 @@ from kinetile.errors import KinetileError, PhaseError, UnknownName
 from kinetile.plugin.discovery import Kind, sentence
 from kinetile.plugin.registry import registry
 
-__all__ = ["calling", "described", "is_library", "place_of"]
+__all__ = ["calling", "described", "is_library", "line_of_author", "place_of"]
 
 LIBRARIES = ("numpy", "numba", "llvmlite", "hypothesis")
 KINETILE = Path(__file__).parents[1]
@@ -39,12 +39,23 @@ def place_of(error: BaseException) -> str:
 
     What a hook asks of an array wrongly is raised in NumPy, and what it asks of the toolbox in kinetile.
     """
-    frames = traceback.extract_tb(error.__traceback__)[::-1]
-    own = [frame for frame in frames if not Path(frame.filename).is_relative_to(KINETILE)]
-    authors = [frame for frame in own if not is_library(Path(frame.filename))]
-    return "".join(
-        f" ({Path(frame.filename).name}, line {frame.lineno})" for frame in (authors or frames)[:1]
-    )
+    trace = traceback.extract_tb(error.__traceback__)
+    frames = [(frame.filename, frame.lineno or 0) for frame in reversed(trace)]
+    return line_of_author(frames) or "".join(map(_behind_a_sentence, frames[:1]))
+
+
+def line_of_author(frames: Iterable[tuple[str, int]]) -> str:
+    """Return the first of these files and lines that is neither kinetile's nor a library's, to be put behind
+    a sentence; nothing where there is none."""
+    for frame in frames:
+        path = Path(frame[0])
+        if not path.is_relative_to(KINETILE) and not is_library(path):
+            return _behind_a_sentence(frame)
+    return ""
+
+
+def _behind_a_sentence(frame: tuple[str, int]) -> str:
+    return f" ({Path(frame[0]).name}, line {frame[1]})"
 
 
 def is_library(path: Path) -> bool:

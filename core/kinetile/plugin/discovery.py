@@ -18,16 +18,17 @@ import pluggy
 
 from kinetile.errors import BadPlugin, nearest
 from kinetile.plugin import hookspecs
-from kinetile.plugin.specs import BroadPhaseSpec, NarrowPhaseSpec, SceneSpec, Spec
+from kinetile.plugin.specs import BroadPhaseSpec, NarrowPhaseSpec, ResponseSpec, SceneSpec, Spec
 
 __all__ = ["Installed", "Kind", "installed", "offers", "sentence"]
 
-Kind: TypeAlias = Literal["broad phase", "narrow phase", "scene"]
+Kind: TypeAlias = Literal["broad phase", "narrow phase", "response", "scene"]
 
 _GROUP = "kinetile"
 _HOOKS: dict[str, tuple[Kind, type[Spec]]] = {
     "kinetile_broad_phases": ("broad phase", BroadPhaseSpec),
     "kinetile_narrow_phases": ("narrow phase", NarrowPhaseSpec),
+    "kinetile_responses": ("response", ResponseSpec),
     "kinetile_scenes": ("scene", SceneSpec),
 }
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import pluggy
 
-from kinetile.plugin.specs import BroadPhaseSpec, NarrowPhaseSpec, SceneSpec
+from kinetile.plugin.specs import BroadPhaseSpec, NarrowPhaseSpec, ResponseSpec, SceneSpec
 
 __all__ = [
     "PROJECT",
@@ -18,6 +18,7 @@ __all__ = [
     "hookspec",
     "kinetile_broad_phases",
     "kinetile_narrow_phases",
+    "kinetile_responses",
     "kinetile_scenes",
 ]
 
@@ -39,6 +40,12 @@ def kinetile_broad_phases() -> list[BroadPhaseSpec]:
 @hookspec
 def kinetile_narrow_phases() -> list[NarrowPhaseSpec]:
     """Return the narrow phases that this plugin brings."""
+    raise NotImplementedError
+
+
+@hookspec
+def kinetile_responses() -> list[ResponseSpec]:
+    """Return the responses that this plugin brings."""
     raise NotImplementedError
 
 

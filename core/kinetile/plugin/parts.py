@@ -2,37 +2,47 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import fields
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from kinetile.errors import PhaseError
 from kinetile.kernel.compiled import is_hook
-from kinetile.plugin.protocols import BroadPhaseParts, PairParts, WallParts
+from kinetile.plugin.protocols import BroadPhaseParts, PairParts, ResponseParts, WallParts
 
 __all__ = ["check_parts"]
 
 MOST = 2**31 - 1
 """Pairs and bodies are numbered in 32 bits."""
 
-PLAIN = ("arrange", "audit")
-OPTIONAL = ("soonest", "enter", "leave")
+PLAIN = ("arrange", "audit", "draw")
+OPTIONAL = ("soonest", "enter", "leave", "touch", "part", "respond")
 
 
-def check_parts(who: str, parts: BroadPhaseParts | PairParts | WallParts) -> None:
+Parts: TypeAlias = BroadPhaseParts | PairParts | WallParts | ResponseParts
+
+
+def check_parts(who: str, parts: Parts) -> None:
     """Raise PhaseError, with everything that is wrong, unless the parts can be composed."""
     wrong = list(_mistakes(parts))
     if wrong:
         raise PhaseError(f"{who}: prepare returned parts that do not fit: {'; '.join(wrong)}")
 
 
-def _mistakes(parts: BroadPhaseParts | PairParts | WallParts) -> Iterator[str]:
+def _mistakes(parts: Parts) -> Iterator[str]:
     hooks = tuple(field.name for field in fields(parts))
     if isinstance(parts, BroadPhaseParts):
         yield from _broad_mistakes(parts)
         hooks = ("near", "build", "repair", "replan", "enter", "leave")
+    if isinstance(parts, ResponseParts):
+        hooks = ("respond",)
+        numbers: Any = parts.numbers
+        fine = isinstance(numbers, tuple) and len(numbers) <= 4
+        if not fine or not all(isinstance(n, int | float) and math.isfinite(n) for n in numbers):
+            yield f"numbers is {_shown(numbers)}; expected a tuple of up to four finite numbers"
     for name in hooks:
         if name in OPTIONAL and getattr(parts, name) is None:
             continue

@@ -8,17 +8,26 @@ these.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
 
 from kinetile.kernel.loop import idle
+from kinetile.plugin.drawing import Item
 from kinetile.plugin.specs import API_VERSION, MOVING
 from kinetile.scene import Scene
 
-__all__ = ["BroadPhase", "BroadPhaseParts", "NarrowPhase", "PairParts", "WallParts"]
+__all__ = [
+    "BroadPhase",
+    "BroadPhaseParts",
+    "ContactResponse",
+    "NarrowPhase",
+    "PairParts",
+    "ResponseParts",
+    "WallParts",
+]
 
 Hook = Callable[..., Any]
 
@@ -75,6 +84,11 @@ class BroadPhaseParts:
     ``audit(k, s)`` (plain Python; may be None) yields a sentence for each invariant of the state that does
     not hold between two events; it may be slow.
 
+    ``draw(k, s)`` (plain Python; may be None) returns what there is to see of the structure now, in the
+    vocabulary of ``kinetile.plugin.drawing``: bounds, tiles, cells, pairs, what is watched and when it fails.
+    It may read all, change nothing, and may be slow. Shapes hang on bodies, so that they hold until the next
+    event.
+
     ``room`` is how many numbers ``near`` may have to write; at least the number of bodies, which is the
     default.
 
@@ -107,6 +121,7 @@ class BroadPhaseParts:
     replan: Hook = idle.replan
     arrange: Callable[[Any, Any], None] | None = None
     audit: Callable[[Any, Any], Iterator[str]] | None = None
+    draw: Callable[[Any, Any], Iterable[Item]] | None = None
     pairs: int = 0
     room: int = 0
     ticks: tuple[Any, ...] = ()
@@ -145,11 +160,20 @@ class PairParts:
     the scene's time, infinite where there is no contact, ``who`` NOBODY where there is none at all. A bound
     may be early and never late: ``meet`` of that pair is not before it, by more than 2^-50 of the delay.
     None: every partner is asked exactly.
+
+    ``touch(k, a, b) -> (nx, ny, depth)``: both bodies are anchored at the contact; the normal from a to b, of
+    length 1, and how deep they overlap. None: the phase does not go with responses that ask for it.
+
+    ``part(k, a, b)``: the tick at which two bodies part that pass through each other, or NEVER, from their
+    plans alone, like ``meet``; the later anchor for two that are apart there already. None: with this phase
+    nobody passes.
     """
 
     meet: Hook
     collide: Hook
     soonest: Hook | None = None
+    touch: Hook | None = None
+    part: Hook | None = None
 
 
 @dataclass(frozen=True)
@@ -162,10 +186,40 @@ class WallParts:
 
     ``bounce(k, body, wall)``: the body is anchored at the contact; give it a new velocity and return how deep
     it is in the wall.
+
+    ``touch(k, body, wall) -> (nx, ny, depth)``: the normal into the wall, and how deep the body is in it.
+    None: the phase does not go with responses that ask for it.
     """
 
     reach_wall: Hook
     bounce: Hook
+    touch: Hook | None = None
+
+
+@dataclass(frozen=True)
+class ResponseParts:
+    """A response, ready to be composed.
+
+    ``respond(k, a, b, nx, ny, rule)``: body a meets body b, or a wall (b is below 0: ``toolbox.LEFT`` and so
+    on). The bodies are anchored at the contact; (nx, ny) is the normal from a to b, of length 1. Give them
+    new velocities; places, radii and masses stay. A body whose mass is infinite keeps its velocity.
+    ``k.traits[a].touched`` is the tick of its last contact before this one. None: what the narrow phases do,
+    or nothing at all, for the kernel's own ``elastic`` and ``pass``.
+
+    ``numbers`` are up to four of the response's own, found in ``rule.first``, ``second``, ``third`` and
+    ``fourth``: other numbers need no other machine code.
+    """
+
+    respond: Hook | None = None
+    numbers: tuple[float, ...] = ()
+
+
+class ContactResponse(Protocol):
+    """Says what happens at a contact; its class is made with its options as keyword arguments."""
+
+    def prepare(self, scene: Scene) -> ResponseParts:
+        """Return the parts for a scene; raise ``errors.Refused`` for one that this response cannot do."""
+        ...
 
 
 class BroadPhase(Protocol):

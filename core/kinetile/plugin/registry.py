@@ -101,6 +101,13 @@ class Registry:
         """
         return cast("type[Any]", _load(self._find("narrow phase", name)))
 
+    def response(self, name: str) -> type[Any]:
+        """Import and return the class of a response.
+
+        Raises UnknownName, and PhaseError where the target does not import or is no class.
+        """
+        return cast("type[Any]", _load(self._find("response", name)))
+
     def scene(self, name: str) -> Callable[..., Scene]:
         """Import and return the recipe of a scene.
 

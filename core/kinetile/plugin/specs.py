@@ -17,7 +17,7 @@ from kinetile.errors import BadPlugin
 if TYPE_CHECKING:
     from kinetile.scene import Scene
 
-__all__ = ["API_VERSION", "MOVING", "BroadPhaseSpec", "NarrowPhaseSpec", "SceneSpec", "Spec"]
+__all__ = ["API_VERSION", "MOVING", "BroadPhaseSpec", "NarrowPhaseSpec", "ResponseSpec", "SceneSpec", "Spec"]
 
 API_VERSION = 2
 """The version of the plugin API: of the specs, and of the protocol that phases follow."""
@@ -77,6 +77,21 @@ class NarrowPhaseSpec:
 
 
 @dataclass(frozen=True)
+class ResponseSpec:
+    """A response: what happens at a contact. The fields, and the errors, are as in BroadPhaseSpec."""
+
+    name: str
+    target: str | type
+    summary: str = ""
+    features: frozenset[str] = frozenset()
+    api: int = API_VERSION
+    aliases: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        _check(self)
+
+
+@dataclass(frozen=True)
 class SceneSpec:
     """A recipe for scenes: a callable whose keyword arguments are the scene's parameters.
 
@@ -94,7 +109,7 @@ class SceneSpec:
         _check(self)
 
 
-Spec: TypeAlias = BroadPhaseSpec | NarrowPhaseSpec | SceneSpec
+Spec: TypeAlias = BroadPhaseSpec | NarrowPhaseSpec | ResponseSpec | SceneSpec
 
 
 def _check(spec: Spec) -> None:

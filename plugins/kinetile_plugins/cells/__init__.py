@@ -31,6 +31,7 @@ from kinetile.scene import Scene
 from kinetile.toolbox import BroadPhaseParts
 from kinetile_plugins.cells import hierarchy, uniform
 from kinetile_plugins.cells.audit import audit
+from kinetile_plugins.cells.drawing import draw
 from kinetile_plugins.cells.layout import arrange, empty, narrowest, sides_for
 
 __all__ = ["Cells"]
@@ -70,4 +71,5 @@ class Cells:
             replan=uniform.watch,
             arrange=arrange,
             audit=audit,
+            draw=draw,
         )

@@ -14,7 +14,8 @@ other: then what was hidden could come out unseen.
 
 Rooms: ``web`` what is stored; ``construction`` the first tiling, by a sweep line; ``events`` what happens
     when a tile collapses; ``surgery`` how a body comes and goes; ``upkeep`` and ``watch`` the certificates;
-    ``audit`` every invariant, slowly. This file has the hooks that the kernel calls.
+    ``audit`` every invariant, slowly; ``drawing`` what there is to see. This file has the hooks that the
+    kernel calls.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from kinetile.toolbox import BroadPhaseParts, Kernel, hook, offer
 
 from .audit import audit
 from .construction import arrange, construct
+from .drawing import draw
 from .events import collapse, flip
 from .surgery import enter, leave
 from .upkeep import first_to_fail, watch_around, watch_tiles
@@ -98,6 +100,7 @@ class SweepTiling:
             enter=enter,
             leave=leave,
             audit=audit,
+            draw=draw,
             ticks=(state.due,),
             solid=True,
             skin_limit=float(radius.min() / (8.0 * radius.max()) * radius.min()) if n else None,

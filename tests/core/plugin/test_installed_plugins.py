@@ -23,6 +23,7 @@ from kinetile.errors import UnknownName
 BUILT_IN = {
     "broad phase": ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling"),
     "narrow phase": ("disc", "wall"),
+    "response": ("elastic", "pass", "restitution", "stop"),
     "scene": (
         "grid",
         "random",
@@ -268,6 +269,7 @@ def test_installed_plugins_are_found_beside_broken_ones(seen: Any) -> None:
     assert names == {
         "broad phase": [*BUILT_IN["broad phase"], "bands", "absent", "nowhere"],
         "narrow phase": [*BUILT_IN["narrow phase"]],
+        "response": [*BUILT_IN["response"]],
         "scene": [*BUILT_IN["scene"], "left", "right"],
     }
     (bands,) = (row for row in seen["listing"]["provided"] if row["name"] == "bands")
@@ -310,7 +312,7 @@ FAILURES = [
     "RuntimeError: a bad day, all day",
     "kinetile-typo:typo (kinetile-typo 0.2.0): BadPlugin: kinetile has no hook 'kinetile_broad_phase'; did "
     "you mean kinetile_broad_phases? There are: "
-    "kinetile_broad_phases, kinetile_narrow_phases, kinetile_scenes",
+    "kinetile_broad_phases, kinetile_narrow_phases, kinetile_responses, kinetile_scenes",
 ]
 
 

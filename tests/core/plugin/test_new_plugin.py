@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 from installing import install, run
 from kinetile.cli import app
 from kinetile.errors import BadOption
-from kinetile.plugin.new_plugin import new_plugin
+from kinetile.plugin.templates.new_plugin import new_plugin
 
 
 def text(folder: Path, name: str) -> str:

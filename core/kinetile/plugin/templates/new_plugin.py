@@ -1,7 +1,7 @@
 """A new plugin: a complete package with a broad phase that works, to be changed into one's own.
 
-What is written stands in ``kinetile.plugin.templates``, as text; what comes of it is held to what kinetile's
-own code is held to.
+What is written stands beside this file, as text; what comes of it is held to what kinetile's own code is held
+to.
 """
 
 from __future__ import annotations

@@ -1,0 +1,187 @@
+"""What there is to see of a scene, a simulation and readings, as HTML and as SVG.
+
+The picture is that of ``kinetile draw``. Of more than ``MOST_STRUCTURE`` bodies the structure is left out, as
+is one of more than ``MOST_SHAPES`` shapes; of more than ``MOST_BODIES`` there is no picture. To show a
+simulation changes nothing and compiles nothing: a structure that is not built yet is left out, too. What is
+left out is said, and so is what goes wrong on the way.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+from kinetile.errors import BusyError
+from kinetile.run.readings import Readings
+from kinetile.run.readings.lines import reading_lines
+from kinetile.run.simulation import Simulation
+from kinetile.scene import Insert, Remove, Scene
+from kinetile.show.display.tables import facts, figure, paragraph
+from kinetile.show.picture import Picture, picture_of_scene, take_picture
+from kinetile.show.picture import as_svg as picture_as_svg
+
+__all__ = ["MOST_BODIES", "MOST_SHAPES", "MOST_STRUCTURE", "as_html", "as_svg"]
+
+MOST_BODIES = 2000
+"""A picture is of so many bodies at most."""
+
+MOST_STRUCTURE = 250
+"""With its structure, of so many."""
+
+MOST_SHAPES = 2000
+"""Of so many shapes at most."""
+
+Thing = Scene | Simulation | Readings
+
+
+class _Seen(NamedTuple):
+    """A picture, if there is one, what is left out of it, and whether velocities are drawn."""
+
+    picture: Picture | None
+    left_out: str = ""
+    velocities: bool = False
+
+    @property
+    def svg(self) -> bytes | None:
+        """The picture as SVG."""
+        return None if self.picture is None else picture_as_svg(self.picture, self.velocities)
+
+
+def as_html(thing: Thing) -> str:
+    """Return what a notebook shows of a scene, a simulation or readings: a table, and the picture of the
+    moment. Raises nothing: what goes wrong is said in it."""
+    try:
+        if isinstance(thing, Readings):
+            return facts("Readings", reading_lines(thing.as_dict()))
+        seen = _seen(thing)
+        parts = [_of_scene(thing) if isinstance(thing, Scene) else _of_simulation(thing)]
+        if seen.picture is not None:
+            parts.append(figure(seen.svg or b"", f"Picture: {seen.picture.caption}"))
+        if seen.left_out:
+            parts.append(paragraph(seen.left_out[0].upper() + seen.left_out[1:] + "."))
+        return "\n".join(parts)
+    except Exception as error:  # a display never takes a notebook's cell down
+        return paragraph(f"{type(thing).__name__}: cannot be shown: {type(error).__name__}: {error}")
+
+
+def as_svg(thing: Scene | Simulation) -> str | None:
+    """Return the picture of a scene at its start, or of a simulation now, as SVG; None where there is none,
+    for one of the reasons that ``as_html`` gives. Raises nothing."""
+    try:
+        svg = _seen(thing).svg
+        return None if svg is None else svg.decode()
+    except Exception:  # as_html says what it is
+        return None
+
+
+def _seen(thing: Scene | Simulation) -> _Seen:
+    """Return the picture of a thing now."""
+    count = len(thing if isinstance(thing, Scene) else thing.bodies)
+    if count > MOST_BODIES:
+        return _Seen(None, f"no picture: of more than {MOST_BODIES:,} bodies none is drawn here")
+    if isinstance(thing, Scene):
+        return _Seen(picture_of_scene(thing), velocities=count <= MOST_STRUCTURE)
+    bodies = take_picture(thing, structure=False)
+    if not all(math.isfinite(x) for disc in bodies.discs for x in disc.at):
+        return _Seen(None, "no picture: a body is at no finite place")
+    if count > MOST_STRUCTURE:
+        return _Seen(bodies, f"without the structure: it is drawn here of up to {MOST_STRUCTURE} bodies")
+    if not thing.built:
+        return _Seen(bodies, "without the structure: it is not built yet; run() or build() does that")
+    try:
+        whole = take_picture(thing)
+    except BusyError as busy:
+        return _Seen(None, f"no picture: {busy}")
+    except Exception as error:  # the phase's draw, say
+        return _Seen(bodies, f"without the structure: {type(error).__name__}: {error}")
+    if len(whole.shapes) > MOST_SHAPES:
+        said = f"it has {len(whole.shapes):,} shapes, and up to {MOST_SHAPES:,} are drawn here"
+        return _Seen(bodies, f"without the structure: {said}")
+    return _Seen(whole)
+
+
+def _of_scene(scene: Scene) -> str:
+    return facts(f"Scene of {_counted(len(scene), 'body', 'bodies')}", _scene_lines(scene))
+
+
+def _of_simulation(sim: Simulation) -> str:
+    lines = [("scene", " ".join([*_name(sim.scene), *_around(sim.scene)]))]
+    lines += [("bodies", f"{len(sim.bodies):,} now")]
+    lines += [("broad phase", _called(sim.broad_phase, sim.options))]
+    narrow = [_called(name, options) for name, options in sim.composition.narrow_phases.items()]
+    lines += [("narrow phases", ", ".join(narrow) or "none")]
+    lines += [("time", f"{sim.scene.start:.6g} to {sim.time:.10g}")]
+    if sim.fault is not None:
+        lines += [("ended by", sim.fault)]
+    read = sim.readings.as_dict()
+    wanted = ("contacts", "passings", "events", "deepest overlap", "energy drift", "speed", "fingerprint")
+    lines += [line for line in reading_lines(read) if line[0] in wanted and read["events"]]
+    return facts("Simulation", lines)
+
+
+def _scene_lines(scene: Scene) -> Iterator[tuple[str, str]]:
+    """Yield what a scene has, each with the word in front of it."""
+    named = _name(scene)
+    if named:
+        yield "from", " ".join(named)
+    yield "walls", " ".join(_around(scene))
+    if len(scene):
+        yield "radii", _range(scene.radius.min(), scene.radius.max())
+        moved = scene.mass[scene.mass < math.inf]
+        still = len(scene) - len(moved)
+        masses = [_range(moved.min(), moved.max())] if len(moved) else []
+        masses += [f"{_counted(still, 'body', 'bodies')} that nothing can move"] if still else []
+        yield "masses", "; ".join(masses)
+        speed = (scene.velocity**2).sum(axis=1) ** 0.5
+        yield "speeds", _range(speed.min(), speed.max())
+    if scene.kinds != (0,):
+        yield "kinds", ", ".join(f"{kind} ({count:,})" for kind, count in Counter(scene.kind).items())
+    if scene.responses:
+        yield "responses", "; ".join(f"{a} and {b}: {_response(each)}" for (a, b), each in scene.responses)
+    if scene.commands:
+        yield "commands", _commands(scene)
+    settings = scene.settings
+    yield "time", f"from {scene.start:.6g}" + ("" if settings.until is None else f" to {settings.until:.6g}")
+    if settings.broad_phase is not None:
+        yield "broad phase", _called(settings.broad_phase, settings.options.get(settings.broad_phase, {}))
+
+
+def _name(scene: Scene) -> list[str]:
+    origin = scene.origin
+    if "recipe" in origin:
+        return [_called(str(origin["recipe"]), origin.get("parameters", {}))]
+    return [str(origin["file"])] if "file" in origin else []
+
+
+def _around(scene: Scene) -> list[str]:
+    if scene.arena is None:
+        return ["without walls"]
+    return [f"in {scene.arena[0]:g} x {scene.arena[1]:g}"]
+
+
+def _commands(scene: Scene) -> str:
+    counts = Counter(type(command) for command in scene.commands)
+    come, go = counts.pop(Insert, 0), counts.pop(Remove, 0)
+    parts = [(sum(counts.values()), "turn", "turns"), (come, "insertion", "insertions")]
+    parts += [(go, "removal", "removals")]
+    return ", ".join(_counted(count, one, many) for count, one, many in parts if count)
+
+
+def _response(response: Any) -> str:
+    return _called(response.name, response.options)
+
+
+def _called(name: str, options: Mapping[str, Any]) -> str:
+    said = ", ".join(f"{key}={value}" for key, value in options.items())
+    return f"{name} ({said})" if said else name
+
+
+def _counted(count: int, one: str, many: str) -> str:
+    return f"{count:,} {one if count == 1 else many}"
+
+
+def _range(low: float, high: float) -> str:
+    least, most = f"{low:.4g}", f"{high:.4g}"
+    return least if least == most else f"{least} to {most}"

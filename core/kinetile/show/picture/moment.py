@@ -1,0 +1,163 @@
+"""What a picture shows: discs and shapes with plain coordinates, at one moment."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from pathlib import PurePath
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kinetile.kernel.clock import TICKS
+from kinetile.plugin.drawing import ROLES, At, Box, Coordinate, Entry, Item, Link, Point, Polygon, Segment
+from kinetile.run.simulation import Simulation
+from kinetile.scene import Scene
+
+__all__ = ["Disc", "Picture", "corners_of", "picture_of_scene", "take_picture"]
+
+Place = tuple[float, float]
+Array = npt.NDArray[Any]
+
+
+@dataclass(frozen=True)
+class Disc:
+    """A body: where it is, how fast, its radius and its number."""
+
+    number: int
+    at: Place
+    velocity: Place
+    radius: float
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A moment of a run.
+
+    Attributes:
+        caption: scene, broad phase and time, in words.
+        low, high: the corners of what is to be seen: the arena, or where bodies are; lengths of the scene.
+        arena: whether that is an arena.
+        discs: the bodies, by number.
+        shapes: what the broad phase draws, every coordinate a number.
+        next: when the first certificate fails that a shape speaks of; ticks since the start, None: never.
+        times: when certificates fail, in the scene's time, by their ticks.
+    """
+
+    caption: str
+    low: Place
+    high: Place
+    arena: bool
+    discs: tuple[Disc, ...]
+    shapes: tuple[Item, ...]
+    next: int | None
+    times: dict[int, float]
+
+    def told(self, shape: Item) -> str:
+        """Return what a shape is, in words: its role, its label, when it fails."""
+        words = [": ".join(filter(None, (shape.role, shape.label)))]
+        if shape.fails is not None:
+            words.append(f"fails at {self.times[shape.fails]:.6g}")
+        return ", ".join(words)
+
+
+def take_picture(sim: Simulation, roles: Collection[str] | None = None, structure: bool = True) -> Picture:
+    """Return the picture of a simulation now; with ``roles``, of shapes only those that have one of them.
+
+    Without ``structure`` there are none, and the broad phase is asked for nothing: neither compiled nor
+    built. Raises ValueError for a role that there is not.
+    """
+    odd = sorted(set(roles or ()) - set(ROLES))
+    if odd:
+        raise ValueError(f"{odd[0]!r} is no role; expected some of {', '.join(ROLES)}")
+    discs = _discs(sim.bodies, sim.positions(), sim.velocities(), sim.radii())
+    drawn = [item for item in sim.drawing() if not isinstance(item, Entry)] if structure else []
+    wanted = [item for item in drawn if roles is None or item.role in roles]
+    places = {disc.number: disc.at for disc in discs}
+    shapes = tuple(_placed(item, places) for item in wanted)
+    low, high = _extent(sim.scene, discs, shapes)
+    ticks = {shape.fails for shape in shapes if shape.fails is not None}
+    start, unit = Fraction(sim.scene.start), Fraction(sim.time_unit)
+    return Picture(
+        caption=f"{_counted(sim.scene, len(discs))} under {sim.broad_phase} at time {sim.time:.6g}",
+        low=low,
+        high=high,
+        arena=sim.scene.arena is not None,
+        discs=discs,
+        shapes=shapes,
+        next=min(ticks, default=None),
+        times={tick: float(start + Fraction(tick, TICKS) * unit) for tick in ticks},
+    )
+
+
+def picture_of_scene(scene: Scene) -> Picture:
+    """Return the picture of a scene at its start: its bodies and its arena, under no broad phase."""
+    discs = _discs(np.arange(len(scene)), scene.position, scene.velocity, scene.radius)
+    low, high = _extent(scene, discs, ())
+    caption = f"{_counted(scene, len(scene))} at time {scene.start:.6g}"
+    return Picture(caption, low, high, scene.arena is not None, discs, (), None, {})
+
+
+def _discs(numbers: Array, positions: Array, velocities: Array, radii: Array) -> tuple[Disc, ...]:
+    rows = zip(numbers.tolist(), positions.tolist(), velocities.tolist(), radii.tolist(), strict=True)
+    return tuple(Disc(number, (x, y), (vx, vy), radius) for number, (x, y), (vx, vy), radius in rows)
+
+
+def _counted(scene: Scene, count: int) -> str:
+    name = scene.origin.get("recipe") or PurePath(scene.origin.get("file", "")).stem or "a scene"
+    return f"{name}: {count} {'disc' if count == 1 else 'discs'}"
+
+
+def corners_of(shape: Item) -> list[Place]:
+    """Return the corners of a shape whose coordinates are numbers, in their order; none of a link's."""
+    if isinstance(shape, Segment):
+        points: tuple[Point, ...] = (shape.a, shape.b)
+    elif isinstance(shape, Box):
+        (left, bottom), (right, top) = shape.low, shape.high
+        points = ((left, bottom), (right, bottom), (right, top), (left, top))
+    else:
+        points = shape.corners if isinstance(shape, Polygon) else ()
+    return [(_number(x), _number(y)) for x, y in points]
+
+
+def _number(value: Coordinate) -> float:
+    if isinstance(value, At):
+        raise TypeError(f"{value} moves with a body; expected a shape of a picture")
+    return value
+
+
+def _placed(item: Segment | Box | Polygon | Link, places: dict[int, Place]) -> Item:
+    """Return a shape with every coordinate where it is now; a link as a segment."""
+
+    def placed(point: Point) -> Point:
+        x, y = (
+            places[value.body][axis] + value.offset if isinstance(value, At) else value
+            for axis, value in enumerate(point)
+        )
+        return x, y
+
+    if isinstance(item, Segment):
+        return replace(item, a=placed(item.a), b=placed(item.b))
+    if isinstance(item, Box):
+        return replace(item, low=placed(item.low), high=placed(item.high))
+    if isinstance(item, Polygon):
+        return replace(item, corners=tuple(map(placed, item.corners)))
+    return Segment(item.role, places[item.a], places[item.b], item.fails, item.label)
+
+
+def _extent(scene: Scene, discs: tuple[Disc, ...], shapes: tuple[Item, ...]) -> tuple[Place, Place]:
+    """Return the corners of the arena; without one, of all there is."""
+    if scene.arena is not None:
+        width, height = scene.arena
+        return (0.0, 0.0), (width, height)
+    points = [corner for shape in shapes for corner in corners_of(shape)]
+    for disc in discs:
+        (x, y), r = disc.at, disc.radius
+        points += [(x - r, y - r), (x + r, y + r)]
+    if not points:
+        return (0.0, 0.0), (1.0, 1.0)
+    across, up = zip(*points, strict=True)
+    low, high = (min(across), min(up)), (max(across), max(up))
+    return (low, high) if low != high else (low, (low[0] + 1.0, low[1] + 1.0))

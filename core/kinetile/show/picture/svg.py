@@ -1,0 +1,200 @@
+"""A picture as SVG, written directly: small, readable, the same bytes for the same picture.
+
+It has two looks, light and dark, of which the reader's system chooses. Whatever has a label, or a certificate
+that fails, says so when it is pointed at. A legend names the roles that are there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from html import escape
+
+from kinetile.plugin.drawing import Box, Item, Polygon, Segment
+from kinetile.show.picture.looks import DARK, LIGHT, LOOKS, NEXT, ORDER, Paper, arrow_scale
+from kinetile.show.picture.moment import Disc, Picture, corners_of
+
+__all__ = ["as_svg"]
+
+SIZE = 640.0
+"""The longer side of what is shown, in units of the file: points on a page, pixels on a screen."""
+
+MARGIN = 12.0
+
+LINE = 20.0
+"""Of the caption and the legend."""
+
+_LETTER = 7.2
+"""About as wide as a letter of the caption is."""
+
+_READABLE = 8.0
+"""Discs with a radius of at least so many units have their number in them."""
+
+
+def as_svg(picture: Picture, velocities: bool = False) -> bytes:
+    """Return a picture as an SVG file, with an arrow for each velocity if they are asked for."""
+    sheet = _Sheet(picture)
+    roles = [role for role in ORDER if any(shape.role == role for shape in picture.shapes)]
+    under = [role for role in roles if not LOOKS[role].over]
+    over = [role for role in roles if LOOKS[role].over]
+    legend, lines = _legend(sheet, roles, picture.next is not None)
+    tall = sheet.tall + 2 * MARGIN + LINE * (1 + lines)
+    wide = sheet.wide + 2 * MARGIN
+    body = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {_n(wide)} {_n(tall)}" '
+        f'width="{_n(wide)}" height="{_n(tall)}" role="img" aria-labelledby="title">',
+        f'<title id="title">{escape(picture.caption)}</title>',
+        f"<style>{_style(roles)}</style>",
+        f'<rect class="back" width="{_n(wide)}" height="{_n(tall)}"/>',
+        f'<clipPath id="frame"><rect x="{_n(MARGIN - 2)}" y="{_n(MARGIN - 2)}" '
+        f'width="{_n(sheet.wide + 4)}" height="{_n(sheet.tall + 4)}"/></clipPath>',
+        '<g clip-path="url(#frame)">',
+        *_layers(sheet, under),
+        *_discs(sheet),
+        *(_arrows(sheet) if velocities else ()),
+        *_layers(sheet, over),
+        *_numbers(sheet),
+        "</g>",
+    ]
+    if picture.arena:
+        x, y = sheet.at(picture.low[0], picture.high[1])
+        body.append(f'<rect class="arena" x="{x}" y="{y}" {_size(sheet.wide, sheet.tall)}/>')
+    down = sheet.tall + 2 * MARGIN + 0.6 * LINE
+    body += [f'<text x="{_n(MARGIN)}" y="{_n(down)}">{escape(picture.caption)}</text>', *legend, "</svg>", ""]
+    return "\n".join(body).encode()
+
+
+class _Sheet:
+    """Where the scene's points are on the sheet: y goes down there."""
+
+    def __init__(self, picture: Picture) -> None:
+        (left, bottom), (right, top) = picture.low, picture.high
+        self.picture = picture
+        self.scale = SIZE / max(right - left, top - bottom)
+        self.wide, self.tall = (right - left) * self.scale, (top - bottom) * self.scale
+
+    def at(self, x: float, y: float) -> tuple[str, str]:
+        """Return where a point of the scene is."""
+        (left, _), (_, top) = self.picture.low, self.picture.high
+        return _n(MARGIN + (x - left) * self.scale), _n(MARGIN + (top - y) * self.scale)
+
+
+def _n(value: float) -> str:
+    """Return a number with as many digits as can be seen."""
+    text = f"{value:.2f}".rstrip("0").rstrip(".")
+    return "0" if text == "-0" else text
+
+
+def _size(wide: float, tall: float) -> str:
+    return f'width="{_n(wide)}" height="{_n(tall)}"'
+
+
+def _layers(sheet: _Sheet, roles: Iterable[str]) -> Iterator[str]:
+    """Yield the shapes role by role; of one role, what fails next last."""
+    picture = sheet.picture
+    for role in roles:
+        shapes = [shape for shape in picture.shapes if shape.role == role]
+        shapes.sort(key=lambda shape: shape.fails is not None and shape.fails == picture.next)
+        yield f'<g class="{role}">'
+        yield from (_shape(sheet, shape) for shape in shapes)
+        yield "</g>"
+
+
+def _shape(sheet: _Sheet, shape: Item) -> str:
+    picture = sheet.picture
+    look = ' class="next"' if shape.fails is not None and shape.fails == picture.next else ""
+    points = [sheet.at(x, y) for x, y in corners_of(shape)]
+    if isinstance(shape, Segment):
+        (x, y), (to_x, to_y) = points
+        tag, drawn = "line", f'x1="{x}" y1="{y}" x2="{to_x}" y2="{to_y}"'
+    elif isinstance(shape, Box):
+        (left, low), _, (right, high), _ = corners_of(shape)
+        x, y = sheet.at(left, high)
+        wide, tall = max(right - left, 0.0) * sheet.scale, max(high - low, 0.0) * sheet.scale
+        tag, drawn = "rect", f'x="{x}" y="{y}" {_size(wide, tall)}'
+    else:
+        assert isinstance(shape, Polygon)  # a picture has no links
+        tag, drawn = "polygon", f'points="{" ".join(",".join(point) for point in points)}"'
+    if not shape.label and shape.fails is None:
+        return f"<{tag}{look} {drawn}/>"
+    return f"<{tag}{look} {drawn}><title>{escape(picture.told(shape))}</title></{tag}>"
+
+
+def _discs(sheet: _Sheet) -> Iterator[str]:
+    yield '<g class="disc">'
+    for disc in sheet.picture.discs:
+        x, y = sheet.at(*disc.at)
+        yield f'<circle cx="{x}" cy="{y}" r="{_n(disc.radius * sheet.scale)}"/>'
+    yield "</g>"
+
+
+def _numbers(sheet: _Sheet) -> Iterator[str]:
+    """Yield the numbers of the discs in which there is room."""
+    yield '<g class="number">'
+    for disc in sheet.picture.discs:
+        x, y = sheet.at(*disc.at)
+        if disc.radius * sheet.scale >= _READABLE:
+            yield f'<text x="{x}" y="{y}">{disc.number}</text>'
+    yield "</g>"
+
+
+def _arrows(sheet: _Sheet) -> Iterator[str]:
+    """Yield an arrow from the centre of each disc that moves."""
+    discs = sheet.picture.discs
+    time = arrow_scale([math.hypot(*disc.velocity) for disc in discs], [disc.radius for disc in discs])
+    yield '<g class="velocity">'
+    yield from (_arrow(sheet, disc, time) for disc in discs if any(disc.velocity))
+    yield "</g>"
+
+
+def _arrow(sheet: _Sheet, disc: Disc, time: float) -> str:
+    (x, y), (vx, vy) = disc.at, disc.velocity
+    tip = (x + vx * time, y + vy * time)
+    back = 0.25 * time
+    barbs = [(tip[0] - back * (vx - s * vy), tip[1] - back * (vy + s * vx)) for s in (0.6, -0.6)]
+    (a, b), (c, d), (e, f), (g, h) = (sheet.at(*point) for point in (disc.at, tip, *barbs))
+    return f'<path d="M{a} {b}L{c} {d}M{e} {f}L{c} {d}L{g} {h}"/>'
+
+
+def _legend(sheet: _Sheet, roles: list[str], fails: bool) -> tuple[list[str], int]:
+    """Return what is below the caption, and of how many lines: a swatch and a word for each role."""
+    names = [*roles, *(["fails next"] if fails else [])]
+    found, x, line = [], MARGIN, 1
+    for name in names:
+        wide = 34.0 + _LETTER * len(name)
+        if x + wide > MARGIN + sheet.wide and x > MARGIN:
+            x, line = MARGIN, line + 1
+        y = sheet.tall + 2 * MARGIN + LINE * (line + 0.6)
+        group = name if name in LOOKS else "next"
+        swatch = f'<rect x="{_n(x)}" y="{_n(y - 9)}" width="18" height="10"/>'
+        found.append(f'<g class="{group}">{swatch}</g><text x="{_n(x + 24)}" y="{_n(y)}">{name}</text>')
+        x += wide
+    return found, line if names else 0
+
+
+def _style(roles: Iterable[str]) -> str:
+    """Return the style sheet, light and dark."""
+    rules = [
+        "text{font:12px system-ui,sans-serif}",
+        ".number text{font-size:10px;text-anchor:middle;dominant-baseline:central}",
+        ".number text{paint-order:stroke;stroke-width:3}",
+        ".disc{stroke-width:1}.arena{fill:none;stroke-width:1.5}.velocity{fill:none;stroke-width:1.2}",
+    ]
+    for role in roles:
+        look = LOOKS[role]
+        dashes = f";stroke-dasharray:{' '.join(map(_n, look.dashes))}" if look.dashes else ""
+        rules.append(
+            f".{role}{{fill:{look.colour};fill-opacity:{_n(look.filled)};stroke:{look.colour};"
+            f"stroke-width:{_n(look.width)}{dashes}}}"
+        )
+    rules.append(
+        f".next{{fill:{NEXT.colour};fill-opacity:{_n(NEXT.filled)};stroke:{NEXT.colour};"
+        f"stroke-width:{_n(NEXT.width)}}}"
+    )
+    dark = "".join(_paper(DARK))
+    return "".join([*rules, *_paper(LIGHT), f"@media(prefers-color-scheme:dark){{{dark}}}"])
+
+
+def _paper(paper: Paper) -> Iterator[str]:
+    yield f".back{{fill:{paper.back}}}text{{fill:{paper.ink}}}.arena,.velocity{{stroke:{paper.ink}}}"
+    yield f".disc{{fill:{paper.disc};stroke:{paper.edge}}}.number text{{stroke:{paper.disc}}}"

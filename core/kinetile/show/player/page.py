@@ -1,0 +1,168 @@
+"""One page that holds everything: style, script and recordings; it asks no network for anything.
+
+The script's files are modules for whoever reads or tests them. In the page they are one module: their
+imports and the word ``export`` are taken out, and they follow each other from the ground up, so no two of
+them may give one name to two things.
+"""
+
+from __future__ import annotations
+
+import html
+import json
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+
+from kinetile.kernel.clock import TICKS
+from kinetile.scene import Scene
+from kinetile.show.picture.looks import FRESH, LOOKS, NEXT
+from kinetile.show.player.columns import encode
+from kinetile.show.player.plans import Plans, kinds_of, residuals
+from kinetile.show.player.recording import Recording
+
+__all__ = ["MODULES", "Page", "script"]
+
+_SEEN = ("camera", "paper", "drawing", "matrix", "timeline", "tables", "player", "hands")
+
+MODULES = (
+    *(f"run/{name}" for name in ("clock", "columns", "rows", "motion", "structure", "events", "playback")),
+    *(f"page/{name}" for name in _SEEN),
+)
+"""The script's files, each after those that it imports: how the run goes, then how it is seen."""
+
+_SECONDS = 30.0
+"""How long a whole recording plays at first."""
+
+
+@dataclass(frozen=True)
+class Page:
+    """What a page shows: recordings of one window of one scene, side by side on one clock.
+
+    ``notes`` are sentences at its head; ``open_at`` is the tick at which it opens, None: its beginning, and
+    ``select`` a body that is selected then, or None.
+    """
+
+    scene: Scene
+    recordings: Sequence[Recording]
+    title: str
+    notes: Sequence[str] = ()
+    open_at: int | None = None
+    select: int | None = None
+
+    @property
+    def held(self) -> dict[str, Any]:
+        """Return all that the page holds, as plain data for JSON."""
+        scene, (first, *_) = self.scene, self.recordings
+        end = max(recording.end for recording in self.recordings)
+        length = (end - first.begin) / TICKS * scene.time_unit
+        runs = [self._run(recording, at) for at, recording in enumerate(self.recordings)]
+        return {
+            "format": 1,
+            "start": scene.start,
+            "unit": scene.time_unit,
+            "arena": scene.arena,
+            "box": _box(scene, first.plans),
+            "begin": divmod(first.begin, TICKS),
+            "end": divmod(end, TICKS),
+            "open": None if self.open_at is None else divmod(self.open_at, TICKS),
+            "select": self.select,
+            "speed": length / _SECONDS if length > 0 else 1.0,
+            "bodies": encode(vars(first.plans)),
+            "runs": runs,
+            "looks": {role: look._asdict() for role, look in LOOKS.items()},
+            "next": NEXT._asdict(),
+            "fresh": FRESH._asdict(),
+        }
+
+    @property
+    def all_notes(self) -> list[str]:
+        """The page's own notes, and those of its recordings."""
+        notes = [*self.notes]
+        for recording in self.recordings:
+            notes += [note for note in recording.notes if note not in notes]
+        return notes
+
+    def html(self) -> str:
+        """Return the page."""
+        summary = f"{len(self.scene)} discs; drag to move the view, tap a disc to select it, ? for the keys."
+        held = json.dumps(self.held, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
+        parts = {
+            "TITLE": html.escape(self.title),
+            "SUMMARY": html.escape(summary),
+            "NOTES": "\n".join(f'<p class="note">{html.escape(note)}</p>' for note in self.all_notes),
+            "PANES": "\n".join(_pane(recording.label) for recording in self.recordings),
+            "SHAPE": "single" if len(self.recordings) == 1 else "several",
+            "STYLE": _asset("page.css"),
+            "SCRIPT": script(),
+            "RECORDING": held,
+        }
+        return re.sub("@@([A-Z]+)@@", lambda found: parts[found[1]], _asset("page.html"))
+
+    def _run(self, recording: Recording, at: int) -> dict[str, Any]:
+        """Return what a page holds of one recording; its rows are None where they are those of the first."""
+        first, steps = self.recordings[0], recording.stepped
+        same = at > 0 and first.rows.tobytes() == recording.rows.tobytes()
+        coded = structure = None
+        labels: list[str] = []
+        if steps is not None:
+            coded = {name: getattr(steps, name).astype(np.float64) for name in ("epoch", "tick")}
+            coded |= {name: getattr(steps, name).astype(np.int32) for name in ("body", "after", "queue")}
+            structure, labels = steps.structure.columns(), steps.structure.labels
+        return {
+            "label": recording.label,
+            "rows": None if same else encode(_rows(recording, first.plans, self.scene.time_unit)),
+            "steps": None if coded is None else encode(coded),
+            "structure": None if structure is None else encode(structure),
+            "labels": labels,
+        }
+
+
+def script() -> str:
+    """Return the page's script: all modules as one."""
+    lines = []
+    for name in MODULES:
+        for line in _asset(f"script/{name}.mjs").splitlines():
+            if not line.startswith("import "):
+                lines.append(line.removeprefix("export "))
+    return "\n".join(lines)
+
+
+def _rows(recording: Recording, plans: Plans, unit: float) -> dict[str, Any]:
+    rows = recording.rows
+    columns: dict[str, Any] = {"kind": kinds_of(rows)}
+    for name in ("epoch", "tick"):
+        columns[name] = np.diff(rows[name].astype(np.float64), prepend=0.0)  # of whole numbers: exact
+    return columns | {"a": rows["a"], "b": rows["b"]} | residuals(plans, rows, unit)
+
+
+def _box(scene: Scene, plans: Plans) -> Sequence[float]:
+    """Return what there is to see at first: (left, bottom, right, top)."""
+    if scene.arena is not None:
+        return (0.0, 0.0, *scene.arena)
+    there = plans.there > 0
+    if not there.any():
+        return (-1.0, -1.0, 1.0, 1.0)
+    x, y, r = plans.x[there], plans.y[there], np.nan_to_num(plans.radius[there])
+    box = (float((x - r).min()), float((y - r).min()), float((x + r).max()), float((y + r).max()))
+    wide, high = box[2] - box[0], box[3] - box[1]
+    return (box[0] - 0.25 * wide, box[1] - 0.25 * high, box[2] + 0.25 * wide, box[3] + 0.25 * high)
+
+
+def _pane(label: str) -> str:
+    text = html.escape(label)
+    return (
+        f'<figure><figcaption>{text}</figcaption><div><canvas class="stage" tabindex="0" role="img" '
+        f'aria-label="The bodies under {text}; the readings below say in words what happens"></canvas>'
+        f'<canvas class="matrix" role="img" aria-label="The matrix of {text}: which two bodies overlap on x, '
+        'on y, on both" hidden></canvas></div></figure>'
+    )
+
+
+@cache
+def _asset(name: str) -> str:
+    return files("kinetile.show.player").joinpath(name).read_text(encoding="utf-8")

@@ -1,0 +1,125 @@
+// The view: a centre and a scale, in pixels a length. The centre is x + dx, y + dy, where dx is what the double
+// x cannot hold: so one can zoom in until the last bit of a coordinate is a wide strip, and still pan.
+
+const SPLITTER = 134217729; // 2^27 + 1
+
+/** a + b as a double and what it lacks: together exact. */
+export function twoSum(a, b) {
+  const sum = a + b;
+  const part = sum - a;
+  return [sum, (a - (sum - part)) + (b - part)];
+}
+
+/** a * b as a double and what it lacks: together exact (no overflow, no underflow). */
+export function twoProduct(a, b) {
+  const product = a * b;
+  const [highA, lowA] = halves(a);
+  const [highB, lowB] = halves(b);
+  return [product, lowA * lowB - (product - highA * highB - lowA * highB - highA * lowB)];
+}
+
+function halves(number) {
+  const far = SPLITTER * number;
+  const high = far - (far - number);
+  return [high, number - high];
+}
+
+/** |d| - r for d = (dx + ex, dy + ey), e being small: without the loss of the difference. */
+export function gap(dx, dy, r, ex = 0, ey = 0) {
+  const [xx, lackX] = twoProduct(dx, dx);
+  const [yy, lackY] = twoProduct(dy, dy);
+  const [rr, lackR] = twoProduct(r, r);
+  const [sum, lackSum] = twoSum(xx, yy);
+  const [rest, lackRest] = twoSum(sum, -rr);
+  const length = Math.sqrt(sum);
+  if (length === 0) return -r;
+  const squares = rest + (lackRest + lackSum + (lackX + lackY - lackR));
+  return squares / (length + r) + (dx * ex + dy * ey) / length;
+}
+
+/** The gap between the surfaces of two discs at [x, y] with radii; negative where they overlap. */
+export function gapOf([ax, ay], ar, [bx, by], br) {
+  const [dx, ex] = twoSum(bx, -ax);
+  const [dy, ey] = twoSum(by, -ay);
+  const [r, lack] = twoSum(ar, br);
+  return gap(dx, dy, r, ex, ey) - lack;
+}
+
+export class Camera {
+  constructor() {
+    Object.assign(this, { x: 0, y: 0, dx: 0, dy: 0, scale: 1 });
+  }
+
+  /** Show a box [left, bottom, right, top] in a window of so many pixels. */
+  fit([left, bottom, right, top], width, height) {
+    this.look((left + right) / 2, (bottom + top) / 2);
+    const [wide, high] = [Math.max(right - left, 1e-300), Math.max(top - bottom, 1e-300)];
+    this.scale = 0.95 * Math.min(width / wide, height / high);
+  }
+
+  /** Put the centre at a point, and a little beside it. */
+  look(x, y, dx = 0, dy = 0) {
+    [this.x, this.dx] = twoSum(x, dx);
+    [this.y, this.dy] = twoSum(y, dy);
+  }
+
+  /** Move the view by pixels: right and up. */
+  pan(right, up) {
+    this.look(this.x, this.y, this.dx + right / this.scale, this.dy + up / this.scale);
+  }
+
+  /** Zoom by a factor; the point at so many pixels right of and above the centre stays. */
+  zoom(factor, right = 0, up = 0) {
+    const scale = Math.min(Math.max(this.scale * factor, 1e-60), 1e60);
+    this.pan(right - (right * this.scale) / scale, up - (up * this.scale) / scale);
+    this.scale = scale;
+  }
+
+  /** A point in pixels right of and above the centre. */
+  see(x, y) {
+    return [(x - this.x - this.dx) * this.scale, (y - this.y - this.dy) * this.scale];
+  }
+
+  /** From the centre to a disc: gap to its surface in lengths, and the direction [ux, uy] of its centre. */
+  toDisc(x, y, r) {
+    const [hx, lx] = twoSum(x, -this.x);
+    const [hy, ly] = twoSum(y, -this.y);
+    const length = Math.hypot(hx, hy) || 1;
+    return { gap: gap(hx, hy, r, lx - this.dx, ly - this.dy), ux: hx / length, uy: hy / length };
+  }
+}
+
+/**
+ * The edge of a huge disc near the centre, as points in pixels right and up, from one side to the other, within
+ * about `reach` pixels; null where it does not come so near.
+ */
+export function edge(camera, x, y, r, reach, points = 65) {
+  const { gap: away, ux, uy } = camera.toDisc(x, y, r);
+  if (!(Math.abs(away) * camera.scale < 2 * reach)) return null;
+  const found = [];
+  for (let point = 0; point < points; point += 1) {
+    const along = ((2 * point) / (points - 1) - 1) * Math.min((2 * reach) / camera.scale, r);
+    const sag = (along * along) / (r + Math.sqrt(r * r - along * along));
+    const out = (away + sag) * camera.scale;
+    const side = along * camera.scale;
+    found.push([ux * out - uy * side, uy * out + ux * side]);
+  }
+  return found;
+}
+
+/** What of a line between two points [x, y] lies in the square of points up to `limit`: two points, or none. */
+export function clip([ax, ay], [bx, by], limit) {
+  let [first, last] = [0, 1];
+  for (const [at, way] of [[ax, bx - ax], [ay, by - ay]]) {
+    const [one, other] = [(-limit - at) / way, (limit - at) / way];
+    if (way === 0) {
+      if (Math.abs(at) > limit) return [];
+    } else {
+      first = Math.max(first, Math.min(one, other));
+      last = Math.min(last, Math.max(one, other));
+    }
+  }
+  if (first > last) return [];
+  const point = (part) => [ax + (bx - ax) * part, ay + (by - ay) * part];
+  return [first > 0 ? point(first) : [ax, ay], last < 1 ? point(last) : [bx, by]];
+}

@@ -1,0 +1,162 @@
+// What is seen of the scene: bodies, structure, plans. Lines that look alike are one
+// path: a canvas is quick with few long paths, and slow with many short ones.
+
+import { HUGE, addArea, addDisc, addLine, boxOf } from "./paper.mjs";
+import { GROUPS } from "../run/events.mjs";
+import { KINDS } from "../run/rows.mjs";
+import { SHAPES } from "../run/structure.mjs";
+
+const MANY = 300; // shapes that look alike: from here on their lines are a pixel wide, which is drawn far quicker
+const READABLE = 9; // pixels: a disc of such a radius has its number in it
+
+const GROUP_OF = KINDS.map((kind) => Object.keys(GROUPS).find((group) => group !== "all" && GROUPS[group].includes(kind)));
+
+/** The group of a kind of event, by its number: what it is coloured by. */
+export function groupOf(kind) {
+  return GROUP_OF[kind];
+}
+
+/** All bodies of a run: bodies {radius, mass}, places and who is there; `marked` are drawn over the others. */
+export function drawBodies(view, bodies, places, there, theme, marked) {
+  const { pen, camera } = view;
+  const add = (body) => addDisc(view, places.x[body], places.y[body], bodies.radius[body] || 0); // it may be unknown: NaN
+  const colour = (body) => (bodies.mass[body] === Infinity ? theme.fixed : theme.body);
+  const layers = new Map([[theme.fixed, []], [theme.body, []]]);
+  for (let body = 0; body < there.length; body += 1) {
+    if (!there[body] || marked.has(body)) continue;
+    if (bodies.radius[body] * camera.scale >= HUGE) drawBody(view, () => add(body), colour(body), theme.line, 1);
+    else layers.get(colour(body)).push(body);
+  }
+  for (const [filling, those] of layers) {
+    pen.beginPath();
+    let seen = 0;
+    for (const body of those) seen += add(body);
+    if (seen) paint(pen, filling, theme.line, 1);
+  }
+  for (const [body, mark] of marked) {
+    if (!there[body]) continue;
+    drawBody(view, () => add(body), colour(body), mark.line, 2.5, mark.fill);
+  }
+}
+
+function paint(pen, filling, line, width) {
+  pen.fillStyle = filling;
+  pen.fill();
+  pen.strokeStyle = line;
+  pen.lineWidth = width;
+  pen.stroke();
+}
+
+/** One body by itself; with a `tint` over its colour, through which its number can be read. */
+function drawBody({ pen }, add, filling, line, width, tint) {
+  pen.beginPath();
+  if (!add()) return;
+  paint(pen, filling, line, width);
+  if (tint) {
+    pen.globalAlpha = 0.4;
+    pen.fillStyle = tint;
+    pen.fill();
+    pen.globalAlpha = 1;
+  }
+}
+
+/** The numbers of the bodies in which there is room, over all else. */
+export function drawNumbers({ pen, camera, width, height }, bodies, places, there, theme) {
+  pen.font = "11px system-ui, sans-serif";
+  pen.lineJoin = "round";
+  pen.textAlign = "center";
+  pen.textBaseline = "middle";
+  pen.lineWidth = 3;
+  pen.strokeStyle = theme.body;
+  pen.fillStyle = theme.text;
+  for (let body = 0; body < there.length; body += 1) {
+    const radius = bodies.radius[body] * camera.scale;
+    if (!there[body] || !(radius > READABLE && radius < HUGE)) continue;
+    const [right, up] = camera.see(places.x[body], places.y[body]);
+    if (Math.abs(right) > width / 2 + 20 || Math.abs(up) > height / 2 + 20) continue;
+    pen.strokeText(String(body), width / 2 + right, height / 2 - up);
+    pen.fillText(String(body), width / 2 + right, height / 2 - up);
+  }
+}
+
+/**
+ * The structure after so many events: what lies under the bodies, or over them (`over`). What fails next and what
+ * has come with the last event have looks of their own; what is only scheduled anew has a wider line.
+ */
+export function drawStructure(view, structure, done, places, { looks, next, fresh }, over) {
+  const { pen } = view;
+  for (const { role, state, shapes } of structure.layers(done)) {
+    const own = looks[role];
+    if ((own.over || state === "next" || state === "fresh") !== over) continue;
+    const look = { next, fresh }[state] ?? own;
+    addShapes(view, structure, shapes, places, look);
+    pen.setLineDash(look.dashes);
+    pen.strokeStyle = look.colour;
+    pen.lineWidth = look.width + (state === "again" ? 1 : 0);
+    if (shapes.length > MANY) pen.lineWidth = Math.min(look.width, 1 / devicePixelRatio);
+    pen.stroke();
+    pen.setLineDash([]);
+  }
+}
+
+/** Fill shapes of a kind, and add them to a new path. Each is filled by itself: a path of many is slow to fill. */
+function addShapes(view, structure, shapes, places, look) {
+  const { pen } = view;
+  const kind = SHAPES[structure.shape[shapes[0]]];
+  pen.globalAlpha = look.filled;
+  pen.fillStyle = look.colour;
+  if (kind === "polygon") {
+    for (const shape of look.filled ? shapes : []) {
+      pen.beginPath();
+      addArea(view, structure.points(shape, places));
+      pen.fill();
+    }
+  }
+  pen.beginPath();
+  for (const shape of shapes) {
+    if (kind === "polygon") {
+      addArea(view, structure.points(shape, places));
+    } else if (kind === "box") {
+      const box = boxOf(view, ...corners(structure, shape, places));
+      if (!box) continue;
+      if (look.filled) pen.fillRect(...box);
+      pen.rect(...box);
+    } else {
+      addLine(view, ...corners(structure, shape, places));
+    }
+  }
+  pen.globalAlpha = 1;
+}
+
+/** The coordinates of a shape of two points: x, y, x, y. */
+function corners(structure, shape, { x, y }) {
+  const at = structure.start[shape];
+  return [structure.coordinate(at, x), structure.coordinate(at + 1, y), structure.coordinate(at + 2, x), structure.coordinate(at + 3, y)];
+}
+
+/** A body's plan: from its anchor to where it is, and on to where it will be. */
+export function drawPlan(view, [anchor, now, then], radius, colour) {
+  const { pen } = view;
+  pen.strokeStyle = colour;
+  pen.lineWidth = 1.5;
+  pen.beginPath();
+  addLine(view, ...anchor, ...now);
+  pen.stroke();
+  pen.setLineDash([6, 4]);
+  pen.beginPath();
+  addLine(view, ...now, ...then);
+  pen.stroke();
+  pen.beginPath();
+  if (addDisc(view, ...then, radius)) pen.stroke();
+  pen.setLineDash([]);
+}
+
+/** The arena's walls. */
+export function drawWalls(view, [width, height], colour) {
+  const { pen } = view;
+  pen.beginPath();
+  addArea(view, [[0, 0], [width, 0], [width, height], [0, height]]);
+  pen.strokeStyle = colour;
+  pen.lineWidth = 2;
+  pen.stroke();
+}

@@ -1,0 +1,179 @@
+// What a reader's hands do: keys, buttons, pointers. And the beginning of it all.
+
+import { GROUPS } from "../run/events.mjs";
+import { load } from "../run/playback.mjs";
+import { Player } from "./player.mjs";
+import { $, legend } from "./tables.mjs";
+
+/** Where a pointer is, in pixels right of and above the middle of a canvas. */
+function offset(canvas, event) {
+  const box = canvas.getBoundingClientRect();
+  return [event.clientX - box.left - box.width / 2, box.top + box.height / 2 - event.clientY];
+}
+
+const PAN = 60;
+
+/** What each key does; a capital letter or an arrow with Shift has "Shift " before it. */
+const KEYS = {
+  " ": (player) => player.toggle(),
+  ArrowRight: (player) => player.step(1),
+  ArrowLeft: (player) => player.step(-1),
+  "Shift ArrowRight": (player) => player.step(1, true),
+  "Shift ArrowLeft": (player) => player.step(-1, true),
+  ArrowUp: (player) => setSpeed(player, 2),
+  ArrowDown: (player) => setSpeed(player, 0.5),
+  Home: (player) => player.move(-2),
+  End: (player) => player.move(2),
+  PageDown: (player) => player.move(0.05),
+  PageUp: (player) => player.move(-0.05),
+  e: (player) => setEven(player),
+  n: (player) => player.selectNext(1),
+  p: (player) => player.selectNext(-1),
+  f: (player) => setFollow(player),
+  c: (player) => player.lookAtEvent(),
+  z: (player) => zoom(player, 2),
+  x: (player) => zoom(player, 0.5),
+  a: (player) => pan(player, -PAN, 0),
+  d: (player) => pan(player, PAN, 0),
+  w: (player) => pan(player, 0, PAN),
+  s: (player) => pan(player, 0, -PAN),
+  r: (player) => reset(player),
+  t: (player) => setStructured(player),
+  Escape: (player) => player.select(null),
+  "?": () => $("help").showModal(),
+};
+
+function setSpeed(player, factor) {
+  player.speed *= factor;
+  player.changed();
+}
+
+function setEven(player) {
+  player.evenly = !player.evenly;
+  player.changed();
+}
+
+function setStructured(player) {
+  player.structured = !player.structured;
+  player.say(player.structured ? "the structure is shown" : "the structure is hidden");
+  player.changed();
+}
+
+function setFollow(player) {
+  player.follows = !player.follows && player.selected !== null;
+  player.say(player.follows ? `the view follows body ${player.selected}` : "the view stands still");
+  player.changed();
+}
+
+function zoom(player, factor, right = 0, up = 0) {
+  player.camera.zoom(factor, right, up);
+  player.changed();
+}
+
+function pan(player, right, up) {
+  player.follows = false;
+  player.camera.pan(right, up);
+  player.changed();
+}
+
+function reset(player) {
+  player.follows = false;
+  player.fit();
+  player.changed();
+}
+
+function setGroup(player, group) {
+  player.group = group;
+  $("group").value = group;
+  player.say(`steps go to: ${group}`);
+}
+
+function onKey(player, event) {
+  if (event.ctrlKey || event.metaKey || event.altKey || $("help").open) return;
+  const { tagName, type } = event.target;
+  const typing = tagName === "SELECT" || (tagName === "INPUT" && type !== "checkbox");
+  if (typing || (event.key === " " && ["BUTTON", "SUMMARY", "INPUT", "A"].includes(tagName))) return;
+  if (event.key.length === 1 && !$("letters").checked) return;
+  const groups = Object.keys(GROUPS);
+  const number = Number.parseInt(event.key, 10) - 1;
+  const plain = event.key.length === 1 ? event.key.toLowerCase() : event.key;
+  const name = event.shiftKey && event.key.length > 1 ? `Shift ${plain}` : plain;
+  const act = groups[number] ? () => setGroup(player, groups[number]) : KEYS[name];
+  if (!act) return;
+  event.preventDefault();
+  act(player);
+}
+
+/** Pointers: one drags, a wheel or two fingers zoom, a tap selects. */
+function listen(player, canvas) {
+  const fingers = new Map();
+  let moved = 0;
+  canvas.addEventListener("pointerdown", (event) => {
+    canvas.setPointerCapture(event.pointerId);
+    fingers.set(event.pointerId, [event.clientX, event.clientY]);
+    moved = fingers.size > 1 ? 100 : 0;
+  });
+  canvas.addEventListener("pointermove", (event) => {
+    const before = fingers.get(event.pointerId);
+    if (!before) return;
+    const now = [event.clientX, event.clientY];
+    moved += Math.abs(now[0] - before[0]) + Math.abs(now[1] - before[1]);
+    const other = [...fingers].find(([id]) => id !== event.pointerId)?.[1];
+    fingers.set(event.pointerId, now);
+    if (!other) {
+      if (moved > 4) pan(player, before[0] - now[0], now[1] - before[1]);
+      return;
+    }
+    const apart = (point) => Math.hypot(point[0] - other[0], point[1] - other[1]) || 1;
+    zoom(player, apart(now) / apart(before), ...offset(canvas, event));
+  });
+  const lift = (event) => {
+    if (fingers.delete(event.pointerId) && moved <= 4 && event.type === "pointerup") player.select(player.bodyAt(canvas, event));
+  };
+  canvas.addEventListener("pointerup", lift);
+  canvas.addEventListener("pointercancel", lift);
+  canvas.addEventListener("wheel", (event) => {
+    event.preventDefault();
+    zoom(player, 2 ** (-event.deltaY / 200), ...offset(canvas, event));
+  }, { passive: false });
+}
+
+function listenToTimeline(player) {
+  const canvas = $("timeline");
+  const go = (event) => {
+    player.seekFraction(player.timeline.fraction(event.clientX - canvas.getBoundingClientRect().left));
+  };
+  canvas.addEventListener("pointerdown", (event) => {
+    canvas.setPointerCapture(event.pointerId);
+    go(event);
+  });
+  canvas.addEventListener("pointermove", (event) => {
+    if (event.buttons) go(event);
+  });
+}
+
+/** Begin: decode what the page holds, and wire it up. */
+export async function begin() {
+  const held = JSON.parse($("recording").textContent);
+  const player = new Player(held, await load(held));
+  window.kinetilePlayer = player; // for whoever looks on from a console
+  player.panes.forEach((canvas) => listen(player, canvas));
+  listenToTimeline(player);
+  document.addEventListener("keydown", (event) => onKey(player, event));
+  document.querySelectorAll("button[data-key]").forEach((button) => {
+    button.addEventListener("click", () => KEYS[button.dataset.key](player));
+  });
+  $("group").addEventListener("change", (event) => setGroup(player, event.target.value));
+  $("goto").addEventListener("change", (event) => player.goTo(event.target.value));
+  window.addEventListener("resize", () => player.changed());
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+    player.theme = readTheme();
+    player.changed();
+  });
+  legend(player);
+  $("loading").remove();
+  player.changed();
+  requestAnimationFrame(() => requestAnimationFrame(() => {
+    document.documentElement.dataset.ready = String(Math.round(performance.now())); // milliseconds to the first picture
+  }));
+}

@@ -1,0 +1,99 @@
+// A canvas to draw on, and lines on it: of a disc, an area, a line. What is not in sight is left out.
+
+import { clip, edge } from "./camera.mjs";
+
+export const HUGE = 20000; // pixels: beyond, a canvas no longer draws circles truly
+
+const TINY = 2.5; // pixels: a disc below this radius is drawn as a square, which nobody can tell from it
+
+/** The canvas as drawn on: its context, and its size in CSS pixels. */
+export function prepare(canvas, ratio) {
+  const width = canvas.clientWidth;
+  const height = canvas.clientHeight;
+  if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
+    canvas.width = Math.round(width * ratio);
+    canvas.height = Math.round(height * ratio);
+  }
+  const pen = canvas.getContext("2d");
+  pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+  pen.font = "12px system-ui, sans-serif";
+  return { pen, width, height };
+}
+
+const within = (pixels) => Math.min(Math.max(pixels, -1e6), 1e6);
+
+/** Where a coordinate of the scene is on the canvas. */
+export function across({ camera, width }, x) {
+  return width / 2 + within((x - camera.x - camera.dx) * camera.scale);
+}
+
+/** Where a height of the scene is on the canvas: y goes down there. */
+export function down({ camera, height }, y) {
+  return height / 2 - within((y - camera.y - camera.dy) * camera.scale);
+}
+
+/** Add a disc to the path: whole, or the part of its edge that is near. Return whether it can be seen. */
+export function addDisc(view, x, y, r) {
+  const { pen, camera, width, height } = view;
+  const [right, up] = camera.see(x, y);
+  const radius = Math.max(r * camera.scale, 0.75);
+  if (radius < HUGE) {
+    if (Math.abs(right) > radius + width / 2 + 2 || Math.abs(up) > radius + height / 2 + 2) return false;
+    if (radius < TINY) {
+      pen.rect(width / 2 + right - radius, height / 2 - up - radius, 2 * radius, 2 * radius);
+    } else {
+      pen.moveTo(width / 2 + right + radius, height / 2 - up);
+      pen.arc(width / 2 + right, height / 2 - up, radius, 0, 2 * Math.PI);
+    }
+    return true;
+  }
+  const reach = Math.hypot(width, height) / 2;
+  const points = edge(camera, x, y, r, reach);
+  if (points === null) {
+    if (Math.hypot(right, up) > radius) return false;
+    pen.rect(0, 0, width, height); // far inside of it
+    return true;
+  }
+  const { ux, uy } = camera.toDisc(x, y, r);
+  const [first, last] = [points[0], points[points.length - 1]];
+  const behind = [last, first].map(([px, py]) => [px + 4 * reach * ux, py + 4 * reach * uy]);
+  for (const [at, [px, py]] of [...points, ...behind].entries()) {
+    const [ax, ay] = [width / 2 + within(px), height / 2 - within(py)];
+    if (at) pen.lineTo(ax, ay);
+    else pen.moveTo(ax, ay);
+  }
+  pen.closePath();
+  return true;
+}
+
+/** A rectangle of the scene on the canvas: left, top, width, height; null where none of it can be seen. */
+export function boxOf(view, x, y, otherX, otherY) {
+  const [one, other] = [across(view, x), across(view, otherX)];
+  const [low, high] = [down(view, y), down(view, otherY)];
+  const [left, top] = [Math.min(one, other), Math.min(low, high)];
+  const [width, height] = [Math.abs(other - one), Math.abs(low - high)];
+  if (left + width < -4 || left > view.width + 4 || top + height < -4 || top > view.height + 4) return null;
+  return [left, top, width, height];
+}
+
+/** Add an area to the path, by its corners [x, y] in the scene. */
+export function addArea(view, corners) {
+  const { pen } = view;
+  corners.forEach(([x, y], at) => (at ? pen.lineTo(across(view, x), down(view, y)) : pen.moveTo(across(view, x), down(view, y))));
+  pen.closePath();
+}
+
+/** Add a line of the scene to the path: what of it is near. */
+export function addLine(view, x, y, otherX, otherY) {
+  const { pen, camera, width, height } = view;
+  let [one, other] = [camera.see(x, y), camera.see(otherX, otherY)];
+  if (Math.max(one[0], other[0]) < -width / 2 - 4 || Math.min(one[0], other[0]) > width / 2 + 4) return;
+  if (Math.max(one[1], other[1]) < -height / 2 - 4 || Math.min(one[1], other[1]) > height / 2 + 4) return;
+  if (Math.max(...one.map(Math.abs), ...other.map(Math.abs)) > 1e4) {
+    const near = clip(one, other, 1e4);
+    if (!near.length) return;
+    [one, other] = near;
+  }
+  pen.moveTo(width / 2 + one[0], height / 2 - one[1]);
+  pen.lineTo(width / 2 + other[0], height / 2 - other[1]);
+}

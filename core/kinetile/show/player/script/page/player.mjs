@@ -1,0 +1,263 @@
+// The state of the page: what plays, what is selected, where one looks; and what is seen of it.
+
+import { Camera, gapOf } from "./camera.mjs";
+import { drawBodies, drawNumbers, drawPlan, drawStructure, drawWalls, groupOf } from "./drawing.mjs";
+import { drawMatrix } from "./matrix.mjs";
+import { prepare } from "./paper.mjs";
+import { BodyTable, countUp, tell } from "./tables.mjs";
+import { Timeline, lanesOf } from "./timeline.mjs";
+import { compare, elapsed, later, momentAt, timeOf } from "../run/clock.mjs";
+import { GROUPS, inWords, momentOfEvent, seek } from "../run/events.mjs";
+import { Playback } from "../run/playback.mjs";
+import { KINDS } from "../run/rows.mjs";
+
+/** Colours, as the style sheet has them. */
+function readTheme() {
+  const style = getComputedStyle(document.documentElement);
+  const colour = (name) => style.getPropertyValue(`--${name}`).trim();
+  const groups = Object.fromEntries(Object.keys(GROUPS).map((group) => [group, colour(group)]));
+  const names = ["body", "fixed", "line", "text", "selected", "now", "wall", "paper"];
+  return { groups, ...Object.fromEntries(names.map((name) => [name, colour(name)])) };
+}
+
+/** The state of the page, what a reader can do, and what is seen of it. */
+export class Player {
+  constructor(held, { bodies, runs }) {
+    Object.assign(this, { held, bodies, runs, selected: held.select, follows: false, structured: true });
+    Object.assign(this, { playing: 0, evenly: false, group: "all" });
+    this.playback = new Playback(bodies, runs, held);
+    this.camera = new Camera();
+    this.speed = held.speed;
+    this.theme = readTheme();
+    this.places = { x: new Float64Array(bodies.x.length), y: new Float64Array(bodies.x.length) };
+    this.panes = [...document.querySelectorAll("canvas.stage")];
+    this.matrices = [...document.querySelectorAll("canvas.matrix")];
+    this.matrices.forEach((canvas, at) => {
+      canvas.hidden = !runs[at].structure?.hasMatrix;
+    });
+    this.counts = this.playback.runs.map(({ events }) => countUp(events));
+    this.lanes = lanesOf(this.counts.map((count) => count.total));
+    this.timeline = new Timeline(document.getElementById("timeline"), this.playback, this.lanes);
+    this.bodyTable = new BodyTable(this);
+    this.fit();
+    if (held.open) this.playback.seek(held.open);
+  }
+
+  fit() {
+    const { width, height } = prepare(this.panes[0], devicePixelRatio);
+    this.camera.fit(this.held.box, width, height);
+  }
+
+  time() {
+    return timeOf(this.playback.moment, this.held.start, this.held.unit);
+  }
+
+  // What a reader does
+
+  toggle() {
+    this.playing = this.playing ? 0 : performance.now();
+    this.say(this.playing ? "playing" : "paused");
+    this.told = 0; // at once
+    if (this.playing && compare(this.playback.moment, this.playback.end) === 0) this.playback.seek(this.playback.begin);
+    this.changed();
+  }
+
+  step(direction, ofBody = false) {
+    this.playing = 0;
+    const body = ofBody ? this.selected : null;
+    const found = this.playback.step(direction, this.group, body);
+    const run = this.playback.runs.find((each) => this.playback.current(each) >= 0);
+    if (run) this.say(`${inWords(run.events, this.playback.current(run))}, time ${this.time()}`);
+    else this.say("the beginning");
+    if (!found) this.say("no such event");
+    this.changed();
+  }
+
+  move(fraction) {
+    const whole = elapsed(this.playback.end, ...this.playback.begin, this.held.unit);
+    this.playback.seek(later(this.playback.moment, fraction * whole, this.held.unit));
+    this.changed();
+  }
+
+  /** Go to a time as it is written, exactly: the tick that it rounds down to. */
+  goTo(text) {
+    const time = Number(text);
+    if (text.trim() === "" || !Number.isFinite(time)) return this.say(`${text} is no time`);
+    this.playback.seek(momentAt(time, this.held.start, this.held.unit));
+    return this.changed();
+  }
+
+  seekFraction(fraction) {
+    const whole = elapsed(this.playback.end, ...this.playback.begin, this.held.unit);
+    this.playback.seek(later(this.playback.begin, fraction * whole, this.held.unit));
+    this.changed();
+  }
+
+  select(body) {
+    this.selected = body;
+    this.follows = this.follows && body !== null;
+    this.say(body === null ? "no body selected" : `body ${body} selected`);
+    this.changed();
+  }
+
+  selectNext(direction) {
+    const { there } = this.playback.runs[0].motion.plans;
+    const n = there.length;
+    let body = this.selected ?? (direction > 0 ? -1 : n);
+    for (let tries = 0; tries < n; tries += 1) {
+      body = (body + direction + n) % n;
+      if (there[body]) return this.select(body);
+    }
+    return undefined;
+  }
+
+  /**
+   * Look at what happens: the gap between the two bodies of the present event; or what has come of the structure
+   * with it; or the gap to the selected body's next contact; or what fails next.
+   */
+  lookAtEvent() {
+    const [{ motion }] = this.playback.runs;
+    const pair = this.pair();
+    const box = pair ? null : this.newsBox();
+    if (!pair && !box) return this.say("nothing to look at: step to an event, or select a body");
+    this.follows = false;
+    if (pair) {
+      const [[ax, ay], [bx, by]] = pair.map((body) => motion.place(body, this.playback.moment));
+      const [dx, dy] = [bx - ax, by - ay];
+      const part = this.bodies.radius[pair[0]] / Math.hypot(dx, dy);
+      this.camera.look(ax, ay, dx * part, dy * part);
+    } else {
+      const { width, height } = prepare(this.panes[0], devicePixelRatio);
+      const room = 1.2 * Math.max(...this.bodies.radius.filter((radius) => radius > 0), 0); // a disc on each side
+      this.camera.fit([box[0] - room, box[1] - room, box[2] + room, box[3] + room], width, height);
+    }
+    return this.changed();
+  }
+
+  /** The box of what is new in the structure after the present event, or of what fails next; or null. */
+  newsBox() {
+    for (const [at, run] of this.playback.runs.entries()) {
+      const { structure } = this.runs[at];
+      const corners = (structure?.news(run.done) ?? []).flatMap((shape) => structure.points(shape, this.placesOf(run)));
+      if (!corners.length) continue;
+      const [x, y] = [corners.map((corner) => corner[0]), corners.map((corner) => corner[1])];
+      return [Math.min(...x), Math.min(...y), Math.max(...x), Math.max(...y)];
+    }
+    return null;
+  }
+
+  pair() {
+    const run = this.playback.runs[0];
+    let event = this.playback.current(run);
+    const isPair = (each) => each >= 0 && run.events.b[each] >= 0;
+    if (event < 0 && this.selected !== null) event = seek(run.events, run.done, 1, "contacts", this.selected);
+    return isPair(event) ? [run.events.a[event], run.events.b[event]] : null;
+  }
+
+  say(text) {
+    document.getElementById("said").textContent = text;
+  }
+
+  // What is seen
+
+  changed() {
+    if (!this.waiting) {
+      this.waiting = true;
+      requestAnimationFrame((now) => this.frame(now));
+    }
+  }
+
+  frame(now) {
+    this.waiting = false;
+    if (this.playing) {
+      const seconds = Math.min(Math.max(now - this.playing, 0) / 1000, 0.1);
+      this.playing = now;
+      const more = this.evenly ? this.playback.playEvenly(seconds * this.pace()) : this.playback.play(seconds * this.speed);
+      if (!more) this.playing = 0;
+    }
+    if (this.follows && this.selected !== null) {
+      this.camera.look(...this.playback.runs[0].motion.place(this.selected, this.playback.moment));
+    }
+    this.panes.forEach((canvas, at) => this.drawPane(canvas, at));
+    this.timeline.draw(this.theme);
+    if (!this.playing || now - (this.told ?? 0) > 100) {
+      this.told = now;
+      tell(this);
+    }
+    if (this.playing) this.changed();
+  }
+
+  /** Events a second, where time runs evenly between them. */
+  pace() {
+    return 2 * (this.speed / this.held.speed);
+  }
+
+  /** The places of all bodies in a run now. */
+  placesOf(run) {
+    run.motion.places(this.playback.moment, this.places.x, this.places.y);
+    return this.places;
+  }
+
+  drawPane(canvas, at) {
+    const run = this.playback.runs[at];
+    const { bodies, camera, theme, held } = this;
+    const { there } = run.motion.plans;
+    const view = { ...prepare(canvas, devicePixelRatio), camera };
+    const structure = this.structured ? this.runs[at].structure : null;
+    view.pen.clearRect(0, 0, view.width, view.height);
+    const places = this.placesOf(run);
+    if (held.arena) drawWalls(view, held.arena, theme.wall);
+    if (structure) drawStructure(view, structure, run.done, places, held, false);
+    drawBodies(view, bodies, places, there, theme, this.marks(run));
+    if (structure) drawStructure(view, structure, run.done, places, held, true);
+    const body = this.selected;
+    if (body !== null && there[body]) drawPlan(view, this.plan(run, body), bodies.radius[body] || 0, theme.selected);
+    drawNumbers(view, bodies, places, there, theme);
+    const matrix = this.matrices[at];
+    if (!matrix.hidden) drawMatrix(matrix, structure?.entries(run.done) ?? [], there, held, theme, this.marks(run));
+  }
+
+  /** The colours of the bodies that are selected, or in the present event. */
+  marks(run) {
+    const marks = new Map();
+    const event = this.playback.current(run);
+    if (event >= 0) {
+      const colour = this.theme.groups[groupOf(run.events.kind[event])];
+      for (const body of [run.events.a[event], run.events.b[event]]) {
+        if (body >= 0) marks.set(body, { fill: colour, line: colour });
+      }
+    }
+    if (this.selected !== null) {
+      marks.set(this.selected, { fill: marks.get(this.selected)?.fill, line: this.theme.selected });
+    }
+    return marks;
+  }
+
+  /** A body's plan: the points of its anchor, where it is, and where it is at its next event. */
+  plan(run, body) {
+    const { plans } = run.motion;
+    let until = this.playback.end;
+    let event = seek(run.events, run.done, 1, "all", body);
+    while (event >= 0 && KINDS[run.events.kind[event]] === "structural") event = seek(run.events, event + 1, 1, "all", body);
+    if (event >= 0) until = momentOfEvent(run.events, event);
+    return [[plans.x[body], plans.y[body]], run.motion.place(body, this.playback.moment), run.motion.place(body, until)];
+  }
+
+  /** The gap between the surfaces of two bodies. */
+  gap(run, a, b) {
+    const place = (body) => run.motion.place(body, this.playback.moment);
+    return gapOf(place(a), this.bodies.radius[a], place(b), this.bodies.radius[b]);
+  }
+
+  /** The body at a place of a canvas, or null. */
+  bodyAt(canvas, event) {
+    const { motion } = this.playback.runs[this.panes.indexOf(canvas)];
+    const [right, up] = offset(canvas, event);
+    for (let body = 0; body < this.bodies.x.length; body += 1) {
+      if (!motion.plans.there[body]) continue;
+      const [x, y] = this.camera.see(...motion.place(body, this.playback.moment));
+      if (Math.hypot(x - right, y - up) <= Math.max((this.bodies.radius[body] || 0) * this.camera.scale, 6)) return body;
+    }
+    return null;
+  }
+}

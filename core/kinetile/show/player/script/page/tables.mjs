@@ -1,0 +1,193 @@
+// What stands beside the picture in words and numbers.
+
+import { fractionOf, timeOf } from "../run/clock.mjs";
+import { GROUPS, inWords, isOf, momentOfEvent, seek } from "../run/events.mjs";
+import { SHAPES } from "../run/structure.mjs";
+
+/** An element of the page by its id. */
+export const $ = (id) => document.getElementById(id);
+
+/** How many events of each group come before an event, and in all. */
+export function countUp(events) {
+  const columns = {};
+  const total = {};
+  for (const group of Object.keys(GROUPS)) {
+    const column = new Int32Array(events.count + 1);
+    for (let event = 0; event < events.count; event += 1) {
+      column[event + 1] = column[event] + (isOf(events, event, group) ? 1 : 0);
+    }
+    columns[group] = column;
+    total[group] = column[events.count];
+  }
+  return { total, before: (group, event) => columns[group][event] };
+}
+
+/** The kinetic energy of those that are there and can be moved. */
+export function energy(bodies, plans) {
+  let sum = 0;
+  for (let body = 0; body < plans.vx.length; body += 1) {
+    if (!plans.there[body] || bodies.mass[body] === Infinity) continue;
+    sum += 0.5 * bodies.mass[body] * (plans.vx[body] ** 2 + plans.vy[body] ** 2);
+  }
+  return sum;
+}
+
+/** Fill a table, with a head or none; the first cell of each row is its name. */
+export function fill(table, head, rows) {
+  const line = (row, isHead) => {
+    const made = document.createElement("tr");
+    made.append(...row.map((text, at) => {
+      const cell = document.createElement(isHead === (at > 0) ? "th" : "td");
+      cell.textContent = String(text);
+      if (isHead === (at > 0)) cell.scope = isHead ? "col" : "row";
+      return cell;
+    }));
+    return made;
+  };
+  const lines = rows.map((row) => line(row, false));
+  table.replaceChildren(...(head ? [line(head, true), ...lines] : lines));
+}
+
+/** The readings, the selected body, and what stands in the controls. */
+export function tell(player) {
+  const { playback, held } = player;
+  const [epoch, tick] = playback.moment;
+  $("time").textContent = String(player.time());
+  $("exact").textContent = `${epoch} units and ${tick} ticks of 2^-52`;
+  $("play").textContent = player.playing ? "Pause" : "Play";
+  $("structure").setAttribute("aria-pressed", String(player.structured));
+  $("even").setAttribute("aria-pressed", String(player.evenly));
+  $("follow").setAttribute("aria-pressed", String(player.follows));
+  const [pace, what] = player.evenly ? [player.pace(), "events"] : [player.speed, "time units"];
+  $("pace").textContent = `${pace.toPrecision(2)} ${what} a second`;
+  const clock = $("timeline");
+  clock.setAttribute("aria-valuenow", String(Math.round(1000 * fractionOf(playback.moment, playback.begin, playback.end))));
+  clock.setAttribute("aria-valuetext", `time ${player.time()}`);
+  const columns = playback.runs.map((run, at) => readings(player, run, at));
+  const head = ["", ...held.runs.map((run) => run.label)];
+  const names = [...new Set(columns.flatMap((column) => Object.keys(column)))];
+  fill($("readings"), head, names.map((name) => [name, ...columns.map((column) => column[name] ?? "")]));
+  player.bodyTable.tell();
+}
+
+function readings(player, run, at) {
+  const { bodies, counts, lanes } = player;
+  const event = player.playback.current(run);
+  const found = { now: event < 0 ? "between events" : inWords(run.events, event) };
+  const { steps, structure } = player.runs[at];
+  const [next] = structure?.failing(run.done) ?? [];
+  if (next !== undefined) {
+    const fails = timeOf([structure.epoch[next], structure.tick[next]], player.held.start, player.held.unit);
+    found["fails next"] = `${structure.roles[structure.role[next]]} at ${fails.toPrecision(8)}`;
+  }
+  const pair = player.pair();
+  if (pair) found[`gap of ${pair.join(" and ")}`] = player.gap(run, ...pair).toExponential(3);
+  found.events = run.done;
+  for (const group of lanes) found[group] = counts[at].before(group, run.done);
+  found.bodies = run.motion.plans.there.reduce((sum, there) => sum + there, 0);
+  found["kinetic energy"] = energy(bodies, run.motion.plans).toPrecision(9);
+  if (steps && run.done < steps.queue.length) found.queue = steps.queue[run.done];
+  Object.assign(found, structure?.counts(run.done));
+  if (run.done >= structure?.seen) found.structure = `known up to event ${structure.seen - 1}`;
+  return found;
+}
+
+/** The selected body in words: its plan, its pairs, and its events as buttons that go there. */
+export class BodyTable {
+  constructor(player) {
+    this.player = player;
+    this.buttons = [];
+  }
+
+  tell() {
+    const { playback, selected: body, held, bodies, runs } = this.player;
+    $("body").hidden = body === null;
+    if (body === null) return;
+    const [run] = playback.runs;
+    const { plans } = run.motion;
+    const [x, y] = run.motion.place(body, playback.moment);
+    $("body-name").textContent = `Body ${body}`;
+    const anchored = timeOf([plans.epoch[body], plans.tick[body]], held.start, held.unit);
+    const partners = runs[0].structure?.partners(run.done, body) ?? [];
+    fill($("plan"), null, plans.there[body] ? [
+      ["place", `${x}, ${y}`],
+      ["velocity", `${plans.vx[body]}, ${plans.vy[body]}`],
+      ["anchor", `${plans.x[body]}, ${plans.y[body]} at ${anchored}`],
+      ["pairs drawn", partners.length ? `with ${partners.join(", ")}` : "none"],
+      ["radius, mass", `${bodies.radius[body]}, ${bodies.mass[body]}`],
+    ] : [["", "it is not there now"]]);
+    this.#events(run, body);
+  }
+
+  /** The body's last events and its next ones. The buttons stay, so that the focus does. */
+  #events(run, body) {
+    const events = [];
+    let event = seek(run.events, run.done, -1, "all", body);
+    for (; event >= 0 && events.length < 3; event = seek(run.events, event, -1, "all", body)) events.unshift(event);
+    event = seek(run.events, run.done, 1, "all", body);
+    for (; event >= 0 && events.length < 8; event = seek(run.events, event + 1, 1, "all", body)) events.push(event);
+    while (this.buttons.length < events.length) this.#add();
+    this.buttons.forEach(({ item, button }, at) => {
+      item.hidden = at >= events.length;
+      if (item.hidden) return;
+      const time = timeOf(momentOfEvent(run.events, events[at]), this.player.held.start, this.player.held.unit);
+      button.event = events[at];
+      button.textContent = `${time.toPrecision(8)}: ${inWords(run.events, events[at])}`;
+      if (events[at] === run.done - 1) button.setAttribute("aria-current", "true");
+      else button.removeAttribute("aria-current");
+    });
+  }
+
+  #add() {
+    const item = document.createElement("li");
+    const button = document.createElement("button");
+    button.addEventListener("click", () => {
+      this.player.playback.jump(0, button.event);
+      this.player.changed();
+    });
+    item.append(button);
+    this.buttons.push({ item, button });
+    $("contacts").append(item);
+  }
+}
+
+const EVENTS = {
+  contacts: "two bodies meet",
+  structural: "a certificate of the broad phase fails",
+  walls: "a body meets a wall",
+  commands: "a body turns, comes or goes",
+  passings: "two bodies begin or end to pass through each other",
+};
+
+/** Which colour stands for what; a swatch of the structure is drawn as the structure is. */
+export function legend(player) {
+  const item = (style, text) => {
+    const line = document.createElement("li");
+    const mark = document.createElement("span");
+    Object.assign(mark.style, style);
+    line.append(mark, text);
+    return line;
+  };
+  const swatch = (look, isLine) => {
+    const line = `${Math.max(look.width, 1)}px ${look.dashes.length ? "dashed" : "solid"} ${look.colour}`;
+    const alpha = Math.round(255 * look.filled).toString(16).padStart(2, "0");
+    return isLine ? { height: "0", border: "0", borderTop: line, verticalAlign: "0.25rem" } : { border: line, background: look.colour + alpha };
+  };
+  const events = player.lanes.map((group) => item({ background: `var(--${group})`, width: "0.3rem", marginLeft: "0.35rem", marginRight: "0.85rem" }, `${group}: ${EVENTS[group]}`));
+  const drawn = player.runs.map(({ structure }) => structure).filter(Boolean);
+  const shapesOf = (role) => drawn.flatMap((each) => [...each.shape].filter((_, shape) => each.roles[each.role[shape]] === role));
+  const shapes = [];
+  for (const [role, look] of Object.entries(player.held.looks)) {
+    const kinds = new Set(shapesOf(role).map((kind) => SHAPES[kind]));
+    if (kinds.size) shapes.push(item(swatch(look, !kinds.has("box") && !kinds.has("polygon")), role));
+  }
+  if (shapes.length) {
+    shapes.push(item(swatch(player.held.fresh, false), "has come with the last event"));
+    shapes.push(item(swatch(player.held.next, false), "fails next"));
+  }
+  const [first, second] = player.held.runs;
+  if (second) events.push(item({}, `in each lane, above: ${first.label}; below: ${second.label}`));
+  $("legend").replaceChildren(...events);
+  $("legend-structure").replaceChildren(...shapes);
+  $("legend-structure-head").hidden = !shapes.length;
+}

@@ -1,0 +1,84 @@
+// The timeline: a lane for each group of events, one mark an event; and where the present moment is.
+
+import { groupOf } from "./drawing.mjs";
+import { prepare } from "./paper.mjs";
+import { fractionOf } from "../run/clock.mjs";
+import { GROUPS, momentOfEvent } from "../run/events.mjs";
+
+const MARGIN = 6; // pixels, so that the first and the last mark can be seen whole
+
+/** The lanes of the timeline, from above: one a group that has events in any run, by how many each has. */
+export function lanesOf(totals) {
+  return Object.keys(GROUPS).filter((group) => group !== "all" && totals.some((total) => total[group] > 0));
+}
+
+export class Timeline {
+  constructor(canvas, playback, lanes) {
+    Object.assign(this, { canvas, playback, lanes, gutter: MARGIN });
+    canvas.style.height = `${Math.max(lanes.length, 1) * 1.3 + 0.4}rem`;
+  }
+
+  /** The place of a fraction of the time, in pixels from the left. */
+  place(fraction) {
+    return this.gutter + fraction * (this.canvas.clientWidth - this.gutter - MARGIN);
+  }
+
+  /** The fraction of the time at a place. */
+  fraction(place) {
+    const fraction = (place - this.gutter) / Math.max(this.canvas.clientWidth - this.gutter - MARGIN, 1);
+    return Math.min(Math.max(fraction, 0), 1);
+  }
+
+  /** Draw it: the marks once for each size and theme, and the present moment over them. */
+  draw(theme) {
+    const { canvas, playback } = this;
+    const key = `${canvas.clientWidth} ${canvas.clientHeight} ${devicePixelRatio} ${theme.body}`;
+    if (this.key !== key) {
+      this.key = key;
+      this.picture = document.createElement("canvas");
+      const view = prepare(canvas, devicePixelRatio);
+      view.pen.clearRect(0, 0, view.width, view.height);
+      this.#names(view, theme);
+      playback.runs.forEach(({ events }, part) => this.#marks(view, events, theme, part));
+      [this.picture.width, this.picture.height] = [canvas.width, canvas.height];
+      if (canvas.width && canvas.height) this.picture.getContext("2d").drawImage(canvas, 0, 0);
+    }
+    const { pen, width, height } = prepare(canvas, devicePixelRatio);
+    pen.clearRect(0, 0, width, height);
+    if (this.picture.width && this.picture.height) pen.drawImage(this.picture, 0, 0, width, height);
+    const now = this.place(fractionOf(playback.moment, playback.begin, playback.end));
+    pen.fillStyle = theme.now;
+    pen.fillRect(now - 1, 0, 2, height);
+    pen.beginPath();
+    pen.moveTo(now - 5, 0);
+    pen.lineTo(now + 5, 0);
+    pen.lineTo(now, 7);
+    pen.fill();
+  }
+
+  #names({ pen, height }, theme) {
+    const tall = height / Math.max(this.lanes.length, 1);
+    pen.textAlign = "left";
+    pen.textBaseline = "middle";
+    pen.fillStyle = theme.text;
+    this.lanes.forEach((group, lane) => pen.fillText(group, MARGIN, (lane + 0.5) * tall));
+    this.gutter = 2 * MARGIN + Math.max(0, ...this.lanes.map((group) => pen.measureText(group).width));
+  }
+
+  /** The marks of a run; of several, each has its part of every lane. */
+  #marks({ pen, height }, events, theme, part) {
+    const { begin, end, runs } = this.playback;
+    const tall = height / Math.max(this.lanes.length, 1);
+    const own = (tall - 3) / runs.length;
+    const drawn = new Int32Array(this.lanes.length).fill(-1);
+    for (let event = 0; event < events.count; event += 1) {
+      const group = groupOf(events.kind[event]);
+      const lane = this.lanes.indexOf(group);
+      const column = Math.floor(this.place(fractionOf(momentOfEvent(events, event), begin, end)));
+      if (lane < 0 || drawn[lane] === column) continue; // a mark is there already
+      drawn[lane] = column;
+      pen.fillStyle = theme.groups[group];
+      pen.fillRect(column, lane * tall + 1.5 + part * own, 1.5, own - (runs.length > 1 ? 1 : 0));
+    }
+  }
+}

@@ -1,0 +1,99 @@
+// The events of a run, structural ones among the rows, in their order; and a cursor that steps through them.
+
+import { compare } from "./clock.mjs";
+import { KINDS } from "./rows.mjs";
+
+/** The groups in which a reader steps, and the kinds that are in each. */
+export const GROUPS = {
+  all: ["structural", "disc", "wall", "turn", "insert", "remove", "pass", "part"],
+  contacts: ["disc"],
+  structural: ["structural"],
+  walls: ["wall"],
+  commands: ["turn", "insert", "remove"],
+  passings: ["pass", "part"],
+};
+
+const WALLS = { "-1": "left", "-2": "right", "-3": "bottom", "-4": "top" };
+
+/**
+ * Merge rows and structural events (columns epoch, tick, body, after; or null) into one list: columns kind (a
+ * number, see KINDS), epoch, tick, a, b (-1 at a structural event), and `rows`, how many are done after it.
+ * What the clock writes down anew is no event.
+ */
+export function merge(rows, steps) {
+  const list = [];
+  let step = 0;
+  const take = (row) => {
+    while (steps && step < steps.after.length && steps.after[step] <= row) {
+      list.push([0, steps.epoch[step], steps.tick[step], steps.body[step], -1, row]);
+      step += 1;
+    }
+  };
+  for (let row = 0; row < rows.count; row += 1) {
+    take(row);
+    if (KINDS[rows.kind[row]] !== "anchor") {
+      list.push([rows.kind[row], rows.epoch[row], rows.tick[row], rows.a[row], rows.b[row], row + 1]);
+    }
+  }
+  take(rows.count);
+  const column = (at, type) => type.from(list, (each) => each[at]);
+  return {
+    count: list.length,
+    kind: column(0, Uint8Array),
+    epoch: column(1, Float64Array),
+    tick: column(2, Float64Array),
+    a: column(3, Int32Array),
+    b: column(4, Int32Array),
+    rows: column(5, Int32Array),
+  };
+}
+
+/** The moment of an event. */
+export function momentOfEvent(events, event) {
+  return [events.epoch[event], events.tick[event]];
+}
+
+/** How many events are done at a moment, those of that very tick among them. */
+export function eventsAt(events, moment) {
+  let low = 0;
+  let high = events.count;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (compare(momentOfEvent(events, middle), moment) <= 0) low = middle + 1;
+    else high = middle;
+  }
+  return low;
+}
+
+/** Whether an event is of a group, and of a body unless that is null. */
+export function isOf(events, event, group, body = null) {
+  if (!GROUPS[group].includes(KINDS[events.kind[event]])) return false;
+  return body === null || events.a[event] === body || events.b[event] === body;
+}
+
+/**
+ * The first event that is wanted from `done` on (direction 1), or the last one before `done` (direction -1);
+ * -1 where there is none.
+ */
+export function seek(events, done, direction, group = "all", body = null) {
+  for (let event = direction > 0 ? done : done - 1; event >= 0 && event < events.count; event += direction) {
+    if (isOf(events, event, group, body)) return event;
+  }
+  return -1;
+}
+
+/** An event in words. */
+export function inWords(events, event) {
+  const a = events.a[event];
+  const b = events.b[event];
+  switch (KINDS[events.kind[event]]) {
+    case "structural": return `a certificate of body ${a} fails`;
+    case "disc": return `bodies ${a} and ${b} meet`;
+    case "wall": return `body ${a} meets the ${WALLS[b]} wall`;
+    case "turn": return `body ${a} turns`;
+    case "insert": return `body ${a} comes`;
+    case "remove": return `body ${a} goes`;
+    case "pass": return `bodies ${a} and ${b} begin to pass through each other`;
+    default: return `bodies ${b} and ${a} end to pass through each other`;
+  }
+}

@@ -1,0 +1,79 @@
+// Where everybody is. Plans in force after a number of rows; from there one goes forward and back, row by row.
+// A place is anchor + velocity * elapsed, in this order, in doubles: the same bits as the run's own.
+
+import { elapsed } from "./clock.mjs";
+import { copyPlans, givesPlans, isThereAfter } from "./rows.mjs";
+
+export class Motion {
+  constructor(bodies, rows, unit) {
+    this.bodies = bodies;
+    this.rows = rows;
+    this.unit = unit;
+    this.done = 0;
+    this.plans = copyPlans(bodies);
+  }
+
+  /** Go forward or back until so many rows are done. */
+  to(count) {
+    while (this.done < count) this.#go(this.done++, true);
+    while (this.done > count) this.#go(--this.done, false);
+  }
+
+  /** How many rows are done at a moment, those of that very tick among them. */
+  rowsAt(moment) {
+    const { epoch, tick, count } = this.rows;
+    let low = 0;
+    let high = count;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (epoch[middle] < moment[0] || (epoch[middle] === moment[0] && tick[middle] <= moment[1])) low = middle + 1;
+      else high = middle;
+    }
+    return low;
+  }
+
+  /** The place of a body at a moment, under its plan in force: [x, y]. */
+  place(body, moment) {
+    const { x, y, vx, vy, epoch, tick } = this.plans;
+    const time = elapsed(moment, epoch[body], tick[body], this.unit);
+    return [x[body] + vx[body] * time, y[body] + vy[body] * time];
+  }
+
+  /** The places of all bodies at a moment, into two arrays. */
+  places(moment, intoX, intoY) {
+    const { x, y, vx, vy, epoch, tick } = this.plans;
+    for (let body = 0; body < x.length; body += 1) {
+      const time = elapsed(moment, epoch[body], tick[body], this.unit);
+      intoX[body] = x[body] + vx[body] * time;
+      intoY[body] = y[body] + vy[body] * time;
+    }
+  }
+
+  /** The places [x, y] of the bodies that are there, by number. */
+  placesOfThose(moment) {
+    const found = [];
+    this.plans.there.forEach((there, body) => there && found.push(this.place(body, moment)));
+    return found;
+  }
+
+  #go(row, forward) {
+    if (!givesPlans(this.rows.kind[row])) return;
+    const sides = [this.rows.a[row], this.rows.b[row]];
+    sides.forEach((body, side) => {
+      if (body < 0) return;
+      const flight = 2 * row + side;
+      this.#put(body, forward ? flight : this.rows.before[flight]);
+    });
+  }
+
+  #put(body, flight) {
+    const { plans, rows, bodies } = this;
+    for (const name of ["x", "y", "vx", "vy"]) {
+      plans[name][body] = flight < 0 ? bodies[name][body] : rows[name][flight];
+    }
+    const row = flight >> 1;
+    plans.epoch[body] = flight < 0 ? bodies.epoch[body] : rows.epoch[row];
+    plans.tick[body] = flight < 0 ? bodies.tick[body] : rows.tick[row];
+    plans.there[body] = flight < 0 ? bodies.there[body] : isThereAfter(rows.kind[row]);
+  }
+}

@@ -1,0 +1,129 @@
+// Runs on one clock: seek, step by event, play. The state is a moment and, for each run, how many of its events
+// are done: events of one tick are stepped one by one, so a moment alone does not say.
+
+import { between, compare, later } from "./clock.mjs";
+import { decode } from "./columns.mjs";
+import { eventsAt, merge, momentOfEvent, seek } from "./events.mjs";
+import { Motion } from "./motion.mjs";
+import { KINDS, rebuild } from "./rows.mjs";
+import { Structure } from "./structure.mjs";
+
+/** Everything that a page holds, decoded. */
+export async function load(held) {
+  const bodies = await decode(held.bodies);
+  let rows = null;
+  const runs = [];
+  for (const run of held.runs) {
+    rows = run.rows ? rebuild(bodies, await decode(run.rows), held.unit) : rows; // null: as the run before
+    const steps = run.steps ? await decode(run.steps) : null;
+    const structure = run.structure ? new Structure(await decode(run.structure), run.labels, Object.keys(held.looks)) : null;
+    runs.push({ rows, steps, structure });
+  }
+  return { bodies, runs };
+}
+
+export class Playback {
+  /** `runs`: [{rows, steps}], with rows as `rebuild` gives them, and structural events or null. */
+  constructor(bodies, runs, { unit, begin, end }) {
+    Object.assign(this, { unit, begin, end });
+    this.runs = runs.map(({ rows, steps }) => ({
+      events: merge(rows, steps),
+      motion: new Motion(bodies, rows, unit),
+      done: 0,
+    }));
+    this.#be(begin);
+  }
+
+  /** Go to a moment, all events up to and at it done; at the beginning, none. */
+  seek(moment) {
+    if (compare(moment, this.begin) <= 0) {
+      this.#be(this.begin);
+      this.runs.forEach((run) => this.#settle(run, 0));
+      return;
+    }
+    this.#be(compare(moment, this.end) < 0 ? moment : this.end);
+    this.runs.forEach((run) => this.#settle(run, eventsAt(run.events, this.moment)));
+  }
+
+  /**
+   * Step to the next event of a group (direction 1) or the one before (-1), of a body unless that is null; of
+   * several runs, the nearest. Before the first of all events is the beginning. Return whether there is one.
+   */
+  step(direction, group = "all", body = null) {
+    const found = this.runs.map((run) => seek(run.events, this.#from(run, direction), direction, group, body));
+    const moments = found.map((event, at) => (event < 0 ? null : momentOfEvent(this.runs[at].events, event)));
+    const known = moments.filter((moment) => moment !== null);
+    if (!known.length) {
+      const back = direction < 0 && group === "all" && body === null && this.runs.some((run) => run.done > 0);
+      if (back) this.seek(this.begin);
+      return back;
+    }
+    const next = known.reduce((one, other) => (compare(one, other) * direction <= 0 ? one : other));
+    this.#be(next);
+    this.runs.forEach((run, at) => {
+      const steps = moments[at] !== null && compare(moments[at], next) === 0;
+      this.#settle(run, steps ? found[at] + 1 : eventsAt(run.events, next));
+    });
+    return true;
+  }
+
+  /** Go to just after an event of a run; the other runs go to its moment. */
+  jump(at, event) {
+    this.seek(momentOfEvent(this.runs[at].events, event));
+    this.#settle(this.runs[at], event + 1);
+  }
+
+  /** Play on by so much of the scene's time, forward or back. Return whether there is more. */
+  play(time) {
+    this.seek(later(this.moment, time, this.unit));
+    return compare(this.moment, time < 0 ? this.begin : this.end) !== 0;
+  }
+
+  /** Play on by so many events, with time running evenly between two. Return whether there is more. */
+  playEvenly(events) {
+    this.way += events;
+    while (this.way >= 1) {
+      const rest = this.way - 1;
+      if (!this.step(1)) {
+        this.seek(this.end);
+        return false;
+      }
+      this.way = rest;
+    }
+    const next = this.runs
+      .filter((run) => run.done < run.events.count)
+      .map((run) => momentOfEvent(run.events, run.done))
+      .reduce((one, other) => (compare(one, other) <= 0 ? one : other), this.end);
+    this.moment = between(this.since, next, this.way);
+    this.runs.forEach((run) => this.#settle(run, run.done));
+    return true;
+  }
+
+  /** The last event that is done in a run, if this is its very moment; else -1. */
+  current(run) {
+    const last = run.done - 1;
+    return last >= 0 && compare(momentOfEvent(run.events, last), this.moment) === 0 ? last : -1;
+  }
+
+  #be(moment) {
+    this.moment = moment;
+    this.since = moment;
+    this.way = 0;
+  }
+
+  #from(run, direction) {
+    return direction < 0 && this.current(run) >= 0 ? run.done - 1 : run.done;
+  }
+
+  /** So many events of a run are done, and what the clock has written down anew between them and now. */
+  #settle(run, done) {
+    run.done = done;
+    const { rows } = run.motion;
+    let count = done ? run.events.rows[done - 1] : 0;
+    while (count < rows.count && KINDS[rows.kind[count]] === "anchor") {
+      if (compare([rows.epoch[count], rows.tick[count]], this.moment) > 0) break;
+      count += 1;
+    }
+    run.motion.to(count);
+  }
+}

@@ -1,0 +1,91 @@
+// Rows from what a page holds of them: bits in which they differ from what the plans before them foretell.
+// plans.py says the same, operation by operation.
+
+import { elapsed } from "./clock.mjs";
+
+export const KINDS = ["structural", "disc", "wall", "turn", "insert", "remove", "pass", "part", "anchor"];
+const DISC = 1;
+const REMOVE = 5;
+const PASS = 6;
+const PART = 7;
+
+const word = new BigUint64Array(1);
+const double = new Float64Array(word.buffer);
+
+/** The double whose bits differ from a foretold one by these. */
+function differing(foretold, bits) {
+  double[0] = foretold;
+  word[0] ^= bits;
+  return double[0];
+}
+
+/** Running sums, in place: of whole numbers that a double holds exactly. */
+function sums(column) {
+  for (let row = 1; row < column.length; row += 1) column[row] += column[row - 1];
+  return column;
+}
+
+/** A copy of the plans of bodies (columns there, epoch, tick, x, y, vx, vy). */
+export function copyPlans(bodies) {
+  const plans = {};
+  for (const name of ["there", "epoch", "tick", "x", "y", "vx", "vy"]) plans[name] = bodies[name].slice();
+  return plans;
+}
+
+/** Whether a row of a kind gives plans to bodies. */
+export function givesPlans(kind) {
+  return kind !== PASS && kind !== PART;
+}
+
+/** Whether a body is there after an event of a kind. */
+export function isThereAfter(kind) {
+  return kind === REMOVE ? 0 : 1;
+}
+
+/**
+ * The rows of a run: columns kind, epoch, tick, a, b, and of flight 2 * row + side (0 for a, 1 for b) place
+ * x, y, velocity vx, vy, and the flight `before` it of the same body (-1: the plan that it began with).
+ */
+export function rebuild(bodies, coded, unit) {
+  const { kind, a, b } = coded;
+  const count = kind.length;
+  const rows = { count, kind, a, b, epoch: sums(coded.epoch), tick: sums(coded.tick) };
+  for (const name of ["x", "y", "vx", "vy"]) rows[name] = new Float64Array(2 * count);
+  rows.before = new Int32Array(2 * count).fill(-1);
+  const now = copyPlans(bodies);
+  const last = new Int32Array(bodies.x.length).fill(-1);
+  const sides = [
+    [coded.ax, coded.ay, coded.avx, coded.avy],
+    [coded.bx, coded.by, coded.bvx, coded.bvy],
+  ];
+  for (let row = 0; row < count; row += 1) {
+    if (!givesPlans(kind[row])) continue;
+    const moment = [rows.epoch[row], rows.tick[row]];
+    let lostX = 0;
+    let lostY = 0;
+    for (let side = 0; side < 2; side += 1) {
+      const body = side ? b[row] : a[row];
+      if (body < 0) continue;
+      const [x, y, vx, vy] = sides[side];
+      const flight = 2 * row + side;
+      const time = elapsed(moment, now.epoch[body], now.tick[body], unit);
+      const gains = side === 1 && kind[row] === DISC && bodies.mass[a[row]] === bodies.mass[b[row]];
+      const keepsX = gains ? now.vx[body] + lostX : now.vx[body];
+      const keepsY = gains ? now.vy[body] + lostY : now.vy[body];
+      rows.x[flight] = differing(now.x[body] + now.vx[body] * time, x[row]);
+      rows.y[flight] = differing(now.y[body] + now.vy[body] * time, y[row]);
+      rows.vx[flight] = differing(keepsX, vx[row]);
+      rows.vy[flight] = differing(keepsY, vy[row]);
+      lostX = now.vx[body] - rows.vx[flight];
+      lostY = now.vy[body] - rows.vy[flight];
+      rows.before[flight] = last[body];
+      last[body] = flight;
+      now.x[body] = rows.x[flight];
+      now.y[body] = rows.y[flight];
+      now.vx[body] = rows.vx[flight];
+      now.vy[body] = rows.vy[flight];
+      [now.epoch[body], now.tick[body]] = moment;
+    }
+  }
+  return rows;
+}

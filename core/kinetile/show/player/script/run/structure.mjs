@@ -1,0 +1,148 @@
+// The structure that a phase draws: shapes that hang on bodies, each there from one number of events to another.
+
+import { compare } from "./clock.mjs";
+
+export const SHAPES = ["segment", "box", "polygon", "link", "entry"];
+const STATES = ["old", "again", "fresh", "next"];
+
+/** A log of shapes (columns as structure.py names them), to be asked what there is after so many events. */
+export class Structure {
+  constructor(columns, labels, roles) {
+    Object.assign(this, columns);
+    this.labels = labels;
+    this.roles = roles;
+    this.start = new Int32Array(columns.size.length); // of each shape's coordinates
+    for (let shape = 1; shape < this.start.length; shape += 1) {
+      this.start[shape] = this.start[shape - 1] + columns.size[shape - 1];
+    }
+    this.seen = this.last.reduce((most, last) => Math.max(most, last), 0); // after so many events it is not known
+    this.asked = -1;
+    this.layered = -1;
+  }
+
+  /** The shapes that are there after so many events, by their numbers; those below first. */
+  at(done) {
+    if (done !== this.asked) {
+      this.asked = done;
+      this.found = [];
+      for (let shape = 0; shape < this.first.length; shape += 1) {
+        if (this.first[shape] <= done && done < this.last[shape]) this.found.push(shape);
+      }
+    }
+    return this.found;
+  }
+
+  /** Of the shapes that are there after so many events, those that fail first; none where none fails. */
+  failing(done) {
+    let found = [];
+    let least = null;
+    for (const shape of this.at(done)) {
+      if (Number.isNaN(this.epoch[shape])) continue;
+      const fails = [this.epoch[shape], this.tick[shape]];
+      const order = least === null ? -1 : compare(fails, least);
+      if (order < 0) [found, least] = [[shape], fails];
+      else if (order === 0) found.push(shape);
+    }
+    return found;
+  }
+
+  /**
+   * The shapes that are there after so many events, in groups that look alike, those below first: {role, state,
+   * shapes}. Its state is "next" (it fails first), "fresh" (it has come with the last event), "again" (it has only
+   * been scheduled anew then) or "old".
+   */
+  layers(done) {
+    if (done !== this.layered) {
+      this.layered = done;
+      const failing = new Set(this.failing(done));
+      const groups = new Map();
+      for (const shape of this.at(done)) {
+        if (SHAPES[this.shape[shape]] === "entry") continue; // it has no place in the scene
+        const state = failing.has(shape) ? "next" : this.#age(shape, done);
+        const key = `${this.role[shape]} ${state} ${this.shape[shape]}`;
+        if (!groups.has(key)) groups.set(key, { role: this.roles[this.role[shape]], state, shapes: [] });
+        groups.get(key).shapes.push(shape);
+      }
+      this.groups = [...groups.values()].sort((one, other) => STATES.indexOf(one.state) - STATES.indexOf(other.state));
+      this.groups.sort((one, other) => this.roles.indexOf(one.role) - this.roles.indexOf(other.role));
+    }
+    return this.groups;
+  }
+
+  /** What to look at after so many events: the shapes that have just come, or else those that fail next. */
+  news(done) {
+    const fresh = this.at(done).filter((shape) => SHAPES[this.shape[shape]] !== "entry" && this.isFresh(shape, done));
+    return fresh.length ? fresh : this.failing(done);
+  }
+
+  /** Whether a shape has come with the last of so many events. */
+  isFresh(shape, done) {
+    return this.#age(shape, done) === "fresh";
+  }
+
+  #age(shape, done) {
+    if (done === 0 || this.first[shape] !== done) return "old";
+    return this.fresh[shape] ? "fresh" : "again";
+  }
+
+  /** The entries of the matrix after so many events: {a, b, role, label, fresh}. */
+  entries(done) {
+    const found = this.at(done).filter((shape) => SHAPES[this.shape[shape]] === "entry");
+    return found.map((shape) => {
+      const [a, b] = [this.body[this.start[shape]], this.body[this.start[shape] + 2]];
+      const [role, label] = [this.roles[this.role[shape]], this.labels[this.label[shape]]];
+      return { a, b, role, label, fresh: this.isFresh(shape, done) };
+    });
+  }
+
+  /** Whether a matrix is drawn, at any time. */
+  get hasMatrix() {
+    return this.shape.includes(SHAPES.indexOf("entry"));
+  }
+
+  /** How many shapes of each role there are after so many events, and how many entries of the matrix. */
+  counts(done) {
+    const counts = {};
+    for (const shape of this.at(done)) {
+      const name = SHAPES[this.shape[shape]] === "entry" ? "in the matrix" : `${this.roles[this.role[shape]]}s drawn`;
+      counts[name] = (counts[name] ?? 0) + 1;
+    }
+    return counts;
+  }
+
+  /** The bodies with which a body is drawn as a pair after so many events. */
+  partners(done, body) {
+    const found = [];
+    for (const shape of this.at(done)) {
+      if (this.roles[this.role[shape]] !== "pair" || SHAPES[this.shape[shape]] !== "link") continue;
+      const [a, b] = [this.body[this.start[shape]], this.body[this.start[shape] + 2]];
+      if (a === body || b === body) found.push(a === body ? b : a);
+    }
+    return found.sort((one, other) => one - other);
+  }
+
+  /** The points [x, y] of a shape, with places {x, y} of the bodies. */
+  points(shape, places) {
+    const found = [];
+    for (let at = this.start[shape]; at < this.start[shape] + this.size[shape]; at += 2) {
+      found.push([this.coordinate(at, places.x), this.coordinate(at + 1, places.y)]);
+    }
+    return found;
+  }
+
+  /** What a shape is: plain data, to be compared. */
+  plain(shape) {
+    const own = { shape: SHAPES[this.shape[shape]], role: this.roles[this.role[shape]], label: this.labels[this.label[shape]] };
+    const fails = Number.isNaN(this.epoch[shape]) ? null : [this.epoch[shape], this.tick[shape]];
+    const coordinates = [];
+    for (let at = this.start[shape]; at < this.start[shape] + this.size[shape]; at += 1) {
+      coordinates.push([this.body[at], this.offset[at]]);
+    }
+    return { ...own, fails, coordinates };
+  }
+
+  /** A coordinate by its place in `body` and `offset`, with the places of the bodies on its axis. */
+  coordinate(at, places) {
+    return this.body[at] < 0 ? this.offset[at] : places[this.body[at]] + this.offset[at];
+  }
+}

@@ -1,0 +1,160 @@
+"""A view of a run: a page, to be saved, opened, or shown in a notebook."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from kinetile.errors import BadOption
+from kinetile.kernel.clock import TICKS, Clock
+from kinetile.records.reading import read_events
+from kinetile.records.trajectory import Trajectory
+from kinetile.run.simulation import Simulation
+from kinetile.scene import Scene
+from kinetile.show.player.page import Page
+from kinetile.show.player.recording import MOST_ROWS, record, shortened, window_of
+
+__all__ = ["Choice", "View", "view", "view_file", "view_scene"]
+
+_NO_STRUCTURE = (
+    "An event file has no structural events and no structure: it says what the bodies do, whatever the broad "
+    "phase. A view of the scene shows both (kinetile view SCENE --broad-phase NAME)."
+)
+
+Choice = tuple[str | None, Mapping[str, Any]]
+"""A broad phase by name (None: what the scene says, or the default), and its options."""
+
+
+@dataclass(frozen=True)
+class View:
+    """A page in which a run plays; a notebook shows it. ``str`` of it is the page's HTML."""
+
+    page: Page
+
+    @property
+    def notes(self) -> list[str]:
+        """Sentences that a reader should see: how a run ended, what is left out."""
+        return self.page.all_notes
+
+    def __str__(self) -> str:
+        return self.page.html()
+
+    def save(self, path: str | Path, *, overwrite: bool = False) -> Path:
+        """Write the page to a file, and return its path.
+
+        Raises BadOption where the file is there already (unless ``overwrite``) or cannot be written.
+        """
+        target = Path(path)
+        text = str(self)
+        try:
+            with open(target, "w" if overwrite else "x", encoding="utf-8", newline="\n") as file:
+                file.write(text)
+        except FileExistsError as error:
+            raise BadOption(
+                f"{target} is there already: choose another name, or have it overwritten (overwrite=True, or "
+                "--overwrite)"
+            ) from error
+        except OSError as error:
+            raise BadOption(f"{target} cannot be written: {error.strerror or error}") from error
+        return target
+
+    def _repr_html_(self) -> str:
+        page, title = html.escape(str(self)), html.escape(self.page.title)
+        return (
+            f'<iframe title="{title}" sandbox="allow-scripts" srcdoc="{page}" '
+            'style="width: 100%; height: 720px; border: 0"></iframe>'
+        )
+
+
+def view_scene(
+    scene: Scene,
+    choices: Sequence[Choice] = ((None, {}),),
+    *,
+    begin: float | None = None,
+    until: float | None = None,
+    steps: bool = True,
+    title: str | None = None,
+    max_contacts: int | None = None,
+    narrow_phases: Mapping[str, Mapping[str, Any]] | None = None,
+) -> View:
+    """Return a view of a scene under one broad phase, or under several side by side.
+
+    Args:
+        scene: what is simulated.
+        choices: broad phases, each with its options.
+        begin: from when on; None: the scene's start.
+        until: to when; None: the scene's own ``until``, or one time unit after ``begin``.
+        steps: whether to step through the run too, for structural events.
+        title: what stands above it; None: what the scene says of itself.
+        max_contacts: the window ends at so many contacts, if not before; None: at as many as fit.
+        narrow_phases: names and options; None: what the scene says, or what it needs.
+
+    Raises UnknownName, BadOption and Refused as ``Simulation``.
+    """
+    begin = scene.start if begin is None else begin
+    own = scene.settings.until
+    until = (own if own is not None and own > begin else begin + 1.0) if until is None else until
+    if not scene.start <= begin <= until < float("inf"):
+        raise BadOption(
+            f"the window is {begin!r} to {until!r}; expected two times from the scene's start on, "
+            f"{scene.start!r}, the first not after the second"
+        )
+
+    def simulation(choice: Choice) -> Simulation:
+        options = dict(choice[1]) or None
+        return Simulation(scene, choice[0], options=options, narrow_phases=narrow_phases)
+
+    recordings = []
+    for choice in choices:
+        first = simulation(choice)
+        again = simulation(choice) if steps else None
+        label = _label(first)
+        recordings.append(record(scene, first, again, label, begin, until, max_contacts))
+    return View(Page(scene, recordings, title or _name(scene)))
+
+
+def view_file(path: str | Path, *, begin: float | None = None, until: float | None = None) -> View:
+    """Return a view of an event file, or of a window of it. Raises RecordError as ``Trajectory.read``, and
+    BadOption for a window that is not in it."""
+    trajectory = Trajectory.read(path)
+    scene, rows = trajectory.scene, trajectory.rows
+    clock = Clock(scene.start, scene.time_unit)
+    recorded = read_events(path).metadata["time"]
+    end = clock.ticks(recorded if until is None else min(until, recorded))
+    first = clock.ticks(scene.start if begin is None else begin)
+    if not 0 <= first <= end:
+        raise BadOption(
+            f"the window of {path} is from {begin!r} to {until!r}; expected times in it, in order"
+        )
+    ticks = rows["epoch"].astype(object) * TICKS + rows["tick"].astype(object)
+    before, upto = int((ticks <= first).sum()) if first else 0, int((ticks <= end).sum())
+    notes: tuple[str, ...] = (_NO_STRUCTURE,)
+    if upto - before > MOST_ROWS:
+        upto, wanted = before + MOST_ROWS, clock.moment(end)[0]
+        end = int(ticks[upto - 1])
+        notes += (shortened(clock.moment(first)[0], clock.moment(end)[0], wanted),)
+    recording = window_of(scene, rows[:upto], "as recorded", first, end, notes)
+    return View(Page(scene, [recording], f"{Path(path).name}: {_name(scene)}"))
+
+
+def view(simulation: Simulation, until: float | None = None) -> View:
+    """Return a view of what a simulation has done so far, commands given by hand among it; of one that has
+    not begun, of what it would do. It is played again from the start, and stays as it is."""
+    scene = simulation.recorded()
+    choice = (simulation.broad_phase, simulation.options)
+    narrow_phases = simulation.composition.narrow_phases
+    return view_scene(scene, [choice], until=until, narrow_phases=narrow_phases)
+
+
+def _label(simulation: Simulation) -> str:
+    options = ",".join(f"{key}={value}" for key, value in simulation.options.items())
+    return f"{simulation.broad_phase}:{options}" if options else simulation.broad_phase
+
+
+def _name(scene: Scene) -> str:
+    recipe = scene.origin.get("recipe")
+    bodies = f"{len(scene)} {'disc' if len(scene) == 1 else 'discs'}"
+    return f"{recipe}, {bodies}" if recipe else bodies

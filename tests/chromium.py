@@ -1,0 +1,166 @@
+"""A headless chromium, driven over a pipe of its debugging protocol: no port is opened.
+
+Tests of pages use it, the script that photographs the player for the documents, and the one that measures it.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import os
+import select
+import shutil
+import subprocess
+import tempfile
+import time
+from pathlib import Path
+from typing import Any, Self
+
+import pytest
+
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+
+needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="there is no chromium here to open a page with")
+
+_PATIENCE = 120.0
+"""Seconds within which an answer has to come."""
+
+_KEYS = {" ": ("Space", 32), "Tab": ("Tab", 9), "Enter": ("Enter", 13), "Escape": ("Escape", 27)}
+_KEYS |= {"ArrowLeft": ("ArrowLeft", 37), "ArrowUp": ("ArrowUp", 38), "ArrowRight": ("ArrowRight", 39)}
+_KEYS |= {"ArrowDown": ("ArrowDown", 40), "Home": ("Home", 36), "End": ("End", 35)}
+_KEYS |= {"PageUp": ("PageUp", 33), "PageDown": ("PageDown", 34)}
+_TEXT = {"Enter": "\r"}
+SHIFT = 8
+
+
+class Browser:
+    """A browser with one page in it, closed at the end of a ``with``. ``events`` are all that it has said."""
+
+    def __init__(self, width: int = 1280, height: int = 800, *, dark: bool = False) -> None:
+        """Start one with a window of so many pixels; ``dark`` as a reader's system may be."""
+        assert CHROMIUM is not None
+        self._folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
+        to_it, ours = os.pipe()
+        theirs, from_it = os.pipe()
+
+        def connect() -> None:
+            os.dup2(to_it, 103)  # first out of the way: either may be 3 or 4 already
+            os.dup2(from_it, 104)
+            os.dup2(103, 3)
+            os.dup2(104, 4)
+
+        options = ["--headless=new", "--no-sandbox", "--disable-gpu", "--hide-scrollbars"]
+        options.append("--remote-debugging-pipe")
+        self.process = subprocess.Popen(
+            [CHROMIUM, *options, f"--user-data-dir={self._folder.name}", "about:blank"],
+            close_fds=False,
+            preexec_fn=connect,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        os.close(to_it)
+        os.close(from_it)
+        self._write, self._read = ours, theirs
+        self.events: list[dict[str, Any]] = []
+        self._number, self._left = 0, b""
+        self._session: str | None = None
+        target = self.ask("Target.createTarget", url="about:blank")["targetId"]
+        self._session = self.ask("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+        for domain in ("Page", "Runtime", "Log", "Network"):
+            self.ask(f"{domain}.enable")
+        size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 500}
+        self.ask("Emulation.setDeviceMetricsOverride", **size)
+        features = [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]
+        self.ask("Emulation.setEmulatedMedia", features=features)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.process.terminate()
+        try:
+            self.process.wait(10)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+        os.close(self._write)
+        os.close(self._read)
+        self._folder.cleanup()
+
+    def ask(self, method: str, **params: Any) -> Any:
+        """Send a command of the protocol, and return its result."""
+        self._number += 1
+        message: dict[str, Any] = {"id": self._number, "method": method, "params": params}
+        if self._session:
+            message["sessionId"] = self._session
+        rest = json.dumps(message).encode() + b"\0"
+        while rest:
+            rest = rest[os.write(self._write, rest) :]
+        while (found := self._next()).get("id") != self._number:
+            self.events.append(found)
+        assert "error" not in found, found
+        return found["result"]
+
+    def wait_for(self, method: str) -> None:
+        """Read on until an event of a name has come since the last question."""
+        while (found := self._next())["method"] != method:
+            self.events.append(found)
+        self.events.append(found)
+
+    def _next(self) -> dict[str, Any]:
+        """Return the next message of the browser."""
+        while b"\0" not in self._left:
+            ready, _, _ = select.select([self._read], [], [], _PATIENCE)
+            assert ready, f"the browser has said nothing for {_PATIENCE:g} s"
+            read = os.read(self._read, 1 << 20)
+            assert read, "the browser has gone"
+            self._left += read
+        text, _, self._left = self._left.partition(b"\0")
+        found: dict[str, Any] = json.loads(text)
+        return found
+
+    def value(self, expression: str) -> Any:
+        """Return the value of an expression in the page, awaited if it is a promise."""
+        found = self.ask("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True)
+        assert "exceptionDetails" not in found, found
+        return found["result"].get("value")
+
+    def open(self, path: Path) -> None:
+        """Open a page of the player from its file, and wait until it is there."""
+        self.ask("Page.navigate", url=path.resolve().as_uri())
+        if not any(each["method"] == "Page.loadEventFired" for each in self.events[-30:]):
+            self.wait_for("Page.loadEventFired")
+        while not self.value("document.documentElement?.dataset.ready"):
+            thrown = [each for each in self.said() if each["method"] == "Runtime.exceptionThrown"]
+            assert not thrown, thrown
+            time.sleep(0.01)
+
+    def press(self, *keys: str, modifiers: int = 0) -> None:
+        """Press keys, one after the other, as a keyboard would."""
+        for key in keys:
+            code, number = _KEYS.get(key) or (f"Key{key.upper()}", ord(key.upper()) if key.isalnum() else 0)
+            params = {"key": key, "code": code, "windowsVirtualKeyCode": number, "modifiers": modifiers}
+            text = _TEXT.get(key, key if len(key) == 1 else "")
+            self.ask("Input.dispatchKeyEvent", type="keyDown", **params, **({"text": text} if text else {}))
+            self.ask("Input.dispatchKeyEvent", type="keyUp", **params)
+
+    def settle(self) -> None:
+        """Wait until what was asked for is on the screen: two frames."""
+        for _ in range(2):
+            self.value("new Promise((done) => requestAnimationFrame(() => done(true)))")
+
+    def photograph(self, whole: bool = False) -> bytes:
+        """Return a picture of the window as PNG, or of the whole page."""
+        self.settle()
+        picture = self.ask("Page.captureScreenshot", format="png", captureBeyondViewport=whole)
+        return base64.b64decode(picture["data"])
+
+    def said(self) -> list[dict[str, Any]]:
+        """Return what was written to the console, or thrown and not caught."""
+        names = {"Log.entryAdded", "Runtime.consoleAPICalled", "Runtime.exceptionThrown"}
+        return [each for each in self.events if each.get("method") in names]
+
+    def asked_for(self) -> set[str]:
+        """Return the addresses that the page has asked for."""
+        sent = [each for each in self.events if each.get("method") == "Network.requestWillBeSent"]
+        return {each["params"]["request"]["url"] for each in sent}

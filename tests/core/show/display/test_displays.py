@@ -1,0 +1,285 @@
+"""Displays of a notebook: readable, escaped, small, and never an error."""
+
+from __future__ import annotations
+
+import math
+import threading
+from base64 import b64decode
+from html.parser import HTMLParser
+from xml.etree import ElementTree
+
+import pytest
+
+import broken_phases
+import kinetile as kt
+from kinetile.errors import MissedContactError, ZenoError
+from kinetile.plugin.drawing import ROLES
+from kinetile.show.display import things
+from kinetile.show.display.tables import facts, grid, paragraph
+
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+class Read(HTMLParser):
+    """What stands in a display: lines of its tables, its pictures, its sentences."""
+
+    def __init__(self, page: str) -> None:
+        super().__init__()
+        self.lines: list[list[str]] = []
+        self.pictures: list[bytes] = []
+        self.words: list[str] = []
+        self.said: list[str] = []
+        self.open: list[str] = []
+        self.feed(page)
+        assert not self.open, "every element is closed"
+
+    def handle_starttag(self, tag, attributes):
+        found = dict(attributes)
+        if tag == "img":
+            self.pictures.append(b64decode(found["src"].removeprefix("data:image/svg+xml;base64,")))
+            self.words.append(found["alt"])
+            return
+        assert tag in ("table", "caption", "tr", "th", "td", "p", "div"), tag
+        assert "color" not in found.get("style", "")  # the page's own, light or dark
+        self.open.append(tag)
+        if tag == "tr":
+            self.lines.append([])
+        elif tag in ("th", "td"):
+            self.lines[-1].append("")
+        elif tag == "p":
+            self.said.append("")
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        if self.open and self.open[-1] in ("th", "td"):
+            self.lines[-1][-1] += data
+        elif self.open and self.open[-1] == "p":
+            self.said[-1] += data
+
+    def __getitem__(self, label):
+        return dict(line for line in self.lines if len(line) == 2)[label]
+
+
+def shown(thing) -> Read:
+    return Read(thing._repr_html_())
+
+
+def shapes(svg) -> int:
+    groups = ElementTree.fromstring(svg).iter(f"{SVG}g")
+    return sum(len(group) for group in groups if group.get("class") in ROLES)
+
+
+def circles(svg) -> int:
+    return len(ElementTree.fromstring(svg).findall(f".//{SVG}circle"))
+
+
+def random(bodies=9, **more):
+    return kt.make_scene("random", bodies=bodies, seed=4, **more)
+
+
+@pytest.fixture
+def broken():
+    plugin = broken_phases.Plugin()
+    kt.registry().add(plugin)
+    yield
+    kt.registry().remove(plugin)
+
+
+def test_all_text_is_escaped():
+    page = facts("a < b", [("<i>", "x & y")]) + grid("<c>", ["<h>"], [["<td>"]], [False]) + paragraph("<p>")
+    found = Read(page)
+    assert found.lines == [["<i>", "x & y"], ["<h>"], ["<td>"]]
+    assert found.said == ["<p>"]
+    scene = kt.Scene([[1.0, 1.0]], [[0.0, 0.0]], 0.5, kind="<script>", origin={"file": "<b>.toml"})
+    assert shown(scene)["from"] == "<b>.toml"
+    assert shown(scene)["kinds"] == "<script> (1)"
+
+
+def test_a_scene_says_what_it_is_and_shows_its_bodies():
+    scene = kt.Scene(
+        [[1.0, 1.0], [3.0, 1.0], [5.0, 1.0]],
+        [[0.5, 0.0], [0.0, 0.0], [0.0, 0.0]],
+        [0.25, 0.5, 0.5],
+        mass=[1.0, 2.0, math.inf],
+        arena=(8.0, 2.0),
+        kind=["ball", "sensor", "post"],
+        responses={("ball", "sensor"): "pass"},
+        commands=[
+            kt.Insert(0.5, (2.0, 0.5), (0.0, 1.0), 0.125),
+            kt.Turn(0, 0.75, (1.0, 0.0)),
+            kt.Remove(1, 1.0),
+        ],
+        settings=kt.Settings("sap-1d", options={"sap-1d": {"axis": "y"}}, until=2.0),
+    )
+    found = shown(scene)
+    assert dict(found.lines) == {
+        "walls": "in 8 x 2",
+        "radii": "0.25 to 0.5",
+        "masses": "1 to 2; 1 body that nothing can move",
+        "speeds": "0 to 0.5",
+        "kinds": "ball (1), sensor (1), post (1)",
+        "responses": "ball and sensor: pass",
+        "commands": "1 turn, 1 insertion, 1 removal",
+        "time": "from 0 to 2",
+        "broad phase": "sap-1d (axis=y)",
+    }
+    (picture,) = found.pictures
+    assert circles(picture) == 3
+    assert found.words == ["Picture: a scene: 3 discs at time 0"]
+    assert scene._repr_svg_().encode() == picture
+
+
+@pytest.mark.parametrize("scene", [kt.Scene([], [], []), kt.Scene([[0.0, 0.0]], [[0.0, 0.0]], 1.0)])
+def test_next_to_nothing_displays_too(scene):
+    assert circles(shown(scene).pictures[0]) == len(scene)
+    assert circles(shown(kt.Simulation(scene)).pictures[0]) == len(scene)
+
+
+def test_a_simulation_shows_the_structure_that_is_built_and_builds_none():
+    sim = kt.Simulation(random(), "sweep-tiling")
+    before = shown(sim)
+    assert before.said == ["Without the structure: it is not built yet; run() or build() does that."]
+    assert (circles(before.pictures[0]), shapes(before.pictures[0])) == (9, 0)
+    assert (sim.built, sim.cached in (False, True, None)) == (False, True)
+    sim.run(until=0.25)
+    after = shown(sim)
+    assert after.said == []
+    assert shapes(after.pictures[0]) > len(sim.drawing())  # and the legend
+    assert after["broad phase"] == "sweep-tiling"
+    assert after["time"] == "0 to 0.25"
+    assert after["fingerprint"] == sim.fingerprint
+    assert sim._repr_svg_().encode() == after.pictures[0]
+
+
+def test_to_be_shown_changes_nothing():
+    one, two = (kt.Simulation(random(), "cells") for _ in range(2))
+    for time in (0.0, 0.25, 0.5):
+        one.run(until=time)
+        two.run(until=time)
+        shown(one)
+    assert one.snapshot() == two.snapshot()
+
+
+def test_who_came_is_in_the_picture_and_who_went_is_not():
+    sim = kt.Simulation(
+        kt.Scene([[1.0, 1.0], [3.0, 1.0]], [[0.0, 0.0]] * 2, 0.5, arena=(6.0, 2.0)), live=True
+    )
+    sim.run(until=0.25)
+    sim.remove(0)
+    sim.insert((5.0, 1.0), radius=0.25)
+    found = shown(sim)
+    radii = [float(c.get("r")) for c in ElementTree.fromstring(found.pictures[0]).findall(f".//{SVG}circle")]
+    assert radii == pytest.approx([0.5 * 640 / 6, 0.25 * 640 / 6], abs=0.006)
+    assert found["bodies"] == "2 now"
+
+
+def test_readings_are_the_lines_of_the_command():
+    sim = kt.Simulation(random())
+    sim.run(until=0.25)
+    found = shown(sim.readings)
+    assert found["fingerprint"] == sim.fingerprint
+    assert found["contacts"].startswith(f"{len(sim.contacts):,} (")
+
+
+@pytest.mark.parametrize(
+    ("bodies", "said", "pictures"),
+    [
+        (things.MOST_STRUCTURE + 1, "Without the structure: it is drawn here of up to 250 bodies.", 1),
+        (things.MOST_BODIES + 1, "No picture: of more than 2,000 bodies none is drawn here.", 0),
+    ],
+)
+def test_of_many_bodies_less_is_drawn_and_that_is_said(bodies, said, pictures):
+    scene = kt.Scene([[4.0 * k, 0.0] for k in range(bodies)], [[0.0, 0.0]] * bodies, 1.0)
+    sim = kt.Simulation(scene, "cells")
+    if pictures:
+        sim.build()
+    found = shown(sim)
+    assert (found.said, len(found.pictures)) == ([said], pictures)
+    assert len(shown(scene).pictures) == pictures
+    assert (scene._repr_svg_() is None) == (pictures == 0)
+    assert len(sim._repr_html_()) < 60_000 * pictures + 4_000
+
+
+def test_a_structure_of_many_shapes_is_left_out():
+    sim = kt.Simulation(kt.make_scene("grid", bodies=64, density=0.2), "naive")
+    sim.build()
+    found = shown(sim)
+    assert found.said == ["Without the structure: it has 2,016 shapes, and up to 2,000 are drawn here."]
+    assert shapes(found.pictures[0]) == 0
+
+
+def test_a_run_that_has_ended_with_an_error_displays_and_says_so(broken):
+    head_on = kt.Scene(
+        [[1.0, 1.0], [2.0, 1.0], [1.25, 1.8125]],
+        [[1.0, 0.0], [-1.0, 0.0], [0.0, -1.0]],
+        0.25,
+        arena=(4.0, 4.0),
+    )
+    sim = kt.Simulation(head_on, "adds-when-deep")
+    with pytest.raises(MissedContactError) as caught:
+        sim.run(until=4.0)
+    found = shown(sim)
+    assert found["ended by"] == sim.fault == f"MissedContactError: {caught.value}"
+    assert circles(found.pictures[0]) == 3
+
+
+@pytest.mark.compiled
+def test_a_jam_displays_until_it_is_left():
+    jam = kt.Scene([[0.5, 0.25]], [[0.0, 1.0]], 0.25, arena=(1.0, 0.5))
+    sim = kt.Simulation(jam)
+    start = sim.snapshot()
+    with pytest.raises(ZenoError):
+        sim.run(until=1.0)
+    assert shown(sim)["ended by"].startswith("ZenoError: at time")
+    sim.restore(start)
+    assert sim.fault is None
+    assert "ended by" not in dict(line for line in shown(sim).lines)
+
+
+def test_a_draw_that_is_wrong_costs_the_structure_and_nothing_else(monkeypatch):
+    sim = kt.Simulation(random())
+    sim.run(until=0.25)
+
+    def fail():
+        raise RuntimeError("no <pen>")
+
+    monkeypatch.setattr(sim, "drawing", fail)
+    found = shown(sim)
+    assert found.said == ["Without the structure: RuntimeError: no <pen>."]
+    assert circles(found.pictures[0]) == 9
+
+
+def test_whatever_goes_wrong_is_said_instead(monkeypatch):
+    scene = random()
+    monkeypatch.setattr(things, "picture_of_scene", lambda scene: 1 / 0)
+    assert shown(scene).said == ["Scene: cannot be shown: ZeroDivisionError: division by zero"]
+    assert scene._repr_svg_() is None
+
+
+def test_a_run_in_another_thread_is_not_drawn_in_the_middle_of_a_step():
+    sim = kt.Simulation(random())
+    sim.run(until=0.25)
+    held, done = threading.Event(), threading.Event()
+
+    def watch(progress):
+        held.set()
+        assert done.wait(60)
+
+    run = threading.Thread(target=sim.run, args=(0.5,), kwargs={"progress": watch})
+    run.start()
+    assert held.wait(60)
+    found = shown(sim)
+    done.set()
+    run.join()
+    (said,) = found.said
+    assert said.startswith("No picture: this simulation is running in another thread")
+    assert found["broad phase"] == "cells"
+
+
+def test_from_its_own_progress_a_run_is_drawn():
+    sim = kt.Simulation(random(), "sap-2d")
+    seen = []
+    sim.run(until=0.25, progress=lambda progress: seen.append(shown(sim)))
+    assert all(found.said == [] and shapes(found.pictures[0]) for found in seen)

@@ -1,0 +1,117 @@
+"""Pictures: the same bytes each time, everything in its place, nothing from elsewhere."""
+
+from __future__ import annotations
+
+import re
+import sys
+from xml.etree import ElementTree
+
+import pytest
+
+import kinetile as kt
+from kinetile.errors import MissingExtra
+from kinetile.plugin.drawing import ROLES
+from kinetile.show.picture import as_printed, as_svg, take_picture
+from kinetile.show.picture.looks import LOOKS
+from kinetile.show.picture.svg import MARGIN, SIZE
+
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+def simulation(phase="sweep-tiling", until=0.2):
+    sim = kt.Simulation(kt.make_scene("random", bodies=9, density=0.3, radius_ratio=3.0, seed=4), phase)
+    sim.run(until=until)
+    return sim
+
+
+def read(svg):
+    return ElementTree.fromstring(svg)
+
+
+@pytest.mark.parametrize("phase", ["naive", "sap-1d", "sap-2d", "sweep-tiling", "cells"])
+def test_the_same_moment_gives_the_same_bytes(phase):
+    one, two = (as_svg(take_picture(simulation(phase)), velocities=True) for _ in range(2))
+    assert one == two
+    read(one)
+
+
+def test_discs_are_circles_where_the_bodies_are():
+    sim = simulation()
+    circles = read(as_svg(take_picture(sim))).findall(f".//{SVG}circle")
+    for circle, (x, y), radius in zip(circles, sim.positions().tolist(), sim.scene.radius, strict=True):
+        found = [float(circle.get(name)) for name in ("cx", "cy", "r")]
+        assert found == pytest.approx([MARGIN + SIZE * x, MARGIN + SIZE * (1 - y), SIZE * radius], abs=0.006)
+
+
+def test_every_shape_is_drawn_once_in_the_group_of_its_role():
+    picture = take_picture(simulation())
+    root = read(as_svg(picture))
+    for role in ROLES:
+        groups = [g for g in root.iter(f"{SVG}g") if g.get("class") == role]
+        wanted = sum(shape.role == role for shape in picture.shapes)
+        assert sum(len(group) for group in groups) == wanted + (wanted > 0)  # and its swatch in the legend
+    marked = [each for each in root.iter() if each.get("class") == "next"]
+    assert len(marked) == 1 + sum(shape.fails == picture.next for shape in picture.shapes)
+
+
+def test_titles_say_when_a_certificate_fails():
+    sim = simulation()
+    event = sim.next_event
+    while event.kind != "structural":
+        sim.step()
+        event = sim.next_event
+    root = read(as_svg(take_picture(sim)))
+    (first,) = [each for each in root.iter(f"{SVG}rect") if each.get("class") == "next" and len(each)]
+    assert first[0].text == f"tile, fails at {event.time:.6g}"
+
+
+def test_it_stands_for_itself_in_light_and_dark():
+    text = as_svg(take_picture(simulation())).decode()
+    assert "prefers-color-scheme:dark" in text
+    assert not re.search(r"href|src=|url\((?!#)|@import|<script", text)
+    root = read(text)
+    assert root.get("role") == "img"
+    assert root.find(f"{SVG}title").text == "random: 9 discs under sweep-tiling at time 0.2"
+
+
+def test_roles_choose_what_is_shown():
+    shown = take_picture(simulation(), ["pair"])
+    assert {shape.role for shape in shown.shapes} == {"pair"}
+    assert shown.next is None
+    with pytest.raises(ValueError, match="'tiles' is no role; expected some of bound, tile"):
+        take_picture(simulation(), ["tiles"])
+
+
+def test_every_role_has_a_look():
+    assert set(LOOKS) == set(ROLES)
+    assert len({(look.colour, look.dashes) for look in LOOKS.values()}) == len(LOOKS)
+
+
+@pytest.mark.parametrize("bodies", [0, 1])
+def test_scenes_of_hardly_anything(bodies):
+    scene = kt.Scene([(3.0, 4.0)] * bodies, [(0.0, 0.0)] * bodies, 0.5)
+    for phase in ("naive", "sap-1d", "sap-2d", "cells"):
+        read(as_svg(take_picture(kt.Simulation(scene, phase)), velocities=True))
+
+
+def test_numbers_go_with_the_bodies_when_some_have_gone():
+    sim = simulation("sap-1d")
+    sim.remove(3)
+    picture = take_picture(sim)
+    assert [disc.number for disc in picture.discs] == [0, 1, 2, 4, 5, 6, 7, 8]
+    assert [disc.radius for disc in picture.discs] == [r for at, r in enumerate(sim.scene.radius) if at != 3]
+
+
+@pytest.mark.parametrize(("form", "begins"), [("png", b"\x89PNG"), ("pdf", b"%PDF")])
+def test_printed(form, begins):
+    pytest.importorskip("matplotlib")
+    one, two = (as_printed(take_picture(simulation("sap-2d")), form, velocities=True) for _ in range(2))
+    assert one.startswith(begins)
+    assert one == two
+
+
+def test_printing_without_matplotlib_says_which_extra_brings_it(monkeypatch):
+    picture = take_picture(simulation("naive"))
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    with pytest.raises(MissingExtra, match=r"kinetile\[figures\]"):
+        as_printed(picture, "png")

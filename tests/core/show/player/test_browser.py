@@ -1,0 +1,177 @@
+"""The page in a real browser: no message, no request, exact, and all of it by keyboard.
+
+Skipped where there is no chromium.
+"""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import kinetile as kt
+from accessibility import install_axe, violations
+from chromium import SHIFT, Browser, needs_chromium
+from kinetile.conformance.cases import Subject, save_case, view_case
+from kinetile.show.player import structure, view_scene
+from player_pages import HARD, SCENES, case_of
+
+pytestmark = needs_chromium
+
+PLACES = """(() => {
+    const places = (time) => {
+        kinetilePlayer.goTo(String(time));
+        const { runs: [run], moment } = kinetilePlayer.playback;
+        return run.motion.placesOfThose(moment).flat();
+    };
+    return JSON.stringify(TIMES.map(places));
+})()"""
+
+STEPS = """(() => {
+    const { playback } = kinetilePlayer;
+    const state = () => JSON.stringify([playback.moment, ...playback.runs.map((run) =>
+        [run.done, ...run.motion.placesOfThose(playback.moment), ...run.motion.plans.vx])]);
+    const states = [state()];
+    for (let step = 0; step < 500; step += 1) {
+        kinetilePlayer.step(1);
+        states.push(state());
+    }
+    const back = states.slice(0, -1).reverse().map((before) => kinetilePlayer.step(-1) ?? state() === before);
+    return [new Set(states).size, playback.runs[0].done, back];
+})()"""
+
+FOCUS = """(() => {
+    const here = document.activeElement;
+    const style = getComputedStyle(here);
+    const seen = here.getBoundingClientRect();
+    const bar = document.querySelector(".transport");
+    const inBar = bar.contains(here);
+    const over = bar.getBoundingClientRect();
+    return [
+        [...document.querySelectorAll("*")].indexOf(here),
+        style.outlineStyle !== "none" && parseFloat(style.outlineWidth) >= 2,
+        seen.bottom > 0 && seen.top < innerHeight,
+        inBar || seen.bottom <= over.top || seen.top >= over.bottom,
+    ];
+})()"""
+
+FOCUSABLE = """[...document.querySelectorAll("button, select, input, canvas[tabindex]")]
+    .filter((each) => each.checkVisibility()).length"""
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with Browser() as opened:
+        yield opened
+
+
+@pytest.fixture(scope="module")
+def axe(tmp_path_factory):
+    return install_axe(tmp_path_factory.mktemp("axe"))
+
+
+@pytest.mark.parametrize(("width", "height"), [(1280, 800), (390, 844)])
+def test_it_plays_without_a_message_or_a_request(width, height, tmp_path):
+    view = view_scene(SCENES["grid"], [("sweep-tiling", {}), ("cells", {})], until=1.0)
+    path = view.save(tmp_path / "page.html")
+    with Browser(width, height) as browser:
+        browser.open(path)
+        browser.press(*["ArrowRight"] * 5)
+        assert browser.value("kinetilePlayer.playback.runs[0].done") == 5
+        browser.press(" ")
+        browser.settle()
+        assert browser.value("document.getElementById('play').textContent") == "Pause"
+        assert browser.value("document.documentElement.scrollWidth <= innerWidth")
+        assert len(browser.photograph()) > 5000
+        assert browser.said() == []
+        assert browser.asked_for() == {path.as_uri()}
+
+
+@pytest.mark.parametrize("name", [*SCENES, *HARD])
+def test_places_are_those_of_the_trajectory(name, browser, tmp_path):
+    _, trajectory, page, times = case_of(name)
+    path = tmp_path / "page.html"
+    path.write_text(page.html(), encoding="utf-8")
+    browser.open(path)
+    found = json.loads(browser.value(PLACES.replace("TIMES", json.dumps(times))))
+    for time, places in zip(times, found, strict=True):
+        assert places == trajectory.positions(time).ravel().tolist(), time
+    assert browser.said() == []
+
+
+def test_forward_and_back_ends_where_it_began(browser, tmp_path, monkeypatch):
+    monkeypatch.setattr(structure, "MOST_LOOKS", 0)
+    scene = kt.make_scene("grid", bodies=16, density=0.5, seed=3)
+    browser.open(view_scene(scene, [("sap-1d", {})], until=1.0).save(tmp_path / "page.html"))
+    assert browser.value(STEPS) == [501, 0, [True] * 500]
+
+
+def test_the_keyboard_reaches_everything_and_shows_where_it_is(browser, tmp_path):
+    browser.open(view_scene(SCENES["grid"], [("sweep-tiling", {})], until=0.5).save(tmp_path / "page.html"))
+    browser.press("n", "ArrowRight")
+    browser.settle()
+    count = browser.value(FOCUSABLE)
+    assert count > 25
+    reached = []
+    for _ in range(count):
+        browser.press("Tab")
+        reached.append(tuple(browser.value(FOCUS)))
+    assert len({element for element, *_ in reached}) == count
+    for element, has_outline, in_window, uncovered in reached:
+        assert (has_outline, in_window, uncovered) == (True, True, True), element
+
+
+def test_keys_do_what_they_say(browser, tmp_path):
+    browser.open(view_scene(SCENES["grid"], [("sweep-tiling", {})], until=0.5).save(tmp_path / "page.html"))
+
+    def state(*names: str) -> list[object]:
+        return [browser.value(f"kinetilePlayer.{name}") for name in names]
+
+    browser.press("3", "ArrowRight", "ArrowRight")
+    assert state("group", "playback.runs[0].done > 1") == ["structural", True]
+    browser.press("ArrowLeft", "1", "Home")
+    assert state("playback.runs[0].done", "group") == [0, "all"]
+    browser.press("n", "n", "f")
+    assert state("selected", "follows") == [1, True]
+    browser.press("ArrowRight", modifiers=SHIFT)
+    assert browser.value("document.getElementById('said').textContent").split(",")[0].count("1") > 0
+    scale = browser.value("kinetilePlayer.camera.scale")
+    browser.press("z", "z")
+    assert state("camera.scale") == [4 * scale]
+    browser.press("t", "e", "Escape")
+    assert state("structured", "evenly", "selected") == [False, True, None]
+    browser.press("?")
+    assert browser.value("document.getElementById('help').open")
+    browser.press("Escape")
+    assert not browser.value("document.getElementById('help').open")
+    browser.value("document.getElementById('goto').focus()")
+    browser.press("0", ".", "2", "5", "Enter")
+    assert state("playback.moment") == [[0, 2**50]]
+    assert browser.said() == []
+
+
+@pytest.mark.parametrize("dark", [False, True])
+@pytest.mark.parametrize(("width", "phases"), [(1280, ("sweep-tiling",)), (390, ("sap-2d", "cells"))])
+def test_a_checker_of_accessibility_finds_nothing(width, phases, dark, axe, tmp_path):
+    view = view_scene(SCENES["grid"], [(phase, {}) for phase in phases], until=0.3)
+    with Browser(width, dark=dark) as browser:
+        browser.open(view.save(tmp_path / "page.html"))
+        assert violations(browser, axe) == []
+        browser.press("n", "ArrowRight")
+        assert violations(browser, axe) == []
+        browser.press("?")
+        assert violations(browser, axe) == []
+
+
+def test_a_saved_case_opens_at_the_moment_of_disagreement(blind, browser, tmp_path):
+    pair = kt.Scene([[0.3, 0.5], [0.7, 0.5]], [[1.0, 0.0], [-1.0, 0.0]], 0.1, arena=(1.0, 1.0))
+    save_case(pair, tmp_path / "case.toml", "same-contacts", Subject(blind, {}), "contact 0 is missing")
+    browser.open(view_case(tmp_path / "case.toml", until=0.3).save(tmp_path / "page.html"))
+    right = kt.Simulation(pair, "naive")
+    right.run(0.3)
+    moment = browser.value("kinetilePlayer.playback.moment")
+    assert moment == [int(right.contacts[0][name]) for name in ("epoch", "tick")]
+    assert np.isclose(
+        float(browser.value("document.getElementById('time').textContent")), right.contacts[0]["time"]
+    )

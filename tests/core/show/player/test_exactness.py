@@ -1,0 +1,62 @@
+"""Any moment in the page is exact: its places are those of ``Trajectory``, and so of the run, to the bit."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import kinetile as kt
+from kinetile.kernel.clock import TICKS, Clock
+from kinetile.records import Trajectory
+from kinetile.show.player import view_scene
+from player_pages import HARD, SCENES, ask_node, case_of, moments, needs_node, record
+
+PLACES = """
+    return given.times.map((time) => {
+        play.seek(clock.momentAt(time, held.start, held.unit));
+        return play.runs[0].motion.placesOfThose(play.moment).flat();
+    });
+"""
+
+
+@needs_node
+@pytest.mark.parametrize("name", [*SCENES, *HARD])
+def test_places_are_those_of_the_trajectory(name, tmp_path):
+    _, trajectory, page, times = case_of(name)
+    found = ask_node(tmp_path, page, PLACES, times=times)
+    for time, places in zip(times, found, strict=True):
+        assert places == trajectory.positions(time).ravel().tolist(), time
+
+
+@needs_node
+def test_a_window_is_as_exact(tmp_path):
+    scene = SCENES["come and go"]
+    rows = record(kt.Simulation(scene, "naive"), 2.0)
+    trajectory = Trajectory(rows, scene)
+    page = view_scene(scene, [("naive", {})], begin=0.75, until=2.0, steps=False).page
+    assert 0 < len(page.recordings[0].rows) < len(rows)
+    times = moments(scene, rows, 0.75, 2.0, 300)
+    assert len(times) > 100
+    found = ask_node(tmp_path, page, PLACES, times=times)
+    assert found == [trajectory.positions(time).ravel().tolist() for time in times]
+
+
+@needs_node
+@pytest.mark.parametrize(("start", "unit"), [(0.0, 1.0), (0.1, 0.5), (-3.7, 2.0**-20), (2.0**40, 1.0)])
+def test_a_time_is_the_same_tick_as_the_clocks(start, unit, tmp_path):
+    rng = np.random.default_rng(7)
+    times = [
+        start + each
+        for each in [0.0, 1e-300, 5e-324, *rng.uniform(0, 9, 200), *10.0 ** rng.uniform(-20, 9, 200)]
+    ]
+    times += [math.nextafter(time, way) for time in times for way in (math.inf, -math.inf)]
+    page = view_scene(SCENES["no walls"], steps=False).page
+    body = """
+        const asked = (time) => clock.momentAt(time, given.start, given.unit);
+        return given.times.map((time) => asked(time).map((part) => String(BigInt(part))));
+    """
+    found = ask_node(tmp_path, page, body, times=times, start=start, unit=unit)
+    clock = Clock(start, unit)
+    assert found == [[str(part) for part in divmod(clock.ticks(time), TICKS)] for time in times]

@@ -1,0 +1,169 @@
+"""The page is whole: one file that asks nobody for anything, and its script runs, key by key."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import kinetile as kt
+from kinetile.conformance.cases import Subject, save_case, view_case
+from kinetile.errors import BadOption
+from kinetile.show.player import recording, view_scene
+from kinetile.show.player.columns import decode, encode
+from kinetile.show.player.page import MODULES, script
+from player_pages import NODE, SCENES, needs_node
+
+DOM = Path(__file__).parents[3] / "player_dom.mjs"
+
+
+def run_page(path: Path) -> dict[str, object]:
+    """Press all keys and buttons of a page under node; what came of it."""
+    assert NODE is not None
+    done = subprocess.run(
+        [NODE, str(DOM), str(path)], capture_output=True, text=True, timeout=120, check=False
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    found: dict[str, object] = json.loads(done.stdout)
+    return found
+
+
+def test_columns_come_back_as_they_were():
+    rng = np.random.default_rng(1)
+    columns = {
+        "f": np.array([0.0, -0.0, np.nan, np.inf, 5e-324, *rng.normal(size=100)]),
+        "u": rng.integers(0, 2**63, 77).astype(np.uint64),
+        "i": np.arange(-5, 5, dtype=np.int32),
+        "b": np.arange(256).astype(np.uint8),
+        "none": np.zeros(0),
+    }
+    again = decode(json.loads(json.dumps(encode(columns))))
+    assert list(again) == list(columns)
+    for name, column in columns.items():
+        assert again[name].dtype == column.dtype
+        assert again[name].tobytes() == column.tobytes()
+    with pytest.raises(TypeError, match="column 'x' is int64"):
+        encode({"x": np.zeros(3, np.int64)})
+
+
+def test_the_page_asks_nobody_for_anything():
+    text = str(view_scene(SCENES["grid"], until=0.3))
+    assert not re.findall(
+        r"""\\b(?:src|href|action)\s*=|@import|url\(|fetch\(|XMLHttp|WebSocket|https?:""", text
+    )
+    assert "default-src 'none'" in text
+    assert text.count("<script") == 2
+    assert "@@" not in text
+
+
+def test_a_title_is_no_markup():
+    text = str(
+        view_scene(SCENES["grid"], [("naive", {})], until=0.1, title="</title><script>alert(1)</script>")
+    )
+    assert text.count("<script") == 2
+    assert "&lt;script&gt;alert(1)" in text
+
+
+def test_no_name_is_given_twice_in_the_script():
+    names = re.findall(r"^(?:async )?(?:function|class|const|let) (\w+|\[.*?\])", script(), re.MULTILINE)
+    assert len(names) > 60
+    assert [name for name, count in Counter(names).items() if count > 1] == []
+    assert not re.search(r"^(import|export)\b", script(), re.MULTILINE)
+
+
+def test_every_module_comes_after_those_it_imports():
+    from kinetile.show.player import page
+
+    folder = Path(page.__file__).parent / "script"
+    paths = [folder / f"{name}.mjs" for name in MODULES]
+    assert {*folder.rglob("*.mjs")} == {*paths}
+    for at, path in enumerate(paths):
+        imports = re.findall(r'from "(.+)"', path.read_text())
+        assert {(path.parent / name).resolve() for name in imports} <= {*paths[:at]}, path
+
+
+@needs_node
+@pytest.mark.parametrize(
+    ("name", "phases"), [("come and go", ("sap-1d",)), ("grid", ("sweep-tiling", "cells"))]
+)
+def test_all_keys_and_buttons_work(name, phases, tmp_path):
+    view = view_scene(SCENES[name], [(phase, {}) for phase in phases], until=1.0)
+    found = run_page(view.save(tmp_path / "page.html"))
+    assert found["opened"] == [0, 0]
+    assert found["helped"]
+    assert found["end"] == [1, 0]
+    assert found["evenly"] > [0, 0]
+    assert found["evenly"] < found["played"] < [1, 0]
+    assert abs(found["half"][1] / 2**52 - 0.5) < 1e-9
+    assert found["gone"] == [0, int(0.1 * 2**52)]
+    assert found["refused"] == "tomorrow is no time"
+    assert found["readings"][0] == ["", *phases]
+    shown = {row[0] for row in found["readings"]}
+    assert shown >= {"events", "bodies", "queue", "kinetic energy", "now"}
+    assert found["drawn"]["arc"] > 100
+    assert found["legend"] >= 4
+
+
+@needs_node
+def test_a_page_without_bodies_or_events(tmp_path):
+    empty = kt.Scene(np.zeros((0, 2)), np.zeros((0, 2)), 1.0)
+    found = run_page(view_scene(empty, until=1.0).save(tmp_path / "page.html"))
+    assert found["tapped"] is None
+
+
+def test_what_does_not_fit_is_a_window(monkeypatch):
+    scene = SCENES["grid"]
+    whole = view_scene(scene, until=1.0, steps=False).page
+    assert whole.all_notes == []
+    monkeypatch.setattr(recording, "MOST_ROWS", 20)
+    short = view_scene(scene, until=1.0, steps=False).page
+    (note,) = short.all_notes
+    assert re.fullmatch(r"Shown up to (\S+) of 0\.0 to 1\.0: 20 events .* The next window: --from \1", note)
+    monkeypatch.undo()
+    assert len(short.recordings[0].rows) == 20
+    reached = kt.Simulation(scene, "naive")
+    reached.run(1.0, max_contacts=20)
+    after = view_scene(scene, begin=reached.time, until=1.0, steps=False).page
+    together = [*short.recordings[0].rows.tolist(), *after.recordings[0].rows.tolist()]
+    assert str(together) == str(whole.recordings[0].rows.tolist())
+    monkeypatch.setattr(recording, "MOST_STEPS", 10)
+    (note,) = view_scene(scene, until=1.0).page.all_notes
+    assert note.endswith("a page has those of 10 steps.")
+    with pytest.raises(BadOption, match="expected two times from the scene's start on"):
+        view_scene(scene, begin=2.0, until=1.0)
+
+
+def test_a_simulation_shows_what_it_has_done_and_stays_as_it_is():
+    scene = SCENES["come and go"]
+    sim = kt.Simulation(scene, "sap-1d", live=True)
+    sim.run(0.5)
+    sim.set_velocity(1, (0.1, 0.7))
+    sim.run(0.75)
+    before = (sim.time, sim.fingerprint, sim.positions().tobytes(), sim.readings.events)
+    view = sim.view()
+    assert (sim.time, sim.fingerprint, sim.positions().tobytes(), sim.readings.events) == before
+    (found,) = view.page.recordings
+    assert found.label == "sap-1d"
+    rows = found.rows[found.rows["b"] >= -4]
+    assert [tuple(row)[1:5] for row in rows.tolist()] == [tuple(row)[1:] for row in sim.contacts.tolist()]
+    assert (-5 in found.rows["b"], -7 in found.rows["b"]) == (True, True)
+    shown = view._repr_html_()
+    assert shown.startswith('<iframe title="2 discs" sandbox="allow-scripts" srcdoc="&lt;!DOCTYPE html&gt;')
+    assert "<script" not in shown
+    assert kt.Simulation(scene, "naive").view(0.25).page.recordings[0].end == 2**50
+
+
+@needs_node
+def test_a_saved_case_opens_at_the_moment_of_disagreement(blind, tmp_path):
+    pair = kt.Scene([[0.3, 0.5], [0.7, 0.5]], [[1.0, 0.0], [-1.0, 0.0]], 0.1, arena=(1.0, 1.0))
+    save_case(pair, tmp_path / "case.toml", "same-contacts", Subject(blind, {}), "contact 0 is missing")
+    found = run_page(view_case(tmp_path / "case.toml", until=0.3).save(tmp_path / "page.html"))
+    right = kt.Simulation(pair, "naive")
+    right.run(0.3)
+    assert found["opened"] == [int(right.contacts[0][name]) for name in ("epoch", "tick")]
+    assert ["now", "bodies 0 and 1 meet", "between events"] in found["readings"]

@@ -1,0 +1,125 @@
+"""The structure in the page is the phase's own: what is drawn at a moment is what ``drawing`` says there."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import kinetile as kt
+from kinetile.plugin.drawing import At, Box, Entry, Item, Link, Segment
+from kinetile.show.player import structure, view_scene
+from kinetile.show.player.columns import decode, encode
+from player_pages import SCENES, ask_node, needs_node
+
+DRAWN = """
+    return given.times.map((time) => {
+        play.seek(clock.momentAt(time, held.start, held.unit));
+        return runs[0].structure.at(play.runs[0].done).map((shape) => runs[0].structure.plain(shape));
+    });
+"""
+
+
+def in_order(shapes: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    return sorted(shapes, key=lambda shape: [shape["role"], shape["coordinates"]])
+
+
+def plain(item: Item) -> dict[str, object]:
+    """A shape as the page's script says it."""
+    if isinstance(item, Link | Entry):
+        points = [(At(item.a), At(item.a)), (At(item.b), At(item.b))]
+    elif isinstance(item, Segment):
+        points = [item.a, item.b]
+    else:
+        points = [item.low, item.high] if isinstance(item, Box) else list(item.corners)
+    flat = [each for point in points for each in point]
+    return {
+        "shape": type(item).__name__.lower(),
+        "role": item.role,
+        "label": item.label,
+        "fails": None if item.fails is None else list(divmod(item.fails, 2**52)),
+        "coordinates": [[each.body, each.offset] if isinstance(each, At) else [-1, each] for each in flat],
+    }
+
+
+@needs_node
+@pytest.mark.parametrize("phase", ["naive", "cells", "sap-1d", "sap-2d", "sweep-tiling"])
+def test_what_is_drawn_is_what_the_phase_draws(phase, tmp_path):
+    scene = kt.make_scene("grid", bodies=9, density=0.5, seed=4)
+    times = np.sort(np.random.default_rng(8).uniform(0.0, 0.6, 200)).tolist()
+    page = view_scene(scene, [(phase, {})], until=0.7).page
+    assert not page.all_notes
+    found = ask_node(tmp_path, page, DRAWN, times=times)
+    sim = kt.Simulation(scene, phase)
+    for time, shapes in zip(times, found, strict=True):
+        sim.run(time)
+        drawn = [plain(item) for item in sim.drawing()]
+        assert drawn
+        assert in_order(shapes) == in_order(drawn), time
+
+
+@needs_node
+def test_who_comes_and_goes(tmp_path):
+    scene = SCENES["come and go"]
+    times = np.linspace(0.01, 1.4, 60).tolist()
+    found = ask_node(tmp_path, view_scene(scene, [("sap-1d", {})], until=1.5).page, DRAWN, times=times)
+    sim = kt.Simulation(scene, "sap-1d")
+    for time, shapes in zip(times, found, strict=True):
+        sim.run(time)
+        assert in_order(shapes) == in_order([plain(item) for item in sim.drawing()]), time
+
+
+def test_a_shape_that_stands_is_written_once():
+    log = structure.StructureLog()
+    link, other = Link("pair", 0, 1), Link("pair", 0, 2)
+    for done, items in enumerate([[link], [link], [link, other], [other], [link]]):
+        log.see(done, items)
+    columns = log.columns()
+    assert columns is not None
+    spans = zip(
+        columns["first"].tolist(), columns["last"].tolist(), columns["body"][2::4].tolist(), strict=True
+    )
+    assert list(spans) == [(0, 3, 1), (2, 4, 2), (4, 5, 1)]
+    again = decode(encode(columns))
+    assert all(again[name].tobytes() == columns[name].tobytes() for name in columns)
+
+
+def test_too_much_of_it_is_said(monkeypatch):
+    monkeypatch.setattr(structure, "MOST_LOOKS", 100)
+    page = view_scene(SCENES["grid"], [("naive", {})], until=0.3).page
+    assert page.all_notes == ["The structure is shown up to event 0: there is too much of it for a page."]
+
+
+def test_the_matrix_of_two_axes_has_the_pairs_where_both_overlap():
+    scene = kt.make_scene("random", bodies=24, density=0.3, radius_ratio=4.0, seed=4)
+    sim = kt.Simulation(scene, "sap-2d")
+    for until in (0.0, 0.2, 0.5):
+        sim.run(until)
+        items = sim.drawing()
+        entries = {(item.a, item.b): item for item in items if isinstance(item, Entry)}
+        assert {pair for pair, item in entries.items() if item.label == "both"} == {
+            (item.a, item.b) for item in items if isinstance(item, Link)
+        }
+        reach, at = scene.radius, sim.positions()
+        for a in range(24):
+            for b in range(a + 1, 24):
+                x, y = np.abs(at[a] - at[b]) < reach[a] + reach[b]
+                label = "both" if x and y else "x" if x else "y" if y else None
+                assert (entries[a, b].label if (a, b) in entries else None) == label
+
+
+def test_what_is_only_scheduled_anew_is_not_fresh():
+    log = structure.StructureLog()
+    tile, later = Box("tile", (0.0, 0.0), (1.0, 1.0), 5), Box("tile", (0.0, 0.0), (1.0, 1.0), 9)
+    log.see(0, [tile, Entry("bound", 0, 1, label="x")])
+    log.see(1, [later, Link("pair", 0, 1), Entry("pair", 0, 1, label="both")])
+    columns = log.columns()
+    assert columns is not None
+    come = columns["first"] == 1
+    shapes = [structure.SHAPES[number].__name__ for number in columns["shape"][come]]
+    assert dict(zip(shapes, columns["fresh"][come].tolist(), strict=True)) == {
+        "Box": 0,
+        "Link": 1,
+        "Entry": 1,
+    }

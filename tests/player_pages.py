@@ -1,0 +1,136 @@
+"""What the tests of the player share: scenes, their rows, and node, where there is one."""
+
+from __future__ import annotations
+
+import json
+import math
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import kinetile as kt
+from kinetile.kernel.clock import Clock
+from kinetile.records import Trajectory
+from kinetile.show.player import view_scene
+from kinetile.show.player.page import Page
+
+NODE = shutil.which("node")
+SCRIPT = Path(kt.__file__).parent / "show" / "player" / "script"
+
+needs_node = pytest.mark.skipif(
+    NODE is None, reason="the page's script is run by node, and there is none here"
+)
+
+SCENES = {
+    "grid": kt.make_scene("grid", bodies=16, density=0.5, seed=3),
+    "late start and turns": kt.Scene(
+        [[1.0, 1.0], [3.0, 1.0], [2.0, 3.0]],
+        [[0.7, 0.2], [-0.3, 0.3], [-0.2, -0.9]],
+        0.25,
+        arena=(4, 4),
+        start=2.0**40,
+        turns=[(1, 2.0**40 + 0.5, (0.1, -0.8)), (2, 2.0**40 + 0.5, (0.0, 0.0))],
+    ),
+    "odd start": kt.Scene([[0.3, 0.3], [0.7, 0.7]], [[0.7, 0.2], [-0.3, 0.9]], 0.1, arena=(1, 1), start=0.1),
+    "fast": kt.Scene([[1.0, 1.0], [3.0, 1.0]], [[70.0, 20.0], [-30.0, 10.0]], 0.25, arena=(4, 4)),
+    "no walls": kt.Scene([[0.0, 0.0], [3.0, 0.0], [9.0, 9.0]], [[1.0, 0.0], [0.0, 0.0], [0.0, 0.0]], 0.5),
+    "masses": kt.Scene(
+        [[0.2, 0.2], [0.5, 0.5], [0.8, 0.3]],
+        [[0.9, 0.4], [0.0, 0.0], [-0.7, 0.8]],
+        [0.05, 0.1, 0.07],
+        [1.0, np.inf, 3.0],
+        arena=(1, 1),
+    ),
+    "come and go": kt.Scene(
+        [[0.2, 0.2], [0.8, 0.8]],
+        [[0.9, 0.4], [-0.5, -0.7]],
+        0.1,
+        arena=(1, 1),
+        commands=[
+            kt.Insert(0.4, (0.9, 0.1), (-0.6, 0.3), 0.05),
+            kt.Remove(0, 0.9),
+            kt.Turn(1, 1.1, (0.2, -0.9)),
+        ],
+    ),
+    "sensors": kt.Scene(
+        [[0.2, 0.2], [0.5, 0.5], [0.8, 0.3]],
+        [[0.9, 0.4], [0.1, 0.0], [-0.7, 0.8]],
+        [0.05, 0.2, 0.07],
+        arena=(1, 1),
+        kind=["ball", "sensor", "ball"],
+        responses={("ball", "sensor"): "pass"},
+    ),
+    "slow": kt.Scene([[1.0, 1.0], [3.0, 1.0]], [[0.001, 0.0], [0.0, 0.0]], 0.25, arena=(4, 4)),
+}
+UNTIL = {"slow": 3000.0}
+HARD = ("H07", "H11", "H12", "H14", "H15", "H16", "H19", "H21", "H23", "H28", "H32", "H33")
+"""Names of scene files in which much happens at once, or at odd times."""
+
+
+FILES = Path(__file__).parent / "scenes"
+
+
+def case_of(name: str) -> tuple[kt.Scene, Trajectory, Page, list[float]]:
+    """One of ``SCENES`` or ``HARD``: the scene, what it does for up to 200 contacts, the page of that, and a
+    thousand moments."""
+    scene = SCENES[name] if name in SCENES else kt.load_scene(FILES / f"{name}.toml")
+    until = scene.settings.until or scene.start + UNTIL.get(name, 1.5)
+    sim, parts = kt.Simulation(scene, "naive"), [np.zeros(0, kt.LOG)]
+    sim.run(until, max_contacts=200, recorder=parts.append)
+    trajectory = Trajectory(np.concatenate(parts), scene)
+    page = view_scene(scene, [("naive", {})], until=until, steps=False, max_contacts=200).page
+    times = moments(scene, trajectory.rows, scene.start, sim.time, MOMENTS)
+    assert len(times) > 0.9 * MOMENTS
+    return scene, trajectory, page, times
+
+
+MOMENTS = 1000
+
+
+def moments(scene: kt.Scene, rows: np.ndarray, begin: float, until: float, count: int) -> list[float]:
+    """Times of events, their neighbours in float, and others between."""
+    at = np.unique(rows["time"])[: count // 5].tolist()
+    near = [math.nextafter(time, way) for time in at for way in (-math.inf, math.inf)]
+    rng = np.random.default_rng(5)
+    drawn = rng.uniform(begin, until, count - len(at) - len(near)).tolist()
+    clock = Clock(scene.start, scene.time_unit)
+    first, last = clock.ticks(begin), clock.ticks(until)
+    return [time for time in [*at, *near, *drawn] if first < clock.ticks(time) <= last]
+
+
+def record(sim: kt.Simulation, until: float) -> np.ndarray:
+    parts = [np.zeros(0, kt.LOG)]
+    sim.run(until, recorder=parts.append)
+    return np.concatenate(parts)
+
+
+def ask_node(tmp_path: Path, page: Page, body: str, **given: Any) -> Any:
+    """Run a script that has the page's playback and what is given, and return what it prints as JSON.
+
+    The script is the body of a function of ``playback``, ``held``, ``bodies``, ``given`` and the modules by
+    name.
+    """
+    asked = tmp_path / "asked.json"
+    asked.write_text(json.dumps({"held": page.held, "given": given}))
+    names = ("page/camera", "run/clock", "run/events", "run/playback")
+    imports = "\n".join(
+        f"import * as {name.split('/')[1]} from {json.dumps((SCRIPT / f'{name}.mjs').as_uri())};"
+        for name in names
+    )
+    program = tmp_path / "ask.mjs"
+    program.write_text(
+        f"{imports}\nimport {{ readFileSync }} from 'node:fs';\n"
+        f"const {{ held, given }} = JSON.parse(readFileSync({json.dumps(str(asked))}, 'utf8'));\n"
+        "const { bodies, runs } = await playback.load(held);\n"
+        "const play = new playback.Playback(bodies, runs, held);\n"
+        f"const answer = (() => {{ {body} }})();\n"
+        "console.log(JSON.stringify(answer));\n"
+    )
+    assert NODE is not None
+    done = subprocess.run([NODE, str(program)], capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)

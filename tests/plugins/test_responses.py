@@ -1,0 +1,330 @@
+"""What happens at contacts: passing to the tick, losses, stops, bodies that nothing can move, under every
+phase."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+import kinetile as kt
+from kinetile.conformance.strategies.ruled import SAME_LOOP, ruled_scenes, solid_scenes
+from kinetile.errors import BadOption, KinetileError, Refused, ZenoError
+from kinetile.kernel.compiled import INTERPRETED
+from kinetile.toolbox import ResponseParts, hook
+
+PASSING = ("naive", "cells", "sap-1d", "sap-2d")
+PHASES = (*PASSING, "sweep-tiling")
+LOSSY = kt.Response("restitution", e=0.5, contact_time=1e-6)
+SOME = 4 if INTERPRETED else 40
+
+
+def ruled(*columns, responses=None, **more) -> kt.Scene:
+    """Return a scene whose loop is that of all others here."""
+    rules = responses if isinstance(responses, dict) else {("*", "*"): responses or "elastic"}
+    return kt.Scene(*columns, responses={**SAME_LOOP, **rules}, **more)
+
+
+def played(scene: kt.Scene, phase: str, **more) -> kt.Simulation:
+    """Return a simulation under the loop of all others here."""
+    return kt.Simulation(scene, phase, live=True, **more)
+
+
+def answer(scene: kt.Scene, phase: str, audit: int | None = None) -> tuple[object, kt.Simulation]:
+    """Return what a run came to, and the simulation."""
+    sim = kt.Simulation(scene, phase, audit=audit, live=True)
+    try:
+        sim.run(max_contacts=400)
+    except KinetileError as error:
+        return (type(error).__name__, sim.fingerprint), sim
+    return (sim.time, sim.fingerprint, sim.contacts.tobytes()), sim
+
+
+def balanced(sim: kt.Simulation) -> bool:
+    """Whether every passing that has begun has ended, but for those that are under way."""
+    met = [(int(a), int(b)) for a, b in sim.contacts[["a", "b"]].tolist() if b >= 0]
+    begun = sim.readings.passings
+    ended = sum(b < a for a, b in met)
+    return begun - ended == int(sim.tables.clock[0].passings)
+
+
+@settings(max_examples=SOME, deadline=None)
+@given(scene=ruled_scenes())
+def test_all_phases_agree_on_who_passes_stops_and_loses(scene):
+    expected, sim = answer(scene, "naive", audit=1)
+    assert balanced(sim)
+    for phase in PASSING[1:]:
+        assert answer(scene, phase, audit=1)[0] == expected
+    with pytest.raises(Refused, match="kinds that pass: choose cells, sap-1d, sap-2d or naive"):
+        kt.Simulation(scene, "sweep-tiling")
+
+
+@settings(max_examples=SOME, deadline=None)
+@given(scene=solid_scenes())
+def test_all_phases_agree_where_nobody_passes(scene):
+    expected, _ = answer(scene, "naive")
+    for phase in PHASES[1:]:
+        assert answer(scene, phase, audit=1)[0] == expected
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+@settings(max_examples=2000, deadline=None)
+@given(scene=ruled_scenes())
+def test_two_thousand_scenes(scene):
+    expected, sim = answer(scene, "naive")
+    assert balanced(sim)
+    for phase in PASSING[1:]:
+        assert answer(scene, phase)[0] == expected
+
+
+def bullets(seed: int, count: int) -> kt.Scene:
+    """Return bullets of speed 10,000, each on its way through, or close by, a sensor a thousandth thick."""
+    rng = np.random.default_rng(seed)
+    sensors = np.column_stack([np.full(count, 5.0), 4.0 * np.arange(count) + 2.0]) + rng.uniform(
+        -1, 1, (count, 2)
+    )
+    angle = rng.uniform(0, 2 * math.pi, count)
+    toward = np.column_stack([np.cos(angle), np.sin(angle)])
+    aside = rng.uniform(-7e-4, 7e-4, count)[:, None] * toward[:, ::-1] * [1.0, -1.0]
+    starts = sensors + 0.5 * toward * rng.uniform(0.1, 1.0, (count, 1)) + aside
+    return kt.Scene(
+        np.concatenate([sensors, starts]),
+        np.concatenate([np.zeros((count, 2)), -1e4 * toward]),
+        np.repeat([5e-4, 1e-4], count),
+        kind=["sensor"] * count + ["bullet"] * count,
+        responses={("sensor", "bullet"): "pass", ("bullet", "bullet"): "pass"},
+        settings=kt.Settings(until=2e-4),
+    )
+
+
+def gap(scene: kt.Scene, a: int, b: int, tick: int) -> tuple[Fraction, Fraction]:
+    """Return |d|^2 - R^2 and d.v so many ticks after the start, exactly."""
+    time = Fraction(scene.time_unit) * tick / 2**52
+    x, y = (Fraction(scene.position[b][i]) - Fraction(scene.position[a][i]) for i in (0, 1))
+    u, v = (Fraction(scene.velocity[b][i]) - Fraction(scene.velocity[a][i]) for i in (0, 1))
+    x, y = x + u * time, y + v * time
+    return x * x + y * y - (Fraction(scene.radius[a]) + Fraction(scene.radius[b])) ** 2, x * u + y * v
+
+
+def missed_or_wrong(scene: kt.Scene, count: int) -> tuple[int, int]:
+    """Return how many bullets went through a sensor, and of how many that is not told to the tick."""
+    sim = kt.Simulation(scene, "cells", live=True)
+    sim.run()
+    ticks: dict[tuple[int, int], int] = {}
+    for row in sim.contacts:
+        ticks[int(row["a"]), int(row["b"])] = int(row["epoch"]) * 2**52 + int(row["tick"])
+    hits = wrong = 0
+    for sensor in range(count):
+        bullet = sensor + count
+        x, y, u, v = (
+            Fraction(float(n))
+            for n in (*(scene.position[bullet] - scene.position[sensor]), *scene.velocity[bullet])
+        )
+        clear = abs(float(x * v - y * u)) / 1e4 - 6e-4
+        begin, end = ticks.get((sensor, bullet)), ticks.get((bullet, sensor))
+        if begin is None or end is None:
+            wrong += clear < -1e-12
+            continue
+        hits += 1
+        (before, _), (after, _) = gap(scene, sensor, bullet, begin), gap(scene, sensor, bullet, begin + 1)
+        last, (apart, away) = gap(scene, sensor, bullet, end)[0], gap(scene, sensor, bullet, end + 1)
+        wrong += not (before >= 0 > after and last <= 0 < apart and away > 0)
+    return hits, wrong
+
+
+def test_a_bullet_through_a_thin_sensor_is_never_missed():
+    count = 60 if INTERPRETED else 500
+    hits, wrong = missed_or_wrong(bullets(1, count), count)
+    assert wrong == 0
+    assert hits > count // 2
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+def test_a_hundred_thousand_bullets():
+    hits = 0
+    for seed in range(100):
+        found, wrong = missed_or_wrong(bullets(seed, 1000), 1000)
+        assert wrong == 0
+        hits += found
+    assert hits > 50_000
+
+
+@pytest.mark.parametrize("phase", PHASES)
+def test_restitution_gives_back_a_share(phase):
+    lines = ruled([[1.0, 1.0], [3.0, 1.0]], [[1.0, 0.0], [0.0, 0.0]], 0.5, 1.0, (6.0, 2.0), responses=LOSSY)
+    sim = played(lines, phase)
+    sim.run(until=2.0)
+    assert sim.velocities().tolist() == [[0.25, 0.0], [0.75, 0.0]]
+    assert sim.readings.energy_drift == 0.0
+
+
+def test_a_wall_gives_back_a_share_and_contacts_close_together_lose_nothing():
+    ball = {"position": [[1.0, 1.0]], "velocity": [[0.0, -1.0]], "radius": 0.5, "arena": (2.0, 2.0)}
+    for contact_time, speeds in ((1e-6, [0.5, 0.25]), (10.0, [0.5, 0.5])):
+        rule = kt.Response("restitution", e=0.5, contact_time=contact_time)
+        sim = played(ruled(**ball, responses={("*", "wall"): rule}), "cells")
+        found = []
+        for _ in speeds:
+            sim.run(max_contacts=1)
+            found.append(abs(float(sim.velocities()[0][1])))
+        assert found == speeds
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"e": 0.5}, "e is 0.5 and there is no contact_time"),
+        ({"e": 0.0}, "expected a number above 0 and at most 1"),
+        ({"e": 1.5, "contact_time": 1.0}, "expected a number above 0"),
+        ({"e": 0.5, "contact_time": -1.0}, "expected a length of time"),
+        ({"e": 0.5, "contct_time": 1.0}, "did you mean 'contact_time'"),
+        ({}, "e"),
+    ],
+)
+def test_restitution_says_what_it_needs(options, said):
+    scene = kt.make_scene("two-discs")
+    broken = kt.Scene(
+        scene.position, scene.velocity, scene.radius, responses=kt.Response("restitution", **options)
+    )
+    with pytest.raises(KinetileError, match=said) as error:
+        kt.Simulation(broken)
+    assert isinstance(error.value, BadOption) or not options
+
+
+@pytest.mark.parametrize("phase", PHASES)
+def test_stop_brings_both_to_rest(phase):
+    scene = ruled(
+        [[1.0, 1.0], [3.0, 1.0]], [[1.0, 0.0], [-0.5, 0.0]], 0.5, [1.0, 3.0], (6.0, 2.0), responses="stop"
+    )
+    sim = played(scene, phase)
+    sim.run(until=5.0)
+    assert not sim.velocities().any()
+    assert len(sim.contacts) == 1
+
+
+@pytest.mark.parametrize("phase", PHASES)
+def test_a_body_of_infinite_mass_is_moved_by_nobody(phase):
+    scene = ruled([[1.0, 1.0], [3.0, 1.0]], [[1.0, 0.0], [-0.5, 0.0]], 0.5, [1.0, math.inf], (6.0, 2.0))
+    sim = played(scene, phase)
+    sim.run(max_contacts=1)
+    assert sim.velocities().tolist() == [[-2.0, 0.0], [-0.5, 0.0]]
+    assert sim.readings.energy_drift == 0.0
+
+
+@pytest.mark.parametrize("phase", PHASES)
+def test_one_that_is_pushed_faster_than_anybody_was_is_still_met(phase):
+    """Two that nothing can move close on a ball between them: its speed has no bound known before the run."""
+    scene = ruled(
+        [[1.0, 1.0], [2.5, 1.0], [9.0, 1.0]],
+        [[2.0, 0.0], [0.0, 0.0], [-2.0, 0.0]],
+        0.5,
+        [math.inf, 1.0, math.inf],
+        (10.0, 2.0),
+    )
+    sim = played(scene, phase, audit=1)
+    sim.run(max_contacts=6)
+    expected = played(scene, "naive")
+    expected.run(max_contacts=6)
+    assert sim.fingerprint == expected.fingerprint
+    assert abs(sim.velocities()[1]).max() > 20.0
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("phase", PHASES)
+def test_a_narrowing_corridor_ends_with_the_typed_error(phase):
+    """A ball between a wall and a piston: the corridor is as wide as the ball at time 7, after infinitely
+    many contacts. Each loses a share, but those within the contact time."""
+    rule = kt.Response("restitution", e=0.5, contact_time=1e-12)
+    scene = ruled(
+        [[1.0, 1.0], [5.0, 1.0]],
+        [[-1.0, 0.0], [-0.5, 0.0]],
+        0.5,
+        [1.0, math.inf],
+        (6.0, 2.0),
+        responses={("*", "*"): rule, ("*", "wall"): rule},
+    )
+    sim = played(scene, phase)
+    with pytest.raises(ZenoError, match="the bodies are jammed"):
+        sim.run(until=100.0)
+    assert sim.time == pytest.approx(7.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("phase", PASSING)
+def test_who_is_inside_at_the_start_or_comes_inside_begins_there_and_ends_when_one_goes(phase):
+    scene = ruled(
+        [[1.5, 5.0], [1.2, 5.0], [8.0, 8.0]],
+        [[0.0, 0.0], [0.2, 0.0], [0.0, 0.0]],
+        [0.5, 0.1, 0.3],
+        arena=(10.0, 10.0),
+        kind=["sensor", "ball", "ball"],
+        responses={("ball", "sensor"): "pass"},
+        commands=[kt.Insert(1.0, (1.6, 5.2), (0.0, 0.0), 0.05, kind="ball"), kt.Remove(0, 2.0)],
+        settings=kt.Settings(until=3.0),
+    )
+    sim = played(scene, phase)
+    kinds = [(event.time, event.kind, event.bodies) for event in sim.steps() if event.kind != "structural"]
+    assert sim.contacts[["time", "a", "b"]].tolist() == [(0.0, 0, 1), (1.0, 0, 3), (2.0, 1, 0), (2.0, 3, 0)]
+    assert kinds == [(1.0, "insert", (3,)), (2.0, "remove", (0,))]
+    assert balanced(sim)
+
+
+def test_a_recording_of_passings_is_a_whole_trajectory(tmp_path):
+    pytest.importorskip("pyarrow")
+    scene = bullets(3, 5)
+    sim = played(scene, "cells")
+    with kt.EventRecorder(tmp_path / "events.parquet", scene) as recorder:
+        sim.run(recorder=recorder)
+    found = kt.read_events(tmp_path / "events.parquet")
+    assert len(found.rows) == len(sim.contacts) > 0
+    assert np.isnan(found.rows["ax"]).all()
+    there = kt.Trajectory.read(tmp_path / "events.parquet").positions(sim.time)
+    assert there.tolist() == sim.positions().tolist()
+
+
+def test_a_foreign_response_is_a_plugin_with_one_hook():
+    registry = kt.registry()
+    registry.add(Bumpers)
+    try:
+        scene = kt.Scene(
+            [[1.0, 1.0], [3.0, 1.0]], [[1.0, 0.0], [0.0, 0.0]], 0.5, 1.0, (6.0, 2.0),
+            responses=kt.Response("bumper", kick=2.0),
+        )  # fmt: skip
+        runs = {phase: kt.Simulation(scene, phase, audit=1) for phase in PHASES}
+        for sim in runs.values():
+            sim.run(until=3.0)
+        assert len({sim.fingerprint for sim in runs.values()}) == 1
+        assert runs["naive"].velocities().tolist() != [[0.0, 0.0], [1.0, 0.0]]
+        assert "bumper" in str(runs["naive"].explain())
+    finally:
+        registry.remove(Bumpers)
+
+
+@hook
+def kick(k, a, b, nx, ny, rule):
+    k.bodies[a].vx -= rule.first * nx
+    k.bodies[a].vy -= rule.first * ny
+    if b >= 0:
+        k.bodies[b].vx += rule.first * nx
+        k.bodies[b].vy += rule.first * ny
+
+
+class Bumper:
+    """Whoever meets is pushed away."""
+
+    def __init__(self, kick: float) -> None:
+        self.kick = kick
+
+    def prepare(self, scene):
+        return ResponseParts(kick, (self.kick,))
+
+
+class Bumpers:
+    @staticmethod
+    @kt.hookimpl
+    def kinetile_responses():
+        return [kt.ResponseSpec("bumper", Bumper)]
