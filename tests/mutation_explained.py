@@ -14,13 +14,13 @@ STRIPES = {
         "cost: the width that was asked for is ignored, and none is asked for here"
     ),
     "s.width[1] = max(s.width[0], 2.0 * k.bodies.radius.max(initial=0.0))": (
-        "**unseen**: two bodies two stripes apart touch while one is still a hair before its border; "
-        "see [below](#unseen)"
+        "seen in the third round, by `same-contacts-in-a-swarm`: two bodies two stripes apart touch while "
+        "one is still a hair before its border; see [below](#seen-late)"
     ),
     "s.width[1] = max(s.width[0], 2.0 * k.bodies.reach.max(initial=1.0))": "cost: wider stripes",
     "s.stripe[:] = np.trunc(positions_now(k)[:, 0] / s.width[1])": (
-        "**unseen**: left of the origin every body counts one stripe too far to the right, until it moves; "
-        "see [below](#unseen)"
+        "seen in the third round, by `same-contacts-in-a-swarm`: left of the origin every body counts one "
+        "stripe too far to the right, until it moves; see [below](#seen-late)"
     ),
     "gap = b.x - left if b.vx <= 0.0 else left + s.width[1] - b.x": (
         "equivalent: at speed 0 no gap closes, whichever it is"
@@ -37,6 +37,20 @@ STRIPES = {
     ),
 }
 
+PLACED = (
+    "cost: a body that comes is put in at another place of the list, and wanders from there by exchanges at "
+    "that very tick, before anything else happens"
+)
+SORTED = (
+    "cost: the list begins in another order, and is sorted by exchanges at once, before anything else happens"
+)
+LEFT = "equivalent: nobody asks after a bound of nobody, and `enter` sets it again"
+SET_AFTER = "equivalent: `watch` sets this bound before anybody reads it"
+STRANGER = (
+    "**unseen**: a bound's place is asked of a body that is not the bound's, perhaps beyond the array; "
+    "what comes of it is a place to begin at, so no answer shows it"
+)
+
 SAP_1D = {
     "edge = place[body] + np.where(upper == 1, k.bodies.reach[body], -k.bodies.radius[body])": (
         "equivalent: two bounds may be sorted the wrong way round when less than a skin is between; if they "
@@ -49,6 +63,52 @@ SAP_1D = {
     "dropped s.bounds[4 * body] = ...": (
         "equivalent: `watch` sets every bound after this, and the body's certificate with the later of both"
     ),
+    "place = positions_now(k)[:, axis]": SORTED,
+    "speed = k.bodies.vy if axis else k.bodies.vx": SORTED,
+    "order = np.lexsort((body, 1 - upper, speed[body], edge))": SORTED,
+    "edge = place[body] + np.where(upper == 1, k.bodies.reach[body], -k.bodies.reach[body])": SORTED,
+    "dropped s.order[:] = ...": (
+        "equivalent: a list is arranged in a state that is new, or for as many bodies as before, and "
+        "what stands behind its bounds is END already"
+    ),
+    "if s.axis[0] == 0:": Y,
+    "gap = (q.y + q.vy * q_time + q_reach) - (p.y + p.vy * p_time + p_reach)": Y,
+    "rate = q.vy - p.vy": Y,
+    "s.bounds[4 * body] = NEVER": SET_AFTER,
+    "s.bounds[4 * body + 1] = NEVER": SET_AFTER,
+    "s.bounds[lower] = NEVER": SET_AFTER,
+    "s.bounds[upper] = NEVER": SET_AFTER,
+    "s.bounds[bound] = NEVER": LEFT,
+    "dropped s.bounds[4 * body + 1] = ...": SET_AFTER,
+    "dropped s.bounds[lower] = ...": SET_AFTER,
+    "dropped s.bounds[upper] = ...": SET_AFTER,
+    "dropped s.bounds[bound] = ...": LEFT,
+    "for place in range(1, 2 * k.clock[0].bodies + 0):": (
+        "equivalent: the last bound is the right one of somebody, and there is nothing right of it"
+    ),
+    "if s.order[inside] & 1 == 0:": (
+        "equivalent: where neither of two intervals that overlap holds the other, one has the left end of "
+        "the other inside, and the other its right end; one that holds another has both"
+    ),
+    "left = 4 * body if s.bounds[4 * body] < s.bounds[4 * body + 1] else 4 * body + 1": (
+        "equivalent: where both ends pass somebody at one tick, either may be first"
+    ),
+    "return 1": "cost: what stood in `k.near[0]` before is named, a body: a needless newcomer",
+    "overlaps = s.bounds[4 * other + PLACE] < last and first < s.bounds[4 * other + 1 + PLACE]": (
+        "equivalent: no two bounds stand at one place, and the body itself is left out"
+    ),
+    "body = k.bodies[bound >> 1]": STRANGER,
+    "while s.order[place - 1] != END and edge(k, s, s.order[place + 1]) > there:": STRANGER,
+    "while s.order[place - 1] != END and edge(k, s, s.order[place - 0]) > there:": STRANGER,
+    "place = body.x + body.vx * elapsed if s.axis[0] == 0 else body.y + body.vy * elapsed": PLACED,
+    "return float(place + (body.reach if bound & 1 else -body.reach))": PLACED,
+    "while s.order[place - 1] != END and edge(k, s, s.order[place - 1]) > there:": PLACED,
+    'axis=np.array([0 if self.axis == "x" else 1]),': (
+        "cost: it sorts along the other axis, or always along one; which it is the answer does not show"
+    ),
+    "dropped room=...": "equivalent: the kernel makes room for as many bodies as there are slots anyway",
+    "dropped pairs=...": "cost: the table of pairs begins smaller, and grows",
+    "pairs=4 * n + 64,": "cost: the table of pairs begins smaller, and grows",
     'axis=np.array([1 if self.axis == "x" else 1]),': (
         "cost: it sorts along y, whatever is asked; which axis it is the answer does not show"
     ),

@@ -6,7 +6,7 @@ from phase_mutants import CONFORMS, EQUIVALENT, Change, Mutant, after, before, i
 
 # naive
 
-PREPARE = "        return BroadPhaseParts(near=near)"
+PREPARE = "        return BroadPhaseParts(draw=draw, near=near)"
 COUNT = "    count = len(k.bodies)\n"
 NAMES = "    for other in range(count):\n        k.near[other] = other\n    return count\n"
 NUMPY = before("from kinetile.errors", "import numpy as np\n\n")
@@ -32,7 +32,7 @@ def replanning(*lines: str) -> list[Change]:
         before(
             "\n\nclass Naive", f"\n\n@hook\ndef replan(k: Kernel, s: NoState, body: int) -> None:\n{body}"
         ),
-        instead("BroadPhaseParts(near=near)", "BroadPhaseParts(near=near, replan=replan)"),
+        instead("near=near)", "near=near, replan=replan)"),
     ]
 
 

@@ -28,6 +28,7 @@ BASES = {
 }
 
 KILLED, CONFORMS, EQUIVALENT = "killed", "it conforms", "it is equivalent"
+UNSEEN = "the default budget does not see it"
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,8 @@ class Mutant:
         base: the phase that it is made from.
         changes: what is changed.
         why: what it stands for, and why it is not killed where it is not.
-        fate: KILLED; CONFORMS, for what a broad phase may do; EQUIVALENT, for what changes nothing.
+        fate: KILLED; CONFORMS, for what a broad phase may do; EQUIVALENT, for what changes nothing;
+            UNSEEN, for what is wrong, and is not found out.
         features: the features that it declares.
         family: what kind of fault it is, where it belongs to one.
         witness: shows that it is wrong, without the kit: given the label, it returns what is wrong, or

@@ -13,7 +13,18 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import kinetile as kt
-from kinetile.toolbox import NEVER, BroadPhaseParts, Kernel, Records, add_pair, falls, hook, offer, schedule
+from kinetile.toolbox import (
+    NEVER,
+    BroadPhaseParts,
+    Kernel,
+    Records,
+    add_pair,
+    falls,
+    hook,
+    is_there,
+    offer,
+    schedule,
+)
 
 STEP = 1 << 51
 
@@ -130,8 +141,8 @@ def set_anothers(k: Kernel, s: State, body: int) -> int:
 
 @hook
 def turn_no_more(k: Kernel, s: State, body: int) -> None:
-    if len(k.commands) > 0:
-        k.commands[0].vx = 0.0
+    if k.clock[0].commands > 0:
+        k.commands[k.clock[0].commands - 1].vx = 0.0
 
 
 @hook
@@ -236,6 +247,52 @@ def use_the_toolbox(k: Kernel, s: State, body: int) -> int:
     return 1
 
 
+# As bodies come and go
+
+
+@hook
+def those_there(k: Kernel, s: State, body: int) -> int:
+    named = 0
+    for other in range(len(k.bodies)):
+        if is_there(k, other):
+            k.near[named] = other
+            named += 1
+    return named
+
+
+@hook
+def build_for_those_there(k: Kernel, s: State) -> None:
+    for body in range(k.clock[0].bodies):
+        schedule(k, body, k.clock[0].now + STEP)
+
+
+@hook
+def take_in(k: Kernel, s: State, body: int) -> None:
+    s.failed[body] = 0
+    schedule(k, body, k.clock[0].now + STEP)
+
+
+@hook
+def let_go(k: Kernel, s: State, body: int) -> None:
+    """Nobody else's certificate has to do with a body."""
+
+
+@hook
+def take_in_uncounted(k: Kernel, s: State, body: int) -> None:
+    take_in(k, s, body)
+    k.counts[0].structural -= 1
+
+
+@hook
+def let_go_one_further(k: Kernel, s: State, body: int) -> None:
+    s.failed[len(s.failed) + 3] = body
+
+
+def living(**parts: Any) -> dict[str, Any]:
+    """Return the parts of a phase that takes bodies in and lets them go."""
+    return {"near": those_there, "build": build_for_those_there, "enter": take_in, "leave": let_go, **parts}
+
+
 class Trespasser:
     """A phase that is right, but for some of its parts."""
 
@@ -245,7 +302,7 @@ class Trespasser:
         self.astray = astray
 
     def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
-        state = State(np.zeros(len(scene), dtype=np.int64), np.array([self.astray]), scene.radius)
+        state = State(np.zeros(scene.capacity, dtype=np.int64), np.array([self.astray]), scene.radius)
         parts = {"near": everyone, "build": build, "repair": wait_on, "replan": replan, **self.parts}
         return BroadPhaseParts(state=state, pairs=64, **parts)
 
@@ -276,9 +333,12 @@ ALL: dict[str, dict[str, Any]] = {
     "asks-the-last": {"near": ask_the_last},
     "asks-one-too-many": {"repair": schedule_too_far},
     "misspells": {"replan": misspell},
+    "takes-in-uncounted": living(enter=take_in_uncounted),
+    "lets-go-one-further": living(leave=let_go_one_further),
     "strays-where-told": {"near": stray_where_told},
     "strays-in-the-kernel": {"near": stray_in_the_kernel},
     "uses-the-toolbox": {"repair": use_the_toolbox},
+    "takes-in-and-lets-go": living(),
 }
 
 CLASSES = {

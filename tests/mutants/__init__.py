@@ -5,7 +5,7 @@ Each has a witness where there can be one: a scene on which it is wrong, without
 
 from __future__ import annotations
 
-from mutants import contract, far_places, many_bodies, many_events, memory, surroundings
+from mutants import coming_and_going, contract, far_places, many_bodies, many_events, memory, surroundings
 from mutants.harmless import HARMLESS
 
 __all__ = ["HARMLESS", "MUTANTS"]
@@ -17,4 +17,5 @@ MUTANTS = (
     *memory.MUTANTS,
     *contract.MUTANTS,
     *surroundings.MUTANTS,
+    *coming_and_going.MUTANTS,
 )

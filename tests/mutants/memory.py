@@ -87,9 +87,9 @@ MUTANTS = [
     _writes(
         "widens the window of the guard against jams",
         "naive",
-        "k.clock[0].window_ticks = 0",
+        "k.clock[0].contact_ticks = 0.0",
         "clock",
-        "window_ticks",
+        "contact_ticks",
         "a jam would have no end",
     ),
     _writes(

@@ -118,6 +118,7 @@ class _Answer(NamedTuple):
     contacts: NDArray[Any]
     end: dict[str, Any]
     state: NDArray[np.float64]
+    bodies: NDArray[np.int32]  # whose state it is, row by row
 
 
 def compare(
@@ -202,9 +203,8 @@ def _label(name: str, options: Mapping[str, Any]) -> str:
 
 def _answer(simulation: Simulation, fault: str | None) -> _Answer:
     end = {"time": simulation.time, "fault": (fault or "none").partition(":")[0]}
-    return _Answer(
-        simulation.contacts, end, np.hstack([simulation.positions(), simulation.velocities()]).reshape(-1, 4)
-    )
+    state = np.hstack([simulation.positions(), simulation.velocities()]).reshape(-1, 4)
+    return _Answer(simulation.contacts, end, state, simulation.bodies)
 
 
 def _outcome(label: str, simulation: Simulation, answer: _Answer, fault: str | None) -> Outcome:
@@ -235,10 +235,9 @@ def _first_difference(reference: str, phase: str, expected: _Answer, found: _Ans
         return Divergence(reference, phase, "end", shared, expected.end, found.end)
     bodies = np.flatnonzero((_bits(expected.state) != _bits(found.state)).any(axis=1))
     if len(bodies):
-        body = int(bodies[0])
-        return Divergence(
-            reference, phase, "body", body, _body(expected.state, body), _body(found.state, body)
-        )
+        row = int(bodies[0])
+        here, there = _body(expected.state, row), _body(found.state, row)
+        return Divergence(reference, phase, "body", int(expected.bodies[row]), here, there)
     return None
 
 

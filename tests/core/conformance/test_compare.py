@@ -92,22 +92,23 @@ def test_a_number_of_contacts_does_not_go_beyond_the_scenes_own_end():
 def test_the_end_and_the_bodies_are_compared_too():
     contacts = np.zeros(2, kt.CONTACT)
     end = {"time": 1.0, "fault": "none"}
-    state = np.zeros((2, 4))
-    reference = _Answer(contacts, end, state)
-    assert _first_difference("a", "b", reference, _Answer(contacts.copy(), dict(end), state.copy())) is None
+    state, bodies = np.zeros((2, 4)), np.array([3, 7])  # others have left
+    reference = _Answer(contacts, end, state, bodies)
+    same = _Answer(contacts.copy(), dict(end), state.copy(), bodies)
+    assert _first_difference("a", "b", reference, same) is None
     ended = _first_difference(
-        "a", "b", reference, _Answer(contacts, {"time": 0.5, "fault": "ZenoError"}, state)
+        "a", "b", reference, _Answer(contacts, {"time": 0.5, "fault": "ZenoError"}, state, bodies)
     )
     assert ended.what == "end"
     assert "time 0.5, fault ZenoError" in str(ended)
     negative = state.copy()
     negative[1, 2] = -0.0
-    moved = _first_difference("a", "b", reference, _Answer(contacts, end, negative))
-    assert (moved.what, moved.index) == ("body", 1)
+    moved = _first_difference("a", "b", reference, _Answer(contacts, end, negative, bodies))
+    assert (moved.what, moved.index) == ("body", 7)
     assert "vx -0.0" in str(moved)
     other = contacts.copy()
     other["tick"][0] = 1
-    ticked = _first_difference("a", "b", reference, _Answer(other, end, negative))
+    ticked = _first_difference("a", "b", reference, _Answer(other, end, negative, bodies))
     assert (ticked.what, ticked.index, ticked.before) == ("contact", 0, None)
 
 
@@ -135,3 +136,20 @@ def test_what_cannot_be_compared():
         compare(three_in_a_row(), ["naive"], 1.0)
     with pytest.raises(UnknownName, match="did you mean 'naive'"):
         compare(three_in_a_row(), ["naive", "nave"], 1.0)
+
+
+def test_a_recording_is_compared_to_its_end(tmp_path):
+    sim = kt.Simulation(kt.make_scene("grid", bodies=16, density=0.3, seed=1), "cells", live=True)
+    for frame in range(1, 13):
+        sim.set_velocities(sim.bodies[:3], (0.5, -0.25 * frame))
+        place = sim.positions()[3]
+        sim.remove(int(sim.bodies[3]))
+        sim.insert(place, (1.0, 0.0), 1e-3)
+        sim.run(until=frame / 8)
+    kt.save_scene(sim.recorded(), tmp_path / "trace.toml")
+    trace = kt.load_scene(tmp_path / "trace.toml")
+    assert trace == sim.recorded()
+    found = compare(trace, ["naive", "cells", "sap-1d", "sweep-tiling"])
+    assert found.identical
+    assert {each.fingerprint for each in found.outcomes} == {sim.fingerprint}
+    assert {each.time for each in found.outcomes} == {1.5}

@@ -16,6 +16,7 @@ from pathlib import Path
 
 import pytest
 
+import mutants
 from kinetile.conformance import CHECKS
 from kinetile.conformance.isolation.processes import CAN_FORK
 from phase_mutant_table import MUTANTS
@@ -23,7 +24,15 @@ from phase_mutants import KILLED
 
 TESTS = Path(__file__).parents[2]
 PAGE = (TESTS.parent / "docs" / "conformance.md").read_text(encoding="utf-8")
-SECTION = re.split(r"^## ", PAGE.partition("\n## The judge is judged\n")[2], flags=re.MULTILINE)[0]
+
+
+def section(title: str) -> str:
+    """Return what stands under a title of the page, down to the next one of any height."""
+    return re.split(r"^##+ ", PAGE.partition(f"\n{title}\n")[2], flags=re.MULTILINE)[0]
+
+
+SECTION = section("## The judge is judged")
+NOT_YET = "not judged yet"
 
 QUICK = (
     "naive-only-one-pair-a-body",
@@ -40,9 +49,11 @@ forks = pytest.mark.skipif(not CAN_FORK, reason="a phase of this process is judg
 
 
 def rows(text: str) -> list[list[str]]:
-    """Return the cells of a table, without its head."""
+    """Return the cells of all tables in a text, without their heads."""
     lines = [line for line in text.splitlines() if line.startswith("|")]
-    return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines[2:]]
+    heads = ("| phase |", "|---")
+    cells = [line.strip("|").split("|") for line in lines if not line.startswith(heads)]
+    return [[cell.strip() for cell in row] for row in cells]
 
 
 def judged(*labels: str, interpreted: bool) -> list[list[str]]:
@@ -76,6 +87,20 @@ def test_the_table_has_every_mutant():
     killed = [mutant for mutant in MUTANTS if mutant.fate == KILLED]
     assert f"{len(killed)} of {len(killed)}" in SECTION
     assert len(killed) >= 15
+
+
+@pytest.mark.parametrize(
+    ("title", "these"), [("### Made to fool it", mutants.MUTANTS), ("### Harmless", mutants.HARMLESS)]
+)
+def test_the_tables_below_have_every_mutant(title, these):
+    said = rows(section(title))
+    assert [row[:3] for row in said] == [[f"`{each.base}`", each.name, each.why] for each in these]
+    for mutant, (_, name, _, by, bodies) in zip(these, said, strict=True):
+        if by != NOT_YET:
+            assert by.startswith("`") == (mutant.fate == KILLED), name
+            assert int(bodies or 0) <= 400, name
+            assert by.strip("`") in [check.name for check in CHECKS] or by == f"nothing: {mutant.fate}", name
+    assert section(title).startswith(f"\n{len(these)} ")
 
 
 @forks

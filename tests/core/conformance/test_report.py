@@ -73,6 +73,7 @@ def test_the_text_has_all_there_is_to_know():
             "             smallest scene found: 3 bodies",
             "             verdict: only demo; naive agree with the reference",
             "             replay: kinetile replay demo conformance-failures/demo-same-contacts.toml",
+            "             see it: kinetile view conformance-failures/demo-same-contacts.toml",
             "             picture: conformance-failures/demo-same-contacts.svg",
             "  skipped    boxes                 0 scenes    0.00 s  Boxes.",
             "             reason: for phases that declare the feature 'boxes'",
@@ -114,3 +115,12 @@ def test_as_json_it_is_all_there():
     }
     assert failed["case"] == "conformance-failures/demo-same-contacts.toml"
     assert failed["bodies"] == 3
+
+
+def test_a_notebook_shows_each_check_and_what_was_seen_of_those_that_failed():
+    page = report(PASSED, FAILED, SKIPPED, notes=("a < b",))._repr_html_()
+    assert page.count("<tr>") == 4
+    for said in ("makes-progress", "The same contacts.", "a &lt; b", "demo does not conform: same-contacts"):
+        assert said in page
+    assert "same-contacts: failed\ncontact 0 is missing: bodies 0 and 1\nsecond line\n" in page
+    assert "boxes: skipped\nreason: for phases that declare the feature &#x27;boxes&#x27;" in page

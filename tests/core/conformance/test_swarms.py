@@ -11,13 +11,16 @@ from hypothesis import HealthCheck, Phase, find, settings
 
 import kinetile as kt
 import toy_grids
-from kinetile.conformance.cases import Subject
+from kinetile.conformance.cases import Subject, difference, outcome
 from kinetile.conformance.checks import check_named
+from kinetile.conformance.court.drawing import draw
 from kinetile.conformance.court.reduction import reduced
 from kinetile.conformance.court.verdicts import Seen
 from kinetile.conformance.strategies.lattices import LATTICES, lattices
 from kinetile.conformance.strategies.marathons import marathon
-from kinetile.conformance.strategies.swarms import KINDS, swarm
+from kinetile.conformance.strategies.swarms import GIANTS, KINDS, giant_scenes, swarm, swarm_scenes
+from kinetile.scene import Scene
+from kinetile_plugins.cells.layout import sides_for
 
 MOST_LEFT = {
     "truncation for floor": 160,
@@ -40,7 +43,7 @@ def toy_grid() -> Iterator[str]:
     kt.registry().remove(plugin)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", [*KINDS, *GIANTS])
 @pytest.mark.parametrize("variation", range(8))
 @pytest.mark.parametrize("bodies", [8, 91, 400])
 def test_a_swarm_of_every_kind_and_size_can_be(kind, variation, bodies):
@@ -116,3 +119,25 @@ def test_a_grid_without_a_fault_passes(name, toy_grid):
         scene = swarm(kind, 60, 5) if "swarm" in name else lattices(20, kind, bool(kind & 1))
         seen = Seen(each, subject)
         assert seen.look(scene), seen.said
+
+
+def test_sizes_are_drawn_for_which_cells_has_three_levels() -> None:
+    drawn: list[Scene] = []
+    draw(swarm_scenes(), lambda scene: drawn.append(scene) or True, 200, seed=0, shrink=False)
+    levels = [len(sides_for(scene, None)) for scene in drawn]
+    assert levels.count(3) >= 8
+    assert levels.count(1) >= 100
+
+
+def test_giants_are_drawn_for_which_cells_has_two_levels() -> None:
+    drawn: list[Scene] = []
+    draw(giant_scenes(), lambda scene: drawn.append(scene) or True, 30, seed=0, shrink=False)
+    assert sum(len(sides_for(scene, None)) > 1 for scene in drawn) >= 20
+
+
+def test_sizes_over_octaves_have_one_answer() -> None:
+    scene = swarm("giants", 140, 3, 5)
+    assert len(sides_for(scene, None)) == 3
+    expected = outcome(Subject("naive", {}), scene, 40)
+    assert len(expected.contacts) == 40
+    assert difference(outcome(Subject("cells", {}), scene, 40), expected, "cells") is None

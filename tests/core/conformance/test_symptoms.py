@@ -19,10 +19,12 @@ import pytest
 
 from kinetile.conformance import CHECKS
 from kinetile.conformance.cases import Subject
+from kinetile.conformance.checks import check_named
 from kinetile.conformance.court.court import Court
 from kinetile.conformance.court.drawing import Drawing
 from kinetile.conformance.court.telling.symptoms import OFTEN, SYMPTOMS, likely
-from kinetile.conformance.court.verdicts import References
+from kinetile.conformance.court.verdicts import References, Seen
+from kinetile.scene import Scene, Settings
 
 TESTS = Path(__file__).parents[2]
 PAGE = (TESTS.parent / "docs" / "conformance.md").read_text(encoding="utf-8")
@@ -49,6 +51,15 @@ SEEN = (
 )
 """The row, a mutant, and the check that fails and ends with it."""
 
+TRUNCATED = ("floor", "cells-truncates-where-it-should-round-down", "same-contacts-after-a-change-of-view")
+"""Likewise; among six drawn scenes there is none that shows it, so it is shown one."""
+
+
+def meeting() -> Scene:
+    """Return a column of three, each touching the next, of which one stands still."""
+    velocity = [[0.0, 0.5], [0.0, -0.5], [0.0, 0.0]]
+    return Scene([[0.5, 0.5], [0.5, 1.5], [0.5, 2.5]], velocity, 0.5, settings=Settings(until=1.0))
+
 
 def judged() -> dict[str, str]:
     """Return what each of these checks says of its mutant."""
@@ -62,6 +73,12 @@ def judged() -> dict[str, str]:
             known[label].load(Path(folder))
             court = Court(Subject(label, {}), shrink=False, drawing=drawing, references=references)
             found[f"{label} {check}"] = court.judge(check).said
+        _, label, check = TRUNCATED
+        known[label].load(Path(folder))
+        seen = Seen(check_named(check), Subject(label, {}))
+        assert not seen.look(meeting())
+        said = str(seen.said)
+        found[f"{label} {check}"] = f"{said}\n{OFTEN}{likely(check, said)}"
     return found
 
 
@@ -79,7 +96,7 @@ def said() -> dict[str, str]:
     return found
 
 
-@pytest.mark.parametrize(("row", "label", "check"), SEEN)
+@pytest.mark.parametrize(("row", "label", "check"), [*SEEN, TRUNCATED])
 def test_a_failure_ends_with_what_authors_usually_did_wrong(row, label, check, said):
     (often,) = (each.often for each in SYMPTOMS if each.id == row)
     assert said[f"{label} {check}"].splitlines()[-1] == f"{OFTEN}{often}"

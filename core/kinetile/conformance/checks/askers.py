@@ -2,8 +2,8 @@
 
 A phase that knows the judge can be right for the judge alone. So the same scenes are run under other names of
 the program and other variables, in another thread on whose stack no judge stands, with other ends and another
-origin, without the modules of a test, as a worker of a pool, and in a process of its own that has never heard
-of the kit.
+origin, without the modules of a test, on each day of the week, as a worker of a pool, and in a process of
+its own that has never heard of the kit.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import subprocess
 import sys
 import tempfile
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -27,7 +28,7 @@ from kinetile.kernel.compiled import nobody_compiles
 from kinetile.plugin.registry import registry
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene, Settings, relabelled
-from kinetile.scene.files import dumps_scene
+from kinetile.scene.text.files import dumps_scene
 
 __all__ = ["does_not_see_who_asks"]
 
@@ -123,6 +124,18 @@ def _in_disguise(argv: list[str]) -> Iterator[None]:
         sys.argv = before
 
 
+@contextmanager
+def _on_another_day(days: int) -> Iterator[None]:
+    """Within this context the clock on the wall is so many days fast, and some hours."""
+    now, exactly = time.time, time.time_ns
+    late = days * 86_400 + 3_600 * days
+    try:
+        time.time, time.time_ns = lambda: now() + late, lambda: exactly() + late * 10**9
+        yield
+    finally:
+        time.time, time.time_ns = now, exactly
+
+
 def _in_a_thread(subject: Subject, scenes: list[Scene], ends: list[float]) -> Seen:
     """Run in a thread of another name, by code that stands in no file of the kit; raise what it raises."""
     found: list[Any] = []
@@ -189,7 +202,7 @@ def _relabelled(scenes: list[Scene], until: float | None) -> list[Scene]:
 
 @check(draws=False, since="3.0")
 def does_not_see_who_asks(subject: Subject, scene: Scene, reference: Reference) -> None:
-    """It does not see who asks: program, variables, thread, origin, and until when the scene would run."""
+    """It does not see who asks: program, variables, thread, day, origin, and when the scene would end."""
     scenes = _scenes()
     ends = [horizon(each) for each in scenes]
     plain = _seen(subject, scenes, ends)
@@ -206,8 +219,11 @@ def does_not_see_who_asks(subject: Subject, scene: Scene, reference: Reference) 
     for argv in (["simulate", "production.toml"], [""]):
         with _in_disguise(argv):
             found.append(("under another name of the program", _seen(subject, scenes, ends)))
+    for days in range(1, 8):
+        with _on_another_day(days):
+            found.append((f"{days} days later", _seen(subject, scenes[:1], ends[:1])))
     for how, seen in found:
-        for number, (one, other) in enumerate(zip(plain, seen, strict=True)):
+        for number, (one, other) in enumerate(zip(plain, seen, strict=False)):
             if one != other:
                 raise Disagreement(
                     f"{how}, the run {other[0]}, with {other[2]} events; before it {one[0]}, with {one[2]}"

@@ -17,7 +17,7 @@ from kinetile.conformance.cases import CONTACTS, REFERENCE, Outcome, Subject, di
 from kinetile.errors import Refused
 from kinetile.scene import Scene
 
-__all__ = ["Check", "Disagreement", "DoesNotApply", "Reference", "Run", "agree", "check"]
+__all__ = ["Check", "Disagreement", "DoesNotApply", "Reference", "Run", "agree", "agree_by_hand", "check"]
 
 
 class Reference(Protocol):
@@ -107,6 +107,14 @@ def agree(
     said = difference(found, expected, subject.name)
     if said is not None:
         raise Disagreement(f"{how}{said}{_who_is_right(subject, scene, found, expected)}", scene)
+
+
+def agree_by_hand(subject: Subject, ran: Callable[[Subject], Outcome]) -> None:
+    """Raise unless what is done by hand has the same outcome under the subject as under the reference."""
+    expected = ran(Subject(REFERENCE, {}))
+    said = difference(ran(subject), expected, subject.name)
+    if said is not None:
+        raise Disagreement(said)
 
 
 def _who_is_right(subject: Subject, scene: Scene, found: Outcome, expected: Outcome) -> str:

@@ -35,6 +35,9 @@ LOOKS = 8
 FINEST = 45
 """Halvings of a scene within its arena; then its bodies are no larger than the rounding of their places."""
 
+THICK = 2.0**-44
+"""The size of a cluster at which the skin is some six times the radius of a body."""
+
 EDGES = 6
 """Scenes at the limit of the skin."""
 
@@ -114,9 +117,16 @@ def _cluster(seed: int, size: float) -> Scene:
 
 @check(draws=False, replayed_by="same-contacts", since="3.0")
 def skin_limit_holds_at_its_edge(subject: Subject, scene: Scene, reference: Reference) -> None:
-    """Just below the skin limit that it declares it gives the reference's contacts; above, it refuses."""
+    """Just below the skin limit that it declares it gives the reference's contacts, and above, it refuses;
+    without a limit it gives them where the skin is several times as thick as bodies are wide."""
     if subject.simulation(_cluster(0, 2.0**-4)).composition.broad.skin_limit is None:
-        raise DoesNotApply("it declares no limit for the skin")
+        for seed in range(EDGES):
+            thick = _cluster(seed, THICK)
+            try:
+                agree(subject, thick, reference, "with a skin far thicker than bodies are wide, ")
+            except Disagreement as error:
+                raise Disagreement(str(error), thick) from error
+        return
     for seed in range(EDGES):
         accepted, refused = 2.0**-4, 2.0**-FINEST
         for _ in range(FINEST):

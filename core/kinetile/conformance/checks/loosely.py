@@ -15,9 +15,8 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from kinetile.conformance.cases import Subject, difference, outcome
+from kinetile.conformance.cases import Brought, Subject, difference, outcome
 from kinetile.conformance.checks.check import Disagreement, Reference, check
-from kinetile.plugin.hookspecs import hookimpl
 from kinetile.plugin.registry import registry
 from kinetile.plugin.specs import NarrowPhaseSpec
 from kinetile.scene import Scene
@@ -52,19 +51,11 @@ class LooseDisc:
         return replace(parts, soonest=perhaps_now)
 
 
-class _Plugin:
-    """Brings the narrow phase, for as long as the check runs."""
-
-    @hookimpl
-    def kinetile_narrow_phases(self) -> list[NarrowPhaseSpec]:
-        summary = "disc, with bounds as loose as they may be"
-        return [NarrowPhaseSpec(NAME, LooseDisc, summary, role="pair")]
-
-
 @contextmanager
 def _registered() -> Iterator[str]:
     """Within this context the narrow phase can be found by the name that it gives."""
-    plugin = _Plugin()
+    summary = "disc, with bounds as loose as they may be"
+    plugin = Brought(NarrowPhaseSpec(NAME, LooseDisc, summary, role="pair"))
     registry().add(plugin)
     try:
         yield NAME

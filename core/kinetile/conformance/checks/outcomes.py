@@ -11,7 +11,6 @@ import numpy as np
 
 from kinetile.conformance.cases import (
     CONTACTS,
-    REFERENCE,
     Outcome,
     Subject,
     brief_outcome,
@@ -19,7 +18,7 @@ from kinetile.conformance.cases import (
     horizon,
     outcome,
 )
-from kinetile.conformance.checks.check import Disagreement, Reference, agree, check
+from kinetile.conformance.checks.check import Disagreement, Reference, agree, agree_by_hand, check
 from kinetile.conformance.checks.views import changed
 from kinetile.errors import BadOption, KinetileError, Refused
 from kinetile.run.simulation import Simulation
@@ -55,22 +54,20 @@ def same_contacts_with_turns(subject: Subject, scene: Scene, reference: Referenc
 @check()
 def same_contacts_when_turned_by_hand(subject: Subject, scene: Scene, reference: Reference) -> None:
     """The same when bodies are turned by hand between runs."""
-    ends = []
-    for on_trial in (Subject(REFERENCE, {}), subject):
+
+    def ran(on_trial: Subject) -> Outcome:
         sim = on_trial.simulation(scene)
-        ended = "ran"
-        try:
+
+        def by_hand() -> None:
             for step in range(1, 4):
                 sim.run(until=scene.start + step * 0.5, max_contacts=CONTACTS)
                 if len(scene):
                     sim.set_velocity(step % len(scene), (0.5 * step, -1.0))
             sim.run(until=scene.start + 4.0, max_contacts=CONTACTS)
-        except KinetileError as error:
-            ended = f"{type(error).__name__}: {error}"
-        ends.append(Outcome.of(sim, ended))
-    said = difference(ends[1], ends[0], subject.name)
-    if said is not None:
-        raise Disagreement(said)
+
+        return Outcome.after(sim, by_hand)
+
+    agree_by_hand(subject, ran)
 
 
 @check(turns=True)
@@ -126,7 +123,7 @@ def stops_and_goes_on(subject: Subject, scene: Scene, reference: Reference) -> N
     for part in (0.25, 0.25, 0.5, 1.0):
         sim.run(until=scene.start + part * (horizon(scene) - scene.start))
         sim.candidate_pairs()
-    said = difference(Outcome.of(sim, "ran"), whole, subject.name)
+    said = difference(Outcome.of(sim), whole, subject.name)
     if said is not None:
         raise Disagreement(f"stopped and gone on with, {said}")
 
@@ -142,7 +139,7 @@ def survives_being_built_anew(subject: Subject, scene: Scene, reference: Referen
         sim.run(until=scene.start + part * (horizon(scene) - scene.start))
         if part < 1.0:
             sim.rebuild()
-    said = difference(Outcome.of(sim, "ran"), expected, subject.name)
+    said = difference(Outcome.of(sim), expected, subject.name)
     if said is not None:
         raise Disagreement(f"built anew on the way, {said}")
 

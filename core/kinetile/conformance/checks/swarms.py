@@ -16,7 +16,12 @@ from kinetile.scene import Scene
 if TYPE_CHECKING:
     from hypothesis.strategies import SearchStrategy
 
-__all__ = ["same_contacts_in_a_marathon", "same_contacts_in_a_swarm", "same_contacts_on_lattices"]
+__all__ = [
+    "same_contacts_beside_giants",
+    "same_contacts_in_a_marathon",
+    "same_contacts_in_a_swarm",
+    "same_contacts_on_lattices",
+]
 
 LOOKS = 4
 """How often it is looked at who is near whom, over the course of a swarm."""
@@ -26,6 +31,12 @@ def _swarms() -> SearchStrategy[Scene]:
     from kinetile.conformance.strategies.swarms import swarm_scenes
 
     return swarm_scenes()
+
+
+def _giants() -> SearchStrategy[Scene]:
+    from kinetile.conformance.strategies.swarms import giant_scenes
+
+    return giant_scenes()
 
 
 def _marathons() -> SearchStrategy[Scene]:
@@ -56,6 +67,14 @@ def same_contacts_in_a_swarm(subject: Subject, scene: Scene, reference: Referenc
         said = amiss_with_near(sim)
         if said is not None:
             raise Disagreement(f"at time {sim.time!r} {said}")
+
+
+@check(scenes=_giants, share=0.3, since="3.3")
+def same_contacts_beside_giants(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """The reference's contacts where few large bodies fly through many small ones that hardly move."""
+    from kinetile.conformance.strategies.swarms import CONTACTS
+
+    agree(subject, scene, reference, contacts=CONTACTS)
 
 
 @check(scenes=_marathons, share=0.03, since="3.0")

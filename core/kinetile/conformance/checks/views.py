@@ -43,6 +43,19 @@ def without(scene: Scene, body: int) -> Scene:
     )
 
 
+def enlarged(scene: Scene, by: float) -> Scene:
+    """Return a scene in which all lengths, and so all speeds, are so many times as great."""
+    arena = scene.arena
+    return changed(
+        scene,
+        position=scene.position * by,
+        velocity=scene.velocity * by,
+        radius=scene.radius * by,
+        arena=None if arena is None else (arena[0] * by, arena[1] * by),
+        turns=[Turn(t.body, t.time, (t.velocity[0] * by, t.velocity[1] * by)) for t in scene.turns],
+    )
+
+
 def slowed(scene: Scene, by: float) -> Scene:
     """Return a scene in which everything takes so many times as long."""
     turns = [
@@ -105,20 +118,15 @@ def other_views(scene: Scene) -> Iterator[tuple[str, Scene]]:
             turns=[Turn(len(scene) - 1 - t.body, t.time, t.velocity) for t in scene.turns],
         ),
     )
-    yield (
-        "32 times as large",
-        changed(
-            scene,
-            position=scene.position * 32.0,
-            velocity=scene.velocity * 32.0,
-            radius=scene.radius * 32.0,
-            arena=None if arena is None else (arena[0] * 32.0, arena[1] * 32.0),
-            turns=[Turn(t.body, t.time, (t.velocity[0] * 32.0, t.velocity[1] * 32.0)) for t in scene.turns],
-        ),
-    )
+    yield "32 times as large", enlarged(scene, 32.0)
+    yield "2^40 times as small", enlarged(scene, 2.0**-40)
     yield "256 times as slow", slowed(scene, 256.0)  # so long that the clock's base moves on
     if arena is None and len(scene):
         yield "moved", changed(scene, position=scene.position + np.array([2.0**12, -(2.0**9)]))
+        yield (
+            "moved to where all coordinates are negative",
+            changed(scene, position=scene.position - np.ceil(scene.position.max(axis=0))),
+        )
 
 
 @check(turns=True)

@@ -56,6 +56,8 @@ class Wishes(TypedDict, total=False):
         seconds: the CPU seconds that a check of up to ``EXAMPLES`` scenes may take, without compiling; one of
             more has so much more. A check that does not suffice with them is not judged; ``SECONDS``.
         on_result: called after each check.
+        on_scene: called with the check and the number of scenes that it has been shown, for each of them; not
+            where the phase is judged in the process itself.
     """
 
     options: Mapping[str, Any] | None
@@ -67,6 +69,7 @@ class Wishes(TypedDict, total=False):
     seed: int
     seconds: float
     on_result: Callable[[Result], None] | None
+    on_scene: Callable[[str, int], None] | None
 
 
 @dataclass(frozen=True)
@@ -84,6 +87,7 @@ class Trial:
     seed: int
     seconds: float
     on_result: Callable[[Result], None]
+    on_scene: Callable[[str, int], None]
     began: float
 
     @classmethod
@@ -106,6 +110,7 @@ class Trial:
             seed=wishes.get("seed", 0),
             seconds=wishes.get("seconds", SECONDS) * max(1.0, examples / EXAMPLES),
             on_result=wishes.get("on_result") or (lambda result: None),
+            on_scene=wishes.get("on_scene") or (lambda check, count: None),
             began=time.perf_counter(),
         )
 
@@ -200,6 +205,7 @@ class Court:
             if seen.said is None:
                 raise
             seen.said = f"{seen.said}\n(not every time: {type(error).__name__})"
+            seen.fickle = True
             return False
         if shrink and seen.said is not None:
             with suppress(TimeIsUp):  # it has time of its own
@@ -265,18 +271,17 @@ class Court:
 
     def _how_often(self, seen: Seen) -> str:
         """Run the check again on the scene on which it failed; return a line where it does not always."""
-        if seen.scene is None or not seen.each.draws or "not every time" in str(seen.said):
+        if seen.scene is None or not seen.each.draws or seen.fickle:
             return ""
-        times, patience = 0, Patience(self._seconds)
-        for tried in range(AGAIN):
-            again = Seen(seen.each, self.subject, None, patience)
-            try:
-                times += not again.look(seen.scene)
-            except TimeIsUp:
-                return f"\n(failed {times} of {tried} times again)" if times < tried else ""
-        if times == AGAIN:
+        times = tried = 0
+        patience = Patience(self._seconds)
+        with suppress(TimeIsUp):
+            while tried < AGAIN:
+                times += not Seen(seen.each, self.subject, None, patience).look(seen.scene)
+                tried += 1
+        if times == tried:
             return ""
-        return f"\n(not every time: of {AGAIN} times more on this scene it failed {times})"
+        return f"\n(not every time: of {tried} times more on this scene it failed {times})"
 
 
 def _draw_picture(subject: Subject, scene: Scene, case: Path, said: str) -> Path:

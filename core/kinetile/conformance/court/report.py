@@ -7,9 +7,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from kinetile.show.display.tables import grid, paragraph
+
 __all__ = ["KIT_VERSION", "Report", "Result"]
 
-KIT_VERSION = "3.1"
+KIT_VERSION = "3.3"
 """The version of the set of checks; a check says since which it is there."""
 
 
@@ -115,6 +117,17 @@ class Report:
         each = [line for result in self.results for line in self.lines(result, wide)]
         return "\n".join([self.head, "", *each, "", self.foot])
 
+    def _repr_html_(self) -> str:
+        """Return the report as a notebook shows it: a row for each check, then what was seen of those that
+        did not pass."""
+        heads = ("check", "status", "scenes", "CPU s", "what must hold")
+        rows = [(r.check, r.status, f"{r.scenes:,}", f"{r.seconds:.2f}", r.sentence) for r in self.results]
+        table = grid(self.head, heads, rows, (False, False, True, True, False))
+        told = [(result, self.details(result)) for result in self.results if result.status != "passed"]
+        said = ["\n".join([f"{result.check}: {result.status}", *lines]) for result, lines in told if lines]
+        foot = "\n".join(line.strip() for line in self.foot.splitlines())
+        return "\n".join([table, *map(paragraph, said), paragraph(foot)])
+
     @property
     def label(self) -> str:
         """The phase and its options, as the command line takes them."""
@@ -151,7 +164,11 @@ class Report:
         """Return the lines of one result, the name of its check padded to a width."""
         scenes = f"{result.scenes:7,} {'scene ' if result.scenes == 1 else 'scenes'}"
         spent = f"{scenes}  {result.seconds:6.2f} s"
-        lines = [f"  {result.status:10} {result.check:{wide}}  {spent}  {result.sentence}"]
+        first = f"  {result.status:10} {result.check:{wide}}  {spent}  {result.sentence}"
+        return [first, *(f"             {line}" for line in self.details(result))]
+
+    def details(self, result: Result) -> list[str]:
+        """Return what is to be said of a result beyond its status, line by line."""
         details = result.said.splitlines()
         if result.bodies is not None:
             bodies = f"{result.bodies} {'body' if result.bodies == 1 else 'bodies'}"
@@ -162,6 +179,7 @@ class Report:
             details.append(f"reason: {result.reason}")
         if result.case is not None:
             details.append(f"replay: kinetile replay {self.label} {result.case}")
+            details.append(f"see it: kinetile view {result.case}")
         if result.picture is not None:
             details.append(f"picture: {result.picture}")
-        return [*lines, *(f"             {line}" for line in details)]
+        return details

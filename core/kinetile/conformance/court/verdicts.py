@@ -41,7 +41,10 @@ def applicable(subject: Subject, each: Check) -> str | None:
 
 
 class Seen:
-    """What a check has seen so far of one phase; the smallest failing scene is seen last."""
+    """What a check has seen so far of one phase; the smallest failing scene is seen last.
+
+    ``fickle`` says that a failure did not come back when the same scene was shown once more.
+    """
 
     def __init__(
         self,
@@ -56,6 +59,7 @@ class Seen:
         self.refused = 0
         self.refusal = ""
         self.inapplicable = ""
+        self.fickle = False
         self.said: str | None = None
         self.scene: Scene | None = None
         self._reference = References() if reference is None else reference

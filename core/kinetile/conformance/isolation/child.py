@@ -21,6 +21,7 @@ from kinetile.conformance.court.limits import SCENE_SECONDS, limit_memory, limit
 from kinetile.conformance.court.rehearsal import SAMPLES, compiled, fresh, rehearse
 from kinetile.conformance.court.tightness import tightness
 from kinetile.conformance.court.verdicts import Seen, verdict
+from kinetile.conformance.isolation.processes import as_a_child, news_apart
 from kinetile.errors import BadOption, KinetileError, NotJudged, Refused
 from kinetile.scene import Scene
 
@@ -120,7 +121,7 @@ def read_scene(path: Path) -> tuple[Scene, int]:
 
 def write_scene(path: Path, scene: Scene, count: int) -> None:
     """Write a scene down, with the how manyeth of its check it is."""
-    from kinetile.scene.files import dumps_scene
+    from kinetile.scene.text.files import dumps_scene
 
     path.write_text(f"# {count}\n{dumps_scene(scene)}", encoding="utf-8")
 
@@ -170,10 +171,7 @@ def _keep_out(home: str) -> None:
 def main() -> None:
     """Serve in a process of its own: the order is the first line of the standard input, each further line a
     task; what is told goes to the standard output."""
-    from kinetile.conformance.isolation.processes import as_a_child
-
-    news = os.dup(1)
-    os.dup2(2, 1)
+    news = news_apart()
 
     def work(tasks: Iterator[Task], tell: Tell) -> None:
         serve(Order(**next(tasks)), tasks, tell)

@@ -151,6 +151,8 @@ class Hearing:
         def hear(message: Message) -> None:
             if "seen" in message:
                 seen.append(str(message["seen"]))
+            elif "scene" in message:
+                self._trial.on_scene(name, int(message["scene"]))
             elif "result" in message:
                 results.append(_result(message["result"]))
 

@@ -25,7 +25,7 @@ from typing import Any, Protocol
 
 from kinetile.kernel.compiled import nobody_compiles
 
-__all__ = ["CAN_FORK", "Child", "afresh", "as_a_child", "forked"]
+__all__ = ["CAN_FORK", "Child", "afresh", "as_a_child", "forked", "news_apart"]
 
 CAN_FORK = hasattr(os, "fork")
 GRACE = 2.0
@@ -191,6 +191,14 @@ def forked(work: Work, words: Path) -> Child:
     os.close(to_news)
     os.close(from_tasks)
     return Child(_Forked(pid), news, tasks)
+
+
+def news_apart() -> int:
+    """Return a descriptor of what was the standard output, for news; what is printed from now on, by a hook
+    for instance, goes to the standard error and is no news."""
+    news = os.dup(1)
+    os.dup2(2, 1)
+    return news
 
 
 def as_a_child(work: Work, news: int, tasks: int) -> None:

@@ -8,14 +8,15 @@ cost, or a fault that would go unseen.
 * ``operators`` are the changes, exact spans of the source; ``mutants`` numbers them;
 * ``writing`` writes one down as a package of another name; ``judging`` does so in a child and runs checks;
 * ``overlay`` runs the author's own tests on one, where it is installed;
-* ``campaign`` hands mutants out, in two rounds; ``report`` counts.
+* ``campaign`` hands mutants out, in three rounds; ``record`` keeps what came of them, ``report`` counts.
 """
 
 from __future__ import annotations
 
-from kinetile.conformance.mutation.campaign import Round, campaign, first_round, second_round
+from kinetile.conformance.mutation.campaign import Round, campaign, rounds_of
 from kinetile.conformance.mutation.mutants import Equivalent, Mutant, equivalents_of, mutants_of, sample
 from kinetile.conformance.mutation.overlay import passes, try_tests
+from kinetile.conformance.mutation.record import Record, Stage, head_of
 from kinetile.conformance.mutation.report import Finding, Findings
 from kinetile.conformance.mutation.sources import PhaseSource, source_of
 
@@ -25,14 +26,16 @@ __all__ = [
     "Findings",
     "Mutant",
     "PhaseSource",
+    "Record",
     "Round",
+    "Stage",
     "campaign",
     "equivalents_of",
-    "first_round",
+    "head_of",
     "mutants_of",
     "passes",
+    "rounds_of",
     "sample",
-    "second_round",
     "source_of",
     "try_tests",
 ]

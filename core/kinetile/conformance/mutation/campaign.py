@@ -1,8 +1,9 @@
-"""The campaign: mutants handed to children, in two rounds.
+"""The campaign: mutants handed to children, in three rounds.
 
 In the first, interpreted, each mutant is shown few scenes by the checks that kill most: nearly all of those
-that can be killed die there, in about a second. What survives is judged in the second by all checks with as
-many scenes as was asked for, compiled: each has several loops of its own to be compiled.
+that can be killed die there, most in a tenth of a second. What survives is shown few scenes by the other
+checks in the second, interpreted too. The third is compiled, and only for the checks whose runs are too long
+to be interpreted: each mutant has loops of its own to be compiled, which takes longer than all the rest.
 """
 
 from __future__ import annotations
@@ -16,16 +17,16 @@ from pathlib import Path
 from typing import Any
 
 from kinetile.conformance.isolation.processes import CAN_FORK, Child, afresh
-from kinetile.conformance.mutation.judging import FIRST, STOPPED, SURE, Task, Work, order_of_checks
+from kinetile.conformance.mutation.judging import FIRST, LONG, STOPPED, SURE, Task, Work, order_of_checks
 from kinetile.conformance.mutation.mutants import Mutant
 from kinetile.conformance.mutation.report import CRASHED, HANGS, KILLED, SURVIVED, Finding
 from kinetile.conformance.mutation.sources import PhaseSource
 from kinetile.errors import BadOption, Refused
 
-__all__ = ["FEW", "Round", "campaign", "first_round", "second_round"]
+__all__ = ["FEW", "Round", "campaign", "rounds_of"]
 
 FEW = 10
-"""Scenes a check in the first round."""
+"""Scenes a check in the rounds that are interpreted."""
 
 COMPILING = 120.0
 """CPU seconds more, where loops are compiled."""
@@ -49,14 +50,15 @@ class Round:
     at_least: float = 10.0
 
 
-def first_round(compiled: bool = False) -> Round:
-    """Return the round that is to kill what is easily killed."""
-    return Round(FIRST, FEW, compiled)
+def rounds_of(examples: int, compiled: bool = False) -> tuple[Round, ...]:
+    """Return the rounds: by the checks that kill most, by the other ones whose runs are short, and, unless
+    ``examples`` is 0, by the long ones with so many scenes a check.
 
-
-def second_round(examples: int, compiled: bool = True) -> Round:
-    """Return the round for what is left: all checks."""
-    return Round(order_of_checks(), examples, compiled, whole=True)
+    The first two are interpreted, or ``compiled``.
+    """
+    short = tuple(name for name in order_of_checks() if name not in (*FIRST, *LONG))
+    first, second = Round(FIRST, FEW, compiled), Round(short, FEW, compiled, whole=not examples)
+    return (first, second, *([Round(LONG, examples, compiled=True, whole=True)] if examples else []))
 
 
 @dataclass

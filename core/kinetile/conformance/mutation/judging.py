@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import kinetile as kt
-from kinetile.conformance.cases import Subject
+from kinetile.conformance.cases import Brought, Subject
 from kinetile.conformance.checks import CHECKS
 from kinetile.conformance.court.court import Court
 from kinetile.conformance.court.drawing import Drawing
@@ -24,15 +24,35 @@ from kinetile.conformance.court.limits import end_after, limit_memory
 from kinetile.conformance.court.tightness import tightness
 from kinetile.conformance.court.verdicts import References
 from kinetile.conformance.isolation.deaths import GIB
-from kinetile.conformance.isolation.processes import as_a_child, forked
+from kinetile.conformance.isolation.processes import as_a_child, forked, news_apart
 from kinetile.conformance.mutation.operators import Change
 from kinetile.conformance.mutation.sources import PhaseSource, Source
 from kinetile.conformance.mutation.writing import write
 
-__all__ = ["FIRST", "SURE", "Task", "Work", "main", "order_of_checks"]
+__all__ = ["FIRST", "LONG", "SURE", "Task", "Work", "main", "order_of_checks"]
 
-FIRST = ("same-contacts", "same-contacts-with-turns", "never-misses-a-pair", "its-structure-is-true")
+FIRST = (
+    "same-contacts",
+    "same-contacts-with-turns",
+    "never-misses-a-pair",
+    "its-structure-is-true",
+    "same-contacts-as-bodies-come-and-go",
+    "its-structure-is-true-as-bodies-come-and-go",
+)
 """The checks that kill most for their time; they are run first."""
+
+LONG = (
+    "same-contacts-in-a-swarm",
+    "stays-within-its-arrays",
+    "same-contacts-in-the-gallery",
+    "same-contacts-beside-giants",
+    "same-contacts-on-lattices",
+    "same-contacts-in-a-marathon",
+    "near-holds-while-bodies-pass",
+    "same-contacts-when-turned-by-hand",
+    "does-not-see-who-asks",
+)
+"""The checks with too many events for interpreted hooks; they are run last."""
 
 SURE = 5.0
 """How many times as long as the phase itself a mutant may take for a check."""
@@ -103,8 +123,8 @@ class Work:
 
 
 def order_of_checks() -> tuple[str, ...]:
-    """Return the names of all checks: those first that kill most for their time."""
-    return (*FIRST, *(each.name for each in CHECKS if each.name not in FIRST))
+    """Return the names of all checks: those first that kill most for their time, those last that are long."""
+    return (*FIRST, *(each.name for each in CHECKS if each.name not in (*FIRST, *LONG)), *LONG)
 
 
 @dataclass(frozen=True)
@@ -138,7 +158,7 @@ def try_one(work: Work, task: Task, shown: Shown, tell: Tell) -> None:
     try:
         target = write(work.phase, folder, name, task.place, task.change)
         spec = kt.BroadPhaseSpec(name.replace("_", "-"), target, features=frozenset(work.features))
-        kt.registry().add(_Plugin(spec))
+        kt.registry().add(Brought(spec))
         kt.registry().broad_phase(spec.name)(**work.options)
     except Exception as error:
         tell({"crashed": f"{type(error).__name__}: {error}"})
@@ -161,19 +181,6 @@ def try_one(work: Work, task: Task, shown: Shown, tell: Tell) -> None:
         if result.status in STOPPED or (refused and task.number):
             return
     tell({"end": True, "tightness": tightness(Subject(spec.name, work.options)) if work.whole else None})
-
-
-class _Plugin:
-    """Brings one mutant."""
-
-    def __init__(self, spec: kt.BroadPhaseSpec) -> None:
-        self.__name__ = spec.name
-        self._spec = spec
-
-    @kt.hookimpl
-    def kinetile_broad_phases(self) -> list[kt.BroadPhaseSpec]:
-        """Name the mutant."""
-        return [self._spec]
 
 
 def serve(work: Work, tell: Tell) -> None:
@@ -202,8 +209,7 @@ def serve(work: Work, tell: Tell) -> None:
 
 def main() -> None:
     """Carry out the work that stands on the first line of the standard input; tell on the standard output."""
-    news = os.dup(1)
-    os.dup2(2, 1)
+    news = news_apart()
     try:
         as_a_child(lambda tasks, tell: serve(Work.of(next(tasks)), tell), news, 0)
     except Exception:

@@ -117,7 +117,7 @@ def _mutable(node: ast.AST, inside: bool = False) -> Iterator[ast.AST]:
         return
     if isinstance(node, ast.Subscript) and not inside:
         return  # a type
-    if isinstance(node, ast.keyword) and node.arg in ("audit", "dtype"):
+    if isinstance(node, ast.keyword) and node.arg in ("audit", "draw", "dtype"):
         return
     yield node
     inside = inside or isinstance(node, ast.FunctionDef)

@@ -142,7 +142,7 @@ def dropped(text: Text, node: ast.AST) -> Iterator[Change]:
             yield Change("dropped", f"{text.of(targets[0])} = ...", *text.span(node), "pass")
     if isinstance(node, ast.Call) and text.of(node.func).rpartition(".")[2] == "BroadPhaseParts":
         for part in node.keywords:
-            if part.arg not in (None, "audit", "near", "state"):
+            if part.arg not in (None, "audit", "draw", "near", "state"):
                 start, end = text.span(part)
                 after = text.bytes[end : text.span(node)[1]]
                 comma = len(after) - len(after.lstrip()) + 1 if after.lstrip().startswith(b",") else 0

@@ -72,11 +72,12 @@ def _ways(phase: PhaseSource, source: Source) -> dict[str, tuple[str, str]]:
 
 
 def _used(statement: ast.stmt, audits: bool) -> set[str]:
-    """Return the names that a statement uses, but for what is given as ``audit=``."""
+    """Return the names that a statement uses, but for what is given as ``draw=`` or ``audit=``."""
+    left_out = ("draw",) if audits else ("draw", "audit")
     unused = {
         id(each)
         for node in ast.walk(statement)
-        if isinstance(node, ast.keyword) and node.arg == "audit" and not audits
+        if isinstance(node, ast.keyword) and node.arg in left_out
         for each in ast.walk(node.value)
     }
     names = (each for each in ast.walk(statement) if isinstance(each, ast.Name) and id(each) not in unused)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -29,6 +29,11 @@ class Finding:
     cpu: float = 0.0
     tightness: float | None = None
 
+    @classmethod
+    def of(cls, mutant: Mutant, row: Mapping[str, Any]) -> Finding:
+        """Return what ``as_dict`` was made of."""
+        return cls(mutant, row["fate"], row["check"], row["said"], row["cpu_seconds"], row["tightness"])
+
     def as_dict(self) -> dict[str, Any]:
         """Return it, fit for JSON."""
         return {
@@ -50,7 +55,7 @@ class Findings:
     """What came of all; ``tightness`` is that of the phase as it is, where it was measured."""
 
     name: str
-    options: Mapping[str, Any]
+    options: Sequence[Mapping[str, Any]]
     mutants: int
     found: tuple[Finding, ...]
     equivalent: tuple[Equivalent, ...]
@@ -72,7 +77,7 @@ class Findings:
         """Return all of it, fit for JSON."""
         return {
             "broad_phase": self.name,
-            "options": dict(self.options),
+            "options": [dict(each) for each in self.options],
             "mutants": self.mutants,
             "judged": len(self.found),
             "counts": self.counts(),

@@ -14,11 +14,12 @@ from kinetile.conformance.strategies.small import (
     sized_scenes,
     wide_scenes,
 )
-from kinetile.conformance.strategies.swarms import swarm_scenes
+from kinetile.conformance.strategies.swarms import giant_scenes, swarm_scenes
 
 __all__ = [
     "MOST",
     "box_scenes",
+    "giant_scenes",
     "grazing_scenes",
     "lattice_scenes",
     "line_scenes",

@@ -16,9 +16,9 @@ from kinetile.conformance.cases import REFERENCE
 from kinetile.conformance.strategies.small import box_scenes, plane_scenes, speeds
 from kinetile.errors import KinetileError
 from kinetile.run.simulation import Simulation
-from kinetile.scene import Scene, relabelled
+from kinetile.scene import Remove, Scene, Settings, relabelled
 
-__all__ = ["living_scenes"]
+__all__ = ["carried_out", "living_scenes", "wishes"]
 
 MOMENTS = 24
 CONTACTS = 40
@@ -26,9 +26,10 @@ CONTACTS = 40
 
 
 @st.composite
-def _wish(draw: st.DrawFn) -> dict[str, Any]:
+def _wish(draw: st.DrawFn, kinds: tuple[str, ...]) -> dict[str, Any]:
     """A command: at which eighth, what, where, and to whom, counted among those who are there."""
     return {
+        "kind": draw(st.sampled_from(kinds)) if kinds else None,
         "moment": draw(st.integers(0, MOMENTS)) / 8,
         "what": draw(st.sampled_from(["insert", "insert", "remove", "turn"])),
         "place": (draw(st.integers(1, 15)) / 4, draw(st.integers(1, 15)) / 4),
@@ -38,19 +39,46 @@ def _wish(draw: st.DrawFn) -> dict[str, Any]:
     }
 
 
+def wishes(kinds: tuple[str, ...] = ()) -> st.SearchStrategy[list[dict[str, Any]]]:
+    """Return up to ten commands, in the order of their moments; who comes is of one of these kinds."""
+    several = st.lists(_wish(kinds), min_size=0 if kinds else 1, max_size=10)
+    return several.map(lambda found: sorted(found, key=lambda wish: float(wish["moment"])))
+
+
+@st.composite
+def one_between(draw: st.DrawFn) -> Scene:
+    """Two bodies on their way to each other, and one between them that flies aside and goes before it is out
+    of the way: then nobody has awaited it, and the two have to hear of each other by its going."""
+    upright = draw(st.booleans())
+    aside, toward = draw(st.sampled_from([2.0, 4.0, -4.0])), draw(st.sampled_from([1.0, 0.5]))
+    places, flights = [(2.0, 0.5), (2.0, 2.0), (2.0, 3.5)], [(0.0, toward), (aside, 0.0), (0.0, -1.0)]
+    if not upright:
+        places, flights = [(y, x) for x, y in places], [(v, u) for u, v in flights]
+    moment = draw(st.sampled_from([0.0, 2.0**-6, 2.0**-5, 0.125]))
+    return Scene(
+        places,
+        flights,
+        [draw(st.sampled_from([0.25, 0.125])), 0.5, 0.25],
+        arena=(4.0, 4.0) if draw(st.booleans()) else (4.0, 8.0),
+        commands=[Remove(1, moment)],
+        settings=Settings(until=4.0),
+    )
+
+
 @st.composite
 def living_scenes(draw: st.DrawFn) -> Scene:
-    """Up to six bodies, in a box mostly, and up to ten commands."""
+    """Up to six bodies, in a box mostly, and up to ten commands; or one who goes between two."""
+    if draw(st.integers(0, 7)) == 7:
+        return draw(one_between())
     scene = draw(st.one_of(box_scenes(turns=False), plane_scenes(turns=False)))
-    wishes = draw(st.lists(_wish(), min_size=1, max_size=10))
-    return carried_out(scene, sorted(wishes, key=lambda wish: wish["moment"]))
+    return carried_out(scene, draw(wishes()))
 
 
-def carried_out(scene: Scene, wishes: list[dict[str, Any]]) -> Scene:
+def carried_out(scene: Scene, wished: list[dict[str, Any]]) -> Scene:
     """Return a scene with those of the commands that can be carried out, in this order."""
     sim = Simulation(scene, REFERENCE, live=True)
     try:
-        for wish in wishes:
+        for wish in wished:
             sim.run(until=max(scene.start + wish["moment"], sim.time), max_contacts=CONTACTS)
             _try(sim, wish)
     except KinetileError:
@@ -63,7 +91,7 @@ def _try(sim: Simulation, wish: dict[str, Any]) -> None:
     there = sim.bodies.tolist()
     if wish["what"] == "insert":
         with suppress(KinetileError, ValueError):  # no room, or too fast for the scene's clock
-            sim.insert(wish["place"], wish["velocity"], wish["radius"])
+            sim.insert(wish["place"], wish["velocity"], wish["radius"], kind=wish["kind"])
     elif there and wish["what"] == "remove":
         sim.remove(there[wish["who"] % len(there)])
     elif there:

@@ -38,6 +38,8 @@ HOOKS = {
     "build": {**TOOLBOX, "near": EVERYTHING},
     "repair": {**TOOLBOX, "near": EVERYTHING},
     "replan": TOOLBOX,
+    "enter": {**TOOLBOX, "near": EVERYTHING},
+    "leave": {**TOOLBOX, "near": EVERYTHING},
     "near": ONLY_NAMES,
     "arrange": ONLY_NAMES,
     "audit": ONLY_NAMES,

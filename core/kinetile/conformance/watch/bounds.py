@@ -15,35 +15,28 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from inspect import currentframe
 from pathlib import Path
-from types import FrameType, TracebackType
-from typing import Any, TypeVar
+from types import FrameType
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 
-import kinetile
 from kinetile.kernel import vectors
+from kinetile.plugin.calling import line_of_author
 
-__all__ = ["Breach", "guarded", "line_of_author"]
+__all__ = ["Breach", "guarded"]
 
-Tables = TypeVar("Tables", bound=tuple[Any, ...])
+Tables = TypeVar("Tables", bound=NamedTuple)
 
-FOREIGN = (str(Path(kinetile.__file__).parent), str(Path(np.__file__).parent), "<__array_function__")
-"""Where files are that no author of a phase has written: kinetile, NumPy."""
+if TYPE_CHECKING:
+    _Arrays = np.ndarray[Any, Any]  # what _Looked is mixed into
+else:
+    _Arrays = object
 
 EIGHT_AT_ONCE = str(Path(vectors.__file__).parent)
 
 
 class Breach(Exception):
     """A hook does what it must not; the message names the hook, what it touched, and where."""
-
-
-def line_of_author(files: Iterable[tuple[str, int]]) -> str:
-    """Return the first of these files and lines that is neither kinetile's nor NumPy's, to be put behind a
-    sentence; nothing where there is none."""
-    for file, line in files:
-        if not file.startswith(FOREIGN):
-            return f" ({Path(file).name}, line {line})"
-    return ""
 
 
 def frames_above(frame: FrameType | None) -> Iterable[tuple[str, int]]:
@@ -53,34 +46,24 @@ def frames_above(frame: FrameType | None) -> Iterable[tuple[str, int]]:
         frame = frame.f_back
 
 
-def frames_of(trace: TracebackType | None) -> list[tuple[str, int]]:
-    """Return file and line of a traceback's frames, the innermost first."""
-    found = []
-    while trace is not None:
-        found.append((trace.tb_frame.f_code.co_filename, trace.tb_lineno))
-        trace = trace.tb_next
-    return found[::-1]
-
-
-class _Looked:
+class _Looked(_Arrays):
     """What an array does that looks at every index. ``called`` is what messages call it; None: it does not
     look, being what a computation has made."""
 
     called: str | None
     strict: bool
-    shape: tuple[int, ...]
 
     def __array_finalize__(self, made_from: Any) -> None:
-        super().__array_finalize__(made_from)  # type: ignore[misc]
+        super().__array_finalize__(made_from)
         self.called, self.strict = None, False
 
     def __getitem__(self, index: Any) -> Any:
         called = self.called
         if called is None:
-            return super().__getitem__(index)  # type: ignore[misc]
+            return super().__getitem__(index)
         if not isinstance(index, int | np.integer) or not 0 <= index < self.shape[0]:
             self._look(index, currentframe())
-        found = super().__getitem__(index)  # type: ignore[misc]
+        found = super().__getitem__(index)
         if isinstance(found, _Looked) and isinstance(index, int | np.integer):
             found.called, found.strict = f"{called}[{index}]", self.strict
         return found
@@ -91,7 +74,7 @@ class _Looked:
     def __setitem__(self, index: Any, value: Any) -> None:
         if self.called is not None:
             self._look(index, currentframe())
-        super().__setitem__(index, value)  # type: ignore[misc]
+        super().__setitem__(index, value)
 
     def _look(self, index: Any, here: FrameType | None) -> None:
         """Raise Breach where an index is outside that the caller of this frame has used."""
@@ -134,7 +117,7 @@ def guarded(tables: Tables, called: str, strict: bool) -> Tables:
     Messages call an array ``called.field``. ``strict``: an index below zero is a breach too.
     """
     views = []
-    for name, array in zip(type(tables)._fields, tables, strict=True):  # type: ignore[attr-defined]
+    for name, array in zip(type(tables)._fields, tables, strict=True):
         view = array.view(_Table if isinstance(array, np.recarray) else _Array)
         view.called, view.strict = f"{called}.{name}", strict
         views.append(view)

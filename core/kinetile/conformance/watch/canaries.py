@@ -21,11 +21,13 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.conformance.cases import Subject, horizon
+from kinetile.conformance.watch.comings import exchange
 from kinetile.errors import KinetileError
 from kinetile.run.advance import End, advance
 from kinetile.run.composition import Commands, compose_phases
 from kinetile.run.engine import Engine
 from kinetile.scene import Scene
+from kinetile.scene.variants import spacious
 
 __all__ = ["CONTACTS", "ZONE", "Cage", "address", "caged", "look"]
 
@@ -83,12 +85,11 @@ def _end(side: str) -> str:
     return "first" if side == "before" else "last"
 
 
-def caged(tables: tuple[Any, ...], called: str) -> tuple[Any, list[Cage]]:
+def caged(tables: NamedTuple, called: str) -> tuple[Any, list[Cage]]:
     """Return a named tuple with its arrays in cages, as far as they can be, and the cages."""
-    names: Sequence[str] = type(tables)._fields  # type: ignore[attr-defined]
     cages = [
         Cage.of(f"{called}.{name}", array)
-        for name, array in zip(names, tables, strict=True)
+        for name, array in zip(type(tables)._fields, tables, strict=True)
         if (array.flags.c_contiguous or array.flags.f_contiguous)
         and array.flags.writeable
         and not any(other is not array and np.may_share_memory(array, other) for other in tables)
@@ -114,16 +115,20 @@ def look(subject: Subject, scene: Scene) -> str | None:
 
     Raises Refused where the phase cannot do the scene.
     """
-    composition = compose_phases(scene, subject.name, None, subject.options)
+    room = spacious(scene)
+    composition = compose_phases(room, subject.name, None, subject.options)
     broad = composition.broad
     state, cages = caged(broad.state, "s")
     ticks = tuple(_moved(each, cages) for each in broad.ticks)
     composition = replace(composition, broad=replace(broad, state=state, ticks=ticks))
-    engine = Engine(scene, composition, keep_contacts=False, commands=Commands.TURNS)
+    engine = Engine(room, composition, keep_contacts=False, commands=Commands.ALL)
     engine.k, more = caged(engine.k, "k")
     try:
         until = horizon(scene)
         advance(engine, End(until, engine.clock.ticks(until), CONTACTS), None, lambda: None)
+        for body in range(0, len(scene), 5):
+            exchange(engine, body, (0.5 * engine.speed, 0.25 * engine.speed))
+        advance(engine, End(until + 1.0, engine.clock.ticks(until + 1.0), 2 * CONTACTS), None, lambda: None)
         engine.lay_out(engine.speed)
         engine.build()
     except KinetileError:

@@ -15,17 +15,17 @@ import sys
 from collections.abc import Iterable
 from typing import Any
 
-from kinetile.conformance.cases import Subject
+from kinetile.conformance.cases import Brought, Subject
 from kinetile.conformance.court.limits import TimeIsUp, out_of_time
+from kinetile.conformance.isolation.processes import news_apart
 from kinetile.conformance.watch.interpreted import look
 from kinetile.errors import KinetileError, Refused
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.plugin.by_name import loads_scene
-from kinetile.plugin.hookspecs import hookimpl
 from kinetile.plugin.registry import Provided, registry
 from kinetile.plugin.specs import BroadPhaseSpec
 from kinetile.scene import Scene
-from kinetile.scene.files import dumps_scene
+from kinetile.scene.text.files import dumps_scene
 
 __all__ = ["carry_out", "first_breach"]
 
@@ -103,23 +103,11 @@ def _target(provided: Provided) -> str | None:
     return found
 
 
-class _Added:
-    """A plugin that brings one broad phase."""
-
-    def __init__(self, spec: BroadPhaseSpec) -> None:
-        self.spec = spec
-
-    @hookimpl
-    def kinetile_broad_phases(self) -> list[BroadPhaseSpec]:
-        """Name it."""
-        return [self.spec]
-
-
 def carry_out(order: dict[str, Any]) -> dict[str, str | None]:
     """Do what an order says; return what was seen, or why nothing could be looked at."""
     subject = Subject(order["name"], order["options"])
     if order["target"] is not None:
-        registry().add(_Added(BroadPhaseSpec(subject.name, order["target"])))
+        registry().add(Brought(BroadPhaseSpec(subject.name, order["target"])))
     scenes = [(title, loads_scene(text)) for title, text in order["scenes"]]
     try:
         return {"said": _first_breach(subject, scenes), "refused": None}
@@ -133,7 +121,6 @@ def main() -> None:
         import resource
 
         resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS + 1))
-    news = os.dup(1)
-    os.dup2(2, 1)  # what a hook prints is no news
+    news = news_apart()
     found = carry_out(json.load(sys.stdin))
     os.write(news, json.dumps(found).encode())

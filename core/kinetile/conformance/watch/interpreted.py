@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import wraps
 from inspect import unwrap
 from pathlib import Path
@@ -17,13 +17,16 @@ from typing import Any
 
 from kinetile.conformance.cases import Subject, horizon
 from kinetile.conformance.watch.barrier import Snapshot, breaches, bytes_of
-from kinetile.conformance.watch.bounds import Breach, frames_of, guarded, line_of_author
+from kinetile.conformance.watch.bounds import Breach, guarded
+from kinetile.conformance.watch.comings import exchange
 from kinetile.errors import KinetileError, Refused
+from kinetile.kernel.log import TURNED
 from kinetile.kernel.tables import Kernel
+from kinetile.plugin.calling import place_of
 from kinetile.plugin.protocols import BroadPhaseParts
 from kinetile.run.advance import End, advance
 from kinetile.run.arguments import read_turns
-from kinetile.run.composition import Commands, compose_phases
+from kinetile.run.composition import Commands, Composition, compose_phases
 from kinetile.run.engine import Engine, carry_out
 from kinetile.scene import Scene
 
@@ -33,6 +36,8 @@ CONTACTS, EVENTS = 15, 150
 """A run ends after so many contacts or events, and after so many more when a body has been turned by hand."""
 
 COMPILED = ("build", "repair", "replan", "near")
+IF_THERE = ("enter", "leave")
+"""Compiled too; a phase may be without."""
 
 
 class Watch:
@@ -42,17 +47,20 @@ class Watch:
         said: what was seen first; None: nothing.
     """
 
-    def __init__(self, scene: Scene, parts: BroadPhaseParts) -> None:
+    def __init__(self, scene: Scene) -> None:
         self.said: str | None = None
         self._scene = scene
-        self._parts = parts
-        self._state = guarded(parts.state, "s", strict=False)
         self._tables: dict[tuple[int, ...], tuple[Kernel, Kernel]] = {}
 
-    def parts(self) -> BroadPhaseParts:
-        """Return the parts with every hook watched."""
-        parts = self._parts
-        hooks: dict[str, Any] = {name: self._watched(name, getattr(parts, name)) for name in COMPILED}
+    def over(self, composition: Composition) -> Composition:
+        """Return the phases with every hook of the broad phase watched."""
+        fields = {field: getattr(composition, field) for field in Composition.__dataclass_fields__}
+        return _Watched(**fields | {"broad": self._parts(composition.broad)}, watch=self)
+
+    def _parts(self, parts: BroadPhaseParts) -> BroadPhaseParts:
+        state = guarded(parts.state, "s", strict=False)
+        there = [*COMPILED, *(name for name in IF_THERE if getattr(parts, name) is not None)]
+        hooks: dict[str, Any] = {name: self._watched(name, getattr(parts, name), state) for name in there}
         if parts.arrange is not None:
             hooks["arrange"] = self._watched("arrange", parts.arrange)
         if parts.audit is not None:
@@ -63,19 +71,18 @@ class Watch:
     def _all_of(audit: Callable[[Any, Any], Iterator[str]]) -> Callable[[Any, Any], list[str]]:
         return wraps(audit)(lambda k, s: list(audit(k, s)))
 
-    def _watched(self, name: str, hook: Callable[..., Any]) -> Callable[..., Any]:
-        """Return a hook that is watched."""
-        looks_at_indices = name in COMPILED
+    def _watched(self, name: str, hook: Callable[..., Any], state: Any = None) -> Callable[..., Any]:
+        """Return a hook that is watched; with a state that looks at every index, if it is given."""
 
         def watched(k: Kernel, s: Any, *body: int) -> Any:
             before = Snapshot.of(name, k, s, self._scene)
             try:
-                found = hook(*(self._guarded(k), self._state) if looks_at_indices else (k, s), *body)
+                found = hook(*(k, s) if state is None else (self._guarded(k), state), *body)
             except Breach as breach:
                 raise self._tell(f"{name} {breach}") from breach
             except Exception as error:
-                where = line_of_author(frames_of(error.__traceback__))
-                raise self._tell(f"{name} raised {type(error).__name__}: {error}{where}") from error
+                said = f"{name} raised {type(error).__name__}: {error}{place_of(error)}"
+                raise self._tell(said) from error
             for field in breaches(name, before, k, s, self._scene):
                 raise self._tell(f"{name} wrote {field}{_place(hook)}")
             return found
@@ -92,6 +99,17 @@ class Watch:
         if key not in self._tables:
             self._tables[key] = k, guarded(k, "k", strict=True)
         return self._tables[key][1]
+
+
+@dataclass(frozen=True)
+class _Watched(Composition):
+    """Phases that are watched, also when they are prepared anew because bodies come and go."""
+
+    watch: Watch | None = None
+
+    def prepared_for(self, scene: Scene) -> Composition:
+        anew = super().prepared_for(scene)
+        return anew if self.watch is None else self.watch.over(anew)
 
 
 def _place(hook: Callable[..., Any]) -> str:
@@ -111,11 +129,9 @@ def look(subject: Subject, scene: Scene) -> str | None:
     for name, was in held.items():
         if bytes_of(scene)[name] != was:
             return f"prepare wrote the scene's {name}"
-    watch = Watch(scene, composition.broad)
+    watch = Watch(scene)
     try:
-        engine = Engine(
-            scene, replace(composition, broad=watch.parts()), keep_contacts=False, commands=Commands.TURNS
-        )
+        engine = Engine(scene, watch.over(composition), keep_contacts=False, commands=Commands.TURNS)
         _run(engine, scene)
     except Refused:
         if watch.said is None:
@@ -124,22 +140,23 @@ def look(subject: Subject, scene: Scene) -> str | None:
         pass
     except Exception as error:  # in arrange and audit, a breach itself
         if watch.said is None:
-            where = line_of_author(frames_of(error.__traceback__))
-            return f"the run ended with {type(error).__name__}: {error}{where}"
+            return f"the run ended with {type(error).__name__}: {error}{place_of(error)}"
     return watch.said
 
 
 def _run(engine: Engine, scene: Scene) -> None:
-    """Run a while, turn a body to be fast, so that all is laid out anew, run on, and ask the phase's
-    audit."""
+    """Run a while, turn a body to be fast, so that all is laid out anew, run on, have bodies go and come, run
+    on again, and ask the phase's audit after each piece."""
     until = horizon(scene)
     _advance(engine, until)
     if len(scene):
         with contextlib.suppress(Refused):
-            carry_out(
-                engine, *read_turns(engine, [len(scene) - 1], [1.5 * engine.speed, 0.25 * engine.speed])
-            )
+            turns = read_turns(engine, [len(scene) - 1], [1.5 * engine.speed, 0.25 * engine.speed])
+            carry_out(engine, TURNED, turns)
     _advance(engine, until + 1.0)
+    for body in range(0, len(scene), 3):
+        exchange(engine, body, (0.25 * engine.speed, -0.125 * engine.speed))
+    _advance(engine, until + 2.0)
 
 
 def _advance(engine: Engine, until: float) -> None:

@@ -4,6 +4,7 @@ again."""
 from __future__ import annotations
 
 import itertools
+import re
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -17,6 +18,7 @@ from kinetile.conformance.checks import check_named
 from kinetile.conformance.court import limits
 from kinetile.conformance.court.court import Court
 from kinetile.conformance.court.drawing import Drawing
+from kinetile.conformance.court.telling.picture import draw
 from kinetile.conformance.court.verdicts import References
 from kinetile.conformance.replay import replay
 from kinetile.errors import PhaseError
@@ -181,3 +183,15 @@ def test_what_a_hook_raises_is_where_the_author_wrote_it(monkeypatch: pytest.Mon
     monkeypatch.setattr(Slow, "prepare", Raises.prepare)
     result = Court(Subject("slow", {}), examples=3, shrink=False).judge("same-contacts", "it raises")
     assert result.said.startswith("PhaseError: as it is")
+
+
+def test_a_picture_shows_who_is_there() -> None:
+    scene = Scene(
+        [[1.0, 1.0], [3.0, 3.0]],
+        [[0.5, 0.0], [0.0, 0.0]],
+        0.25,
+        arena=(4.0, 4.0),
+        commands=[kt.Remove(0, 0.5), kt.Insert(1.0, (2.0, 2.0), (0.0, 0.0), 0.5)],
+    )
+    drawn = draw(Subject("sap-1d", {}), scene, "said")
+    assert re.findall(r">(\d+)</text>", drawn) == ["1", "2"]

@@ -16,10 +16,10 @@ from kinetile.conformance.mutation import (
     campaign,
     mutants_of,
     passes,
+    rounds_of,
     sample,
     source_of,
 )
-from kinetile.conformance.mutation.campaign import first_round, second_round
 from kinetile.conformance.mutation.judging import FIRST, order_of_checks
 from kinetile.errors import BadOption
 
@@ -93,7 +93,7 @@ def test_every_fate(toy):
     assert {label: (each.fate, each.check) for label, each in found.items()} == fates
     assert "ZeroDivisionError" in found["toy_phase.py:6 constant 1 -> 0"].said
     assert found["toy_phase.py:18 condition always true"].said == "its process ended with 3"
-    findings = Findings("toy", {}, 9, tuple(found.values()), ())
+    findings = Findings("toy", [{}], 9, tuple(found.values()), ())
     assert findings.counts() == {
         "killed by same-contacts": 2, "hangs": 1, "crashed": 2, "survived": 1,
     }  # fmt: skip
@@ -126,8 +126,11 @@ def test_the_authors_own_tests(toy, tmp_path):
     assert not passes(toy, other, "sleep 60", seconds=0.2)
 
 
-def test_the_second_round_has_every_check_once():
-    assert first_round().checks == FIRST
-    assert sorted(second_round(100).checks) == sorted(each.name for each in CHECKS)
+def test_the_rounds_have_every_check_once():
+    names = [name for how in rounds_of(100) for name in how.checks]
+    assert names == list(order_of_checks())
+    assert sorted(names) == sorted(each.name for each in CHECKS)
+    assert [how.compiled for how in rounds_of(100)] == [False, False, True]
+    assert [how.whole for how in rounds_of(0)] == [False, True]
     assert order_of_checks()[: len(FIRST)] == FIRST
     assert sample([], 3) == []

@@ -143,6 +143,9 @@ def test_what_is_left_alone():
         def helper(k):
             return k + 1
 
+        def show(k, s):
+            yield k + 1
+
         class State(NamedTuple):
             """1 + 1."""
             place: Records[1]  # (n, 2)
@@ -157,12 +160,12 @@ def test_what_is_left_alone():
             def prepare(self, scene: Kind):
                 if scene.width < 0:
                     raise ValueError(f"{scene.width - 1}")
-                return BroadPhaseParts(f, State(), audit=judge)
+                return BroadPhaseParts(f, State(), audit=judge, draw=show)
     '''
     one = phase(source)
     assert mutants_of(one) == []
     ((place, line, reason),) = [(each.place, each.line, each.reason) for each in equivalents_of(one)]
-    assert (place, line, reason) == ("it.py", 23, "nobody looks")
+    assert (place, line, reason) == ("it.py", 26, "nobody looks")
     assert {mutant.label for mutant in mutants_of(one, audits=True)} == {
         "it.py:10 sign + -> -",
         "it.py:10 constant 1 -> 0",

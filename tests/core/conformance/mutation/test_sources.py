@@ -67,9 +67,9 @@ def test_the_built_in_ones():
         for name in ("naive", "sap-1d", "sweep-tiling")
     }
     assert rooms["naive"] == ["naive"]
-    assert rooms["sap-1d"] == ["sweep_and_prune", "bounds_audit"]
+    assert rooms["sap-1d"] == ["sweep_and_prune", "bounds_audit", "bounds_drawing"]
     assert set(rooms["sweep-tiling"]) == {
-        "sweep_tiling", "audit", "closed_up", "construction", "events",
+        "sweep_tiling", "audit", "closed_up", "construction", "drawing", "events",
         "surgery", "upkeep", "walk", "watch", "web",
     }  # fmt: skip
 

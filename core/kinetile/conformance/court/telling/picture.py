@@ -10,6 +10,7 @@ import numpy as np
 
 from kinetile.conformance.cases import CONTACTS, REFERENCE, Subject, difference, horizon, outcome
 from kinetile.errors import KinetileError
+from kinetile.kernel.loop.presence import slots_taken
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene
 
@@ -44,10 +45,10 @@ def draw(subject: Subject, scene: Scene, said: str) -> str:
     except Exception:  # a phase that crashes leaves only the start to be drawn
         sim = Simulation(scene, REFERENCE)
     place, velocity = sim.positions(), sim.velocities()
-    radius = scene.radius
+    radius = np.asarray(sim.tables.radii[slots_taken(sim.tables)])
     if scene.arena is not None:
         low, high = np.zeros(2), np.array(scene.arena)
-    elif len(scene):
+    elif len(place):
         low = (place - radius[:, None]).min(axis=0) - 1.0
         high = (place + radius[:, None]).max(axis=0) + 1.0
     else:
@@ -68,11 +69,11 @@ def draw(subject: Subject, scene: Scene, said: str) -> str:
     ]
     reach = 0.12 * float((high - low).max())
     fastest = max(float(np.abs(velocity).max(initial=0.0)), 1e-300)
-    for body in range(len(scene)):
-        x, y = at(place[body])
-        tip_x, tip_y = at(place[body] + velocity[body] / fastest * reach)
+    for row, body in enumerate(sim.bodies):
+        x, y = at(place[row])
+        tip_x, tip_y = at(place[row] + velocity[row] / fastest * reach)
         parts.append(
-            f'<circle cx="{x}" cy="{y}" r="{max(radius[body] * scale, 1.0):.2f}" fill="#9cf4" stroke="#157"/>'
+            f'<circle cx="{x}" cy="{y}" r="{max(radius[row] * scale, 1.0):.2f}" fill="#9cf4" stroke="#157"/>'
             f'<line x1="{x}" y1="{y}" x2="{tip_x}" y2="{tip_y}" stroke="#000" marker-end="url(#tip)"/>'
             f'<text x="{x + 3}" y="{y - 3}">{body}</text>'
         )

@@ -102,7 +102,7 @@ SYMPTOMS = (
         "absolute",
         "an absolute length, speed or place, such as 1e-9, where one in proportion to a reach is meant.",
         checks=("same-contacts-after-a-change-of-view",),
-        pattern=r"^32 times as large",
+        pattern=r"^(32 times as large|2\^40 times as small)",
     ),
     Symptom(
         "floor",

@@ -29,7 +29,7 @@ Left = Mapping[str, npt.NDArray[np.generic]]
 BODIES = ("x", "y", "vx", "vy", "anchor", "radius")
 CLOCK = (
     *("now", "tick", "per_time", "width", "height", "present", "epoch"),
-    *("window", "window_size", "window_tick", "window_ticks", "fault"),
+    *("window", "window_size", "window_tick", "contact_ticks", "fault"),
 )
 OF_THE_SKIN = ("skin", "theta", "tolerance", "span", "fat")
 COUNTS = (
@@ -48,17 +48,22 @@ def left_behind(sim: Simulation) -> Left:
     clock = k.clock[0]
     walled = sim.scene.arena is not None and sim.composition.wall is not None
     lives = bool(k.counts[0].inserted + k.counts[0].removed)
-    same_skin = walled and not lives  # which depends on how many slots there are
     there = slots_taken(k)
+    full = not lives and len(there) == len(k.bodies)  # a phase without `enter` has no slots to spare
+    same_skin = walled and full  # which depends on how many slots there are
     bodies, number = k.bodies[there], np.append(k.queue["number"], NOBODY)
     left = {f"bodies.{name}": np.array(bodies[name]) for name in BODIES}
-    left["bodies.last"] = number[bodies.last]
+    met = bodies.last
+    if lives:  # a slot that somebody has left and another has taken counts for nobody: it does not name back
+        met = np.where((met >= 0) & (k.bodies.last[met] == there), met, NOBODY)
+    left["bodies.last"] = number[met]
     left["mass"] = np.array(k.mass[there])
     left["radii"] = np.array(k.radii[there])
     left["bodies.reach is radius and skin"] = np.array(bodies.reach == bodies.radius + clock.skin)
     if not lives:
         left["bodies.stamp"] = np.array(bodies.stamp)  # else it depends on who had the slot before
-        left["clock.spin_limit"] = np.array([clock.spin_limit])  # and this on how many slots there are
+    if full:
+        left["clock.spin_limit"] = np.array([clock.spin_limit])  # so does this on how many slots there are
     if same_skin:
         left["bodies.reach"] = np.array(bodies.reach)
     for name in (*CLOCK, *(OF_THE_SKIN if same_skin else ())):

@@ -1,33 +1,29 @@
-"""A case: one scene, how far to run it, and what a phase made of it. Saved as TOML it replays exactly."""
+"""Running one scene under one phase, as far as a case goes, and comparing what comes of it."""
 
 from __future__ import annotations
 
-import contextlib
-import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from kinetile.conformance.cases.tables import left_behind, left_otherwise
 from kinetile.errors import KinetileError
+from kinetile.kernel.log import WALLS
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene
 
 __all__ = [
     "CONTACTS",
     "REFERENCE",
-    "Case",
     "Outcome",
     "Subject",
     "brief_outcome",
     "difference",
-    "load_case",
-    "not_saved",
+    "horizon",
     "outcome",
-    "save_case",
 ]
 
 REFERENCE = "naive"
@@ -61,10 +57,18 @@ class Outcome:
     left: Mapping[str, npt.NDArray[np.generic]] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, sim: Simulation, ended: str) -> Outcome:
-        """Read a simulation out."""
-        from kinetile.conformance.checks.tables import left_behind
+    def after(cls, sim: Simulation, run: Callable[[], object]) -> Outcome:
+        """Return what is left of a simulation after a run; an error of the run is part of it."""
+        ended = "ran"
+        try:
+            run()
+        except KinetileError as error:
+            ended = f"{type(error).__name__}: {error}"
+        return cls.of(sim, ended)
 
+    @classmethod
+    def of(cls, sim: Simulation, ended: str = "ran") -> Outcome:
+        """Read a simulation out."""
         left = left_behind(sim) if ended == "ran" else {}
         return cls(sim.contacts, ended, sim.time, sim.positions(), sim.velocities(), left)
 
@@ -87,15 +91,10 @@ def brief_outcome(subject: Subject, scene: Scene, until: float | None = None) ->
 
 
 def outcome(subject: Subject, scene: Scene, contacts: int = CONTACTS, **more: Any) -> Outcome:
-    """Run a case; an error of the run is part of its outcome. ``Refused`` and ``BadOption`` are not
-    caught."""
+    """Run a case; an error of the run is part of its outcome, but not one of preparing it: ``Refused`` and
+    ``BadOption`` are raised."""
     sim = subject.simulation(scene, **more)
-    ended = "ran"
-    try:
-        sim.run(until=horizon(scene), max_contacts=contacts)
-    except KinetileError as error:
-        ended = f"{type(error).__name__}: {error}"
-    return Outcome.of(sim, ended)
+    return Outcome.after(sim, lambda: sim.run(until=horizon(scene), max_contacts=contacts))
 
 
 def difference(found: Outcome, expected: Outcome, name: str) -> str | None:
@@ -122,62 +121,10 @@ def difference(found: Outcome, expected: Outcome, name: str) -> str | None:
             )
     if found.time != expected.time:
         return f"the run ended at time {found.time!r}, and should have at {expected.time!r}"
-    from kinetile.conformance.checks.tables import left_otherwise
-
     return left_otherwise(found.left, expected.left)
 
 
 def _contact(result: Outcome, at: int) -> str:
-    from kinetile.kernel.log import WALLS
-
     row = result.contacts[at]
     partner = f"the {WALLS[int(row['b'])]} wall" if row["b"] < 0 else f"body {row['b']}"
     return f"body {row['a']} with {partner} at time {float(row['time'])!r}"
-
-
-def save_case(scene: Scene, path: Path, check: str, subject: Subject, said: str) -> None:
-    """Write a case as a scene file; what was on trial, with its options, and what was said stand in comments
-    at its head."""
-    from kinetile.scene.files import dumps_scene
-
-    head = [f"check: {check}", f"broad phase: {subject.name}"]
-    if subject.options:
-        head.append(f"options: {json.dumps(dict(subject.options), default=repr)}")
-    head += [f"said: {line}" for line in said.splitlines()[:6]]
-    text = "".join(f"# {line}\n" for line in head)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(text + dumps_scene(scene), encoding="utf-8")
-
-
-def not_saved(what: str, error: OSError) -> str:
-    """Return the line of a report that says why a file is missing: no fault of the phase on trial."""
-    return f"(the {what} could not be saved: {error.strerror or error})"
-
-
-@dataclass(frozen=True)
-class Case:
-    """A case as it was saved: the scene, and the check, phase and options that its file names; None, where it
-    names none."""
-
-    scene: Scene
-    check: str | None
-    name: str | None
-    options: Mapping[str, Any]
-
-
-def load_case(path: Path) -> Case:
-    """Read a case; a scene file that the kit has not written is one as well."""
-    from kinetile.plugin.by_name import load_scene
-
-    head: dict[str, str] = {}
-    for line in path.read_text(encoding="utf-8").splitlines():
-        if not line.startswith("# "):
-            break
-        key, _, value = line[2:].partition(":")
-        head.setdefault(key, value.strip())
-    options = {}
-    if "check" in head:
-        with contextlib.suppress(ValueError):
-            options = json.loads(head.get("options", "{}"))
-    check = head.get("check")
-    return Case(load_scene(path), check, head.get("broad phase") if check else None, options)
