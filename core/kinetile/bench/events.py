@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from kinetile.bench.choices import Choice, phase_label, phases_with_options, simulation_of
+from kinetile.bench.display import Displayed
 from kinetile.bench.surroundings import surroundings
 
 __all__ = [
@@ -82,7 +83,7 @@ class BenchRow:
 
 
 @dataclass(frozen=True)
-class Bench:
+class Bench(Displayed):
     """All rows, and where and with what they were measured."""
 
     rows: tuple[BenchRow, ...]

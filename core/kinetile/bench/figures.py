@@ -16,21 +16,21 @@ from kinetile.accuracy.drawing import house_style, new_figure, save_figure
 from kinetile.bench.measures import mean, spread
 from kinetile.bench.thesis import Cell, ThesisBench
 
-__all__ = ["draw_figures", "write_cells"]
+__all__ = ["KINDS", "OTHER_LOOKS", "PHASE_LOOKS", "SHORT", "draw_figures", "write_cells"]
 
-_LOOKS = {
+PHASE_LOOKS = {
     "naive": ("#000000", "s", "--"),
     "sap-1d": ("#D55E00", "^", "-"),
     "sap-2d": ("#E69F00", "v", ":"),
     "sweep-tiling": ("#0072B2", "o", "-"),
 }
-_OTHERS = (("#009E73", "D", "-."), ("#CC79A7", "P", "-."), ("#56B4E9", "X", "-."))
-_KINDS = (
+OTHER_LOOKS = (("#009E73", "D", "-."), ("#CC79A7", "P", "-."), ("#56B4E9", "X", "-."))
+KINDS = (
     ("bound_events", "bound events", "#56B4E9", ""),
     ("contacts_wall", "wall events", "#F0E442", "...."),
     ("contacts_disc", "collision events", "#D55E00", "////"),
 )
-_SHORT = {"sweep-tiling": "tiling"}
+SHORT = {"sweep-tiling": "tiling"}
 
 
 def write_cells(bench: ThesisBench, folder: Path) -> Path:
@@ -63,8 +63,8 @@ def draw_figures(bench: ThesisBench, folder: Path) -> list[Path]:
 
 
 def _draw_times(bench: ThesisBench, figure: Any, panels: Any) -> None:
-    others = iter(_OTHERS * len(bench.phases))
-    looks = {phase: _LOOKS.get(phase) or next(others) for phase in bench.phases}
+    others = iter(OTHER_LOOKS * len(bench.phases))
+    looks = {phase: PHASE_LOOKS.get(phase) or next(others) for phase in bench.phases}
     for panel, density in _used(panels, bench):
         panel.set(xscale="log", yscale="log", title=f"density {density:g}")
         for phase, (colour, marker, line) in looks.items():
@@ -104,7 +104,7 @@ def _draw_shares(bench: ThesisBench, figure: Any, panels: Any) -> None:
                 if cells:
                     _draw_bar(panel, group * wide + k, cells)
                     places.append(group * wide + k)
-                    names.append(_SHORT.get(phase, phase))
+                    names.append(SHORT.get(phase, phase))
             middle = group * wide + (len(bench.phases) - 1) / 2
             panel.text(middle, -0.3, f"n = {n}", transform=panel.get_xaxis_transform(), ha="center", va="top")
         panel.set_xticks(places, names, rotation=90)
@@ -119,7 +119,7 @@ def _draw_shares(bench: ThesisBench, figure: Any, panels: Any) -> None:
 
 def _draw_bar(panel: Any, place: float, cells: tuple[Cell, ...]) -> None:
     bottom = 0.0
-    for kind, label, colour, hatch in _KINDS:
+    for kind, label, colour, hatch in KINDS:
         share = mean([100.0 * getattr(cell, kind) / max(cell.events, 1) for cell in cells])
         panel.bar(
             place,

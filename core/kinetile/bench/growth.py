@@ -21,6 +21,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from kinetile.bench.choices import Choice, phase_label, phases_with_options, simulation_of
+from kinetile.bench.display import Displayed
 from kinetile.bench.measures import fit_exponent
 from kinetile.bench.surroundings import surroundings
 from kinetile.errors import KinetileError, PhaseError, Refused
@@ -73,7 +74,7 @@ class GrowthRow:
 
 
 @dataclass(frozen=True)
-class Growth:
+class Growth(Displayed):
     """All rows, and where and with what they were measured."""
 
     phase: str
@@ -209,7 +210,7 @@ def _measured(wish: Mapping[str, Any]) -> dict[str, Any]:
         "setup_seconds": setup,
         "stretches": stretches,
         "peaks": peaks,
-        "arrays": _arrays(sim),
+        "arrays": arrays_of(sim),
     }
 
 
@@ -229,7 +230,7 @@ def _stretch(sim: Any, seconds: float) -> dict[str, float]:
     return {"cpu_seconds": spent, "simulated": sim.time - since, "contacts": made, "events": events}
 
 
-def _arrays(sim: Any) -> dict[str, int]:
+def arrays_of(sim: Any) -> dict[str, int]:
     """Return the bytes of the arrays that grow with the number of discs."""
     scene, tables = sim.scene, sim.tables
     found = {"scene": sum(each.nbytes for each in (scene.position, scene.velocity, scene.radius, scene.mass))}

@@ -6,7 +6,7 @@ import os
 import platform
 from typing import Any
 
-__all__ = ["surroundings"]
+__all__ = ["processor", "surroundings"]
 
 
 def surroundings() -> dict[str, Any]:
@@ -16,13 +16,13 @@ def surroundings() -> dict[str, Any]:
     return {
         "versions": versions(),
         "machine": platform.machine(),
-        "processor": _processor(),
+        "processor": processor(),
         "processors": os.cpu_count(),
         "system": platform.platform(terse=True),
     }
 
 
-def _processor() -> str:
+def processor() -> str:
     """Return the processor's name, as well as the system tells it."""
     try:
         with open("/proc/cpuinfo", encoding="utf-8", errors="replace") as lines:

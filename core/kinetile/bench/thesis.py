@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 
 from kinetile.bench.choices import Choice, phase_label, phases_with_options, simulation_of
+from kinetile.bench.display import Displayed
 from kinetile.bench.events import BODIES, DENSITIES
 from kinetile.bench.surroundings import surroundings
 
@@ -107,11 +108,15 @@ class Cell:
 
 
 @dataclass(frozen=True)
-class ThesisBench:
+class ThesisBench(Displayed):
     """All cells, and where and with what they were measured."""
 
     cells: tuple[Cell, ...]
     conditions: Mapping[str, Any]
+
+    def displayed_rows(self) -> Sequence[Cell]:
+        """Return the rows."""
+        return self.cells
 
     @property
     def densities(self) -> tuple[float, ...]:

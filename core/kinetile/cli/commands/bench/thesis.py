@@ -11,7 +11,7 @@ import typer
 
 from kinetile.cli.folder import try_folder
 from kinetile.cli.json_output import as_json
-from kinetile.cli.options import Json, phase_choices
+from kinetile.cli.options import Json, some_phases
 from kinetile.cli.terminal import Bar, exit_codes, make_ready, notice
 from kinetile.errors import BadOption, MissingExtra
 
@@ -43,9 +43,7 @@ def thesis(
     with exit_codes(), Bar("measuring") as bar:
         if not 0.0 < until < float("inf"):
             raise BadOption(f"--until is {until!r}; expected a time greater than 0")
-        chosen = phase_choices(phases)
-        if not chosen:
-            raise BadOption("--phases names no phase; expected names, with commas between")
+        chosen = some_phases(phases)
         if out is not None:
             try_folder("--out", out, keep=True)
             _check_figures()

@@ -1,0 +1,1 @@
+"""Measurements for a program of one's own: its scene, its frames, and which broad phase to choose."""

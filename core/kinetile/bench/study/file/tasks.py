@@ -1,0 +1,92 @@
+"""Tasks: one run each, with a key that is a hash of all that determines the result.
+
+Two tasks have one *course* where they must have one list of contacts: the same scene to the same end, by the
+same specification, whatever the phase. Their fingerprints are compared as rows arrive.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+from kinetile.bench.choices import phase_label
+from kinetile.bench.study.file.reading import Plan
+from kinetile.bench.study.work.identity import ANSWERED, source_of
+from kinetile.kernel.log import ANSWER
+
+__all__ = ["Task", "tasks_of"]
+
+
+class Task(NamedTuple):
+    """One run.
+
+    Attributes:
+        key: the hash of all that determines the result.
+        course: the hash of what determines the contacts.
+        recipe, parameters: the scene.
+        phase: the broad phase with its options, as it is written.
+        broad_phase, options: the same as name and options.
+        until, contacts: the end of the run.
+        measure, seconds: what is measured beside the readings, and for how long.
+        repeat: which of several equal runs this is, from 1.
+        versions: of kinetile, of the phase and of the recipe; a worker must have the same.
+    """
+
+    key: str
+    course: str
+    recipe: str
+    parameters: Mapping[str, Any]
+    phase: str
+    broad_phase: str
+    options: Mapping[str, Any]
+    until: float | None
+    contacts: int | None
+    measure: tuple[str, ...]
+    seconds: float
+    repeat: int
+    versions: Mapping[str, str]
+
+
+def tasks_of(plan: Plan) -> Iterator[Task]:
+    """Yield the tasks of a study: scene by scene, each under all phases."""
+    phases = [(phase_label(*each), *each, source_of("broad phase", each[0])) for each in plan.phases]
+    for scenes in plan.scenes:
+        recipe_source = source_of("scene", scenes.recipe)
+        versions = [
+            {
+                "kinetile": ANSWERED,
+                f"broad phase {name}": source,
+                f"scene {scenes.recipe}": recipe_source,
+            }
+            for _, name, _, source in phases
+        ]
+        for parameters in scenes.combinations:
+            course = _digest(
+                [scenes.recipe, parameters, scenes.until, scenes.contacts, ANSWER, recipe_source]
+            )
+            for (label, name, options, source), found in zip(phases, versions, strict=True):
+                for repeat in range(1, plan.repeats + 1):
+                    measured = plan.measure, plan.seconds if "timings" in plan.measure else None
+                    key = _digest([course, name, options, measured, repeat, ANSWERED, source])
+                    yield Task(
+                        key,
+                        course,
+                        scenes.recipe,
+                        parameters,
+                        label,
+                        name,
+                        options,
+                        scenes.until,
+                        scenes.contacts,
+                        plan.measure,
+                        plan.seconds,
+                        repeat,
+                        found,
+                    )
+
+
+def _digest(value: Any) -> str:
+    text = json.dumps(value, sort_keys=True, separators=(",", ":"), default=str)
+    return hashlib.sha256(text.encode()).hexdigest()[:32]

@@ -1,0 +1,159 @@
+"""A study runs: what has a row is left alone, what another process is at as well, and all else is done."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from kinetile.bench.study.engines.driving import drive
+from kinetile.bench.study.store.agreement import DISAGREES, Agreement
+from kinetile.bench.study.store.columns import row_of
+from kinetile.bench.study.study import Outcome, Progress
+from kinetile.bench.study.work.doing import DONE, FAILED, LOST, OUT_OF_MEMORY, REFUSED
+
+if TYPE_CHECKING:
+    from kinetile.bench.study.engines.engine import Engine
+    from kinetile.bench.study.file import Task
+    from kinetile.bench.study.store.agreement import Disagreement
+    from kinetile.bench.study.store.rows import Store
+
+__all__ = ["STATUSES", "Running", "standing"]
+
+STATUSES = (DONE, REFUSED, FAILED, OUT_OF_MEMORY, LOST, DISAGREES)
+"""What may become of a task."""
+
+
+def standing(store: Store, tasks: Mapping[str, Task], ran: int = 0, elsewhere: int = 0) -> Outcome:
+    """Return how a study stands, by its rows."""
+    table = store.read(Agreement.columns)
+    rows = [] if table is None else table.to_pylist()
+    mine = [row for row in rows if row["key"] in tasks]
+    agreement = Agreement()
+    disagreements = [str(said) for row in mine if (said := agreement.see(row)) is not None]
+    odd = agreement.verdicts(mine)
+    statuses = Counter(DISAGREES if row["key"] in odd else row["status"] for row in mine)
+    return Outcome(
+        len(tasks),
+        dict(statuses),
+        len(tasks) - len(mine),
+        ran,
+        elsewhere,
+        len(rows) - len(mine),
+        tuple(disagreements),
+    )
+
+
+class Running:
+    """One run of a study."""
+
+    def __init__(
+        self,
+        store: Store,
+        tasks: Mapping[str, Task],
+        engine: Engine,
+        progress: Callable[[Progress], None] | None,
+        disagreed: Callable[[Disagreement], None] | None,
+    ) -> None:
+        self._store = store
+        self._tasks = tasks
+        self._engine = engine
+        self._progress = progress
+        self._disagreed = disagreed
+        self._agreement = Agreement()
+        self._there: set[str] = set()
+        self._failed = 0
+        self._ran = 0
+        self._elsewhere = 0
+        self._doing = ""
+
+    def run(self, again: Sequence[str]) -> Outcome:
+        """Do all tasks that have no row; return how the study stands."""
+        well = False
+        try:
+            self._store.open()
+            self._look(again)
+            todo = [task for key, task in self._tasks.items() if key not in self._there]
+            if todo:
+                self._engine.check(
+                    {tuple(sorted(each.versions.items())): each.versions for each in todo}.values()
+                )
+                self._doing = "compiling"
+                self._tell()
+                drive(
+                    self._engine,
+                    self._claimed(todo),
+                    self._take,
+                    compile_first=_first_of_each(todo),
+                    tick=self._tell,
+                )
+            well = True
+        finally:
+            self._engine.end(at_once=not well)
+            self._store.close()
+        return standing(self._store, self._tasks, self._ran, self._elsewhere)
+
+    def _look(self, again: Sequence[str]) -> None:
+        """Learn which rows are there, and forget those that are to be done again."""
+        table = self._store.read(Agreement.columns)
+        rows = [] if table is None else [row for row in table.to_pylist() if row["key"] in self._tasks]
+        gone = {row["key"] for row in rows if row["status"] in again}
+        if DISAGREES in again:
+            all_of_them = Agreement()
+            for row in rows:
+                all_of_them.see(row)
+            gone |= all_of_them.verdicts(rows).keys()
+        if gone:
+            self._store.forget(gone)
+        for row in rows:
+            if row["key"] not in gone:
+                self._agreement.see(row)
+                self._there.add(row["key"])
+                self._failed += row["status"] not in (DONE, REFUSED)
+
+    def _claimed(self, todo: Sequence[Task]) -> Iterator[Task]:
+        """Yield the tasks that nobody else has done or is at."""
+        self._doing = ""
+        for task in todo:
+            if not self._store.claims.take(task.key):
+                self._elsewhere += 1
+            elif self._store.has(task.key):  # done by another process meanwhile
+                self._store.claims.give_back(task.key)
+                self._there.add(task.key)
+            else:
+                yield task
+
+    def _take(self, task: Task, found: Mapping[str, Any], beside: int) -> None:
+        """Write a row, and see whether it agrees with those that are there."""
+        row = row_of(task, found, beside)
+        self._store.put(row)
+        self._store.claims.give_back(task.key)
+        self._ran += 1
+        self._there.add(task.key)
+        self._failed += row["status"] not in (DONE, REFUSED)
+        said = self._agreement.see(row)
+        if said is not None and self._disagreed is not None:
+            self._disagreed(said)
+
+    def _tell(self) -> None:
+        if self._progress is not None:
+            self._progress(Progress(len(self._there), len(self._tasks), self._failed, self._doing))
+
+
+def _first_of_each(tasks: Sequence[Task]) -> list[Task]:
+    """Return, for each loop that may have to be compiled, the task with the fewest bodies.
+
+    A loop depends on the phase and its options, and on what a recipe makes; numbers seldom change that.
+    """
+    found: dict[Any, Task] = {}
+    for task in tasks:
+        words = [value for value in task.parameters.values() if isinstance(value, str | bool)]
+        kind = (task.phase, task.recipe, *words)
+        if kind not in found or _size(task) < _size(found[kind]):
+            found[kind] = task
+    return list(found.values())
+
+
+def _size(task: Task) -> float:
+    bodies = task.parameters.get("bodies", 0)
+    return bodies if isinstance(bodies, int | float) else 0

@@ -1,0 +1,1 @@
+"""One task, done in whatever process: here, in a worker of this machine, on a cluster."""

@@ -1,0 +1,56 @@
+"""The command ``kinetile choose``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from kinetile.cli.json_output import as_json, scene_summary
+from kinetile.cli.options import Json, Parameters, SceneName, Until, find_scene, some_phases
+from kinetile.cli.terminal import DIFFERENT, Bar, exit_codes, make_ready
+
+if TYPE_CHECKING:
+    from kinetile.bench.own.choose import Chosen
+
+__all__ = ["choose"]
+
+
+def choose(
+    scene: SceneName,
+    parameters: Parameters = None,
+    phases: Annotated[
+        str | None, typer.Option(metavar="A,B,...", help="Broad phases; all that are installed.")
+    ] = None,
+    until: Until = None,
+    json: Json = False,
+) -> None:
+    """Try the broad phases on a scene for some thousands of contacts each, and recommend one.
+
+    Exit code 1 unless all phases give the same contacts.
+    """
+    from kinetile.bench.own.choose import choose as tried
+
+    with exit_codes(), Bar("measuring") as bar:
+        chosen = None if phases is None else some_phases(phases)
+        this_scene = find_scene(scene, parameters)
+        found = tried(
+            this_scene,
+            chosen,
+            until=until,
+            start=lambda label, simulation: make_ready(simulation),
+            progress=bar.count,
+        )
+    _print(found, scene_summary(this_scene), json)
+    if not found.identical:
+        raise typer.Exit(DIFFERENT)
+
+
+def _print(found: Chosen, summary: dict[str, Any], json: bool) -> None:
+    if json:
+        typer.echo(as_json({"scene": summary} | found.as_dict()))
+        return
+    from kinetile.cli.play_tables import choice_notes, choice_table
+    from kinetile.cli.tables import show
+
+    show(choice_table(found), *choice_notes(found))

@@ -1,0 +1,179 @@
+"""What a study file may say, what its tasks are, and what its mistakes are."""
+
+from __future__ import annotations
+
+import pytest
+
+import kinetile as kt
+from kinetile.bench.study.file import read_plan, tasks_of
+from kinetile.bench.study.file.ranges import values_of
+from kinetile.errors import StudyError, UnknownName
+
+GRID = {"recipe": "grid", "parameters": {"bodies": [9, 25]}}
+
+
+def tables(**more):
+    return {"phases": ["naive"], "contacts": 5, "scenes": [GRID], **more}
+
+
+def mistakes(**more):
+    with pytest.raises(StudyError) as caught:
+        read_plan(tables(**more))
+    return [str(mistake) for mistake in caught.value.mistakes]
+
+
+def test_lists_are_combined_phase_by_phase_and_seed_by_seed():
+    plan = read_plan(tables(phases=["naive", "sap-1d:axis=y"], seeds=[3, 1], repeats=2))
+    tasks = list(tasks_of(plan))
+    assert plan.size == len(tasks) == 16
+    assert len({task.key for task in tasks}) == 16
+    assert len({task.course for task in tasks}) == 4
+    first = tasks[0]
+    assert first.parameters == {"bodies": 9, "density": 0.5, "seed": 3, "speed": 1.0}
+    assert [task.phase for task in tasks[:4]] == ["naive", "naive", "sap-1d:axis=y", "sap-1d:axis=y"]
+    assert tasks[2].options == {"axis": "y"}
+
+
+def test_lists_that_go_together_are_gone_through_side_by_side():
+    scene = {
+        "recipe": "grid",
+        "parameters": {"bodies": [9, 25], "density": [0.5, 0.1], "speed": [1, 2]},
+        "together": [["bodies", "density"]],
+    }
+    (scenes,) = read_plan(tables(scenes=[scene])).scenes
+    found = [(each["bodies"], each["density"], each["speed"]) for each in scenes.combinations]
+    assert found == [(9, 0.5, 1.0), (9, 0.5, 2.0), (25, 0.1, 1.0), (25, 0.1, 2.0)]
+
+
+@pytest.mark.parametrize(
+    ("given", "values"),
+    [
+        ({"from": 1, "to": 4}, [1, 2, 3, 4]),
+        ({"from": 10, "to": 45, "step": 10}, [10, 20, 30, 40]),
+        ({"from": 0.1, "to": 0.5, "step": 0.1}, [0.1, 0.2, 0.3, 0.4, 0.5]),
+        ({"from": 0, "to": 1, "count": 3}, [0, 0.5, 1]),
+        ({"from": 1, "to": 1000, "count": 4, "scale": "log"}, [1, 10, 100, 1000]),
+        (7, [7]),
+    ],
+)
+def test_a_range_has_the_numbers_that_it_says(given, values):
+    found = []
+    assert values_of(given, "here", found, whole=True) == values
+    assert found == []
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"from": 1}, "here.to: found nothing"),
+        ({"from": 3, "to": 1}, "here: found from 3 to 1"),
+        ({"from": 0, "to": 1, "scale": "log", "count": 3}, "both above 0"),
+        ({"from": 1, "to": 2, "step": 0}, "here.step: found 0"),
+        ({"from": 1, "to": 2, "step": 1e-9}, "at most 100,000 steps"),
+        ({"from": 1, "to": 2, "step": 1, "count": 2}, "step beside count"),
+        ({"from": 1, "to": 2, "scale": "log"}, "here.count: found nothing"),
+        ({"from": 1, "to": 2, "count": 1}, "here.count: found 1"),
+        ({"from": "1", "to": 2}, "here.from: found '1'"),
+        ([], "an empty list"),
+        ([1, 1], "a value that is there twice"),
+    ],
+)
+def test_a_range_that_is_none_is_told(given, said):
+    found = []
+    values_of(given, "here", found)
+    assert said in " ".join(map(str, found))
+
+
+def test_all_mistakes_are_told_at_once_with_where_they_stand():
+    said = mistakes(
+        phases=["naiv", "sap-1d:axis=q", "naive", "naive"],
+        seeds={"from": 1, "to": 3, "stp": 1},
+        measure=["timing"],
+        repeats=0,
+        more=1,
+        scenes=[
+            {"recipe": "gird"},
+            {"recipe": "grid", "parameters": {"densty": 1, "bodies": ["x"]}, "together": [["speed"]]},
+        ],
+        figures=[{"name": "a/b"}, {"name": "c", "kind": "pie"}],
+    )
+    places = [each.partition(": found")[0] for each in said]
+    assert places == [
+        "repeats",
+        "figures[1].kind",
+        "more",
+        "phases[0]",
+        "phases[1]: options.sap-1d",
+        "phases[3]",
+        "measure[0]",
+        "seeds.stp",
+        "scenes[0].recipe",
+        "scenes[1].parameters.densty",
+        "scenes[1].parameters.bodies",
+        "scenes[1].together[0]",
+        "figures[0].name",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ({"contacts": None}, "scenes[0].until: found nothing; expected until or contacts"),
+        ({"measure": ["pairs"]}, "pairs are counted at moments up to it"),
+        ({"seeds": [1], "scenes": [{"recipe": "cradle"}]}, "a recipe with a parameter 'seed'"),
+        ({"seeds": [1.5]}, "seeds: found 1.5"),
+        ({"seeds": [1], "scenes": [{"recipe": "grid", "parameters": {"seed": 1}}]}, "a seed beside seeds"),
+        ({"until": float("nan")}, "until: found nan"),
+        ({"scenes": []}, "scenes: found []"),
+    ],
+)
+def test_what_makes_no_sense_is_a_mistake(more, said):
+    given = {key: value for key, value in tables(**more).items() if value is not None}
+    with pytest.raises(StudyError) as caught:
+        read_plan(given)
+    assert said in str(caught.value)
+
+
+def test_every_part_of_a_task_is_in_its_key_and_only_what_decides_the_contacts_in_its_course():
+    def task(**more):
+        return next(tasks_of(read_plan(tables(**more))))
+
+    base = task()
+    assert task() == base
+    others = [
+        task(phases=["cells"]),
+        task(phases=["sap-1d"]),
+        task(phases=["sap-1d:axis=y"]),
+        task(measure=["certified"]),
+        task(measure=["timings"]),
+        task(measure=["timings"], seconds=1),
+    ]
+    assert {each.course for each in others} == {base.course}
+    scenes = [task(contacts=6), task(until=1.0), task(seeds=[9]), task(scenes=[{"recipe": "cradle"}])]
+    assert len({each.course for each in [base, *scenes]}) == 5
+    assert len({each.key for each in [base, *others, *scenes]}) == 11
+
+
+def test_a_file_is_read_and_its_results_lie_beside_it(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text('phases = ["naive"]\ncontacts = 5\nscenes = [{ recipe = "cradle" }]\n')
+    assert kt.Study(path).results == tmp_path / "mine.results"
+    assert kt.Study(path, tmp_path / "else").results == tmp_path / "else"
+    path.write_text('results = "there"\n' + path.read_text())
+    assert kt.Study(str(path)).results == tmp_path / "there"
+    path.write_text("phases = [")
+    with pytest.raises(StudyError, match="line 1"):
+        kt.Study(path)
+    path.write_bytes(b"\xff")
+    with pytest.raises(StudyError, match="UTF-8"):
+        kt.Study(path)
+
+
+def test_the_studies_that_ship_can_be_read_by_name(monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    for name in ("thesis-figure-23", "thesis-figure-24"):
+        study = kt.Study(name)
+        assert len(study.tasks) == 4 * 6 * 12
+        assert str(study.results) == f"{name}.results"
+    with pytest.raises(UnknownName, match="thesis-figure-23"):
+        kt.Study("thesis-figure-2")
