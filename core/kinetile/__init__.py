@@ -12,6 +12,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from kinetile.bench.study.study import Study as Study
     from kinetile.kernel.log import ANSWER as ANSWER
     from kinetile.kernel.log import CONTACT as CONTACT
     from kinetile.kernel.log import LOG as LOG
@@ -23,22 +24,30 @@ if TYPE_CHECKING:
     from kinetile.plugin.specs import API_VERSION as API_VERSION
     from kinetile.plugin.specs import BroadPhaseSpec as BroadPhaseSpec
     from kinetile.plugin.specs import NarrowPhaseSpec as NarrowPhaseSpec
+    from kinetile.plugin.specs import ResponseSpec as ResponseSpec
     from kinetile.plugin.specs import SceneSpec as SceneSpec
     from kinetile.records.events import EventRecorder as EventRecorder
     from kinetile.records.reading import read_events as read_events
     from kinetile.records.trajectory import Trajectory as Trajectory
     from kinetile.run.advance import Event as Event
+    from kinetile.run.arguments.stopping import StopAt as StopAt
     from kinetile.run.questions import CastHit as CastHit
     from kinetile.run.questions import NextContact as NextContact
     from kinetile.run.questions import RayHit as RayHit
+    from kinetile.run.saving import Snapshot as Snapshot
+    from kinetile.run.saving.resuming import resume as resume
     from kinetile.run.simulation import Progress as Progress
     from kinetile.run.simulation import Simulation as Simulation
     from kinetile.scene import Insert as Insert
     from kinetile.scene import Remove as Remove
+    from kinetile.scene import Response as Response
     from kinetile.scene import Scene as Scene
     from kinetile.scene import Settings as Settings
     from kinetile.scene import Turn as Turn
-    from kinetile.scene.files import save_scene as save_scene
+    from kinetile.scene.text.files import save_scene as save_scene
+    from kinetile.show.display.things import as_html as as_html
+    from kinetile.show.display.things import as_svg as as_svg
+    from kinetile.show.player.view import view as view
 
 __version__ = "0.1.0"
 
@@ -58,18 +67,27 @@ _HOME = {
     "Trajectory": "kinetile.records.trajectory",
     "read_events": "kinetile.records.reading",
     "Registry": "kinetile.plugin.registry",
+    "Response": "kinetile.scene",
+    "ResponseSpec": "kinetile.plugin.specs",
     "Scene": "kinetile.scene",
     "SceneSpec": "kinetile.plugin.specs",
     "Settings": "kinetile.scene",
     "Simulation": "kinetile.run.simulation",
+    "Study": "kinetile.bench.study.study",
+    "StopAt": "kinetile.run.arguments.stopping",
+    "Snapshot": "kinetile.run.saving",
     "Insert": "kinetile.scene",
     "Remove": "kinetile.scene",
     "Turn": "kinetile.scene",
     "hookimpl": "kinetile.plugin.hookspecs",
+    "as_html": "kinetile.show.display.things",
+    "as_svg": "kinetile.show.display.things",
     "load_scene": "kinetile.plugin.by_name",
     "make_scene": "kinetile.plugin.by_name",
     "registry": "kinetile.plugin.registry",
-    "save_scene": "kinetile.scene.files",
+    "resume": "kinetile.run.saving.resuming",
+    "save_scene": "kinetile.scene.text.files",
+    "view": "kinetile.show.player.view",
 }
 
 __all__ = [*sorted(_HOME), "__version__"]

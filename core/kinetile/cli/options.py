@@ -19,13 +19,16 @@ __all__ = [
     "MaxContacts",
     "NarrowPhases",
     "Parameters",
+    "Plain",
     "SceneName",
     "Until",
     "find_scene",
+    "is_file_name",
     "narrow_choice",
     "phase_choices",
     "read_numbers",
     "registered_phase",
+    "some_phases",
     "until_or_default",
 ]
 
@@ -43,12 +46,20 @@ Until = Annotated[
     float | None, typer.Option(help="Run until this time; the scene's own `until`, or one time unit.")
 ]
 MaxContacts = Annotated[int | None, typer.Option(min=0, help="Stop after so many contacts.")]
+Plain = Annotated[
+    bool, typer.Option("--plain", help="Draw nothing on a terminal: the same lines as without one.")
+]
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
+
+
+def is_file_name(name: str) -> bool:
+    """Whether a scene is named by its file, and not by its recipe."""
+    return name.lower().endswith(".toml") or "/" in name or "\\" in name
 
 
 def find_scene(name: str, parameters: Sequence[str] | None) -> Scene:
     """Return the scene of a TOML file (a name that ends in .toml, or has a slash in it) or of a recipe."""
-    if name.lower().endswith(".toml") or "/" in name or "\\" in name:
+    if is_file_name(name):
         from kinetile.plugin.by_name import load_scene
 
         if parameters:
@@ -91,6 +102,14 @@ def narrow_choice(texts: Sequence[str] | None) -> dict[str, dict[str, Any]] | No
 def phase_choices(text: str) -> list[tuple[str, dict[str, Any]]]:
     """Return the broad phases of a list with commas, each with its options."""
     return [read_phase(each) for each in read_phases(text)]
+
+
+def some_phases(text: str) -> list[tuple[str, dict[str, Any]]]:
+    """Return the same of ``--phases``, which has to name one at least."""
+    chosen = phase_choices(text)
+    if not chosen:
+        raise BadOption("--phases names no phase; expected names, with commas between")
+    return chosen
 
 
 def read_numbers(text: str, kind: type, where: str) -> list[Any]:

@@ -11,6 +11,8 @@ from rich.console import Console
 from rich.table import Table
 
 __all__ = [
+    "LABEL",
+    "columns",
     "comparison_table",
     "empty_table",
     "parameters_table",
@@ -20,7 +22,15 @@ __all__ = [
     "show",
 ]
 
+LABEL = 17
+"""Columns of the words in front of what a run did."""
+
 _WIDE = 120
+
+
+def columns() -> int:
+    """Return how wide tables are: as the terminal, or 120 columns where there is none."""
+    return Console().width if sys.stdout.isatty() else _WIDE
 
 
 def show(*parts: Any) -> None:
@@ -28,7 +38,7 @@ def show(*parts: Any) -> None:
 
     A table with columns of numbers may be 120 wide on any terminal: a number over three lines is none.
     """
-    wide = _WIDE if not sys.stdout.isatty() else Console().width
+    wide = columns()
     console = Console(highlight=False, markup=False)
     with console.capture() as captured:
         for part in parts:
@@ -39,53 +49,27 @@ def show(*parts: Any) -> None:
     sys.stdout.write("\n".join(lines).strip("\n") + "\n")
 
 
-def run_table(result: Mapping[str, Any]) -> Table:
-    """Return what a run did: the scene, the phases, counts, accuracy and cost, with units."""
+def run_table(result: Mapping[str, Any], course: Sequence[str] = ()) -> Table:
+    """Return what a run did: the scene, the phases, counts, accuracy and cost, with units; among them lines
+    that show how it went over time, where they are given."""
     table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
     table.add_column(style="bold", no_wrap=True)
     table.add_column(overflow="fold")
-    for label, text in _run_lines(result):
+    for label, text in _run_lines(result, course):
         table.add_row(label, text)
     return table
 
 
-def _run_lines(result: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
-    scene, run, found = result["scene"], result["run"], result["readings"]
-    contacts = found["contacts_disc"] + found["contacts_wall"]
-    asked, exact = (found[name] / max(contacts, 1) for name in ("partners_asked", "contacts_computed"))
+def _run_lines(result: Mapping[str, Any], course: Sequence[str]) -> Iterable[tuple[str, str]]:
+    from kinetile.run.readings.lines import reading_lines
+
+    scene, run = result["scene"], result["run"]
     walls = f"in {scene['arena'][0]:g} x {scene['arena'][1]:g}" if scene["arena"] else "without walls"
     yield "scene", f"{_origin(scene)}: {scene['bodies']:,} discs {walls}"
     yield "phases", f"{_phase(result['broad_phase'], result['options'])}; {_narrow(result['narrow_phases'])}"
     yield "time", f"{scene['start']:g} to {run['time']:.10g}: {run['status']}"
-    yield (
-        "contacts",
-        f"{contacts:,} ({found['contacts_disc']:,} of discs, {found['contacts_wall']:,} with walls)",
-    )
-    turns = f", {found['turns']:,} turns" if found["turns"] else ""
-    yield "events", f"{found['events']:,} ({found['structural_events']:,} structural{turns})"
-    yield "certificates", f"{found['certificates_updated']:,} times set anew"
-    yield "queue", f"at most {found['queue_max']:,} long"
-    yield "candidate pairs", f"{found['newcomers']:,} came after the start"
-    yield (
-        "contact times",
-        f"{found['partners_asked']:,} partners asked, {found['contacts_computed']:,} times worked out exactly"
-        + (f" ({asked:.3g} and {exact:.3g} a contact)" if contacts else ""),
-    )
-    yield "deepest overlap", f"{found['deepest_overlap']:.2g} radii"
-    yield "energy drift", f"{found['energy_drift']:.2g} (relative)"
-    yield "lateness", f"{found['lateness']:.2g} time units"
-    if found["audits"]:
-        yield "audits", f"{found['audits']:,}: nothing was found"
-    yield (
-        "CPU time",
-        f"{found['cpu_seconds']:.4g} s in the loop, {found['compile_seconds']:.3g} s to make it ready",
-    )
-    yield (
-        "speed",
-        f"{found['events_per_cpu_second'] / 1e6:.3g} million events, "
-        f"{found['contacts_per_cpu_second'] / 1e3:,.4g} thousand contacts a CPU second",
-    )
-    yield "fingerprint", found["fingerprint"]
+    yield from zip(["over time", *[""] * len(course)], course, strict=False)
+    yield from reading_lines(result["readings"])
     if result["events_file"]:
         written = result["events_file"]
         yield (

@@ -118,19 +118,20 @@ def make_ready(simulation: Simulation, label: str = "") -> None:
 
 
 class FirstSignal:
-    """A context in which the first Ctrl-C or SIGTERM raises KeyboardInterrupt, and no other one disturbs what
-    this begins: the closing of a file, say.
+    """A context in which the first Ctrl-C, SIGTERM or SIGHUP raises KeyboardInterrupt, and no other one
+    disturbs what this begins: the closing of a file, say.
 
     ``number`` is that signal's, or None.
     """
 
     def __init__(self) -> None:
         self.number: int | None = None
+        self._another_ends = False
         self._before: dict[int, Any] = {}
 
     def __enter__(self) -> Self:
-        for number in (signal.SIGTERM, signal.SIGINT):
-            if signal.getsignal(number) not in (None, signal.SIG_IGN):
+        for number in (signal.SIGTERM, signal.SIGINT, getattr(signal, "SIGHUP", signal.SIGINT)):
+            if number not in self._before and signal.getsignal(number) not in (None, signal.SIG_IGN):
                 self._before[number] = signal.signal(number, self._come)
         return self
 
@@ -145,9 +146,18 @@ class FirstSignal:
         if self.number is not None:
             raise KeyboardInterrupt
 
+    @contextmanager
+    def another_ends(self) -> Iterator[None]:
+        """Within this context another signal raises KeyboardInterrupt too: for what may be given up."""
+        self._another_ends = True
+        try:
+            yield
+        finally:
+            self._another_ends = False
+
     def _come(self, number: int, frame: FrameType | None) -> None:
-        if self.number is None:
-            self.number = number
+        if self.number is None or self._another_ends:
+            self.number = self.number or number
             raise KeyboardInterrupt
 
 

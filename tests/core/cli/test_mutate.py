@@ -46,7 +46,7 @@ def test_the_list_runs_nothing():
     result = kinetile_("mutate", "sap-1d", "--list", "--only", "dropped schedule")
     assert result.exit_code == 0
     head, before, after = result.stdout.splitlines()
-    assert head.endswith("sweep_and_prune.py:104 dropped schedule(...)")
+    assert head.endswith("sweep_and_prune.py:106 dropped schedule(...)")
     assert before == "    -     schedule(k, left >> 2, min(due, s.bounds[left ^ 1]))"
     assert after == "    +     pass"
     (row,) = json.loads(
@@ -61,6 +61,7 @@ def test_the_list_runs_nothing():
         (["nave"], "no broad phase is called 'nave'; did you mean 'naive'?"),
         (["naive", "--also", "exit 3"], "--also 'exit 3' ends with exit code 3 on the phase as it is"),
         (["naive", "--limit", "0"], "Invalid value"),
+        (["naive", "cells"], "one phase at a time is changed, with one or several options"),
     ],
 )
 def test_what_cannot_be_done_is_exit_code_2(arguments, said):
@@ -69,12 +70,12 @@ def test_what_cannot_be_done_is_exit_code_2(arguments, said):
     assert said in " ".join(result.stderr.replace("│", " ").split())
 
 
-def test_survivors_are_judged_twice_and_shown(monkeypatch):
+def test_survivors_are_judged_thrice_and_shown(monkeypatch):
     rounds = pretending(monkeypatch, "survived", "killed", "hangs", "survived")
     result = kinetile_("mutate", "naive", "--examples", 7)
     assert result.exit_code == 0
-    assert rounds == [(4, 10, False), (2, 7, True)]
-    assert "naive.py:19 constant 4000 -> 3999  (2.50 pairs an overlap, not 1.50)" in result.stdout
+    assert rounds == [(4, 10, False), (2, 10, False), (1, 7, True)]
+    assert "naive.py:24 constant 4000 -> 3999  (2.50 pairs an overlap, not 1.50)" in result.stdout
     assert "    - LIMIT = 4000\n    + LIMIT = 3999" in result.stdout
     assert result.stdout.endswith("4 of 4 mutants judged, 1 survived\n")
 
@@ -101,6 +102,53 @@ def test_after_an_interrupt_what_is_known_is_printed(monkeypatch):
     assert result.exit_code == 130
     assert result.stdout.endswith("2 of 4 mutants judged, 1 survived\n")
     assert "interrupted" in result.stderr
+
+
+def test_what_survives_with_some_options_is_judged_with_others(monkeypatch):
+    rounds = pretending(monkeypatch, "survived", "killed")
+    result = kinetile_("mutate", "sap-1d", "sap-1d:axis=y", "--examples", 0, "--limit", 2, "--json")
+    assert [count for count, *_ in rounds] == [2, 1, 1, 1]
+    found = json.loads(result.stdout)
+    assert found["options"] == [{}, {"axis": "y"}]
+    assert (found["judged"], len(found["survivors"])) == (2, 1)
+
+
+def test_a_record_is_gone_on_with(monkeypatch, tmp_path):
+    record = tmp_path / "naive.jsonl"
+    arguments = ("mutate", "naive", "--examples", 0, "--json", "--record", record)
+    pretending(monkeypatch, "survived", "killed", error=KeyboardInterrupt)
+    assert kinetile_(*arguments).exit_code == 130
+    with record.open("a") as file:
+        file.write('{"round": 1, "as": 0, "numb')  # it was killed while it wrote
+    rounds = pretending(monkeypatch, "hangs", "killed")
+    found = json.loads(kinetile_(*arguments).stdout)
+    assert [count for count, *_ in rounds] == [2, 1]
+    assert found["counts"] == {"killed by same-contacts": 2, "hangs": 2, "crashed": 0, "survived": 0}
+    rounds = pretending(monkeypatch)
+    again = json.loads(kinetile_(*arguments).stdout)
+    assert rounds == []
+    assert again["found"] == found["found"]
+    assert again["tightness"] == found["tightness"]
+
+
+def test_a_record_of_something_else_is_refused(monkeypatch, tmp_path):
+    record = tmp_path / "naive.jsonl"
+    pretending(monkeypatch, "killed", "killed", "killed", "killed")
+    assert kinetile_("mutate", "naive", "--record", record).exit_code == 0
+    result = kinetile_("mutate", "naive", "--seed", 1, "--record", record)
+    assert result.exit_code == 2
+    assert "is not the record of this: it differs in seed" in " ".join(result.stderr.split())
+    record.write_text("something else\n")
+    assert kinetile_("mutate", "naive", "--record", record).exit_code == 2
+    assert record.read_text() == "something else\n"
+
+
+def test_time_is_up(monkeypatch):
+    pretending(monkeypatch, "killed", "survived", "killed", "killed")
+    result = kinetile_("mutate", "naive", "--minutes", 0, "--json")
+    assert result.exit_code == 0
+    found = json.loads(result.stdout)
+    assert (found["status"], found["judged"]) == ("stopped", 1)
 
 
 @pytest.mark.slow

@@ -19,7 +19,7 @@ def new_plugin(
 ) -> None:
     """Write a package with a broad phase that works, to begin one of your own with."""
     with exit_codes():
-        from kinetile.plugin.new_plugin import new_plugin as write_package
+        from kinetile.plugin.templates.new_plugin import new_plugin as write_package
 
         folder = write_package(name, into)
     written = sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())

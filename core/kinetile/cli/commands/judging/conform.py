@@ -12,7 +12,7 @@ import typer
 
 from kinetile.cli.folder import try_folder
 from kinetile.cli.options import registered_phase
-from kinetile.cli.terminal import INTERRUPTED, FirstSignal, exit_codes, notice
+from kinetile.cli.terminal import INTERRUPTED, Bar, FirstSignal, exit_codes, notice
 from kinetile.errors import BadOption
 
 if TYPE_CHECKING:
@@ -107,10 +107,11 @@ def conform(
                     seed=seed,
                     seconds=SECONDS if seconds is None else seconds,
                     on_result=show.result,
+                    on_scene=show.scene,
                 )
         except KeyboardInterrupt:
             show.end(show.unfinished, "interrupted")
-            notice("kinetile: interrupted")
+            notice(f"kinetile: interrupted{show.at}")
             raise typer.Exit(128 + first.number if first.number else INTERRUPTED) from None
         show.end(replace(report, results=show.unfinished.results), "complete")
     if report.exit_code:
@@ -141,9 +142,18 @@ class _Show:
             self._write()  # where that is not possible, say so before any work is done
         if not json:
             typer.echo(f"{self.unfinished.head}\n")
+        self.at = ""
+        self._bar = Bar("judging")
+
+    def scene(self, check: str, count: int) -> None:
+        """Show how far a check is, on a terminal."""
+        self.at = f" in {check}, at scene {count:,}"
+        self._bar.show(None, f"{check}: {count:,} scenes")
 
     def result(self, result: Result) -> None:
         """Print a result; files are named as seen from here."""
+        self.at = ""
+        self._bar.close()
         shown = replace(result, case=_from_here(result.case), picture=_from_here(result.picture))
         self.unfinished = replace(self.unfinished, results=(*self.unfinished.results, shown))
         if self._json:
@@ -154,6 +164,7 @@ class _Show:
 
     def end(self, report: Report, status: str) -> None:
         """Print what stands below the results, or all of it as a line of JSON."""
+        self._bar.close()
         self._write()
         if self._json:
             from kinetile.records.versions import versions

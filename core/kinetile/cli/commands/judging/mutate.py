@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import math
+import time
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -9,9 +14,10 @@ import typer
 from kinetile.cli.json_output import as_json
 from kinetile.cli.options import Json, registered_phase
 from kinetile.cli.terminal import Bar, exit_codes, notice
+from kinetile.errors import BadOption
 
 if TYPE_CHECKING:
-    from kinetile.conformance.mutation import Finding, Findings, Mutant
+    from kinetile.conformance.mutation import Finding, Findings, Mutant, Record, Round, Stage
 
 __all__ = ["mutate"]
 
@@ -20,14 +26,18 @@ SECONDS = 600.0
 
 
 def mutate(
-    phase: Annotated[
-        str,
-        typer.Argument(metavar="NAME", help="The broad phase, with options if need be: sap-1d:axis=y."),
+    phases: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="NAME...",
+            help="The broad phase; with options, also more than once: sap-1d sap-1d:axis=y. What survives "
+            "with the first is judged with the next.",
+        ),
     ],
     examples: Annotated[
         int,
         typer.Option(
-            min=0, metavar="N", help="Scenes a check for what survives the first round; 0: only that."
+            min=0, metavar="N", help="Scenes a check in the last round, which is compiled; 0: without it."
         ),
     ] = 100,
     limit: Annotated[int | None, typer.Option(min=1, metavar="N", help="So many mutants, by lot.")] = None,
@@ -38,11 +48,18 @@ def mutate(
     jobs: Annotated[int, typer.Option(min=1, metavar="N", help="Processes side by side.")] = 1,
     audits: Annotated[bool, typer.Option("--audits", help="Change the phase's audit, too.")] = False,
     compiled: Annotated[
-        bool, typer.Option("--compiled", help="Compile in the first round too: ten seconds a mutant.")
+        bool, typer.Option("--compiled", help="Compile in all rounds: half a minute a mutant.")
     ] = False,
     also: Annotated[
         str | None,
         typer.Option(metavar="COMMAND", help="Run this on what survives, such as 'pytest -q tests'."),
+    ] = None,
+    record: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Keep what is found in this file, and go on from what is in it."),
+    ] = None,
+    minutes: Annotated[
+        float | None, typer.Option(min=0.0, metavar="M", help="Stop after so many minutes by the clock.")
     ] = None,
     listing: Annotated[bool, typer.Option("--list", help="List the mutants; judge none.")] = False,
     json: Json = False,
@@ -51,86 +68,123 @@ def mutate(
     with exit_codes():
         from kinetile.conformance.mutation import (
             Findings,
+            Record,
             equivalents_of,
+            head_of,
             mutants_of,
             sample,
             source_of,
             try_tests,
         )
 
-        name, options = registered_phase(phase)
+        name, options = _one_phase(phases)
         source = source_of(name)
         mutants = mutants_of(source, audits)
         chosen = sample(mutants, limit, seed, only)
         if listing:
             _print_mutants(chosen, json)
             return
-        show = _Show(Findings(name, options, len(mutants), (), tuple(equivalents_of(source))), chosen, json)
-        notice(f"judging {len(chosen)} of {len(mutants)} mutants of {phase}")
+        how = {"audits": audits, "compiled": compiled, "seed": seed}
+        kept = Record(head_of(source, name, options, **how), mutants, record)
+        findings = Findings(name, options, len(mutants), (), tuple(equivalents_of(source)))
+        show = _Show(findings, chosen, json, kept, minutes)
+        notice(f"judging {len(chosen)} of {len(mutants)} mutants of {' and '.join(phases)}")
+        status = "complete"
         try:
             if also is not None:
                 try_tests(also)
             show.judge(source, examples, compiled, seed, jobs)
             if also is not None:
                 show.test(source, also)
+        except _TimeIsUp:
+            status = "stopped"
+            notice(f"kinetile: stopped after {minutes:g} minutes")
         except KeyboardInterrupt:
             show.end("interrupted")
             raise
-        show.end("complete")
+        show.end(status)
+
+
+class _TimeIsUp(Exception):
+    """The minutes are over."""
+
+
+def _one_phase(texts: list[str]) -> tuple[str, list[dict[str, Any]]]:
+    """Return the name of the one phase that is meant, and the options with which it is to be judged."""
+    found = [registered_phase(text) for text in texts]
+    names = list(dict.fromkeys(name for name, _ in found))
+    if len(names) > 1:
+        raise BadOption(
+            f"one phase at a time is changed, with one or several options; found {', '.join(names)}"
+        )
+    return names[0], [options for _, options in found]
 
 
 class _Show:
     """Judges mutants, and prints what is known when that ends, one way or the other."""
 
-    def __init__(self, findings: Findings, chosen: list[Mutant], json: bool) -> None:
+    def __init__(
+        self, findings: Findings, chosen: list[Mutant], json: bool, record: Record, minutes: float | None
+    ) -> None:
         self.findings = findings
         self.left = chosen
         self._found: dict[int, Finding] = {}
-        self._all = len(chosen)
         self._json = json
+        self._record = record
+        self._until = math.inf if minutes is None else time.monotonic() + 60.0 * minutes
 
     def judge(self, source: Any, examples: int, compiled: bool, seed: int, jobs: int) -> None:
-        """Judge the mutants in one round, and what survives in a second."""
-        from dataclasses import replace
+        """Judge the mutants round by round, in each with all options, for as long as they survive."""
+        from kinetile.conformance.mutation import Stage, rounds_of
 
-        from kinetile.conformance.mutation import campaign, first_round, second_round
+        for number, how in enumerate(rounds_of(examples, compiled), 1):
+            for place, options in enumerate(self.findings.options):
+                if self.left:
+                    self._judge(source, Stage(number, place, how.examples), options, how, seed, jobs)
+
+    def _judge(
+        self, source: Any, stage: Stage, options: Mapping[str, Any], how: Round, seed: int, jobs: int
+    ) -> None:
+        """Judge what is left in one round, with one choice of options, but for what is known already."""
+        from kinetile.conformance.mutation import campaign
         from kinetile.plugin.registry import registry
 
         features = sorted(getattr(registry().spec("broad phase", self.findings.name), "features", ()))
-        rounds = [first_round(compiled), *([second_round(examples)] if examples else [])]
-        for number, how in enumerate(rounds, 1):
-            if not self.left:
-                return
-            notice(f"round {number}: {len(self.left)} mutants, {how.examples} scenes a check ...")
-            with Bar(f"round {number}") as bar:
-                count = 0
-                total = len(self.left)
+        known = self._record.found(stage)
+        numbers = {each.number for each in self.left}
+        self._found |= {number: each for number, each in known.items() if number in numbers}
+        fresh = [each for each in self.left if each.number not in known]
+        words = "".join(f":{key}={value}" for key, value in options.items())
+        before = f", {len(self.left) - len(fresh)} of them before" if len(fresh) < len(self.left) else ""
+        notice(
+            f"round {stage.round}: {len(self.left)} mutants{before}, {how.examples} scenes a check, "
+            f"{self.findings.name}{words} ..."
+        )
+        if fresh:
+            with Bar(f"round {stage.round}") as bar:
 
-                def found(finding: Finding, bar: Bar = bar, total: int = total) -> None:
-                    nonlocal count
-                    count += 1
+                def found(finding: Finding) -> None:
                     self._found[finding.mutant.number] = finding
-                    alive = sum(each.fate == "survived" for each in self._found.values())
-                    bar.show(count / total, f"{count} of {total}, {alive} alive: {finding.mutant.label}")
+                    self._record.take(stage, finding)
+                    count = len(self._record.found(stage))
+                    alive = sum(each.fate == "survived" for each in self._record.found(stage).values())
+                    bar.show(
+                        min(count / len(self.left), 1.0),
+                        f"{count} of {len(self.left)}, {alive} alive: {finding.mutant.label}",
+                    )
+                    if time.monotonic() > self._until:
+                        raise _TimeIsUp
 
                 tight = campaign(
-                    source,
-                    features,
-                    self.findings.options,
-                    self.left,
-                    how,
-                    seed=seed,
-                    jobs=jobs,
-                    on_finding=found,
+                    source, features, options, fresh, how, seed=seed, jobs=jobs, on_finding=found
                 )
-            self.findings = replace(self.findings, tightness=tight)
-            alive = (each.mutant for each in self._found.values() if each.fate == "survived")
-            self.left = sorted(alive, key=lambda mutant: mutant.number)
+            self._record.end(stage, tight)
+        self.findings = replace(self.findings, tightness=self._record.tightness(stage))
+        alive = (self._found[each.number] for each in self.left)
+        self.left = [each.mutant for each in alive if each.fate == "survived"]
 
     def test(self, source: Any, command: str) -> None:
         """Run the author's tests on what survives."""
-        from dataclasses import replace
-
         from kinetile.conformance.mutation import passes
 
         notice(f"{len(self.left)} mutants: {command} ...")
@@ -143,8 +197,6 @@ class _Show:
 
     def end(self, status: str) -> None:
         """Print what is known."""
-        from dataclasses import replace
-
         findings = replace(self.findings, found=tuple(self._found.values()))
         if self._json:
             from kinetile.records.versions import versions

@@ -1,0 +1,265 @@
+"""`kinetile run --checkpoint` and `kinetile resume`: ends, files, signals, a full disk."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from typer.testing import CliRunner
+
+import kinetile as kt
+from kinetile.cli import app
+from kinetile.kernel.compiled import INTERPRETED
+from kinetile.run.saving import whole_file
+
+posix = pytest.mark.skipif(sys.platform == "win32", reason="sends POSIX signals")
+
+RUN = "run grid -s bodies=16 -s seed=2 --broad-phase sap-1d --json"
+
+
+def kinetile(*arguments: object):
+    """Run a command in this process."""
+    result = CliRunner().invoke(app, [str(argument) for argument in arguments])
+    if result.exception is not None and not isinstance(result.exception, SystemExit):
+        raise result.exception
+    return result
+
+
+def found(*arguments: object) -> dict:
+    result = kinetile(*arguments)
+    assert result.exit_code == 0, result.stderr
+    return json.loads(result.stdout)
+
+
+def whole(until: float) -> kt.Simulation:
+    sim = kt.Simulation(kt.make_scene("grid", bodies=16, seed=2), "sap-1d")
+    sim.run(until)
+    return sim
+
+
+@pytest.fixture
+def saved(tmp_path):
+    """The checkpoint of a run that has come to time .2."""
+    path = tmp_path / "c.kt"
+    found(*RUN.split(), "--until", "0.2", "--checkpoint", path)
+    return path
+
+
+def test_a_run_goes_on_to_another_time(saved):
+    said = found("resume", saved, "--until", "0.5", "--json")
+    assert said["readings"]["fingerprint"] == whole(0.5).fingerprint
+    assert said["readings"]["structural_events"] == whole(0.5).readings.structural_events
+    assert said["run"]["until"] == said["run"]["time"] == 0.5
+    assert found("resume", saved, "--json")["run"]["time"] == 0.5  # it was saved there again
+
+
+def test_under_another_phase(saved):
+    said = found("resume", saved, "--until", "0.5", "--broad-phase", "sap-2d", "--json")
+    assert said["broad_phase"] == "sap-2d"
+    assert said["readings"]["fingerprint"] == whole(0.5).fingerprint
+
+
+def test_contacts_are_counted_from_the_start(tmp_path):
+    path = tmp_path / "c.kt"
+    found(*RUN.split(), "--max-contacts", "5", "--checkpoint", path)
+    assert found("resume", path, "--json")["readings"]["contacts_disc"] <= 5
+    said = found("resume", path, "--max-contacts", "3", "--json")
+    assert said["readings"]["contacts_disc"] + said["readings"]["contacts_wall"] == 8
+    assert said["run"]["max_contacts"] == 8
+
+
+def test_contacts_are_written_where_they_were_kept(saved, tmp_path):
+    assert "keeps no contacts" in kinetile("resume", saved, "--contacts", tmp_path / "x").stderr
+    path = tmp_path / "k.kt"
+    found(*RUN.split(), "--until", "0.2", "--checkpoint", path, "--contacts", tmp_path / "a")
+    found("resume", path, "--until", "0.5", "--contacts", tmp_path / "b", "--json")
+    assert len((tmp_path / "b").read_text().splitlines()) >= len(whole(0.5).contacts)
+
+
+def test_the_events_file_goes_on(tmp_path):
+    pytest.importorskip("pyarrow")
+    path, events = tmp_path / "c.kt", tmp_path / "e.parquet"
+    found(*RUN.split(), "--until", "0.2", "--checkpoint", path, "--events", events)
+    found("resume", path, "--until", "0.5", "--json")
+    straight = tmp_path / "w.parquet"
+    found(*RUN.split(), "--until", "0.5", "--events", straight)
+    one, two = kt.read_events(events), kt.read_events(straight)
+    assert one.rows.tobytes() == two.rows.tobytes()
+    assert one.metadata["missing"] == 0
+    assert kt.Trajectory.read(events).rows.tobytes() == two.rows.tobytes()
+
+
+def test_events_from_here_on_say_how_many_are_missing(saved, tmp_path):
+    pytest.importorskip("pyarrow")
+    events = tmp_path / "e.parquet"
+    result = kinetile("resume", saved, "--until", "0.5", "--events", events, "--json")
+    assert "from time 0.2 on" in result.stderr
+    assert kt.read_events(events).metadata["missing"] == kt.resume(saved).rows - len(
+        kt.read_events(events).rows
+    )
+
+
+def test_the_events_of_another_run_are_no_beginning(saved, tmp_path):
+    pytest.importorskip("pyarrow")
+    events = tmp_path / "e.parquet"
+    for other, said in (("bodies=9", "another scene"), ("bodies=16", "holds 0 events")):
+        found(
+            "run",
+            "grid",
+            "-s",
+            other,
+            "-s",
+            "seed=2",
+            "--until",
+            "0.0",
+            "--events",
+            events,
+            "--overwrite",
+            "--json",
+        )
+        before = events.read_bytes()
+        result = kinetile("resume", saved, "--until", "0.5", "--events", events)
+        assert (result.exit_code, events.read_bytes()) == (2, before)
+        assert said in result.stderr
+        assert not (tmp_path / "e.parquet.partial").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--until", "0.1"], "the checkpoint is of time 0.2"),
+        (["--until", "1", "--broad-phase", "nothing"], "no broad phase is called"),
+        (["--until", "1", "--events", "{saved}"], "are one file"),
+    ],
+)
+def test_what_cannot_be_done_is_said(saved, arguments, said):
+    before = saved.read_bytes()
+    result = kinetile("resume", saved, *(each.format(saved=saved) for each in arguments))
+    assert result.exit_code == 2
+    assert said in result.stderr
+    assert saved.read_bytes() == before
+
+
+def test_what_is_there_is_not_lost(saved, tmp_path):
+    before = saved.read_bytes()
+    result = kinetile(*RUN.split(), "--checkpoint", saved)
+    assert result.exit_code == 2
+    assert "kinetile resume" in result.stderr
+    mine = tmp_path / "mine.toml"
+    mine.write_text("what I have written")
+    result = kinetile(*RUN.split(), "--checkpoint", mine, "--overwrite")
+    assert "is no saved simulation, so it is not replaced" in result.stderr
+    assert (saved.read_bytes(), mine.read_text()) == (before, "what I have written")
+    assert "there is none" in kinetile(*RUN.split(), "--every", "3").stderr
+    assert kinetile(*RUN.split(), "--checkpoint", tmp_path / "no" / "c.kt").exit_code == 2
+    result = kinetile("resume", mine)
+    assert (result.exit_code, "is no saved simulation" in result.stderr) == (2, True)
+
+
+@pytest.mark.parametrize("moment", [0.1, 0.4])
+def test_a_full_disk_is_told_of_and_the_old_checkpoint_stands(saved, monkeypatch, moment):
+    """At the end of a run that was otherwise done, and in its course."""
+    write, times = os.fsync, []
+
+    def full(descriptor):
+        times.append(1)
+        if len(times) > 2:
+            raise OSError(28, "No space left on device")
+        write(descriptor)
+
+    monkeypatch.setattr(whole_file.os, "fsync", full)
+    every = "0" if moment < 0.3 else "1000"
+    result = kinetile("resume", saved, "--until", "0.5", "--every", every, "--json")
+    assert result.exit_code == 1
+    assert "No space left on device" in result.stderr
+    assert "is as it was" in result.stderr
+    assert kt.resume(saved).time == 0.2
+    assert [each.name for each in saved.parent.iterdir()] == ["c.kt"]
+
+
+def started(*arguments: object) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, "-m", "kinetile", *map(str, arguments)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def begun(path) -> None:
+    """Wait until a run has saved itself twice: it is in its loop then."""
+    seen: set[int] = set()
+    for _ in range(6000):
+        if path.exists():
+            seen.add(path.stat().st_ino)
+        if len(seen) > 2:
+            return
+        time.sleep(0.01)
+    pytest.fail("it was never saved")
+
+
+@posix
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT])
+def test_a_signal_saves_and_ends(tmp_path, number):
+    path = tmp_path / "c.kt"
+    with started(*RUN.split(), "--until", "1e6", "--checkpoint", path, "--every", "0.02") as process:
+        begun(path)
+        process.send_signal(number)
+        out, said = process.communicate(timeout=60)
+    assert process.returncode == 128 + number
+    assert f"`kinetile resume {path}` goes on from there" in said
+    result = json.loads(out)
+    taken_up = kt.resume(path)
+    assert (result["run"]["status"], result["run"]["time"]) == ("interrupted", taken_up.time)
+    assert taken_up.fingerprint == result["readings"]["fingerprint"]
+    if not INTERPRETED:  # nor a checkpoint too late; not at .time, which is the exact tick rounded
+        later = taken_up.time + 0.5
+        taken_up.run(later)
+        assert taken_up.fingerprint == whole(later).fingerprint
+
+
+@posix
+def test_ctrl_c_twice_ends_and_what_is_there_is_whole(tmp_path):
+    for wait in (0.0, 0.001, 0.01):
+        path = tmp_path / f"{wait}.kt"
+        with started(*RUN.split(), "--until", "1e6", "--checkpoint", path, "--every", "0.02") as process:
+            begun(path)
+            process.send_signal(signal.SIGINT)
+            time.sleep(wait)
+            process.send_signal(signal.SIGINT)
+            _, said = process.communicate(timeout=60)
+        assert process.returncode in (130, -signal.SIGINT)  # the second may find Python on its way out
+        assert "interrupted" in said  # and at what time, unless the second cuts short what the first has printed
+        assert kt.resume(path).time > 0.0
+
+
+def test_another_signal_gives_up_the_saving(saved, monkeypatch):
+    """It comes in the middle of the save that the first one has asked for."""
+    replace = os.fsync
+
+    def slow(descriptor):
+        if len(calls) == 1:
+            os.kill(os.getpid(), signal.SIGINT)
+        calls.append(descriptor)
+        replace(descriptor)
+
+    calls: list[int] = [0, 0]  # the save at the beginning goes through
+    monkeypatch.setattr(whole_file.os, "fsync", slow)
+
+    def interrupt(self, *args, **kwargs):
+        calls[:] = [0]
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(1)
+
+    monkeypatch.setattr(kt.Simulation, "run", interrupt)
+    result = kinetile("resume", saved, "--until", "0.5")
+    assert result.exit_code == 130
+    assert "not saved any more" in result.stderr
+    assert f"{saved} is of time 0.2" in result.stderr
+    assert kt.resume(saved).time == 0.2
+    assert [each.name for each in saved.parent.iterdir()] == ["c.kt"]
