@@ -1,0 +1,64 @@
+"""How Sphinx makes a site of these documents: ``sphinx-build -W --keep-going -n -b html docs build/site``."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).parent
+
+# Nothing that is drawn for these pages runs long: interpreted, it is there before a loop would be compiled.
+# The processes of notebooks, which show speeds, compile.
+os.environ["NUMBA_DISABLE_JIT"] = "1"
+import kinetile.kernel.compiled  # noqa: E402, F401  (it reads the variable now)
+
+del os.environ["NUMBA_DISABLE_JIT"]
+
+sys.path.insert(0, str(HERE / "_ext"))
+
+project = "kinetile"
+author = "The kinetile authors"
+copyright = "2026, The kinetile authors"
+
+extensions = ["myst_nb", "contents", "docstrings", "live", "outside", "words"]
+exclude_patterns = ["_ext", "examples", "figures"]
+
+html_theme = "furo"
+html_title = "kinetile"
+html_static_path = ["_static"]
+html_copy_source = False
+
+myst_enable_extensions = ["html_image"]
+myst_heading_anchors = 4
+# Links to files that are no documents: see _ext/outside.py. The others are what they would be without this.
+myst_url_schemes = {
+    **dict.fromkeys(("http", "https", "mailto")),
+    "source": {"url": "source/{{path}}.html", "title": "{{path}}"},
+}
+
+# The interface: names as they are imported, types as they are written.
+autodoc_member_order = "bysource"
+autodoc_typehints_format = "short"
+autodoc_preserve_defaults = True
+autodoc_type_aliases = {"npt.ArrayLike": "ArrayLike"}
+python_use_unqualified_type_names = True
+maximum_signature_line_length = 88
+
+# Every other reference must lead somewhere. These are of other packages, whose sites are not asked for where
+# their names are, for the site is built without a network; and of what is nobody's interface.
+nitpick_ignore_regex = [
+    ("py:.*", r"(collections|concurrent|numpy|pathlib|os|pluggy|hypothesis|np|npt|typing)\..*"),
+    ("py:.*", r"ArrayLike|NDArray|Floats|Path|PluginManager.*"),
+    ("py:.*", r"float64|int64|int32|void|Kind|Spec|VersionsDiffer|EngineError|agreement\.Disagreement"),
+    ("py:.*", r"kinetile\.(run|kernel)\..*\.(Command|Composition|Entries|F|Held|Phases)"),
+    ("py:.*", r"kinetile\..*\.(Disagreement|Enclosure|Oracle|Page|Reference|Section|Subject)"),
+]
+
+# Notebooks are kept without what they print: they are run here, and what they raise is an error.
+nb_execution_mode = "force"
+nb_execution_raise_on_error = True
+nb_execution_timeout = 600
+
+live_cache = "../build/live"
+live_plugins = {"kinetile_thesis": "examples/kinetile-thesis"}

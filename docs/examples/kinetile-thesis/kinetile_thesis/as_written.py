@@ -1,0 +1,78 @@
+"""Sweep-tiling with the meeting as the thesis's text has it, to be seen to break. Not for use.
+
+Section 4.3 says of a meeting of bounds a and b, the body of a being above: the outer neighbour of b becomes
+what the *upper* neighbour of a was. It has to be the *lower* one: the line of b goes up to the body of a and
+ends there, so what lies beyond it is the tile under that body. With the upper one, two right bounds, a and b,
+claim the tile over the body of a, and of the tile under it the right bound knows nothing.
+
+Everything but the meeting is kinetile's own sweep-tiling, imported.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import kinetile as kt
+from kinetile.errors import BadOption
+from kinetile.toolbox import BroadPhaseParts, Kernel, hook
+from kinetile_plugins.sweep_tiling import SweepTiling
+from kinetile_plugins.sweep_tiling import repair as repair_right
+from kinetile_plugins.sweep_tiling.events import Tile, Tiles, stands_above
+from kinetile_plugins.sweep_tiling.upkeep import first_to_fail, watch_tiles
+from kinetile_plugins.sweep_tiling.web import (
+    LOWER,
+    OUTER,
+    UPPER,
+    State,
+    body_of,
+    bound_of,
+    facing,
+    is_inner,
+    link,
+    opposite,
+    port,
+    set_end,
+)
+
+__all__ = ["TilingAsWritten"]
+
+
+@hook
+def repair(k: Kernel, s: State, body: int) -> int:
+    """A meeting goes by the thesis's words; whatever else happens is repaired as it should be."""
+    p, q = first_to_fail(s, body)
+    if is_inner(p) or is_inner(q):
+        return int(repair_right(k, s, body))
+    a = bound_of(p)
+    b = bound_of(q)
+    side = LOWER if stands_above(k, s, body_of(a), body_of(b)) else UPPER
+    other = opposite(side)
+    beyond_a = facing(s, port(a, other))  # it has to be: port(a, side)
+    beyond_b = facing(s, port(b, other))
+    link(s, port(b, OUTER), beyond_a)
+    link(s, port(a, OUTER), beyond_b)
+    link(s, port(b, other), port(a, side))
+    set_end(s, a, side, body_of(b))
+    set_end(s, b, other, body_of(a))
+    first = Tile(beyond_a, port(b, OUTER))
+    watch_tiles(k, s, Tiles(first, Tile(port(a, OUTER), beyond_b), Tile(port(b, other), port(a, side))))
+    k.near[0] = body_of(b)
+    return 1
+
+
+class TilingAsWritten:
+    """Sweep-tiling, with a choice of the rule for meetings.
+
+    Args:
+        rule: "thesis" for the meeting as it is written there, "right" for kinetile's.
+    """
+
+    def __init__(self, *, rule: str = "thesis") -> None:
+        if rule not in ("thesis", "right"):
+            raise BadOption(f"tiling-as-written: rule must be 'thesis' or 'right', not {rule!r}")
+        self.rule = rule
+
+    def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
+        """Return the parts of sweep-tiling, with another repair where the rule is the thesis's."""
+        parts = SweepTiling().prepare(scene)
+        return parts if self.rule == "right" else replace(parts, repair=repair)

@@ -1,0 +1,67 @@
+"""The pictures of the documents are what the commands beside them draw, byte by byte."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+from installing import install, run
+
+ROOT = Path(__file__).parents[1]
+FOLDERS = ("figures", "thesis")
+PHOTOGRAPHS = ROOT / "docs" / "figures"
+MOST = 30_000
+"""Bytes of a picture."""
+
+
+def commands(folder: str) -> list[list[str]]:
+    script = (ROOT / "docs" / folder / "draw.sh").read_text(encoding="utf-8")
+    return [shlex.split(line)[1:] for line in script.splitlines() if line.startswith("kinetile ")]
+
+
+def name_of(command: list[str]) -> str:
+    return command[command.index("--out") + 1]
+
+
+PICTURES = [f"{folder}/{name_of(command)}" for folder in FOLDERS for command in commands(folder)]
+
+
+@pytest.fixture(scope="module")
+def drawn(tmp_path_factory):
+    """A folder in which each script has drawn, in a folder of its name: all in one process, interpreted."""
+    here = tmp_path_factory.mktemp("drawn")
+    paths = install(ROOT / "docs" / "examples" / "kinetile-thesis", here / "site")
+    for folder in FOLDERS:
+        place = here / folder
+        place.mkdir()
+        for scene in (ROOT / "docs" / folder).glob("*.toml"):
+            (place / scene.name).write_bytes(scene.read_bytes())
+        script = ROOT / "docs" / folder / "draw.sh"
+        done = run(
+            "commands", script, folder=place, paths=[*paths, str(ROOT / "tests")], module="thesis_runs"
+        )
+        assert done.returncode == 0, done.stderr
+    return here
+
+
+@pytest.mark.parametrize("name", PICTURES)
+def test_a_picture_is_what_its_command_draws(name, drawn):
+    committed = (ROOT / "docs" / name).read_bytes()
+    again = f"cd docs/{name.partition('/')[0]}; sh draw.sh"
+    assert (drawn / name).read_bytes() == committed, f"docs/{name} is not what its command draws: {again}"
+    assert len(committed) < MOST
+
+
+@pytest.mark.parametrize("folder", FOLDERS)
+def test_every_picture_has_its_command(folder):
+    there = [path.name for path in (ROOT / "docs" / folder).glob("*.svg")]
+    assert sorted(map(name_of, commands(folder))) == sorted(there)
+
+
+def test_photographs_of_the_player_are_small_and_have_their_script():
+    said = {*re.findall(r'"(player[\w-]*\.png)"', (PHOTOGRAPHS / "photograph.py").read_text("utf-8"))}
+    assert {path.name for path in PHOTOGRAPHS.glob("*.png")} == said
+    assert {path.name for path in PHOTOGRAPHS.glob("*.png") if path.stat().st_size > 200_000} == set()

@@ -1,0 +1,91 @@
+"""What happens in the scenes of docs/thesis, and the files that commands make of them: a program for tests.
+
+It is to run with ``NUMBA_DISABLE_JIT=1``, in one process: these scenes are small, and nothing needs to be
+compiled. The package docs/examples/kinetile-thesis must be known to it (``installing.install``).
+
+``runs FOLDER SCENE[:PHASE] ...`` prints a JSON object: for each, what was after each event, the start first.
+``commands FILE`` runs the lines of a file that begin with ``kinetile``, until one fails.
+"""
+
+from __future__ import annotations
+
+import json
+import shlex
+import sys
+from pathlib import Path
+from typing import Any
+
+from typer.testing import CliRunner
+
+import kinetile as kt
+from kinetile.cli import app
+from kinetile.errors import AuditError
+from kinetile.plugin.choices import read_phase
+from kinetile.plugin.drawing import At, Box, Entry, Link, Polygon, Segment
+
+
+def points(item: Segment | Box | Polygon | Link) -> list[Any]:
+    """Return a shape's points: each coordinate a number, or [body, offset]."""
+    if isinstance(item, Link):
+        return [item.a, item.b]
+    if isinstance(item, Polygon):
+        found = item.corners
+    else:
+        found = (item.a, item.b) if isinstance(item, Segment) else (item.low, item.high)
+    return [[list(each) if isinstance(each, At) else each for each in point] for point in found]
+
+
+def moment(sim: kt.Simulation, event: kt.Event | None) -> dict[str, Any]:
+    """Return what there is now, after an event; None: at the start."""
+    try:
+        sim.audit()
+        complaint = ""
+    except AuditError as error:
+        complaint = str(error)
+    shapes = [
+        {"role": item.role, "label": item.label, "fails": item.fails, "points": points(item)}
+        for item in sim.drawing()
+        if not isinstance(item, Entry)  # of a matrix beside the picture
+    ]
+    return {
+        "kind": "start" if event is None else event.kind,
+        "time": sim.time,
+        "tick": sim.exact_time,
+        "bodies": () if event is None else event.bodies,
+        "pairs": sim.candidate_pairs().tolist(),
+        "places": sim.positions().tolist(),
+        "velocities": sim.velocities().tolist(),
+        "shapes": shapes,
+        "complaint": complaint,
+    }
+
+
+def happened(scene: kt.Scene, phase: str | None) -> dict[str, Any]:
+    """Run a scene event by event, and return all moments, and what it gave."""
+    name, options = (None, {}) if phase is None else read_phase(phase)
+    sim = kt.Simulation(scene, name, options=options or None)
+    two = len(scene) > 1 and bool(sim.narrow_phases)
+    coming = sim.next_contact(0, 1) if two else None
+    moments = [moment(sim, None), *(moment(sim, event) for event in sim.steps())]
+    return {"coming": coming and coming.time, "moments": moments, "fingerprint": sim.fingerprint}
+
+
+def main(what: str, *words: str) -> None:
+    """Do what the module's docstring says."""
+    if what == "runs":
+        folder, *scenes = words
+        found = {}
+        for each in scenes:
+            name, _, phase = each.partition(":")
+            found[each] = happened(kt.load_scene(Path(folder) / f"{name}.toml"), phase or None)
+        print(json.dumps(found))
+        return
+    for line in Path(words[0]).read_text(encoding="utf-8").splitlines():
+        if line.startswith("kinetile "):
+            result = CliRunner().invoke(app, shlex.split(line)[1:])
+            if result.exit_code:
+                sys.exit(f"{line}\n{result.stderr}{result.exception!r}")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
