@@ -9,7 +9,7 @@ import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 
-from kinetile.plugin.new_plugin import new_plugin
+from kinetile.plugin.templates.new_plugin import new_plugin
 
 
 def install(folder: Path, site: Path) -> list[str]:

@@ -121,3 +121,19 @@ def test_a_turn_that_widens_the_skin_builds_the_cells_anew():
 def test_a_side_that_is_none(side):
     with pytest.raises(BadOption, match="side must be a finite number"):
         kt.Simulation(kt.make_scene("two-discs"), "boxes", options={"side": side})
+
+
+def test_it_draws_what_it_keeps():
+    sim = kt.Simulation(kt.make_scene("random", bodies=8, density=0.3, radius_ratio=2.0, seed=3), "boxes")
+    sim.run(until=0.1)
+    items, event = sim.drawing(), sim.next_event
+    side, place, reach = float(sim.state.side[1]), sim.positions(), sim.scene.radius
+    assert len(items) == len(place)
+    for item, (x, y), r in zip(items, place.tolist(), reach.tolist(), strict=True):
+        assert item.high[0] - item.low[0] == pytest.approx(item.high[1] - item.low[1])
+        assert (item.high[0] - item.low[0]) / side == pytest.approx(int(item.label[0]))
+        for at, low, high in zip((x, y), item.low, item.high, strict=True):
+            assert low - 1e-9 <= at - r
+            assert at + r <= high + 1e-9
+    if event.kind == "structural":
+        assert min(item.fails for item in items if item.fails) == event.epoch * 2**52 + event.tick

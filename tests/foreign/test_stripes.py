@@ -148,3 +148,16 @@ def test_the_empty_scene_and_one_body():
 def test_a_width_that_is_none(width):
     with pytest.raises(BadOption, match="width must be a finite number"):
         kt.Simulation(kt.make_scene("two-discs"), "stripes", options={"width": width})
+
+
+def test_it_draws_what_it_keeps():
+    sim = kt.Simulation(kt.make_scene("random", bodies=8, density=0.3, radius_ratio=2.0, seed=3), "stripes")
+    sim.run(until=0.1)
+    items, event = sim.drawing(), sim.next_event
+    borders = {item.a[0] for item in items if item.role == "cell"}
+    width = float(sim.state.width[1])
+    assert borders == {(stripe + side) * width for stripe in sim.state.stripe.tolist() for side in (0, 1)}
+    ahead = [item for item in items if item.role == "certificate"]
+    assert [item.a[0].body for item in ahead] == list(range(len(sim.state.stripe)))
+    if event.kind == "structural":
+        assert min(item.fails for item in items if item.fails) == event.epoch * 2**52 + event.tick

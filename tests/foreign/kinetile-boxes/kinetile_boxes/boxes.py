@@ -26,7 +26,17 @@ from typing import NamedTuple
 import kinetile as kt
 import numpy as np
 from kinetile.errors import BadOption
-from kinetile.toolbox import BroadPhaseParts, Kernel, Records, falls, hook, positions_now, schedule
+from kinetile.toolbox import (
+    Box,
+    BroadPhaseParts,
+    Item,
+    Kernel,
+    Records,
+    falls,
+    hook,
+    positions_now,
+    schedule,
+)
 
 __all__ = ["Boxes"]
 
@@ -215,6 +225,14 @@ def _stands(s: State, entry: int, end: int) -> bool:
     return bool(at == entry)
 
 
+def draw(k: Kernel, s: State) -> Iterator[Item]:
+    """Draw for each body the cells that it is in, as one, with the tick at which they move on."""
+    side = float(s.side[1])
+    for body, (left, low, across, _, _) in enumerate(s.box.tolist()):
+        corners = (left * side, low * side), ((left + across) * side, (low + across) * side)
+        yield Box("cell", *corners, int(k.queue.own[body]), f"{across} x {across}")
+
+
 class Boxes:
     """A grid for mixed sizes.
 
@@ -242,4 +260,6 @@ class Boxes:
             table=np.zeros(2, dtype=np.int64),
         )
         # A new plan leaves a body where it is: it only meets another border, or the same at another time.
-        return BroadPhaseParts(near, state, build, repair, replan=watch, arrange=arrange, audit=audit)
+        return BroadPhaseParts(
+            near, state, build, repair, replan=watch, arrange=arrange, audit=audit, draw=draw
+        )

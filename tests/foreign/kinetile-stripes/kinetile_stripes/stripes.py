@@ -13,12 +13,24 @@ stripe is found by its number modulo the number of lists, and one list may hold 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import kinetile as kt
 import numpy as np
 from kinetile.errors import BadOption
-from kinetile.toolbox import BroadPhaseParts, Kernel, Records, falls, hook, positions_now, schedule
+from kinetile.toolbox import (
+    At,
+    BroadPhaseParts,
+    Item,
+    Kernel,
+    Records,
+    Segment,
+    falls,
+    hook,
+    positions_now,
+    schedule,
+)
 
 __all__ = ["Stripes"]
 
@@ -100,6 +112,23 @@ def repair(k: Kernel, s: State, body: int) -> int:
     return name_all(k, s, s.stripe[body] + step, 0)
 
 
+def draw(k: Kernel, s: State) -> Iterator[Item]:
+    """Draw the borders of the stripes that somebody is in, and for each body the border ahead of it, with the
+    tick at which it gets there."""
+    if not len(s.stripe):
+        return
+    height = positions_now(k)[:, 1]
+    low, high = float((height - k.bodies.reach).min()), float((height + k.bodies.reach).max())
+    for border in sorted({stripe + side for stripe in s.stripe.tolist() for side in (0, 1)}):
+        x = border * float(s.width[1])
+        yield Segment("cell", (x, low), (x, high))
+    for body, stripe in enumerate(s.stripe.tolist()):
+        if k.bodies.vx[body] != 0.0:
+            ahead = (stripe + int(k.bodies.vx[body] > 0.0)) * float(s.width[1])
+            place = (At(body), At(body))
+            yield Segment("certificate", place, (ahead, At(body)), int(k.queue.own[body]), "border")
+
+
 class Stripes:
     """Vertical stripes.
 
@@ -118,4 +147,4 @@ class Stripes:
         rings = np.zeros(n + max(n, 1), dtype=np.int64)
         state = State(np.zeros(n, dtype=np.int64), rings, rings.copy(), np.array([self.width, 0.0]))
         # A new plan leaves a body where it is: it only meets another border, or the same at another time.
-        return BroadPhaseParts(near, state, build, repair, replan=watch, arrange=arrange)
+        return BroadPhaseParts(near, state, build, repair, replan=watch, arrange=arrange, draw=draw)
