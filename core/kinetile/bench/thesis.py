@@ -1,4 +1,4 @@
-"""The thesis's benchmark (section 5.3), restated so that it can be done again.
+"""The thesis's benchmark (section 5.3), restated so that it can be done again: a study that ships.
 
 Twelve scenes of the recipe ``grid``: 25, 100 and 400 discs at four densities. Each broad phase runs each of
 them for the same stretch of simulated time, with several seeds, which the thesis does not say it did. What is
@@ -7,40 +7,33 @@ machine. Times are processor time inside the loop, the static construction inclu
 short run is repeated until there is enough to measure, and the phases take turns, several times on each scene
 with each seed, so that a machine that slows down slows all of them, and the same run has several times.
 
-What the cells say is worked out in ``kinetile.bench.measures`` (spreads, exponents, the four measures of a
-kinetic data structure) and ``kinetile.bench.thesis_statements.statements`` (the thesis's statements).
+A cell is what the rows of one scene under one phase come to. What the cells say is worked out in
+``kinetile.bench.measures`` (spreads, exponents, the four measures of a kinetic data structure) and
+``kinetile.bench.thesis_statements.statements`` (the thesis's statements).
 """
 
 from __future__ import annotations
 
-import math
+import os
 import statistics
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from kinetile.bench.choices import Choice, phase_label, phases_with_options, simulation_of
+from kinetile.bench.choices import Choice, phase_label, phases_with_options
 from kinetile.bench.display import Displayed
 from kinetile.bench.events import BODIES, DENSITIES
+from kinetile.bench.study.study import Study, shipped_tables
 from kinetile.bench.surroundings import surroundings
 
-__all__ = ["PHASES", "Cell", "ThesisBench", "bench_thesis", "thesis_conditions"]
+__all__ = ["PHASES", "ROUNDS", "Cell", "ThesisBench", "odd_rows", "read_bench", "thesis_study"]
 
 PHASES = ("naive", "sap-1d", "sap-2d", "sweep-tiling")
 """The thesis's three, and its sweep-and-prune on two axes, which it left out of its figures."""
 
 ROUNDS = 5
 """How often the phases take turns on a scene."""
-
-MOMENTS = 17
-"""Moments of a run, evenly apart from its start to its end, at which the candidate pairs are counted."""
-
-MOST_RUNS = 40
-"""Runs of a phase in a round; the smallest scenes take 50 microseconds of the loop and a millisecond to set
-up."""
 
 
 @dataclass(frozen=True)
@@ -51,15 +44,15 @@ class Cell:
         density, bodies, seed: the scene.
         phase: the broad phase, with its options.
         until: how long was simulated, in the scene's time.
-        cpu_seconds: of a run from the scene's start to ``until``, in each round. In a round all phases run
-            one after the other, so that what the machine does besides falls on all of them.
+        cpu_seconds: of a run from the scene's start to ``until``, the median of each round. In a round all
+            phases run one after the other, so that what the machine does besides falls on all of them.
         contacts_disc, contacts_wall: contacts of two discs, of a disc with a wall.
         bound_events: failures of the broad phase's own certificates.
         certificates_updated: times the broad phase set anew when a body's certificate fails.
         partners_asked: bodies that another looked at for their contact.
         contacts_computed: contact times worked out exactly.
         queue_max: the most bodies queued at one time.
-        pairs_mean, pairs_max: candidate pairs, at ``MOMENTS`` moments.
+        pairs_mean, pairs_max: candidate pairs, at 17 moments of the run, evenly apart.
         pairs_of_one_body: the most candidate pairs of one body, at these moments.
         pair_changes: candidate pairs that came, as the broad phase said, or went, as is left then.
         fingerprint: digest of the contacts.
@@ -145,7 +138,8 @@ class ThesisBench(Displayed):
         return tuple(sorted(found, key=lambda cell: cell.seed))
 
 
-def bench_thesis(
+def thesis_study(
+    results: str | os.PathLike[str],
     phases: Sequence[Choice] = PHASES,
     bodies: Sequence[int] = BODIES,
     densities: Sequence[float] = DENSITIES,
@@ -153,115 +147,68 @@ def bench_thesis(
     seeds: int = 6,
     until: float = 1.0,
     seconds: float = 0.05,
-    start: Callable[[str, Any], Any] | None = None,
-    finish: Callable[[Sequence[Cell]], Any] | None = None,
-    progress: Callable[[int, int], None] | None = None,
-) -> ThesisBench:
-    """Run every phase on every scene with the seeds 1 to ``seeds``.
+) -> Study:
+    """Return the study ``thesis``, or a part of it; its rows are in the folder ``results``.
 
-    ``until`` is the time that is simulated; ``seconds`` the CPU time that the runs of a phase on a scene with
-    one seed have together, about, unless that would be more than ``MOST_RUNS`` in a round, or less than one.
-    ``start`` is called with a label and a simulation before a phase first runs on a scene, ``finish`` with a
-    scene's cells, ``progress`` with the steps done and their total.
+    Every phase runs every scene with the seeds 1 to ``seeds``, up to the time ``until``. ``seconds`` is the
+    CPU time that the runs of a phase on a scene with one seed have together, in all rounds, at least, unless
+    that would be more than 40 runs in a round.
 
-    Raises what ``Simulation`` and ``make_scene`` raise.
+    Raises StudyError for what cannot be run.
     """
-    from kinetile.plugin.by_name import make_scene
-
-    chosen = phases_with_options(phases)
-    total = seeds * len(bodies) * len(densities) * len(chosen) * 2
-    done = 0
-
-    def tell(steps: int) -> None:
-        nonlocal done
-        done += steps
-        if progress is not None:
-            progress(done, total)
-
-    cells: list[Cell] = []
-    for seed in range(1, seeds + 1):
-        for density in densities:
-            for n in bodies:
-                scene = make_scene("grid", bodies=n, density=density, seed=seed)
-                counts = []
-                for choice in chosen:
-                    counts.append(_counts(scene, choice, until, start))
-                    tell(1)
-                times = _times(scene, chosen, until, seconds, [each.pop("cpu_seconds") for each in counts])
-                new = [
-                    Cell(density, n, seed, phase_label(*choice), until, tuple(runs), **found)
-                    for choice, runs, found in zip(chosen, times, counts, strict=True)
-                ]
-                tell(len(chosen))
-                cells += new
-                if finish is not None:
-                    finish(new)
-    return ThesisBench(tuple(cells), thesis_conditions(seeds, until, seconds))
-
-
-def thesis_conditions(seeds: int, until: float, seconds: float) -> dict[str, Any]:
-    """Return versions, machine, and how the cells were measured."""
-    return surroundings() | {"seeds": seeds, "until": until, "seconds": seconds, "rounds": ROUNDS}
-
-
-def _counts(
-    scene: Any,
-    choice: tuple[str, Mapping[str, Any]],
-    until: float,
-    start: Callable[[str, Any], Any] | None,
-) -> dict[str, Any]:
-    """Return the counts of a run, those of the static construction taken off, and its CPU seconds."""
-    simulation = simulation_of(scene, choice)
-    if start is not None:
-        start(choice[0], simulation)
-    pairs = [simulation.candidate_pairs()]
-    built = simulation.readings
-    for moment in range(1, MOMENTS):
-        simulation.run(until * moment / (MOMENTS - 1))
-        pairs.append(simulation.candidate_pairs())
-    found = simulation.readings
-    numbers = [len(each) for each in pairs]
-    came = found.newcomers - built.newcomers
-    return {
-        "cpu_seconds": found.cpu_seconds,
-        "contacts_disc": found.contacts_disc,
-        "contacts_wall": found.contacts_wall,
-        "bound_events": found.structural_events,
-        "certificates_updated": found.certificates_updated - built.certificates_updated,
-        "partners_asked": found.partners_asked - built.partners_asked,
-        "contacts_computed": found.contacts_computed - built.contacts_computed,
-        "queue_max": found.queue_max,
-        "pairs_mean": statistics.fmean(numbers),
-        "pairs_max": max(numbers),
-        "pairs_of_one_body": max(int(np.bincount(each.ravel(), minlength=1).max()) for each in pairs),
-        "pair_changes": came + (numbers[0] + came - numbers[-1]),
-        "fingerprint": found.fingerprint,
+    tables = shipped_tables("thesis") | {
+        "phases": [phase_label(*each) for each in phases_with_options(phases)],
+        "seeds": list(range(1, seeds + 1)),
+        "repeats": ROUNDS,
+        "until": until,
+        "seconds": seconds / ROUNDS,
+        "scenes": [
+            {"recipe": "grid", "parameters": {"density": list(densities), "bodies": list(bodies)}},
+        ],
     }
+    return Study(tables, results)
 
 
-def _times(
-    scene: Any,
-    chosen: Sequence[tuple[str, Mapping[str, Any]]],
-    until: float,
-    seconds: float,
-    expected: Sequence[float],
-) -> list[list[float]]:
-    """Return the mean CPU seconds of a run for each phase and round; every other round goes backwards."""
-    rounds: list[list[float]] = [[] for _ in chosen]
-    sizes = [
-        min(math.ceil(seconds / ROUNDS / each), MOST_RUNS) if each > 0.0 else MOST_RUNS for each in expected
-    ]
-    for number in range(ROUNDS):
-        turns = range(len(chosen)) if number % 2 == 0 else reversed(range(len(chosen)))
-        for k in turns:
-            mean = statistics.fmean(_timed(scene, chosen[k], until) for _ in range(sizes[k]))
-            rounds[k].append(max(mean, time.get_clock_info("process_time").resolution))
-    return rounds
+def read_bench(study: Study) -> ThesisBench:
+    """Return the cells of ``thesis_study`` of which all rounds have been run, and how they were measured."""
+    cells: dict[tuple[Any, ...], list[Mapping[str, Any]]] = {}
+    for row in study.rows().to_pylist():
+        if row["status"] == "done":
+            cells.setdefault((row["density"], row["bodies"], row["seed"], row["phase"]), []).append(row)
+    plan = study.plan
+    whole = [rows for rows in cells.values() if len(rows) == plan.repeats]
+    conditions = {
+        "seeds": len({each["seed"] for each in plan.scenes[0].combinations}),
+        "until": plan.scenes[0].until,
+        "seconds": plan.seconds * plan.repeats,
+        "rounds": plan.repeats,
+    }
+    return ThesisBench(tuple(map(_cell, whole)), surroundings() | conditions)
 
 
-def _timed(scene: Any, choice: tuple[str, Mapping[str, Any]], until: float) -> float:
-    """Return the CPU seconds of a run from the scene's start."""
-    simulation = simulation_of(scene, choice)
-    simulation.compile()
-    simulation.run(until)
-    return float(simulation.readings.cpu_seconds)
+def odd_rows(study: Study) -> list[tuple[str, str, str]]:
+    """Return phase, status and error of rows that are in no cell, each kind of them once."""
+    rows = study.rows().select(["phase", "status", "error"]).to_pylist()
+    return list(dict.fromkeys(tuple(row.values()) for row in rows if row["status"] != "done"))
+
+
+def _cell(rounds: Sequence[Mapping[str, Any]]) -> Cell:
+    """Return what the rows of one scene under one phase come to; counts are the same in all of them."""
+    row = rounds[0]
+    least = time.get_clock_info("process_time").resolution
+    return Cell(
+        **{name: row[name] for name in ("density", "bodies", "seed", "phase", "until")},
+        cpu_seconds=tuple(max(each["cpu_seconds"], least) for each in rounds),
+        contacts_disc=row["contacts_disc"],
+        contacts_wall=row["contacts_wall"],
+        bound_events=row["structural_events"],
+        certificates_updated=row["certificates_updated"] - row["construction_updated"],
+        partners_asked=row["partners_asked"] - row["construction_asked"],
+        contacts_computed=row["contacts_computed"] - row["construction_computed"],
+        queue_max=row["queue_max"],
+        pairs_mean=row["pairs_mean"],
+        pairs_max=row["pairs_most"],
+        pairs_of_one_body=row["pairs_of_one_body"],
+        pair_changes=row["pair_changes"],
+        fingerprint=row["fingerprint"],
+    )

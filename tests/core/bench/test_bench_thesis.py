@@ -5,7 +5,10 @@ from __future__ import annotations
 import csv
 import json
 import math
+import os
+import signal
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from typer.testing import CliRunner
@@ -14,11 +17,9 @@ import kinetile as kt
 from kinetile.bench import measures as bench_measures
 from kinetile.bench import thesis as bench_thesis
 from kinetile.bench.events import DENSITIES
-from kinetile.bench.figures import draw_figures, write_cells
-from kinetile.bench.thesis import ThesisBench
+from kinetile.bench.thesis import ThesisBench, odd_rows, read_bench, thesis_study
 from kinetile.cli import app
-from kinetile.errors import MissingExtra
-from made_up_benchmarks import as_the_thesis_says, bench_of
+from kinetile.errors import Refused, StudyError
 
 BOUND_EVENTS = {
     (0.5, 25): 694,
@@ -106,16 +107,25 @@ def test_bound_events_of_few_small_discs_are_those_of_theory(phase):
 # Small runs
 
 
+def run_here(study: kt.Study) -> kt.Study:
+    """Run a study in this process."""
+    with ThreadPoolExecutor(1) as threads:
+        assert study.run(threads, workers=1).well
+    return study
+
+
+PART = {"seeds": 2, "until": 0.5, "seconds": 1e-6}
+
+
 @pytest.fixture(scope="module")
-def small() -> ThesisBench:
-    return bench_thesis.bench_thesis(
-        ["naive", ("sap-1d", {"axis": "y"}), "sweep-tiling"],
-        [4, 9],
-        [0.5, 0.25],
-        seeds=2,
-        until=0.5,
-        seconds=1e-6,
-    )
+def study(tmp_path_factory) -> kt.Study:
+    phases = ["naive", ("sap-1d", {"axis": "y"}), "sweep-tiling"]
+    return run_here(thesis_study(tmp_path_factory.mktemp("small"), phases, [4, 9], [0.5, 0.25], **PART))
+
+
+@pytest.fixture(scope="module")
+def small(study) -> ThesisBench:
+    return read_bench(study)
 
 
 def test_every_cell_is_measured(small):
@@ -160,9 +170,11 @@ def test_no_queue_is_longer_than_there_are_bodies(small):
     assert all(0 < cell.queue_max <= cell.bodies for cell in small.cells)
 
 
-def test_pair_changes_are_counted_one_by_one():
-    (cell,) = bench_thesis.bench_thesis(["sap-1d"], [9], [0.25], seeds=1, until=0.5, seconds=1e-6).cells
-    sim = kt.Simulation(kt.make_scene("grid", bodies=9, density=0.25, seed=1), "sap-1d")
+def test_pair_changes_are_counted_one_by_one(small):
+    cell = small.of(0.25, 9, "sap-1d:axis=y")[0]
+    sim = kt.Simulation(
+        kt.make_scene("grid", bodies=9, density=0.25, seed=1), "sap-1d", options={"axis": "y"}
+    )
     changes, before = 0, {tuple(pair) for pair in sim.candidate_pairs().tolist()}
     for step in range(1, 1 << 13):
         sim.run(0.5 * step / (1 << 13))
@@ -183,23 +195,32 @@ def test_a_body_has_no_more_pairs_than_in_theory(small):
     assert found.pairs_per_body < found.pairs_in_theory
 
 
-def test_progress_and_finish_are_told():
-    steps, finished, started = [], [], []
-    bench_thesis.bench_thesis(
-        ["naive", "sap-1d"],
-        [4],
-        [0.5, 0.25],
-        seeds=2,
-        until=0.1,
-        seconds=1e-6,
-        start=lambda label, sim: started.append(label),
-        finish=finished.extend,
-        progress=lambda done, total: steps.append((done, total)),
-    )
-    assert steps[-1] == (16, 16)
-    assert [done for done, _ in steps] == sorted(done for done, _ in steps)
-    assert len(finished) == 8
-    assert started == ["naive", "sap-1d"] * 4
+def test_on_a_scene_the_phases_take_turns_forwards_and_backwards(study):
+    rows = study.rows().select(["density", "bodies", "seed", "repeat", "phase"]).to_pylist()
+    first = [row for row in rows if (row["density"], row["bodies"], row["seed"]) == (0.5, 4, 1)]
+    there = ["naive", "sap-1d:axis=y", "sweep-tiling"]
+    assert [row["phase"] for row in first] == [*there, *there[::-1], *there, *there[::-1], *there]
+    assert [row["repeat"] for row in first] == [number for number in range(1, 6) for _ in there]
+
+
+def test_the_study_that_ships_is_what_the_command_measures(tmp_path):
+    assert list(kt.Study("thesis", tmp_path).tasks) == list(thesis_study(tmp_path).tasks)
+
+
+def test_a_part_of_a_scene_is_no_cell(small, tmp_path):
+    part = thesis_study(tmp_path, ["naive"], [4], [0.5], seeds=1, until=0.1, seconds=1e-6)
+
+    class Enough(Exception):
+        pass
+
+    def stop(state):
+        if state.done == 3:
+            raise Enough
+
+    with ThreadPoolExecutor(1) as threads, pytest.raises(Enough):
+        part.run(threads, workers=1, progress=stop)
+    assert part.rows().num_rows >= 3
+    assert read_bench(part).cells == ()
 
 
 # Arithmetic
@@ -233,21 +254,9 @@ def test_theory_has_its_limits():
 # Files
 
 
-def test_all_cells_are_written(small, tmp_path):
-    with write_cells(small, tmp_path).open(newline="") as file:
-        rows = list(csv.DictReader(file))
-    assert len(rows) == len(small.cells)
-    for row, cell in zip(rows, small.cells, strict=True):
-        assert (row["phase"], int(row["bodies"]), int(row["seed"])) == (cell.phase, cell.bodies, cell.seed)
-        assert float(row["cpu_seconds_per_time"]) == cell.cost
-        assert int(row["rounds"]) == len(cell.cpu_seconds)
-        assert float(row["unrest"]) == cell.unrest
-        assert row["fingerprint"] == cell.fingerprint
-
-
-def test_figures_are_drawn(tmp_path):
+def test_figures_are_drawn(study, tmp_path):
     pytest.importorskip("matplotlib")
-    written = draw_figures(bench_of(as_the_thesis_says), tmp_path)
+    written = study.plot(tmp_path)
     assert [path.name for path in written] == [
         "figure-23.svg",
         "figure-23.png",
@@ -255,17 +264,6 @@ def test_figures_are_drawn(tmp_path):
         "figure-24.png",
     ]
     assert all(path.stat().st_size > 10_000 for path in written)
-
-
-def test_figures_of_a_part_are_drawn(small, tmp_path):
-    pytest.importorskip("matplotlib")
-    assert len(draw_figures(small, tmp_path)) == 4
-
-
-def test_without_matplotlib_only_the_figures_are_missing(small, tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "matplotlib", None)
-    with pytest.raises(MissingExtra, match=r"kinetile\[figures\]"):
-        draw_figures(small, tmp_path)
 
 
 # The commands
@@ -279,14 +277,9 @@ def kinetile(*arguments: object):
 
 
 @pytest.fixture
-def no_run(small, monkeypatch):
-    """The command has the small run's cells at once."""
-
-    def measured(*arguments, finish, **others):
-        finish(small.cells)
-        return small
-
-    monkeypatch.setattr(bench_thesis, "bench_thesis", measured)
+def no_run(study, monkeypatch):
+    """The command finds all rows of the small study there."""
+    monkeypatch.setattr(bench_thesis, "thesis_study", lambda *_, **__: study)
 
 
 def test_thesis_prints_its_tables(no_run):
@@ -310,19 +303,36 @@ def test_thesis_writes_what_it_can_without_matplotlib(no_run, tmp_path, monkeypa
     result = kinetile("bench", "thesis", "--out", tmp_path / "new", "--json")
     assert result.exit_code == 0
     assert "pip install 'kinetile[figures]'" in result.stderr
-    assert [path.name for path in (tmp_path / "new").iterdir()] == ["cells.csv"]
-    assert json.loads(result.stdout)["files"] == [str(tmp_path / "new" / "cells.csv")]
+    assert [path.name for path in (tmp_path / "new").iterdir()] == ["rows.csv"]
+    assert json.loads(result.stdout)["files"] == [str(tmp_path / "new" / "rows.csv")]
 
 
-def test_thesis_prints_what_there_is_when_interrupted(small, monkeypatch):
-    def interrupted(*arguments, finish, **others):
-        finish(small.cells[:3])
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(bench_thesis, "bench_thesis", interrupted)
+@pytest.mark.skipif(sys.platform == "win32", reason="sends a signal")
+def test_thesis_prints_what_there_is_when_interrupted(study, no_run, monkeypatch):
+    monkeypatch.setattr(kt.Study, "run", lambda *_, **__: os.kill(os.getpid(), signal.SIGINT))
     result = kinetile("bench", "thesis")
     assert result.exit_code == 130
     assert "sweep-tiling" in result.stdout
+    assert "interrupted" in result.stderr
+
+
+def test_thesis_says_what_is_refused(tmp_path, monkeypatch):
+    def refuse(self, scene, prepared=None):
+        raise Refused("not today")
+
+    monkeypatch.setattr("kinetile_plugins.naive.Naive.prepare", refuse)
+    part = thesis_study(tmp_path, ["naive", "sap-1d"], [4], [0.5], seeds=1, until=0.1, seconds=1e-6)
+    with ThreadPoolExecutor(1) as threads:
+        assert part.run(threads, workers=1).statuses == {"refused": 5, "done": 5}
+    assert {cell.phase for cell in read_bench(part).cells} == {"sap-1d"}
+    ((phase, status, error),) = odd_rows(part)
+    assert (phase, status) == ("naive", "refused")
+    assert "not today" in error
+
+
+def test_a_phase_that_there_is_not_is_an_error_of_the_study(tmp_path):
+    with pytest.raises(StudyError, match="naiv"):
+        thesis_study(tmp_path, ["naiv"])
 
 
 @pytest.mark.parametrize(
@@ -344,6 +354,12 @@ def test_a_folder_that_cannot_be_made_is_exit_code_2(tmp_path):
 @pytest.mark.compiled
 def test_thesis_measures(tmp_path):
     arguments = ("--phases", "sap-1d,sweep-tiling", "--seeds", "1", "--until", "0.01", "--seconds", "0.0001")
-    found = json.loads(kinetile("bench", "thesis", *arguments, "--json").stdout)
+    found, again = (
+        json.loads(kinetile("bench", "thesis", *arguments, "--out", tmp_path, "--json").stdout)
+        for _ in range(2)
+    )
     assert len(found["cells"]) == 24
     assert {each["verdict"] for each in found["statements"][6:8]} <= {"holds", "does not hold"}
+    assert again["cells"] == found["cells"]  # all rows were there
+    with (tmp_path / "rows.csv").open(newline="") as file:
+        assert len(list(csv.DictReader(file))) == 24 * 5

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from kinetile.bench.study.store import agreement
     from kinetile.bench.study.store.rows import Store
 
-__all__ = ["Outcome", "Progress", "Study", "shipped"]
+__all__ = ["Outcome", "Progress", "Study", "shipped", "shipped_tables"]
 
 _SHIPPED = Path(__file__).with_name("shipped")
 
@@ -180,6 +181,11 @@ class Study:
 def shipped() -> list[str]:
     """Return the names of the studies that ship with kinetile."""
     return sorted(path.stem for path in _SHIPPED.glob("*.toml"))
+
+
+def shipped_tables(name: str) -> dict[str, Any]:
+    """Return the tables of a study that ships, for one that is like it."""
+    return tomllib.loads((_SHIPPED / f"{name}.toml").read_text(encoding="utf-8"))
 
 
 def _read(source: str | os.PathLike[str] | Mapping[str, Any]) -> tuple[Plan, Path | None]:

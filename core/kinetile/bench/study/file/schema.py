@@ -19,6 +19,7 @@ __all__ = ["AXES", "MEASURES", "FigureTable", "SceneTable", "StudyTable", "find_
 MEASURES = {
     "timings": "the run is done again until there is enough CPU time to measure",
     "pairs": "candidate pairs are counted at 17 moments of the run",
+    "construction": "what the static construction did is counted apart",
     "certified": "the list of contacts is checked by the specification, in exact arithmetic",
 }
 """What can be measured beside the readings, which every row has."""

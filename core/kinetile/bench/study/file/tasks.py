@@ -1,5 +1,8 @@
 """Tasks: one run each, with a key that is a hash of all that determines the result.
 
+They come scene by scene. On a scene the phases take turns, once for each repeat, forwards and backwards: so a
+machine that slows down slows all of them, and whoever runs the tasks one by one has times that are pairs.
+
 Two tasks have one *course* where they must have one list of contacts: the same scene to the same end, by the
 same specification, whatever the phase. Their fingerprints are compared as rows arrive.
 """
@@ -50,7 +53,7 @@ class Task(NamedTuple):
 
 
 def tasks_of(plan: Plan) -> Iterator[Task]:
-    """Yield the tasks of a study: scene by scene, each under all phases."""
+    """Yield the tasks of a study: scene by scene, repeat by repeat, each under all phases."""
     phases = [(phase_label(*each), *each, source_of("broad phase", each[0])) for each in plan.phases]
     for scenes in plan.scenes:
         recipe_source = source_of("scene", scenes.recipe)
@@ -66,8 +69,9 @@ def tasks_of(plan: Plan) -> Iterator[Task]:
             course = _digest(
                 [scenes.recipe, parameters, scenes.until, scenes.contacts, ANSWER, recipe_source]
             )
-            for (label, name, options, source), found in zip(phases, versions, strict=True):
-                for repeat in range(1, plan.repeats + 1):
+            for repeat in range(1, plan.repeats + 1):
+                turn = list(zip(phases, versions, strict=True))
+                for (label, name, options, source), found in turn if repeat % 2 else reversed(turn):
                     measured = plan.measure, plan.seconds if "timings" in plan.measure else None
                     key = _digest([course, name, options, measured, repeat, ANSWERED, source])
                     yield Task(

@@ -1,14 +1,17 @@
-"""The figures of a study: a quantity over a parameter, or shares of events; a panel for each scene."""
+"""The figures of a study: a quantity over a parameter, or shares of events; a panel for each scene.
+
+Colours are told apart by the colour-blind, and in grey by markers and hatches.
+"""
 
 from __future__ import annotations
 
+import math
 import statistics
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from kinetile.accuracy.drawing import house_style, new_figure, save_figure
-from kinetile.bench.figures import KINDS, OTHER_LOOKS, PHASE_LOOKS, SHORT
 from kinetile.bench.study.file.schema import FigureTable
 from kinetile.bench.study.results.table import Rows, choose_axis, take_rows
 from kinetile.errors import BadOption
@@ -18,8 +21,19 @@ if TYPE_CHECKING:
 
 __all__ = ["draw"]
 
-_COLUMNS = {"bound_events": "structural_events"}
-"""Of the kinds of events, those that a row calls otherwise."""
+_LOOKS = {
+    "naive": ("#000000", "s", "--"),
+    "sap-1d": ("#D55E00", "^", "-"),
+    "sap-2d": ("#E69F00", "v", ":"),
+    "sweep-tiling": ("#0072B2", "o", "-"),
+}
+_OTHER_LOOKS = (("#009E73", "D", "-."), ("#CC79A7", "P", "-."), ("#56B4E9", "X", "-."))
+_KINDS = (
+    ("structural_events", "bound events", "#56B4E9", ""),
+    ("contacts_wall", "wall events", "#F0E442", "...."),
+    ("contacts_disc", "collision events", "#D55E00", "////"),
+)
+_SHORT = {"sweep-tiling": "tiling"}
 
 _HEADS = {"cpu_seconds_per_time": "CPU seconds for one unit of simulated time", "cpu_seconds": "CPU seconds"}
 
@@ -36,9 +50,7 @@ def draw(study: Study, folder: Path) -> list[Path]:
     with house_style():
         folder.mkdir(parents=True, exist_ok=True)
         for wanted in study.plan.figures or (FigureTable(name="figure", y=""),):
-            names = (
-                [_COLUMNS.get(kind, kind) for kind, *_ in KINDS] if wanted.kind == "shares" else [wanted.y]
-            )
+            names = [kind for kind, *_ in _KINDS] if wanted.kind == "shares" else [wanted.y]
             quantities = [take_rows(study, name or None, table) for name in names]
             x = choose_axis(quantities[0], wanted.x)
             if x is None:
@@ -89,8 +101,8 @@ class _Figure:
 
     def draw_lines(self) -> None:
         """Draw a quantity over a parameter: medians over seeds, with the extremes."""
-        others = iter(OTHER_LOOKS * len(self.rows.phases))
-        looks = {phase: PHASE_LOOKS.get(phase) or next(others) for phase in self.rows.phases}
+        others = iter(_OTHER_LOOKS * len(self.rows.phases))
+        looks = {phase: _LOOKS.get(phase) or next(others) for phase in self.rows.phases}
         scale = "log" if self.wanted.logarithmic else "linear"
         for axes, (title, fixed) in zip(self.axes, self.panels, strict=False):
             axes.set(xscale=scale, yscale=scale, title=title)
@@ -138,7 +150,7 @@ class _Figure:
                     if all(counts):
                         self._bar(axes, group * wide + k, [each or [] for each in counts])
                         places.append(group * wide + k)
-                        names.append(SHORT.get(phase, phase))
+                        names.append(_SHORT.get(phase, phase))
                 middle = group * wide + (len(self.rows.phases) - 1) / 2
                 where = axes.get_xaxis_transform()
                 axes.text(middle, -0.3, f"{self.x} {_text(x)}", transform=where, ha="center", va="top")
@@ -146,14 +158,15 @@ class _Figure:
             axes.tick_params(axis="x", length=0)
             axes.grid(True, axis="y")
         self.figure.supylabel("share of all events (%)", fontsize=8)
-        self.figure.supxlabel("means over seeds", fontsize=8)
+        self.figure.supxlabel("means over seeds; error bars: standard error of bound events", fontsize=8)
         self._legend()
 
     def _bar(self, axes: Any, place: float, counts: list[list[float]]) -> None:
         bottom = 0.0
         totals = [sum(each) or 1.0 for each in zip(*counts, strict=True)]
-        for (_, label, colour, hatch), values in zip(KINDS, counts, strict=True):
-            share = statistics.fmean(100.0 * a / b for a, b in zip(values, totals, strict=True))
+        for (_, label, colour, hatch), values in zip(_KINDS, counts, strict=True):
+            shares = [100.0 * a / b for a, b in zip(values, totals, strict=True)]
+            share = statistics.fmean(shares)
             axes.bar(
                 place,
                 share,
@@ -166,6 +179,11 @@ class _Figure:
                 linewidth=0.5,
             )
             bottom += share
+            if values is counts[0] and len(shares) > 1 and share > 0.0:
+                error = statistics.stdev(shares) / math.sqrt(len(shares))
+                axes.errorbar(
+                    place, share, yerr=error, color="black", capsize=1.5, linewidth=0.8, capthick=0.8
+                )
 
     def _of(self, rows: Rows, fixed: dict[str, Any], phase: str) -> Iterator[tuple[float, list[float]]]:
         """Yield x, in ascending order, with the values of the seeds there."""

@@ -82,6 +82,14 @@ def _run(simulation: Any, order: Mapping[str, Any]) -> dict[str, Any]:
     """Run to the end, and measure what is to be measured."""
     measure, until, contacts = order["measure"], order["until"], order["contacts"]
     found: dict[str, Any] = {}
+    if "construction" in measure:
+        simulation.build()
+        built = simulation.readings
+        found |= {
+            "construction_updated": built.certificates_updated,
+            "construction_asked": built.partners_asked,
+            "construction_computed": built.contacts_computed,
+        }
     if "pairs" in measure:
         found |= _run_counting(simulation, until, contacts)
     else:

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from kinetile.cli.commands.study.run import end, run_with_bar
 from kinetile.cli.folder import try_folder
 from kinetile.cli.json_output import as_json
 from kinetile.cli.options import Json, some_phases
-from kinetile.cli.terminal import Bar, exit_codes, make_ready, notice
+from kinetile.cli.terminal import exit_codes, notice
 from kinetile.errors import BadOption, MissingExtra
 
 if TYPE_CHECKING:
-    from kinetile.bench.thesis import Cell, ThesisBench
+    from kinetile.bench.study.study import Study
+    from kinetile.bench.thesis import ThesisBench
 
 __all__ = ["thesis"]
 
@@ -32,36 +35,33 @@ def thesis(
     ] = 0.05,
     out: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="Write all cells as CSV, and figures 23 and 24, into this folder."),
+        typer.Option(
+            metavar="DIR",
+            help="Keep all rows in this folder, and go on with those that are there; write rows.csv and "
+            "figures 23 and 24 beside them.",
+        ),
     ] = None,
     json: Json = False,
 ) -> None:
     """Do the thesis's benchmark (section 5.3) again, and say which of its statements hold."""
-    from kinetile.bench.thesis import ThesisBench, bench_thesis, thesis_conditions
+    from kinetile.bench.thesis import odd_rows, read_bench, thesis_study
 
-    done: list[Cell] = []
-    with exit_codes(), Bar("measuring") as bar:
+    with exit_codes(), ExitStack() as stack:
         if not 0.0 < until < float("inf"):
             raise BadOption(f"--until is {until!r}; expected a time greater than 0")
         chosen = some_phases(phases)
         if out is not None:
             try_folder("--out", out, keep=True)
             _check_figures()
-        try:
-            bench_thesis(
-                chosen,
-                seeds=seeds,
-                until=until,
-                seconds=seconds,
-                start=lambda label, simulation: make_ready(simulation),
-                finish=done.extend,
-                progress=bar.count,
-            )
-        finally:
-            bar.close()
-            if done:
-                measured = ThesisBench(tuple(done), thesis_conditions(seeds, until, seconds))
-                _print(measured, _write(measured, out), json)
+        results = out or Path(stack.enter_context(TemporaryDirectory()))
+        study = thesis_study(results, chosen, seeds=seeds, until=until, seconds=seconds)
+        outcome, number = run_with_bar(study, quiet_core=True)
+        measured = read_bench(study)
+        if measured.cells:
+            _print(measured, [] if out is None else _write(study, out), json)
+        for phase, status, error in odd_rows(study):
+            notice(f"kinetile: {phase}: {status}: {error}")
+        end(outcome, number)
 
 
 def _check_figures() -> None:
@@ -74,16 +74,15 @@ def _check_figures() -> None:
         notice(f"kinetile: {error}; everything else is done without it")
 
 
-def _write(measured: ThesisBench, out: Path | None) -> list[Path]:
-    """Write the cells and, where that can be done, the figures; return what was written."""
-    if out is None:
-        return []
-    from kinetile.bench.figures import draw_figures, write_cells
+def _write(study: Study, out: Path) -> list[Path]:
+    """Write the rows and, where that can be done, the figures; return what was written."""
+    from kinetile.bench.study.results.writing import write_rows
 
     try:
-        written = [write_cells(measured, out)]
+        written = [out / "rows.csv"]
+        write_rows(study.rows(), written[0])
         with suppress(MissingExtra):  # said before the start
-            written += draw_figures(measured, out)
+            written += study.plot(out)
     except OSError as error:
         raise BadOption(f"--out {out}: {error.strerror or error}") from error
     return written

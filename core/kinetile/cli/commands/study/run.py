@@ -20,7 +20,7 @@ from kinetile.cli.terminal import FAULT, Bar, FirstSignal, exit_codes, notice
 if TYPE_CHECKING:
     from kinetile.bench.study.study import Outcome, Progress, Study
 
-__all__ = ["print_outcome", "run_study"]
+__all__ = ["end", "print_outcome", "run_study", "run_with_bar"]
 
 
 def run_study(
@@ -48,7 +48,7 @@ def run_study(
     """Do all tasks of a study that have no row yet; go on where it was stopped."""
     with exit_codes():
         this = find_study(study, results)
-        outcome, number = _run(
+        outcome, number = run_with_bar(
             this,
             workers=workers,
             dask=dask,
@@ -57,15 +57,11 @@ def run_study(
             again=again or (),
         )
         print_outcome(this, outcome, json)
-        if number is not None:
-            notice(f"kinetile: interrupted; {outcome.open:,} tasks have no row yet")
-            raise typer.Exit(128 + number)
-        if not outcome.well:
-            raise typer.Exit(FAULT)
+        end(outcome, number)
 
 
-def _run(study: Study, **how: Any) -> tuple[Outcome, int | None]:
-    """Run a study; return how it stands, and the signal that stopped it."""
+def run_with_bar(study: Study, **how: Any) -> tuple[Outcome, int | None]:
+    """Run a study, with a bar; return how it stands, and the signal that stopped it."""
     compiling = False
     with FirstSignal() as signals, Bar("running") as bar:
 
@@ -87,6 +83,15 @@ def _run(study: Study, **how: Any) -> tuple[Outcome, int | None]:
             if signals.number is None:
                 raise
             return study.status(), signals.number
+
+
+def end(outcome: Outcome, number: int | None) -> None:
+    """End the command with the exit code of a study that stands like this, or that a signal stopped."""
+    if number is not None:
+        notice(f"kinetile: interrupted; {outcome.open:,} tasks have no row yet")
+        raise typer.Exit(128 + number)
+    if not outcome.well:
+        raise typer.Exit(FAULT)
 
 
 def print_outcome(study: Study, outcome: Outcome, json: bool) -> None:
