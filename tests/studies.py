@@ -9,10 +9,12 @@ import subprocess
 import sys
 import time
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import installing
+import kinetile as kt
 from kinetile.bench.study.store.rows import Store
 
 STUDY = """
@@ -106,8 +108,6 @@ def sorted_rows(path: Path, folder: Path, paths: Sequence[str] = ()) -> bytes:
 
 def all_rows(path: Path) -> dict[str, dict[str, Any]]:
     """Return the rows of a study by their keys."""
-    import kinetile as kt
-
     return {row["key"]: row for row in kt.Study(path).rows().to_pylist()}
 
 
@@ -115,3 +115,10 @@ def said(process: subprocess.CompletedProcess[str]) -> dict[str, Any]:
     """Return what a command has printed as JSON."""
     found: dict[str, Any] = json.loads(process.stdout)
     return found
+
+
+def run_here(study: kt.Study) -> kt.Study:
+    """Run a study in this process, where registered phases are known; return it."""
+    with ThreadPoolExecutor(1) as threads:
+        study.run(threads, workers=1)
+    return study

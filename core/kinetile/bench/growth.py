@@ -1,43 +1,33 @@
 """How a broad phase grows: CPU time for a unit of simulated time, and memory, against the number of discs.
 
-Each number of discs has a process of its own, because a process remembers its peak of memory for ever. From
-that peak the peak of the same process with four discs is taken off: the interpreter, the libraries, the
-loop's machine code and the log. What is left is the discs'.
-
-The grid's start is not typical of what follows (nobody has met anybody), so the clock starts after
-``WARM_UP`` contacts a disc. Then three stretches are timed, and the median counts.
+A study that ships: each number of discs has a process of its own, which notes time and memory stage by stage
+(``kinetile.bench.study.work.stages``). From its peak of memory that of the same process with four discs is
+taken off; what is left is the discs'.
 """
 
 from __future__ import annotations
 
 import json
 import math
+import os
 import statistics
-import subprocess
-import sys
-import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from kinetile.bench.choices import Choice, phase_label, phases_with_options, simulation_of
+from kinetile.bench.choices import Choice, phase_label, phases_with_options
 from kinetile.bench.display import Displayed
 from kinetile.bench.measures import fit_exponent
+from kinetile.bench.study.study import Study, shipped_tables
+from kinetile.bench.study.work.stages import WARM_UP
 from kinetile.bench.surroundings import surroundings
-from kinetile.errors import KinetileError, PhaseError, Refused
 
-__all__ = ["BODIES", "Growth", "GrowthRow", "bench_growth", "square_at_least"]
-
-BODIES = (100, 1000, 10_000, 100_000)
-WARM_UP = 10
-"""Contacts a disc before the clock starts; a contact of two discs is one for each."""
+__all__ = ["Growth", "GrowthRow", "growth_study", "read_growth", "square_at_least"]
 
 TINY = 4
 """Discs of the process whose memory is taken off."""
 
-_TINY_SECONDS = 0.1  # long enough to fill the log, which is as long for a few discs as for many
 _NOTICEABLE = 4 << 20  # bytes: less than this is within what two equal processes differ by
-_STRETCHES = 3
 
 
 @dataclass(frozen=True)
@@ -104,45 +94,28 @@ class Growth(Displayed):
         )
 
 
-def bench_growth(
+def growth_study(
+    results: str | os.PathLike[str],
     phase: Choice,
-    bodies: Sequence[int] = BODIES,
+    bodies: Sequence[int],
     density: float = 0.5,
     *,
     seconds: float = 2.0,
     seed: int = 1,
-    start: Callable[[str, Any], Any] | None = None,
-    finish: Callable[[Growth], Any] | None = None,
-    progress: Callable[[int, int], None] | None = None,
-) -> Growth:
-    """Measure a broad phase on scenes of the recipe ``grid``, each in a process of its own.
+) -> Study:
+    """Return the study ``growth`` of one broad phase; its rows are in the folder ``results``.
 
-    ``seconds`` is the CPU time of the stretches together, at least. ``start`` is called with a label and a
-    small simulation before anything is measured, ``finish`` with what there is after each number of discs,
-    ``progress`` with the processes done and their total.
+    ``seconds`` is the CPU time that is measured of each number of discs, at least. The phase must be one that
+    another process finds.
 
-    Raises what ``Simulation`` and ``make_scene`` raise; the phase must be one that another process finds.
+    Raises StudyError for what cannot be run.
     """
-    from kinetile.plugin.by_name import make_scene
-
     ((name, options),) = phases_with_options([phase])
-    wish = {"phase": name, "options": options, "density": density, "seed": seed, "seconds": seconds}
-    small = simulation_of(make_scene("grid", bodies=TINY, density=density), (name, options))
-    if start is not None:
-        start(name, small)
-    small.compile()  # so that the processes load the loop and none of them has the compiler's peak
-    sizes = sorted({square_at_least(n) for n in bodies})
-    conditions = surroundings() | {"seconds": seconds, "seed": seed, "contacts_before": WARM_UP}
-    growth = Growth(phase_label(name, options), density, (), conditions)
-    tiny = _in_a_process(wish | {"bodies": TINY, "seconds": _TINY_SECONDS})
-    for done, n in enumerate(sizes, start=1):
-        if progress is not None:
-            progress(done, len(sizes) + 1)
-        row = _row(_in_a_process(wish | {"bodies": n}), tiny)
-        growth = Growth(growth.phase, density, (*growth.rows, row), conditions)
-        if finish is not None:
-            finish(growth)
-    return growth
+    tables = shipped_tables("growth") | {"phases": [phase_label(name, options)], "seconds": seconds}
+    sizes = sorted({TINY} | {square_at_least(n) for n in bodies})
+    tables["seeds"] = [seed]
+    tables["scenes"] = [{"recipe": "grid", "parameters": {"density": density, "bodies": sizes}}]
+    return Study(tables, results)
 
 
 def square_at_least(n: int) -> int:
@@ -150,25 +123,22 @@ def square_at_least(n: int) -> int:
     return (math.isqrt(max(n, 1) - 1) + 1) ** 2
 
 
-def _in_a_process(wish: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what ``_measured`` finds in a new process."""
-    command = [sys.executable, "-m", __name__, json.dumps(wish)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    if done.returncode != 0:
-        reason = done.stderr.strip().splitlines()[-1:] or [f"exit code {done.returncode}"]
-        raise PhaseError(f"the process for {wish['bodies']} discs under {wish['phase']} failed: {reason[0]}")
-    found: dict[str, Any] = json.loads(done.stdout)
-    if "refused" in found:
-        raise Refused(found["refused"])
-    return found
+def read_growth(study: Study) -> Growth:
+    """Return what the rows of ``growth_study`` come to, and how they were measured."""
+    plan = study.plan
+    seed, density = (plan.scenes[0].combinations[0][name] for name in ("seed", "density"))
+    rows = {row["bodies"]: row for row in study.rows().to_pylist() if row["status"] == "done"}
+    tiny = json.loads(rows[TINY]["stages"])["peaks"] if TINY in rows else {}
+    found = tuple(_row(n, json.loads(row["stages"]), tiny) for n, row in rows.items() if n != TINY)
+    conditions = surroundings() | {"seconds": plan.seconds, "seed": seed, "contacts_before": WARM_UP}
+    return Growth(phase_label(*plan.phases[0]), density, found, conditions)
 
 
-def _row(found: Mapping[str, Any], tiny: Mapping[str, Any]) -> GrowthRow:
-    n = found["bodies"]
+def _row(n: int, found: Mapping[str, Any], tiny: Mapping[str, Any]) -> GrowthRow:
     stretches = found["stretches"]
     costs = [each["cpu_seconds"] / each["simulated"] for each in stretches]
-    known = [name for name, peak in found["peaks"].items() if peak is not None]
-    stages = {name: (found["peaks"][name] - tiny["peaks"][name]) / n for name in known}
+    known = [name for name, peak in found["peaks"].items() if peak is not None and name in tiny]
+    stages = {name: (found["peaks"][name] - tiny[name]) / n for name in known}
     arrays = {name: size / n for name, size in found["arrays"].items()}
     return GrowthRow(
         bodies=n,
@@ -184,85 +154,3 @@ def _row(found: Mapping[str, Any], tiny: Mapping[str, Any]) -> GrowthRow:
         table_bytes_per_body=sum(arrays.values()),
         arrays=arrays,
     )
-
-
-def _measured(wish: Mapping[str, Any]) -> dict[str, Any]:
-    """Run one scene in this process, and note time and memory stage by stage."""
-    from kinetile.plugin.by_name import make_scene
-
-    peaks: dict[str, int | None] = {}
-    began = time.perf_counter()
-    scene = make_scene("grid", bodies=wish["bodies"], density=wish["density"], seed=wish["seed"])
-    peaks["scene"] = _peak_memory()
-    sim = simulation_of(scene, (wish["phase"], wish["options"]))
-    setup = time.perf_counter() - began
-    peaks["tables"] = _peak_memory()
-    sim.compile()
-    began = time.perf_counter()
-    sim.build()
-    setup += time.perf_counter() - began
-    peaks["construction"] = _peak_memory()
-    sim.run(max_contacts=WARM_UP * len(scene) // 2)
-    stretches = [_stretch(sim, wish["seconds"] / _STRETCHES) for _ in range(_STRETCHES)]
-    peaks["run"] = _peak_memory()
-    return {
-        "bodies": len(scene),
-        "setup_seconds": setup,
-        "stretches": stretches,
-        "peaks": peaks,
-        "arrays": arrays_of(sim),
-    }
-
-
-def _stretch(sim: Any, seconds: float) -> dict[str, float]:
-    """Run on for so many CPU seconds, at least."""
-    before, since = sim.readings, sim.time
-    contacts = len(sim.scene)
-    while True:
-        sim.run(max_contacts=contacts)
-        now = sim.readings
-        spent = now.cpu_seconds - before.cpu_seconds
-        if spent >= seconds:
-            break
-        contacts = math.ceil(contacts * min(max((seconds - spent) / max(spent, 1e-9), 0.1), 4.0))
-    made = now.contacts_disc + now.contacts_wall - before.contacts_disc - before.contacts_wall
-    events = now.events - before.events
-    return {"cpu_seconds": spent, "simulated": sim.time - since, "contacts": made, "events": events}
-
-
-def arrays_of(sim: Any) -> dict[str, int]:
-    """Return the bytes of the arrays that grow with the number of discs."""
-    scene, tables = sim.scene, sim.tables
-    found = {"scene": sum(each.nbytes for each in (scene.position, scene.velocity, scene.radius, scene.mass))}
-    for name in ("bodies", "mass", "radii", "places", "queue", "links", "marks", "near"):
-        found[name] = getattr(tables, name).nbytes
-    found["pair set"] = sum(each.nbytes for each in (tables.pairs, tables.lookup, tables.firsts))
-    return found | {sim.broad_phase: sum(each.nbytes for each in sim.state)}
-
-
-def _peak_memory() -> int | None:
-    """Return the most memory that this process has had, in bytes; None where the system does not tell.
-
-    Linux tells it for the program that runs now. What ``getrusage`` gives begins, in a new process, with the
-    peak of the one that started it.
-    """
-    try:
-        with open("/proc/self/status", encoding="ascii", errors="replace") as lines:
-            for line in lines:
-                if line.startswith("VmHWM:"):
-                    return int(line.split()[1]) * 1024
-    except OSError:
-        pass
-    try:
-        import resource
-    except ImportError:
-        return None
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
-
-
-if __name__ == "__main__":
-    try:
-        answer = _measured(json.loads(sys.argv[1]))
-    except KinetileError as error:
-        answer = {"refused": str(error)}
-    print(json.dumps(answer))

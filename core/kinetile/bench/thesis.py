@@ -27,7 +27,7 @@ from kinetile.bench.events import BODIES, DENSITIES
 from kinetile.bench.study.study import Study, shipped_tables
 from kinetile.bench.surroundings import surroundings
 
-__all__ = ["PHASES", "ROUNDS", "Cell", "ThesisBench", "odd_rows", "read_bench", "thesis_study"]
+__all__ = ["PHASES", "ROUNDS", "Cell", "ThesisBench", "read_bench", "thesis_study"]
 
 PHASES = ("naive", "sap-1d", "sap-2d", "sweep-tiling")
 """The thesis's three, and its sweep-and-prune on two axes, which it left out of its figures."""
@@ -184,12 +184,6 @@ def read_bench(study: Study) -> ThesisBench:
         "rounds": plan.repeats,
     }
     return ThesisBench(tuple(map(_cell, whole)), surroundings() | conditions)
-
-
-def odd_rows(study: Study) -> list[tuple[str, str, str]]:
-    """Return phase, status and error of rows that are in no cell, each kind of them once."""
-    rows = study.rows().select(["phase", "status", "error"]).to_pylist()
-    return list(dict.fromkeys(tuple(row.values()) for row in rows if row["status"] != "done"))
 
 
 def _cell(rounds: Sequence[Mapping[str, Any]]) -> Cell:

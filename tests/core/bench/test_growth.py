@@ -7,10 +7,11 @@ import json
 import pytest
 from typer.testing import CliRunner
 
+import kinetile as kt
 from kinetile.bench import growth as bench_growth
-from kinetile.bench.growth import Growth, GrowthRow, square_at_least
+from kinetile.bench.growth import Growth, GrowthRow, growth_study, read_growth, square_at_least
 from kinetile.cli import app
-from kinetile.errors import Refused
+from studies import run_here
 
 
 def kinetile(*arguments: object):
@@ -45,9 +46,11 @@ def test_growth_has_an_exponent():
     assert json.loads(json.dumps(growth.as_dict()))["rows"][2]["peak_bytes_per_body"] == 600.0
 
 
-def test_growth_is_printed(monkeypatch):
+def test_growth_is_printed(tmp_path, monkeypatch):
     growth = Growth("sap-1d", 0.5, (row(100, 1.0), row(400, 8.0)), {"processor": "none"})
-    monkeypatch.setattr(bench_growth, "bench_growth", lambda *_, finish, **__: finish(growth))
+    few = {"phases": ["naive"], "contacts": 1, "scenes": [{"recipe": "cradle"}]}
+    monkeypatch.setattr(bench_growth, "growth_study", lambda *_, **__: run_here(kt.Study(few, tmp_path)))
+    monkeypatch.setattr(bench_growth, "read_growth", lambda study: growth)
     result = kinetile("bench", "growth", "--phase", "sap-1d")
     assert "n^1.50 from 100 to 400 discs" in result.stdout
     found = json.loads(kinetile("bench", "growth", "--json").stdout)
@@ -56,22 +59,30 @@ def test_growth_is_printed(monkeypatch):
     assert kinetile("bench", "growth", "--bodies", "").exit_code == 2
 
 
+def test_the_study_that_ships_is_what_the_command_measures(tmp_path):
+    whole = kt.Study("growth", tmp_path)
+    mine = growth_study(tmp_path, "cells", [100, 1000, 10_000, 100_000])
+    assert {key for key, task in whole.tasks.items() if task.phase == "cells"} == set(mine.tasks)
+
+
 @pytest.mark.compiled
-def test_growth_measures_in_processes_of_their_own():
-    steps = []
-    found = bench_growth.bench_growth(
-        "sap-1d", [16, 10], seconds=0.01, progress=lambda *step: steps.append(step)
-    )
+def test_growth_measures_in_processes_of_their_own(tmp_path):
+    study = run_here(growth_study(tmp_path, "sap-1d", [16, 10], seconds=0.01))
+    found = read_growth(study)
     assert [each.bodies for each in found.rows] == [16]
-    assert steps == [(1, 2)]
     (measured,) = found.rows
     assert measured.fastest <= measured.cpu_seconds_per_time <= measured.slowest
     assert measured.simulated > 0.0
     assert measured.arrays["bodies"] == 64.0
     assert measured.table_bytes_per_body > 300.0
+    row = study.rows().to_pylist()[1]
+    assert row["cpu_seconds_per_time"] == measured.cpu_seconds_per_time
+    assert row["table_bytes"] == 16 * measured.table_bytes_per_body
 
 
 @pytest.mark.compiled
-def test_growth_says_what_a_phase_refuses():
-    with pytest.raises(Refused, match="naive asks every body"):
-        bench_growth.bench_growth("naive", [4900], seconds=0.01)
+def test_growth_says_what_a_phase_refuses(tmp_path):
+    study = run_here(growth_study(tmp_path, "naive", [4900], seconds=0.01))
+    assert read_growth(study).rows == ()
+    assert [row["status"] for row in study.rows().to_pylist()] == ["done", "refused"]
+    assert "naive asks every body" in study.rows()["error"].to_pylist()[1]

@@ -656,7 +656,7 @@ def test_every_command_has_a_file_of_its_name():
     folder = Path(kinetile.cli.commands.__file__).parent
     commands = get_command(app).commands
     groups = ("bench", "study")
-    helpers = {"__init__", "options", "tables"}
+    helpers = {"__init__", "measuring", "options", "tables"}
     everyday = {each.stem for each in folder.rglob("*.py") if each.parent.name not in groups}
     assert everyday - {"__init__"} == {name.replace("-", "_") for name in commands} - {*groups}
     for group in groups:

@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 
 from kinetile.bench.choices import Choice, phase_label, phases_with_options, simulation_of
-from kinetile.bench.growth import arrays_of
 from kinetile.bench.own.scene import SceneRow, bench_scene
+from kinetile.bench.study.work.stages import arrays_of
 from kinetile.errors import KinetileError
 
 __all__ = ["CLOSE", "CONTACTS", "Candidate", "Chosen", "choose"]

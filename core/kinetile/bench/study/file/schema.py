@@ -18,6 +18,8 @@ __all__ = ["AXES", "MEASURES", "FigureTable", "SceneTable", "StudyTable", "find_
 
 MEASURES = {
     "timings": "the run is done again until there is enough CPU time to measure",
+    "rate": "a run of so many seconds of CPU time is done, and its events and contacts a second are noted",
+    "stages": "time and memory of another run are noted stage by stage, in a process of its own",
     "pairs": "candidate pairs are counted at 17 moments of the run",
     "construction": "what the static construction did is counted apart",
     "certified": "the list of contacts is checked by the specification, in exact arithmetic",

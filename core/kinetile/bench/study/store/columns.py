@@ -49,6 +49,13 @@ _TIMES = {
     "cpu_seconds_min": "float64",
     "cpu_seconds_max": "float64",
     "cpu_seconds_per_time": "float64",
+    "setup_seconds": "float64",
+    "peak_bytes": "int64",
+    "table_bytes": "int64",
+    "stages": "string",
+    "rate_cpu_seconds": "float64",
+    "rate_events": "int64",
+    "rate_contacts": "int64",
     "task_cpu_seconds": "float64",
     "wall_seconds": "float64",
     "beside": "int64",
@@ -110,7 +117,7 @@ def row_of(task: Task, found: Mapping[str, Any], beside: int) -> dict[str, Any]:
     if "contacts_disc" in found:
         row["contacts"] = found["contacts_disc"] + found["contacts_wall"]
     if found.get("time"):
-        row["cpu_seconds_per_time"] = found["cpu_seconds"] / found["time"]
+        row.setdefault("cpu_seconds_per_time", found["cpu_seconds"] / found["time"])
     return row | {parameter_column(name): value for name, value in task.parameters.items()}
 
 

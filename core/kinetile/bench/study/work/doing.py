@@ -6,6 +6,7 @@ what is no result of the task raises: other versions than the study was begun wi
 
 from __future__ import annotations
 
+import math
 import os
 import platform
 import statistics
@@ -15,6 +16,7 @@ from functools import cache
 from typing import Any
 
 from kinetile.bench.study.work.identity import check_versions, versions_here
+from kinetile.bench.study.work.stages import stages_of
 from kinetile.bench.surroundings import processor
 from kinetile.errors import KinetileError, Refused
 
@@ -25,6 +27,9 @@ OUT_OF_MEMORY, LOST = "out of memory", "lost"
 
 MOMENTS = 17
 """Moments of a run, evenly apart from its start to its end, at which candidate pairs are counted."""
+
+SHORTEST = 0.05
+"""CPU seconds: a shorter run says little about a rate."""
 
 MOST_RUNS = 40
 """Runs of one task whose timings are measured, at most."""
@@ -102,6 +107,10 @@ def _run(simulation: Any, order: Mapping[str, Any]) -> dict[str, Any]:
         found |= {"certified": said.right, "certified_contacts": said.lines, "certified_said": str(said)}
     if "timings" in measure:
         found |= _timings(found, order)
+    if "rate" in measure:
+        found |= _rate(simulation, order)
+    if "stages" in measure:
+        found |= stages_of(order)
     return found
 
 
@@ -131,11 +140,10 @@ def _run_counting(simulation: Any, until: float, contacts: int | None) -> dict[s
     pairs = [simulation.candidate_pairs()]
     built = simulation.readings
     for moment in range(1, MOMENTS):
-        before = simulation.readings
+        before = _contacts(simulation)
         simulation.run(start + (until - start) * moment / (MOMENTS - 1), max_contacts=left)
-        now = simulation.readings
         if left is not None:
-            left -= now.contacts_disc + now.contacts_wall - before.contacts_disc - before.contacts_wall
+            left -= _contacts(simulation) - before
         pairs.append(simulation.candidate_pairs())
     numbers = [len(each) for each in pairs]
     came = simulation.readings.newcomers - built.newcomers
@@ -165,6 +173,35 @@ def _timings(found: Mapping[str, Any], order: Mapping[str, Any]) -> dict[str, An
         "events_per_cpu_second": found["events"] / median if median > 0.0 else 0.0,
         "contacts_per_cpu_second": contacts / median if median > 0.0 else 0.0,
     }
+
+
+def _rate(simulation: Any, order: Mapping[str, Any]) -> dict[str, Any]:
+    """Run from the scene's start for so much CPU time, about; return what was done, and how fast.
+
+    The run that has just been done says how many contacts that is; where it was too short for that, it first
+    goes on.
+    """
+    while (spent := simulation.readings.cpu_seconds) < min(SHORTEST, order["seconds"]):
+        contacts = _contacts(simulation)
+        if contacts == 0:
+            return {}
+        simulation.run(max_contacts=contacts * (3 if spent > 0 else 10))
+    again = _simulation({**order, "measure": ()})
+    again.compile()
+    again.run(max_contacts=max(math.ceil(_contacts(simulation) * order["seconds"] / spent), 1))
+    now = again.readings
+    return {
+        "rate_cpu_seconds": now.cpu_seconds,
+        "rate_events": now.events,
+        "rate_contacts": _contacts(again),
+        "events_per_cpu_second": now.events_per_cpu_second,
+        "contacts_per_cpu_second": now.contacts_per_cpu_second,
+    }
+
+
+def _contacts(simulation: Any) -> int:
+    readings = simulation.readings
+    return int(readings.contacts_disc + readings.contacts_wall)
 
 
 def _surroundings() -> dict[str, Any]:

@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from kinetile.cli.commands.bench.measuring import Out, measured, rows_in
 from kinetile.cli.json_output import as_json
 from kinetile.cli.options import Json, read_numbers
-from kinetile.cli.terminal import Bar, exit_codes, make_ready
+from kinetile.cli.terminal import exit_codes
 from kinetile.errors import BadOption
 from kinetile.plugin.choices import read_phase
 
@@ -25,46 +26,38 @@ def growth(
     ] = "100,1000,10000,100000",
     density: Annotated[float, typer.Option(help="Area fraction.")] = 0.5,
     seconds: Annotated[float, typer.Option(min=0.001, help="CPU seconds for each, at least.")] = 2.0,
+    out: Out = None,
     json: Json = False,
 ) -> None:
     """Measure time and memory of a broad phase against the number of discs."""
-    from kinetile.bench.growth import bench_growth
+    from kinetile.bench.growth import growth_study, read_growth
 
-    done: list[Growth] = []
-    with exit_codes(), Bar("measuring") as bar:
+    with exit_codes():
         sizes = read_numbers(bodies, int, "--bodies")
         if not sizes:
             raise BadOption("--bodies names no number; expected whole numbers, with commas between")
-        try:
-            bench_growth(
-                read_phase(phase),
-                sizes,
-                density,
-                seconds=seconds,
-                start=lambda label, simulation: make_ready(simulation),
-                finish=done.append,
-                progress=bar.count,
-            )
-        finally:
-            bar.close()
-            if done:
-                _print(done[-1], json)
+        with rows_in(out) as results:
+            study = growth_study(results, read_phase(phase), sizes, density, seconds=seconds)
+            with measured(study):
+                found = read_growth(study)
+                if found.rows:
+                    _print(found, json)
 
 
-def _print(measured: Growth, json: bool) -> None:
+def _print(found: Growth, json: bool) -> None:
     if json:
-        typer.echo(as_json(measured.as_dict()))
+        typer.echo(as_json(found.as_dict()))
         return
     from kinetile.cli import bench_tables as tables
     from kinetile.cli.tables import show
 
-    rows, where = measured.rows, measured.conditions
-    lines = [f"{measured.phase} at density {measured.density:g}; {where['processor']}"]
-    if measured.exponent is not None:
+    rows, where = found.rows, found.conditions
+    lines = [f"{found.phase} at density {found.density:g}; {where['processor']}"]
+    if found.exponent is not None:
         lines.append(
-            f"CPU time for a unit of simulated time grows as n^{measured.exponent:.2f} "
+            f"CPU time for a unit of simulated time grows as n^{found.exponent:.2f} "
             f"from {rows[0].bodies:,} to {rows[-1].bodies:,} discs"
         )
     arrays = ", ".join(f"{name} {size:.0f}" for name, size in rows[-1].arrays.items())
     lines.append(f"bytes a disc in tables, {rows[-1].bodies:,} discs: {arrays}")
-    show(tables.growth_table(measured), *lines)
+    show(tables.growth_table(found), *lines)

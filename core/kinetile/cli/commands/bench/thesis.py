@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import ExitStack, suppress
+from contextlib import suppress
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from kinetile.cli.commands.study.run import end, run_with_bar
-from kinetile.cli.folder import try_folder
+from kinetile.cli.commands.bench.measuring import measured, rows_in
 from kinetile.cli.json_output import as_json
 from kinetile.cli.options import Json, some_phases
 from kinetile.cli.terminal import exit_codes, notice
@@ -44,24 +42,20 @@ def thesis(
     json: Json = False,
 ) -> None:
     """Do the thesis's benchmark (section 5.3) again, and say which of its statements hold."""
-    from kinetile.bench.thesis import odd_rows, read_bench, thesis_study
+    from kinetile.bench.thesis import read_bench, thesis_study
 
-    with exit_codes(), ExitStack() as stack:
+    with exit_codes():
         if not 0.0 < until < float("inf"):
             raise BadOption(f"--until is {until!r}; expected a time greater than 0")
         chosen = some_phases(phases)
-        if out is not None:
-            try_folder("--out", out, keep=True)
-            _check_figures()
-        results = out or Path(stack.enter_context(TemporaryDirectory()))
-        study = thesis_study(results, chosen, seeds=seeds, until=until, seconds=seconds)
-        outcome, number = run_with_bar(study, quiet_core=True)
-        measured = read_bench(study)
-        if measured.cells:
-            _print(measured, [] if out is None else _write(study, out), json)
-        for phase, status, error in odd_rows(study):
-            notice(f"kinetile: {phase}: {status}: {error}")
-        end(outcome, number)
+        with rows_in(out) as results:
+            if out is not None:
+                _check_figures()
+            study = thesis_study(results, chosen, seeds=seeds, until=until, seconds=seconds)
+            with measured(study):
+                found = read_bench(study)
+                if found.cells:
+                    _print(found, [] if out is None else _write(study, out), json)
 
 
 def _check_figures() -> None:
@@ -88,17 +82,17 @@ def _write(study: Study, out: Path) -> list[Path]:
     return written
 
 
-def _print(measured: ThesisBench, written: Sequence[Path], json: bool) -> None:
+def _print(bench: ThesisBench, written: Sequence[Path], json: bool) -> None:
     from kinetile.bench.measures import exponents, summaries
     from kinetile.bench.thesis_statements.evidence import QUIET
     from kinetile.bench.thesis_statements.statements import statements
 
-    rows, fits, found = summaries(measured), exponents(measured), statements(measured)
-    where = measured.conditions
+    rows, fits, found = summaries(bench), exponents(bench), statements(bench)
+    where = bench.conditions
     if json:
         result: dict[str, Any] = {"conditions": dict(where), "scenes": rows, "exponents": fits}
         result["statements"] = [statement.as_dict() for statement in found]
-        result["cells"] = [vars(cell) for cell in measured.cells]
+        result["cells"] = [vars(cell) for cell in bench.cells]
         typer.echo(as_json(result | {"files": written}))
         return
     from kinetile.cli import bench_tables as tables
@@ -113,7 +107,7 @@ def _print(measured: ThesisBench, written: Sequence[Path], json: bool) -> None:
         tables.events_table(rows),
         "\nExponents over n, fitted seed by seed: mean and standard error",
         tables.exponents_table(fits),
-        f"\nThe measures of a kinetic data structure (section 2.1), {measured.bodies[-1]} discs: measured, "
+        f"\nThe measures of a kinetic data structure (section 2.1), {bench.bodies[-1]} discs: measured, "
         "and in theory",
         tables.measures_table(rows),
         *tables.measures_notes(),
@@ -121,7 +115,7 @@ def _print(measured: ThesisBench, written: Sequence[Path], json: bool) -> None:
         tables.statements_table(found),
         f"{where['processor']}; seeds 1 to {where['seeds']}, {where['until']:g} units of time; "
         f"{where['rounds']} rounds of all phases on each scene, about {where['seconds']:g} CPU s a phase",
-        f"slowest over fastest round of the same run: {measured.unrest:.3f}, the median of all; "
+        f"slowest over fastest round of the same run: {bench.unrest:.3f}, the median of all; "
         f"a machine is quiet up to {QUIET:g}",
         *(f"written: {path}" for path in written),
     )
