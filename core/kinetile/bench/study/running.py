@@ -10,7 +10,7 @@ from kinetile.bench.study.engines.driving import drive
 from kinetile.bench.study.store.agreement import DISAGREES, Agreement
 from kinetile.bench.study.store.columns import row_of
 from kinetile.bench.study.study import Outcome, Progress
-from kinetile.bench.study.work.doing import DONE, FAILED, LOST, OUT_OF_MEMORY, REFUSED
+from kinetile.bench.study.work.doing import DONE, FAILED, LOST, OUT_OF_MEMORY, OUT_OF_TIME, REFUSED
 
 if TYPE_CHECKING:
     from kinetile.bench.study.engines.engine import Engine
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 __all__ = ["STATUSES", "Running", "standing"]
 
-STATUSES = (DONE, REFUSED, FAILED, OUT_OF_MEMORY, LOST, DISAGREES)
+STATUSES = (DONE, REFUSED, FAILED, OUT_OF_MEMORY, OUT_OF_TIME, LOST, DISAGREES)
 """What may become of a task."""
 
 

@@ -131,7 +131,7 @@ class Study:
         for status in again:
             if status not in STATUSES:
                 raise BadOption(f"again is {status!r}; expected {one_of(status, STATUSES)}")
-        engine = _engine(executor, workers, dask, memory, quiet_core)
+        engine = _engine(executor, workers, dask, memory, quiet_core, self.plan.limit)
         running = Running(self._store(), self.tasks, engine, progress, disagreed)
         return running.run(again)
 
@@ -203,7 +203,12 @@ def _read(source: str | os.PathLike[str] | Mapping[str, Any]) -> tuple[Plan, Pat
 
 
 def _engine(
-    executor: Executor | None, workers: int | None, dask: str | None, memory: int | None, quiet_core: bool
+    executor: Executor | None,
+    workers: int | None,
+    dask: str | None,
+    memory: int | None,
+    quiet_core: bool,
+    limit: float | None,
 ) -> Engine:
     """Return what does the tasks. Raises BadOption where two are asked for."""
     from kinetile.bench.study.engines.local import LocalProcesses, memory_for, processors
@@ -223,4 +228,4 @@ def _engine(
 
         return DaskCluster(dask, workers, memory)
     width = 1 if quiet_core else workers or processors()
-    return LocalProcesses(width, memory if memory is not None else memory_for(width))
+    return LocalProcesses(width, memory if memory is not None else memory_for(width), limit)

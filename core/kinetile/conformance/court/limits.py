@@ -11,12 +11,11 @@ from __future__ import annotations
 import contextlib
 import math
 import os
-import signal
 import time
 from collections.abc import Iterator
-from pathlib import Path
 
 from kinetile.kernel.compiled import INTERPRETED, compiling_seconds, while_compiling
+from kinetile.run.limits import end_after
 
 __all__ = [
     "SCENE_SECONDS",
@@ -25,10 +24,7 @@ __all__ = [
     "Patience",
     "TimeIsUp",
     "begin_scene",
-    "end_after",
-    "limit_memory",
     "limit_scenes",
-    "out_of_time",
     "spent",
 ]
 
@@ -84,11 +80,6 @@ def begin_scene() -> None:
         end_after(_limit)
 
 
-def out_of_time(code: int | None) -> bool:
-    """Whether a process with this exit code was ended for the time that it took for a scene."""
-    return code == -getattr(signal, "SIGXCPU", 0)
-
-
 @contextlib.contextmanager
 def _uncounted() -> Iterator[None]:
     """Within this context no time is limited; after it, that of the scene begins anew."""
@@ -97,32 +88,3 @@ def _uncounted() -> Iterator[None]:
         yield
     finally:
         begin_scene()
-
-
-def end_after(seconds: float) -> None:
-    """Have the system end this process after so many more CPU seconds, rounded up, where it can do that."""
-    with contextlib.suppress(ImportError, OSError, ValueError):
-        import resource
-
-        _, most = resource.getrlimit(resource.RLIMIT_CPU)
-        limit = resource.RLIM_INFINITY
-        if math.isfinite(seconds):
-            limit = math.ceil(time.process_time() + seconds)
-            if most != resource.RLIM_INFINITY:
-                limit = min(limit, most)
-        elif most != resource.RLIM_INFINITY:
-            limit = most
-        resource.setrlimit(resource.RLIMIT_CPU, (limit, most))
-
-
-def limit_memory(more: int) -> None:
-    """Let this process have so many bytes more than it has now, where the system can do that."""
-    with contextlib.suppress(ImportError, OSError, ValueError):
-        import resource
-
-        pages = int(Path("/proc/self/statm").read_text().split()[0])
-        limit = pages * resource.getpagesize() + more
-        _, most = resource.getrlimit(resource.RLIMIT_AS)
-        if most != resource.RLIM_INFINITY:
-            limit = min(limit, most)
-        resource.setrlimit(resource.RLIMIT_AS, (limit, most))

@@ -17,12 +17,13 @@ from kinetile.conformance.cases import Subject
 from kinetile.conformance.checks import check_named
 from kinetile.conformance.checks.check import Check, Reference
 from kinetile.conformance.court.court import Court
-from kinetile.conformance.court.limits import SCENE_SECONDS, limit_memory, limit_scenes
+from kinetile.conformance.court.limits import SCENE_SECONDS, limit_scenes
 from kinetile.conformance.court.rehearsal import SAMPLES, compiled, fresh, rehearse
 from kinetile.conformance.court.tightness import tightness
 from kinetile.conformance.court.verdicts import Seen, verdict
 from kinetile.conformance.isolation.processes import as_a_child, news_apart
 from kinetile.errors import BadOption, KinetileError, NotJudged, Refused
+from kinetile.run.limits import limit_memory
 from kinetile.scene import Scene
 
 __all__ = ["FAILING", "LAST", "NO_MEMORY", "Order", "main", "read_scene", "serve", "write_scene"]

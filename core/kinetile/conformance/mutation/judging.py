@@ -20,7 +20,6 @@ from kinetile.conformance.cases import Brought, Subject
 from kinetile.conformance.checks import CHECKS
 from kinetile.conformance.court.court import Court
 from kinetile.conformance.court.drawing import Drawing
-from kinetile.conformance.court.limits import end_after, limit_memory
 from kinetile.conformance.court.tightness import tightness
 from kinetile.conformance.court.verdicts import References
 from kinetile.conformance.isolation.deaths import GIB
@@ -28,6 +27,7 @@ from kinetile.conformance.isolation.processes import as_a_child, forked, news_ap
 from kinetile.conformance.mutation.operators import Change
 from kinetile.conformance.mutation.sources import PhaseSource, Source
 from kinetile.conformance.mutation.writing import write
+from kinetile.run.limits import end_after, limit_memory
 
 __all__ = ["FIRST", "LONG", "SURE", "Task", "Work", "main", "order_of_checks"]
 

@@ -16,7 +16,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from kinetile.conformance.cases import Brought, Subject
-from kinetile.conformance.court.limits import TimeIsUp, out_of_time
+from kinetile.conformance.court.limits import TimeIsUp
 from kinetile.conformance.isolation.processes import news_apart
 from kinetile.conformance.watch.interpreted import look
 from kinetile.errors import KinetileError, Refused
@@ -24,6 +24,7 @@ from kinetile.kernel.compiled import INTERPRETED
 from kinetile.plugin.by_name import loads_scene
 from kinetile.plugin.registry import Provided, registry
 from kinetile.plugin.specs import BroadPhaseSpec
+from kinetile.run.limits import out_of_time
 from kinetile.scene import Scene
 from kinetile.scene.text.files import dumps_scene
 

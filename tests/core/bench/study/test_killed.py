@@ -32,6 +32,8 @@ class DeadlyPhase:
             os._exit(9)
         if self.how == "raise":
             raise RuntimeError("I do not feel like it")
+        while self.how == "endless":
+            pass
         return bytearray(1 << 50)
 '''
 
@@ -137,3 +139,18 @@ scenes = [{ recipe = "grid", parameters = { bodies = 9 } }]
     assert "I do not feel like it" in table
     lost = studies.study("run", path, "--again", "lost", "--json", folder=tmp_path, paths=deadly)
     assert studies.said(lost)["ran"] == 2
+
+
+def test_what_does_not_end_is_a_row(tmp_path, deadly):
+    text = """
+phases = ["deadly:how=endless", "naive"]
+limit = 1
+contacts = 5
+scenes = [{ recipe = "grid", parameters = { bodies = 9 } }]
+"""
+    path = studies.write(tmp_path, text)
+    done = studies.study("run", path, "--workers", 1, "--json", folder=tmp_path, paths=deadly)
+    assert studies.said(done)["statuses"] == {"out of time": 1, "done": 1}, done.stderr
+    assert (
+        "more than 1 CPU seconds, the study's limit" in studies.sorted_rows(path, tmp_path, deadly).decode()
+    )

@@ -33,6 +33,8 @@ class DaskCluster:
     Raises MissingExtra without Dask, and BadOption where there is no scheduler or no worker.
     """
 
+    limit: float | None = None
+
     def __init__(self, address: str, workers: int | None, memory: int | None) -> None:
         distributed = needed("A study on a cluster", "distributed", "dask")
         self._cluster: Any = None

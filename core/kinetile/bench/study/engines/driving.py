@@ -10,11 +10,12 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
+from time import monotonic
 from typing import Any
 
 from kinetile.bench.study.engines.engine import Engine, EngineError
 from kinetile.bench.study.file.tasks import Task
-from kinetile.bench.study.work.doing import LOST, compile_for, do_task
+from kinetile.bench.study.work.doing import LOST, OUT_OF_TIME, compile_for, do_task
 from kinetile.errors import KinetileError
 
 __all__ = ["drive"]
@@ -49,6 +50,7 @@ class _Driver:
         self._tick = tick
         self._suspects: deque[Task] = deque()
         self._under_way: dict[Future[Any], Task] = {}
+        self._begun = 0.0  # when the last task was handed out
         self._window = engine.width + (engine.width > 1)
 
     def compiled(self, tasks: Sequence[Task]) -> Executor:
@@ -93,6 +95,7 @@ class _Driver:
             future = Future()
             future.set_exception(BrokenExecutor("the workers are gone"))
         self._under_way[future] = task
+        self._begun = monotonic()
 
     def _settled(self, future: Future[Any], beside: int) -> Task | None:
         """Take in what came of a task; return the task where its worker died."""
@@ -118,12 +121,18 @@ class _Driver:
             task = self._settled(future, 0) if future.done() else self._under_way.pop(future)
             broken += [task] if task is not None else []
         if self._suspects and broken == [self._suspects[0]]:
-            task = self._suspects.popleft()
-            said = "its worker died, twice: the second time nothing else was running"
-            self._take(task, {"status": LOST, "error": said}, 0)
+            self._take(self._suspects.popleft(), self._death(), 0)
         else:
             self._suspects.extend(task for task in broken if task not in self._suspects)
         return self._engine.start()
+
+    def _death(self) -> dict[str, Any]:
+        """Return what came of a task whose worker died a second time, with nothing else running."""
+        limit = self._engine.limit
+        if limit is not None and monotonic() - self._begun >= limit:
+            said = f"it took more than {limit:g} CPU seconds, the study's limit, and its worker was ended"
+            return {"status": OUT_OF_TIME, "error": said}
+        return {"status": LOST, "error": "its worker died, twice: the second time nothing else was running"}
 
 
 def _order(task: Task) -> dict[str, Any]:

@@ -20,9 +20,11 @@ class Engine(Protocol):
 
     Attributes:
         width: how many tasks it does at one time.
+        limit: CPU seconds after which it ends a worker that is at one task, or None.
     """
 
     width: int
+    limit: float | None
 
     def start(self) -> Executor:
         """Return an executor that works: the first, or another one after one broke.
@@ -47,6 +49,8 @@ class Engine(Protocol):
 
 class Brought:
     """An executor that the user brings, with everything in it. It is not shut down."""
+
+    limit: float | None = None
 
     def __init__(self, executor: Executor, width: int) -> None:
         self._executor = executor

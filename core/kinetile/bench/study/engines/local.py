@@ -38,10 +38,12 @@ class LocalProcesses:
     Args:
         workers: how many.
         memory: the bytes that each may take beyond what it has at its beginning; None: no limit.
+        limit: the CPU seconds that each may take for a task; None: no limit.
     """
 
-    def __init__(self, workers: int, memory: int | None) -> None:
+    def __init__(self, workers: int, memory: int | None, limit: float | None = None) -> None:
         self.width = workers
+        self.limit = limit
         self._memory = memory
         self._pool: ProcessPoolExecutor | None = None
         self._leash: Connection | None = None
@@ -52,7 +54,7 @@ class LocalProcesses:
         context = multiprocessing.get_context("spawn")
         parent, self._leash = context.Pipe(duplex=False)
         self._pool = ProcessPoolExecutor(
-            self.width, context, initializer=begin_worker, initargs=(parent, self._memory)
+            self.width, context, initializer=begin_worker, initargs=(parent, self._memory, self.limit)
         )
         try:
             self._pool.submit(is_there).result()

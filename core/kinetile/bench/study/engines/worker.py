@@ -12,7 +12,6 @@ import signal
 import threading
 from contextlib import suppress
 from multiprocessing.connection import Connection
-from pathlib import Path
 
 __all__ = ["THREADS", "begin_worker", "is_there"]
 
@@ -20,14 +19,22 @@ THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_
 """The environment variables by which libraries are told how many threads to take."""
 
 
-def begin_worker(parent: Connection, memory: int | None) -> None:
-    """Prepare this process: ``memory`` is the bytes it may take beyond what it has now."""
+def begin_worker(parent: Connection, memory: int | None, limit: float | None) -> None:
+    """Prepare this process.
+
+    ``memory`` is the bytes it may take beyond what it has now, ``limit`` the CPU seconds for each task.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     for name in THREADS:
         os.environ[name] = "1"
     threading.Thread(target=_watch, args=(parent,), daemon=True).start()
+    from kinetile.bench.study.work.limit import limit_tasks  # what computes is imported from here on
+    from kinetile.run.limits import limit_memory
+
     if memory is not None:
-        _limit_memory(memory)
+        limit_memory(memory)
+    if limit is not None:
+        limit_tasks(limit)
 
 
 def is_there() -> int:
@@ -39,16 +46,3 @@ def _watch(parent: Connection) -> None:
     with suppress(EOFError, OSError):
         parent.recv_bytes()
     os._exit(0)
-
-
-def _limit_memory(more: int) -> None:
-    """Let this process have so many bytes more than it has now, where the system can do that."""
-    with suppress(ImportError, OSError, ValueError):
-        import resource
-
-        pages = int(Path("/proc/self/statm").read_text().split()[0])
-        limit = pages * resource.getpagesize() + more
-        _, most = resource.getrlimit(resource.RLIMIT_AS)
-        if most != resource.RLIM_INFINITY:
-            limit = min(limit, most)
-        resource.setrlimit(resource.RLIMIT_AS, (limit, most))

@@ -52,6 +52,7 @@ class Plan:
         repeats: how often each run is done.
         measure: what is measured beside the readings.
         seconds: CPU seconds of the runs of a task whose timings are measured, at least.
+        limit: CPU seconds that a task may take, or None.
         figures: what is drawn.
     """
 
@@ -62,6 +63,7 @@ class Plan:
     repeats: int = 1
     measure: tuple[str, ...] = ()
     seconds: float = 0.05
+    limit: float | None = None
     figures: tuple[FigureTable, ...] = field(default=())
 
     @property
@@ -117,6 +119,7 @@ def read_plan(tables: Mapping[str, Any], source: str | None = None) -> Plan:
         usable.get("repeats", 1),
         tuple(dict.fromkeys(usable.get("measure", ()))),
         float(usable.get("seconds", 0.05)),
+        usable.get("limit"),
         tuple(FigureTable.model_validate(each) for each in usable.get("figures", [])),
     )
     if plan.size > _MOST_TASKS:

@@ -71,6 +71,7 @@ class StudyTable(_Table):
     contacts: Annotated[int, Field(ge=1)] | None = None
     measure: Annotated[list[str], _Few] = []
     seconds: Annotated[float, Field(gt=0, le=3600, allow_inf_nan=False)] = 0.05
+    limit: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = None
     scenes: Annotated[list[SceneTable], Field(min_length=1, max_length=1000)]
     figures: Annotated[list[FigureTable], _Few] = []
 
@@ -83,6 +84,7 @@ _EXPECTED = {
     "contacts": "a whole number, at least 1",
     "measure": f"a list of some of {', '.join(MEASURES)}",
     "seconds": "a number greater than 0, at most 3600",
+    "limit": "CPU seconds, greater than 0",
     "scenes": "[[scenes]] tables",
     "recipe": "the name of a recipe",
     "parameters": "a table of the recipe's parameters",

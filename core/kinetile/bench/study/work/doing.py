@@ -16,14 +16,15 @@ from functools import cache
 from typing import Any
 
 from kinetile.bench.study.work.identity import check_versions, versions_here
+from kinetile.bench.study.work.limit import limited
 from kinetile.bench.study.work.stages import stages_of
 from kinetile.bench.surroundings import processor
 from kinetile.errors import KinetileError, Refused
 
-__all__ = ["DONE", "FAILED", "LOST", "OUT_OF_MEMORY", "REFUSED", "compile_for", "do_task"]
+__all__ = ["DONE", "FAILED", "LOST", "OUT_OF_MEMORY", "OUT_OF_TIME", "REFUSED", "compile_for", "do_task"]
 
 DONE, REFUSED, FAILED = "done", "refused", "failed"
-OUT_OF_MEMORY, LOST = "out of memory", "lost"
+OUT_OF_MEMORY, OUT_OF_TIME, LOST = "out of memory", "out of time", "lost"
 
 MOMENTS = 17
 """Moments of a run, evenly apart from its start to its end, at which candidate pairs are counted."""
@@ -45,9 +46,11 @@ def do_task(order: Mapping[str, Any]) -> dict[str, Any]:
     row: dict[str, Any] = {"status": DONE, "error": None}
     simulation = None
     try:
-        simulation = _simulation(order)
+        with limited():
+            simulation = _simulation(order)
         simulation.compile()
-        row |= _run(simulation, order)
+        with limited():
+            row |= _run(simulation, order)
     except Refused as error:
         row |= {"status": REFUSED, "error": str(error)}
     except Exception as error:  # a plugin may raise anything, and that is what came of the task
@@ -68,7 +71,8 @@ def compile_for(order: Mapping[str, Any]) -> float:
     """
     check_versions(order["versions"], versions_here(order["versions"]), f"the process {os.getpid()}")
     try:
-        simulation = _simulation(order)
+        with limited():
+            simulation = _simulation(order)
         return 0.0 if simulation.cached is not False else float(simulation.compile())
     except Exception:
         return 0.0

@@ -1,0 +1,45 @@
+"""What a process may take, kept by the system: no compiled loop can be interrupted from within."""
+
+from __future__ import annotations
+
+import math
+import signal
+import time
+from contextlib import suppress
+from pathlib import Path
+
+__all__ = ["end_after", "limit_memory", "out_of_time"]
+
+
+def end_after(seconds: float) -> None:
+    """Have the system end this process after so many more CPU seconds, rounded up, where it can do that."""
+    with suppress(ImportError, OSError, ValueError):
+        import resource
+
+        _, most = resource.getrlimit(resource.RLIMIT_CPU)
+        limit = resource.RLIM_INFINITY
+        if math.isfinite(seconds):
+            limit = math.ceil(time.process_time() + seconds)
+            if most != resource.RLIM_INFINITY:
+                limit = min(limit, most)
+        elif most != resource.RLIM_INFINITY:
+            limit = most
+        resource.setrlimit(resource.RLIMIT_CPU, (limit, most))
+
+
+def limit_memory(more: int) -> None:
+    """Let this process have so many bytes more than it has now, where the system can do that."""
+    with suppress(ImportError, OSError, ValueError):
+        import resource
+
+        pages = int(Path("/proc/self/statm").read_text().split()[0])
+        limit = pages * resource.getpagesize() + more
+        _, most = resource.getrlimit(resource.RLIMIT_AS)
+        if most != resource.RLIM_INFINITY:
+            limit = min(limit, most)
+        resource.setrlimit(resource.RLIMIT_AS, (limit, most))
+
+
+def out_of_time(code: int | None) -> bool:
+    """Whether a process with this exit code was ended by ``end_after``."""
+    return code == -getattr(signal, "SIGXCPU", 0)
