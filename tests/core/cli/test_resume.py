@@ -234,9 +234,7 @@ def test_ctrl_c_twice_ends_and_what_is_there_is_whole(tmp_path):
             process.send_signal(signal.SIGINT)
             _, said = process.communicate(timeout=60)
         assert process.returncode in (130, -signal.SIGINT)  # the second may find Python on its way out
-        assert (
-            "interrupted" in said
-        )  # and at what time, unless the second cuts short what the first has printed
+        assert "interrupted" in said  # at what time, unless the second cuts short what the first prints
         assert kt.resume(path).time > 0.0
 
 
