@@ -114,4 +114,82 @@ SAP_1D = {
     ),
 }
 
-EXPLAINED: dict[str, dict[str, str]] = {"stripes": STRIPES, "sap-1d": SAP_1D}
+NEEDLESS = "cost: what stood in `k.near[0]` before is named, a body: a needless newcomer"
+OFFERED = "equivalent: the pair is offered, where it would be named: that is the same"
+WANDERS = (
+    "cost: a body that comes is put into another tile, or one of its bounds is; tiles that lie the wrong way "
+    "round then collapse at that very tick until all is right, before anything else happens"
+)
+SAME_TICK = (
+    "cost: the first tiling has bounds or bodies the wrong way round that are less than a skin apart, or "
+    "level; their tiles collapse at once, before anything else happens"
+)
+FLIPPED = "cost: who stands above whom is chosen wrongly where two are level; a flip puts that right at once"
+MARGIN = (
+    "**unseen**: how narrow a tile counts as of no width; the proof has room to both sides, and nothing that "
+    "is drawn reaches its edges"
+)
+ROOT = "equivalent: the root of the tree has no neighbour, and nobody reads what stands before it"
+EITHER_TILE = "equivalent: where two tiles fail at one tick, either may be first"
+UNUSED_LANE = "equivalent: of eight lanes those that only fill up are not read"
+WALK_GUARD = (
+    "equivalent: around a body there are at most 2n tiles, and only in a web that is broken does a walk not "
+    "end there; what the hooks do then no answer shows"
+)
+
+SWEEP_TILING = {
+    "watch_around(k, s, body if turn == 0 else body_of(q))": (
+        "equivalent: the same two bodies are watched, the other one first"
+    ),
+    "return 1": NEEDLESS,
+    "if above != body and below != body: -> if True:": OFFERED,
+    "if above != body or below != body:": OFFERED,
+    "skin_limit=float(radius.min() / (7.0 * radius.max()) * radius.min()) if n else None,": (
+        "**unseen**: the proof has less room to spare, and no scene comes near what it needs"
+    ),
+    "room=3 * scene.capacity - 1,": "cost: less room to spare; nobody has so many neighbours",
+    "room=3 * scene.capacity + 0,": "cost: less room to spare; nobody has so many neighbours",
+    "edge = place[body, 0] + np.where(right, bodies.reach[body], -bodies.reach[body])": SAME_TICK,
+    "s.sweep[: 2 * n] = bounds(n)[np.lexsort((body, ~right, bodies.vx[body], edge))]": SAME_TICK,
+    "s.at_level[:n] = np.lexsort((np.arange(n), bodies.vy, place[:, 1]))": (
+        "equivalent: two bodies that are level are beside each other, and never both on the sweep line"
+    ),
+    "tie = max(2.0**-46 * max(float(clock.width), float(clock.height)), float(clock.skin))": MARGIN,
+    (
+        "s.limits[:] = tie, max(tie, 4.0 * float(clock.skin), "
+        "2.0**-30 * float(bodies.radius.min()) if n else 0.0)"
+    ): MARGIN,
+    "while at > 1:": ROOT,
+    "while at <= leaves:": "equivalent: the lowest rank is above nobody, so no search upwards ends there",
+    "if abs(rise) > s.limits[0]:": FLIPPED,
+    "return bool(rise > 0.0)": FLIPPED,
+    "if one.vy != two.vy:": FLIPPED,
+    "return bool(one.vy > two.vy)": FLIPPED,
+    "return a >= b": "equivalent: no body meets itself",
+    "place = body.x + body.vx * since_anchor(k, body, k.clock[0].now)": WANDERS,
+    "return float(place + body.reach if is_right_bound(p) else place - body.reach)": WANDERS,
+    "if (top < n and stands_above(k, s, body, top)) or (bottom < n and stands_above(k, s, bottom, body)):": (
+        WANDERS
+    ),
+    'right = float("inf") if body_of(q) == n else where(k, q) - x': WANDERS,
+    "return left if left < right else right": WANDERS,
+    "if other != body and is_there(k, other): -> if False:": WANDERS,
+    "for which in range(2):": WANDERS,
+    "if room > most:": WANDERS,
+    "sooner = due_of(s, body, UPPER) <= due": EITHER_TILE,
+    "sooner = due_of(s, body, LOWER) <= due": EITHER_TILE,
+    "mine = eight(1, 1, 1, 1, 0, 0, 0, 0) > spread_whole(0)": UNUSED_LANE,
+    "mine = eight(1, 1, 1, 0, 0, 0, 0, 1) > spread_whole(0)": UNUSED_LANE,
+    "asked = eight(1, 1, 1, 0, 1, 1, 1, 0) > spread_whole(0)": UNUSED_LANE,
+    "asked = eight(1, 1, 1, 0, 0, 0, 0, 0) > spread_whole(0)": UNUSED_LANE,
+    "left = 3 * n + 1 # there are no more tiles: a web that is broken leads no further": WALK_GUARD,
+    "while left > 0:": WALK_GUARD,
+    "left -= 1": WALK_GUARD,
+    "leaves = 1 << max(bodies - 1, 0).bit_length()": "cost: a tree with more leaves than there are ranks",
+}
+
+EXPLAINED: dict[str, dict[str, str]] = {
+    "stripes": STRIPES,
+    "sap-1d": SAP_1D,
+    "sweep-tiling": SWEEP_TILING,
+}

@@ -4,9 +4,9 @@
     python tests/mutation_table.py stripes.json
 
 A survivor's explanation is known by its lines as they are changed (of what is dropped, by what that is), or,
-where whatever is changed in a line survives for one reason, by that line as it was. So it stays where the
-source moves; one without any is marked, and is to be read. What
-``--record`` has left will do as well.
+where whatever is changed in a line survives for one reason, by that line as it was, or by both with an arrow
+between. So it stays where the source moves; one without any is marked, and is to be read. What ``--record``
+has left will do as well.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def explanation(phase: str, survivor: dict[str, Any]) -> str:
     was, lines = (" ".join(" ".join(survivor[which]).split()) for which in ("before", "after"))
     key = survivor["label"].partition(" ")[2] if lines in ("", "pass") else lines
     known = EXPLAINED.get(phase, {})
-    return known.get(key) or known.get(was) or NOT_READ
+    return known.get(f"{was} -> {key}") or known.get(key) or known.get(was) or NOT_READ
 
 
 def code(lines: list[str]) -> str:

@@ -46,7 +46,7 @@ def rates_table(bench: Bench) -> Table:
     table = empty_table(
         "> discs",
         "> density",
-        "broad phase",
+        "| broad phase",
         "> million events\n/ CPU s",
         "| slowest ..\nfastest",
         "> thousand contacts\n/ CPU s",

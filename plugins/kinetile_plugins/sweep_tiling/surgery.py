@@ -20,7 +20,7 @@ from __future__ import annotations
 from kinetile.toolbox import NEVER, Kernel, hook, is_there, offer, since_anchor
 
 from .events import Tile, Tiles, collapse, stands_above
-from .upkeep import settle, watch_around, watch_tiles
+from .upkeep import watch_around, watch_tiles
 from .walk import over
 from .web import (
     LOWER,
@@ -137,6 +137,5 @@ def leave(k: Kernel, s: State, body: int) -> None:
     if body_of(p) < n:
         rest = Tile(p, q)
         watch_tiles(k, s, Tiles(rest, rest, rest))
-        settle(k, s, body_of(p))
     if top < n and bottom < n:
         offer(k, top, bottom)

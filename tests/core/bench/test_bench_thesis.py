@@ -197,6 +197,12 @@ def test_on_a_scene_the_phases_take_turns_forwards_and_backwards(study):
     assert [row["repeat"] for row in first] == [number for number in range(1, 6) for _ in there]
 
 
+def test_what_is_the_same_in_every_round_is_measured_in_the_first(study):
+    rows = study.rows().select(["repeat", "pairs_mean", "construction_asked"]).to_pylist()
+    for row in rows:
+        assert (row["pairs_mean"] is None, row["construction_asked"] is None) == (row["repeat"] > 1,) * 2
+
+
 def test_the_study_that_ships_is_what_the_command_measures(tmp_path):
     assert list(kt.Study("thesis", tmp_path).tasks) == list(thesis_study(tmp_path).tasks)
 
