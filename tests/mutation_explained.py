@@ -130,6 +130,8 @@ MARGIN = (
     "is drawn reaches its edges"
 )
 ROOT = "equivalent: the root of the tree has no neighbour, and nobody reads what stands before it"
+GONE = "equivalent: nobody asks after the tiles of nobody, and `enter` sets them again"
+EITHER = "equivalent: where both are at one place, either may be first"
 EITHER_TILE = "equivalent: where two tiles fail at one tick, either may be first"
 UNUSED_LANE = "equivalent: of eight lanes those that only fill up are not read"
 WALK_GUARD = (
@@ -142,6 +144,9 @@ SWEEP_TILING = {
         "equivalent: the same two bodies are watched, the other one first"
     ),
     "return 1": NEEDLESS,
+    "k.near[0] = below if True else above": (
+        "equivalent: where the body is one of the two that came into sight, it is the first of them"
+    ),
     "if above != body and below != body: -> if True:": OFFERED,
     "if above != body or below != body:": OFFERED,
     "skin_limit=float(radius.min() / (7.0 * radius.max()) * radius.min()) if n else None,": (
@@ -176,6 +181,24 @@ SWEEP_TILING = {
     "if other != body and is_there(k, other): -> if False:": WANDERS,
     "for which in range(2):": WANDERS,
     "if room > most:": WANDERS,
+    "while body_of(q) < n and where(k, q) <= reached:": EITHER,
+    "upper = body_of(below) == body or (body_of(above) != body and where(k, above) >= where(k, below))": (
+        "equivalent: time stands still, and what is above the body and what is below do not touch each other"
+    ),
+    "set_due(s, own_tile(body, which), NEVER, False)": GONE,
+    "dropped set_due(...)": GONE,
+    "dropped settle(...)": "equivalent: `watch_tiles` had done it already; the line is gone",
+    "since = choose(left.anchor <= right.anchor, right.anchor, left.anchor)": (
+        "equivalent: of two anchors that are equal either is the later one"
+    ),
+    "corner = ((left.port & seven) > outer) & ((right.port & seven) > outer) & (climb <= zero)": (
+        "equivalent: a top that does not come nearer its bottom never reaches it"
+    ),
+    (
+        "corner = corner & (spread(s.limits[0]) * climb <= then) "
+        "& (then <= spread(s.limits[1]) * (zero - climb))"
+    ): MARGIN,
+    "if some(corner): -> if True:": "cost: what no corner needs is worked out",
     "sooner = due_of(s, body, UPPER) <= due": EITHER_TILE,
     "sooner = due_of(s, body, LOWER) <= due": EITHER_TILE,
     "mine = eight(1, 1, 1, 1, 0, 0, 0, 0) > spread_whole(0)": UNUSED_LANE,

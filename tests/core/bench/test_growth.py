@@ -10,7 +10,9 @@ from typer.testing import CliRunner
 import kinetile as kt
 from kinetile.bench import growth as bench_growth
 from kinetile.bench.growth import Growth, GrowthRow, growth_study, read_growth, square_at_least
+from kinetile.bench.study.work import stages
 from kinetile.cli import app
+from kinetile.errors import Refused
 from studies import run_here
 
 
@@ -86,3 +88,9 @@ def test_growth_says_what_a_phase_refuses(tmp_path):
     assert read_growth(study).rows == ()
     assert [row["status"] for row in study.rows().to_pylist()] == ["done", "refused"]
     assert "naive asks every body" in study.rows()["error"].to_pylist()[1]
+
+
+def test_what_no_longer_goes_on_is_not_timed():
+    sim = kt.Simulation(kt.Scene([[0, 0], [3, 0]], [[1, 0], [0, 0]], 0.5), "naive")  # they meet once
+    with pytest.raises(Refused, match="nobody meets anybody any more"):
+        stages._stretch(sim, 10.0)

@@ -84,12 +84,18 @@ def _measured(wish: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _stretch(sim: Any, seconds: float) -> dict[str, float]:
-    """Run on for so many CPU seconds, at least."""
+    """Run on for so many CPU seconds, at least. Raises Refused where nobody meets anybody any more."""
     before, since = sim.readings, sim.time
     contacts = len(sim.scene)
+    last = before
     while True:
         sim.run(max_contacts=contacts)
         now = sim.readings
+        if now.contacts_disc + now.contacts_wall == last.contacts_disc + last.contacts_wall:
+            raise Refused(
+                f"at time {sim.time:g} nobody meets anybody any more: there is nothing left to time"
+            )
+        last = now
         spent = now.cpu_seconds - before.cpu_seconds
         if spent >= seconds:
             break
