@@ -15,7 +15,7 @@ import time
 from collections.abc import Iterator
 
 from kinetile.kernel.compiled import INTERPRETED, compiling_seconds, while_compiling
-from kinetile.run.limits import end_after
+from kinetile.kernel.compiled.limits import end_after
 
 __all__ = [
     "SCENE_SECONDS",

@@ -23,7 +23,7 @@ from kinetile.conformance.court.tightness import tightness
 from kinetile.conformance.court.verdicts import Seen, verdict
 from kinetile.conformance.isolation.processes import as_a_child, news_apart
 from kinetile.errors import BadOption, KinetileError, NotJudged, Refused
-from kinetile.run.limits import limit_memory
+from kinetile.kernel.compiled.limits import limit_memory
 from kinetile.scene import Scene
 
 __all__ = ["FAILING", "LAST", "NO_MEMORY", "Order", "main", "read_scene", "serve", "write_scene"]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from kinetile.conformance.court.limits import SCENE_SECONDS, SILENCE
 from kinetile.conformance.isolation.child import NO_MEMORY
 from kinetile.conformance.isolation.stacks import where
-from kinetile.run.limits import out_of_time
+from kinetile.kernel.compiled.limits import out_of_time
 
 __all__ = ["GIB", "End", "cause"]
 

@@ -27,7 +27,7 @@ from kinetile.conformance.isolation.processes import as_a_child, forked, news_ap
 from kinetile.conformance.mutation.operators import Change
 from kinetile.conformance.mutation.sources import PhaseSource, Source
 from kinetile.conformance.mutation.writing import write
-from kinetile.run.limits import end_after, limit_memory
+from kinetile.kernel.compiled.limits import end_after, limit_memory
 
 __all__ = ["FIRST", "LONG", "SURE", "Task", "Work", "main", "order_of_checks"]
 

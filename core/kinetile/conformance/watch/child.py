@@ -21,10 +21,10 @@ from kinetile.conformance.isolation.processes import news_apart
 from kinetile.conformance.watch.interpreted import look
 from kinetile.errors import KinetileError, Refused
 from kinetile.kernel.compiled import INTERPRETED
+from kinetile.kernel.compiled.limits import out_of_time
 from kinetile.plugin.by_name import loads_scene
 from kinetile.plugin.registry import Provided, registry
 from kinetile.plugin.specs import BroadPhaseSpec
-from kinetile.run.limits import out_of_time
 from kinetile.scene import Scene
 from kinetile.scene.text.files import dumps_scene
 

@@ -6,7 +6,8 @@ Phases and kernel are plain Python functions marked with ``hook``. What makes th
 * ``composed``: the loop is composed once for a choice of phases (``compose``) and cached on disk, under a
   name that carries a fingerprint of everything compiled into it (``fingerprint``);
 * ``complaints``: what the compiler says of a hook, made short;
-* ``apart``: what is long, and called from few places, is compiled by itself and known to the loop by name.
+* ``apart``: what is long, and called from few places, is compiled by itself and known to the loop by name;
+* ``limits``: what a process may take, kept by the system, since no compiled loop can be interrupted.
 
 With ``NUMBA_DISABLE_JIT=1`` the same source runs interpreted, for a debugger and for coverage.
 """

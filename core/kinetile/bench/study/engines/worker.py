@@ -29,7 +29,7 @@ def begin_worker(parent: Connection, memory: int | None, limit: float | None) ->
         os.environ[name] = "1"
     threading.Thread(target=_watch, args=(parent,), daemon=True).start()
     from kinetile.bench.study.work.limit import limit_tasks  # what computes is imported from here on
-    from kinetile.run.limits import limit_memory
+    from kinetile.kernel.compiled.limits import limit_memory
 
     if memory is not None:
         limit_memory(memory)

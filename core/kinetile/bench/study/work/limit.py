@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from kinetile.run.limits import end_after
+from kinetile.kernel.compiled.limits import end_after
 
 __all__ = ["limit_tasks", "limited"]
 
