@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-__all__ = ["Choice", "phase_label", "phases_with_options", "simulation_of"]
+__all__ = ["Choice", "contacts_of", "phase_label", "phases_with_options", "simulation_of"]
 
 Choice = str | tuple[str, Mapping[str, Any]]
 """A broad phase by name, or its name and its options."""
@@ -20,6 +20,12 @@ def phase_label(name: str, options: Mapping[str, Any]) -> str:
     """Return how a broad phase with its options is written: ``sap-1d:axis=y``."""
     written = ",".join(f"{key}={value}" for key, value in options.items())
     return f"{name}:{written}" if written else name
+
+
+def contacts_of(simulation: Any) -> int:
+    """Return how many contacts a simulation has had, of discs and with walls."""
+    readings = simulation.readings
+    return int(readings.contacts_disc + readings.contacts_wall)
 
 
 def simulation_of(scene: Any, choice: tuple[str, Mapping[str, Any]]) -> Any:

@@ -10,7 +10,6 @@ from __future__ import annotations
 import json
 import math
 import os
-import statistics
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -129,12 +128,13 @@ def read_growth(study: Study) -> Growth:
     seed, density = (plan.scenes[0].combinations[0][name] for name in ("seed", "density"))
     rows = {row["bodies"]: row for row in study.rows().to_pylist() if row["status"] == "done"}
     tiny = json.loads(rows[TINY]["stages"])["peaks"] if TINY in rows else {}
-    found = tuple(_row(n, json.loads(row["stages"]), tiny) for n, row in rows.items() if n != TINY)
+    found = tuple(_row(row, tiny) for n, row in rows.items() if n != TINY)
     conditions = surroundings() | {"seconds": plan.seconds, "seed": seed, "contacts_before": WARM_UP}
     return Growth(phase_label(*plan.phases[0]), density, found, conditions)
 
 
-def _row(n: int, found: Mapping[str, Any], tiny: Mapping[str, Any]) -> GrowthRow:
+def _row(row: Mapping[str, Any], tiny: Mapping[str, Any]) -> GrowthRow:
+    n, found = row["bodies"], json.loads(row["stages"])
     stretches = found["stretches"]
     costs = [each["cpu_seconds"] / each["simulated"] for each in stretches]
     known = [name for name, peak in found["peaks"].items() if peak is not None and name in tiny]
@@ -142,15 +142,15 @@ def _row(n: int, found: Mapping[str, Any], tiny: Mapping[str, Any]) -> GrowthRow
     arrays = {name: size / n for name, size in found["arrays"].items()}
     return GrowthRow(
         bodies=n,
-        setup_seconds=found["setup_seconds"],
-        cpu_seconds_per_time=statistics.median(costs),
+        setup_seconds=row["setup_seconds"],
+        cpu_seconds_per_time=row["cpu_seconds_per_time"],
         slowest=max(costs),
         fastest=min(costs),
-        contacts_per_cpu_second=statistics.median(e["contacts"] / e["cpu_seconds"] for e in stretches),
+        contacts_per_cpu_second=row["contacts_per_cpu_second"],
         events_per_contact=sum(e["events"] for e in stretches) / sum(e["contacts"] for e in stretches),
         simulated=sum(each["simulated"] for each in stretches),
         peak_bytes_per_body=stages["run"] if stages.get("run", 0.0) * n >= _NOTICEABLE else None,
         stage_bytes_per_body=stages,
-        table_bytes_per_body=sum(arrays.values()),
+        table_bytes_per_body=row["table_bytes"] / n,
         arrays=arrays,
     )

@@ -15,6 +15,7 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
+from kinetile.bench.choices import contacts_of
 from kinetile.bench.study.work.identity import check_versions, versions_here
 from kinetile.bench.study.work.limit import limited
 from kinetile.bench.study.work.stages import stages_of
@@ -149,10 +150,10 @@ def _run_counting(simulation: Any, until: float, contacts: int | None) -> dict[s
     pairs = [simulation.candidate_pairs()]
     built = simulation.readings
     for moment in range(1, MOMENTS):
-        before = _contacts(simulation)
+        before = contacts_of(simulation)
         simulation.run(start + (until - start) * moment / (MOMENTS - 1), max_contacts=left)
         if left is not None:
-            left -= _contacts(simulation) - before
+            left -= contacts_of(simulation) - before
         pairs.append(simulation.candidate_pairs())
     numbers = [len(each) for each in pairs]
     came = simulation.readings.newcomers - built.newcomers
@@ -191,26 +192,21 @@ def _rate(simulation: Any, order: Mapping[str, Any]) -> dict[str, Any]:
     goes on.
     """
     while (spent := simulation.readings.cpu_seconds) < min(SHORTEST, order["seconds"]):
-        contacts = _contacts(simulation)
+        contacts = contacts_of(simulation)
         if contacts == 0:
             return {}
         simulation.run(max_contacts=contacts * (3 if spent > 0 else 10))
     again = _simulation({**order, "measure": ()})
     again.compile()
-    again.run(max_contacts=max(math.ceil(_contacts(simulation) * order["seconds"] / spent), 1))
+    again.run(max_contacts=max(math.ceil(contacts_of(simulation) * order["seconds"] / spent), 1))
     now = again.readings
     return {
         "rate_cpu_seconds": now.cpu_seconds,
         "rate_events": now.events,
-        "rate_contacts": _contacts(again),
+        "rate_contacts": contacts_of(again),
         "events_per_cpu_second": now.events_per_cpu_second,
         "contacts_per_cpu_second": now.contacts_per_cpu_second,
     }
-
-
-def _contacts(simulation: Any) -> int:
-    readings = simulation.readings
-    return int(readings.contacts_disc + readings.contacts_wall)
 
 
 def _surroundings() -> dict[str, Any]:

@@ -19,6 +19,7 @@ import time
 from collections.abc import Mapping
 from typing import Any
 
+from kinetile.bench.choices import contacts_of, simulation_of
 from kinetile.errors import KinetileError, PhaseError, Refused
 
 __all__ = ["WARM_UP", "arrays_of", "stages_of"]
@@ -57,7 +58,6 @@ def stages_of(order: Mapping[str, Any]) -> dict[str, Any]:
 
 def _measured(wish: Mapping[str, Any]) -> dict[str, Any]:
     """Run one scene in this process, and note time and memory stage by stage."""
-    from kinetile.bench.choices import simulation_of
     from kinetile.plugin.by_name import make_scene
 
     peaks: dict[str, int | None] = {}
@@ -85,23 +85,16 @@ def _measured(wish: Mapping[str, Any]) -> dict[str, Any]:
 
 def _stretch(sim: Any, seconds: float) -> dict[str, float]:
     """Run on for so many CPU seconds, at least. Raises Refused where nobody meets anybody any more."""
-    before, since = sim.readings, sim.time
-    contacts = len(sim.scene)
-    last = before
-    while True:
+    before, since, had = sim.readings, sim.time, contacts_of(sim)
+    contacts, made, spent = len(sim.scene), 0, 0.0
+    while spent < seconds:
         sim.run(max_contacts=contacts)
-        now = sim.readings
-        if now.contacts_disc + now.contacts_wall == last.contacts_disc + last.contacts_wall:
-            raise Refused(
-                f"at time {sim.time:g} nobody meets anybody any more: there is nothing left to time"
-            )
-        last = now
-        spent = now.cpu_seconds - before.cpu_seconds
-        if spent >= seconds:
-            break
+        if contacts_of(sim) - had == made:
+            raise Refused("nobody meets anybody any more: there is nothing left to time")
+        made = contacts_of(sim) - had
+        spent = sim.readings.cpu_seconds - before.cpu_seconds
         contacts = math.ceil(contacts * min(max((seconds - spent) / max(spent, 1e-9), 0.1), 4.0))
-    made = now.contacts_disc + now.contacts_wall - before.contacts_disc - before.contacts_wall
-    events = now.events - before.events
+    events = sim.readings.events - before.events
     return {"cpu_seconds": spent, "simulated": sim.time - since, "contacts": made, "events": events}
 
 
