@@ -56,14 +56,14 @@ def repair(k: Kernel, s: State, body: int) -> int:
         return 0
     change = collapse(k, s, p, q)
     watch_tiles(k, s, change.tiles)
-    above = change.come.one
-    below = change.come.other
-    if above >= n or below >= n:
+    one = change.come.one
+    other = change.come.other
+    if one >= n or other >= n:
         return 0
-    if above != body and below != body:
-        offer(k, above, below)
+    if one != body:  # then the other is not the body either: see passing
+        offer(k, one, other)
         return 0
-    k.near[0] = below if above == body else above
+    k.near[0] = other
     return 1
 
 
