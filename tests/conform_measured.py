@@ -1,8 +1,9 @@
 """How long ``kinetile conform`` takes, and what it says: cold and warm, alone and beside busy processes.
 
 ``python tests/conform_measured.py [PHASE ...]`` prints the table of docs/conformance.md: for each phase one
-run with an empty cache of machine code, then one with each of three seeds, and once more beside ``--busy N``
-processes (4) that compute. Judged are the CPU seconds of the checks, in all are those of the whole command.
+run with an empty cache of machine code, then one with each of three seeds: alone, and once more beside four
+processes that compute (``--busy 0 4``). Judged are the CPU seconds of the checks, in all are those of the
+whole command.
 """
 
 from __future__ import annotations
@@ -62,17 +63,17 @@ def judge(phase: str, seed: int, cache: str) -> Judged:
 def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("phases", nargs="*", default=PHASES)
-    parser.add_argument("--busy", type=int, default=4)
+    parser.add_argument("--busy", type=int, nargs="+", default=(0, 4))
     asked = parser.parse_args()
     print("| phase | | verdict, seeds 0 to 2 | CPU s judged | CPU s in all | wall s |")
     print("|---|---|---|---|---|---|")
     for phase in asked.phases:
         with tempfile.TemporaryDirectory() as cache:
-            for beside in (0, asked.busy):
+            for turn, beside in enumerate(asked.busy):
                 with tempfile.TemporaryDirectory() as empty, busy(beside):
                     print_row(phase, f"cold, {beside} busy", [judge(phase, 0, empty)])
                 with busy(beside):
-                    if beside == 0:
+                    if turn == 0:
                         judge(phase, 0, cache)
                     print_row(phase, f"warm, {beside} busy", [judge(phase, seed, cache) for seed in SEEDS])
 

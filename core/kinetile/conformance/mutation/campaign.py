@@ -2,8 +2,9 @@
 
 In the first, interpreted, each mutant is shown few scenes by the checks that kill most: nearly all of those
 that can be killed die there, most in a tenth of a second. What survives is shown few scenes by the other
-checks in the second, interpreted too. The third is compiled, and only for the checks whose runs are too long
-to be interpreted: each mutant has loops of its own to be compiled, which takes longer than all the rest.
+checks in the second, interpreted too. The third is compiled: the first round's checks see many scenes there,
+and those whose runs are too long to be interpreted are run. Each mutant has loops of its own to be compiled,
+which takes longer than all the rest.
 """
 
 from __future__ import annotations
@@ -52,13 +53,14 @@ class Round:
 
 def rounds_of(examples: int, compiled: bool = False) -> tuple[Round, ...]:
     """Return the rounds: by the checks that kill most, by the other ones whose runs are short, and, unless
-    ``examples`` is 0, by the long ones with so many scenes a check.
+    ``examples`` is 0, by those that kill most and the long ones with so many scenes a check.
 
     The first two are interpreted, or ``compiled``.
     """
     short = tuple(name for name in order_of_checks() if name not in (*FIRST, *LONG))
     first, second = Round(FIRST, FEW, compiled), Round(short, FEW, compiled, whole=not examples)
-    return (first, second, *([Round(LONG, examples, compiled=True, whole=True)] if examples else []))
+    third = Round((*FIRST, *LONG), examples, compiled=True, whole=True)
+    return (first, second, *([third] if examples else []))
 
 
 @dataclass

@@ -21,18 +21,21 @@ from kinetile.scene import Remove, Scene, Settings, relabelled
 __all__ = ["carried_out", "living_scenes", "wishes"]
 
 MOMENTS = 24
+UNWALLED = (4.0, 4.0)
+"""Width and height of where bodies come that have no arena."""
+
 CONTACTS = 40
 """Contacts in each piece of a run between two commands."""
 
 
 @st.composite
 def _wish(draw: st.DrawFn, kinds: tuple[str, ...]) -> dict[str, Any]:
-    """A command: at which eighth, what, where, and to whom, counted among those who are there."""
+    """A command: at which eighth, what, where in the arena, to whom, counted among those who are there."""
     return {
         "kind": draw(st.sampled_from(kinds)) if kinds else None,
         "moment": draw(st.integers(0, MOMENTS)) / 8,
         "what": draw(st.sampled_from(["insert", "insert", "remove", "turn"])),
-        "place": (draw(st.integers(1, 15)) / 4, draw(st.integers(1, 15)) / 4),
+        "place": (draw(st.integers(1, 15)) / 16, draw(st.integers(1, 15)) / 16),
         "velocity": (draw(speeds), draw(speeds)),
         "radius": draw(st.sampled_from([0.25, 0.125, 0.5])),
         "who": draw(st.integers(0, 7)),
@@ -70,7 +73,8 @@ def living_scenes(draw: st.DrawFn) -> Scene:
     """Up to six bodies, in a box mostly, and up to ten commands; or one who goes between two."""
     if draw(st.integers(0, 7)) == 7:
         return draw(one_between())
-    scene = draw(st.one_of(box_scenes(turns=False), plane_scenes(turns=False)))
+    boxed = box_scenes(turns=False)
+    scene = draw(st.one_of(boxed, boxed, plane_scenes(turns=False)))
     return carried_out(scene, draw(wishes()))
 
 
@@ -90,9 +94,20 @@ def _try(sim: Simulation, wish: dict[str, Any]) -> None:
     """Carry a command out where that is possible."""
     there = sim.bodies.tolist()
     if wish["what"] == "insert":
-        with suppress(KinetileError, ValueError):  # no room, or too fast for the scene's clock
-            sim.insert(wish["place"], wish["velocity"], wish["radius"], kind=wish["kind"])
+        _insert(sim, wish)
     elif there and wish["what"] == "remove":
         sim.remove(there[wish["who"] % len(there)])
     elif there:
         sim.set_velocity(there[wish["who"] % len(there)], wish["velocity"])
+
+
+def _insert(sim: Simulation, wish: dict[str, Any]) -> None:
+    """Insert a body where it was wished, or as near to there in size and place as there is room for it."""
+    width, height = sim.scene.arena or UNWALLED
+    x, y = wish["place"][0] * width, wish["place"][1] * height
+    for smaller in (1, 2, 4):
+        radius = wish["radius"] / smaller
+        for place in ((x, y), (width - x, y), (x, height - y), (width - x, height - y)):
+            with suppress(KinetileError, ValueError):  # no room, or too fast for the scene's clock
+                sim.insert(place, wish["velocity"], radius, kind=wish["kind"])
+                return

@@ -20,7 +20,7 @@ from kinetile.conformance.mutation import (
     sample,
     source_of,
 )
-from kinetile.conformance.mutation.judging import FIRST, order_of_checks
+from kinetile.conformance.mutation.judging import FIRST, LONG, order_of_checks
 from kinetile.errors import BadOption
 
 pytestmark = pytest.mark.skipif(not CAN_FORK, reason="mutants are judged in forks")
@@ -126,10 +126,11 @@ def test_the_authors_own_tests(toy, tmp_path):
     assert not passes(toy, other, "sleep 60", seconds=0.2)
 
 
-def test_the_rounds_have_every_check_once():
-    names = [name for how in rounds_of(100) for name in how.checks]
-    assert names == list(order_of_checks())
-    assert sorted(names) == sorted(each.name for each in CHECKS)
+def test_the_rounds_have_every_check_and_the_last_one_those_that_kill_most_again():
+    first, second, third = (how.checks for how in rounds_of(100))
+    assert (first, third) == (FIRST, (*FIRST, *LONG))
+    assert (*first, *second, *LONG) == order_of_checks()
+    assert sorted(order_of_checks()) == sorted(each.name for each in CHECKS)
     assert [how.compiled for how in rounds_of(100)] == [False, False, True]
     assert [how.whole for how in rounds_of(0)] == [False, True]
     assert order_of_checks()[: len(FIRST)] == FIRST
