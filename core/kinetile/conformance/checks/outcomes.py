@@ -160,7 +160,7 @@ def survives_the_smallest_scenes(subject: Subject, scene: Scene, reference: Refe
 
 @check(draws=False, replayed_by="same-contacts")
 def same_contacts_in_the_gallery(subject: Subject, scene: Scene, reference: Reference) -> None:
-    """The fixed gallery: dense and dilute gases, worst cases, billiards, lattices full of ties."""
+    """The fixed gallery: gases, worst cases, billiards, lattices full of ties, a row between two bodies."""
     from kinetile.conformance.strategies.gallery import gallery
 
     seen = 0

@@ -12,6 +12,7 @@ from kinetile.conformance.strategies.small import (
     plane_scenes,
     scenes,
     sized_scenes,
+    sliding_scenes,
     wide_scenes,
 )
 from kinetile.conformance.strategies.swarms import giant_scenes, swarm_scenes
@@ -27,6 +28,7 @@ __all__ = [
     "plane_scenes",
     "scenes",
     "sized_scenes",
+    "sliding_scenes",
     "swarm_scenes",
     "wide_scenes",
 ]

@@ -26,6 +26,7 @@ __all__ = [
     "plane_scenes",
     "scenes",
     "sized_scenes",
+    "sliding_scenes",
     "wide_scenes",
 ]
 
@@ -103,6 +104,31 @@ def box_scenes(draw: st.DrawFn, turns: bool = True, most: int = MOST) -> Scene:
 
 
 @st.composite
+def _slider(draw: st.DrawFn, columns: int, rows: int, turns: bool) -> Body:
+    """A body in a column of a unit lattice, mostly as wide as that, which flies up or down in it."""
+    x, y = draw(st.integers(0, columns - 1)), draw(st.integers(0, rows - 1))
+    radius = draw(st.sampled_from([0.5, 0.5, 0.5, 0.25]))
+    aside = draw(st.sampled_from([0.5 - radius, radius - 0.5]))
+    return {
+        "place": (x, y),
+        "position": (x + 0.5 + aside, y + 0.5 + draw(st.sampled_from([0.0, aside]))),
+        "velocity": (draw(st.sampled_from([0.0, 0.0, 0.0, 0.5])), draw(speeds)),
+        "radius": radius,
+        "mass": 1.0,
+        "turns": draw(_turns(True)) if turns else [],
+    }
+
+
+@st.composite
+def sliding_scenes(draw: st.DrawFn, turns: bool = True, most: int = MOST) -> Scene:
+    """Bodies that slide past each other in columns side by side: who stands above whom changes where their
+    bounds lie one upon the other."""
+    columns, rows = draw(st.sampled_from([(2, 4), (3, 3), (3, 4), (2, 6), (4, 4)]))
+    bodies = draw(_several(_slider(columns, rows, turns), most, least=min(3, most)))
+    return _scene(bodies, (float(columns), rows + draw(st.sampled_from([0.0, 1.0]))), 8.0)
+
+
+@st.composite
 def grazing_scenes(draw: st.DrawFn) -> Scene:
     """Two bodies that pass at just about the sum of their radii, and perhaps a third in their way."""
     offset = draw(st.sampled_from([0.0, 2.0**-52, -(2.0**-52), 2.0**-40, -(2.0**-40), 2.0**-20, -(2.0**-20)]))
@@ -177,6 +203,7 @@ def scenes(turns: bool = True, most: int = MOST) -> st.SearchStrategy[Scene]:
         plane_scenes(turns, most),
         box_scenes(turns, most),
         box_scenes(turns, most),
+        sliding_scenes(turns, most),
         grazing_scenes(),
         sized_scenes(most),
         wide_scenes(most),
