@@ -212,7 +212,7 @@ MUTANTS: tuple[Mutant, ...] = (
     ),
     Mutant(
         "two others that come into sight are not offered",
-        (Change("__init__:repair", "        offer(k, above, below)\n", ""),),
+        (Change("__init__:repair", "        offer(k, one, other)\n", ""),),
     ),
     Mutant(
         "a body that comes into sight is not named",

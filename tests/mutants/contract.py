@@ -165,8 +165,8 @@ MUTANTS = [
         "sweep-tiling",
         [
             instead(
-                "        offer(k, above, below)\n",
-                "        if (above ^ below) & 1 == 1:\n            offer(k, above, below)\n",
+                "        offer(k, one, other)\n",
+                "        if (one ^ other) & 1 == 1:\n            offer(k, one, other)\n",
                 "__init__",
             )
         ],

@@ -87,10 +87,10 @@ HARMLESS = [
         before("            axis=np.array(", "            idle=np.full(17, np.nan),\n"),
     ),
     _harmless(
-        "sorts in single precision",
+        "sorts backwards what it then turns round",
         "sap-1d",
-        "what stands in the wrong order by a rounding fails at once, and is put right",
-        instead(ORDER, ORDER.replace("edge)", "edge.astype(np.float32))")),
+        "another way to the same order",
+        instead(ORDER, "np.lexsort((-body, upper - 1, -speed[body], -edge))[::-1]"),
         NO_AUDIT,
     ),
     _harmless(
@@ -122,8 +122,8 @@ HARMLESS = [
         "sweep-tiling",
         "a newcomer of whom two things are said",
         instead(
-            "        offer(k, above, below)\n",
-            "        offer(k, above, below)\n        offer(k, below, above)\n",
+            "        offer(k, one, other)\n",
+            "        offer(k, one, other)\n        offer(k, other, one)\n",
             "__init__",
         ),
     ),

@@ -138,8 +138,8 @@ MUTANTS = [
         "sweep-tiling",
         [
             instead(
-                "        offer(k, above, below)\n",
-                "        if n <= 64:\n            offer(k, above, below)\n",
+                "        offer(k, one, other)\n",
+                "        if n <= 64:\n            offer(k, one, other)\n",
                 "__init__",
             )
         ],
