@@ -28,7 +28,6 @@ from .web import (
     UPPER,
     State,
     body_of,
-    end,
     facing,
     is_right_bound,
     left_bound,
@@ -129,13 +128,9 @@ def leave(k: Kernel, s: State, body: int) -> None:
         below = facing(s, port(right, LOWER))
     p = facing(s, port(left, OUTER))
     q = facing(s, port(right, OUTER))
-    top = end(s, left, UPPER)
-    bottom = end(s, left, LOWER)
     for which in (OUTER, UPPER, LOWER):
         set_due(s, own_tile(body, which), NEVER, False)
     link(s, p, q)
     if body_of(p) < n:
         rest = Tile(p, q)
         watch_tiles(k, s, Tiles(rest, rest, rest))
-    if top < n and bottom < n:
-        offer(k, top, bottom)
