@@ -98,8 +98,6 @@ SAP_1D = {
         "equivalent: no two bounds stand at one place, and the body itself is left out"
     ),
     "body = k.bodies[bound >> 1]": STRANGER,
-    "while s.order[place - 1] != END and edge(k, s, s.order[place + 1]) > there:": STRANGER,
-    "while s.order[place - 1] != END and edge(k, s, s.order[place - 0]) > there:": STRANGER,
     "place = body.x + body.vx * elapsed if s.axis[0] == 0 else body.y + body.vy * elapsed": PLACED,
     "return float(place + (body.reach if bound & 1 else -body.reach))": PLACED,
     "while s.order[place - 1] != END and edge(k, s, s.order[place - 1]) > there:": PLACED,
