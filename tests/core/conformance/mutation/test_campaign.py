@@ -20,6 +20,7 @@ from kinetile.conformance.mutation import (
     sample,
     source_of,
 )
+from kinetile.conformance.mutation.campaign import FEW
 from kinetile.conformance.mutation.judging import FIRST, LONG, order_of_checks
 from kinetile.errors import BadOption
 
@@ -51,7 +52,7 @@ class Toy:
     def prepare(self, scene):
         return BroadPhaseParts(near, room=len(scene) + WHOLE)
 """
-QUICK = Round(("same-contacts",), 2, compiled=False, at_least=2.0)
+QUICK = Round(("same-contacts",), FEW, compiled=False, at_least=2.0)
 
 
 @pytest.fixture
