@@ -33,8 +33,8 @@ def section(title: str) -> str:
 
 SECTION = section("## The judge is judged")
 NOT_YET = "not judged yet"
-MANY_BODIES = 2
-"""Mutants whose first check to fail may need more than three bodies."""
+MORE_BODIES = {"misses one gap of a new plan", "makes its pairs at the first building only"}
+"""Mutants whose first check to fail needs more than three bodies."""
 
 QUICK = (
     "naive-only-one-pair-a-body",
@@ -56,11 +56,6 @@ def rows(text: str) -> list[list[str]]:
     heads = ("| phase |", "|---")
     cells = [line.strip("|").split("|") for line in lines if not line.startswith(heads)]
     return [[cell.strip() for cell in row] for row in cells]
-
-
-def few(table: list[list[str]]) -> int:
-    """Return how many mutants in a table are killed by a scene of at most three bodies."""
-    return sum(bodies.isdigit() and int(bodies) <= 3 for *_, bodies in table)
 
 
 def judged(*labels: str, interpreted: bool) -> list[list[str]]:
@@ -88,11 +83,11 @@ def test_a_mutant_is_killed_with_three_bodies_at_most(label):
 def test_the_table_has_every_mutant():
     said = [row[:3] for row in rows(SECTION)]
     assert said == [[f"`{mutant.base}`", mutant.name, mutant.why] for mutant in MUTANTS]
-    for mutant, (_, name, _, by, _) in zip(MUTANTS, rows(SECTION), strict=True):
+    for mutant, (_, name, _, by, bodies) in zip(MUTANTS, rows(SECTION), strict=True):
         assert by.startswith("`") == (mutant.fate == KILLED), name
+        assert int(bodies or 0) <= 3 or name in MORE_BODIES, name
     killed = [mutant for mutant in MUTANTS if mutant.fate == KILLED]
-    assert few(rows(SECTION)) >= len(killed) - MANY_BODIES
-    assert f"{few(rows(SECTION))} of them by a scene of at most three bodies" in SECTION
+    assert f"{len(killed) - len(MORE_BODIES)} of them by a scene of at most three bodies" in SECTION
     assert f"{len(killed)} of {len(killed)}" in SECTION
     assert len(killed) >= 15
 
@@ -117,9 +112,9 @@ def test_the_tables_below_have_every_mutant(title, these):
 def test_the_table_is_what_the_kit_makes_of_the_mutants():
     found = judged(interpreted=False)
     assert [row[:3] for row in found] == [row[:3] for row in rows(SECTION)]
-    assert few(found) >= sum(mutant.fate == KILLED for mutant in MUTANTS) - MANY_BODIES
     for mutant, row, said in zip(MUTANTS, found, rows(SECTION), strict=True):
-        by = row[3]
+        *_, by, bodies = row
         assert by.startswith("`") == (mutant.fate == KILLED), row
+        assert int(bodies or 0) <= 3 or mutant.name in MORE_BODIES, row
         if row != said:
             warnings.warn(f"docs/conformance.md has {said}, and found is {row}", stacklevel=1)
