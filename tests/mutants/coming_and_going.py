@@ -36,6 +36,15 @@ MUTANTS = [
         "leave does nothing: near names a body that is no more",
     ),
     _mutant(
+        "makes cells as wide as those who are there",
+        "cells",
+        "    least = least_side(levels.widest, k.clock[0].skin)\n",
+        "    least = np.zeros(len(levels))\n"
+        "    np.maximum.at(least, level, least_side(np.asarray(k.bodies.radius), k.clock[0].skin))\n",
+        "layout",
+        "a wider one who comes is far from whom it touches: it has happened",
+    ),
+    _mutant(
         "pairs who comes with elder slots only",
         "sap-1d",
         "        if overlaps and other != body and is_there(k, other):\n",

@@ -3,7 +3,8 @@
 Between two events every body is within its home, but for rounding and for one that is about to go over; the
 table has every body in the cell that its home says and nowhere else, block before list; every body is a guest
 in the cells around its own of all coarser levels, and nowhere else; each certificate is for the tick at which
-the plan says that an edge is reached; and no cell is narrower than the bodies at home in its level.
+the plan says that an edge is reached; and no cell, without its slack, is narrower than bodies that may be at
+home in its level.
 """
 
 from __future__ import annotations
@@ -29,9 +30,13 @@ def audit(k: Kernel, s: State) -> Iterator[str]:
     there = np.flatnonzero(k.queue.number >= 0)
     homes = s.homes[there]
     level = homes.level
-    narrow = s.levels.side[level] < least_side(np.asarray(k.bodies.radius[there]), k.clock[0].skin)
-    for body, of in zip(there[narrow], level[narrow], strict=True):
+    wide = np.asarray(k.bodies.radius[there]) > s.levels.widest[level]
+    for body, of in zip(there[wide], level[wide], strict=True):
         yield f"body {body} is too wide for the cells of level {of}"
+    room = 0.5 * (s.levels.side - least_side(s.levels.widest, k.clock[0].skin))
+    for of in np.flatnonzero((s.levels.slack > room) | (room < 0.0)):
+        side, slack = s.levels.side[of], s.levels.slack[of]
+        yield f"level {of} has cells of side {side}: too narrow for a slack of {slack}"
     yield from _places(k, s, there)
     yield from _certificates(k, s, there)
     for name, at, size in (("column", homes.x, s.levels.columns), ("row", homes.y, s.levels.rows)):

@@ -16,7 +16,6 @@ from kinetile_plugins.cells.table import (
     State,
     come_home,
     folded,
-    least_width,
     list_ahead,
     list_around,
     move_in,
@@ -138,12 +137,11 @@ def repair(k: Kernel, s: State, body: int) -> int:
 
 @hook
 def enter(k: Kernel, s: State, body: int) -> None:
-    """A body comes: it is at home in the finest level whose cells, with their slack, are wide enough for it,
-    and a guest in the coarser ones."""
+    """A body comes: it is at home in the finest level that has been prepared for bodies as wide, and a guest
+    in the coarser ones."""
     coarser = len(s.levels) - 1
-    width = least_width(k, body)
     level = 0
-    while level < coarser and s.levels[level].side - 2.0 * s.levels[level].slack < width:
+    while level < coarser and s.levels[level].widest < k.bodies[body].radius:
         level += 1
     come_home(k, s, body, level)
     home = s.homes[body]

@@ -123,7 +123,9 @@ def empty(scene: Scene, sides: list[float]) -> State:
         level.side, level.columns, level.rows, level.first = side, columns, rows, cells
         cells += columns * rows
     homes = _aligned(HOME, n)
-    homes.level[: len(scene)] = np.minimum(np.searchsorted(sides, _widths(scene)), coarser)
+    home_level = np.minimum(np.searchsorted(sides, _widths(scene)), coarser)
+    homes.level[: len(scene)] = home_level
+    np.maximum.at(levels.widest, home_level, scene.radius)
     return State(
         blocks=_aligned(np.dtype(np.int32), cells * BLOCK),
         lists=_aligned(np.dtype(np.int32), cells),
@@ -143,11 +145,13 @@ def _aligned(dtype: np.dtype[Any], length: int) -> Records:
 
 
 def arrange(k: Kernel, s: State) -> None:
-    """Put every body into its cells as it stands now; the cells become wider where the skin asks for it."""
+    """Put every body into its cells as it stands now; the cells become wider where the skin asks for it.
+
+    How wide they must be is not asked of those who are here: a wider one may be about to come.
+    """
     homes, levels = s.homes[: len(k.bodies)], s.levels
     level = homes.level
-    least = np.zeros(len(levels))
-    np.maximum.at(least, level, least_side(np.asarray(k.bodies.radius), k.clock[0].skin))
+    least = least_side(levels.widest, k.clock[0].skin)
     levels.side *= max(float((least / levels.side).max()) * ABOVE, 1.0)
     levels.slack = 0.5 * (levels.side - least)
     homes.x, homes.y = np.floor(positions_now(k) / levels.side[level][:, None]).T

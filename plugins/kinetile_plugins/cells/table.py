@@ -34,7 +34,6 @@ __all__ = [
     "State",
     "come_home",
     "folded",
-    "least_width",
     "list_ahead",
     "list_around",
     "move_in",
@@ -64,6 +63,7 @@ LEVEL = np.dtype(
     [
         ("side", "f8"),  # of a cell, a length
         ("slack", "f8"),  # how far a body may be outside its cell, a length
+        ("widest", "f8"),  # the greatest radius of a body at home in it, now or later
         ("columns", "i8"),
         ("rows", "i8"),
         ("first", "i8"),  # the number of its first cell
@@ -112,12 +112,6 @@ def move_in(s: State, body: int, level: int, column: int, row: int) -> None:
 def folded(cell: float, size: int) -> float:
     """Return the column or row of the table in which a column or row of the plane is."""
     return cell - math.floor(cell / size) * size
-
-
-@hook
-def least_width(k: Kernel, body: int) -> float:
-    """Return how wide a cell must be for a body to be at home in it (``layout.least_side``)."""
-    return float(2.0 * (k.bodies[body].radius + 2.0 * k.clock[0].skin))
 
 
 @hook

@@ -87,3 +87,14 @@ def test_a_list_of_guests_that_cannot_be_read_backwards(sim):
 def test_a_body_too_wide_for_its_cells(sim):
     state_of(sim).homes[10].level = 0
     assert "body 10 is too wide for the cells of level 0" in said(sim)
+
+
+def test_a_level_whose_cells_are_too_narrow_for_their_slack(sim):
+    level = state_of(sim).levels[0]
+    level.slack *= 1.0 + 2.0**-20
+    assert f"level 0 has cells of side 0.25: too narrow for a slack of {level.slack}" in said(sim)
+
+
+def test_a_body_in_a_level_of_narrower_ones(sim):
+    state_of(sim).levels[1].widest = 0.125
+    assert "body 10 is too wide for the cells of level 1" in said(sim)

@@ -11,7 +11,7 @@ from kinetile.show.display.tables import grid, paragraph
 
 __all__ = ["KIT_VERSION", "Report", "Result"]
 
-KIT_VERSION = "3.4"
+KIT_VERSION = "3.5"
 """The version of the set of checks; a check says since which it is there."""
 
 

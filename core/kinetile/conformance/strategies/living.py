@@ -45,7 +45,11 @@ def _wish(draw: st.DrawFn, kinds: tuple[str, ...]) -> dict[str, Any]:
 def wishes(kinds: tuple[str, ...] = ()) -> st.SearchStrategy[list[dict[str, Any]]]:
     """Return up to ten commands, in the order of their moments; who comes is of one of these kinds."""
     several = st.lists(_wish(kinds), min_size=0 if kinds else 1, max_size=10)
-    return several.map(lambda found: sorted(found, key=lambda wish: float(wish["moment"])))
+    return several.map(lambda found: sorted(found, key=_moment))
+
+
+def _moment(wish: dict[str, Any]) -> float:
+    return float(wish["moment"])
 
 
 @st.composite
@@ -69,10 +73,34 @@ def one_between(draw: st.DrawFn) -> Scene:
 
 
 @st.composite
+def a_wide_one_comes(draw: st.DrawFn) -> Scene:
+    """Small bodies in a corridor, and one that is much wider than any of them comes to a place that is free:
+    what a phase has measured by those that were there is too small for it."""
+    gap, upright = draw(st.integers(0, 6)), draw(st.booleans())
+    free = [square for square in range(16) if square % 8 not in (gap, gap + 1)]
+    squares = draw(st.lists(st.sampled_from(free), min_size=4, max_size=8, unique=True))
+    places = [(square % 8 + 0.5, square // 8 + 0.5) for square in squares]
+    flights = [(draw(speeds), draw(speeds)) for _ in squares]
+    width, height = draw(st.sampled_from([(8.0, 2.0), (8.0, 2.0), (8.0, 4.0)]))
+    comes = draw(_wish(())) | {
+        "what": "insert",
+        "place": ((gap + 1.0) / width, 1.0 / height),
+        "radius": draw(st.sampled_from([0.75, 0.5, 0.96875])),
+    }
+    if upright:
+        width, height = height, width
+        places, comes["place"] = [(y, x) for x, y in places], comes["place"][::-1]
+    scene = Scene(places, flights, 0.125, arena=(width, height), settings=Settings(until=8.0))
+    return carried_out(scene, sorted([comes, *draw(wishes())], key=_moment))
+
+
+@st.composite
 def living_scenes(draw: st.DrawFn) -> Scene:
-    """Up to six bodies, in a box mostly, and up to ten commands; or one who goes between two."""
-    if draw(st.integers(0, 7)) == 7:
-        return draw(one_between())
+    """Up to six bodies, in a box mostly, and up to ten commands; or one goes between two, or a wide one
+    comes."""
+    kind = draw(st.integers(0, 7))
+    if kind >= 6:
+        return draw(one_between() if kind == 7 else a_wide_one_comes())
     boxed = box_scenes(turns=False)
     scene = draw(st.one_of(boxed, boxed, plane_scenes(turns=False)))
     return carried_out(scene, draw(wishes()))
