@@ -91,6 +91,7 @@ def test_cells_a_whole_turn_apart_share_a_place_and_cost_time_alone():
         "cells",
         options={"side": 1.0},
     )
-    assert tuple(state_of(sim).levels[0])[2:4] == (3, 5)
+    level = state_of(sim).levels[0]
+    assert (level.columns, level.rows) == (3, 5)
     sim.run(until=1.0)
     assert sim.contacts[["a", "b"]].tolist() == [(0, 1), (2, 3)]
