@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import enum
+import errno
 import os
+import shutil
 import subprocess
 import sys
+import time
+from pathlib import Path
 from types import ModuleType
 from typing import NamedTuple
 
 import pytest
 
+import kinetile
+import kinetile_plugins
 from kinetile.kernel import compiled
 from kinetile.kernel.compiled import composed
 from kinetile.kernel.compiled.fingerprint import fingerprint
@@ -161,3 +167,112 @@ def test_a_loop_from_the_disk_cache_finds_what_it_calls(tmp_path):
     for path in lost:
         path.unlink()
     assert run(known=True) == printed
+
+
+@pytest.mark.skipif(compiled.INTERPRETED, reason="nothing is compiled")
+def test_each_new_environment_compiled_everything_anew(tmp_path):
+    """The same sources at another path, with other dates, load what was compiled for the first."""
+    cache, copied = tmp_path / "cache", tmp_path / "site"
+    script = LOADED.format(known=False)
+    packages = [Path(package.__file__).parent for package in (kinetile, kinetile_plugins)]
+    files = []
+    for paths in ([str(package.parent) for package in packages], [str(copied)]):
+        where = {
+            **os.environ,
+            "NUMBA_CACHE_DIR": str(cache),
+            "PYTHONPATH": os.pathsep.join([*paths, *sys.path]),
+        }
+        ended = subprocess.run(
+            [sys.executable, "-c", script], env=where, capture_output=True, text=True, timeout=600
+        )
+        assert ended.returncode == 0, ended.stderr
+        files.append({path: path.stat().st_mtime_ns for path in cache.rglob("*.nb*")})
+        for package in packages:
+            shutil.copytree(package, copied / package.name, dirs_exist_ok=True, copy_function=shutil.copyfile)
+        script = LOADED.format(known=True) + f"\nassert kt.__file__.startswith({str(copied)!r})\n"
+    assert files[0]
+    assert files[1] == files[0]
+
+
+@pytest.mark.skipif(compiled.INTERPRETED, reason="nothing is compiled")
+def test_machine_code_that_nobody_uses_stayed_for_ever(monkeypatch, tmp_path):
+    import numba
+
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    assert composed_anew()(41.5) == 42
+    used = sorted(tmp_path.rglob("*.nb[ic]"))
+    old = used[0].with_name("old.nbc")
+    old.write_bytes(b"")
+    past = time.time() - 31 * 86400
+    for path in (*used, old):
+        os.utime(path, (past, past))
+    assert composed_anew()(41.5) == 42  # is loaded, and counts as used
+    for path in used:
+        assert path.stat().st_atime > past + 86400
+    used[0].unlink()
+    assert composed_anew()(41.5) == 42  # one is written
+    assert sorted(tmp_path.rglob("*.nb[ic]")) == used
+
+
+# Files of the cache that are damaged
+
+
+def one_more(x: float) -> int:
+    return int(x) + 1
+
+
+def template(x):
+    return answer(x)  # noqa: F821 - a part
+
+
+def composed_anew():
+    """What calls another function apart, as in a process that has nothing in memory yet."""
+    called = compiled.apart(one_more)
+    called.address = None  # Numba has one object for equal types
+    return composed._compose(template, {"answer": called}, "damaged", State)
+
+
+def damages(content: bytes):
+    """Files that are cut off, or have a flipped bit, at places all over it."""
+    for number in range(8):
+        place = number * len(content) // 8
+        yield content[:place]
+        yield content[:place] + bytes([content[place] ^ 1 << number]) + content[place + 1 :]
+
+
+@pytest.mark.skipif(compiled.INTERPRETED, reason="nothing is compiled")
+def test_a_damaged_file_of_the_cache_ended_every_run_from_then_on(monkeypatch, tmp_path, caplog):
+    """Cut off, empty or with a flipped bit, in the machine code too: said once, and written anew."""
+    import numba
+
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    assert composed_anew()(41.5) == 42
+    files = sorted(tmp_path.rglob("*.nb[ic]"))
+    assert sorted(file.suffix for file in files) == [".nbc", ".nbc", ".nbi", ".nbi"]
+    for file in files:
+        for damaged in damages(file.read_bytes()):
+            file.write_bytes(damaged)
+            assert compiled.is_cached(composed_anew()) is ("one_more" in file.name)
+            caplog.clear()
+            assert composed_anew()(41.5) == 42
+            assert [record.name for record in caplog.records] == ["kinetile"]
+            assert "it is dropped, and compiled anew" in caplog.text
+            caplog.clear()
+            assert compiled.is_cached(composed_anew())
+            assert composed_anew()(41.5) == 42
+            assert not caplog.records
+    assert sorted(tmp_path.rglob("*.nb*")) == files
+
+
+@pytest.mark.skipif(compiled.INTERPRETED, reason="nothing is compiled")
+def test_a_cache_that_cannot_be_written_any_more_is_done_without(monkeypatch, tmp_path):
+    import numba
+    from numba.core.caching import IndexDataCacheFile
+
+    def full(*arguments):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr(IndexDataCacheFile, "_save_data", full)
+    assert composed_anew()(41.5) == 42
+    assert composed_anew()(41.5) == 42

@@ -9,6 +9,7 @@ fingerprint, so old machine code asks for old names.
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from types import FunctionType
 from typing import Any, TypeVar, cast
 
@@ -20,9 +21,11 @@ __all__ = ["apart"]
 F = TypeVar("F", bound=Callable[..., Any])
 
 if not INTERPRETED:
-    import numba
     from llvmlite.binding import add_symbol
     from numba import extending, types
+    from numba.core.ccallback import CFunc
+
+    from kinetile.kernel.compiled.cache import CheckedCache
 
     class _Apart(types.ExternalFunction):
         """A function that compiled code knows by name only; it is loaded before such code is."""
@@ -57,11 +60,13 @@ if not INTERPRETED:
     cast(Any, extending).register_model(_Apart)(cast(Any, extending).models.OpaqueModel)
 
     def _compiled(function: FunctionType, signature: Any) -> Any:
-        cfunc = cast(Any, numba).cfunc
-        try:
-            return cfunc(signature, cache=True, error_model="numpy")(function)
-        except RuntimeError:  # there is no folder that Numba could write its cache to
-            return cfunc(signature, error_model="numpy")(function)
+        made = cast(Any, CFunc)(
+            function, (signature.args, signature.return_type), locals={}, options={"error_model": "numpy"}
+        )
+        with suppress(RuntimeError):  # there is no folder that the cache could be written to
+            made._cache = CheckedCache(function)
+        made.compile()
+        return made
 
 
 def apart(function: F) -> F:

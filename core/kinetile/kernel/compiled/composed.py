@@ -20,6 +20,8 @@ from kinetile.kernel.compiled.hooks import INTERPRETED, hook
 if not INTERPRETED:
     import numba
 
+    from kinetile.kernel.compiled.cache import CheckedCache, is_whole
+
 __all__ = [
     "NotCompiled",
     "compiling_seconds",
@@ -89,7 +91,9 @@ def _filled_in(source: FunctionType, parts: Mapping[str, Any], made: dict[str, A
 
 def _njit(function: Callable[..., Any], cache: bool, called: list[Any]) -> Callable[..., Any]:
     njit = cast(Any, numba).njit
-    made = njit(cache=cache, error_model="numpy", nogil=True, no_cfunc_wrapper=True)(function)
+    made = njit(error_model="numpy", nogil=True, no_cfunc_wrapper=True)(function)
+    if cache:
+        made._cache = CheckedCache(function)
     compiles = made.compile
 
     def with_what_it_calls(signature: Any) -> Any:
@@ -169,11 +173,13 @@ def _kind(argument: Any) -> tuple[Any, ...]:
 
 
 def is_cached(function: Callable[..., Any]) -> bool | None:
-    """Whether a composed function's machine code lies in the disk cache; None when it runs interpreted."""
+    """Whether a composed function's machine code lies whole in the disk cache; None when it runs
+    interpreted."""
     if INTERPRETED:
         return None
     folder = Path(cast(Any, function).stats.cache_path or ".")
-    return any(folder.glob(f"*{function.__qualname__}*.nbi"))
+    files = [*folder.glob(f"*{function.__qualname__}*.nb[ic]")]
+    return any(file.suffix == ".nbi" for file in files) and all(map(is_whole, files))
 
 
 def nobody_compiles() -> AbstractContextManager[Any]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import hashlib
 import sys
 from collections.abc import Callable, Mapping
+from functools import cache
 from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
 from typing import Any
@@ -25,8 +26,7 @@ def fingerprint(function: Callable[..., Any], state: type) -> tuple[str, set[str
     module.
     """
     digest = hashlib.sha256(repr((sys.version, np.__version__, API)).encode())
-    for source in sorted(Path(__file__).parents[1].joinpath("vectors").glob("*.py")):
-        digest.update(source.read_bytes())  # bytecode does not show intrinsics
+    digest.update(_sources())
     seen: set[int] = set()
     modules: set[str] = set()
     called: list[Any] = []
@@ -86,6 +86,16 @@ def fingerprint(function: Callable[..., Any], state: type) -> tuple[str, set[str
     visit(function)
     visit(state)
     return digest.hexdigest()[:16], modules, called
+
+
+@cache
+def _sources() -> bytes:
+    """Return a digest of the files that have intrinsics, which bytecode does not show."""
+    here = Path(__file__).parent
+    digest = hashlib.sha256()
+    for source in (here / "hooks.py", here / "apart.py", *sorted((here.parent / "vectors").glob("*.py"))):
+        digest.update(source.read_bytes())
+    return digest.digest()
 
 
 def _foreign(module: ModuleType) -> bool:

@@ -1,0 +1,149 @@
+"""Machine code on disk: Numba's cache in a place of its own, with a checksum in each file.
+
+Numba keeps machine code beside the sources, and drops it when the date of one of them changes. So each new
+environment, checkout or installation would compile everything anew. Here it lies in the user's cache
+directory, for all of them: the name of a function has the fingerprint of all that it was made from
+(``fingerprint``), the folder has the versions of Numba and llvmlite, and the index has the processor. What
+was not used for thirty days is removed when something new is written.
+
+Numba loads whatever lies in its cache. A file that a power cut has emptied, or that a disk has changed, would
+end every later run with the unpickler's error; a bit that is flipped within the machine code unpickles well,
+and the process crashes or computes something else. So each file ends with the SHA-256 of what is before it,
+and nothing is unpickled before that is compared. An entry that is not right is dropped, a line of the log
+``kinetile`` (on stderr, where nobody has set up logging) says so, and the code is compiled anew.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import logging
+import os
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any, cast
+
+import llvmlite
+import numba
+import platformdirs
+from numba.core.caching import FunctionCache, IndexDataCacheFile
+
+__all__ = ["CheckedCache", "is_whole"]
+
+_CHECKSUM = 32
+_UNUSED_SECONDS = 30 * 86400.0
+
+
+def folder() -> Path:
+    """Return the folder of machine code that these versions can load: ``NUMBA_CACHE_DIR`` moves it."""
+    root = cast(Any, numba).config.CACHE_DIR or platformdirs.user_cache_dir("kinetile", appauthor=False)
+    return Path(root) / f"numba-{numba.__version__}-llvmlite-{llvmlite.__version__}"
+
+
+class _Locator:
+    """What Numba asks of a cache's place. No source is as old as its machine code has to be: the fingerprint
+    in the name says what it was made from."""
+
+    def __init__(self, source: str) -> None:
+        self.folder = folder()
+        self._py_file = source  # named by Numba's warning of what it cannot keep: code without optimisation
+
+    def ensure_cache_path(self) -> None:
+        """Make the folder. Raises OSError where nothing can be written to it."""
+        self.folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+        with tempfile.TemporaryFile(dir=self.folder):
+            pass
+
+
+class CheckedCache(FunctionCache):
+    """Numba's cache of one function, whose damaged files count as not there.
+
+    Raises RuntimeError where there is no folder that it could be written to.
+    """
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        cast(Any, super()).__init__(function)
+        locator = _Locator(getattr(self._impl.locator, "_py_file", ""))
+        try:
+            locator.ensure_cache_path()
+        except OSError as error:
+            raise RuntimeError(f"machine code cannot be kept in {locator.folder}: {error}") from error
+        self._impl._locator = locator
+        self._cache_path = str(locator.folder)
+        self._cache_file = cast(Any, _CheckedFiles)(self._cache_path, self._impl.filename_base, "")
+
+    def load_overload(self, signature: Any, target_context: Any) -> Any:
+        """Return the machine code for a signature, or None where there is none that is right."""
+        try:
+            return cast(Any, super()).load_overload(signature, target_context)
+        except Exception as error:  # of pickles that another version has written, anything may be raised
+            logging.getLogger("kinetile").warning(
+                "kinetile: the machine code of %s in %s cannot be used (%s): it is dropped, and compiled "
+                "anew",
+                self._py_func.__qualname__,
+                self._cache_path,
+                str(error) or type(error).__name__,
+            )
+            with suppress(OSError):  # then this is said again by the next process
+                cast(Any, self).flush()
+            return None
+
+    def save_overload(self, signature: Any, data: Any) -> None:
+        """Write the machine code for a signature; without room on the disk, the next process compiles it."""
+        with suppress(OSError, ValueError):  # the latter: an index that could not be dropped
+            cast(Any, super()).save_overload(signature, data)
+            _remove_unused(Path(self._cache_path))
+
+
+def _remove_unused(place: Path) -> None:
+    """Remove files that no process has read or written for thirty days."""
+    oldest = time.time() - _UNUSED_SECONDS
+    for entry in os.scandir(place):
+        with suppress(OSError):  # another process has removed it
+            found = entry.stat()
+            if max(found.st_atime, found.st_mtime) < oldest:
+                os.unlink(entry.path)
+
+
+class _CheckedFiles(IndexDataCacheFile):
+    """The files of an entry: an index of signatures, and the machine code for each."""
+
+    def _load_index(self) -> Any:
+        with suppress(FileNotFoundError):
+            _check(self._index_path)
+            _touch(self._index_path)
+        return cast(Any, super())._load_index()
+
+    def _load_data(self, name: str) -> Any:
+        path = cast(Any, self)._data_path(name)
+        _check(path)
+        _touch(path)
+        return cast(Any, super())._load_data(name)
+
+    @contextmanager
+    def _open_for_write(self, path: str) -> Iterator[io.BytesIO]:
+        with cast(Any, super())._open_for_write(path) as file:
+            content = io.BytesIO()
+            yield content
+            file.write(content.getvalue())
+            file.write(hashlib.sha256(content.getbuffer()).digest())
+
+
+def _touch(path: str) -> None:
+    """Note that a file is in use: many systems do not note when a file is read."""
+    with suppress(OSError):
+        os.utime(path, ns=(time.time_ns(), os.stat(path).st_mtime_ns))
+
+
+def is_whole(path: str | os.PathLike[str]) -> bool:
+    """Whether a file of the cache ends with the checksum of what is before it."""
+    content = Path(path).read_bytes()
+    return hashlib.sha256(content[:-_CHECKSUM]).digest() == content[-_CHECKSUM:]
+
+
+def _check(path: str) -> None:
+    if not is_whole(path):
+        raise ValueError("damaged: its checksum is another")
