@@ -189,7 +189,6 @@ CLOCK = np.dtype(
         ("stop_tick", "i8"),  # a contact at this tick
         ("stop_a", "i8"),  # of these numbers
         ("stop_b", "i8"),
-        ("contact_ticks", "f8"),  # fewer ticks a contact than this, over a window of them: jammed
         ("fault", "i8"),
         ("fault_a", "i8"),
         ("fault_b", "i8"),

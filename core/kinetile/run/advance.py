@@ -12,13 +12,15 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from kinetile.kernel.clock import SPAN, TICKS
+from kinetile.kernel.faults import JAMMED
 from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED, WALLS
 from kinetile.kernel.loop import COMMAND_DUE, CONTACTS_REACHED, TIME_REACHED, WATCHED
 from kinetile.kernel.loop.calendar import rank
 from kinetile.kernel.loop.rules import PASS
 from kinetile.kernel.tables import NEVER, PARTING, STRUCTURAL, TURN, WALL, Kernel
-from kinetile.run.engine import UNLIMITED, Engine, move_base
+from kinetile.run.engine import UNLIMITED, Engine, move_base, skip
 from kinetile.run.interrupts import Unbroken
+from kinetile.scene.responses import Kind
 
 __all__ = ["End", "Event", "advance", "advance_one", "next_event"]
 
@@ -34,11 +36,12 @@ COMMANDS: dict[int, Literal["turn", "insert", "remove"]] = {
 
 
 class End(NamedTuple):
-    """When to stop: at a time (``until``, and ``ticks`` since the start; None: no end in time), or after so
-    many contacts or events in all."""
+    """When to stop: at a time (``until``, and ``ticks`` since the start; None: no end in time), after
+    ``quota`` contacts of that tick, or after so many contacts or events in all."""
 
     until: float | None = None
     ticks: int | None = None
+    quota: int = UNLIMITED
     contacts: int = UNLIMITED
     events: int = UNLIMITED
 
@@ -56,6 +59,7 @@ class Event(NamedTuple):
         bodies: the bodies that the event is about, in ascending order; none at a structural event.
         certificate: the body whose certificate fails at a structural event, else None.
         wall: "left", "right", "bottom" or "top" at a contact with a wall that has happened, else None.
+        kinds: the kinds of ``bodies``, in their order; none where the scene has none.
     """
 
     time: float
@@ -65,6 +69,7 @@ class Event(NamedTuple):
     bodies: tuple[int, ...] = ()
     certificate: int | None = None
     wall: str | None = None
+    kinds: tuple[Kind, ...] = ()
 
 
 def advance(engine: Engine, end: End, audit: int | None, after_chunk: Callable[[], None]) -> Event | None:
@@ -73,11 +78,12 @@ def advance(engine: Engine, end: End, audit: int | None, after_chunk: Callable[[
 
     ``after_chunk`` is called when a chunk is done; whatever it raises ends the run there.
     """
-    idle, seen, audited = 0, -1, engine.contacts
+    idle, quiet, seen, audited = 0, 0, -1, engine.contacts
     while True:
         rest = SPAN if end.ticks is None else engine.clock.relative(end.ticks)
         stop = end.contacts if audit is None else min(end.contacts, audited + audit)
-        reason = engine.chunk(min(rest, SPAN - 1), stop, most=end.events - engine.events)
+        quota = end.quota if rest < SPAN else UNLIMITED
+        reason = engine.chunk(min(rest, SPAN - 1), stop, end.events - engine.events, quota)
         arrived = reason == TIME_REACHED and rest < SPAN
         if arrived:
             engine.asked = end.until
@@ -91,20 +97,24 @@ def advance(engine: Engine, end: End, audit: int | None, after_chunk: Callable[[
             return _watched(engine) if watched else None
         if reason == TIME_REACHED:
             happened = engine.events - int(engine.k.counts[0].structural)
-            idle = idle + 1 if happened == seen and engine.next_command is None else 0
+            quiet = quiet + 1 if happened == seen else 0
+            idle = idle + 1 if quiet and engine.next_command is None else 0
             seen = happened
             if end.ticks is None and idle > IDLE_SPANS:
                 return None
-            with Unbroken():
-                move_base(engine, end.ticks)
+            skipped = _move_on(engine, end, idle, quiet) - 1
+            quiet += skipped
+            idle += skipped if idle else 0
 
 
 def advance_one(engine: Engine, end: End) -> Event | None:
     """Run the next event up to and at an end in time, and return it; None, at that end, where none comes."""
-    for _ in range(IDLE_SPANS):
+    idle = 0
+    while idle < IDLE_SPANS:
         engine.build()
         rest = SPAN if end.ticks is None else engine.clock.relative(end.ticks)
-        head = _look(engine, min(rest, SPAN - 1))
+        quota = end.quota if rest < SPAN else UNLIMITED
+        head = _look(engine, min(rest, SPAN - 1), quota)
         if head is not None:
             event = _event_of(engine, head)
             while engine.chunk(head.tick, UNLIMITED, most=1) == COMMAND_DUE:
@@ -115,27 +125,40 @@ def advance_one(engine: Engine, end: End) -> Event | None:
         elif end.ticks is None and not _awaited(engine) and engine.next_command is None:
             return None
         else:
-            engine.chunk(min(rest, SPAN - 1), UNLIMITED)
+            engine.chunk(min(rest, SPAN - 1), UNLIMITED, quota=quota)
             if rest < SPAN:
                 engine.asked = end.until
                 return None
-            with Unbroken():
-                move_base(engine, end.ticks)
+            idle += _move_on(engine, end, idle, idle)
     return None
 
 
+def _move_on(engine: Engine, end: End, idle: int, quiet: int) -> int:
+    """Move on to the next span of the clock in which something may happen, and return how many spans that is.
+
+    ``idle`` spans count for giving up a run that has no end; in ``quiet`` ones nothing has happened.
+    """
+    with Unbroken():
+        most = IDLE_SPANS - idle if end.ticks is None else UNLIMITED
+        # Looking ahead costs as much as some spans do, and is vain where bodies meet now and then.
+        skipped = skip(engine, end.ticks, most) if quiet % 16 == 15 else 0
+        move_base(engine, end.ticks)
+    return skipped + 1
+
+
 def next_event(engine: Engine) -> Event | None:
-    """Return the first event that is scheduled now; None where nothing is."""
+    """Return the first event that is scheduled now; None where nothing is. A jam is no hindrance."""
     engine.build()
-    clock = engine.k.clock[0]
-    command = int(clock.command)
+    clock, dial = engine.k.clock[0], engine.dial
+    command, fault = int(clock.command), dial.fault[0]
+    dial.fault[0] = 0 if fault == JAMMED else fault
     try:  # a body that is written down anew is no event: what comes after that?
         while clock.command < clock.commands and int(_next_command(engine).code) == REANCHORED:
             clock.command += 1
         head = _look(engine, int(clock.now) + 2 * SPAN)
         event = None if head is None else _event_of(engine, head)
     finally:
-        clock.command = command
+        clock.command, dial.fault[0] = command, fault
     planned = engine.next_command
     if planned is not None and (event is None or planned.ticks < event.epoch * TICKS + event.tick):
         return Event(*engine.clock.moment(planned.ticks), COMMANDS[planned.code], (planned.body,))
@@ -149,10 +172,10 @@ class _Head(NamedTuple):
     body: int | None
 
 
-def _look(engine: Engine, until: int) -> _Head | None:
-    """Return what comes next, up to and at a tick; None where nothing does. Nothing happens but that guesses
-    are asked."""
-    if engine.chunk(until, UNLIMITED, most=0) == TIME_REACHED:
+def _look(engine: Engine, until: int, quota: int = UNLIMITED) -> _Head | None:
+    """Return what comes next, up to and at a tick that may have ``quota`` contacts; None where nothing does.
+    Nothing happens but that guesses are computed exactly."""
+    if engine.chunk(until, UNLIMITED, 0, quota) == TIME_REACHED:
         return None
     k = engine.k
     clock, key = k.clock[0], np.asarray(k.queue.key)

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from dataclasses import replace
+from typing import cast, overload
 
 import numpy.typing as npt
 
+from kinetile.kernel.clock import TICKS
 from kinetile.kernel.log import INSERTED, REMOVED, TURNED
 from kinetile.run.arguments import read_insertion, read_removal, read_turns
 from kinetile.run.engine import Engine, Given, Rows, carry_out
 from kinetile.scene import Scene, relabelled
+from kinetile.scene.arrays import Numbers
 from kinetile.scene.responses import Kind
 
 __all__ = ["TakesCommands"]
@@ -29,9 +30,9 @@ class TakesCommands:
     def _alone(self, what: str) -> AbstractContextManager[None]:
         raise NotImplementedError
 
-    def set_velocity(self, body: int, velocity: tuple[float, float]) -> None:
+    def set_velocity(self, body: int, velocity: Numbers) -> None:
         """Turn a body now: from here on it flies with this velocity. As ``set_velocities``."""
-        self.set_velocities([body], [velocity])
+        self.set_velocities([body], cast("npt.ArrayLike", [velocity]))
 
     def set_velocities(self, bodies: npt.ArrayLike, velocities: npt.ArrayLike) -> None:
         """Turn bodies now, in the order given: (n,) their numbers, and (n, 2) velocities or one for all.
@@ -48,11 +49,27 @@ class TakesCommands:
         with self._alone("turn a body"):
             self._obey(TURNED, read_turns(self._engine, bodies, velocities))
 
+    @overload
+    def insert(
+        self, position: Numbers, velocity: Numbers, radius: float, mass: float = 1.0, kind: Kind | None = None
+    ) -> int: ...
+
+    @overload
     def insert(
         self,
-        position: Sequence[float],
-        velocity: Sequence[float] = (0.0, 0.0),
-        radius: float = 0.0,
+        position: Numbers,
+        velocity: Numbers = (0.0, 0.0),
+        *,
+        radius: float,
+        mass: float = 1.0,
+        kind: Kind | None = None,
+    ) -> int: ...
+
+    def insert(
+        self,
+        position: Numbers,
+        velocity: Numbers = (0.0, 0.0),
+        radius: float | None = None,
         mass: float = 1.0,
         kind: Kind | None = None,
     ) -> int:
@@ -65,16 +82,15 @@ class TakesCommands:
             Refused: it would reach into a body or beyond a wall (the error says into whom, and how deep), or
                 the broad phase cannot do a scene with it.
             ValueError: a number is not such as a scene may have, or the speed is too fast for the clock.
+            TypeError: there is no radius.
             BusyError: as ``set_velocities``.
         """
+        if radius is None:
+            raise TypeError("insert() needs the radius of the body that comes: insert(position, radius=...)")
         with self._alone("take a body in"):
-            engine = self._engine
-            number = engine.numbers
-            rows = read_insertion(engine, position, velocity, radius, mass, kind)
-            engine.number(number + 1)
+            rows = read_insertion(self._engine, position, velocity, radius, mass, kind)
             self._obey(INSERTED, rows)
-            engine.numbers = number + 1
-        return number
+        return int(rows["body"][0])
 
     def remove(self, body: int) -> None:
         """Have a body go now, and whatever was scheduled for it with it.
@@ -82,10 +98,7 @@ class TakesCommands:
         Raises IndexError where there is no such body, BusyError as ``set_velocities``.
         """
         with self._alone("let a body go"):
-            rows = read_removal(self._engine, body)
-            self._obey(REMOVED, rows)
-            engine = self._engine
-            engine.agenda.cancel(engine.k, engine.dial, int(rows["body"][0]))
+            self._obey(REMOVED, read_removal(self._engine, body))
 
     def _obey(self, code: int, rows: Rows) -> None:
         """Carry commands out, and write them down."""
@@ -94,12 +107,8 @@ class TakesCommands:
 
     def recorded(self) -> Scene:
         """Return the scene together with all commands that were given by hand, each at its exact time, and
-        with the present time as its end: run under any phase it has the contacts of this run."""
+        with the present moment as its exact end: run under any phase it has the contacts of this run."""
         engine = self._engine
         played = self._given.in_scene(self.scene, engine.clock)
-        end = engine.time
-        if end <= played.start:
-            return played
-        if engine.clock.relative(engine.clock.ticks(end)) < engine.now:  # it was rounded down
-            end = math.nextafter(end, math.inf)
-        return relabelled(played, settings=replace(played.settings, until=end))
+        end = (*divmod(engine.clock.total(engine.now), TICKS), engine.met_now)
+        return relabelled(played, settings=replace(played.settings, until=engine.time, end=end))

@@ -15,7 +15,7 @@ from kinetile.errors import AuditError, BusyError, MissedContactError, PhaseErro
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.compiled import is_cached
 from kinetile.run.advance import End, Event, advance, advance_one, next_event
-from kinetile.run.arguments import StopAt, read_body, read_end, watch, watch_no_more
+from kinetile.run.arguments import StopAt, read_body, read_end, read_stop, watch, watch_no_more
 from kinetile.run.commanding import TakesCommands
 from kinetile.run.composition import Commands, compose_phases
 from kinetile.run.engine import Engine, Given
@@ -98,6 +98,12 @@ class Simulation(TakesCommands, CanBeSaved, ReadsOut, Questions):
 
     # What it is
 
+    def __repr__(self) -> str:
+        bodies = len(self.bodies)
+        what = f"{self.broad_phase}, {bodies} {'body' if bodies == 1 else 'bodies'}, time {self.time!r}"
+        ended = "" if self._fault is None else f", ended by {self._fault.partition(':')[0]}"
+        return f"<Simulation: {what}, {self._engine.contacts} contacts{ended}>"
+
     @property
     def broad_phase(self) -> str:
         """Name of the broad phase."""
@@ -133,7 +139,7 @@ class Simulation(TakesCommands, CanBeSaved, ReadsOut, Questions):
     # Running
 
     def compile(self) -> float:
-        """Compile the loop, or load it from the disk cache; return the seconds this has taken so far."""
+        """Compile the loop, or load it from the disk cache; return the CPU seconds this has taken so far."""
         self._engine.compile()
         return self._engine.compile_seconds
 
@@ -182,11 +188,14 @@ class Simulation(TakesCommands, CanBeSaved, ReadsOut, Questions):
             PhaseError: a phase broke the protocol.
             AuditError: an audit found something that does not hold.
             BusyError: this simulation is running already.
-            ValueError: ``until`` is not a finite time, or lies in the past; ``stop_at`` names what is not
-                there.
+            ValueError: ``until`` is not a finite time, or lies in the past; ``stop_at`` names a kind that
+                there is not.
+            IndexError: ``stop_at`` names a body that is not there, nor still to come.
+            TypeError: ``stop_at`` is no ``StopAt``.
         """
         with self._alone("run"):
             end = read_end(self._engine, self.scene, until, max_contacts, max_events)
+            stop_at = read_stop(stop_at)
             engine = self._engine
             engine.compile()
             if stop_at is not None:
@@ -201,9 +210,12 @@ class Simulation(TakesCommands, CanBeSaved, ReadsOut, Questions):
                         cpu = engine.cpu_seconds - began
                         progress(Progress(self.time, end.until, engine.contacts, engine.events, cpu))
 
+                introduce = getattr(recorder, "introduce", None)
+                if introduce is not None:  # an event file says of which kinds bodies are that come by hand
+                    introduce(self.kinds_of, engine.numbers)
                 with Unbroken():
                     engine.ledger.hand_over()
-                return advance(engine, end, self._audit, after_chunk)
+                return self._with_kinds(advance(engine, end, self._audit, after_chunk))
             finally:
                 self._running = False
                 watch_no_more(engine)
@@ -218,7 +230,7 @@ class Simulation(TakesCommands, CanBeSaved, ReadsOut, Questions):
         None as well, two million time units later, where none comes before that. Raises as ``run`` does.
         """
         with self._alone("step"):
-            return advance_one(self._engine, End())
+            return self._with_kinds(advance_one(self._engine, End()))
 
     def steps(self, until: float | None = None) -> Iterator[Event]:
         """Run event by event, and yield each after it has happened, up to and at a time.
@@ -232,7 +244,7 @@ class Simulation(TakesCommands, CanBeSaved, ReadsOut, Questions):
         end = End() if until is None else read_end(self._engine, self.scene, until)
         while True:
             with self._alone("step"):
-                event = advance_one(self._engine, end)
+                event = self._with_kinds(advance_one(self._engine, end))
             if event is None:
                 return
             yield event
@@ -247,7 +259,7 @@ class Simulation(TakesCommands, CanBeSaved, ReadsOut, Questions):
         Raises BusyError while a chunk of a run is under way: to look ahead, the loop asks who meets first.
         """
         with self._alone("look ahead"):
-            return next_event(self._engine)
+            return self._with_kinds(next_event(self._engine))
 
     def audit(self) -> None:
         """Check now everything that must hold between two events; O(n^2).
@@ -268,6 +280,12 @@ class Simulation(TakesCommands, CanBeSaved, ReadsOut, Questions):
     def _bodies_of(self, slots: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
         numbers: npt.NDArray[np.int64] = self._engine.k.queue["number"][slots].astype(np.int64)
         return numbers
+
+    def _with_kinds(self, event: Event | None) -> Event | None:
+        """Return an event with the kinds of its bodies, where the scene has kinds."""
+        if event is None or self.scene.kinds == (0,):
+            return event
+        return event._replace(kinds=tuple(self.kinds_of(event.bodies).tolist()))
 
     def _planned(self) -> Mapping[int, int]:
         engine = self._engine

@@ -134,7 +134,7 @@ def test_many_turn_at_once():
         one.set_velocities([1, 2], [[1.0, 2.0]] * 3)
     with pytest.raises(ValueError, match="two finite numbers"):
         one.set_velocities([1, 2], (np.inf, 0.0))
-    with pytest.raises(ValueError, match="list of their numbers"):
+    with pytest.raises(IndexError, match=r"a whole one; found 0\.5"):
         one.set_velocities([0.5], (1.0, 0.0))
     one.set_velocities([], (1.0, 0.0))
 
@@ -273,10 +273,10 @@ def test_when_bodies_are_jammed_does_not_depend_on_the_phase(phase):
         ):
             command()
             clock = sim.tables.clock[0]
-            seen.append((float(clock.contact_ticks), int(clock.window_size)))
+            seen.append((int(clock.window), int(clock.window_size)))
         limits.append(seen)
     assert limits[0] == limits[1]
-    assert len(set(limits[0])) > 3
+    assert len(set(limits[0])) > 1
 
 
 @settings(max_examples=10, deadline=None)

@@ -229,8 +229,8 @@ def test_rows_before_the_hook_that_raised_reach_the_recorder(monkeypatch):
     sim.compile()
     loop, parts = sim._engine.loop, []
 
-    def broken(k, state, until, budget, contacts):
-        loop(k, state, until, budget, 7)
+    def broken(k, state, until, budget, contacts, quota):
+        loop(k, state, until, budget, 7, quota)
         raise ValueError("a hook that is interpreted")
 
     monkeypatch.setattr(sim._engine, "loop", broken)

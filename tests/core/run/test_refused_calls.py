@@ -17,6 +17,8 @@ from kinetile.kernel.compiled import INTERPRETED
 from kinetile.toolbox import BroadPhaseParts, Kernel, PairParts, hook
 from kinetile_plugins.naive import Naive
 
+PHASES = ["naive", "cells", "sap-1d", "sap-2d", "sweep-tiling"]
+
 
 class ThinSkinned(Naive):
     """naive, but right only with the skin that a scene begins with."""
@@ -73,6 +75,78 @@ def plugin() -> Iterator[None]:
     kt.registry().add(found)
     yield
     kt.registry().remove(found)
+
+
+BAD_NUMBERS = st.sampled_from([-1, -(2**31), 9, 10, 63, 64, 2**31, 2**63, 2**70, True, 1.0, 1.5, np.bool_(1)])
+CALLS = {
+    "remove": lambda sim, body: sim.remove(body),
+    "set_velocity": lambda sim, body: sim.set_velocity(body, (0.0, 0.0)),
+    "set_velocities": lambda sim, body: sim.set_velocities([0, body], (0.0, 0.0)),
+    "next_contact": lambda sim, body: sim.next_contact(0, body),
+    "next_contact_of": lambda sim, body: sim.next_contact_of(body),
+    "stop at a body": lambda sim, body: sim.run(9.0, stop_at=kt.StopAt(bodies=[body])),
+    "stop at a pair": lambda sim, body: sim.run(9.0, stop_at=kt.StopAt(pairs=[(0, body)])),
+}
+
+
+@settings(deadline=None)
+@given(BAD_NUMBERS, st.sampled_from(sorted(CALLS)), st.sampled_from(PHASES), st.booleans(), st.booleans())
+def test_a_number_that_no_body_was_given_was_accepted(number, call, phase, live, one_has_gone):
+    """In a simulation with room for bodies that come, the slot of a number that was never given counted."""
+    sim = kt.Simulation(grid(), phase, live=live)
+    sim.run(0.125)
+    if one_has_gone:
+        sim.remove(4)
+        number = 4 if number == 9 else number
+    before = sim.snapshot()
+    with pytest.raises(IndexError, match="body"):
+        CALLS[call](sim, number)
+    assert sim.snapshot() == before
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.sampled_from(PHASES),
+    st.booleans(),
+    st.sampled_from(["overlap", "wall", "fast and overlap", "light and overlap", "too fast", "no radius"]),
+    st.sampled_from([0.0, 0.25, 5.0]),
+)
+def test_a_refused_insertion_changed_skin_structure_and_clock(phase, live, why, until):
+    sim = kt.Simulation(grid(), phase, live=live)
+    sim.run(until)
+    place = tuple(sim.positions()[3])
+    how = {
+        "overlap": (place, (0.0, 0.0), 0.01),
+        "wall": ((0.0, 0.5), (0.0, 0.0), 0.01),
+        "fast and overlap": (place, (400.0, 0.0), 0.01),
+        "light and overlap": (place, (1.0, 0.0), 0.001, 1e-6),
+        "too fast": ((0.5, 0.5), (1e300, 0.0), 0.01),
+        "no radius": ((0.5, 0.5), (0.0, 0.0), 0.0),
+    }[why]
+    before = sim.snapshot()
+    with pytest.raises((Refused, ValueError)):
+        sim.insert(*how)
+    assert sim.snapshot() == before
+
+
+def test_an_insertion_refused_after_commands_of_the_scene_undid_nothing():
+    """The scene's own removal at this tick would come first, and be carried out without the other."""
+    scene = grid()
+    own = [kt.Remove(0, 0.25, (0, 1 << 50, 0)), kt.Turn(1, 0.25, (0.5, 0.5), (0, 1 << 50, 0))]
+    scene = kt.Scene(scene.position, scene.velocity, scene.radius, 1.0, scene.arena, commands=own)
+    for phase in PHASES:
+        sim = kt.Simulation(scene, phase, live=True)
+        sim.run(0.25, max_events=1)
+        while sim.exact_time < (0, 1 << 50):
+            sim.run(0.25, max_events=1)
+        if 0 not in sim.bodies:  # the last event was the command itself
+            continue
+        before = sim.snapshot()
+        with pytest.raises(Refused):
+            sim.insert(tuple(sim.positions()[3]), (0.0, 0.0), 0.01)
+        assert sim.snapshot() == before
+        sim.insert(tuple(sim.positions()[0]), (0.0, 0.0), 0.01)  # whose place is free by then
+        assert sim.bodies.tolist() == [*range(1, 10)]
 
 
 def grid(bodies: int = 9) -> kt.Scene:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from time import sleep
 
 import numpy as np
 import pytest
@@ -400,3 +401,10 @@ def test_where_the_skin_would_be_too_thick_for_sweep_tiling_the_default_is_right
     assert default.broad_phase == "cells"
     assert len(naive.contacts) == 1
     assert default.contacts.tolist() == naive.contacts.tolist()
+
+
+def test_the_cpu_time_to_make_it_ready_was_that_of_the_clock_on_the_wall(monkeypatch):
+    sim = kt.Simulation(kt.make_scene("two-discs"), "naive")
+    monkeypatch.setattr("kinetile.run.engine.engine.make_ready", lambda *arguments: sleep(0.5))
+    assert sim.compile() < 0.25
+    assert sim.readings.compile_seconds == sim.compile()

@@ -33,6 +33,7 @@ from kinetile.kernel.loop.commands import (
     blocked_by,
     has_vacancy,
     may_come,
+    met_at,
     must_wait,
     obey,
     plan_changed,
@@ -91,10 +92,11 @@ PAIRS = WALLS = COMMANDS = LIVING = RULES = PASSING = True
 build = repair = replan = near = meet = collide = reach_wall = bounce = to_be_filled_in
 
 
-def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
+def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int, quota: int) -> int:
     """Run the events up to and at tick ``until``; return the reason for stopping.
 
-    ``s`` is the broad phase's state, ``budget`` how many events may run, ``contacts`` how many contacts.
+    ``s`` is the broad phase's state, ``budget`` how many events may run, ``contacts`` how many contacts there
+    may be in all, ``quota`` how many at tick ``until``: the others of that tick stay pending.
     With a budget of 0 nothing moves, not even the clock, but guesses are asked until an event is at the head.
     At the first call after ``tables.clear`` the structure is built and every body asked.
     """
@@ -189,7 +191,12 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
             if tick < at or (tick == at and kind >= WALL and may_come(k)):
                 commanded = True
                 at = tick
-        if at > until or (h < 0 and not commanded):
+        # The last tick may end between two of its contacts: where a command by hand was given, or where a
+        # recording stopped. Structural events and commands of that place have happened then.
+        over = at > until or (h < 0 and not commanded)
+        if at == until and not commanded and kind >= WALL:
+            over = over or met_at(k, at) >= quota
+        if over:
             if moving:
                 clock.now = larger(clock.now, until)
             return TIME_REACHED
@@ -226,7 +233,7 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int) -> int:
                 if (
                     tick >= rival
                     or tick >= runner_up(k, h, other)
-                    or tick > until
+                    or tick >= until
                     or tick < clock.now
                     or budget <= 0
                     or log_is_full(k, 1)

@@ -35,6 +35,7 @@ __all__ = [
     "depart",
     "has_vacancy",
     "may_come",
+    "met_at",
     "must_wait",
     "obey",
     "obey_alone",
@@ -66,12 +67,17 @@ def plan_changed(k: Kernel, body: int) -> None:
 
 
 @hook
+def met_at(k: Kernel, tick: int) -> int:
+    """Return how many contacts have happened at a tick that is not in the past."""
+    clock = k.clock[0]
+    return int(clock.met_there if clock.met_tick == tick else 0)
+
+
+@hook
 def may_come(k: Kernel) -> bool:
     """Whether as many contacts have happened at the tick of the next command as it waits for."""
-    clock = k.clock[0]
-    command = k.commands[clock.command]
-    there = clock.met_there if clock.met_tick == command.tick else 0
-    return bool(command.after <= there)
+    command = k.commands[k.clock[0].command]
+    return bool(command.after <= met_at(k, command.tick))
 
 
 @hook

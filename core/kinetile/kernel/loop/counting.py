@@ -3,7 +3,10 @@ cannot be, jams and overlaps that rounding does not explain."""
 
 from __future__ import annotations
 
-from kinetile.kernel.compiled import hook, larger
+import math
+
+from kinetile.kernel.clock import SPAN
+from kinetile.kernel.compiled import hook, larger, smaller
 from kinetile.kernel.faults import JAMMED, NOT_FINITE, TOO_DEEP, blame
 from kinetile.kernel.tables import NOBODY, Kernel
 
@@ -53,6 +56,29 @@ def _note_watched(k: Kernel, tick: int, a: int, b: int) -> None:
 
 
 @hook
+def _ticks_of_a_jam(k: Kernel) -> float:
+    """Return in how many ticks a window of contacts shows a jam: less than 1e-13 of the smallest radius of
+    flight each, at the speed of the fastest body.
+
+    Both are those of the bodies as they are now, not bounds that hold for all time: those know the commands
+    of a scene beforehand, so a run with commands by hand and its recording would be jammed at different
+    contacts.
+    """
+    clock = k.clock[0]
+    radius = math.inf
+    squares = 0.0
+    for slot in range(clock.bodies):
+        if k.queue[slot].number >= 0:
+            body = k.bodies[slot]
+            radius = smaller(radius, body.radius)
+            squares = larger(squares, body.vx * body.vx + body.vy * body.vy)
+    if squares == 0.0:
+        return 0.0
+    flight = 1e-13 * radius / math.sqrt(squares) * clock.per_time
+    return float(smaller(clock.window_size * flight, float(SPAN)))
+
+
+@hook
 def count_row(k: Kernel, tick: int, a: int, b: int) -> None:
     """Count what has happened at a tick, see whether it is watched, and look for jams."""
     clock = k.clock[0]
@@ -62,7 +88,7 @@ def count_row(k: Kernel, tick: int, a: int, b: int) -> None:
     clock.spins = 0
     clock.window += 1
     if clock.window >= clock.window_size:
-        if tick - clock.window_tick <= clock.window_size * clock.contact_ticks:
+        if tick - clock.window_tick <= _ticks_of_a_jam(k):
             blame(k, JAMMED, a, b)
         clock.window = 0
         clock.window_tick = tick

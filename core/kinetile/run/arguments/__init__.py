@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from kinetile.run.arguments.reading import read_body, read_end, read_insertion, read_removal, read_turns
-from kinetile.run.arguments.stopping import StopAt, watch, watch_no_more
+from kinetile.run.arguments.stopping import StopAt, read_stop, watch, watch_no_more
 
 __all__ = [
     "StopAt",
@@ -11,6 +11,7 @@ __all__ = [
     "read_end",
     "read_insertion",
     "read_removal",
+    "read_stop",
     "read_turns",
     "watch",
     "watch_no_more",

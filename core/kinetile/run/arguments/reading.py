@@ -16,7 +16,7 @@ from kinetile.run.engine import UNLIMITED, Engine, Rows, command_rows
 from kinetile.scene import Insert, Scene
 from kinetile.scene.checks import is_finite, shown
 from kinetile.scene.commands import check_commands
-from kinetile.scene.responses import Kind
+from kinetile.scene.responses import Kind, no_kind
 
 __all__ = ["read_body", "read_end", "read_insertion", "read_removal", "read_turns"]
 
@@ -28,7 +28,10 @@ def read_end(
     max_contacts: int | None = None,
     max_events: int | None = None,
 ) -> End:
-    """Return the end that was asked for; ValueError where it is none, or lies in the past."""
+    """Return the end that was asked for; ValueError where it is none, or lies in the past.
+
+    The scene's own ``until`` is its exact end, where it has one.
+    """
     if until is None:
         until = scene.settings.until
     if until is None and max_contacts is None and max_events is None:
@@ -42,20 +45,33 @@ def read_end(
     if not is_finite(until):
         raise ValueError(f"until must be a finite time; found {shown(until)}")
     until = float(until)
-    ticks = engine.clock.total(engine.now) if until == engine.time else engine.clock.ticks(until)
+    exact = scene.settings.end if until == scene.settings.until else None
+    if exact is not None:
+        end = end._replace(quota=exact[2])
+        ticks = engine.clock.tick_of(until, exact)
+    else:
+        ticks = engine.clock.total(engine.now) if until == engine.time else engine.clock.ticks(until)
     if engine.clock.relative(ticks) < engine.now:
         raise ValueError(f"until={until} lies in the past: the time is {engine.time}")
     return end._replace(until=until, ticks=ticks)
 
 
-def read_body(engine: Engine, body: object) -> int:
-    """Return the number of a body that is there; IndexError where there is none, with what is known of it."""
+def read_body(engine: Engine, body: object, or_coming: bool = False) -> int:
+    """Return the number of a body that is there, or that is still to come; IndexError for any other number,
+    with what is known of it, TypeError for what is no number.
+
+    As for an index of NumPy, a float and a bool are no numbers of bodies.
+    """
+    if isinstance(body, bool | np.bool_ | float | np.floating):
+        raise IndexError(f"a body goes by its number, a whole one; found {shown(body)}")
     try:
-        number = operator.index(body)  # type: ignore[arg-type]  # anything may be asked for
+        number = operator.index(body)  # type: ignore[arg-type]  # anything may be given
     except TypeError:
         raise TypeError(f"a body goes by its number; found {shown(body)}") from None
-    slots = engine.k.slots
-    if 0 <= number < len(slots) and slots[number] >= 0:
+    # The table of slots has room for numbers that are still to be given: they count for nothing.
+    if 0 <= number < engine.numbers and engine.k.slots[number] >= 0:
+        return number
+    if or_coming and engine.agenda.brings(engine.k, engine.clock, number):
         return number
     there = int(engine.dial.present[0])
     if not 0 <= number < engine.numbers:
@@ -68,9 +84,17 @@ def read_turns(engine: Engine, bodies: object, velocities: object) -> Rows:
 
     IndexError for a body that is not there, ValueError where a velocity is not such as can be flown.
     """
-    numbers = np.atleast_1d(np.asarray(bodies))
-    if numbers.ndim != 1 or (numbers.dtype.kind not in "iu" and len(numbers)):
+    try:
+        numbers = np.atleast_1d(np.asarray(bodies))
+    except ValueError:  # rows of different lengths
+        numbers = np.zeros((0, 0))
+    if numbers.ndim != 1:
         raise ValueError(f"bodies are given by a list of their numbers; found {shown(bodies)}")
+    if isinstance(bodies, list | tuple) and any(isinstance(body, bool | np.bool_) for body in bodies):
+        numbers = np.array(bodies, dtype=object)  # beside numbers, NumPy makes 1 of True
+    if len(numbers) and numbers.dtype.kind not in "iu":
+        for body in numbers.tolist():
+            read_body(engine, body)
     try:
         pairs = np.asarray(velocities, dtype=np.float64)
         if pairs.shape != (len(numbers), 2):
@@ -93,7 +117,7 @@ def read_turns(engine: Engine, bodies: object, velocities: object) -> Rows:
 def _slots_of(engine: Engine, numbers: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
     """Return the slots of bodies; IndexError where one is not there."""
     slots: npt.NDArray[np.int32] = engine.k.slots
-    known = (numbers >= 0) & (numbers < len(slots))
+    known = (numbers >= 0) & (numbers < engine.numbers)
     if known.all():
         found = slots[numbers.astype(np.int64)]
         if (found >= 0).all():
@@ -110,8 +134,7 @@ def read_insertion(
     kinds = engine.scene.kinds
     kind = kinds[0] if kind is None else kind
     if kind not in kinds:
-        known = ", ".join(map(repr, kinds))
-        raise ValueError(f"this body cannot come: {shown(kind)} is no kind of this scene; there are: {known}")
+        raise ValueError(f"this body cannot come: {no_kind(kind, kinds)}")
     if mass == math.inf and engine.composition.rules is None:
         raise ValueError(
             "this body cannot come: its mass is infinite, and this run is not made for bodies that nothing "

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
@@ -11,12 +10,14 @@ import numpy as np
 
 from kinetile.kernel.loop.counting import ANY, SOME
 from kinetile.kernel.tables import NOBODY, OFFER, record_table
+from kinetile.run.arguments.reading import read_body
 from kinetile.run.engine import Engine
+from kinetile.run.questions.asking import read_kinds
 from kinetile.scene import Insert, Scene
 from kinetile.scene.checks import WALL, shown
 from kinetile.scene.responses import Kind
 
-__all__ = ["StopAt", "watch", "watch_no_more"]
+__all__ = ["StopAt", "read_stop", "watch", "watch_no_more"]
 
 
 @dataclass(frozen=True)
@@ -26,30 +27,38 @@ class StopAt:
     Attributes:
         bodies: numbers of bodies, at every contact of theirs, with others or walls.
         pairs: two numbers each, or a number and "wall".
-        kinds: kinds of bodies, at every contact of theirs; those who come later among them, where the scene
-            has them come.
+        kinds: one kind of bodies or several, at every contact of theirs; those who come later among them,
+            where the scene has them come.
         before: stop before the contact happens, and not after: it is still to come, if no command changes
         that.
     """
 
     bodies: Iterable[int] = field(default=())
     pairs: Iterable[tuple[int, int | str]] = field(default=())
-    kinds: Iterable[Kind] = field(default=())
+    kinds: Kind | Iterable[Kind] = field(default=())
     before: bool = False
 
 
+def read_stop(stop: Any) -> StopAt | None:
+    """Return where a run is to stop; TypeError for what does not say so."""
+    if stop is None or isinstance(stop, StopAt):
+        return stop
+    raise TypeError(
+        "stop_at is kinetile.StopAt(...), which chooses contacts by bodies, pairs or kinds; "
+        f"found {shown(stop)}"
+    )
+
+
 def watch(engine: Engine, scene: Scene, stop: StopAt) -> None:
-    """Have the loop stop there. Raises ValueError for bodies or kinds that there are not, with nothing
-    changed."""
+    """Have the loop stop there. Raises IndexError for bodies that are not there nor still to come, ValueError
+    for kinds that there are not, with nothing changed."""
     flags = np.zeros(len(engine.k.slots), dtype=np.uint8)
-    bodies, kinds = list(stop.bodies), list(stop.kinds)
-    pairs = [_pair(engine, pair) for pair in stop.pairs]
+    kinds = read_kinds(stop.kinds, scene.kinds, "stop_at")
+    bodies = _several(stop.bodies, "bodies", "their numbers")
+    pairs = [_pair(engine, pair) for pair in _several(stop.pairs, "pairs", "two numbers each")]
     for body in bodies:
-        flags[_number(engine, body)] = ANY
+        flags[read_body(engine, body, or_coming=True)] = ANY
     for kind in kinds:
-        if kind not in scene.kinds:
-            known = ", ".join(map(repr, scene.kinds))
-            raise ValueError(f"stop_at: {shown(kind)} is no kind of this scene; there are: {known}")
         flags[_of_kind(engine, scene, kind)] = ANY
     if not (bodies or kinds or pairs):
         flags[:] = ANY
@@ -66,17 +75,12 @@ def watch_no_more(engine: Engine) -> None:
     engine.k = engine.k._replace(watch=np.zeros(0, dtype=np.uint8), watched=record_table(OFFER, 0))
 
 
-def _number(engine: Engine, body: Any) -> int:
-    """Return the number of a body that there is, was or will be; ValueError for another."""
+def _several(given: Any, name: str, of: str) -> list[Any]:
+    """Return what is given as a list; TypeError where it is no several."""
     try:
-        number = operator.index(body)
+        return list(given)
     except TypeError:
-        raise ValueError(f"stop_at: a body goes by its number; found {shown(body)}") from None
-    if not 0 <= number < engine.numbers:
-        raise ValueError(
-            f"stop_at: there is no body {number}: numbers up to {engine.numbers - 1} have been given"
-        )
-    return number
+        raise TypeError(f"stop_at: {name} are given by a list of {of}; found {shown(given)}") from None
 
 
 def _pair(engine: Engine, pair: Any) -> tuple[int, int]:
@@ -86,7 +90,8 @@ def _pair(engine: Engine, pair: Any) -> tuple[int, int]:
         raise ValueError(
             f"stop_at: a pair is two numbers of bodies, or one and {WALL!r}; found {shown(pair)}"
         )
-    return _number(engine, two[0]), NOBODY if two[1] == WALL else _number(engine, two[1])
+    one = read_body(engine, two[0], or_coming=True)
+    return one, NOBODY if two[1] == WALL else read_body(engine, two[1], or_coming=True)
 
 
 def _of_kind(engine: Engine, scene: Scene, kind: Kind) -> list[int]:

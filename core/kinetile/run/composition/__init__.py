@@ -9,7 +9,16 @@ from kinetile.run.composition.phases import (
     Composition,
     check_options,
     compose_phases,
+    read_narrow_phases,
 )
 from kinetile.run.composition.rules import Rules
 
-__all__ = ["DEFAULT_BROAD_PHASE", "Commands", "Composition", "Rules", "check_options", "compose_phases"]
+__all__ = [
+    "DEFAULT_BROAD_PHASE",
+    "Commands",
+    "Composition",
+    "Rules",
+    "check_options",
+    "compose_phases",
+    "read_narrow_phases",
+]

@@ -19,7 +19,7 @@ from kinetile.run.composition.rules import Rules, read_rules
 from kinetile.scene import Scene, Turn
 from kinetile.scene.reach import skin_at_start
 
-__all__ = ["DEFAULT_BROAD_PHASE", "Commands", "Composition", "compose_phases"]
+__all__ = ["DEFAULT_BROAD_PHASE", "Commands", "Composition", "compose_phases", "read_narrow_phases"]
 
 DEFAULT_BROAD_PHASE = "cells"
 """Taken without a name: it does any scene, and is the fastest of the built-in ones (docs/benchmark.md)."""
@@ -145,11 +145,18 @@ def compose_phases(
     narrow = narrow_phases if narrow_phases is not None else settings.narrow_phases
     if narrow is None:
         narrow = ("disc", "wall") if scene.arena is not None else ("disc",)
-    if isinstance(narrow, str):
-        raise BadOption(f"narrow_phases is a sequence of names, such as [{narrow!r}], not a string")
-    named = narrow if isinstance(narrow, Mapping) else {each: {} for each in narrow}
+    named = read_narrow_phases(narrow)
     name = broad_phase if broad_phase is not None else settings.broad_phase
     return _compose(scene, name if name is not None else DEFAULT_BROAD_PHASE, named, options)
+
+
+def read_narrow_phases(
+    narrow: Sequence[str] | Mapping[str, Mapping[str, Any]],
+) -> Mapping[str, Mapping[str, Any]]:
+    """Return narrow phases with their options; raise BadOption for a string."""
+    if isinstance(narrow, str):
+        raise BadOption(f"narrow_phases is a sequence of names, such as [{narrow!r}], not a string")
+    return narrow if isinstance(narrow, Mapping) else {each: {} for each in narrow}
 
 
 def _compose(
@@ -196,6 +203,13 @@ def _compose(
         raise Refused(
             f"{name} is right only while bodies cannot pass through each other, and no narrow phase for "
             "pairs is named: name one, such as disc, or choose cells, sap-1d, sap-2d or naive"
+        )
+    if broad.solid and pair is not None and pair.contact_distance != "sum of radii":
+        closer = next(described("narrow phase", each) for each, parts in given.items() if parts is pair)
+        raise Refused(
+            f"{name} is right only while bodies touch at the sum of their radii, and those of {closer} may "
+            "come closer (its parts say contact_distance='closer', the default): choose cells, sap-1d, "
+            "sap-2d or naive"
         )
     rules = read_rules(scene, (name, broad), given, _prepare)
     return Composition(name, broad_options, narrow_options, broad, pair, wall, scene, rules)

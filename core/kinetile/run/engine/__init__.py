@@ -6,6 +6,16 @@ from kinetile.run.engine.commands.agenda import Command, Rows
 from kinetile.run.engine.commands.by_hand import UNLIMITED, carry_out, command_rows
 from kinetile.run.engine.commands.given import Given
 from kinetile.run.engine.engine import Engine
-from kinetile.run.engine.spans import move_base
+from kinetile.run.engine.spans import move_base, skip
 
-__all__ = ["UNLIMITED", "Command", "Engine", "Given", "Rows", "carry_out", "command_rows", "move_base"]
+__all__ = [
+    "UNLIMITED",
+    "Command",
+    "Engine",
+    "Given",
+    "Rows",
+    "carry_out",
+    "command_rows",
+    "move_base",
+    "skip",
+]

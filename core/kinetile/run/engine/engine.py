@@ -14,13 +14,15 @@ from __future__ import annotations
 
 import math
 import time
-from contextlib import nullcontext
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 
 import numpy as np
 
 from kinetile.errors import PhaseError, Refused
 from kinetile.kernel.clock import Clock
 from kinetile.kernel.compiled import INTERPRETED, NotCompiled, make_ready
+from kinetile.kernel.faults import JAMMED
 from kinetile.kernel.flight import positions_now
 from kinetile.kernel.loop import (
     BLOCKED,
@@ -38,7 +40,7 @@ from kinetile.plugin.calling import calling, described, place_of
 from kinetile.plugin.discovery import sentence
 from kinetile.run.audit import check_all
 from kinetile.run.composition import Commands, Composition
-from kinetile.run.engine.commands.agenda import Agenda, Command, planned
+from kinetile.run.engine.commands.agenda import Agenda, Command, is_due, planned
 from kinetile.run.engine.commands.by_hand import UNLIMITED
 from kinetile.run.engine.dials import Tables
 from kinetile.run.engine.failures import blocked, failure
@@ -72,7 +74,7 @@ class Engine(Tables):
         numbers: how many numbers bodies have been given, or will be by the scene.
         loop: the composed loop.
         cpu_seconds: processor time spent in the loop.
-        compile_seconds: time spent compiling or loading it.
+        compile_seconds: processor time spent compiling or loading it.
         audits: times an audit found nothing.
         asked: the time that was asked for, while the run stands there: ``time`` says it as it was said.
         busy: a chunk is under way, the taking over of its log included.
@@ -130,36 +132,72 @@ class Engine(Tables):
     def compile(self) -> None:
         """Compile the loop, or load it from the disk cache, where that has not been done."""
         if not self._ready:
-            began = time.perf_counter()
+            began = time.thread_time()
             try:
-                make_ready(self.loop, self.k, self.state, 0, 0, 0)
+                make_ready(self.loop, self.k, self.state, 0, 0, 0, 0)
             except NotCompiled as error:
                 who = described("broad phase", self.composition.broad_phase)
                 said = f"the hooks of {self._phases} do not compile together ({who}): {error}"
                 raise PhaseError(said) from error
-            self.compile_seconds += time.perf_counter() - began
+            self.compile_seconds += time.thread_time() - began
             self._ready = True
 
-    def chunk(self, until: int, contacts: int, most: int = UNLIMITED) -> int:
+    def chunk(self, until: int, contacts: int, most: int = UNLIMITED, quota: int = UNLIMITED) -> int:
         """Run one chunk of the loop, take over its log, and do what it asks for; return its reason.
 
-        ``contacts`` is how many there may have been in all, ``most`` how many events may run now; a chunk
-        takes a fraction of a second, whatever they are.
+        ``contacts`` is how many there may have been in all, ``most`` how many events may run now, ``quota``
+        how many contacts there may be at tick ``until``; a chunk takes a fraction of a second, whatever they
+        are.
 
         Raises:
             ZenoError, MissedContactError, PhaseError: the loop returned with a fault.
         """
         self.compile()
-        if self.broken is not None:
-            raise PhaseError(f"this simulation cannot go on: {self.broken}") from self.broken
+        self._demand_whole()
         with Unbroken():  # the loop, its log, the recorder: one step
             self.busy = True
             try:
-                return self._chunk(until, contacts, most)
+                return self._chunk(until, contacts, most, quota)
             finally:
                 self.busy = False
 
-    def _chunk(self, until: int, contacts: int, most: int) -> int:
+    def _demand_whole(self) -> None:
+        """Raise PhaseError where a call has left the tables unfit to go on with."""
+        if self.broken is not None:
+            raise PhaseError(f"this simulation cannot go on: {self.broken}") from self.broken
+
+    def demand_sound(self) -> None:
+        """Raise the fault after which no command can be taken; a jam is none, for a command may end it."""
+        self._demand_whole()
+        if self.dial.fault[0] not in (0, JAMMED):
+            raise failure(self.k, self.composition, self.clock.time(self.now))
+
+    @contextmanager
+    def unchanged_if_refused(self) -> Iterator[None]:
+        """Within this context Refused leaves the engine as it was. Costs a copy of all tables."""
+        tables = (*self.k, *self.state)
+        copies = [table.copy() for table in tables]
+        before, entries = dict(vars(self)), self.ledger.entries
+        try:
+            yield
+        except Refused:
+            vars(self).update(before)
+            self.ledger.entries = entries
+            for table, copy in zip(tables, copies, strict=True):
+                if table.flags.writeable:
+                    table[...] = copy
+            self._taken = None
+            raise
+
+    def has_slot(self, radius: float) -> bool:
+        """Whether a body of this radius can come without the phases being prepared anew."""
+        dial = self.dial
+        vacant = dial.vacant[0] >= 0 or dial.bodies[0] < len(self.k.bodies)
+        return bool(vacant and dial.least[0] <= radius <= dial.widest[0])
+
+    def _chunk(self, until: int, contacts: int, most: int, quota: int) -> int:
+        if self.dial.fault[0] == JAMMED and is_due(self.k, self.dial):
+            self.dial.fault[0] = 0  # what a command changes may end the jam
         self._record(self.ledger.reads)
         if len(self.overlapping):
             begin(self)
@@ -169,7 +207,7 @@ class Engine(Tables):
         budget, before, heads = min(self._budget, most), self.now, steps(self.count)
         try:
             with np.errstate(all="ignore") if INTERPRETED else nullcontext():  # compiled, nothing warns
-                reason = int(self.loop(self.k, self.state, until, budget, contacts))
+                reason = int(self.loop(self.k, self.state, until, budget, contacts, quota))
         except Exception as error:  # a hook that raises, or one that is interpreted and leaves its arrays
             who = described("broad phase", self.composition.broad_phase)
             said = f"a hook of {self._phases} raised {sentence(error)}{place_of(error)} ({who})"
@@ -195,7 +233,8 @@ class Engine(Tables):
         elif reason == COMMAND_DUE and not self._make_room():
             reason = BUDGET_SPENT
         elif reason == BLOCKED:
-            raise blocked(self.k, self.clock)
+            command = self.k.commands.view(np.ndarray)[self.dial.command[0]]
+            raise blocked(self.k, self.clock, command, int(self.dial.fault_b[0]))
         if reason in (COMMAND_DUE, CROWDED):
             return COMMAND_DUE  # room has been made, and nothing done yet
         return BUDGET_SPENT if reason in (NO_ROOM, LOG_FULL, FASTER) else reason
@@ -253,7 +292,7 @@ class Engine(Tables):
         clock = k.clock[0]
         self.extent, self.skin = self.skin_for(speed)
         self.speed = speed
-        set_limits(k, self.skin, self.extent, speed, self.smallest, self.composition.prepared)
+        set_limits(k, self.skin, self.extent, speed, self.composition.prepared)
         if clock.shift == 0:
             clock.shift = first_shift(k, self.extent)
         clear(k)

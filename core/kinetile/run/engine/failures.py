@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -35,11 +36,16 @@ from kinetile.run.composition import Composition
 
 __all__ = ["blocked", "failure"]
 
+_OF_SLOTS = (LATE_CONTACT, TOO_DEEP, JAMMED, STALLED, NOT_FINITE)
+"""Faults of bodies that are there, which the loop reports by their slots; users know them by numbers."""
+
 
 def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
     """Return the error for the fault that the loop has left in the tables at a time."""
     clock = k.clock[0]
     fault, a, b = int(clock.fault), int(clock.fault_a), int(clock.fault_b)
+    if fault in _OF_SLOTS:
+        a, b = (int(k.queue[slot].number) if slot >= 0 else slot for slot in (a, b))
     bodies = tuple(body for body in (a, b) if body >= 0)
     who = (
         f"bodies {a} and {b}" if b >= 0 else f"body {a}" + (f" and the {WALLS[b]} wall" if b in WALLS else "")
@@ -52,7 +58,7 @@ def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
             f"time, the last of them between {who}; nothing can move on from here"
         )
         return ZenoError(said, time=time, bodies=bodies)
-    if fault == TOO_DEEP and b >= 0 and _pass_through(k, composition, a, b):
+    if fault == TOO_DEEP and b >= 0 and _pass_through(k, composition, int(clock.fault_a), int(clock.fault_b)):
         return PhaseError(
             f"at time {time!r} {who} overlap more than rounding explains, and no contact of theirs has been "
             f"missed: {narrow} lets them go on towards each other at a contact, so that bodies pass through "
@@ -90,11 +96,10 @@ def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
     return PhaseError(f"at time {time!r} {phase} {broken.get(fault, f'left fault {fault} ({a}, {b})')}")
 
 
-def blocked(k: Kernel, clock: Clock) -> Refused:
-    """Return the error for a body that is to come and has no room: who is in its way, and how deep."""
-    row = k.clock.view(np.ndarray)[0]
-    command = k.commands.view(np.ndarray)[row["command"]]
-    number, who = int(row["fault_a"]), int(row["fault_b"])
+def blocked(k: Kernel, clock: Clock, command: Any, who: int) -> Refused:
+    """Return the error for a body that is to come by a command and has no room: by whom, the slot of a body
+    or a wall, and how deep."""
+    row, number = k.clock.view(np.ndarray)[0], int(command["body"])
     tick, x, y, radius = (command[name].item() for name in ("tick", "x", "y", "radius"))
     if who < 0:
         said = f"it reaches beyond the {WALLS[who]} wall"

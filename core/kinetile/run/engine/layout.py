@@ -104,7 +104,7 @@ def _allocated(bodies: int, scene: Scene, composition: Composition) -> Kernel:
         who = described("broad phase", composition.broad_phase)
         said = f"there is no memory for its {pairs} pairs and for {room} bodies near one"
         raise PhaseError(f"{who}: {said}") from error
-    k.queue.number[bodies:] = NOBODY
+    k.queue.number[bodies:] = k.slots[bodies:] = NOBODY
     clock = k.clock[0]
     clock.bodies = clock.present = bodies
     clock.spin_limit = 2 * (2 * slots + 2) ** 2 + 1000
@@ -146,10 +146,10 @@ def _with_passings(k: Kernel, old: Kernel, new_slot: Any) -> Kernel:
     return k._replace(passings=passings)
 
 
-def set_limits(k: Kernel, skin: Skin, extent: float, speed: float, smallest: float, prepared: Scene) -> None:
-    """Write down what follows from a skin, for bodies within an extent of the origin, never faster than a
-    speed and with radii of at least ``smallest``: their reach, when they are jammed, and for how long and how
-    well the common clock holds; and for which radii the phases have been ``prepared``."""
+def set_limits(k: Kernel, skin: Skin, extent: float, speed: float, prepared: Scene) -> None:
+    """Write down what follows from a skin, for bodies within an extent of the origin and never faster than a
+    speed: their reach, and for how long and how well the common clock holds; and for which radii the phases
+    have been ``prepared``."""
     clock = k.clock[0]
     clock.least = prepared.radius.min(initial=math.inf)
     clock.widest = prepared.radius.max(initial=0.0)
@@ -158,8 +158,6 @@ def set_limits(k: Kernel, skin: Skin, extent: float, speed: float, smallest: flo
     clock.skin, clock.theta, clock.tolerance = skin.delta, skin.theta, skin.tolerance
     span = SPAN // 2
     if speed > 0.0:
-        flight = 1e-13 * smallest / speed  # jammed: contacts within 1e-13 radii of flight each
-        clock.contact_ticks = min(flight * float(clock.per_time), float(SPAN))
         span = int(min(4.0 * extent / speed * float(clock.per_time), float(span)))
     clock.span = span
     clock.fat = skin.fat(extent + 2.0 * speed * (span * float(clock.tick)))

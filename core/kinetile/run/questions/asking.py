@@ -5,15 +5,24 @@ Lengths and speeds are limited as a scene's are, so that squares of them are num
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 
 from kinetile.run.questions.places import Box, Point
 from kinetile.scene.checks import LARGEST, is_finite, shown
+from kinetile.scene.responses import Kind, no_kind
 
-__all__ = ["read_box", "read_count", "read_direction", "read_disc", "read_length", "read_point"]
+__all__ = [
+    "read_box",
+    "read_count",
+    "read_direction",
+    "read_disc",
+    "read_kinds",
+    "read_length",
+    "read_point",
+]
 
 _SIZE = "at most 2**200 in size"
 
@@ -62,6 +71,19 @@ def read_count(value: Any, name: str) -> int:
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 0:
         raise ValueError(f"{name} is a number of bodies, at least 0; found {shown(value)}")
     return int(value)
+
+
+def read_kinds(value: Kind | Iterable[Kind], known: Sequence[Kind], where: str) -> list[Kind]:
+    """Return one kind or several as a list; ValueError for one that is none of those that are known."""
+    one = isinstance(value, str | int | np.integer)
+    try:
+        kinds: list[Any] = [value] if one else list(value)  # type: ignore[arg-type]
+    except TypeError:
+        raise TypeError(f"{where}: kinds are given by a list of them; found {shown(value)}") from None
+    for kind in kinds:
+        if kind not in known:
+            raise ValueError(f"{where}: {no_kind(kind, known)}")
+    return kinds
 
 
 def _read_numbers(value: Any, count: int, what: str) -> list[float]:

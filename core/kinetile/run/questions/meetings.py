@@ -85,12 +85,17 @@ def next_contact(
 
 
 def next_contact_of(
-    moment: Moment, a: int, scheduled: bool = False, planned: Mapping[int, int] | None = None
+    moment: Moment,
+    a: int,
+    scheduled: bool = False,
+    planned: Mapping[int, int] | None = None,
+    among: Integers | None = None,
+    walls: bool = True,
 ) -> NextContact | None:
-    """Return the first of the contacts that the body in a slot has with each other body, and with walls, by
-    the present plans; None where it has none. Where it is to be ``scheduled``, None as well where something
-    precedes it."""
-    first = _first_of(moment, a)
+    """Return the first of the contacts that the body in a slot has with each other body, or with each that is
+    ``among`` these, and with ``walls``, by the present plans; None where it has none. Where it is to be
+    ``scheduled``, None as well where something precedes it, with whatever body."""
+    first = _first_of(moment, a, among, walls)
     if first is None:
         return None
     tick, other = first
@@ -128,14 +133,15 @@ def _is_first(moment: Moment, a: int, other: int, tick: int, planned: Mapping[in
     )
 
 
-def _first_of(moment: Moment, a: int) -> _First | None:
+def _first_of(moment: Moment, a: int, among: Integers | None = None, walls: bool = True) -> _First | None:
     """Return what comes first for a body, in the order of events: walls first, then pairs by their bodies."""
-    ticks = _ticks_with(moment, a, moment.slots)
+    others = moment.slots if among is None else among
+    ticks = _ticks_with(moment, a, others)
     found = _First(NEVER, a)
     if len(ticks):
         at = int(ticks.argmin())
-        found = _First(int(ticks[at]), int(moment.slots[at]))
-    if moment.composition.wall is not None:
+        found = _First(int(ticks[at]), int(others[at]))
+    if walls and moment.composition.wall is not None:
         tick, wall = _wall_of(moment, a)
         if tick <= found.tick:
             found = _First(tick, wall)

@@ -13,9 +13,11 @@ from kinetile.kernel.flight import positions_now
 from kinetile.kernel.tables import Kernel, read_only
 from kinetile.plugin.drawing import Item
 from kinetile.run.composition import Composition
-from kinetile.run.engine import Engine
+from kinetile.run.engine import Engine, Given
 from kinetile.run.questions.candidates import by_number, candidates, named_near
 from kinetile.run.questions.drawn import drawn
+from kinetile.scene import Insert, Scene
+from kinetile.scene.checks import WALL, shown
 
 if TYPE_CHECKING:
     from kinetile.show.player import View
@@ -26,7 +28,9 @@ __all__ = ["ReadsOut"]
 class ReadsOut:
     """What of a simulation can be read off its tables."""
 
+    scene: Scene
     _engine: Engine
+    _given: Given
     _fault: str | None
 
     def _alone(self, what: str) -> AbstractContextManager[None]:
@@ -85,6 +89,50 @@ class ReadsOut:
         """Return the radii, (n,), in the order of ``bodies``."""
         found: npt.NDArray[np.float64] = self._engine.k.bodies.view(np.ndarray)["radius"][self._engine.taken]
         return found
+
+    @property
+    def kinds(self) -> npt.NDArray[Any]:
+        """The kinds of the bodies that are there now, (n,) names or whole numbers as objects, in the order of
+        ``bodies``."""
+        return self.kinds_of(self.bodies)
+
+    def kinds_of(self, bodies: npt.ArrayLike) -> npt.NDArray[Any]:
+        """Return the kinds of bodies by their numbers, as an array of objects of the same shape.
+
+        They may be there, have gone, or be still to come by the scene. "wall" stands for a number below 0, as
+        column ``b`` of ``contacts`` has it. Raises IndexError for a number that no body has been given.
+        """
+        numbers = np.asarray(bodies)
+        if numbers.dtype.kind not in "iu" and numbers.size:
+            raise TypeError(f"bodies go by their numbers; found {shown(bodies)}")
+        numbers = np.where(numbers < 0, -1, numbers).astype(np.int64)
+        k, taken = self._engine.k, self._engine.taken
+        bodies, kinds = self.bodies, np.array([*self.scene.kinds, WALL], dtype=object)
+        at = np.searchsorted(bodies, numbers)
+        there = np.append(bodies, -2)[at] == numbers
+        which = np.full(numbers.shape, len(kinds) - 1)
+        which[there] = k.traits.view(np.ndarray)["kind"][taken[at[there]]] if len(k.rules) else 0
+        others = (numbers >= 0) & ~there
+        if others.any():
+            which[others] = self._kinds_by_number(numbers[others])
+        found: npt.NDArray[Any] = kinds[which]
+        return found
+
+    def _kinds_by_number(self, numbers: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+        """Return which of the scene's kinds bodies are of that need not be there now; IndexError for a number
+        that no body has been given."""
+        scene, came = self.scene, self._given.inserted
+        planned = [each for each in scene.commands if isinstance(each, Insert)]
+        which = np.full(max(len(self._engine.k.slots), self._engine.numbers), -1, dtype=np.int64)
+        which[: len(scene)] = scene.kind_numbers
+        which[[each.body for each in planned]] = [
+            0 if each.kind is None else scene.kinds.index(each.kind) for each in planned
+        ]
+        which[came[:, 0]] = came[:, 1]
+        odd = numbers[(numbers >= len(which)) | (which[np.minimum(numbers, len(which) - 1)] < 0)]
+        if len(odd):
+            raise IndexError(f"there is no body {odd[0]}: no body has been given that number")
+        return which[numbers]
 
     def candidate_pairs(self) -> npt.NDArray[np.int32]:
         """Return the candidate pairs now, (k, 2), a < b, sorted."""

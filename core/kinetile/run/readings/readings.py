@@ -38,7 +38,7 @@ class Readings:
         energy_drift: relative change of kinetic energy, apart from what commands and responses change.
         lateness: how far in the past a structural event was found, in the scene's time.
         cpu_seconds: processor time inside the loop, compilation apart.
-        compile_seconds: time to compile the loop, or to load it.
+        compile_seconds: processor time to compile the loop, or to load it.
         audits: times an audit looked at everything and found nothing.
         events_per_cpu_second: events / cpu_seconds.
         contacts_per_cpu_second: contacts / cpu_seconds.

@@ -17,7 +17,8 @@ from __future__ import annotations
 import hashlib
 import json
 import struct
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -36,12 +37,17 @@ from kinetile.run.saving.plain import Arrays, from_plain, to_plain
 from kinetile.run.saving.snapshot import Phases, Snapshot
 from kinetile.run.saving.versions import layout, versions_of
 from kinetile.scene import Scene, spacious, standing
+from kinetile.scene.checks import shown
 
-__all__ = ["SIGNATURE", "note", "pack", "unpack"]
+__all__ = ["SIGNATURE", "no_simulation", "note", "pack", "unpack"]
 
 SIGNATURE = b"kinetile saved 1\n"
 _LENGTH = struct.Struct("<Q")
 _CHECKSUM = 32
+_NOT_SO = (
+    *(TypeError, ValueError, LookupError, ArithmeticError),
+    *(AttributeError, RecursionError, MemoryError),
+)
 
 
 def pack(snapshot: Snapshot, note: Mapping[str, Any] | None = None) -> list[bytes | memoryview]:
@@ -89,12 +95,26 @@ def unpack(content: bytes, name: str = "this") -> Snapshot:
             f"{name} was saved by another version of kinetile, whose tables are laid out in another way: "
             "only that version can go on from it"
         )
+    with no_simulation(name):
+        try:
+            return _snapshot(from_plain(text["said"], arrays), arrays)
+        except RecordError:
+            raise
+        except KinetileError as error:
+            raise RecordError(f"{name} is no simulation that can be gone on from: {error}") from error
+
+
+@contextmanager
+def no_simulation(name: str) -> Iterator[None]:
+    """Raise RecordError, within this context, for what Python raises where values of a file are used that no
+    simulation has. The checksum tells of damage only: a file may say anything."""
     try:
-        return _snapshot(from_plain(text["said"], arrays), arrays)
-    except RecordError:
+        yield
+    except KinetileError:
         raise
-    except (KinetileError, TypeError, ValueError, LookupError, ArithmeticError) as error:
-        raise RecordError(f"{name} is no simulation that can be gone on from: {error}") from error
+    except _NOT_SO as error:
+        said = f"{type(error).__name__}: {error}"
+        raise RecordError(f"{name} is no simulation that can be gone on from: {said}") from error
 
 
 def note(content: bytes, name: str = "this") -> dict[str, Any]:
@@ -124,7 +144,7 @@ def _opened(content: bytes, name: str) -> tuple[dict[str, Any], list[npt.NDArray
             if length < 0 or len(arrays[-1]) != length:
                 raise ValueError("an array is not as long as it is said to be")
         _ = text["answer"], text["layout"], text["note"], text["said"]
-    except (ValueError, TypeError, LookupError, struct.error) as error:
+    except (*_NOT_SO, struct.error) as error:
         raise RecordError(f"{name} is no saved simulation: {error}") from error
     return text, arrays
 
@@ -154,6 +174,7 @@ def _said(snapshot: Snapshot, arrays: Arrays) -> dict[str, Any]:
 
 
 def _snapshot(said: Mapping[str, Any], arrays: Sequence[npt.NDArray[np.uint8]]) -> Snapshot:
+    _check_numbers(said)
     scene = Scene(*said["scene"])
     only_commands = all(isinstance(each, Command) for each in said["agenda"])
     if not only_commands or len(said["skin"]) != len(Skin._fields):
@@ -180,6 +201,25 @@ def _snapshot(said: Mapping[str, Any], arrays: Sequence[npt.NDArray[np.uint8]]) 
         seconds=tuple(said["seconds"]),
         more=said["more"],
     )
+
+
+def _check_numbers(said: Mapping[str, Any]) -> None:
+    """Raise TypeError for what is none of the numbers that an engine has: it would be found out in a run."""
+    more = said["more"]
+    kinds: list[tuple[str, Any, Any]] = [
+        *((name, said[name], int) for name in ("base", "capacity", "commands")),
+        *((f"numbers.{name}", value, bool | int | float | None) for name, value in said["numbers"].items()),
+        *(("skin", value, float) for value in said["skin"]),
+        *(("seconds", value, int | float) for value in said["seconds"]),
+        ("more.audit", more["audit"], int | None),
+        ("more.start_energy", more["start_energy"], float),
+        ("at_start", said["at_start"], bool),
+    ]
+    for where, value, kind in kinds:
+        if not isinstance(value, kind):
+            raise TypeError(f"{where} is {shown(value)}")
+    if said["capacity"] < 0:
+        raise ValueError(f"capacity is {said['capacity']}")
 
 
 def _given(snapshot: Snapshot, arrays: Arrays) -> list[Any]:

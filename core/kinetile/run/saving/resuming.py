@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from kinetile.errors import BadOption
-from kinetile.run.saving.form import unpack
+from kinetile.run.saving.form import no_simulation, unpack
 from kinetile.run.saving.restoring import put_back
 from kinetile.run.saving.snapshot import Snapshot
 from kinetile.run.saving.whole_file import read_whole
@@ -39,13 +39,17 @@ def resume(
         raise BadOption(
             "options are for a broad phase that goes on, and none is named: expected broad_phase="
         )
-    snapshot = unpack(read_whole(path), os.fspath(path))
-    return simulation_of(snapshot, broad_phase, options)
+    name = os.fspath(path)
+    snapshot = unpack(read_whole(path), name)
+    with no_simulation(name):
+        return simulation_of(snapshot, broad_phase, options)
 
 
 def from_bytes(content: bytes) -> Simulation:
     """Return a simulation that was pickled."""
-    return simulation_of(unpack(content, "this pickle"))
+    snapshot = unpack(content, "this pickle")
+    with no_simulation("this pickle"):
+        return simulation_of(snapshot)
 
 
 def simulation_of(

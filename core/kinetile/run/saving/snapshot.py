@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from kinetile.errors import RecordError
+from kinetile.kernel.faults import JAMMED
 from kinetile.run.composition import Composition
 from kinetile.run.engine import Command, Engine
 from kinetile.run.engine.ledger import Entries
@@ -110,7 +111,7 @@ def take(simulation: CanBeSaved) -> Snapshot:
     if len(engine.overlapping):  # they begin to pass each other, with the structure
         engine.build()
     prepared = engine.composition.prepared
-    if engine.broken is not None or int(engine.k.clock[0].fault) != 0:
+    if engine.broken is not None or engine.dial.fault[0] not in (0, JAMMED):
         raise RecordError(
             "this simulation has ended with a fault and cannot go on, so it is not saved: what was saved "
             "before it can be taken up"

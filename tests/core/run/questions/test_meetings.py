@@ -234,7 +234,10 @@ def test_who_has_just_met_does_not_meet_again():
     sim.run(max_contacts=1)
     assert sim.next_contact(0, 1) is None
     assert sim.next_contact_of(0) is None
-    sim.set_velocity(1, (-2.0, 0.0))  # at once they meet again, and have met
+    sim.set_velocity(1, (-2.0, 0.0))  # at once they are to meet again: the contact is pending
+    assert len(sim.contacts) == 1
+    assert sim.next_contact(0, 1)[1:] == (*sim.exact_time, 0, 1)
+    sim.run(sim.time)
     assert len(sim.contacts) == 2
     assert sim.next_contact(0, 1) is None
 

@@ -15,7 +15,7 @@ import pytest
 
 import broken_phases
 import kinetile as kt
-from kinetile.errors import BadOption, BusyError, RecordError
+from kinetile.errors import BadOption, BusyError, RecordError, UnknownName
 from kinetile.run.engine import digest
 from kinetile.run.saving import form, versions, whole_file
 from kinetile.run.saving.form import SIGNATURE, note, pack, unpack
@@ -140,6 +140,89 @@ def test_what_a_file_says_cannot_be_carried_out(path):
             path.with_suffix(".bad").write_bytes(content)
             with pytest.raises((RecordError, BadOption)):
                 kt.resume(path.with_suffix(".bad"))
+
+
+HOSTILE = (
+    *(
+        None,
+        True,
+        -1,
+        2**31,
+        2**70,
+        0.5,
+        1e308,
+        float("nan"),
+        "",
+        "x\x1b[2J",
+        [],
+        [[]],
+        ["x"],
+        {},
+        {"a": 1, "b": 2},
+    ),
+    *(
+        {"tuple": []},
+        {"tuple": ["x"]},
+        {"table": [[1]]},
+        {"table": [[{"table": []}, 1]]},
+        {"Command": [1] * 7},
+    ),
+    *({"array": [0, "<f8", [1]]}, {"array": [-1, "|u1", [10**12]]}, {"Response": [5, 5]}, {"Remove": [1, 2]}),
+)
+"""Values that somebody may write into a file, whose checksum is then made anew."""
+
+
+def places(said):
+    """Every table and list within what a file says, with each of its keys."""
+    for key, value in said.items() if isinstance(said, dict) else enumerate(said):
+        yield said, key
+        if isinstance(value, dict | list):
+            yield from places(value)
+
+
+def test_hostile_values_with_a_right_checksum_were_type_errors(path):
+    """Each value in some places: refused, or nothing that is ever computed with."""
+    content = path.read_bytes()
+    refused, number = [], 0
+    at = len(SIGNATURE) + 8
+    end = at + struct.unpack("<Q", content[len(SIGNATURE) : at])[0]
+    count = len([*places(json.loads(content[at:end]))])
+    for place in range(0, count, 3):
+        for _ in range(2):
+            number += 7
+
+            def other(text, place=place, number=number):
+                room, key = [*places(text)][place]
+                room[key] = HOSTILE[number % len(HOSTILE)]
+
+            path.with_suffix(".bad").write_bytes(rewritten(content, other))
+            try:
+                kt.resume(path.with_suffix(".bad"), (None, "sap-1d")[number % 2])
+            except (RecordError, BadOption, UnknownName) as error:
+                refused.append(str(error))
+    assert len(refused) > 0.7 * 2 * count / 3
+    assert all(said.replace("\n", " ").isprintable() for said in refused)
+
+
+@pytest.mark.parametrize(("name", "value"), [("audit", "x"), ("start_energy", None), ("squares", [1.0])])
+def test_a_number_that_is_none_was_found_out_in_a_run(path, name, value):
+    def other(text):
+        where = table(text, "numbers" if name == "squares" else "more")[1]["table"]
+        next(pair for pair in where if pair[0] == name)[1] = value
+
+    path.write_bytes(rewritten(path.read_bytes(), other))
+    with pytest.raises(RecordError, match=rf"{name} is "):
+        kt.resume(path)
+
+
+@pytest.mark.parametrize("depth", [2000, 200_000])
+def test_lists_in_lists_were_a_recursion_error(path, depth):
+    said = b"[" * depth + b"]" * depth
+    for text in (said, b'{"answer": 1, "layout": 1, "note": 1, "arrays": [], "said": ' + said + b"}"):
+        new = SIGNATURE + struct.pack("<Q", len(text)) + text
+        path.write_bytes(new + form.hashlib.sha256(new).digest())
+        with pytest.raises(RecordError, match=r"is no saved simulation|another version|other rules"):
+            kt.resume(path)
 
 
 def test_no_pickle_is_in_a_file(path, monkeypatch):

@@ -9,6 +9,8 @@ import random
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
@@ -28,13 +30,16 @@ ALIVE = 1.5
 """Seconds: about as long as such a run takes, when it has begun."""
 
 
-def started(arguments: list[str]) -> subprocess.Popen[str]:
-    return subprocess.Popen(
-        [sys.executable, "-m", "kinetile", *arguments],
-        stdout=subprocess.PIPE,
-        stderr=None,
-        text=True,
-    )
+@contextmanager
+def started(arguments: list[str]) -> Iterator[subprocess.Popen[str]]:
+    """A command in a process of its own, which ends with the context at the latest."""
+    with subprocess.Popen(
+        [sys.executable, "-m", "kinetile", *arguments], stdout=subprocess.PIPE, stderr=None, text=True
+    ) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
 
 
 def killed(arguments: list[str], checkpoint, seconds: float) -> bool:

@@ -25,7 +25,7 @@ from kinetile.kernel.tables import COMMAND, Kernel, record_table
 from kinetile.run.engine.dials import Dials
 from kinetile.scene import Insert, Remove, Scene, Turn
 
-__all__ = ["Agenda", "Command", "Rows", "command_of", "planned", "squares_of", "take_back", "to_the_front"]
+__all__ = ["Agenda", "Command", "Rows", "command_of", "is_due", "planned", "squares_of", "to_the_front"]
 
 Rows = npt.NDArray[np.void]
 """Commands as the kernel has them (``kinetile.kernel.tables.COMMAND``), in its ticks."""
@@ -163,6 +163,10 @@ class Agenda:
                 first.setdefault(slot, clock.relative(command.ticks))
         return first
 
+    def brings(self, k: Kernel, clock: Clock, body: int) -> bool:
+        """Whether a body is still to come by one of the commands."""
+        return any(each.code == INSERTED and each.body == body for each in self._to_come(k, clock))
+
     def squares(self, k: Kernel) -> float:
         """Return the sum of mass * speed^2 over all commands: twice the energy they could bring in."""
         later = math.fsum(each.squares for each in self._later)
@@ -188,25 +192,28 @@ def _with_rows(k: Kernel, rows: Rows, front: int) -> Kernel:
     return k._replace(commands=table)
 
 
-def to_the_front(k: Kernel, dial: Dials, rows: Rows) -> tuple[Kernel, int]:
-    """Put commands of the present tick before those of later ones, behind those of this tick that wait
-    already; return the tables, and how many commands are behind them."""
+def is_due(k: Kernel, dial: Dials) -> bool:
+    """Whether the next command is to be carried out now, before any other contact."""
+    command = dial.command[0]
+    if command >= dial.commands[0]:
+        return False
+    row = k.commands.view(COMMAND, np.ndarray)[command]
+    met = dial.met_there[0] if dial.met_tick[0] == row["tick"] else 0
+    return bool(row["tick"] <= dial.now[0] and row["after"] <= met)
+
+
+def to_the_front(k: Kernel, dial: Dials, rows: Rows) -> Kernel:
+    """Put commands of the present moment before those of later ones, behind those that are due already;
+    return the tables. What waits for another contact of this tick comes later."""
     many = len(rows)
     if many > dial.command[0]:
         k = _with_rows(k, _waiting(k), max(FRONT, 2 * many))
-    table, command, commands = np.asarray(k.commands), dial.command[0], dial.commands[0]
+    table, now = np.asarray(k.commands), dial.now[0]
+    command, commands = dial.command[0], dial.commands[0]
     place = command
-    while place < commands and table["tick"][place] <= dial.now[0]:
+    while place < commands and (table["tick"][place], table["after"][place]) <= (now, rows["after"][0]):
         place += 1
     table[command - many : place - many] = table[command:place]
     table[place - many : place] = rows
     dial.command[0] = command - many
-    return k, commands - place
-
-
-def take_back(k: Kernel, dial: Dials, many: int, behind: int) -> None:
-    """Forget, of so many commands that were put before those ``behind`` them, the ones not carried out."""
-    table, command, place = np.asarray(k.commands), dial.command[0], dial.commands[0] - behind
-    ahead = max(place - many - command, 0)  # of this tick, and older than these
-    table[place - ahead : place] = table[command : command + ahead]
-    dial.command[0] = place - ahead
+    return k

@@ -9,9 +9,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
+import numpy.typing as npt
 
 from kinetile.kernel.clock import Clock
-from kinetile.kernel.log import REMOVED
+from kinetile.kernel.log import INSERTED, REMOVED
 from kinetile.kernel.tables import COMMAND
 from kinetile.run.engine.commands.agenda import Rows, command_of
 from kinetile.scene import Scene, with_commands
@@ -24,6 +25,7 @@ class Given:
 
     def __init__(self) -> None:
         self._bytes = bytearray()
+        self._inserted = bytearray()  # of the same commands: whose kind is asked for is not to cost them all
         self._bases: list[tuple[int, int]] = []  # from which row on ticks count from which base of the clock
 
     @property
@@ -36,6 +38,7 @@ class Given:
         """Return what was written down."""
         given = cls()
         given._bytes, given._bases = bytearray(content[0]), [(first, base) for first, base in content[1]]
+        given._note_inserted(np.frombuffer(content[0], COMMAND))
         return given
 
     def __len__(self) -> int:
@@ -46,6 +49,17 @@ class Given:
         if not self._bases or self._bases[-1][1] != base:
             self._bases.append((len(self), base))
         self._bytes += rows.tobytes()
+        self._note_inserted(rows)
+
+    def _note_inserted(self, rows: Rows) -> None:
+        came = rows[rows["code"] == INSERTED]
+        if len(came):
+            self._inserted += np.column_stack([came["body"], came["kind"]]).astype(np.int64).tobytes()
+
+    @property
+    def inserted(self) -> npt.NDArray[np.int64]:
+        """The bodies that came, each with the number of its kind, (m, 2)."""
+        return np.frombuffer(bytes(self._inserted), np.int64).reshape(-1, 2)
 
     def in_scene(self, scene: Scene, clock: Clock) -> Scene:
         """Return a scene with these commands, at their exact times, and without those of its own for bodies
@@ -61,4 +75,5 @@ class Given:
             for each in scene.commands
             if each.body not in gone or clock.tick_of(each.time, each.at) <= gone[each.body]
         ]
-        return with_commands(scene, [*own, *(command.as_scene_has_it(clock, scene) for command in commands)])
+        done = [command.as_scene_has_it(clock, scene) for command in commands]
+        return with_commands(scene, [*own, *done], kinds=scene.kinds)

@@ -1,0 +1,278 @@
+"""A command by hand happens where the run stands: contacts that are pending at its tick stay pending."""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import kinetile as kt
+from kinetile import StopAt
+from kinetile.errors import Refused, ZenoError
+from kinetile.kernel.compiled import INTERPRETED
+from kinetile.scene.text.files import dumps_scene
+
+PHASES = ["naive", "cells", "sap-1d", "sap-2d", "sweep-tiling"]
+
+
+def row_of_touching_bodies(**more: Any) -> kt.Scene:
+    """Six unit discs that touch in pairs, three of the pairs closing in at once, so that contacts of one tick
+    follow each other; dyadic numbers, so that ties are exact."""
+    x = [2.0, 4.0, 7.0, 9.0, 12.0, 14.0]
+    v = [0.5, -0.5, 0.5, -0.5, 0.5, -0.5]
+    return kt.Scene([[a, 4.0] for a in x], [[a, 0.0] for a in v], 1.0, 1.0, (16.0, 8.0), **more)
+
+
+def loaded(text: str) -> kt.Scene:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "scene.toml"
+        path.write_text(text)
+        return kt.load_scene(path)
+
+
+def through_a_file(scene: kt.Scene) -> kt.Scene:
+    found = loaded(dumps_scene(scene))
+    assert found == scene
+    return found
+
+
+def replayed(recording: kt.Scene, phase: str) -> kt.Simulation:
+    """Run a recording to its end, on from every jam that it has."""
+    sim = kt.Simulation(recording, phase)
+    for _ in range(20):
+        try:
+            sim.run()
+        except ZenoError:
+            continue
+        return sim
+    raise AssertionError("more than twenty jams")
+
+
+def same(one: kt.Simulation, other: kt.Simulation) -> None:
+    assert other.fingerprint == one.fingerprint
+    assert other.exact_time == one.exact_time
+    assert other.bodies.tolist() == one.bodies.tolist()
+    assert (other.positions() == one.positions()).all()
+    assert (other.velocities() == one.velocities()).all()
+
+
+@pytest.mark.parametrize("phase", PHASES)
+def test_a_command_for_a_third_body_ran_the_contact_that_it_was_to_avert(phase):
+    scene = kt.Scene([[1, 1], [2, 1], [3, 3]], [[0.5, 0], [-0.5, 0], [0, 0]], 0.25, 1.0, (4, 4))
+    sim = kt.Simulation(scene, phase, live=True)
+    assert sim.run(5.0, stop_at=StopAt(pairs=[(0, 1)], before=True)).bodies == (0, 1)
+    sim.set_velocity(2, (0.125, 0.0))
+    sim.remove(2)
+    sim.set_velocities([], [])
+    sim.insert((3.0, 3.0), (0.0, 0.0), 0.125)
+    assert len(sim.contacts) == 0
+    sim.set_velocities([0, 1], [(-0.5, 0.0), (0.5, 0.0)])  # they part, and never touch
+    sim.run(1.0)
+    assert len(sim.contacts) == 0
+    for other in PHASES:
+        same(sim, replayed(sim.recorded(), other))
+
+
+@pytest.mark.parametrize("phase", PHASES)
+def test_a_removal_at_the_very_start_ran_the_contacts_of_touching_bodies(phase):
+    sim = kt.Simulation(row_of_touching_bodies(), phase, live=True)
+    sim.remove(1)
+    assert len(sim.contacts) == 0
+    same(sim, replayed(sim.recorded(), phase))
+    sim.run(0.0)
+    assert sim.contacts[["a", "b"]].tolist() == [(2, 3), (4, 5)]
+
+
+@pytest.mark.parametrize("phase", PHASES)
+def test_one_command_after_two_contacts_gave_four(phase):
+    sim = kt.Simulation(row_of_touching_bodies(), phase, live=True)
+    sim.run(1.0, max_contacts=2)
+    sim.set_velocity(4, (-0.5, 0.0))  # averts the third
+    assert len(sim.contacts) == 2
+    for other in PHASES:
+        same(sim, replayed(sim.recorded(), other))
+    sim.run(0.0)
+    assert len(sim.contacts) == 2
+
+
+@pytest.mark.parametrize("phase", PHASES)
+def test_a_recording_between_two_contacts_of_a_tick_had_all_contacts_of_the_tick(phase):
+    """And one that ends beside a double, at a start that is not zero, or at the very start."""
+    for start, contacts in ((0.0, 0), (0.0, 1), (0.0, 2), (1e9 + 0.3, 1), (1e9 + 0.3, 7)):
+        scene = row_of_touching_bodies(start=start)
+        sim = kt.Simulation(scene, phase)
+        sim.run(start + 20.0, max_contacts=contacts)
+        again = replayed(through_a_file(sim.recorded()), "naive")
+        same(sim, again)
+        again.run(sim.time)  # stands at its end
+        same(sim, again)
+
+
+def test_an_exact_end_that_is_not_at_until_is_refused():
+    """A recording whose ``until`` alone is changed would end where it did before."""
+    sim = kt.Simulation(row_of_touching_bodies(), "naive")
+    sim.run(0.5)
+    text = dumps_scene(sim.recorded())
+    for changed in ("until = 0.25", "start = 0.5\nuntil = 0.5", ""):
+        with pytest.raises(kt.errors.SceneError, match="an end at until"):
+            loaded(text.replace("until = 0.5", changed))
+    with pytest.raises(kt.errors.SceneError, match=r"end: .* expected \[epoch, tick, contacts\]"):
+        loaded(text.replace("end = [", 'end = ["'[:-1] + "0.5, "))
+
+
+commands = st.lists(
+    st.one_of(
+        st.tuples(st.just("turn"), st.integers(0, 7), st.sampled_from([-0.5, 0.0, 0.25, 1.0])),
+        st.tuples(st.just("remove"), st.integers(0, 7), st.just(0.0)),
+        st.tuples(st.just("insert"), st.integers(0, 3), st.sampled_from([-0.5, 0.0, 0.5])),
+        st.tuples(st.just("go on"), st.integers(1, 3), st.just(0.0)),
+        st.tuples(st.just("stop before"), st.just(0), st.just(0.0)),
+    ),
+    max_size=8,
+)
+
+
+def play(sim: kt.Simulation, what: list[tuple[str, int, float]]) -> list[int]:
+    """Give commands; return how many contacts there were after each."""
+    found = []
+    for name, number, value in what:
+        contacts = len(sim.contacts)
+        if name == "go on":
+            sim.run(sim.time + 0.5, max_contacts=number)
+        elif name == "stop before":
+            sim.run(sim.time + 1.0, stop_at=StopAt(before=True))
+        else:
+            if name == "insert":
+                before = sim.snapshot()
+                try:
+                    sim.insert((1.0 + 4.0 * number, 6.0 + value), (value, -1.0), 0.5)
+                except Refused:
+                    assert sim.snapshot() == before
+            elif number in sim.bodies:
+                sim.remove(number) if name == "remove" else sim.set_velocity(number, (value, 0.5 - value))
+            assert len(sim.contacts) == contacts, (name, number, value)
+        found.append(len(sim.contacts))
+    return found
+
+
+@settings(max_examples=40 if not INTERPRETED else 8, deadline=None)
+@given(commands, st.booleans(), st.sampled_from(PHASES))
+def test_commands_at_a_stop_leave_pending_contacts_pending(what, turns_of_its_own, phase):
+    own = [kt.Turn(0, 0.0, (0.5, 0.0)), kt.Insert(0.0, (2.0, 1.0), (0.0, 1.0), 0.5)]
+    scene = row_of_touching_bodies(commands=own if turns_of_its_own else [])
+    sims = [kt.Simulation(scene, each, live=True) for each in ("cells", phase)]
+    what = [("turn", 0, 0.5), *what]  # with it those of the scene at its tick are carried out
+    assert play(sims[0], what) == play(sims[1], what)
+    same(*sims)
+    same(sims[0], replayed(through_a_file(sims[0].recorded()), phase))
+
+
+def squeezed() -> kt.Scene:
+    """A ball that loses all its speed between a paddle that nothing can stop and a wall."""
+    return kt.Scene(
+        [[1.0, 1.0], [3.5, 1.0], [1.0, 3.0]],
+        [[1.0, 0.0], [-0.25, 0.125], [0.125, 0.0]],
+        [0.5, 0.25, 0.25],
+        [math.inf, 1.0, 1.0],
+        (4.0, 4.0),
+        kind=["paddle", "ball", "other"],
+        responses={("ball", "paddle"): "stop", ("ball", "wall"): "stop"},
+    )
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("phase", PHASES)
+def test_a_jam_ended_the_game(phase):
+    """The commands that end it are in the recording, whose replay is jammed at the same contact."""
+    sim = kt.Simulation(squeezed(), phase, live=True)
+    for _ in range(2):  # nothing happens until a command is given
+        with pytest.raises(ZenoError, match="between body"):
+            sim.run(10.0)
+        jammed = len(sim.contacts)
+    assert sim.fault is not None
+    assert sim.next_event.kind in ("disc", "wall")  # a reading
+    before = sim.snapshot()
+    with pytest.raises(Refused):
+        sim.insert((3.5, 1.0), (0.0, 0.0), 0.25)
+    assert sim.snapshot() == before
+    sim.set_velocity(2, (0.0, 0.25))
+    assert len(sim.contacts) == jammed
+    with pytest.raises(ZenoError):  # that has not helped
+        sim.run(10.0)
+    sim.remove(1)
+    sim.run(3.0)
+    assert sim.fault is None
+    assert sim.time == 3.0
+    again = kt.Simulation(sim.recorded(), "naive")
+    with pytest.raises(ZenoError):
+        again.run()
+    assert len(again.contacts) == jammed
+    for other in ("naive", "cells"):
+        same(sim, replayed(sim.recorded(), other))
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("phase", ["naive", "cells"])
+def test_a_command_in_a_jam_was_carried_out_and_lost(phase):
+    """With three contacts done ``remove`` raised ZenoError, the body was gone, and nobody had written it
+    down."""
+    sim = kt.Simulation(squeezed(), phase, live=True)
+    event = sim.run(10.0, stop_at=StopAt(pairs=[(0, 1)]))
+    assert event.bodies == (0, 1)
+    sim.remove(2)
+    assert sim.recorded().commands[-1].body == 2
+    with pytest.raises(ZenoError):
+        sim.run(10.0)
+    assert sim.bodies.tolist() == [0, 1]
+
+
+@pytest.mark.compiled
+def test_a_jam_is_saved_and_gone_on_from(tmp_path):
+    sim = kt.Simulation(squeezed(), "cells", live=True)
+    with pytest.raises(ZenoError):
+        sim.run(10.0)
+    sim.save(tmp_path / "jam.kt")
+    again = kt.resume(tmp_path / "jam.kt")
+    with pytest.raises(ZenoError):
+        again.run(10.0)
+    for each in (sim, again):
+        each.remove(1)
+        each.run(4.0)
+    same(sim, again)
+
+
+@pytest.mark.compiled
+def test_where_a_jam_is_does_not_depend_on_commands_that_come_later():
+    """The bound on the speed, and the smallest radius, of a scene know its commands beforehand; of a run with
+    commands by hand they do not."""
+    sim = kt.Simulation(squeezed(), "cells", live=True)
+    with pytest.raises(ZenoError):
+        sim.run(10.0)
+    jammed = sim.exact_time, len(sim.contacts)
+    sim.remove(1)
+    sim.set_velocity(2, (0.0, 500.0))
+    sim.insert((3.5, 3.0), (0.0, 0.0), 2.0**-10)
+    again = kt.Simulation(sim.recorded(), "cells")
+    with pytest.raises(ZenoError):
+        again.run()
+    assert (again.exact_time, len(again.contacts)) == jammed
+
+
+@pytest.mark.compiled
+def test_a_fault_names_bodies_by_their_numbers():
+    """It named their slots: after a body had gone, those of others."""
+    sim = kt.Simulation(squeezed(), "cells", live=True)
+    sim.remove(2)
+    sim.remove(1)
+    ball = sim.insert((3.5, 1.0), (-0.25, 0.0), 0.25, kind="ball")
+    sim.remove(0)
+    paddle = sim.insert((1.0, 1.0), (1.0, 0.0), 0.5, math.inf, kind="paddle")
+    with pytest.raises(ZenoError) as raised:
+        sim.run(10.0)
+    assert sim.bodies.tolist() == [ball, paddle]
+    assert set(raised.value.bodies) <= {ball, paddle}

@@ -1,0 +1,106 @@
+"""Time in which nothing happens passes in one step, and changes no bit of what comes after it."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import kinetile as kt
+from kinetile.run.engine import spans
+
+pytestmark = pytest.mark.compiled
+
+PHASES = ["naive", "cells", "sap-1d", "sap-2d", "sweep-tiling"]
+
+
+def slow(speed: float, **more: object) -> kt.Scene:
+    velocity = [[speed, speed / 3], [-speed / 2, speed / 7], [0.0, 0.0]]
+    return kt.Scene([[0.2, 0.5], [0.7, 0.55], [0.5, 0.9]], velocity, 0.05, 1.0, (1.0, 1.0), **more)
+
+
+def in_small_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(spans, "MOST_BODIES", 0)
+
+
+def steps_of(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Return a list to which every move of the clock's base adds a span."""
+    moved: list[int] = []
+    one = spans.move_base
+
+    def counted(*arguments: object) -> None:
+        moved.append(1)
+        one(*arguments)
+
+    monkeypatch.setattr("kinetile.run.advance.move_base", counted)
+    return moved
+
+
+@pytest.mark.parametrize("phase", PHASES)
+def test_each_empty_span_cost_a_step_of_python(phase, monkeypatch):
+    """Two million spans for ten contacts, which would have taken minutes; now some hundred steps."""
+    moved = steps_of(monkeypatch)
+    sim = kt.Simulation(slow(2.0**-30), phase)
+    sim.run(1e30, max_contacts=10)
+    assert len(sim.contacts) == 10
+    assert sim.exact_time[0] // 512 > 1e6
+    assert len(moved) < 5000
+
+
+@pytest.mark.parametrize("until", [None, 3e5 + 0.125])
+def test_skipped_time_leaves_the_same_bits(until, monkeypatch):
+    commands = [kt.Turn(0, 100_000.5, (2.0**-16, 0.0)), kt.Remove(2, 200_000.25)]
+    scene = slow(2.0**-17, commands=commands)
+    quick = kt.Simulation(scene, "cells")
+    quick.run(until, max_contacts=6 if until is None else None)
+    in_small_steps(monkeypatch)
+    for phase in ("cells", "naive"):
+        slowly = kt.Simulation(scene, phase)
+        slowly.run(until, max_contacts=6 if until is None else None)
+        assert slowly.fingerprint == quick.fingerprint
+        assert slowly.exact_time == quick.exact_time
+        assert (slowly.positions() == quick.positions()).all()
+        assert (slowly.velocities() == quick.velocities()).all()
+        assert slowly.next_event == quick.next_event
+
+
+def test_a_run_without_an_end_gives_up_where_it_did(monkeypatch):
+    still = kt.Scene([[0.5, 0.5]], [[2.0**-60, 0.0]], 0.1, 1.0, (1.0, 1.0))
+    times = []
+    for _ in range(2):
+        sim = kt.Simulation(still, "cells")
+        assert sim.step() is None
+        first = sim.time
+        sim.run(max_contacts=1)
+        times.append((first, sim.time))
+        in_small_steps(monkeypatch)
+    assert times[0] == times[1]
+
+
+def test_anchors_are_rows_so_nothing_is_skipped_where_rows_are_recorded(monkeypatch):
+    moved = steps_of(monkeypatch)
+    sim = kt.Simulation(slow(2.0**-20), "cells")
+    rows = []
+    sim.run(100_000.0, recorder=lambda part: rows.extend(part.tolist()))
+    assert len(moved) == 195
+    assert len(rows) > 2 * 90
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    st.lists(st.tuples(*[st.floats(-1.0, 1.0)] * 2), min_size=2, max_size=5),
+    st.sampled_from([2.0**-14, 2.0**-16]),
+    st.booleans(),
+)
+def test_skipping_is_no_part_of_the_answer(velocities, speed, walled):
+    places = [[0.5 + 2.0 * at, 0.5 + 0.25 * at] for at in range(len(velocities))]
+    flies = [[x * speed, y * speed] for x, y in velocities]
+    scene = kt.Scene(places, flies, 0.25, 1.0, (16.0, 4.0) if walled else None)
+    found = []
+    with pytest.MonkeyPatch.context() as patch:
+        for phase in ("cells", "naive"):
+            sim = kt.Simulation(scene, phase)
+            sim.run(150_000.0, max_contacts=40)
+            found.append((sim.fingerprint, sim.exact_time, sim.positions().tolist()))
+            in_small_steps(patch)
+    assert found[0] == found[1]

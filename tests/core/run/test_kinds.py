@@ -1,0 +1,267 @@
+"""Kinds while a run goes on: whose they are, in events and event files, and as a filter of questions."""
+
+from __future__ import annotations
+
+import pickle
+
+import numpy as np
+import pytest
+
+import kinetile as kt
+from kinetile.errors import RecordError
+from kinetile.records.agreement import disagreement
+from kinetile.records.reading import read_with_scene
+
+
+def world(**more) -> kt.Scene:
+    """Return two balls on their ways through a sensor, one that comes, and kinds of which none is there."""
+    return kt.Scene(
+        [[1.0, 5.0], [5.0, 5.0], [5.0, 2.0]],
+        [[2.0, 0.0], [0.0, 0.0], [0.0, 1.0]],
+        [0.1, 0.5, 0.25],
+        arena=(10.0, 10.0),
+        kind=["ball", "sensor", "ball"],
+        kinds=["ball", "sensor", "late", 7],
+        responses={("ball", "sensor"): "pass"},
+        commands=[kt.Insert(1.0, (8.0, 8.0), (0.0, 2.0), 0.5, kind="late")],
+        **more,
+    )
+
+
+@pytest.fixture
+def sim() -> kt.Simulation:
+    return kt.Simulation(world(), "naive", live=True)
+
+
+def test_kinds_stand_beside_bodies(sim):
+    assert sim.kinds.tolist() == ["ball", "sensor", "ball"]
+    sim.run(until=1.5)
+    assert sim.bodies[sim.kinds == "ball"].tolist() == [0, 2]
+    assert sim.kinds.tolist() == ["ball", "sensor", "ball", "late"]
+    assert kt.Simulation(kt.make_scene("grid", bodies=4), "naive").kinds.tolist() == [0, 0, 0, 0]
+
+
+def test_contacts_have_kinds_whoever_has_gone_or_came_by_hand(sim):
+    assert sim.kinds_of(3) == "late", "it is still to come"
+    sim.run(until=1.5)
+    assert sim.insert((8.0, 2.0), (0.0, -4.0), 0.5, kind=7) == 4
+    sim.remove(2)
+    sim.run(until=2.0)
+    sim.remove(4)
+    assert sim.bodies.tolist() == [0, 1, 3]
+    met = sim.contacts
+    assert met[["a", "b"]].tolist() == [(0, 1), (3, -4), (4, -3)]
+    assert list(zip(sim.kinds_of(met["a"]), sim.kinds_of(met["b"]), strict=True)) == [
+        ("ball", "sensor"),
+        ("late", "wall"),
+        (7, "wall"),
+    ]
+    assert sim.kinds_of([[0, 4], [-1, 2]]).tolist() == [["ball", 7], ["wall", "ball"]]
+    for other in (pickle.loads(pickle.dumps(sim)), kt.Simulation(sim.recorded(), "cells")):
+        assert other.kinds_of(np.arange(5)).tolist() == ["ball", "sensor", "ball", "late", 7]
+    with pytest.raises(IndexError, match="there is no body 5: no body has been given that number"):
+        sim.kinds_of([0, 5])
+    with pytest.raises(TypeError, match=r"bodies go by their numbers; found \['ball'\]"):
+        sim.kinds_of(["ball"])
+
+
+def test_a_scene_without_bodies_has_walls():
+    empty = kt.Simulation(kt.Scene([], [], [], arena=(4.0, 4.0)), "naive")
+    assert (empty.kinds.tolist(), empty.kinds_of([-1]).tolist()) == ([], ["wall"])
+
+
+def test_events_say_of_which_kinds_their_bodies_are(sim):
+    assert sim.next_event.kinds == ("late",)
+    told = [(event.kind, event.kinds) for event in sim.steps(until=2.5)]
+    assert told == [
+        ("insert", ("late",)),
+        ("pass", ("ball", "sensor")),
+        ("wall", ("late",)),
+        ("pass", ("sensor", "ball")),
+        ("part", ("ball", "sensor")),
+    ]
+    event = sim.run(until=6.0, stop_at=kt.StopAt(kinds="sensor"))
+    assert (event.kind, event.bodies, event.kinds) == ("part", (1, 2), ("sensor", "ball"))
+    assert sim.step().kinds in (("ball",), ("late",))
+    plain = kt.Simulation(kt.make_scene("two-discs"), "naive")
+    assert plain.step().kinds == ()
+
+
+def test_questions_can_be_about_some_kinds(sim):
+    everywhere = (0.0, 0.0, 10.0, 10.0)
+    assert sim.bodies_in(everywhere, kinds="ball").tolist() == [0, 2]
+    assert sim.bodies_in(everywhere, kinds=["sensor", 7]).tolist() == [1]
+    assert sim.bodies_in(everywhere, kinds=[]).tolist() == []
+    assert sim.bodies_near((1.0, 5.0), k=1).tolist() == [0]
+    assert sim.bodies_near((1.0, 5.0), k=1, kinds=["sensor"]).tolist() == [1]
+    assert [hit.body for hit in sim.ray((0.0, 5.0), (1.0, 0.0))] == [0, 1]
+    assert [hit.body for hit in sim.ray((0.0, 5.0), [1.0, 0.0], most=1, kinds="sensor")] == [1]
+    assert sim.cast((9.0, 5.0, 0.1), np.array([-4.0, 0.0])).body == 1
+    assert sim.cast([9.0, 5.0, 0.1], (-4.0, 0.0), kinds="ball").body == 0, "through the sensor"
+    assert sim.cast((9.0, 5.0, 0.1), (-4.0, 0.0), kinds=7) is None
+
+
+def test_the_next_contact_can_be_one_with_some_kinds(sim):
+    first = sim.next_contact_of(0)
+    assert (first.a, first.b) == (0, 1)
+    assert sim.next_contact_of(0, kinds="sensor") == first
+    assert sim.next_contact_of(0, kinds=["ball", "wall"]).b == -2
+    assert sim.next_contact_of(0, kinds=["ball", "wall"], scheduled=True) is None, "the sensor is before"
+    assert sim.next_contact_of(0, kinds=["sensor"], scheduled=True) == first
+    assert sim.next_contact_of(0, kinds="ball") is None
+    assert sim.next_contact_of(0, kinds=[]) is None
+
+
+def test_a_scene_of_one_kind_can_be_asked_about_it():
+    sim = kt.Simulation(kt.make_scene("grid", bodies=4), "naive")
+    assert sim.bodies_in((0.0, 0.0, 1.0, 1.0), kinds=0).tolist() == [0, 1, 2, 3]
+    assert sim.bodies_in((0.0, 0.0, 1.0, 1.0), kinds=()).tolist() == []
+
+
+@pytest.mark.parametrize(
+    ("ask", "kind", "said"),
+    [
+        (
+            lambda s: s.bodies_in((0, 0, 1, 1), kinds="sensr"),
+            ValueError,
+            "kinds: 'sensr' is no kind of this scene; "
+            "there are: 'ball', 'sensor', 'late', 7; did you mean 'sensor'",
+        ),
+        (lambda s: s.cast((0, 0, 1), (1, 0), kinds=["wall"]), ValueError, "'wall' is no kind of this scene"),
+        (lambda s: s.next_contact_of(0, kinds=["bal"]), ValueError, "'bal' is no kind.* did you mean 'ball'"),
+        (
+            lambda s: s.ray((0, 0), (1, 0), kinds=1.5),
+            TypeError,
+            "kinds are given by a list of them; found 1.5",
+        ),
+        (
+            lambda s: s.run(2.0, stop_at=5),
+            TypeError,
+            r"^stop_at is kinetile.StopAt\(...\), which chooses contacts by "
+            "bodies, pairs or kinds; found 5$",
+        ),
+        (
+            lambda s: s.run(2.0, stop_at=lambda row: True),
+            TypeError,
+            "^stop_at is kinetile.StopAt.*found <function",
+        ),
+        (lambda s: s.run(2.0, stop_at=kt.StopAt), TypeError, "found <class"),
+        (
+            lambda s: s.run(2.0, stop_at=kt.StopAt(bodies=5)),
+            TypeError,
+            "^stop_at: bodies are given by a list of their numbers; found 5$",
+        ),
+        (
+            lambda s: s.run(2.0, stop_at=kt.StopAt(pairs=5)),
+            TypeError,
+            "^stop_at: pairs are given by a list of two",
+        ),
+        (
+            lambda s: s.run(2.0, stop_at=kt.StopAt(kinds=1.5)),
+            TypeError,
+            "^stop_at: kinds are given by a list",
+        ),
+        (
+            lambda s: s.insert((5.0, 9.0)),
+            TypeError,
+            r"^insert\(\) needs the radius of the body that comes: insert",
+        ),
+        (lambda s: s.insert((5.0, 9.0), (1.0, 0.0), kind="ball"), TypeError, "needs the radius"),
+    ],
+)
+def test_nonsense_is_refused_in_a_sentence_and_changes_nothing(sim, ask, kind, said):
+    with pytest.raises(kind, match=said):
+        ask(sim)
+    assert (sim.time, len(sim.bodies)) == (0.0, 3)
+    assert sim.run(until=0.5) is None
+
+
+def test_a_simulation_is_shown_in_a_line(sim):
+    assert repr(sim) == "<Simulation: naive, 3 bodies, time 0.0, 0 contacts>"
+    sim.run(until=2.0)
+    assert repr(sim) == "<Simulation: naive, 4 bodies, time 2.0, 2 contacts>"
+    one = kt.Simulation(kt.Scene([[0.0, 0.0]], [[0.0, 0.0]], 1.0), "naive")
+    assert repr(one) == "<Simulation: naive, 1 body, time 0.0, 0 contacts>"
+
+
+def test_points_may_be_lists_and_arrays():
+    turns = [(0, 0.5, [0.0, 1.0]), kt.Turn(1, 0.5, np.array([0.0, 1.0]))]
+    come = [kt.Insert(0.25, [3.0, 3.0], np.array([0.0, 0.0]), 0.1)]
+    scene = kt.Scene(
+        [[1, 1], [2, 1]], [[0, 0], [0, 0]], 0.1, arena=np.array([4.0, 4.0]), turns=turns, commands=come
+    )
+    same = [
+        kt.Turn(0, 0.5, (0.0, 1.0)),
+        kt.Turn(1, 0.5, (0.0, 1.0)),
+        kt.Insert(0.25, (3.0, 3.0), (0.0, 0.0), 0.1),
+    ]
+    assert scene == kt.Scene([[1, 1], [2, 1]], [[0, 0], [0, 0]], 0.1, arena=(4.0, 4.0), commands=same)
+    sim = kt.Simulation(scene, "naive", live=True)
+    sim.set_velocity(0, [0.5, 0.0])
+    sim.set_velocity(1, np.array([0.5, 0.0]))
+    sim.insert(np.array([1.0, 3.0]), [0.0, 0.0], radius=0.1)
+    assert sim.velocities().tolist() == [[0.5, 0.0], [0.5, 0.0], [0.0, 0.0]]
+
+
+def test_an_event_file_has_the_kinds_of_all_bodies(sim, tmp_path):
+    path = tmp_path / "run.parquet"
+
+    def throw(_):
+        if sim.bodies[-1] < 5:
+            sim.insert((8.0, 2.0), (0.0, -4.0), 0.5, kind=7)  # while the recorder takes rows
+
+    with kt.EventRecorder(path, sim.scene) as recorder:
+        sim.run(until=0.5)
+        sim.insert((2.0, 8.0), (0.0, 4.0), 0.25, kind="sensor")  # where no recorder is
+        sim.remove(4)
+        sim.run(until=1.0, progress=throw, recorder=recorder)
+        sim.insert((8.0, 4.0), (0.0, -4.0), 0.5, kind=7)
+        sim.run(until=2.0, recorder=recorder)
+    found, scene = read_with_scene(path)
+    assert found.metadata["kinds"] == [
+        [0, 0, "ball"],
+        [1, 1, "sensor"],
+        [2, 2, "ball"],
+        [3, 3, "late"],
+        [4, 4, "sensor"],
+        [5, 6, 7],
+    ]
+    for name in ("a", "b"):
+        known = found.rows[name] >= -4
+        kinds = found.kinds_of(found.rows[name][known])
+        assert kinds.tolist() == sim.kinds_of(found.rows[name][known]).tolist()
+    assert found.kinds_of([6, 7, -1]).tolist() == [7, None, "wall"]
+    metadata = found.metadata | {"kinds": [[4, 4, "sensor"], [5, 6, 7]]}
+    assert disagreement(found.rows, metadata, scene) is None
+    for wrong in (
+        [[3, 4, 7]],
+        [[5, 4, 7]],
+        [[4, 4, "sensr"]],
+        [[4, 4]],
+        [5],
+        [[4, 5, 7], [5, 5, 7]],
+        [[4, True, 7]],
+    ):
+        assert "its metadata have the kinds" in disagreement(found.rows, metadata | {"kinds": wrong}, scene)
+
+
+def test_a_file_that_goes_on_after_a_kill_has_the_kinds_of_before(sim, tmp_path):
+    path = tmp_path / "run.parquet"
+    with kt.EventRecorder(path, sim.scene) as recorder:
+        sim.insert((8.0, 2.0), (0.0, -4.0), 0.5, kind=7)
+        sim.run(until=1.0, recorder=recorder)
+        sim.save(tmp_path / "run.kt")
+    again = kt.resume(tmp_path / "run.kt")
+    with kt.EventRecorder(path, again.scene, behind=again) as recorder:
+        again.insert((2.0, 8.0), (0.0, 4.0), 0.25, kind="sensor")
+        again.run(until=2.0, recorder=recorder)
+    assert kt.read_events(path).metadata["kinds"][-2:] == [[4, 4, 7], [5, 5, "sensor"]]
+
+
+def test_kinds_that_are_none_are_an_event_file_that_contradicts_itself(sim, tmp_path):
+    path = tmp_path / "run.parquet"
+    with kt.EventRecorder(path, sim.scene) as recorder:
+        sim.run(until=1.0, recorder=recorder)
+        recorder.introduce(lambda bodies: np.full(len(bodies), "nobody's", dtype=object), 5)
+    with pytest.raises(RecordError, match="and its scene has no such kind"):
+        kt.read_events(path)
