@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.log import INSERTED, REMOVED, TURNED
+from kinetile.records.kinds import wrong_runs
 from kinetile.scene.responses import PASS
 
 if TYPE_CHECKING:
@@ -38,6 +39,9 @@ def _disagreements(rows: NDArray[Any], metadata: Mapping[str, Any], scene: Scene
     for key, value in (("start", scene.start), ("time_unit", scene.time_unit)):
         if metadata[key] != value:
             yield f"its metadata say that {key} is {metadata[key]!r}, and by its scene it is {value!r}"
+    kinds = wrong_runs(metadata["kinds"], scene)
+    if kinds is not None:
+        yield kinds
     time = metadata["time"]
     if time < scene.start:
         yield f"it ends at {time!r}, before its scene's start, {scene.start!r}"

@@ -7,9 +7,9 @@ digits: the digest of the lines before it.
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterable
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -80,7 +80,7 @@ def _numbers(text: str, source: str, number: int) -> tuple[int, ...]:
     return found
 
 
-def write_contacts(path: str | Path, contacts: NDArray[Any], fingerprint: str) -> None:
+def write_contacts(path: str | os.PathLike[str], contacts: NDArray[Any], fingerprint: str) -> None:
     """Write a list of contacts (rows with the fields epoch, tick, a, b), and their fingerprint behind them.
 
     The text goes to a new file, which takes the place of the one that is there. Raises OSError if it cannot

@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from time import monotonic
@@ -31,11 +31,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetile.errors import RecordError
-from kinetile.kernel.log import ANSWER, LOG
+from kinetile.kernel.log import ANSWER, INSERTED, LOG
 from kinetile.records.finishing import PARTIAL, event_target, finish, pyarrow_modules, reason
+from kinetile.records.kinds import KindsByHand
 from kinetile.records.one_writer import open_alone
 from kinetile.records.reserved_file import ReservedFile
-from kinetile.records.row_log import Beginning, LogWriter, holds_nothing
+from kinetile.records.row_log import Beginning, LogReader, LogWriter, holds_nothing
 from kinetile.records.seal import Seal
 from kinetile.records.versions import versions
 from kinetile.run.interrupts import Unbroken
@@ -48,6 +49,7 @@ __all__ = ["EventRecorder"]
 
 _ROWS_A_BATCH = 1 << 16
 _SECONDS_A_BATCH = 0.25
+_BYTES_AT_ONCE = 1 << 20
 _FEWEST = 256  # rows worth a batch of their own when the disk is nearly full
 
 
@@ -55,10 +57,10 @@ class EventRecorder:
     """Writes an event file: ``with EventRecorder(path, scene) as recorder: sim.run(2.0, recorder=recorder)``.
 
     ``meta`` is any JSON-ready mapping (phases, options, ...) and may be added to, as ``recorder.meta``, until
-    the recorder closes; "status", "rows", "missing", "start", "time_unit", "time", "fingerprint" and "answer"
-    are the recorder's own. ``rows`` is the number of rows written so far, ``status`` what the file's metadata
-    will say (or what has become of a file that could not be finished), ``missing`` how many rows of the
-    simulation were not given to this recorder.
+    the recorder closes; "status", "rows", "missing", "start", "time_unit", "time", "kinds", "fingerprint" and
+    "answer" are the recorder's own. ``rows`` is the number of rows written so far, ``status`` what the file's
+    metadata will say (or what has become of a file that could not be finished), ``missing`` how many rows of
+    the simulation were not given to this recorder.
 
     ``behind`` is a simulation that was taken up (``kinetile.resume``): what the run has recorded before it
     was saved is the beginning of this file, if it is there (then ``goes_on``): in FILE.partial where the run
@@ -76,7 +78,7 @@ class EventRecorder:
 
     def __init__(
         self,
-        path: str | Path,
+        path: str | os.PathLike[str],
         scene: Scene,
         meta: Mapping[str, Any] | None = None,
         *,
@@ -100,6 +102,8 @@ class EventRecorder:
             **(meta or {}),
         }
         self._clock = {"start": scene.start, "time_unit": scene.time_unit}
+        self._kinds = KindsByHand(scene)
+        self._kinds_of: Callable[[NDArray[Any]], NDArray[Any]] | None = None
         self._last = self._reached = scene.start
         self.rows = 0
         self.missing = 0
@@ -124,16 +128,7 @@ class EventRecorder:
             if left and _is_empty(file):
                 left = False
                 file.go_to(0)
-            if left and self._behind is not None:
-                self._log = LogWriter.behind(file, self._behind, str(self.partial))
-                self._taken = self.rows = self._behind.rows
-            else:
-                earlier = self._earlier()
-                self._log = LogWriter.begin(file, self.scene)
-                self._write(np.zeros(0, LOG))
-                for at in range(0, len(earlier), _ROWS_A_BATCH):
-                    self._write(earlier[at : at + _ROWS_A_BATCH], more=True)
-                self._taken = len(earlier)
+            file = self._begin(file, left)
         except BaseException as error:
             if not left:
                 with suppress(OSError):
@@ -144,6 +139,48 @@ class EventRecorder:
             raise
         self._file = file
         return self
+
+    def _begin(self, file: ReservedFile, left: bool) -> ReservedFile:
+        """Begin the log, in FILE.partial or in what takes its place, with the rows that are recorded already.
+
+        What has to be written before the run goes on, a head or a copy of rows, is written under another
+        name, which becomes FILE.partial when all of it is there: a kill on the way leaves what there was.
+        """
+        at, rows = self._found(file) if left and self._behind is not None else (None, self._earlier())
+        unfinished = self.partial.with_name(self.partial.name + ".unfinished")
+        apart = (at is None or len(rows) > 0) and os.name != "nt"  # where an open file cannot be replaced
+        new = open_alone(unfinished, overwrite=True) if apart else file
+        try:
+            if at is None:
+                self._log = LogWriter.begin(new, self.scene)
+                self._write(rows[:0])
+            else:
+                if apart:
+                    _copy(file, at[0], new)
+                self._log = LogWriter.behind(new, at)
+            for first in range(0, len(rows), _ROWS_A_BATCH):
+                self._write(rows[first : first + _ROWS_A_BATCH], more=True)
+            if apart:
+                if len(rows):
+                    new.sync()
+                unfinished.replace(self.partial)
+                file.close()
+        except BaseException:
+            if apart:
+                with suppress(OSError):
+                    unfinished.unlink()
+                new.close()
+            raise
+        self._taken = self.rows
+        return new
+
+    def _found(self, file: ReservedFile) -> tuple[tuple[int, int], NDArray[Any]]:
+        """Return where the batches of this run end in a log, and its rows behind that, within a batch."""
+        assert self._behind is not None
+        with file.reader() as content:
+            at, rows = LogReader(content, str(self.partial)).find(self._behind)
+        self.rows = self._behind.rows - len(rows)
+        return at, rows
 
     def _earlier(self) -> NDArray[Any]:
         """Return the rows of this run that an event file of it holds, to begin with."""
@@ -176,6 +213,8 @@ class EventRecorder:
             raise self._full
         self._open_file()
         with Unbroken():
+            if self._kinds_of is not None:
+                self._kinds.add(rows["a"][rows["b"] == INSERTED], self._kinds_of)
             self._taken += len(rows)
             self._pending.append(np.array(rows, dtype=LOG))
             self._waiting += len(rows)
@@ -195,6 +234,13 @@ class EventRecorder:
         self.flush()
         with suppress(OSError):
             self._open_file().sync()
+
+    def introduce(self, kinds_of: Callable[[NDArray[Any]], NDArray[Any]], numbers: int) -> None:
+        """Be told, by a simulation that is about to run, where the kinds of its bodies are to be had, so many
+        of whom have been given numbers."""
+        if self._kinds.several:
+            self._kinds_of = kinds_of
+            self._kinds.add(np.arange(numbers), kinds_of)
 
     def begin(self, before: int) -> None:
         """Be told, by a simulation that is about to run, how many rows there were before the next one.
@@ -277,6 +323,7 @@ class EventRecorder:
         """Return the metadata as JSON; ``behind``: there are rows that are not in the log."""
         own = {"status": self.status, "missing": self.missing, **self._clock, "answer": ANSWER}
         own["time"] = last if behind else max(self._reached, last)
+        own["kinds"] = self._kinds.runs
         return json.dumps(own | self.meta | own, default=str)
 
     def _finish(self, file: ReservedFile) -> None:
@@ -322,6 +369,13 @@ class EventRecorder:
             f"{self.path}: {self.partial} has been removed while it was being written, by itself or with its "
             "folder; none of the events is kept"
         )
+
+
+def _copy(file: ReservedFile, size: int, to: ReservedFile) -> None:
+    """Copy the beginning of a file."""
+    with file.reader() as content:
+        while to.position < size:
+            to.write(content.read(min(_BYTES_AT_ONCE, size - to.position)))
 
 
 def _is_empty(file: ReservedFile) -> bool:

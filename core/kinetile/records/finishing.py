@@ -77,7 +77,9 @@ class Recovered(NamedTuple):
     kept: bool
 
 
-def recover(path: str | Path, out: str | Path | None = None, *, overwrite: bool = False) -> Recovered:
+def recover(
+    path: str | os.PathLike[str], out: str | os.PathLike[str] | None = None, *, overwrite: bool = False
+) -> Recovered:
     """Make an event file of FILE.partial, which a run that was killed has left.
 
     It holds the first rows of the run, and its status is "killed"; where the run had ended, and could only
@@ -210,7 +212,7 @@ def event_target(name: Path, overwrite: bool) -> Path:
     return target
 
 
-def is_log(path: str | Path) -> bool:
+def is_log(path: Path) -> bool:
     """Whether a file begins as the log of a run does."""
     with open(path, "rb") as file:
         return file.read(len(SIGNATURE)) == SIGNATURE

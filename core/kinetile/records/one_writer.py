@@ -14,7 +14,8 @@ from __future__ import annotations
 import errno
 import os
 import stat
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
@@ -27,7 +28,7 @@ from kinetile.errors import RecordError
 from kinetile.records.reserved_file import ReservedFile
 from kinetile.records.row_log import SIGNATURE, holds_nothing
 
-__all__ = ["open_alone", "open_left"]
+__all__ = ["alone", "open_alone", "open_left"]
 
 _RECOVER = "`kinetile recover"
 _NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EINVAL, errno.EOPNOTSUPP, errno.ENOTSUP}
@@ -94,6 +95,34 @@ def open_left(partial: Path) -> tuple[BinaryIO, bool]:
     except BaseException:
         file.close()
         raise
+
+
+@contextmanager
+def alone(path: Path) -> Iterator[None]:
+    """Be the only writer, within this context, of a file that is replaced as a whole again and again, and so
+    cannot be locked itself: FILE.lock is, and is removed when the context is left.
+
+    Raises RecordError where there is another writer. Where there are no locks, or FILE.lock cannot be made,
+    nobody is kept away.
+    """
+    target = Path(os.path.realpath(path))
+    name = target.with_name(target.name + ".lock")
+    held = None
+    if flock is not None:
+        try:
+            held = open_alone(name, overwrite=True, as_it_is=True)
+        except RecordError:
+            raise
+        except OSError:  # nor can FILE be written in such a folder, which its writer says
+            pass
+    try:
+        yield
+    finally:
+        if held is not None:
+            with suppress(OSError):
+                if name.stat().st_size == 0:  # else it is somebody's file of this name
+                    name.unlink()
+            held.close()
 
 
 def _open(partial: Path) -> tuple[int, bool]:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from numpy.typing import NDArray
 
 from kinetile.errors import Mistake, RecordError
@@ -26,6 +27,7 @@ from kinetile.records.finishing import (
     pyarrow_modules,
     reason,
 )
+from kinetile.records.kinds import all_runs, kinds_in
 from kinetile.records.seal import Seal
 from kinetile.scene.checks import shown
 
@@ -42,6 +44,7 @@ _OWN = {
     "start": float,
     "time_unit": float,
     "time": float,
+    "kinds": list,
     "fingerprint": str,
     "answer": int,
 }
@@ -53,12 +56,21 @@ class EventFile(NamedTuple):
     rows: NDArray[Any]
     metadata: dict[str, Any]
 
+    def kinds_of(self, bodies: npt.ArrayLike) -> NDArray[Any]:
+        """Return the kinds of bodies by their numbers, such as a column of ``rows``, as an array of objects.
 
-def read_events(path: str | Path) -> EventFile:
+        "wall" stands for a number below 0; None for a body whose kind is not in the file, for it came by hand
+        and the file is of a version that did not say it.
+        """
+        return kinds_in(self.metadata["kinds"], bodies)
+
+
+def read_events(path: str | os.PathLike[str]) -> EventFile:
     """Read an event file.
 
     The metadata are those the recorder was given, and "scene" (the scene as TOML text), "status", "rows",
     "missing" (rows of the run that are not in the file), "start", "time_unit", "time" (how far the rows go),
+    "kinds" ([first, last, kind] for each run of bodies of one kind; ``EventFile.kinds_of`` looks them up),
     "fingerprint" (of the contacts in the file), "answer" (the number of the specification that they follow; 0
     in a file that is older than that), "recipe", "parameters", "versions".
 
@@ -68,8 +80,9 @@ def read_events(path: str | Path) -> EventFile:
     return read_with_scene(path)[0]
 
 
-def read_with_scene(path: str | Path) -> tuple[EventFile, Scene]:
+def read_with_scene(path: str | os.PathLike[str]) -> tuple[EventFile, Scene]:
     """Read an event file, and its scene, whose phases need not be installed here. Raises as read_events."""
+    path = Path(path)
     rows, texts = _read(path)
     metadata = _read_metadata(path, texts[KEY])
     scene = _read_scene(path, texts[SCENE_KEY])
@@ -85,10 +98,11 @@ def read_with_scene(path: str | Path) -> tuple[EventFile, Scene]:
         )
     if seal.digest(texts[KEY], texts[SCENE_KEY]) != texts[DIGEST_KEY]:
         raise RecordError(f"{path} is not what was written: its rows, scene and metadata have another digest")
-    return EventFile(rows, metadata | {"scene": texts[SCENE_KEY]}), scene
+    kinds = all_runs(scene, metadata["kinds"])
+    return EventFile(rows, metadata | {"scene": texts[SCENE_KEY], "kinds": kinds}), scene
 
 
-def _read(path: str | Path) -> tuple[NDArray[Any], dict[str, str]]:
+def _read(path: Path) -> tuple[NDArray[Any], dict[str, str]]:
     """Return the rows of a file, and the texts in its footer by their keys."""
     pa, pq = pyarrow_modules()
     try:
@@ -123,7 +137,7 @@ def _read(path: str | Path) -> tuple[NDArray[Any], dict[str, str]]:
         raise RecordError(f"{path} cannot be read as an event file: {reason(error)}") from error
 
 
-def _check_columns(pa: Any, path: str | Path, schema: Any) -> None:
+def _check_columns(pa: Any, path: Path, schema: Any) -> None:
     """Raise RecordError unless these are the columns of an event file."""
     wanted = [(name, pa.from_numpy_dtype(LOG[name])) for name in _COLUMNS]
     found = [(field.name, field.type) for field in schema]
@@ -136,7 +150,7 @@ def _check_columns(pa: Any, path: str | Path, schema: Any) -> None:
         )
 
 
-def _read_rows(path: str | Path, file: Any) -> NDArray[Any]:
+def _read_rows(path: Path, file: Any) -> NDArray[Any]:
     rows = np.empty(file.metadata.num_rows, LOG)
     first = 0
     for index in range(file.num_row_groups):
@@ -152,7 +166,7 @@ def _read_rows(path: str | Path, file: Any) -> NDArray[Any]:
     return rows
 
 
-def _read_metadata(path: str | Path, text: str) -> dict[str, Any]:
+def _read_metadata(path: Path, text: str) -> dict[str, Any]:
     try:
         metadata = json.loads(text)
     except (ValueError, RecursionError) as error:
@@ -160,6 +174,7 @@ def _read_metadata(path: str | Path, text: str) -> dict[str, Any]:
     if not isinstance(metadata, dict):
         raise RecordError(f"{path} has metadata that are {shown(metadata)}; expected a JSON object")
     metadata.setdefault("answer", 0)
+    metadata.setdefault("kinds", [])
     for key, kind in _OWN.items():
         if key not in metadata:
             raise RecordError(f"{path} has metadata without {key!r}")
@@ -172,7 +187,7 @@ def _read_metadata(path: str | Path, text: str) -> dict[str, Any]:
     return metadata
 
 
-def _read_scene(path: str | Path, text: str) -> Scene:
+def _read_scene(path: Path, text: str) -> Scene:
     from kinetile.scene.text.files import read_text
 
     try:

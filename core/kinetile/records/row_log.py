@@ -96,29 +96,11 @@ class LogWriter:
         return writer
 
     @classmethod
-    def behind(cls, file: ReservedFile, beginning: Beginning, name: str) -> LogWriter:
-        """Return a writer that goes on behind the rows with which a log begins.
-
-        RecordError, in which the file is called ``name``, where there are other ones; then it is as it was.
-        """
-        seal, have, cut = Seal(), 0, np.zeros(0, LOG)
-        with file.reader() as content:
-            log = LogReader(content, name)
-            at = log.at
-            for rows in log:
-                cut = rows[: beginning.rows - have]
-                seal.add(cut)
-                if len(cut) < len(rows):
-                    break
-                have, at, cut = have + len(rows), log.at, cut[:0]
-            text = log.text
-            beginning.check(have + len(cut), seal.fingerprint, log.scene, name)
+    def behind(cls, file: ReservedFile, at: tuple[int, int]) -> LogWriter:
+        """Return a writer that goes on at a place in a log (``LogReader.at``); what is behind it is gone."""
         position, checksum = at
         file.go_to(position)
-        writer = cls(file, checksum)
-        if len(cut):
-            writer.write(text, cut)
-        return writer
+        return cls(file, checksum)
 
     def write(self, text: str, rows: NDArray[Any]) -> None:
         """Write a batch, and hand it to the system: it is there though the process ends the moment after."""
@@ -148,6 +130,7 @@ class LogReader:
 
     def __init__(self, file: BinaryIO, name: str) -> None:
         self._file = file
+        self._name = name
         self.text = ""
         self.rest = 0
         file.seek(0)
@@ -173,6 +156,21 @@ class LogReader:
     def at(self) -> tuple[int, int]:
         """Where the last batch that was given ends, and the checksum up to there."""
         return self._file.tell(), self._checksum
+
+    def find(self, beginning: Beginning) -> tuple[tuple[int, int], NDArray[Any]]:
+        """Return where the last batch ends that has only rows of a beginning, and the rows of it behind that.
+
+        RecordError where the log begins with others, or has fewer.
+        """
+        seal, have, at, cut = Seal(), 0, self.at, np.zeros(0, LOG)
+        for rows in self:
+            cut = rows[: beginning.rows - have]
+            seal.add(cut)
+            if len(cut) < len(rows):
+                break
+            have, at, cut = have + len(rows), self.at, cut[:0]
+        beginning.check(have + len(cut), seal.fingerprint, self.scene, self._name)
+        return at, cut
 
     def __iter__(self) -> Iterator[NDArray[Any]]:
         while (found := self._next()) is not None:

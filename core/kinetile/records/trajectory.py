@@ -9,6 +9,7 @@ bit.
 from __future__ import annotations
 
 import math
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -46,12 +47,13 @@ class Trajectory:
         self._keys = np.sort(bodies[seen] * self._span + seen)
 
     @classmethod
-    def read(cls, path: str | Path) -> Trajectory:
+    def read(cls, path: str | os.PathLike[str]) -> Trajectory:
         """Read an event file with the scene in it.
 
         Raises MissingExtra and RecordError as ``read_events``, and RecordError for a file that has not all
         rows of its run up to its last one: without them nobody knows where the bodies were.
         """
+        path = Path(path)
         found, scene = _whole(path)
         trajectory = cls(found.rows, scene)
         trajectory._check_continuity(path)
@@ -74,7 +76,7 @@ class Trajectory:
         """Return the velocities (n, 2) of all bodies at ``time``, after the events of that very time."""
         return self._flight_plans(time)[2]
 
-    def _check_continuity(self, path: str | Path) -> None:
+    def _check_continuity(self, path: Path) -> None:
         """Raise RecordError unless each body flies, from row to row, to where the next row says it is."""
         body, seen = np.divmod(self._keys, self._span)
         rows, is_b = self.rows[seen // 2], (seen % 2).astype(bool)[:, None]
@@ -133,20 +135,23 @@ class Trajectory:
         return bodies[there], anchor[there], velocity[there], elapsed
 
 
-def positions_at(source: str | Path | NDArray[Any], scene: Scene | None, time: float) -> NDArray[np.float64]:
+def positions_at(
+    source: str | os.PathLike[str] | NDArray[Any], scene: Scene | None, time: float
+) -> NDArray[np.float64]:
     """Return the positions (n, 2) of all bodies at ``time``, from an event file or from rows (dtype LOG).
 
     ``scene`` may be None for a file, which has its own. For many times, make one Trajectory.
     """
-    if isinstance(source, (str, Path)):
-        trajectory = Trajectory.read(source) if scene is None else Trajectory(_whole(source)[0].rows, scene)
+    if isinstance(source, (str, os.PathLike)):
+        path = Path(source)
+        trajectory = Trajectory.read(path) if scene is None else Trajectory(_whole(path)[0].rows, scene)
         return trajectory.positions(time)
     if scene is None:
         raise TypeError("rows alone do not say where the bodies began: positions_at needs their scene")
     return Trajectory(source, scene).positions(time)
 
 
-def _whole(path: str | Path) -> tuple[EventFile, Scene]:
+def _whole(path: Path) -> tuple[EventFile, Scene]:
     """Read an event file; raise RecordError if it says that rows are missing from it."""
     found, scene = read_with_scene(path)
     missing = found.metadata["missing"]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -10,9 +11,12 @@ import numpy.typing as npt
 from kinetile.errors import Mistake
 from kinetile.scene.checks import shown
 
-__all__ = ["read_arrays"]
+__all__ = ["Numbers", "read_arrays"]
 
 Floats = npt.NDArray[np.float64]
+
+Numbers: TypeAlias = Sequence[float] | npt.NDArray[Any]
+"""A point, a velocity, a disc or a box as it is given: a tuple, a list or an array."""
 
 
 def read_arrays(

@@ -13,6 +13,7 @@ import operator
 import re
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from copy import deepcopy
 from typing import Any
 
 import numpy as np
@@ -31,6 +32,7 @@ __all__ = [
     "TOLERANCE",
     "WALL",
     "abridged",
+    "as_kind",
     "check_bodies",
     "check_frame",
     "check_pace",
@@ -38,6 +40,7 @@ __all__ = [
     "is_finite",
     "is_kind",
     "is_number",
+    "plain",
     "shown",
 ]
 
@@ -105,8 +108,38 @@ def is_kind(value: object) -> bool:
     if isinstance(value, bool):
         return False
     if isinstance(value, str):
-        return bool(value) and value not in (WALL, ANY)
+        return bool(value) and value not in (WALL, ANY) and _is_text(value)
     return isinstance(value, int | np.integer) and 0 <= int(value) < 2**31
+
+
+def as_kind(value: Any) -> str | int:
+    """Return a kind as scenes keep it: plain text or a plain number, whatever class it came in."""
+    return str.__str__(value) if isinstance(value, str) else int(value)
+
+
+def plain(value: Any) -> Any:
+    """Return an option's value as a scene file would give it back: no types of NumPy, lists for tuples.
+
+    So an option is the same before and after a file. What no file can hold is copied.
+    """
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float) and math.isnan(value):
+        return math.nan  # the same object, so that two equal tables with it are equal
+    if isinstance(value, list | tuple):
+        return [plain(each) for each in value]
+    if isinstance(value, Mapping):
+        return {key: plain(each) for key, each in value.items()}
+    return deepcopy(value)
+
+
+def _is_text(value: str) -> bool:
+    """Say whether a file can hold this text: half of a surrogate pair has no form in UTF-8."""
+    try:
+        value.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def is_finite(value: Any) -> bool:

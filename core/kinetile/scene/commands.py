@@ -16,15 +16,18 @@ from typing import Any, NamedTuple, TypeAlias
 
 from kinetile.errors import Mistake
 from kinetile.kernel.clock import TICKS
-from kinetile.scene.checks import LARGEST, SMALLEST, TOLERANCE, is_finite, is_kind, shown
+from kinetile.scene.arrays import Numbers
+from kinetile.scene.checks import LARGEST, SMALLEST, TOLERANCE, as_kind, is_finite, is_kind, shown
 
 __all__ = [
+    "EXACT",
     "Command",
     "Insert",
     "Remove",
     "Turn",
     "check_commands",
     "check_presence",
+    "is_exact",
     "numbered",
     "speeds",
 ]
@@ -35,7 +38,7 @@ class Turn(NamedTuple):
 
     body: int
     time: float
-    velocity: tuple[float, float]
+    velocity: Numbers
     at: tuple[int, int, int] | None = None
 
 
@@ -44,8 +47,8 @@ class Insert(NamedTuple):
     first where it is None."""
 
     time: float
-    position: tuple[float, float]
-    velocity: tuple[float, float]
+    position: Numbers
+    velocity: Numbers
     radius: float
     mass: float = 1.0
     body: int = -1
@@ -82,7 +85,7 @@ def numbered(commands: Iterable[Any], bodies: int, kind: str | int | None = None
         if isinstance(command, Insert):
             x, y = map(float, command.position)
             radius, mass = float(command.radius), float(command.mass)
-            own = kind if command.kind is None else command.kind
+            own = kind if command.kind is None else as_kind(command.kind)
             command = command._replace(position=(x, y), radius=radius, mass=mass, kind=own)
             if command.body < 0:
                 command, free = command._replace(body=free), free + 1
@@ -156,15 +159,21 @@ def _check_time(command: Any, where: str, start: float | None) -> list[Mistake]:
         mistakes.append(Mistake(f"{where}.time", shown(time), "a finite number"))
     elif start is not None and time < start:
         mistakes.append(Mistake(f"{where}.time", shown(time), f"a time not before the start, {start!r}"))
-    if exact is not None:
-        try:
-            epoch, tick, contacts = map(operator.index, exact)
-        except (TypeError, ValueError):
-            epoch = tick = contacts = -1
-        if epoch < 0 or contacts < 0 or not 0 <= tick < TICKS:
-            expected = "(epoch, tick, contacts), whole numbers, none below 0, tick < 2**52"
-            mistakes.append(Mistake(f"{where}.at", shown(exact), expected))
+    if exact is not None and not is_exact(exact):
+        mistakes.append(Mistake(f"{where}.at", shown(exact), EXACT))
     return mistakes
+
+
+EXACT = "(epoch, tick, contacts), whole numbers, none below 0, tick < 2**52"
+
+
+def is_exact(moment: Any) -> bool:
+    """Say whether something is an exact moment, (epoch, tick, contacts)."""
+    try:
+        epoch, tick, contacts = map(operator.index, moment)
+    except (TypeError, ValueError):
+        return False
+    return epoch >= 0 and contacts >= 0 and 0 <= tick < TICKS
 
 
 def _is_number_of_body(body: Any, may_be_none: bool) -> bool:

@@ -1,9 +1,14 @@
 """Responses: what happens at a contact, said by kind of body.
 
-Each body is of a *kind*, a name or a small whole number. A table says by name what happens where two kinds
-meet, and where a kind meets a wall (``"wall"``); ``"*"`` stands for every kind. What is said of the very two
-kinds counts first, then what is said of one and ``"*"``, then ``("*", "*")``; what nothing is said of is
-elastic. A rule for walls is one with ``"wall"``: ``("*", "*")`` is about bodies.
+Each body is of a *kind*, a name or a small whole number; one that is given none is of the first kind that
+the scene declares, or else of kind 0. A table says by name what happens where two kinds meet, and where a
+kind meets a wall (``"wall"``); ``"*"`` stands for every kind. What is said of the very two kinds counts
+first, then what is said of one and ``"*"``, then ``("*", "*")``; what nothing is said of is elastic. A rule
+for walls is one with ``"wall"``: ``("*", "*")`` is about bodies.
+
+The kinds of a scene follow from its bodies and from those that commands insert, or the scene declares them:
+then no body is of another. A rule for a kind that the scene has not is a mistake, since it would never hold.
+Where there is nobody, at the start or by a command, and nothing is declared, kinds follow from the rules.
 
 ``elastic`` and ``pass`` are the kernel's own. ``pass`` changes no plan: the contact is the beginning of a
 passing, which ends when the two part or one of them goes; walls cannot be passed. All others are plugins
@@ -18,10 +23,23 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import Mistake
-from kinetile.scene.checks import ANY, WALL, is_kind, shown
+from kinetile.errors import Mistake, nearest, one_of
+from kinetile.scene.checks import ANY, WALL, as_kind, is_kind, plain, shown
 
-__all__ = ["ELASTIC", "PASS", "Kind", "Pair", "Response", "Rules", "read_rules", "table"]
+__all__ = [
+    "ELASTIC",
+    "PASS",
+    "Kind",
+    "Kinds",
+    "Pair",
+    "Response",
+    "Responses",
+    "Rules",
+    "kinds_that_follow",
+    "no_kind",
+    "read_rules",
+    "table",
+]
 
 Kind: TypeAlias = str | int
 Pair: TypeAlias = tuple[Kind, Kind]
@@ -32,11 +50,17 @@ _A_KIND = "the name of a kind, or a whole number from 0 to 2**31 - 1"
 
 
 class Response:
-    """A response by name, with its options: ``Response("restitution", e=0.9, contact_time=1e-6)``."""
+    """A response by name, with its options: ``Response("restitution", e=0.9, contact_time=1e-6)``.
+
+    ``found`` is set once the name has been looked up among those that are registered; a file that only names
+    a response to somebody who runs nothing sets it as well.
+    """
+
+    found = False
 
     def __init__(self, name: str, /, **options: Any) -> None:
-        self.name = name
-        self.options: Mapping[str, Any] = dict(options)
+        self.name = str.__str__(name) if isinstance(name, str) else name
+        self.options: Mapping[str, Any] = plain(options)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Response) and (self.name, self.options) == (other.name, other.options)
@@ -47,6 +71,15 @@ class Response:
     def __repr__(self) -> str:
         options = "".join(f", {name}={value!r}" for name, value in sorted(self.options.items()))
         return f"Response({self.name!r}{options})"
+
+
+Answer: TypeAlias = str | Response
+Kinds: TypeAlias = Kind | Sequence[str] | Sequence[int] | Sequence[Kind | None] | npt.NDArray[Any]
+"""What is given as the kinds of bodies: one for each, None for the scene's first, or one for all."""
+
+Responses: TypeAlias = Answer | Mapping[tuple[Any, Any], Answer] | tuple[tuple[Pair, Response], ...]
+"""What is given as responses: by two kinds, one for all bodies, or as a scene has them. The keys are pairs of
+kinds; a mapping is of one type of keys, and there are names, numbers and mixed pairs."""
 
 
 class Rules(NamedTuple):
@@ -66,53 +99,117 @@ class Rules(NamedTuple):
 
 
 def read_rules(
-    kind: Any, responses: Any, bodies: int, coming: Iterable[Any], mistakes: list[Mistake]
+    kind: Any,
+    responses: Any,
+    bodies: int,
+    coming: Iterable[tuple[str, Any]],
+    mistakes: list[Mistake],
+    declared: Any = None,
+    complete: bool = True,
 ) -> Rules:
-    """Return what a scene of so many bodies says of kinds, and of the kinds of those who come later; append
-    what is wrong with it."""
+    """Return what a scene of so many bodies says of kinds; append what is wrong with it.
+
+    Args:
+        kind: a kind for all bodies, or a sequence with one for each; None is the first of the scene.
+        responses: what happens where kinds meet.
+        bodies: how many there are at the start.
+        coming: where it is said, and the kind, of each body that comes later; None is the first of the scene.
+        mistakes: what is wrong, to be appended to.
+        declared: all kinds; None where they follow from the bodies.
+        complete: whether these are all bodies; where some could not be read, no rule is said to be for none.
+    """
     rules = _read_responses(responses, mistakes)
-    kinds, number = _read_kinds(
-        kind, bodies, [*coming, *(each for pair, _ in rules for each in pair)], mistakes
-    )
+    all_kinds = _read_declared(declared, mistakes)
+    each = _read_kinds(kind, bodies, all_kinds[0] if all_kinds else 0, mistakes)
+    later = [(where, as_kind(name)) for where, name in coming if is_kind(name)]
+    kinds = all_kinds or kinds_that_follow(each, (name for _, name in later), rules)
+    known = dict.fromkeys(kinds)
+    if all_kinds:
+        there = [*((f"bodies[{number}].kind", name) for number, name in enumerate(each)), *later]
+        for where, name in there:
+            if name not in known:
+                said = f"{name!r}, which is none of the kinds that the scene declares"
+                mistakes.append(Mistake(where, said, one_of(str(name), map(str, kinds))))
+                known[name] = None
+    if complete:
+        mistakes += _of_nobody(rules, known)
     rows = table(kinds, rules, mistakes)
+    numbers = {name: number for number, name in enumerate(kinds)}
+    number = np.array([numbers.get(name, 0) for name in each], dtype=np.int64)
     return Rules(kinds, number, rules, np.array([[each.name == PASS for each in row] for row in rows]))
 
 
-def _read_kinds(
-    given: Any, bodies: int, others: Iterable[Any], mistakes: list[Mistake]
-) -> tuple[tuple[Kind, ...], npt.NDArray[np.int64]]:
-    """Return the kinds there are, and (n,) which of them each body is of.
+def kinds_that_follow(
+    each: Iterable[Kind], coming: Iterable[Kind], rules: Iterable[tuple[Pair, Response]]
+) -> tuple[Kind, ...]:
+    """Return the kinds of a scene that declares none, in the order in which they come up: those of its bodies
+    and of those that come, or where there are none, those that its rules name."""
+    there = tuple(dict.fromkeys([*each, *coming]))
+    named = dict.fromkeys(name for pair, _ in rules for name in pair if is_kind(name))
+    return there or tuple(named) or (0,)
 
-    ``given`` is a kind for all bodies, a sequence with one for each, or None; ``others`` are kinds that are
-    named elsewhere. The kinds are in the order in which they come up; where none does there is one, 0.
-    """
-    none = given is None
-    if none:
-        each: list[Any] = []
-    elif isinstance(given, str | int | np.integer):
-        each = [given] * bodies
+
+def no_kind(name: Any, kinds: Iterable[Kind]) -> str:
+    """Return the sentence that says that a scene has no such kind, and which it has."""
+    known = list(kinds)
+    meant = nearest(str(name), map(str, known))
+    hint = f"; did you mean {meant!r}?" if meant else ""
+    return f"{shown(name)} is no kind of this scene; there are: {', '.join(map(repr, known))}{hint}"
+
+
+def _of_nobody(rules: Iterable[tuple[Pair, Response]], known: Mapping[Kind, Any]) -> list[Mistake]:
+    """Return the rules that would never hold: no body is of their kind, and none is said to come."""
+    mistakes = []
+    for pair, _ in rules:
+        for name in dict.fromkeys(pair):
+            if is_kind(name) and name not in known:
+                said = f"{name!r}, a kind that no body has"
+                kinds = one_of(str(name), map(str, known))
+                if tuple(known) == (0,):
+                    kinds = "0, the kind of bodies that are given none"
+                wanted = f"{kinds} (kinds=[...] declares those whose bodies come by hand)"
+                mistakes.append(Mistake(f"responses[{pair!r}]", said, wanted))
+    return mistakes
+
+
+def _read_declared(given: Any, mistakes: list[Mistake]) -> tuple[Kind, ...]:
+    """Return the kinds that a scene declares, none where it leaves that open."""
+    if given is None:
+        return ()
+    try:
+        names = None if isinstance(given, str) else list(given)
+    except TypeError:
+        names = None
+    if names is None:
+        mistakes.append(Mistake("kinds", shown(given), "all kinds of bodies, such as ['ball', 'sensor']"))
+        return ()
+    for number, name in enumerate(names):
+        if not is_kind(name):
+            mistakes.append(Mistake(f"kinds[{number}]", shown(name), _A_KIND))
+    return tuple(dict.fromkeys(as_kind(name) for name in names if is_kind(name)))
+
+
+def _read_kinds(given: Any, bodies: int, first: Kind, mistakes: list[Mistake]) -> list[Kind]:
+    """Return the kind of each body; ``first`` is that of bodies that are given none."""
+    if given is None:
+        return [first] * bodies
+    if isinstance(given, str | int | np.integer):
+        each: list[Any] = [given] * bodies
     else:
         try:
             each = list(given)
         except TypeError:
             each = [given]
-    if not none and len(each) != bodies:
+    if len(each) != bodies:
         said = f"{len(each)} {'kind' if len(each) == 1 else 'kinds'}"
         mistakes.append(Mistake("kind", said, f"one for each of the {bodies} bodies, or one for all"))
-        each = []
-    kinds: dict[Kind, int] = {}
-    numbers = []
+        each = [first] * bodies
     for number, name in enumerate(each):
         if not is_kind(name):
-            mistakes.append(Mistake(f"bodies[{number}].kind", shown(name), _A_KIND))
-            name = 0
-        name = name if isinstance(name, str) else int(name)
-        numbers.append(kinds.setdefault(name, len(kinds)))
-    for name in others:
-        if is_kind(name):
-            kinds.setdefault(name if isinstance(name, str) else int(name), len(kinds))
-    kind = np.array(numbers if numbers else [0] * bodies, dtype=np.int64)
-    return tuple(kinds) or (0,), kind
+            if name is not None:
+                mistakes.append(Mistake(f"bodies[{number}].kind", shown(name), _A_KIND))
+            each[number] = first
+    return [as_kind(name) for name in each]
 
 
 def _read_responses(given: Any, mistakes: list[Mistake]) -> tuple[tuple[Pair, Response], ...]:
@@ -122,8 +219,8 @@ def _read_responses(given: Any, mistakes: list[Mistake]) -> tuple[tuple[Pair, Re
         return ()
     if isinstance(given, str | Response):
         given = {(ANY, ANY): given}
-    if isinstance(given, tuple):  # as a scene has them
-        given = dict(given)
+    if isinstance(given, tuple) and all(isinstance(rule, tuple) and len(rule) == 2 for rule in given):
+        given = dict(given)  # as a scene has them
     if not isinstance(given, Mapping):
         wanted = "a mapping from two kinds to a response, such as {('ball', 'sensor'): 'pass'}"
         mistakes.append(Mistake("responses", shown(given), wanted))
@@ -139,12 +236,12 @@ def _read_responses(given: Any, mistakes: list[Mistake]) -> tuple[tuple[Pair, Re
             )
             continue
         response = Response(what) if isinstance(what, str) else what
-        if not isinstance(response, Response):
+        if not isinstance(response, Response) or not isinstance(response.name, str):
             mistakes.append(Mistake(where, shown(what), "the name of a response, or kinetile.Response(...)"))
         elif response.name == PASS and WALL in pair:
             mistakes.append(Mistake(where, "pass", "another response: walls cannot be passed"))
         else:
-            ordered = _ordered(*pair)
+            ordered = _ordered(as_kind(pair[0]), as_kind(pair[1]))
             if rules.setdefault(ordered, response) != response:
                 mistakes.append(
                     Mistake(where, repr(response), f"one response, and {rules[ordered]!r} is another")

@@ -10,18 +10,17 @@ from __future__ import annotations
 
 import math
 import struct
-from collections.abc import Mapping, Sequence
-from copy import deepcopy
-from dataclasses import dataclass, field
-from typing import Any, ClassVar, cast
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
 import kinetile
-from kinetile.errors import Mistake, SceneError
+from kinetile.errors import Mistake, SceneError, UnknownName, one_of
 from kinetile.kernel.clock import Clock, time_unit
-from kinetile.scene.arrays import read_arrays
+from kinetile.scene.arrays import Numbers, read_arrays
 from kinetile.scene.checks import (
     abridged,
     check_bodies,
@@ -30,20 +29,34 @@ from kinetile.scene.checks import (
     check_turn,
     check_unit,
     is_number,
+    plain,
     shown,
 )
 from kinetile.scene.commands import (
+    EXACT,
     Command,
     Insert,
     Turn,
     check_commands,
     check_presence,
+    is_exact,
     numbered,
     speeds,
 )
-from kinetile.scene.responses import Kind, Pair, Response, read_rules, table
+from kinetile.scene.responses import (
+    ELASTIC,
+    PASS,
+    Kind,
+    Kinds,
+    Pair,
+    Response,
+    Responses,
+    kinds_that_follow,
+    read_rules,
+    table,
+)
 
-__all__ = ["Scene", "Settings", "check_settings"]
+__all__ = ["Scene", "Settings", "check_end", "check_settings"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -53,23 +66,28 @@ class Settings:
     """How a scene wants to be run, where it says so: its phases by name, their options, and until when.
 
     ``broad_phase`` and ``narrow_phases`` are None where the scene leaves the choice open; ``options`` maps a
-    phase's name to its options; ``until`` is a time, not a length of time.
+    phase's name to its options; ``until`` is a time, not a length of time. ``end`` is the same exactly, as
+    (epoch, tick, contacts): the run ends after so many contacts of that tick, as recordings do, and ``until``
+    is that time rounded. None: after all events up to and at ``until``.
     """
 
     broad_phase: str | None = None
     narrow_phases: tuple[str, ...] | None = None
     options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     until: float | None = None
+    end: tuple[int, int, int] | None = None
 
     def __post_init__(self) -> None:
+        if isinstance(self.end, list):
+            object.__setattr__(self, "end", tuple(self.end))
         if isinstance(self.narrow_phases, list):
             object.__setattr__(self, "narrow_phases", tuple(self.narrow_phases))
         if self.until is not None and is_number(self.until):
             object.__setattr__(self, "until", float(self.until))
-        object.__setattr__(self, "options", deepcopy(self.options))
+        object.__setattr__(self, "options", plain(self.options))
 
     def __hash__(self) -> int:
-        return hash((self.broad_phase, self.narrow_phases, self.until))
+        return hash((self.broad_phase, self.narrow_phases, self.until, self.end))
 
 
 @dataclass(frozen=True, eq=False, init=False, repr=False)
@@ -83,16 +101,17 @@ class Scene:
     one time are sorted by body and come before other commands. ``unit`` is the power of two in which the
     clock counts; None: it follows from the speeds. ``start`` is the time at which the bodies are where
     ``position`` says. ``kind`` is the kind of each body, or one for all, and ``responses`` say what happens
-    where kinds meet (``kinetile.scene.responses``); ``kind_numbers`` is (n,) which of ``kinds`` each body is
-    of. ``settings`` say how the scene wants to be run; ``origin`` is where it came from, and takes no
-    part in comparisons.
+    where kinds meet (``kinetile.scene.responses``). ``kinds`` are all kinds of bodies that there are, or may
+    come; where they are not given, they follow from the bodies and from those that commands insert.
+    ``kind_numbers`` is (n,) which of ``kinds`` each body is of. ``settings`` say how the scene wants to be
+    run; ``origin`` is where it came from, and takes no part in comparisons.
 
     Raises SceneError, with every mistake, unless all numbers are finite, radii and masses greater than 0,
     each disc is inside the arena and no two overlap, but for those that pass through each other (touching is
     allowed; the tolerance is 1e-12 of the radius, or of the sum of the two radii). A body whose mass is
-    ``math.inf`` is *static*: no contact changes how it moves. Radii, other masses and the arena's sides are
-    from 2**-200 to 2**200, coordinates and speeds at most 2**200, so that no product of them over- or
-    underflows.
+    ``math.inf`` is *immovable*: walls turn it around, bodies of finite mass do not change how it moves, and
+    two immovable ones part as two equals do. Radii, other masses and the arena's sides are from 2**-200 to
+    2**200, coordinates and speeds at most 2**200, so that no product of them over- or underflows.
     """
 
     position: Floats
@@ -108,6 +127,7 @@ class Scene:
     settings: Settings
     origin: Mapping[str, Any]
 
+    kinds: ClassVar[tuple[Kind, ...]]
     kind_numbers: ClassVar[npt.NDArray[np.int64]]
 
     def __init__(
@@ -116,15 +136,16 @@ class Scene:
         velocity: npt.ArrayLike,
         radius: npt.ArrayLike,
         mass: npt.ArrayLike = 1.0,
-        arena: Sequence[float] | None = None,
-        turns: Sequence[Turn | tuple[int, float, Sequence[float]]] = (),
+        arena: Numbers | None = None,
+        turns: Sequence[Turn | tuple[int, float, Numbers]] = (),
         start: float = 0.0,
         settings: Settings | None = None,
         origin: Mapping[str, Any] | None = None,
         commands: Sequence[Command] = (),
         unit: float | None = None,
-        kind: Any = None,
-        responses: Any = None,
+        kind: Kinds | None = None,
+        responses: Responses | None = None,
+        kinds: Iterable[Kind] | None = None,
     ) -> None:
         mistakes: list[Mistake] = []
         if settings is not None and not isinstance(settings, Settings):
@@ -142,8 +163,8 @@ class Scene:
         except TypeError:
             mistakes.append(Mistake("commands", shown(commands), "a sequence of commands"))
             given = []
-        coming = [each.kind for each in given if isinstance(each, Insert)]
-        rules = read_rules(kind, responses, len(arrays[0]), coming, mistakes)
+        rules = read_rules(kind, responses, len(arrays[0]), kinds_of_inserted(given), mistakes, kinds)
+        mistakes += _unregistered(rules.responses)
         mistakes += check_bodies(*arrays, sides, unknown, (rules.kind, rules.passing))
         begin = None if "start" in amiss else float(start)
         try:
@@ -165,7 +186,7 @@ class Scene:
         rules.kind.flags.writeable = False
         object.__setattr__(self, "kind", tuple(rules.kinds[each] for each in rules.kind.tolist()))
         object.__setattr__(self, "responses", rules.responses)
-        self.__dict__.update(_kinds=rules.kinds, kind_numbers=rules.kind)
+        self.__dict__.update(kinds=rules.kinds, kind_numbers=rules.kind)
         object.__setattr__(self, "arena", sides)
         object.__setattr__(self, "start", float(start))
         object.__setattr__(self, "unit", None if unit is None else float(unit))
@@ -175,6 +196,7 @@ class Scene:
         object.__setattr__(self, "settings", settings)
         object.__setattr__(self, "origin", dict(origin or {}))
         mistakes += check_pace(self.start, self.time_unit) + check_presence(self.commands, len(self))
+        mistakes += check_end(settings, Clock(self.start, self.time_unit))
         if mistakes:
             raise SceneError(mistakes)
 
@@ -204,6 +226,24 @@ class Scene:
     def _repr_svg_(self) -> str | None:
         return kinetile.as_svg(self)
 
+    def replace(self, **changes: Any) -> Scene:
+        """Return a scene with other values for some arguments of the constructor, checked as any scene is.
+
+        ``turns`` take the place of the turns alone, ``commands`` that of all commands. Kinds that followed
+        from bodies and commands follow anew, those that were declared stay, unless ``kinds`` are given. The
+        new scene has no ``origin``, since no recipe and no file makes it.
+
+        Raises SceneError as the constructor does, and TypeError for an argument that it does not have.
+        """
+        values = {each.name: getattr(self, each.name) for each in fields(self)}
+        values |= {"origin": None, "turns": (), "kinds": self.kinds if self.declares_kinds else None}
+        for name in changes:
+            if name not in values:
+                raise TypeError(f"a scene has no {name!r}; expected {one_of(name, values)}")
+        if "turns" in changes and "commands" not in changes:
+            values["commands"] = [each for each in self.commands if not isinstance(each, Turn)]
+        return Scene(**(values | changes))
+
     @property
     def time_unit(self) -> float:
         """The power of two, at most 1, in which the clock of a run counts (see ``kinetile.kernel.clock``)."""
@@ -215,9 +255,10 @@ class Scene:
         return tuple(command for command in self.commands if isinstance(command, Turn))
 
     @property
-    def kinds(self) -> tuple[Kind, ...]:
-        """The kinds of bodies that there are, or may come."""
-        return cast("tuple[Kind, ...]", self.__dict__["_kinds"])
+    def declares_kinds(self) -> bool:
+        """Whether ``kinds`` are others, or in another order, than follow from bodies, commands and rules."""
+        coming = (kind for _, kind in kinds_of_inserted(self.commands) if kind is not None)
+        return self.kinds != kinds_that_follow(self.kind, coming, self.responses)
 
     @property
     def ruled(self) -> bool:
@@ -264,7 +305,7 @@ class Scene:
         # Through the constructor: unpickled arrays would otherwise be writable.
         arrays = (self.position, self.velocity, self.radius, self.mass)
         more: tuple[Any, ...] = (self.start, self.settings, dict(self.origin), self.commands, self.unit)
-        more += (self.kind, dict(self.responses))
+        more += (self.kind, dict(self.responses), self.kinds)
         return (Scene, (*arrays, self.arena, (), *more))
 
     def _bits(self) -> tuple[bytes, ...]:
@@ -275,9 +316,39 @@ class Scene:
             struct.pack(f"<{len(frame)}d", *frame),
             repr(self.commands).encode(),
             repr(self.unit).encode(),
-            repr(self.kind).encode() if self.kinds != (0,) else b"",
+            repr((self.kinds, self.kind)).encode() if self.kinds != (0,) else b"",
             repr(self.responses).encode(),
         )
+
+
+def kinds_of_inserted(commands: Iterable[Any]) -> list[tuple[str, Any]]:
+    """Return where it is said, and the kind, of each body that commands insert."""
+    return [
+        (f"commands[{number}].kind", each.kind)
+        for number, each in enumerate(commands)
+        if isinstance(each, Insert)
+    ]
+
+
+def _unregistered(responses: Iterable[tuple[Pair, Response]]) -> list[Mistake]:
+    """Return the responses that nobody has registered; note of the others that they have been found.
+
+    A scene of elastic bodies looks nothing up. What is registered is known above this package, so it is found
+    by its public name. A response is looked up once: a scene can be read where its plugin is not installed.
+    """
+    mistakes = []
+    for pair, response in responses:
+        if not (response.found or response.name in (ELASTIC, PASS)):
+            try:
+                kinetile.registry().spec("response", response.name)
+            except UnknownName as error:
+                failed = "".join(f"; not loaded: {failure}" for failure in error.failures)
+                found = f"{shown(response.name)}, which is the name of no response"
+                wanted = one_of(response.name, error.available) + failed
+                mistakes.append(Mistake(f"responses[{pair!r}]", found, wanted))
+            else:
+                response.found = True
+    return mistakes
 
 
 def check_settings(settings: Settings) -> list[Mistake]:
@@ -294,3 +365,17 @@ def check_settings(settings: Settings) -> list[Mistake]:
     if not isinstance(options, Mapping) or not all(isinstance(table, Mapping) for table in options.values()):
         mistakes.append(Mistake("options", shown(options), "a table of options for each phase's name"))
     return mistakes
+
+
+def check_end(settings: Settings, clock: Clock) -> list[Mistake]:
+    """Check the exact end of a scene with this clock: it has to be ``until``, but for its rounding."""
+    if settings.end is None:
+        return []
+    if not is_exact(settings.end):
+        return [Mistake("end", shown(settings.end), EXACT)]
+    ticks = clock.tick_of(0.0, settings.end)
+    time = clock.time(ticks)
+    near = (math.nextafter(time, -math.inf), time, math.nextafter(time, math.inf))
+    if settings.until is not None and (settings.until in near or clock.ticks(settings.until) == ticks):
+        return []
+    return [Mistake("end", f"{settings.end}, which is at {time!r}", f"an end at until = {settings.until!r}")]

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy.typing as npt
 
 from kinetile.errors import Mistake, Refused, SceneError
+from kinetile.kernel.clock import Clock
 from kinetile.scene.checks import check_frame, shown
 from kinetile.scene.commands import Command, Turn
-from kinetile.scene.responses import Pair, Response
-from kinetile.scene.scene import Scene, Settings, check_settings
+from kinetile.scene.responses import Kind, Pair, Response
+from kinetile.scene.scene import Scene, Settings, check_end, check_settings
 
 __all__ = ["LEAST", "only_turns", "relabelled", "spacious", "standing", "with_commands"]
 
@@ -31,6 +32,7 @@ def relabelled(
         mistakes = [Mistake("settings", shown(settings), "kinetile.Settings(...), or None")]
     elif settings is not None:
         mistakes = [*check_frame(None, scene.start, settings.until), *check_settings(settings)]
+        mistakes += check_end(settings, Clock(scene.start, scene.time_unit))
     if mistakes:
         raise SceneError(mistakes)
     copy = object.__new__(Scene)
@@ -78,22 +80,14 @@ def only_turns(scene: Scene, who: str) -> None:
 
 
 def with_commands(
-    scene: Scene, commands: Sequence[Command], responses: Mapping[Pair, Response] | None = None
+    scene: Scene,
+    commands: Sequence[Command],
+    responses: Mapping[Pair, Response] | None = None,
+    kinds: Iterable[Kind] | None = None,
 ) -> Scene:
-    """Return the same scene, on the same clock, with these commands, and with more responses. Raises
-    SceneError where they do not fit."""
-    return Scene(
-        scene.position,
-        scene.velocity,
-        scene.radius,
-        scene.mass,
-        scene.arena,
-        (),
-        scene.start,
-        scene.settings,
-        scene.origin,
-        commands,
-        scene.time_unit,
-        scene.kind,
-        {**dict(scene.responses), **(responses or {})},
-    )
+    """Return the same scene, on the same clock, with these commands, and with more responses. Its kinds are
+    these, or as ``Scene.replace`` has them. Raises SceneError where they do not fit."""
+    more = {} if kinds is None else {"kinds": kinds}
+    rules = {**dict(scene.responses), **(responses or {})}
+    unit, origin = scene.time_unit, scene.origin
+    return scene.replace(commands=commands, responses=rules, unit=unit, origin=origin, **more)

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import errno
 import json
+import os
 import shutil
+import subprocess
+import sys
+import textwrap
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
@@ -83,7 +87,7 @@ def test_with_another_name_for_the_event_file_the_log_stays(partial, tmp_path, w
     assert len(read_events(tmp_path / "other").rows) == len(whole) - 10
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60)
 @given(data=st.data())
 def test_each_byte_at_which_a_log_is_cut_leaves_a_true_prefix(left, tmp_path, whole, data):
     content = left.read_bytes().rstrip(b"\0")
@@ -281,3 +285,65 @@ def test_a_batch_of_many_rows_does_not_say_that_those_behind_it_are_there(tmp_pa
     last = whole["time"]
     assert said == [(SCENE.start, 0), (last[19], 20), (last[39], 20), (2.0, 10)]
     recorder.close()
+
+
+GOES_ON = """
+    import os, signal, sys
+    from pathlib import Path
+    import kinetile as kt
+    from kinetile.records import events
+    from kinetile.records.reserved_file import ReservedFile
+
+    checkpoint, path, steps = sys.argv[1], sys.argv[2], int(sys.argv[3])
+
+    def last(function):
+        def call(*arguments):
+            global steps
+            steps -= 1
+            if steps < 0:
+                os.kill(os.getpid(), signal.SIGKILL)
+            return function(*arguments)
+        return call
+
+    sim = kt.resume(checkpoint)
+    events._ROWS_A_BATCH = 60
+    for kind, names in (ReservedFile, ("reserve", "write", "go_to", "sync", "close")), (Path, ("replace",)):
+        for name in names:
+            setattr(kind, name, last(getattr(kind, name)))
+    with kt.EventRecorder(path, sim.scene, behind=sim):
+        os._exit(0)
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="kills a process")
+@pytest.mark.parametrize("there", ["e.parquet", "e.parquet.partial", "nothing"])
+def test_a_resume_that_was_killed_while_it_copied_had_made_its_run_no_beginning(tmp_path, left, whole, there):
+    """At each step at which it can be: of a copy of FILE, of a log with the checkpoint within a batch, of a
+    log that begins."""
+    sim = kt.Simulation(SCENE, "naive")
+    if there == "e.parquet":
+        with EventRecorder(tmp_path / there, SCENE) as recorder:
+            sim.run(1.0, recorder=recorder)
+        assert sim.rows > 120
+    elif there == "e.parquet.partial":
+        sim.run(1.0)
+        assert sim.rows % 20
+        shutil.copy(left, tmp_path / there)
+    sim.save(tmp_path / "c.kt")
+    script = [sys.executable, "-c", textwrap.dedent(GOES_ON)]
+    for steps in range(100):
+        folder = shutil.copytree(tmp_path, tmp_path.with_name(f"{tmp_path.name}-{steps}"))
+        ended = subprocess.run(
+            [*script, folder / "c.kt", folder / "e.parquet", str(steps)],
+            env={**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": os.pathsep.join(sys.path)},
+        )
+        again = kt.resume(folder / "c.kt")
+        with EventRecorder(folder / "e.parquet", SCENE, behind=again) as recorder:
+            again.run(2.0, recorder=recorder)
+        found = read_events(folder / "e.parquet")
+        assert found.rows.tobytes() == whole.tobytes()
+        assert (found.metadata["status"], found.metadata["missing"]) == ("complete", 0)
+        assert names(folder) == ["c.kt", "e.parquet"]
+        if ended.returncode == 0:
+            break
+    assert (ended.returncode, steps > 4) == (0, True)

@@ -8,7 +8,7 @@ import zlib
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, example, given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import kinetile as kt
@@ -17,7 +17,7 @@ from kinetile.records import row_log
 from kinetile.records.reserved_file import ReservedFile
 from kinetile.records.row_log import SIGNATURE, LogReader, LogWriter, holds_nothing
 
-MANY = settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+MANY = settings(max_examples=300)
 SIZES = (0, 3, 1, 40, 2)
 
 
@@ -78,6 +78,7 @@ def test_what_was_written_is_read(log, read, tmp_path):
 
 def test_a_log_torn_at_each_byte_of_its_last_batch(log, read):
     before, end = log.ends[-2:]
+    end = len(log.content[:end].rstrip(b"\0"))  # a checksum may end with zeros, which are there again below
     for cut in range(before, end):
         kept = log.content[:cut]
         rest = max(len(kept.rstrip(b"\0")) - before, 0)

@@ -7,7 +7,7 @@ import os
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import kinetile as kt
@@ -17,7 +17,7 @@ from kinetile.records import Trajectory, read_events
 pa = pytest.importorskip("pyarrow")
 pq = pytest.importorskip("pyarrow.parquet")
 
-MANY = settings(max_examples=400, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+MANY = settings(max_examples=400)
 
 UNREADABLE = r"cannot be read as an event file|is what a run writes while it goes on"
 
@@ -49,9 +49,13 @@ def truth(good):
 
 def is_refused_or_right(path, truth) -> bool:
     """Whether a file is refused; AssertionError where it is read and gives anything but what was written."""
+    said = ""
     try:
         found = read_events(path)
-    except RecordError:
+    except RecordError as error:
+        said = str(error)
+    if said:
+        assert said.replace("\n", " ").isprintable()
         with pytest.raises(RecordError):
             Trajectory.read(path)
         return True
@@ -106,6 +110,15 @@ def test_what_is_no_file_at_all(tmp_path):
     for path in paths:
         with pytest.raises(RecordError, match=UNREADABLE):
             read_events(path)
+
+
+def test_what_pyarrow_quotes_of_a_damaged_footer_reached_the_terminal_as_it_is(good, truth, tmp_path):
+    """It names a type that there is not by its byte, a control character."""
+    content, path = good.read_bytes(), tmp_path / "types.parquet"
+    length = int.from_bytes(content[-8:-4], "little")
+    for place in range(len(content) - 8 - length, len(content) - 8, 19):
+        path.write_bytes(content[:place] + bytes([content[place] & 0xF0 | 0x0E]) + content[place + 1 :])
+        is_refused_or_right(path, truth)
 
 
 # Tables

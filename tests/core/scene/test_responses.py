@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import pickle
+import subprocess
+import sys
 import tomllib
 
 import pytest
@@ -105,3 +107,172 @@ def test_a_recipe_takes_responses_for_all():
 def test_files_are_told_what_is_wrong(rule, said):
     with pytest.raises(SceneError, match=said):
         loads_scene(f'recipe = "grid"\n[[responses]]\n{rule}\n')
+
+
+MISSPELT = {("ball", "sensr"): "pass"}
+
+
+def test_a_rule_for_a_kind_that_nobody_is_of_is_refused_with_the_nearest_name():
+    said = r"responses\[\('ball', 'sensr'\)\]: found 'sensr', a kind that no body has; expected one of ball, "
+    with pytest.raises(SceneError, match=said + r"sensor; did you mean 'sensor'\? \(kinds=\[...\] declares"):
+        scene(kind=["ball", "sensor", "ball"], responses=MISSPELT)
+    with pytest.raises(SceneError, match=r"found 'bal'.* did you mean 'ball'"):
+        scene(kind="ball", responses={("bal", "wall"): "stop"})
+    with pytest.raises(
+        SceneError, match="found 'ball', a kind that no body has; expected 0, the kind of bodies"
+    ):
+        scene(responses={("ball", "ball"): "stop"})
+
+
+def test_the_kinds_of_those_that_come_are_kinds_as_well():
+    come = [kt.Insert(1.0, (3.0, 3.0), (0.0, 0.0), 0.25, kind="sensor")]
+    made = scene(kind="ball", commands=come, responses={("ball", "sensor"): "pass"})
+    assert made.kinds == ("ball", "sensor")
+    with pytest.raises(SceneError, match="did you mean 'sensor'"):
+        scene(kind="ball", commands=come, responses=MISSPELT)
+
+
+def test_kinds_that_are_declared_may_come_by_hand():
+    world = scene(kinds=["ball", "bullet"], responses={("ball", "bullet"): "pass"})
+    assert (world.kind, world.kinds) == (("ball",) * 3, ("ball", "bullet"))
+    assert loads_scene(dumps_scene(world)) == pickle.loads(pickle.dumps(world)) == world
+    assert world != scene(kind="ball")
+    sim = kt.Simulation(world, "naive", live=True)
+    assert sim.insert((1.25, 1.0), (0.0, 0.0), 0.125, kind="bullet") == 3, "it overlaps one that it passes"
+    with pytest.raises(ValueError, match=r"'bulet' is no kind of this scene.*'ball', 'bullet'"):
+        sim.insert((1.25, 1.0), (0.0, 0.0), 0.125, kind="bulet")
+    assert sim.recorded().kinds == world.kinds
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        (
+            {"kind": ["ball", "bal", "ball"]},
+            r"bodies\[1\].kind: found 'bal', which is none of the kinds that the",
+        ),
+        (
+            {"commands": [kt.Insert(1.0, (3.0, 3.0), (0.0, 0.0), 0.25, kind="sensr")]},
+            r"commands\[0\].kind: found 'sensr'.* expected one of ball, sensor; did you mean 'sensor'",
+        ),
+        ({"responses": MISSPELT}, "found 'sensr', a kind that no body has"),
+        (
+            {"kinds": "ball"},
+            r"kinds: found 'ball'; expected all kinds of bodies, such as \['ball', 'sensor'\]",
+        ),
+        ({"kinds": 3}, "kinds: found 3; expected all kinds"),
+        ({"kinds": ["ball", "wall", 1.5]}, r"kinds\[1\]: found 'wall'.*\n.*kinds\[2\]: found 1.5"),
+    ],
+)
+def test_where_kinds_are_declared_there_are_no_others(more, said):
+    with pytest.raises(SceneError, match=said):
+        scene(**{"kinds": ["ball", "sensor"], **more})
+
+
+def test_bodies_that_are_given_no_kind_are_of_the_first_in_python_as_in_a_file():
+    come = [kt.Insert(1.0, (3.0, 3.0), (0.0, 0.0), 0.25, kind="sensor")]
+    made = scene(commands=come, responses={("sensor", "sensor"): "stop"})
+    assert (made.kind, made.kinds) == ((0, 0, 0), (0, "sensor"))
+    assert names(made) == [["elastic"] * 3, ["elastic", "stop", "elastic"]]
+    body = "[[bodies]]\nposition = [1, 1]\nradius = 0.5\n"
+    assert loads_scene(body).kind == (0,)
+    assert scene(kind=["b", None, "a"], kinds=["a", "b"]).kind == ("b", "a", "a")
+    assert loads_scene(f'kinds = ["a", "b"]\n{body}').kind == ("a",)
+
+
+def test_a_scene_without_bodies_has_the_kinds_that_its_rules_name():
+    empty = kt.Scene([], [], [], arena=(4.0, 4.0), responses={("ball", "sensor"): "pass"})
+    assert empty.kinds == ("ball", "sensor")
+    assert loads_scene(dumps_scene(empty)) == empty
+
+
+SENSOR = """
+[[bodies]]
+position = [1, 1]
+radius = 0.5
+kind = "ball"
+[[commands]]
+time = 1.0
+insert = { position = [3.0, 3.0], radius = 0.25, kind = "sensor" }
+[[responses]]
+between = ["ball", "sensr"]
+response = "pass"
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (
+            SENSOR,
+            "found 'sensr', a kind that no body has; expected one of ball, sensor; did you mean 'sensor'",
+        ),
+        (
+            f"kinds = [[1],'ball','sensor','sensr']\n{SENSOR}[[bodies]]\nposition = [2, 2]\nradius = 0.1\n",
+            r"1 mistake\n  kinds\[0\]: found \[1\]; expected the name of a kind",
+        ),
+        (f"kinds = 3\n{SENSOR}", "1 mistake\n  kinds: found 3; expected a list of all kinds of bodies"),
+        (SENSOR.replace("time = 1.0", ""), r"1 mistake\n  commands\[0\].time: found nothing"),
+        (
+            'recipe = "grid"\n[[responses]]\nbetween = ["a", "a"]\nresponse = "stop"',
+            "found 'a', a kind that no",
+        ),
+        (f"kind = ['ball', 'sensr']\n{SENSOR}", "did you mean 'kinds'"),
+    ],
+)
+def test_files_are_told_of_kinds_that_nobody_is_of(text, said):
+    with pytest.raises(SceneError, match=said):
+        loads_scene(text)
+
+
+def test_files_declare_kinds_beside_bodies_or_a_recipe():
+    made = loads_scene(f'kinds = ["ball", "sensor", "sensr"]\n{SENSOR}')
+    assert made.kinds == ("ball", "sensor", "sensr")
+    made = loads_scene(
+        'recipe = "grid"\nkinds = [0, "probe"]\n[[responses]]\nbetween = [0, "probe"]\nresponse = "pass"'
+    )
+    assert (made.kinds, set(made.kind)) == ((0, "probe"), {0})
+
+
+@pytest.mark.parametrize("rule", ["stpo", kt.Response("stpo"), kt.Response("stpo", e=0.5)])
+def test_a_scene_finds_responses_that_there_are_not(rule):
+    said = (
+        r"responses\[\('\*', '\*'\)\]: found 'stpo', which is the name of no response; .*did you mean 'stop'"
+    )
+    with pytest.raises(SceneError, match=said):
+        scene(responses=rule)
+
+
+def test_a_response_is_looked_up_once():
+    class Spring:
+        """Nothing here is run."""
+
+    class Springs:
+        @kt.hookimpl
+        def kinetile_responses(self) -> list[kt.ResponseSpec]:
+            return [kt.ResponseSpec("spring", Spring, "pushes back")]
+
+    plugin = Springs()
+    kt.registry().add(plugin)
+    made = scene(responses="spring")
+    kt.registry().remove(plugin)
+    assert pickle.loads(pickle.dumps(made)) == made.replace(start=0.0) == made
+    with pytest.raises(SceneError, match="'spring', which is the name of no response"):
+        scene(responses="spring")
+
+
+def test_a_scene_of_elastic_bodies_looks_for_no_plugins():
+    rules = "{('a', 'a'): 'pass', ('a', 'wall'): 'elastic'}"
+    made = f"kt.Scene([[1.0, 1.0]], [[0.0, 0.0]], 0.5, kind='a', responses={rules})"
+    code = f"import sys, kinetile as kt; {made}; assert 'kinetile.plugin.registry' not in sys.modules"
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_an_event_file_is_read_where_its_response_is_not_installed():
+    from kinetile.records.reading import _AnyPhase
+    from kinetile.scene.text.files import read_text
+
+    text = dumps_scene(scene(responses="stop")).replace('"stop"', '"of another machine"')
+    read = read_text(text, None, _AnyPhase())
+    assert names(read) == [["of another machine", "elastic"]]
+    assert names(read.replace(start=-1.0)) == names(read)

@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kinetile import Scene, Settings, Turn, make_scene
+from kinetile import Insert, Scene, Settings, Turn, make_scene
 from kinetile.errors import SceneError
 from kinetile.scene import relabelled
 from kinetile.scene.overlaps import overlapping_pairs
@@ -307,3 +307,40 @@ def test_a_hundred_thousand_discs_are_checked_quickly() -> None:
     begun = time.process_time()
     refused(position=position * 1e-3, velocity=still, radius=0.4 / side)
     assert time.process_time() - begun < 20.0
+
+
+def test_a_scene_with_other_values_is_checked_and_keeps_the_rest():
+    scene = make_scene("two-discs").replace(kind=["a", "b"], responses={("a", "b"): "stop"}, unit=2.0**-4)
+    assert scene.origin == {}, "no recipe makes it"
+    still = scene.replace(
+        velocity=np.zeros((2, 2)), start=1.0, settings=Settings("naive"), origin={"file": "x"}
+    )
+    assert not still.velocity.any()
+    assert (still.start, still.settings.broad_phase, still.origin) == (1.0, "naive", {"file": "x"})
+    assert still.replace(velocity=scene.velocity, start=scene.start, settings=scene.settings) == scene
+    assert (scene.replace() == scene, scene.replace() is scene) == (True, False)
+    with pytest.raises(SceneError, match=r"bodies\[0\].radius: found -1.0"):
+        scene.replace(radius=[-1.0, 1.0])
+    with pytest.raises(TypeError, match=r"a scene has no 'raduis'; expected one of .*did you mean 'radius'"):
+        scene.replace(raduis=1.0)
+
+
+def test_turns_are_replaced_alone_and_commands_as_a_whole():
+    come, turn = Insert(0.5, (3.0, 3.0), (0.0, 0.0), 0.1), Turn(0, 0.25, (0.0, 1.0))
+    scene = Scene([[1.0, 1.0]], [[0.0, 0.0]], 0.5, commands=[come, turn])
+    assert scene.replace(turns=[]).commands == (come._replace(body=1),)
+    other = scene.replace(turns=[(0, 0.75, (1.0, 0.0))])
+    assert [type(each).__name__ for each in other.commands] == ["Insert", "Turn"]
+    assert scene.replace(commands=[]).commands == ()
+    assert scene.replace(commands=[come], turns=[turn]) == scene
+
+
+def test_kinds_follow_anew_unless_they_were_declared():
+    scene = Scene([[1.0, 1.0]], [[0.0, 0.0]], 0.5, kind="a")
+    assert scene.replace(kind="b").kinds == ("b",)
+    declared = scene.replace(kinds=["a", "b"])
+    assert declared.replace(kind="b").kinds == ("a", "b")
+    with pytest.raises(SceneError, match="found 'c', which is none of the kinds that the scene declares"):
+        declared.replace(kind="c")
+    assert declared.replace(kind="c", kinds=None).kinds == ("c",)
+    assert declared.replace(kinds=["b", "a"]) != declared

@@ -57,7 +57,9 @@ def written_commands(scene: Scene, toml: Callable[[Any], str]) -> list[str]:
 
     ``toml`` writes a value.
     """
-    if all(isinstance(each, Turn) and each.at is None for each in scene.commands):
+    turns = [each for each in scene.commands if isinstance(each, Turn) and each.at is None]
+    sorted_turns = sorted(turns, key=lambda turn: (turn.time, turn.body))  # as they are read with bodies
+    if len(turns) == len(scene.commands) and turns == sorted_turns:
         return []
     lines = []
     for each in scene.commands:

@@ -23,11 +23,12 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from kinetile.errors import BadOption, Mistake, SceneError
+from kinetile.errors import BadOption, Mistake, SceneError, printable
+from kinetile.kernel.clock import Clock
 from kinetile.scene.checks import abridged, check_bodies, check_frame, check_turn, shown
 from kinetile.scene.commands import Turn
 from kinetile.scene.responses import read_rules
-from kinetile.scene.scene import Scene, Settings
+from kinetile.scene.scene import Scene, Settings, check_end, kinds_of_inserted
 from kinetile.scene.targets import replacing, writable_target
 from kinetile.scene.text.commands import read_commands, written_commands
 from kinetile.scene.text.responses import read_response_tables, written_responses
@@ -93,6 +94,8 @@ def read_text(text: str, source: str | None, names: Names) -> Scene:
             scene = _read_bodies(tables, faults, mistakes, names)
     except SceneError as error:
         mistakes += error.mistakes
+    if scene is not None:
+        mistakes += check_end(settings, Clock(scene.start, scene.time_unit))
     if mistakes or scene is None:
         raise SceneError(abridged(mistakes), source)
     origin = {**scene.origin, "file": source} if source is not None else scene.origin
@@ -119,9 +122,8 @@ def dumps_scene(scene: Scene) -> str:
     settings = scene.settings
     lines = []
     if "recipe" in scene.origin:
-        lines.append(
-            f"# made by the recipe {scene.origin['recipe']!r}: {scene.origin.get('parameters', {})!r}"
-        )
+        made = f"made by the recipe {scene.origin['recipe']!r}: {scene.origin.get('parameters', {})!r}"
+        lines.append(f"# {printable(made)}")
     if scene.arena is not None:
         lines.append(f"arena = {_toml(scene.arena)}")
     if scene.unit is not None:
@@ -130,10 +132,14 @@ def dumps_scene(scene: Scene) -> str:
         lines.append(f"start = {_toml(scene.start)}")
     if settings.until is not None:
         lines.append(f"until = {_toml(settings.until)}")
+    if settings.end is not None:
+        lines.append(f"end = {_toml(list(settings.end))}")
     if settings.broad_phase is not None:
         lines.append(f"broad-phase = {_toml(settings.broad_phase)}")
     if settings.narrow_phases is not None:
         lines.append(f"narrow-phases = {_toml(settings.narrow_phases)}")
+    if scene.declares_kinds:
+        lines.append(f"kinds = {_toml(scene.kinds)}")
     if not len(scene):
         lines.append("bodies = []")
     for phase, options in settings.options.items():
@@ -149,12 +155,18 @@ def dumps_scene(scene: Scene) -> str:
         lines.append(f"radius = {_toml(radius)}")
         if mass != 1.0:
             lines.append(f"mass = {_toml(mass)}")
-        if len(scene.kinds) > 1:
+        if scene.kinds != (0,):
             lines.append(f"kind = {_toml(scene.kind[body])}")
         for turn in turns.get(body, ()):
             lines += ["", "[[bodies.turns]]", f"time = {_toml(turn.time)}"]
             lines.append(f"velocity = {_toml(turn.velocity)}")
-    return "\n".join([*lines, *commands, *written_responses(scene, _toml), ""])
+    text = "\n".join([*lines, *commands, *written_responses(scene, _toml), ""])
+    try:
+        text.encode()
+    except UnicodeEncodeError as error:
+        odd = shown(error.object[error.start : error.end])
+        raise BadOption(f"the scene has {odd} in an option, text that no file can hold") from error
+    return text
 
 
 def _read_settings(
@@ -174,7 +186,8 @@ def _read_settings(
         mistakes += unknown
         if not unknown and ("options", name) not in faults:
             mistakes += names.option_mistakes(name, given)
-    return Settings(broad, None if narrow is None else tuple(narrow), options, usable.get("until"))
+    narrow_phases = None if narrow is None else tuple(narrow)
+    return Settings(broad, narrow_phases, options, usable.get("until"), usable.get("end"))
 
 
 def _follow_recipe(
@@ -200,9 +213,11 @@ def _follow_recipe(
             wrong = check_frame(None, scene.start, until)
             commands = read_commands(tables, faults, wrong)
             responses = read_response_tables(tables, faults, wrong, names)
+            kinds = None if ("kinds",) in faults else tables.get("kinds")
+            if not wrong and (commands or responses or kinds):
+                return with_commands(scene, [*scene.commands, *commands], responses, kinds)
             if not wrong:
-                more = [*scene.commands, *commands]
-                return with_commands(scene, more, responses) if commands or responses else scene
+                return scene
     mistakes += wrong
     return None
 
@@ -229,9 +244,13 @@ def _read_bodies(
     arena = None if "arena" in off or frame["arena"] is None else tuple(frame["arena"])
     mistakes += framed
     responses = read_response_tables(tables, faults, mistakes, names)
-    bad = [("bodies", i) in faults or ("bodies", i, "kind") in faults for i in range(len(rows))]
-    kind = [0 if bad[i] else row.get("kind", 0) for i, row in enumerate(rows)]
-    rules = read_rules(kind, responses, len(rows), (), mistakes)
+    commands = read_commands(tables, faults, mistakes)
+    kinds = None if ("kinds",) in faults else tables.get("kinds")
+    bad = [("bodies", i) in faults for i in range(len(rows))]
+    kind = [None if bad[i] else row.get("kind") for i, row in enumerate(rows)]
+    whole = not any(bad) and not any(place[0] in ("bodies", "commands", "kinds") for place in faults if place)
+    coming = kinds_of_inserted(commands)
+    rules = read_rules(kind, responses, len(rows), coming, mistakes, kinds, whole)
     mistakes += check_bodies(**columns, arena=arena, unknown=unknown, passing=(rules.kind, rules.passing))
     turns = []
     for i, row in enumerate(rows):
@@ -240,11 +259,10 @@ def _read_bodies(
             unread = [key for key in ("time", "velocity") if (*place, key) in faults]
             mistakes += check_turn(turn, written(place), len(rows), start, unread)
             turns.append(turn)
-    commands = read_commands(tables, faults, mistakes)
     if mistakes:
         return None
     bodies = (columns["position"], columns["velocity"], columns["radius"], columns["mass"])
-    more: dict[str, Any] = {"unit": tables.get("unit"), "kind": kind, "responses": responses}
+    more: dict[str, Any] = {"unit": tables.get("unit"), "kind": kind, "responses": responses, "kinds": kinds}
     return Scene(*bodies, arena, turns, frame["start"], commands=commands, **more)
 
 

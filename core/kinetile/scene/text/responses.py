@@ -46,6 +46,7 @@ def read_response_tables(
             mistakes.append(Mistake(f"{where}.between", shown(row["between"]), expected("between")))
             continue
         response = Response(name, **options)
+        response.found = True  # or its mistake is told here, in the place of the file
         if found.setdefault(pair, response) != response:
             wrong.append(
                 Mistake(f"{where}.between", repr(list(pair)), "two kinds that nothing is said of yet")

@@ -31,6 +31,7 @@ _LISTS = ("bodies", "turns", "commands", "responses")
 
 _Few = Field(max_length=_MOST)
 _Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
+_Moment = Annotated[list[int], Field(min_length=3, max_length=3)]
 
 
 class _Table(BaseModel):
@@ -67,7 +68,7 @@ class _Insertion(_Table):
 
 class _Command(_Table):
     time: float
-    at: Annotated[list[int], Field(min_length=3, max_length=3)] | None = None
+    at: _Moment | None = None
     insert: _Insertion | None = None
     remove: int | None = None
     turn: int | None = None
@@ -84,6 +85,7 @@ class _File(_Table):
     arena: _Pair | None = None
     start: float = 0.0
     until: float | None = None
+    end: _Moment | None = None
     broad_phase: str | None = None
     narrow_phases: Annotated[list[str], _Few] | None = None
     options: Annotated[dict[str, Annotated[dict[str, Any], _Few]], _Few] = {}
@@ -93,12 +95,14 @@ class _File(_Table):
     bodies: list[_Body] | None = None
     commands: list[_Command] = []
     responses: list[_Response] = []
+    kinds: list[_Kind] | None = None
 
 
 _EXPECTED = {
     "arena": "[width, height], two finite numbers greater than 0",
     "start": "a finite number",
     "until": "a finite number",
+    "end": "[epoch, tick, contacts], three whole numbers",
     "broad-phase": "the name of a broad phase",
     "narrow-phases": "a list of names of narrow phases",
     "options": "a table for each phase, such as [options.sap-1d]",
@@ -110,6 +114,7 @@ _EXPECTED = {
     "radius": "a finite number greater than 0",
     "mass": "a number greater than 0, or inf",
     "kind": "the name of a kind, or a whole number",
+    "kinds": "a list of all kinds of bodies",
     "responses": "[[responses]] tables",
     "between": 'two kinds, or one and "wall"; "*" for any',
     "response": "the name of a response",

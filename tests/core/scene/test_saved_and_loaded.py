@@ -1,0 +1,263 @@
+"""A scene that is saved and loaded is the same scene: every field of it, and so the contacts of a run."""
+
+from __future__ import annotations
+
+import copy
+import math
+import pickle
+from contextlib import suppress
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+import kinetile as kt
+from kinetile.conformance.strategies.ruled import ruled_scenes
+from kinetile.errors import BadOption, KinetileError
+from kinetile.kernel.clock import TICKS, Clock
+from kinetile.plugin.by_name import loads_scene
+from kinetile.records.reading import read_with_scene
+from kinetile.scene.text.files import dumps_scene
+
+ARRAYS = ("position", "velocity", "radius", "mass", "kind_numbers")
+VALUES = ("arena", "commands", "turns", "start", "unit", "time_unit", "kind", "kinds", "responses", "meets")
+
+
+def everything(scene: kt.Scene) -> tuple[Any, ...]:
+    """Return all that a scene says, in a form in which -0.0 is not 0.0, 1 not 1.0, and NumPy's 1 not 1."""
+    return (
+        *(getattr(scene, name).tobytes() for name in ARRAYS),
+        *(repr(getattr(scene, name)) for name in (*VALUES, "settings", "ruled", "capacity")),
+    )
+
+
+def again(scene: kt.Scene) -> kt.Scene:
+    return loads_scene(dumps_scene(scene))
+
+
+def two(**more: Any) -> kt.Scene:
+    """Return two discs on their way to each other, in a box."""
+    return kt.Scene([[1.0, 1.0], [3.0, 1.0]], [[1.0, 0.0], [-1.0, 0.0]], 0.5, arena=(6.0, 6.0), **more)
+
+
+ONE_KIND = two(kind="ball", responses={("ball", "ball"): "stop"})
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        pytest.param(ONE_KIND, id="all bodies of one kind"),
+        pytest.param(two(kind=7, responses={(7, "wall"): "stop"}), id="of one kind that is a number"),
+        pytest.param(two(kind=np.array(["a", "b"])), id="kinds from an array of text"),
+        pytest.param(two(kind=np.array([3, 4], dtype=np.int8)), id="kinds from an array of whole numbers"),
+        pytest.param(
+            two(commands=[kt.Turn(1, 1.0, (0.0, 0.0)), kt.Turn(0, 1.0, (0.0, 0.0))]),
+            id="turns of one time, in an order of their own",
+        ),
+        pytest.param(
+            two(commands=[kt.Insert(1.0, (5.0, 5.0), (0.0, 0.0), 0.1, kind=np.int64(0))]),
+            id="a command's kind from an array",
+        ),
+        pytest.param(
+            kt.Scene(
+                [],
+                [],
+                [],
+                commands=[
+                    kt.Insert(2.0, (1.0, 1.0), (0.0, 0.0), 0.1, kind="b"),
+                    kt.Insert(1.0, (3.0, 1.0), (0.0, 0.0), 0.1, kind="a"),
+                ],
+            ),
+            id="kinds that come in another order than they are given in",
+        ),
+        pytest.param(
+            two(responses=kt.Response("restitution", e=np.float64(0.5), contact_time=np.float32(0.25))),
+            id="options of a response with numbers of NumPy",
+        ),
+        pytest.param(
+            two(settings=kt.Settings(options={"naive": {"pair": (1, (2.5, True))}})),
+            id="options of a phase with tuples",
+        ),
+        pytest.param(
+            two(origin={"recipe": "drawn", "parameters": {"shape": np.eye(3)}}),
+            id="an origin that is written in several lines",
+        ),
+    ],
+)
+def test_what_was_lost_or_came_back_as_something_else(scene, monkeypatch):
+    monkeypatch.setattr("kinetile.plugin.by_name.Registered.option_mistakes", lambda *given: [])
+    assert everything(again(scene)) == everything(scene)
+    assert again(scene) == scene
+    assert pickle.loads(pickle.dumps(scene)) == copy.deepcopy(scene) == scene
+
+
+def contacts_of(scene: kt.Scene) -> tuple[int, str]:
+    sim = kt.Simulation(scene, "naive")
+    sim.run(until=6.0)
+    return len(sim.contacts), sim.fingerprint
+
+
+def test_one_kind_for_all_has_the_same_contacts_after_saving_recording_and_in_an_event_file(tmp_path):
+    expected = contacts_of(ONE_KIND)
+    assert expected[0] == 1, "they stop, and then nobody meets anybody"
+    kt.save_scene(ONE_KIND, tmp_path / "scene.toml")
+    assert contacts_of(kt.load_scene(tmp_path / "scene.toml")) == expected
+    sim = kt.Simulation(ONE_KIND, "naive", live=True)
+    with kt.EventRecorder(tmp_path / "run.parquet", ONE_KIND) as recorder:
+        sim.run(until=3.0, recorder=recorder)
+    recorded = sim.recorded()
+    assert (recorded.kinds, recorded.responses) == (ONE_KIND.kinds, ONE_KIND.responses)
+    assert contacts_of(again(recorded)) == expected
+    assert read_with_scene(tmp_path / "run.parquet")[1] == ONE_KIND
+
+
+@settings(max_examples=5, deadline=None)
+@given(scene=ruled_scenes())
+def test_a_run_has_the_same_contacts_after_a_file(scene):
+    sims = [kt.Simulation(each, "naive", live=True) for each in (scene, again(scene))]
+    for sim in sims:
+        with suppress(KinetileError):
+            sim.run(max_contacts=100)
+    assert sims[0].fingerprint == sims[1].fingerprint
+
+
+def test_text_that_no_file_can_hold_is_refused():
+    with pytest.raises(BadOption, match="text that no file can hold"):
+        dumps_scene(two(settings=kt.Settings(options={"naive": {"a": "\ud800"}})))
+    with pytest.raises(kt.errors.SceneError, match=r"bodies\[0\].kind: found '\\ud800'"):
+        two(kind="\ud800")
+
+
+KINDS = ("ball", "sensor", "7", 7, 0, 2**31 - 1, "ä \"quoted\"\n'kind'", "between", "a.b")
+NUMBERS = (0.0, -0.0, 5e-324, 0.1, 1 / 3, -2.5, 1e-300)
+UNITS = (1.0, 2.0**-10, 2.0**-40)
+LOSSY = ("restitution", {"e": 0.875, "contact_time": 2.0**-20})
+numbers = st.sampled_from(NUMBERS) | st.floats(-8.0, 8.0)
+masses = st.sampled_from([1.0, math.inf, 2.0**-50, 3.5, 2.0**40])
+radii = st.sampled_from([0.1, 1 / 3, 2.0**-60]) | st.floats(2.0**-20, 0.4)
+velocities = st.tuples(numbers, numbers)
+places = st.tuples(st.floats(1.0, 99.0), st.floats(1.0, 99.0))
+names = st.sampled_from(["elastic", "stop", "pass", LOSSY, ("restitution", {"e": 1.0})])
+
+
+@st.composite
+def _commands(draw: st.DrawFn, bodies: int, start: float, unit: float, kinds: list[Any]) -> list[Any]:
+    """Return commands that can be carried out, those of different ticks in any order."""
+    ticks = st.tuples(st.integers(0, 3), st.sampled_from([0, 0, 1, TICKS - 1]), st.integers(0, 2))
+    there, free, found = list(range(bodies)), bodies, []
+    for key in sorted(draw(st.lists(ticks, max_size=6))):
+        time = start + (key[0] + key[1] / TICKS) * unit
+        at = key if any(key[1:]) or draw(st.booleans()) else None
+        what = draw(st.sampled_from(["turn", "remove", "insert"] if there else ["insert"]))
+        if what == "insert":
+            number = draw(st.sampled_from([free, free, free + 3]))
+            kind = draw(st.none() | st.sampled_from(kinds))
+            body = (draw(radii), draw(masses), number, at, kind)
+            found.append((key, kt.Insert(time, draw(places), draw(velocities), *body)))
+            there.append(number)
+            free = number + 1
+            continue
+        body = draw(st.sampled_from(there))
+        if what == "remove":
+            there.remove(body)
+            found.append((key, kt.Remove(body, time, at)))
+        else:
+            found.append((key, kt.Turn(body, time, draw(velocities), at)))
+    groups = [[each for _, each in group] for _, group in groupby(found, lambda pair: pair[0])]
+    return [each for group in draw(st.permutations(groups)) for each in group]
+
+
+@st.composite
+def _responses(draw: st.DrawFn, kinds: list[Any]) -> Any:
+    """Return what happens where these kinds meet, such that no two rules contradict each other."""
+    one = st.sampled_from(kinds)
+    pairs = draw(st.lists(st.tuples(one, one), max_size=4))
+    pairs += draw(st.lists(st.sampled_from([("*", "*"), ("wall", "*"), ("*", kinds[0])]), max_size=3))
+    pairs += [(draw(one), "wall")] if draw(st.booleans()) else []
+    rules: dict[Any, Any] = {}
+    for a, b in pairs:
+        name = draw(names)
+        if (b, a) not in rules and not (name == "pass" and "wall" in (a, b)):
+            rules[a, b] = kt.Response(name[0], **name[1]) if isinstance(name, tuple) else name
+    return rules
+
+
+@st.composite
+def scenes(draw: st.DrawFn) -> kt.Scene:
+    """Scenes with everything that a scene can have; the clock's unit is given where its ticks are named."""
+    bodies = draw(st.integers(0, 4))
+    pool = draw(st.lists(st.sampled_from(KINDS), min_size=1, max_size=4, unique=True))
+    unit = draw(st.sampled_from(UNITS))
+    start = draw(st.sampled_from([0.0, -0.0, 0.5, -3.0, 1000.0]))
+    kind = draw(
+        st.none() | st.sampled_from(pool) | st.lists(st.sampled_from(pool), min_size=bodies, max_size=bodies)
+    )
+    commands = draw(_commands(bodies, start, unit, pool))
+    each = [0] * bodies if kind is None else kind if isinstance(kind, list) else [kind] * bodies
+    come = [command.kind for command in commands if isinstance(command, kt.Insert)]
+    there = [*each, *(kind for kind in come if kind is not None)]
+    declared = draw(st.none() | st.permutations(list(dict.fromkeys([*pool, *there]))))
+    named = declared or list(dict.fromkeys(there)) or pool
+    options = {"sap-1d": {"axis": draw(st.sampled_from(["x", "y"]))}}
+    phases = st.none() | st.sampled_from(["cells", "sap-1d"])
+    given_unit = draw(st.just(unit) | st.none()) if all(each.at is None for each in commands) else unit
+    end = draw(
+        st.none() | st.tuples(st.integers(0, 3), st.sampled_from([0, 1, TICKS // 3]), st.integers(0, 2))
+    )
+    until = draw(st.none() | st.sampled_from([1000.0, 1234.5]))
+    if end is not None and given_unit is not None:
+        until = Clock(start, unit).time(end[0] * TICKS + end[1])
+    else:
+        end = None
+    return kt.Scene(
+        [(10.0 * body + 5.0, draw(st.floats(1.0, 99.0))) for body in range(bodies)],
+        [draw(velocities) for _ in range(bodies)],
+        [draw(radii) for _ in range(bodies)],
+        [draw(masses) for _ in range(bodies)],
+        draw(st.none() | st.just((100.0, 100.0))),
+        start=start,
+        settings=kt.Settings(
+            draw(phases),
+            draw(st.none() | st.just(("disc", "wall"))),
+            draw(st.sampled_from([{}, options])),
+            until,
+            end,
+        ),
+        commands=commands,
+        unit=given_unit,
+        kind=kind,
+        responses=draw(_responses(named)),
+        kinds=declared,
+    )
+
+
+def check_that_it_comes_back(scene: kt.Scene, path: Path) -> None:
+    kt.save_scene(scene, path)
+    loaded = kt.load_scene(path)
+    assert everything(loaded) == everything(scene)
+    assert loaded == scene
+    assert hash(loaded) == hash(scene)
+    assert dumps_scene(loaded).partition("\n\n")[2] == dumps_scene(scene).partition("\n\n")[2]
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory) -> Path:
+    return tmp_path_factory.mktemp("saved") / "scene.toml"
+
+
+@settings(deadline=None)
+@example(ONE_KIND)
+@given(scene=scenes())
+def test_every_field_comes_back(path, scene):
+    check_that_it_comes_back(scene, path)
+
+
+@pytest.mark.slow
+@settings(max_examples=20_000, deadline=None)
+@given(scene=scenes())
+def test_every_field_of_twenty_thousand_scenes_comes_back(path, scene):
+    check_that_it_comes_back(scene, path)
