@@ -269,4 +269,11 @@ class Disc:
         one = len(set(scene.mass.tolist())) <= 1
         equal = one and scene.capacity == len(scene) and not scene.ruled
         answer = collide_equals if equal else collide
-        return PairParts(meet=meet, collide=answer, soonest=soonest, touch=touch, part=part)
+        return PairParts(
+            meet=meet,
+            collide=answer,
+            soonest=soonest,
+            touch=touch,
+            part=part,
+            contact_distance="sum of radii",
+        )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import kinetile as kt
@@ -15,9 +15,7 @@ from kinetile.show.picture.moment import corners_of
 
 PHASES = ("naive", "sap-1d", "sap-1d:y", "sap-2d", "sweep-tiling", "cells")
 WITH_PAIRS = ("naive", "sap-2d", "sweep-tiling", "cells")
-EXAMPLES = settings(
-    max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow]
-)  # the first ones compile
+EXAMPLES = settings(max_examples=25)  # the first ones compile
 
 
 @st.composite

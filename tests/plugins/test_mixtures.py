@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import kinetile as kt
@@ -75,7 +75,7 @@ def test_a_light_body_gets_fifty_times_faster_than_any_was():
     st.sampled_from([0.05, 0.2]),
     st.integers(0, 10**6),
 )
-@settings(deadline=None, max_examples=60, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=60)
 def test_mixtures_have_one_answer(bodies, ratio, power, density, seed):
     try:
         scene = mixture(bodies, 10.0**ratio, power, density, seed)

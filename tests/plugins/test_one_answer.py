@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import kinetile as kt
@@ -122,7 +122,7 @@ def tie_scenes(draw):
 
 @pytest.mark.compiled
 @given(tie_scenes())
-@settings(deadline=None, max_examples=150, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=150)
 def test_small_dyadic_scenes(scene):
     reference = kt.Simulation(scene, "naive")
     try:
@@ -150,7 +150,7 @@ def wide_scenes(draw):
 
 @pytest.mark.compiled
 @given(wide_scenes())
-@settings(deadline=None, max_examples=100, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=100)
 def test_wide_scenes_without_walls(scene):
     assert_one_answer(scene, until=50.0, max_contacts=300)
 

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 
 import kinetile as kt
-from kinetile.conformance.strategies.ruled import SAME_LOOP, ruled_scenes, solid_scenes
+from kinetile.conformance.strategies.ruled import ABSENT, SAME_LOOP, ruled_scenes, solid_scenes
 from kinetile.errors import BadOption, KinetileError, Refused, ZenoError
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.toolbox import ResponseParts, hook
@@ -25,7 +25,8 @@ SOME = 4 if INTERPRETED else 40
 def ruled(*columns, responses=None, **more) -> kt.Scene:
     """Return a scene whose loop is that of all others here."""
     rules = responses if isinstance(responses, dict) else {("*", "*"): responses or "elastic"}
-    return kt.Scene(*columns, responses={**SAME_LOOP, **rules}, **more)
+    kinds = dict.fromkeys([*more.get("kind", [0]), *ABSENT])
+    return kt.Scene(*columns, responses={**SAME_LOOP, **rules}, kinds=kinds, **more)
 
 
 def played(scene: kt.Scene, phase: str, **more) -> kt.Simulation:
@@ -214,6 +215,26 @@ def test_a_body_of_infinite_mass_is_moved_by_nobody(phase):
     sim.run(max_contacts=1)
     assert sim.velocities().tolist() == [[-2.0, 0.0], [-0.5, 0.0]]
     assert sim.readings.energy_drift == 0.0
+
+
+def test_walls_turn_an_immovable_body_and_bodies_of_finite_mass_do_not():
+    """Under five phases it meets the walls that it meets alone, and its velocity is the same to the bit."""
+    heavy = ([1.0, 1.0], [0.75, 0.5], 0.5, math.inf)
+    light = [([3.0, 1.0], [-0.3, 0.1], 0.25, 1.0), ([2.0, 3.0], [0.2, -0.6], 0.25, 3.0)]
+    alone = played(ruled(*([each] for each in heavy), (4.0, 4.0)), "naive")
+    alone.run(until=20.0)
+    walls = alone.contacts["b"].tolist()
+    assert set(walls) == {-1, -2, -3, -4}
+    found = set()
+    for phase in PHASES:
+        sim = played(ruled(*(list(each) for each in zip(heavy, *light, strict=True)), (4.0, 4.0)), phase)
+        sim.run(until=20.0)
+        met = [b for a, b in sim.contacts[["a", "b"]].tolist() if a == 0]
+        assert sum(b > 0 for b in met) > 10
+        assert [b for b in met if b < 0] == walls
+        assert sim.velocities()[0].tolist() == alone.velocities()[0].tolist()
+        found.add(sim.fingerprint)
+    assert len(found) == 1
 
 
 @pytest.mark.parametrize("phase", PHASES)

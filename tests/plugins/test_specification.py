@@ -7,6 +7,7 @@ is compared with a tolerance: ticks are whole numbers, doubles are equal or not 
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from contextlib import nullcontext
@@ -23,12 +24,14 @@ import kinetile as kt
 from agreement import PHASES, TILING
 from kinetile.errors import Refused
 from kinetile.kernel.clock import TICKS, Clock
-from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
+from kinetile.kernel.compiled import INTERPRETED, compose, disowned, to_be_filled_in
 from kinetile.kernel.flight import anchor_at
 from kinetile.kernel.tables import NEVER, Kernel, allocate
 from kinetile_plugins.disc import Disc
 from kinetile_plugins.wall import Wall
+from vectors.making import clauses, running
 from vectors.making.doubles import Double, error_of_product, sqrt
+from vectors.making.whole_runs import OTHERWISE, digest
 
 VECTORS = Path(__file__).parents[1] / "vectors"
 CONTACTS = sorted(path.stem for path in (VECTORS / "contacts").iterdir())
@@ -36,6 +39,17 @@ RUNS = {
     f"{path.stem}: {number} {run['name']}": run
     for path in sorted((VECTORS / "runs").iterdir())
     for number, run in enumerate(json.loads(path.read_text(encoding="ascii"))["runs"])
+}
+CLAUSES = {
+    f"{path.stem}: {number} {run['name']}": run
+    for path in sorted((VECTORS / "rules").iterdir())
+    for number, run in enumerate(json.loads(path.read_text(encoding="ascii"))["runs"])
+}
+ASKED = {
+    f"{name}: {number} {asked.name}": asked
+    for name, (_, runs) in clauses.CLAUSES.items()
+    for number, asked in enumerate(runs())
+    if asked.otherwise
 }
 OF_PAIRS = Disc().prepare(kt.Scene([(0.0, 0.0), (3.0, 0.0)], [(0.0, 0.0)] * 2, 1.0, mass=[1.0, 2.0]))
 OF_EQUALS = Disc().prepare(kt.Scene([(0.0, 0.0)], [(0.0, 0.0)], 1.0))
@@ -218,7 +232,107 @@ def scene_of(run: dict[str, Any]) -> kt.Scene:
             for turn in body.get("turns", ())
         ],
         start=float.fromhex(said["start"]),
+        settings=kt.Settings(
+            until=float.fromhex(said["until"]), end=tuple(said["end"]) if "end" in said else None
+        ),
+        commands=[command_of(each) for each in said.get("commands", ())],
+        unit=float.fromhex(said["unit"]) if "unit" in said else None,
+        kind=[body.get("kind", 0) for body in bodies],
+        responses={tuple(each["between"]): each["response"] for each in said.get("responses", ())},
     )
+
+
+def command_of(said: dict[str, Any]) -> kt.Turn | kt.Insert | kt.Remove:
+    """Return a command as it is written in ``rules``."""
+    time, at = float.fromhex(said["time"]), tuple(said["at"]) if "at" in said else None
+    if "remove" in said:
+        return kt.Remove(said["remove"], time, at)
+    if "turn" in said:
+        return kt.Turn(said["turn"], time, tuple(doubles(*said["velocity"])), at)
+    new = said["insert"]
+    numbers = [float.fromhex(new[name]) for name in ("radius", "mass")]
+    places = [tuple(doubles(*new[name])) for name in ("position", "velocity")]
+    return kt.Insert(time, *places, *numbers, new.get("body", -1), at, new.get("kind"))
+
+
+def assert_follows(run: dict[str, Any], phase: str, options: dict[str, Any]) -> None:
+    """Assert that a run of ``rules`` under a phase has the answer of the vectors, and ends as it does."""
+    scene = scene_of(run)
+    assert scene.time_unit == 2.0 ** -run["e"]
+    sim = kt.Simulation(scene, phase, options=options)
+    with pytest.raises(Refused) if run.get("ended") == "no room" else nullcontext():
+        sim.run()
+    found = [[str(epoch), str(tick), a, b] for _, epoch, tick, a, b in sim.contacts.tolist()]
+    assert found[: len(run["contacts"])] == run["contacts"], f"{phase} {options}"
+    assert len(found) == run["count"], f"{phase} {options}"
+    assert sim.fingerprint == run["fingerprint"], f"{phase} {options}"
+    happened, readings = run["happened"], sim.readings
+    assert readings.contacts_wall == happened["wall"]
+    assert readings.contacts_disc == happened["pair"] + happened["begin"] + happened["end"]
+    assert (readings.turns, readings.inserted, readings.removed) == (
+        happened["turn"],
+        happened["insertion"],
+        happened["removal"],
+    )
+
+
+def may_be_tiled(run: dict[str, Any]) -> bool:
+    """Whether sweep-tiling takes a scene: it wants an arena, and that nobody passes."""
+    said = run["scene"]
+    return "arena" in said and all(each["response"] != "pass" for each in said.get("responses", ()))
+
+
+@pytest.mark.parametrize("name", CLAUSES)
+def test_a_clause_is_followed(name: str) -> None:
+    assert_follows(CLAUSES[name], *PHASES[0])
+
+
+@pytest.mark.skipif(not INTERPRETED, reason="interpreted, in a process of its own: see the next test")
+@pytest.mark.parametrize("name", CLAUSES)
+def test_a_clause_is_followed_under_every_other_phase(name: str) -> None:
+    run = CLAUSES[name]
+    for phase, options in PHASES[1:]:
+        assert_follows(run, phase, options)
+    if may_be_tiled(run):
+        assert_follows(run, *TILING[0])
+    else:
+        with pytest.raises(Refused):
+            kt.Simulation(scene_of(run), *TILING[0][:1])
+
+
+@pytest.mark.compiled
+def test_clauses_are_followed_under_every_other_phase_interpreted() -> None:
+    """These are a dozen loops a phase, each for a few events: compiling them would take minutes."""
+    name = test_a_clause_is_followed_under_every_other_phase.__name__
+    command = [sys.executable, "-m", "pytest", "-q", f"{__file__}::{name}"]
+    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert f"{len(CLAUSES)} passed" in done.stdout
+
+
+@pytest.mark.parametrize("phase", ["naive", "cells"])
+def test_a_command_by_hand_is_one_after_the_contacts_that_its_tick_has_had(phase: str) -> None:
+    run = next(run for name, run in CLAUSES.items() if name.startswith("orders: 1 "))
+    late, early = run["scene"]["commands"]
+    sim = kt.Simulation(scene_of({**run, "scene": {**run["scene"], "commands": [early]}}), phase)
+    sim.run(max_contacts=1)
+    sim.set_velocity(late["turn"], tuple(doubles(*late["velocity"])))
+    assert [command.at for command in sim.recorded().commands] == [None, tuple(late["at"])]
+    sim.run()
+    assert sim.fingerprint == run["fingerprint"]
+
+
+@pytest.mark.parametrize("name", ASKED)
+def test_the_vectors_tell_a_clause_from_another_reading_of_it(name: str) -> None:
+    asked = ASKED[name]
+    assert asked.otherwise in OTHERWISE
+    lists = [digest(running.answer(asked, otherwise).contacts) for otherwise in ((), (asked.otherwise,))]
+    assert lists[0] != lists[1]
+
+
+def test_each_reading_is_told_apart() -> None:
+    assert {asked.otherwise for asked in ASKED.values()} == set(OTHERWISE)
 
 
 def assert_runs(run: dict[str, Any], phase: str, options: dict[str, Any]) -> None:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from kinetile.accuracy.answer.judgement import judged
 from kinetile.errors import AuditError, BadOption, MissedContactError, PhaseError, ZenoError
 from kinetile.kernel.log import WALLS
+from kinetile.plugin.choices import write_phase
 
 if TYPE_CHECKING:
     from kinetile.run.simulation import Simulation
@@ -160,7 +161,7 @@ def compare(
     ]
     simulations.reverse()
     for name, options in choices:
-        label = _label(name, options)
+        label = write_phase(name, options)
         simulation = simulations.pop()
         if start is not None:
             start(label, simulation)
@@ -195,10 +196,6 @@ def describe_row(row: Mapping[str, Any] | None) -> str:
     return ", ".join(
         f"{name} {value!r}" if isinstance(value, float) else f"{name} {value}" for name, value in row.items()
     )
-
-
-def _label(name: str, options: Mapping[str, Any]) -> str:
-    return f"{name}:{','.join(f'{key}={value}' for key, value in options.items())}" if options else name
 
 
 def _answer(simulation: Simulation, fault: str | None) -> _Answer:

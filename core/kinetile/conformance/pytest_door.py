@@ -6,11 +6,13 @@ pytest imports this file in every run, wherever kinetile is installed, for the o
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from pathlib import Path
-from typing import Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Unpack
 
 import pytest
+
+if TYPE_CHECKING:
+    from kinetile.conformance.court.court import Wishes
 
 __all__ = [
     "checks_of",
@@ -31,30 +33,19 @@ MISTAKE = pytest.StashKey[str]()
 suite."""
 
 
-def checks_of(
-    name: str,
-    *,
-    options: Mapping[str, Any] | None = None,
-    examples: int = 100,
-    save_to: Path | None = None,
-    expected: Mapping[str, str] | None = None,
-) -> dict[str, Callable[[], None]]:
+def checks_of(name: str, **wishes: Unpack[Wishes]) -> dict[str, Callable[[], None]]:
     """Return a function for each check, by its name, that raises AssertionError unless the check passes.
 
     They share a child process, in which the phase is judged: an endless loop in a hook ends there. For the
-    checks that are ``expected`` to fail no smallest scene is looked for.
+    checks that are expected to fail no smallest scene is looked for.
     """
-    from kinetile.conformance.checks import CHECKS
     from kinetile.conformance.court.court import Trial
     from kinetile.conformance.court.doors import MEMORY
     from kinetile.conformance.isolation.hearing import Hearing
     from kinetile.plugin.registry import registry
     from kinetile.run.composition import check_options
 
-    trial = Trial.of(
-        name,
-        {"options": options, "examples": examples, "save_to": save_to, "expected_failures": expected},
-    )
+    trial = Trial.of(name, wishes)
     phase = registry().broad_phase(name)
     check_options("broad phase", name, phase, trial.subject.options)
     phase(**trial.subject.options)
@@ -77,29 +68,19 @@ def checks_of(
 
         return run
 
-    return {each.name: test(each.name) for each in CHECKS}
+    return {check: test(check) for check in trial.checks}
 
 
-def parametrize_with_checks(
-    name: str,
-    *,
-    options: Mapping[str, Any] | None = None,
-    examples: int = 100,
-    expected_failures: Mapping[str, str] | None = None,
-    save_to: Path | None = None,
-) -> Any:
+def parametrize_with_checks(name: str, **wishes: Unpack[Wishes]) -> Any:
     """Return a pytest decorator for ``def test_conformance(check): check()``, one test a check.
 
-    ``expected_failures`` maps names of checks to reasons; they are marked xfail (strict: a pass is an error).
+    ``wishes`` are as for ``check_broad_phase`` (``Wishes``). Checks that are expected to fail are marked
+    xfail (strict: a pass is an error).
 
     Raises ValueError for a check that does not exist, UnknownName for a phase that does not.
     """
-    from kinetile.conformance.checks import check_named
-
-    expected = dict(expected_failures or {})
-    for each in expected:
-        check_named(each)
-    tests = checks_of(name, options=options, examples=examples, save_to=save_to, expected=expected)
+    tests = checks_of(name, **wishes)
+    expected = wishes.get("expected_failures") or {}
     cases = [
         pytest.param(
             run,
@@ -128,6 +109,13 @@ def pytest_addoption(parser: Any) -> None:
         help="A broad phase to judge, with options if need be: sap-1d:axis=y; may be given more than once.",
     )
     group.addoption(
+        "--narrow-phase",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="A narrow phase to judge with each of them, with options if need be.",
+    )
+    group.addoption(
         "--conformance-examples", type=int, default=100, metavar="N", help="Scenes drawn for each check."
     )
 
@@ -147,7 +135,12 @@ def pytest_generate_tests(metafunc: Any) -> None:
     for name in names:
         try:
             phase, options = read_phase(name)
-            tests = checks_of(phase, options=options, examples=config.getoption("--conformance-examples"))
+            tests = checks_of(
+                phase,
+                options=options,
+                narrow_phases=dict(map(read_phase, config.getoption("--narrow-phase"))),
+                examples=config.getoption("--conformance-examples"),
+            )
         except KinetileError as error:
             config.stash[MISTAKE] = str(error)
             break

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Mapping
 from pathlib import Path
@@ -20,13 +21,18 @@ DEFAULT_CHECK = "same-contacts"
 
 
 def replay(
-    name: str, path: Path, *, check: str | None = None, options: Mapping[str, Any] | None = None
+    name: str,
+    path: str | os.PathLike[str],
+    *,
+    check: str | None = None,
+    options: Mapping[str, Any] | None = None,
 ) -> Result:
     """Run a check on the scene of a file; return what came of it, with the verdict where it fails.
 
     Args:
         name: the name of the broad phase.
-        path: a scene file; one that the kit has saved names the check that failed.
+        path: a scene file; one that the kit has saved names the check that failed, and the narrow phases that
+            were on trial.
         check: the name of the check; None: the one that the file names, or ``same-contacts``.
         options: options of the broad phase; where there are none, those that the file names for this phase.
 
@@ -35,6 +41,7 @@ def replay(
         SceneError: the file holds no scene.
         Refused: the phase cannot do this scene.
     """
+    path = Path(path)
     case = _load(path)
     scene = case.scene
     wanted = check or case.check or DEFAULT_CHECK
@@ -43,7 +50,8 @@ def replay(
         known = one_of(wanted, [known.name for known in CHECKS if known.draws])
         where = f"{str(path)!r} names the check" if check is None else "the check is"
         raise BadOption(f"{where} {wanted!r}; expected one that takes a scene (kit {KIT_VERSION}): {known}")
-    subject = Subject(name, dict(options or (case.options if name == case.name else {})))
+    options = options or (case.options if name == case.name else {})
+    subject = Subject(name, dict(options), case.narrow_phases)
     subject.simulation(scene)
     skipped = applicable(subject, each)
     if skipped is not None:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from kinetile.errors import BadOption
 
-__all__ = ["read_assignments", "read_phase", "read_phases", "read_value"]
+__all__ = ["read_assignments", "read_phase", "read_phases", "read_value", "write_phase"]
 
 _WORDS = {"true": True, "false": False, "none": None}
 
@@ -51,6 +51,11 @@ def read_phase(text: str) -> tuple[str, dict[str, Any]]:
     if not name:
         raise BadOption(f"{text!r} names no phase; expected a name, such as sap-1d or sap-1d:axis=y")
     return name, read_assignments(filter(None, options.split(",")), f"phase {name!r}: option")
+
+
+def write_phase(name: str, options: Mapping[str, Any]) -> str:
+    """Return a phase as ``read_phase`` takes it."""
+    return f"{name}:{','.join(f'{key}={value}' for key, value in options.items())}" if options else name
 
 
 def read_phases(text: str) -> list[str]:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import fields
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, get_args
 
 import numpy as np
 
 from kinetile.errors import PhaseError
 from kinetile.kernel.compiled import is_hook
-from kinetile.plugin.protocols import BroadPhaseParts, PairParts, ResponseParts, WallParts
+from kinetile.plugin.protocols import BroadPhaseParts, ContactDistance, PairParts, ResponseParts, WallParts
 
 __all__ = ["check_parts"]
 
@@ -34,6 +34,11 @@ def check_parts(who: str, parts: Parts) -> None:
 
 def _mistakes(parts: Parts) -> Iterator[str]:
     hooks = tuple(field.name for field in fields(parts))
+    if isinstance(parts, PairParts):
+        hooks = ("meet", "collide", "soonest", "touch", "part")
+        if parts.contact_distance not in get_args(ContactDistance):
+            expected = " or ".join(map(repr, get_args(ContactDistance)))
+            yield f"contact_distance is {_shown(parts.contact_distance)}; expected {expected}"
     if isinstance(parts, BroadPhaseParts):
         yield from _broad_mistakes(parts)
         hooks = ("near", "build", "repair", "replan", "enter", "leave")

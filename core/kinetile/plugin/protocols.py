@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol, TypeAlias
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from kinetile.scene import Scene
 __all__ = [
     "BroadPhase",
     "BroadPhaseParts",
+    "ContactDistance",
     "ContactResponse",
     "NarrowPhase",
     "PairParts",
@@ -30,6 +31,10 @@ __all__ = [
 ]
 
 Hook = Callable[..., Any]
+
+ContactDistance: TypeAlias = Literal["sum of radii", "closer"]
+"""How far apart the centres of two bodies are when they touch: always the sum of their radii, or sometimes
+less."""
 
 
 def no_state() -> idle.NoState:
@@ -101,7 +106,8 @@ class BroadPhaseParts:
     ``skin_limit`` is the thickest skin, a length, with which the phase is right; None: any. A scene that
     needs a thicker one is refused.
 
-    ``solid`` says that the phase is right only while bodies cannot pass through each other.
+    ``solid`` says that the phase is right only while bodies cannot pass through each other, nor come closer
+    than the sum of their radii.
 
     ``faults`` are sentences for faults of the phase's own: ``blame(k, MY_FAULT, a, b)`` ends the run with the
     first of them, ``MY_FAULT + 1`` with the second. ``{a}`` and ``{b}`` in them stand for the two numbers.
@@ -149,7 +155,8 @@ class PairParts:
     ``meet(k, a, b)``: the tick of the first contact of bodies a < b, or NEVER, from their two flight plans
     and nothing else: computed at the later of the two anchors, never at the present time, with the true
     radii. It must be rounded down, and a pair that touches or overlaps and approaches meets at the later
-    anchor. It may not ask for ``now``.
+    anchor. It may not ask for ``now``, and the tick is the same if the numbers of the two are exchanged.
+    Bodies never touch at more than the sum of their radii.
 
     ``collide(k, a, b)``: both bodies are anchored at the contact; give them new velocities and return how
     deep they overlap (a length, zero or negative when they do not).
@@ -167,6 +174,10 @@ class PairParts:
     ``part(k, a, b)``: the tick at which two bodies part that pass through each other, or NEVER, from their
     plans alone, like ``meet``; the later anchor for two that are apart there already. None: with this phase
     nobody passes.
+
+    ``contact_distance`` is "sum of radii" where two bodies touch when, and only when, their centres are as
+    far apart as the sum of their radii, and "closer" where they can come closer: other shapes than discs,
+    bodies that are deformed. A broad phase that is ``solid`` is refused with "closer".
     """
 
     meet: Hook
@@ -174,6 +185,7 @@ class PairParts:
     soonest: Hook | None = None
     touch: Hook | None = None
     part: Hook | None = None
+    contact_distance: ContactDistance = "closer"
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import kinetile as kt
@@ -25,7 +25,7 @@ def lists(sim: kt.Simulation) -> list[list[int]]:
 
 
 @pytest.mark.compiled
-@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=40)
 @given(
     seed=st.integers(0, 10**6),
     bodies=st.integers(2, 80),

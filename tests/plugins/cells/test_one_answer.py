@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, reject, settings
+from hypothesis import given, reject, settings
 from hypothesis import strategies as st
 
 import kinetile as kt
@@ -40,7 +40,7 @@ def test_small_scenes_with_an_audit_at_every_contact():
 
 
 @pytest.mark.compiled
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=60)
 @given(
     seed=st.integers(0, 10**6),
     bodies=st.integers(2, 60),

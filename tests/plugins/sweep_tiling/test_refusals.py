@@ -7,8 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import kinetile as kt
+import square_pairs
 from agreement import outcome
-from kinetile.errors import Refused
+from kinetile.errors import PhaseError, Refused
 from tilings import crevice, take_the_limit_away
 
 POSITION = [[0.25, 0.5], [0.75, 0.5]]
@@ -41,6 +42,42 @@ def test_bodies_that_pass_through_each_other(narrow):
     assert len(can(sentence)) == 4
     for name in can(sentence):
         kt.Simulation(WALLED, name, narrow_phases=narrow).run(until=0.5)
+
+
+@pytest.fixture
+def _squares():
+    kt.registry().add(square_pairs)
+    yield
+    kt.registry().remove(square_pairs)
+
+
+def as_squares(name: str, **options: str) -> kt.Simulation:
+    scene = kt.make_scene("random", bodies=12, density=0.3, seed=20)
+    return kt.Simulation(scene, name, narrow_phases={"squares": options, "wall": {}})
+
+
+@pytest.mark.usefixtures("_squares")
+def test_squares_lost_a_contact_without_a_word():
+    """Squares come closer than the sum of their radii: of 56 contacts there were 55, and no fault."""
+    with pytest.raises(Refused) as caught:
+        as_squares("sweep-tiling")
+    sentence = str(caught.value)
+    assert sentence.startswith("sweep-tiling is right only while bodies touch at the sum of their radii, and")
+    assert "narrow phase 'squares' of square_pairs" in sentence
+    assert "contact_distance='closer', the default" in sentence
+    assert len(can(sentence)) == 4
+    runs = [as_squares(name) for name in can(sentence)]
+    for sim in runs:
+        sim.run(until=1.0)
+    assert len(runs[0].contacts) == 56
+    assert len({sim.fingerprint for sim in runs}) == 1
+
+
+@pytest.mark.usefixtures("_squares")
+def test_a_pair_phase_is_taken_at_its_word():
+    as_squares("sweep-tiling", says="sum of radii")
+    with pytest.raises(PhaseError, match="contact_distance is 'far'; expected 'sum of radii' or 'closer'"):
+        as_squares("naive", says="far")
 
 
 def too_different(ratio: float) -> kt.Scene:

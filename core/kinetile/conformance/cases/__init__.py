@@ -18,6 +18,7 @@ from kinetile.conformance.cases.runs import (
     difference,
     horizon,
     outcome,
+    provided,
 )
 from kinetile.conformance.cases.saved import Case, load_case, not_saved, save_case
 
@@ -34,6 +35,7 @@ __all__ = [
     "load_case",
     "not_saved",
     "outcome",
+    "provided",
     "save_case",
     "view_case",
 ]

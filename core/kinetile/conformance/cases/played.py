@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetile.conformance.cases.runs import CONTACTS, REFERENCE, horizon
+from kinetile.conformance.cases.runs import CONTACTS, REFERENCE, Subject, horizon
 from kinetile.conformance.cases.saved import Case, load_case
 from kinetile.errors import BadOption
 from kinetile.kernel.clock import TICKS
@@ -21,7 +22,9 @@ from kinetile.show.player.view import Choice
 __all__ = ["parting", "view_case"]
 
 
-def view_case(path: str | Path, on_trial: Choice | None = None, *, until: float | None = None) -> View:
+def view_case(
+    path: str | os.PathLike[str], on_trial: Choice | None = None, *, until: float | None = None
+) -> View:
     """Return a view of a saved case, which opens where the phase on trial parts from the reference.
 
     ``on_trial`` is the phase; None: the one that the file names. Raises BadOption where there is none, and
@@ -36,7 +39,10 @@ def view_case(path: str | Path, on_trial: Choice | None = None, *, until: float 
     until = horizon(case.scene) if until is None else until
     choices = [(REFERENCE, {}), on_trial]
     title = f"{path.name}: {on_trial[0]} beside {REFERENCE}"
-    page = view_scene(case.scene, choices, until=until, title=title, max_contacts=CONTACTS).page
+    narrow = Subject(REFERENCE, {}, case.narrow_phases).narrow_phases(case.scene)
+    page = view_scene(
+        case.scene, choices, until=until, title=title, max_contacts=CONTACTS, narrow_phases=narrow
+    ).page
     tick, body, said = parting(*page.recordings)
     notes = [said] if case.check is None else [f"The check that failed: {case.check}.", said]
     return View(replace(page, notes=notes, open_at=tick, select=body))

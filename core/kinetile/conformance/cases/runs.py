@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +12,8 @@ import numpy.typing as npt
 from kinetile.conformance.cases.tables import left_behind, left_otherwise
 from kinetile.errors import KinetileError
 from kinetile.kernel.log import WALLS
+from kinetile.plugin.registry import Provided, registry
+from kinetile.plugin.specs import NarrowPhaseSpec
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene
 
@@ -24,6 +26,7 @@ __all__ = [
     "difference",
     "horizon",
     "outcome",
+    "provided",
 ]
 
 REFERENCE = "naive"
@@ -35,14 +38,47 @@ UNTIL = 8.0
 
 @dataclass(frozen=True)
 class Subject:
-    """The phase on trial: its name and options."""
+    """What is on trial: a broad phase with its options, alone or with narrow phases.
+
+    ``narrow`` has the options of each narrow phase that is named. It takes the place of the usual one of its
+    role: ``disc`` for pairs, ``wall`` for walls.
+    """
 
     name: str
     options: Mapping[str, Any]
+    narrow: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     def simulation(self, scene: Scene, **more: Any) -> Simulation:
-        """Return a simulation of a scene under this phase; the loop is the same for all cases of a kind."""
-        return Simulation(scene, self.name, options=self.options, turning=True, **more)
+        """Return a simulation of a scene under these phases; the loop is the same for all cases of a kind."""
+        chosen = {"narrow_phases": self.narrow_phases(scene)} | more
+        return Simulation(scene, self.name, options=self.options, turning=True, **chosen)
+
+    def narrow_phases(self, scene: Scene) -> dict[str, Mapping[str, Any]] | None:
+        """Return the narrow phases for a scene; None where none is named: those that the scene says."""
+        if not self.narrow:
+            return None
+        pairs, walls = (self.of_role(role) for role in ("pair", "wall"))
+        return (pairs or {"disc": {}}) | ((walls or {"wall": {}}) if scene.arena is not None else {})
+
+    def of_role(self, role: str) -> dict[str, Mapping[str, Any]]:
+        """Return the narrow phases of a role that are named."""
+        found = {name: registry().spec("narrow phase", name) for name in self.narrow}
+        return {n: self.narrow[n] for n, spec in found.items() if cast(NarrowPhaseSpec, spec).role == role}
+
+    @property
+    def pair(self) -> str | None:
+        """The narrow phase for pairs that is named; None: it is the usual one."""
+        return next(iter(self.of_role("pair")), None)
+
+    def under(self, broad_phase: str) -> Subject:
+        """Return another broad phase with the same narrow phases."""
+        return Subject(broad_phase, {}, self.narrow)
+
+
+def provided(subject: Subject) -> tuple[Provided, ...]:
+    """Return who provides the phases on trial, the broad phase first."""
+    narrow = (registry().provided("narrow phase", name) for name in subject.narrow)
+    return registry().provided("broad phase", subject.name), *narrow
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,8 @@ def save_case(scene: Scene, path: Path, check: str, subject: Subject, said: str)
     head = [f"check: {check}", f"broad phase: {subject.name}"]
     if subject.options:
         head.append(f"options: {json.dumps(dict(subject.options), default=repr)}")
+    if subject.narrow:
+        head.append(f"narrow phases: {json.dumps(subject.narrow, default=repr)}")
     head += [f"said: {line}" for line in said.splitlines()[:6]]
     text = "".join(f"# {line}\n" for line in head)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -36,13 +38,14 @@ def not_saved(what: str, error: OSError) -> str:
 
 @dataclass(frozen=True)
 class Case:
-    """A case as it was saved: the scene, and the check, phase and options that its file names; None, where it
-    names none."""
+    """A case as it was saved: the scene, and the check, phases and options that its file names; None, where
+    it names none."""
 
     scene: Scene
     check: str | None
     name: str | None
     options: Mapping[str, Any]
+    narrow_phases: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
 
 def load_case(path: Path) -> Case:
@@ -53,9 +56,10 @@ def load_case(path: Path) -> Case:
             break
         key, _, value = line[2:].partition(":")
         head.setdefault(key, value.strip())
-    options = {}
+    said: dict[str, Any] = {"options": {}, "narrow phases": {}}
     if "check" in head:
-        with contextlib.suppress(ValueError):
-            options = json.loads(head.get("options", "{}"))
+        for key in said:
+            with contextlib.suppress(ValueError):
+                said[key] = json.loads(head.get(key, "{}"))
     check = head.get("check")
-    return Case(load_scene(path), check, head.get("broad phase") if check else None, options)
+    return Case(load_scene(path), check, head.get("broad phase") if check else None, *said.values())

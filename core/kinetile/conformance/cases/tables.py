@@ -29,7 +29,7 @@ Left = Mapping[str, npt.NDArray[np.generic]]
 BODIES = ("x", "y", "vx", "vy", "anchor", "radius")
 CLOCK = (
     *("now", "tick", "per_time", "width", "height", "present", "epoch"),
-    *("window", "window_size", "window_tick", "contact_ticks", "fault"),
+    *("window", "window_size", "window_tick", "fault"),
 )
 OF_THE_SKIN = ("skin", "theta", "tolerance", "span", "fat")
 COUNTS = (

@@ -7,9 +7,9 @@ from kinetile.conformance.checks import (
     between_events,
     claims,
     living,
-    loosely,
     memory,
     outcomes,
+    pair_phases,
     ruled,
     swarms,
     views,
@@ -49,7 +49,7 @@ CHECKS: tuple[Check, ...] = (
     swarms.same_contacts_beside_giants,
     swarms.same_contacts_on_lattices,
     swarms.same_contacts_in_a_marathon,
-    loosely.same_contacts_with_loose_bounds,
+    pair_phases.same_contacts_with_loose_bounds,
     claims.near_holds_while_bodies_pass,
     claims.skin_limit_holds_at_its_edge,
     claims.its_features_are_known,
@@ -57,6 +57,7 @@ CHECKS: tuple[Check, ...] = (
     askers.does_not_see_who_asks,
     outcomes.rejects_unknown_options,
     between_events.pairs_are_overlapping_boxes,
+    pair_phases.a_contact_depends_on_two_plans_alone,
 )
 
 

@@ -21,11 +21,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from kinetile.conformance.cases import CONTACTS, Subject, brief_outcome, horizon
+from kinetile.conformance.cases import CONTACTS, Subject, brief_outcome, horizon, provided
 from kinetile.conformance.checks.check import Disagreement, Reference, check
 from kinetile.errors import KinetileError
 from kinetile.kernel.compiled import nobody_compiles
-from kinetile.plugin.registry import registry
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene, Settings, relabelled
 from kinetile.scene.text.files import dumps_scene
@@ -38,11 +37,13 @@ Seen = list[tuple[str, str, int]]
 STRANGER = """
 import json, sys
 import kinetile as kt
-name, options, contacts, *paths = sys.argv[1:]
+name, options, narrow, contacts, *paths = sys.argv[1:]
 seen = []
 for path in paths:
     scene, ended = kt.load_scene(path), "ran"
-    sim = kt.Simulation(scene, name, options=json.loads(options), turning=True)
+    sim = kt.Simulation(
+        scene, name, options=json.loads(options), narrow_phases=json.loads(narrow), turning=True
+    )
     try:
         sim.run(max_contacts=int(contacts))
     except kt.KinetileError as error:
@@ -53,11 +54,12 @@ print(json.dumps(seen))
 """What runs in the other process: it imports nothing of the kit."""
 
 SIMULATE = """
-def simulate(name, options, contacts, scenes, ends):
+def simulate(name, options, narrow, contacts, scenes, ends):
     seen = []
     try:
         for scene, end in zip(scenes, ends):
-            sim, ended = Simulation(scene, name, options=options, turning=True), "ran"
+            sim = Simulation(scene, name, options=options, narrow_phases=narrow, turning=True)
+            ended = "ran"
             try:
                 sim.run(until=end, max_contacts=contacts)
             except KinetileError as error:
@@ -141,7 +143,8 @@ def _in_a_thread(subject: Subject, scenes: list[Scene], ends: list[float]) -> Se
     found: list[Any] = []
     names: dict[str, Any] = {"Simulation": Simulation, "KinetileError": KinetileError, "found": found}
     exec(compile(SIMULATE, "simulate.py", "exec"), names)
-    arguments = (subject.name, dict(subject.options), CONTACTS, scenes, ends)
+    narrow = subject.narrow_phases(scenes[0])
+    arguments = (subject.name, dict(subject.options), narrow, CONTACTS, scenes, ends)
     thread = threading.Thread(target=names["simulate"], args=arguments, name="worker-7")
     thread.start()
     thread.join()
@@ -183,6 +186,7 @@ def _by_a_stranger(subject: Subject, scenes: list[Scene]) -> Seen:
             STRANGER,
             subject.name,
             json.dumps(dict(subject.options)),
+            json.dumps(subject.narrow_phases(scenes[0])),
             str(CONTACTS),
         ]
         done = subprocess.run(
@@ -213,7 +217,7 @@ def does_not_see_who_asks(subject: Subject, scene: Scene, reference: Reference) 
     ]
     if hasattr(os, "fork"):
         views.append(("as a worker", lambda: _as_a_worker(lambda: _seen(subject, scenes, ends))))
-    if registry().provided("broad phase", subject.name).distribution is not None:
+    if all(each.distribution is not None for each in provided(subject)):
         views.append(("in a process of its own", lambda: _by_a_stranger(subject, scenes)))
     found = [(how, view()) for how, view in views]
     for argv in (["simulate", "production.toml"], [""]):

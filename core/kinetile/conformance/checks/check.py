@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol
 
 import numpy as np
 
@@ -67,6 +67,9 @@ class Check:
         scenes: what it draws; None: the small scenes, which are drawn once for all checks that look at them.
         share: how many of these to one of the small ones; at least one is drawn.
         compares: whether a failure is held against kinetile's other phases; some speak of this one alone.
+        judges: "broad" where it looks at the broad phase alone, which it does where no narrow phase is named;
+            "pair" where it looks at the narrow phase for pairs, which it does where one is named; None: at
+            all phases together.
         replayed_by: the check that replays a scene on which this one has failed; "": this one itself.
     """
 
@@ -80,6 +83,7 @@ class Check:
     scenes: Strategy | None = None
     share: float = 1.0
     compares: bool = True
+    judges: Literal["broad", "pair"] | None = None
     replayed_by: str = ""
 
     @property
@@ -111,7 +115,7 @@ def agree(
 
 def agree_by_hand(subject: Subject, ran: Callable[[Subject], Outcome]) -> None:
     """Raise unless what is done by hand has the same outcome under the subject as under the reference."""
-    expected = ran(Subject(REFERENCE, {}))
+    expected = ran(subject.under(REFERENCE))
     said = difference(ran(subject), expected, subject.name)
     if said is not None:
         raise Disagreement(said)
@@ -126,5 +130,6 @@ def _who_is_right(subject: Subject, scene: Scene, found: Outcome, expected: Outc
     if not len(parted) and len(found.contacts) == len(expected.contacts):
         return ""
     lists = {subject.name: found.contacts, REFERENCE: expected.contacts}
-    said = judged(scene, lists, int(parted[0]) if len(parted) else rows)
+    narrow = list(subject.narrow_phases(scene) or ()) or None
+    said = judged(scene, lists, int(parted[0]) if len(parted) else rows, narrow)
     return f"\n{said}" if said else ""

@@ -79,7 +79,7 @@ def _walled() -> SearchStrategy[Scene]:
     return st.one_of(box_scenes(turns=False), box_scenes(turns=False), swarms)
 
 
-@check(scenes=_walled, share=0.5, since="3.0")
+@check(scenes=_walled, share=0.5, judges="broad", since="3.0")
 def near_holds_while_bodies_pass(subject: Subject, scene: Scene, reference: Reference) -> None:
     """Where it does not ask for solid bodies, who touch are near each other while bodies fly through bodies.
 
@@ -151,7 +151,7 @@ def skin_limit_holds_at_its_edge(subject: Subject, scene: Scene, reference: Refe
             raise Disagreement(str(error), edge) from error
 
 
-@check(draws=False, since="3.0")
+@check(draws=False, judges="broad", since="3.0")
 def its_features_are_known(subject: Subject, scene: Scene, reference: Reference) -> None:
     """Every feature that it declares is one for which there is a check."""
     from kinetile.conformance.checks import CHECKS

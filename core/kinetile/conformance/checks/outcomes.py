@@ -177,7 +177,7 @@ def same_contacts_in_the_gallery(subject: Subject, scene: Scene, reference: Refe
         raise refusal
 
 
-@check(draws=False)
+@check(draws=False, judges="broad")
 def rejects_unknown_options(subject: Subject, scene: Scene, reference: Reference) -> None:
     """An option that it does not have is refused by name."""
     try:

@@ -6,6 +6,7 @@ process of its own, with limits.
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
@@ -13,7 +14,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypedDict
 
-from kinetile.conformance.cases import Subject, not_saved, save_case
+from kinetile.conformance.cases import Subject, not_saved, provided, save_case
 from kinetile.conformance.checks import CHECKS, check_named
 from kinetile.conformance.checks.check import Check
 from kinetile.conformance.court.drawing import Drawing
@@ -23,7 +24,8 @@ from kinetile.conformance.court.report import Report, Result
 from kinetile.conformance.court.telling.symptoms import OFTEN, likely
 from kinetile.conformance.court.verdicts import References, Seen, applicable, verdict
 from kinetile.conformance.strategies.gallery import smallest
-from kinetile.plugin.registry import Provided, registry
+from kinetile.plugin.registry import registry
+from kinetile.run.composition import check_options, read_narrow_phases
 from kinetile.scene import Scene
 
 __all__ = ["EXAMPLES", "Court", "Trial", "Wishes"]
@@ -46,6 +48,8 @@ class Wishes(TypedDict, total=False):
 
     Attributes:
         options: the phase's options.
+        narrow_phases: narrow phases that are judged with it, by name, perhaps with options; each takes the
+            place of the usual one of its role. None: the broad phase is judged alone.
         examples: scenes drawn for each check; ``EXAMPLES``.
         checks: names of the checks to run; None: all that apply.
         expected_failures: checks that are known to fail, each with the reason. They are run but not
@@ -61,10 +65,11 @@ class Wishes(TypedDict, total=False):
     """
 
     options: Mapping[str, Any] | None
+    narrow_phases: Mapping[str, Mapping[str, Any]] | Sequence[str] | None
     examples: int
     checks: Sequence[str] | None
     expected_failures: Mapping[str, str] | None
-    save_to: Path | None
+    save_to: str | os.PathLike[str] | None
     shrink: bool
     seed: int
     seconds: float
@@ -74,10 +79,10 @@ class Wishes(TypedDict, total=False):
 
 @dataclass(frozen=True)
 class Trial:
-    """A trial of one broad phase: what was wished for, checked, and who is on trial."""
+    """A trial of one broad phase, alone or with narrow phases: what was wished for, checked, and who is on
+    trial."""
 
     subject: Subject
-    provided: Provided
     checks: tuple[str, ...]
     whole: bool
     expected: Mapping[str, str]
@@ -92,20 +97,20 @@ class Trial:
 
     @classmethod
     def of(cls, name: str, wishes: Wishes) -> Trial:
-        """Return the trial of a phase; UnknownName, or ValueError for a check that does not exist."""
+        """Return the trial of a phase; UnknownName, BadOption, or ValueError for a check that does not
+        exist."""
         expected = dict(wishes.get("expected_failures") or {})
         chosen = wishes.get("checks")
         for known in [*expected, *(chosen or ())]:
             check_named(known)
         examples = wishes.get("examples", EXAMPLES)
         return cls(
-            subject=Subject(name, dict(wishes.get("options") or {})),
-            provided=registry().provided("broad phase", name),
+            subject=_subject(name, wishes),
             checks=tuple([each.name for each in CHECKS] if chosen is None else chosen),
             whole=chosen is None,
             expected=expected,
             examples=examples,
-            save_to=wishes.get("save_to"),
+            save_to=None if (folder := wishes.get("save_to")) is None else Path(folder),
             shrink=wishes.get("shrink", True),
             seed=wishes.get("seed", 0),
             seconds=wishes.get("seconds", SECONDS) * max(1.0, examples / EXAMPLES),
@@ -116,16 +121,29 @@ class Trial:
 
     def report(self, results: Sequence[Result], tight: float | None, notes: tuple[str, ...] = ()) -> Report:
         """Return the report on what came of it."""
-        provided = self.provided
+        first, *_ = provided(self.subject)
         return Report(
             name=self.subject.name,
             options=self.subject.options,
-            distribution=f"{provided.distribution or 'this process'} {provided.version or ''}".strip(),
+            distribution=f"{first.distribution or 'this process'} {first.version or ''}".strip(),
+            narrow_phases=self.subject.narrow,
             results=tuple(results),
             tightness=tight,
             seconds=time.perf_counter() - self.began,
             notes=notes,
         )
+
+
+def _subject(name: str, wishes: Wishes) -> Subject:
+    """Return who is on trial; raise UnknownName for a phase that does not exist, and BadOption for an option
+    that a narrow phase does not have. Options of the broad phase are checked by the rehearsal."""
+    narrow: dict[str, Mapping[str, Any]] = {}
+    for each, options in read_narrow_phases(wishes.get("narrow_phases") or ()).items():
+        check_options("narrow phase", each, registry().narrow_phase(each), options)
+        narrow[registry().spec("narrow phase", each).name] = dict(options)
+    subject = Subject(name, dict(wishes.get("options") or {}), narrow)
+    provided(subject)
+    return subject
 
 
 class Court:
@@ -157,7 +175,7 @@ class Court:
     ) -> None:
         self.subject = subject
         self._drawing = Drawing(examples, seed) if drawing is None else drawing
-        self._references = References() if references is None else references
+        self._references = References(subject) if references is None else references
         self._seconds = seconds
         self._shrink = shrink
         self._save_to = save_to
@@ -255,7 +273,8 @@ class Court:
                 picture = _draw_picture(self.subject, scene, path, said)
             except OSError as error:
                 said = f"{said}\n{not_saved('scene' if case is None else 'picture', error)}"
-        cause = likely(each.name, said) if expected is None else ""
+        broad = self.subject.pair is None  # a cause is one of a broad phase
+        cause = likely(each.name, said) if expected is None and broad else ""
         judged = check_named(each.replay) if each.replay else each
         asked = expected is None and each.compares
         return replace(

@@ -43,13 +43,13 @@ def rehearse(subject: Subject) -> None:
         UnknownName, BadOption: there is no such phase, or it has no such option.
         Refused: it refuses all samples.
     """
-    refusal = None
+    refusal: Refused | None = None
     for scene in SAMPLES:
         begin_scene()
         try:
             compiled(subject, scene)
         except Refused as error:
-            refusal = error
+            refusal = refusal or error
         except (UnknownName, BadOption, MissingExtra):
             raise
         except KinetileError as error:
@@ -67,14 +67,14 @@ def fresh(subject: Subject) -> list[int]:
 
 def _is_fresh(subject: Subject, scene: Scene) -> bool:
     try:
-        return any(each.simulation(scene).cached is False for each in (subject, Subject(REFERENCE, {})))
+        return any(each.simulation(scene).cached is False for each in (subject, subject.under(REFERENCE)))
     except KinetileError:
         return False
 
 
 def compiled(subject: Subject, scene: Scene) -> None:
     """Compile all that a check may ask of a phase, and of the reference, on such a scene; run it once."""
-    for each in (subject, Subject(REFERENCE, {})):
+    for each in (subject, subject.under(REFERENCE)):
         sim = each.simulation(scene)
         sim.compile()
         with suppress(KinetileError):

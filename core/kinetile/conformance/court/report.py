@@ -7,11 +7,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from kinetile.plugin.choices import write_phase
 from kinetile.show.display.tables import grid, paragraph
 
 __all__ = ["KIT_VERSION", "Report", "Result"]
 
-KIT_VERSION = "3.5"
+KIT_VERSION = "3.6"
 """The version of the set of checks; a check says since which it is there."""
 
 
@@ -49,7 +50,7 @@ class Result:
 
 @dataclass(frozen=True)
 class Report:
-    """All results of one phase.
+    """All results of one broad phase, alone or with narrow phases.
 
     ``exit_code`` is 0 where the phase conforms, 1 where it does not, 3 where the reference itself is in
     doubt, 4 where no fault was seen and not everything was judged.
@@ -63,6 +64,7 @@ class Report:
     seconds: float = 0.0
     kit: str = KIT_VERSION
     notes: tuple[str, ...] = field(default=())
+    narrow_phases: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     @property
     def ok(self) -> bool:
@@ -97,6 +99,7 @@ class Report:
             "kit": self.kit,
             "broad_phase": self.name,
             "options": dict(self.options),
+            "narrow_phases": {name: dict(options) for name, options in self.narrow_phases.items()},
             "distribution": self.distribution,
             "conforms": self.conforms,
             "reference_in_doubt": self.in_doubt,
@@ -130,14 +133,20 @@ class Report:
 
     @property
     def label(self) -> str:
-        """The phase and its options, as the command line takes them."""
-        options = ",".join(f"{key}={value}" for key, value in self.options.items())
-        return f"{self.name}:{options}" if options else self.name
+        """The broad phase and its options, as the command line takes them."""
+        return write_phase(self.name, self.options)
+
+    @property
+    def who(self) -> str:
+        """What is on trial: the broad phase, and the narrow phases that are named."""
+        return " with ".join([self.name, *(write_phase(*each) for each in self.narrow_phases.items())])
 
     @property
     def head(self) -> str:
         """The line above the results."""
-        return f"conformance kit {self.kit}: broad phase {self.label!r}, of {self.distribution}"
+        narrow = [repr(write_phase(*each)) for each in self.narrow_phases.items()]
+        beside = f" with narrow phase{'s' * (len(narrow) > 1)} {' and '.join(narrow)}" if narrow else ""
+        return f"conformance kit {self.kit}: broad phase {self.label!r}{beside}, of {self.distribution}"
 
     @property
     def foot(self) -> str:
@@ -152,12 +161,12 @@ class Report:
             lines.append(f"  begin with {simplest.check}: kinetile replay {self.label} {simplest.case}")
         unjudged = [result.check for result in self.results if result.unjudged]
         if self.failed:
-            lines.append(f"{self.name} does not conform: {', '.join(result.check for result in self.failed)}")
+            lines.append(f"{self.who} does not conform: {', '.join(result.check for result in self.failed)}")
         elif unjudged:
-            lines.append(f"{self.name} is not judged: no fault was seen, and {', '.join(unjudged)} not ended")
+            lines.append(f"{self.who} is not judged: no fault was seen, and {', '.join(unjudged)} not ended")
         else:
             spent = sum(result.seconds for result in self.results)
-            lines.append(f"{self.name} conforms ({spent:.0f} CPU s, {self.seconds:.0f} s)")
+            lines.append(f"{self.who} conforms ({spent:.0f} CPU s, {self.seconds:.0f} s)")
         return "\n".join(lines)
 
     def lines(self, result: Result, wide: int) -> list[str]:

@@ -7,6 +7,7 @@ from kinetile.conformance.checks.check import Check, Disagreement, DoesNotApply
 from kinetile.conformance.court.limits import Patience, begin_scene
 from kinetile.errors import Refused
 from kinetile.plugin.calling import place_of
+from kinetile.plugin.choices import write_phase
 from kinetile.plugin.registry import registry
 from kinetile.scene import Scene
 
@@ -14,9 +15,11 @@ __all__ = ["References", "Seen", "applicable", "verdict"]
 
 
 class References:
-    """What the reference makes of scenes; of those that many checks look at it is worked out once."""
+    """What the reference, with the narrow phases on trial, makes of scenes; of those that many checks look at
+    it is worked out once."""
 
-    def __init__(self) -> None:
+    def __init__(self, subject: Subject | None = None) -> None:
+        self._subject = Subject(REFERENCE, {}) if subject is None else subject.under(REFERENCE)
         self._kept: dict[int, tuple[Scene, dict[int, Outcome]]] = {}
 
     def keep(self, scenes: list[Scene]) -> None:
@@ -28,12 +31,16 @@ class References:
         """Return what the reference makes of a scene, in so many contacts at most."""
         _, known = self._kept.get(id(scene), (scene, {}))
         if contacts not in known:
-            known[contacts] = outcome(Subject(REFERENCE, {}), scene, contacts)
+            known[contacts] = outcome(self._subject, scene, contacts)
         return known[contacts]
 
 
 def applicable(subject: Subject, each: Check) -> str | None:
-    """Return why a check does not apply to a phase; None where it does."""
+    """Return why a check does not apply to phases; None where it does."""
+    if each.judges == "broad" and subject.narrow:
+        return "for a broad phase alone: judge it without a narrow phase named"
+    if each.judges == "pair" and subject.pair is None:
+        return "for a narrow phase for pairs that is named"
     features: frozenset[str] = getattr(registry().spec("broad phase", subject.name), "features", frozenset())
     if each.feature is not None and each.feature not in features:
         return f"for phases that declare the feature {each.feature!r}"
@@ -62,7 +69,7 @@ class Seen:
         self.fickle = False
         self.said: str | None = None
         self.scene: Scene | None = None
-        self._reference = References() if reference is None else reference
+        self._reference = References(subject) if reference is None else reference
         self._patience = patience
 
     def look(self, scene: Scene) -> bool:
@@ -100,21 +107,23 @@ def verdict(each: Check, subject: Subject, scene: Scene) -> str:
 
     Not under those of others: that would be to compile them all, and they may hang or crash.
     """
+    named = ", ".join(write_phase(*each) for each in subject.narrow.items())
+    suspect = f"suspect the narrow phase, {named}" if named else "the reference is in doubt"
     also: list[str] = []
     fine: list[str] = []
     for other in registry().names("broad phase"):
         own = registry().provided("broad phase", other).distribution == "kinetile"
         if not own or other in (subject.name, REFERENCE):
             continue
-        if applicable(Subject(other, {}), each) is not None:
+        if applicable(subject.under(other), each) is not None:
             continue
-        judged = Seen(each, Subject(other, {}))
+        judged = Seen(each, subject.under(other))
         holds = judged.look(scene)
         if judged.refused:
             continue
         (fine if holds else also).append(other)
     if also and not fine:
-        return f"also {', '.join(also)}: the reference is in doubt"
+        return f"also {', '.join(also)}: {suspect}"
     if also:
         return f"also {', '.join(also)}, but not {', '.join(fine)}"
     return f"only {subject.name}" + (f"; {', '.join(fine)} agree with the reference" if fine else "")

@@ -44,6 +44,7 @@ class Order:
 
     name: str
     options: Mapping[str, Any]
+    narrow: Mapping[str, Mapping[str, Any]]
     examples: int
     save_to: str | None
     shrink: bool
@@ -71,7 +72,7 @@ def serve(order: Order, tasks: Iterable[Task], tell: Tell) -> None:
     limit_memory(order.memory)
     limit_scenes(SCENE_SECONDS)
     _keep_out(order.home)
-    subject = Subject(order.name, order.options)
+    subject = Subject(order.name, order.options, order.narrow)
     scratch = Path(order.scratch)
     court = Court(
         subject,

@@ -19,7 +19,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from kinetile.conformance.cases import not_saved, save_case
+from kinetile.conformance.cases import Subject, not_saved, provided, save_case
 from kinetile.conformance.checks import check_named
 from kinetile.conformance.checks.views import without
 from kinetile.conformance.court.court import Trial
@@ -30,7 +30,6 @@ from kinetile.conformance.isolation.deaths import End, cause
 from kinetile.conformance.isolation.processes import CAN_FORK, Child, afresh, forked
 from kinetile.errors import BadOption, MissingExtra, NotJudged, PhaseError, Refused
 from kinetile.kernel.compiled import INTERPRETED
-from kinetile.plugin.registry import Provided
 from kinetile.scene import Scene
 
 __all__ = ["DEATHS", "Hearing"]
@@ -68,11 +67,12 @@ class Hearing:
         if importlib.util.find_spec("hypothesis") is None:
             raise MissingExtra("the conformance kit", "hypothesis", "conformance")
         self.deaths = 0
-        self._forks = _must_fork(trial.subject.options, trial.provided)
+        self._forks = _must_fork(trial.subject)
         self._scratch = Path(tempfile.mkdtemp(prefix="kinetile-conformance-"))
         self._order = Order(
             name=trial.subject.name,
             options=trial.subject.options,
+            narrow=trial.subject.narrow,
             examples=trial.examples,
             save_to=None if trial.save_to is None else str(trial.save_to.absolute()),
             shrink=trial.shrink,
@@ -83,7 +83,9 @@ class Hearing:
             home=str(self._scratch / "hypothesis"),
         )
         self._trial = trial
-        self._who = f"broad phase {trial.subject.name!r} of {trial.provided.source}"
+        self._who = " with ".join(
+            f"{each.kind} {each.spec.name!r} of {each.source}" for each in provided(trial.subject)
+        )
         self._child: Child | None = None
 
     def __enter__(self) -> Self:
@@ -292,16 +294,18 @@ class Hearing:
             return None, 0
 
 
-def _must_fork(options: Any, provided: Provided) -> bool:
+def _must_fork(subject: Subject) -> bool:
     """Whether the child has to be a fork; raise Refused where it would, and this system cannot."""
+    options = [subject.options, subject.narrow]
+    installed = all(each.distribution is not None for each in provided(subject))
     try:
         portable = json.loads(json.dumps(options)) == options
     except (TypeError, ValueError):
         portable = False
-    if provided.distribution is not None and portable:
+    if installed and portable:
         return False
     if not CAN_FORK:
-        what = "options that are plain values" if provided.distribution else "a phase that is installed"
+        what = "options that are plain values" if installed else "a phase that is installed"
         raise Refused(f"on this system a process of its own is only for {what}: judge it in this process")
     return True
 

@@ -1,8 +1,8 @@
 """Scenes with kinds of bodies and responses: who passes whom, who stops, who loses what.
 
 The bodies are those of the small scenes, and some lie on top of others that they pass. Three kinds meet by
-rules that are drawn; beside them every scene names the same responses, for kinds that nobody is of, so that
-one loop serves all of them.
+rules that are drawn; beside them every scene names the same responses, for kinds that it declares and nobody
+is of, so that one loop serves all of them.
 """
 
 from __future__ import annotations
@@ -16,9 +16,10 @@ from kinetile.conformance.strategies.living import carried_out, wishes
 from kinetile.conformance.strategies.small import speeds
 from kinetile.scene import Response, Scene, Settings
 
-__all__ = ["SAME_LOOP", "ruled_scenes", "solid_scenes"]
+__all__ = ["ABSENT", "SAME_LOOP", "ruled_scenes", "solid_scenes"]
 
 KINDS = ("ball", "wisp", "block")
+ABSENT = ("nobody", "no one")
 _LOSSY = Response("restitution", e=0.5, contact_time=2.0**-10)
 _COLUMNS = ("position", "velocity", "radius", "mass", "kind")
 SAME_LOOP: dict[Any, Any] = {("nobody", "nobody"): "stop", ("nobody", "no one"): _LOSSY}
@@ -57,6 +58,7 @@ def _scenes(draw: st.DrawFn, passing: bool) -> Scene:
         arena=(4.0, 4.0),
         settings=Settings(until=draw(st.sampled_from([1.0, 2.0, 4.0]))),
         responses=rules,
+        kinds=(*KINDS, *ABSENT),
     )
     return carried_out(scene, draw(wishes(KINDS)))
 

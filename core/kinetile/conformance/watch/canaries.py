@@ -116,7 +116,7 @@ def look(subject: Subject, scene: Scene) -> str | None:
     Raises Refused where the phase cannot do the scene.
     """
     room = spacious(scene)
-    composition = compose_phases(room, subject.name, None, subject.options)
+    composition = compose_phases(room, subject.name, subject.narrow_phases(room), subject.options)
     broad = composition.broad
     state, cages = caged(broad.state, "s")
     ticks = tuple(_moved(each, cages) for each in broad.ticks)

@@ -1,8 +1,8 @@
 """The interpreted run in an interpreter of its own, where the kit's own has compiled hooks.
 
-The child gets an order as JSON on its standard input: the phase's name and options, where its class stands if
-it was added in the asking process only, and the scenes as TOML. It says what it has seen as JSON on its
-standard output. ``python -m kinetile.conformance.watch`` is such a child.
+The child gets an order as JSON on its standard input: the phases' names and options, where the class of each
+stands that was added in the asking process only, and the scenes as TOML. It says what it has seen as JSON on
+its standard output. ``python -m kinetile.conformance.watch`` is such a child.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import sys
 from collections.abc import Iterable
 from typing import Any
 
-from kinetile.conformance.cases import Brought, Subject
+from kinetile.conformance.cases import Brought, Subject, provided
 from kinetile.conformance.court.limits import TimeIsUp
 from kinetile.conformance.isolation.processes import news_apart
 from kinetile.conformance.watch.interpreted import look
@@ -24,7 +24,7 @@ from kinetile.kernel.compiled import INTERPRETED
 from kinetile.kernel.compiled.limits import out_of_time
 from kinetile.plugin.by_name import loads_scene
 from kinetile.plugin.registry import Provided, registry
-from kinetile.plugin.specs import BroadPhaseSpec
+from kinetile.plugin.specs import BroadPhaseSpec, NarrowPhaseSpec
 from kinetile.scene import Scene
 from kinetile.scene.text.files import dumps_scene
 
@@ -48,7 +48,8 @@ def first_breach(subject: Subject, scenes: Titled) -> str | None:
     order = {
         "name": subject.name,
         "options": dict(subject.options),
-        "target": _target(registry().provided("broad phase", subject.name)),
+        "narrow": subject.narrow,
+        "targets": [_target(each) for each in provided(subject)],
         "scenes": [[title, dumps_scene(scene)] for title, scene in scenes],
     }
     path = [entry or os.getcwd() for entry in sys.path]
@@ -89,9 +90,9 @@ def _first_breach(subject: Subject, scenes: Titled) -> str | None:
     return None
 
 
-def _target(provided: Provided) -> str | None:
-    """Return where the class of a phase of this process stands, so that another can import it; None for a
-    phase that is installed."""
+def _target(provided: Provided) -> dict[str, str] | None:
+    """Return the spec of a phase of this process, so that another can import it; None for a phase that is
+    installed."""
     if provided.distribution is not None:
         return None
     target = provided.spec.target
@@ -101,14 +102,16 @@ def _target(provided: Provided) -> str | None:
             f"its hooks cannot be watched interpreted: {found} cannot be imported by another interpreter; "
             "a class at the top level of a module can, or run the kit with NUMBA_DISABLE_JIT=1"
         )
-    return found
+    role = {"role": provided.spec.role} if isinstance(provided.spec, NarrowPhaseSpec) else {}
+    return {"name": provided.spec.name, "target": found, **role}
 
 
 def carry_out(order: dict[str, Any]) -> dict[str, str | None]:
     """Do what an order says; return what was seen, or why nothing could be looked at."""
-    subject = Subject(order["name"], order["options"])
-    if order["target"] is not None:
-        registry().add(Brought(BroadPhaseSpec(subject.name, order["target"])))
+    subject = Subject(order["name"], order["options"], order["narrow"])
+    for added in filter(None, order["targets"]):
+        kind = NarrowPhaseSpec if "role" in added else BroadPhaseSpec
+        registry().add(Brought(kind(**added)))
     scenes = [(title, loads_scene(text)) for title, text in order["scenes"]]
     try:
         return {"said": _first_breach(subject, scenes), "refused": None}

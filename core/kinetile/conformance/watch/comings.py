@@ -27,6 +27,4 @@ def exchange(engine: Engine, body: int, velocity: tuple[float, float]) -> None:
     carry_out(engine, REMOVED, read_removal(engine, body))
     with contextlib.suppress(KinetileError, ValueError):
         rows = read_insertion(engine, (x, y), velocity, radius, mass, None)
-        engine.number(engine.numbers + 1)
         carry_out(engine, INSERTED, rows)
-        engine.numbers += 1

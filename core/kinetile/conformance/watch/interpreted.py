@@ -125,7 +125,7 @@ def look(subject: Subject, scene: Scene) -> str | None:
     Refused where the phase cannot do the scene.
     """
     held = bytes_of(scene)
-    composition = compose_phases(scene, subject.name, None, subject.options)
+    composition = compose_phases(scene, subject.name, subject.narrow_phases(scene), subject.options)
     for name, was in held.items():
         if bytes_of(scene)[name] != was:
             return f"prepare wrote the scene's {name}"

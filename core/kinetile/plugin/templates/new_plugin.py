@@ -6,6 +6,7 @@ to.
 
 from __future__ import annotations
 
+import os
 import re
 from datetime import date
 from importlib.metadata import version
@@ -30,7 +31,7 @@ class _Names(NamedTuple):
     class_name: str
 
 
-def new_plugin(name: str, into: Path = Path()) -> Path:
+def new_plugin(name: str, into: str | os.PathLike[str] = ".") -> Path:
     """Write the package kinetile-NAME into a folder, and return the package's own folder.
 
     Args:
@@ -42,7 +43,7 @@ def new_plugin(name: str, into: Path = Path()) -> Path:
         BadOption: the name cannot be one, or is taken; there is no such folder to write into; the package's
             own folder is there already.
     """
-    names = _names(name)
+    names, into = _names(name), Path(into)
     if not into.is_dir():
         raise BadOption(f"there is no folder {str(into)!r} to write {names.distribution} into")
     folder = into / names.distribution

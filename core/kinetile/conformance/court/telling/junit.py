@@ -5,6 +5,7 @@ from __future__ import annotations
 from xml.etree import ElementTree
 
 from kinetile.conformance.court.report import Report, Result
+from kinetile.plugin.choices import write_phase
 
 __all__ = ["junit"]
 
@@ -14,7 +15,12 @@ def junit(report: Report) -> str:
     results = report.results
     suite = ElementTree.Element(
         "testsuite",
-        name=f"kinetile conform {report.label}",
+        name=" --narrow-phase ".join(
+            [
+                f"kinetile conform {report.label}",
+                *(write_phase(*each) for each in report.narrow_phases.items()),
+            ]
+        ),
         tests=str(len(results)),
         failures=str(len(report.failed)),
         errors=str(sum(result.unjudged for result in results)),

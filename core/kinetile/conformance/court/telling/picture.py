@@ -23,11 +23,12 @@ def moment(subject: Subject, scene: Scene) -> Simulation:
     """Return a simulation under the reference, run to the first contact at which the subject parts from
     it."""
     found = outcome(subject, scene)
-    expected = outcome(Subject(REFERENCE, {}), scene)
+    reference = subject.under(REFERENCE)
+    expected = outcome(reference, scene)
     rows = min(len(found.contacts), len(expected.contacts))
     parted = np.flatnonzero(found.contacts[:rows] != expected.contacts[:rows])
     agreed = int(parted[0]) if len(parted) else rows
-    sim = Simulation(scene, REFERENCE, turning=True)
+    sim = reference.simulation(scene)
     try:
         if difference(found, expected, subject.name) is None:
             sim.run(until=horizon(scene), max_contacts=CONTACTS)
