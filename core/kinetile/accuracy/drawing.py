@@ -102,18 +102,21 @@ def legend_below(figure: Figure, columns: int) -> None:
     figure.legend(unique.values(), unique.keys(), loc="outside lower center", ncols=columns)
 
 
-def save_figure(figure: Figure, stem: Path) -> list[Path]:
-    """Write a figure as SVG, the same bytes for the same figure, and as PNG to print; return the paths."""
+def save_figure(figure: Figure, stem: Path, description: str = "") -> list[Path]:
+    """Write a figure as SVG, the same bytes for the same figure, and as PNG to print; return the paths.
+
+    ``description`` is written into the metadata of the SVG, where there is one.
+    """
     svg, png = (stem.with_name(f"{stem.name}.{ending}") for ending in ("svg", "png"))
-    svg.write_bytes(as_svg(figure))
+    svg.write_bytes(as_svg(figure, description))
     figure.savefig(png, dpi=300)
     return [svg, png]
 
 
-def as_svg(figure: Figure) -> bytes:
-    """Return a figure as SVG, the same bytes for the same figure."""
+def as_svg(figure: Figure, description: str = "") -> bytes:
+    """Return a figure as SVG, the same bytes for the same figure, with a description in its metadata."""
     written = BytesIO()
-    figure.savefig(written, format="svg", metadata={"Date": None})
+    figure.savefig(written, format="svg", metadata={"Date": None, "Description": description or None})
     return written.getvalue()
 
 

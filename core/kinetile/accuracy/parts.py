@@ -92,11 +92,13 @@ class Picture:
         name: the stem of its file.
         caption: what is seen, in a sentence or two.
         draw: returns the figure, as wide as ``kinetile.accuracy.drawing.house_style`` says.
+        description: what its rows are of, for the metadata of the file.
     """
 
     name: str
     caption: str
     draw: Callable[[], Figure]
+    description: str = ""
 
 
 class Claim(NamedTuple):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
@@ -110,7 +111,11 @@ def check_packages(parts: Sequence[str] | None = None) -> None:
 
 
 def write_report(
-    sections: Iterable[Section], folder: Path, *, budget: Budget, conditions: Mapping[str, Any]
+    sections: Iterable[Section],
+    folder: str | os.PathLike[str],
+    *,
+    budget: Budget,
+    conditions: Mapping[str, Any],
 ) -> list[Path]:
     """Write the page, its figures (SVG and PNG) and the rows of its tables (CSV).
 
@@ -129,6 +134,7 @@ def write_report(
     """
     check_packages(())
     sections = list(sections)
+    folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     written = []
     drawn: dict[tuple[str, str], Drawn] = {}
@@ -138,7 +144,7 @@ def write_report(
         for picture in section.pictures:
             stem = folder / f"{section.name}-{picture.name}"
             with house_style():
-                written += save_figure(picture.draw(), stem)
+                written += save_figure(picture.draw(), stem, picture.description)
             with house_style(NARROW):
                 narrow = as_svg(picture.draw())
             drawn[section.name, picture.name] = Drawn(stem.with_name(f"{stem.name}.svg").read_bytes(), narrow)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import statistics
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -100,19 +101,20 @@ def growth_study(
     density: float = 0.5,
     *,
     seconds: float = 2.0,
+    repeats: int = 1,
     seed: int = 1,
 ) -> Study:
     """Return the study ``growth`` of one broad phase; its rows are in the folder ``results``.
 
-    ``seconds`` is the CPU time that is measured of each number of discs, at least. The phase must be one that
-    another process finds.
+    ``seconds`` is the CPU time that is measured of each number of discs in each of so many processes
+    (``repeats``), at least. The phase must be one that another process finds.
 
     Raises StudyError for what cannot be run.
     """
     ((name, options),) = phases_with_options([phase])
     tables = shipped_tables("growth") | {"phases": [phase_label(name, options)], "seconds": seconds}
     sizes = sorted({TINY} | {square_at_least(n) for n in bodies})
-    tables["seeds"] = [seed]
+    tables |= {"seeds": [seed], "repeats": repeats}
     tables["scenes"] = [{"recipe": "grid", "parameters": {"density": density, "bodies": sizes}}]
     return Study(tables, results)
 
@@ -126,31 +128,35 @@ def read_growth(study: Study) -> Growth:
     """Return what the rows of ``growth_study`` come to, and how they were measured."""
     plan = study.plan
     seed, density = (plan.scenes[0].combinations[0][name] for name in ("seed", "density"))
-    rows = {row["bodies"]: row for row in study.rows().to_pylist() if row["status"] == "done"}
-    tiny = json.loads(rows[TINY]["stages"])["peaks"] if TINY in rows else {}
-    found = tuple(_row(row, tiny) for n, row in rows.items() if n != TINY)
-    conditions = surroundings() | {"seconds": plan.seconds, "seed": seed, "contacts_before": WARM_UP}
+    rows: dict[int, list[Mapping[str, Any]]] = {}
+    for row in study.rows().to_pylist():
+        if row["status"] == "done":
+            rows.setdefault(row["bodies"], []).append(json.loads(row["stages"]))
+    tiny = rows.pop(TINY)[0]["peaks"] if TINY in rows else {}
+    found = tuple(_row(n, runs, tiny) for n, runs in rows.items())
+    conditions = surroundings() | {"seconds": plan.seconds, "repeats": plan.repeats, "seed": seed}
+    conditions |= {"contacts_before": WARM_UP}
     return Growth(phase_label(*plan.phases[0]), density, found, conditions)
 
 
-def _row(row: Mapping[str, Any], tiny: Mapping[str, Any]) -> GrowthRow:
-    n, found = row["bodies"], json.loads(row["stages"])
-    stretches = found["stretches"]
+def _row(n: int, runs: Sequence[Mapping[str, Any]], tiny: Mapping[str, Any]) -> GrowthRow:
+    """Return the row of so many discs: times of the stretches of all processes, memory of the first."""
+    found, stretches = runs[0], [each for run in runs for each in run["stretches"]]
     costs = [each["cpu_seconds"] / each["simulated"] for each in stretches]
     known = [name for name, peak in found["peaks"].items() if peak is not None and name in tiny]
     stages = {name: (found["peaks"][name] - tiny[name]) / n for name in known}
     arrays = {name: size / n for name, size in found["arrays"].items()}
     return GrowthRow(
         bodies=n,
-        setup_seconds=row["setup_seconds"],
-        cpu_seconds_per_time=row["cpu_seconds_per_time"],
+        setup_seconds=statistics.median(run["setup_seconds"] for run in runs),
+        cpu_seconds_per_time=statistics.median(costs),
         slowest=max(costs),
         fastest=min(costs),
-        contacts_per_cpu_second=row["contacts_per_cpu_second"],
+        contacts_per_cpu_second=statistics.median(e["contacts"] / e["cpu_seconds"] for e in stretches),
         events_per_contact=sum(e["events"] for e in stretches) / sum(e["contacts"] for e in stretches),
         simulated=sum(each["simulated"] for each in stretches),
         peak_bytes_per_body=stages["run"] if stages.get("run", 0.0) * n >= _NOTICEABLE else None,
         stage_bytes_per_body=stages,
-        table_bytes_per_body=row["table_bytes"] / n,
+        table_bytes_per_body=sum(found["arrays"].values()) / n,
         arrays=arrays,
     )

@@ -146,22 +146,23 @@ def thesis_study(
     *,
     seeds: int = 6,
     until: float = 1.0,
-    seconds: float = 0.05,
+    seconds: float = 0.01,
+    repeats: int = ROUNDS,
 ) -> Study:
     """Return the study ``thesis``, or a part of it; its rows are in the folder ``results``.
 
-    Every phase runs every scene with the seeds 1 to ``seeds``, up to the time ``until``. ``seconds`` is the
-    CPU time that the runs of a phase on a scene with one seed have together, in all rounds, at least, unless
-    that would be more than 40 runs in a round.
+    Every phase runs every scene with the seeds 1 to ``seeds``, up to the time ``until``, in so many rounds
+    (``repeats``). ``seconds`` is the CPU time that the runs of a phase on a scene with one seed have together
+    in a round, at least, unless that would be more than 40 runs.
 
     Raises StudyError for what cannot be run.
     """
     tables = shipped_tables("thesis") | {
         "phases": [phase_label(*each) for each in phases_with_options(phases)],
         "seeds": list(range(1, seeds + 1)),
-        "repeats": ROUNDS,
+        "repeats": repeats,
         "until": until,
-        "seconds": seconds / ROUNDS,
+        "seconds": seconds,
         "scenes": [
             {"recipe": "grid", "parameters": {"density": list(densities), "bodies": list(bodies)}},
         ],
@@ -180,8 +181,8 @@ def read_bench(study: Study) -> ThesisBench:
     conditions = {
         "seeds": len({each["seed"] for each in plan.scenes[0].combinations}),
         "until": plan.scenes[0].until,
-        "seconds": plan.seconds * plan.repeats,
-        "rounds": plan.repeats,
+        "seconds": plan.seconds,
+        "repeats": plan.repeats,
     }
     return ThesisBench(tuple(map(_cell, whole)), surroundings() | conditions)
 

@@ -12,7 +12,7 @@ from kinetile.bench.events import Bench
 from kinetile.bench.growth import Growth
 from kinetile.bench.measures import NOT_MEASURED, Fit, Mean, Spread
 from kinetile.bench.thesis_statements.statements import Statement
-from kinetile.cli.tables import empty_table
+from kinetile.cli.tables import empty_table, rows_table
 
 __all__ = [
     "events_table",
@@ -43,7 +43,7 @@ _MEASURES = (
 
 def rates_table(bench: Bench) -> Table:
     """Return the rates of a benchmark, one row for each phase on each scene."""
-    table = empty_table(
+    heads = (
         "> discs",
         "> density",
         "| broad phase",
@@ -55,13 +55,10 @@ def rates_table(bench: Bench) -> Table:
         "> asked\n/ contact",
         "> exact\n/ contact",
     )
-    last = None
-    for row in bench.rows:
-        scene = (row.bodies, row.density)
-        if last not in (None, scene):
-            table.add_section()
-        table.add_row(
-            *(("", "") if scene == last else (f"{row.bodies:,}", f"{row.density:g}")),
+    rows = [
+        (
+            f"{row.bodies:,}",
+            f"{row.density:g}",
             row.phase,
             f"{row.events_per_cpu_second / 1e6:.2f}",
             f"{row.slowest / 1e6:.2f} .. {row.fastest / 1e6:.2f}",
@@ -71,8 +68,9 @@ def rates_table(bench: Bench) -> Table:
             f"{row.asked_per_contact:.1f}",
             f"{row.computed_per_contact:.2f}",
         )
-        last = scene
-    return table
+        for row in bench.rows
+    ]
+    return rows_table(heads, rows, shared=2)
 
 
 def time_table(rows: Rows) -> Table:
@@ -132,19 +130,16 @@ def exponents_table(rows: Rows) -> Table:
     fits = [Fit(**fit) for fit in rows[0]["cpu_seconds"]]
     over = [f"{fit.first} to {fit.last}" for fit in fits]
     heads = [f"> {what}\n{each}" for what in ("CPU time", "bound events", "in theory") for each in over]
-    table = empty_table("> density", "broad phase", *heads)
-    last = None
-    for row in rows:
-        if last not in (None, row["density"]):
-            table.add_section()
-        table.add_row(
-            "" if row["density"] == last else f"{row['density']:g}",
+    cells = [
+        (
+            f"{row['density']:g}",
             row["phase"],
             *(_exponent(Fit(**fit)) for kind in ("cpu_seconds", "bound_events") for fit in row[kind]),
             *(_or_dash(each, ".2f") for each in row["bound_events_in_theory"]),
         )
-        last = row["density"]
-    return table
+        for row in rows
+    ]
+    return rows_table(("> density", "broad phase", *heads), cells, shared=1)
 
 
 def measures_table(rows: Rows) -> Table:
@@ -202,7 +197,7 @@ def statements_table(found: Iterable[Statement]) -> Table:
 
 def growth_table(growth: Growth) -> Table:
     """Return one row for each number of discs."""
-    table = empty_table(
+    heads = (
         "> discs",
         "> set-up\ns",
         "> CPU s / unit\nof time",
@@ -213,9 +208,8 @@ def growth_table(growth: Growth) -> Table:
         "> peak bytes\n/ disc",
         "> of tables",
     )
-    since = [None, *growth.steps]
-    for row, exponent in zip(growth.rows, since, strict=True):
-        table.add_row(
+    rows = [
+        (
             f"{row.bodies:,}",
             f"{row.setup_seconds:.2f}",
             f"{row.cpu_seconds_per_time:.4g}",
@@ -226,7 +220,9 @@ def growth_table(growth: Growth) -> Table:
             _or_dash(row.peak_bytes_per_body, ",.0f"),
             f"{row.table_bytes_per_body:,.0f}",
         )
-    return table
+        for row, exponent in zip(growth.rows, [None, *growth.steps], strict=True)
+    ]
+    return rows_table(heads, rows)
 
 
 def _by_scene(rows: Rows, table: Table) -> Iterable[tuple[tuple[str, str], list[Mapping[str, Any]]]]:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Annotated, Any
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from kinetile.records.events import EventRecorder
     from kinetile.run.simulation import Simulation
 
-__all__ = ["Checkpoint", "Every", "check_checkpoint"]
+__all__ = ["Checkpoint", "Every", "check_checkpoint", "only_writer"]
 
 EVERY = 60.0
 """Seconds between two checkpoints, unless somebody says otherwise."""
@@ -27,6 +28,22 @@ Every = Annotated[
     float | None,
     typer.Option(min=0.0, metavar="SECONDS", help=f"How often --checkpoint saves; {EVERY:g} s."),
 ]
+
+
+@contextmanager
+def only_writer(path: Path | None) -> Iterator[None]:
+    """Within this context no other process runs on this checkpoint; BadOption where one does already."""
+    if path is None or not path.name:
+        yield
+        return
+    from kinetile.records.one_writer import alone
+
+    with ExitStack() as stack:
+        try:
+            stack.enter_context(alone(path))
+        except RecordError as error:
+            raise BadOption(f"--checkpoint: {error}") from error
+        yield
 
 
 def check_checkpoint(path: Path | None, every: float | None, overwrite: bool) -> None:

@@ -12,15 +12,20 @@ from kinetile.errors import BadOption
 from kinetile.plugin.choices import read_phase, read_phases
 
 if TYPE_CHECKING:
+    from kinetile.plugin.discovery import Kind
     from kinetile.scene import Scene
 
 __all__ = [
+    "Csv",
     "Json",
     "MaxContacts",
     "NarrowPhases",
     "Parameters",
+    "Phases",
     "Plain",
+    "Repeats",
     "SceneName",
+    "Seconds",
     "Until",
     "find_scene",
     "is_file_name",
@@ -49,7 +54,26 @@ MaxContacts = Annotated[int | None, typer.Option(min=0, help="Stop after so many
 Plain = Annotated[
     bool, typer.Option("--plain", help="Draw nothing on a terminal: the same lines as without one.")
 ]
-Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
+
+
+def _one_form(context: typer.Context, asked: bool) -> bool:
+    """Refuse ``--json`` beside ``--csv``: whichever is read second finds the other."""
+    if asked and (context.params.get("json") or context.params.get("csv")):
+        raise typer.BadParameter("--json beside --csv; expected one of the two")
+    return asked
+
+
+Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.", callback=_one_form)]
+Csv = Annotated[
+    bool, typer.Option("--csv", help="Print the rows as CSV, with every digit.", callback=_one_form)
+]
+Phases = Annotated[
+    str | None, typer.Option("--phases", metavar="A,B,...", help="Broad phases; all that are installed.")
+]
+Seconds = Annotated[float, typer.Option(min=0.0, help="CPU seconds of one measured run, about.")]
+Repeats = Annotated[
+    int, typer.Option(min=1, metavar="N", help="How often each is measured, by turns; medians count.")
+]
 
 
 def is_file_name(name: str) -> bool:
@@ -126,9 +150,9 @@ def read_numbers(text: str, kind: type, where: str) -> list[Any]:
     return numbers
 
 
-def registered_phase(text: str) -> tuple[str, dict[str, Any]]:
+def registered_phase(text: str, kind: Kind = "broad phase") -> tuple[str, dict[str, Any]]:
     """Return a phase's name (not an alias) and options; raise UnknownName."""
     from kinetile.plugin.registry import registry
 
     name, options = read_phase(text)
-    return registry().spec("broad phase", name).name, options
+    return registry().spec(kind, name).name, options

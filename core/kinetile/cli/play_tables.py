@@ -10,7 +10,7 @@ from rich.table import Table
 from kinetile.bench.own.choose import Chosen
 from kinetile.bench.own.frames import PARTS, FrameBench
 from kinetile.bench.own.scene import SceneBench
-from kinetile.cli.tables import empty_table
+from kinetile.cli.tables import rows_table
 
 __all__ = ["choice_notes", "choice_table", "frames_notes", "frames_table", "scene_notes", "scene_table"]
 
@@ -19,12 +19,10 @@ def frames_table(bench: FrameBench) -> Table:
     """Return what a frame costs, one row a phase."""
     names = ("turns", "goings", "comings", "run", "read-out")
     heads = ("median", "p99", "worst", *names, "first")
-    table = empty_table("broad phase", *(f"> {name}\nms" for name in heads), "> compiled\ns", "> drift")
-    for row in bench.rows:
-        if row.parts is None:
-            table.add_row(row.phase, "refused")
-            continue
-        table.add_row(
+    rows = [
+        (row.phase, "refused")
+        if row.parts is None
+        else (
             row.phase,
             *(_number(each, ".2f") for each in (row.median, row.p99, row.worst)),
             *(f"{row.parts[part]:.3f}" for part in PARTS),
@@ -32,7 +30,9 @@ def frames_table(bench: FrameBench) -> Table:
             _number(row.compile_seconds, ".3g"),
             _number(row.drift, ".2f"),
         )
-    return table
+        for row in bench.rows
+    ]
+    return rows_table(("broad phase", *(f"> {name}\nms" for name in heads), "> compiled\ns", "> drift"), rows)
 
 
 def frames_notes(bench: FrameBench) -> list[str]:
@@ -52,7 +52,7 @@ def frames_notes(bench: FrameBench) -> list[str]:
 
 def scene_table(bench: SceneBench) -> Table:
     """Return how the phases did on a scene, one row a phase."""
-    table = empty_table(
+    heads = (
         "broad phase",
         "> CPU s",
         "| fastest ..\nslowest",
@@ -64,22 +64,22 @@ def scene_table(bench: SceneBench) -> Table:
         "fingerprint",
         "ended by",
     )
-    for row in bench.rows:
-        rate = row.contacts_per_cpu_second
-        refused = row.cpu_seconds is None
-        table.add_row(
+    rows = [
+        (
             row.phase,
             _number(row.cpu_seconds, ".4g"),
-            "" if refused else f"{row.fastest:.4g} .. {row.slowest:.4g}",
-            _number(None if rate is None else rate / 1e3, ",.1f"),
+            "" if row.cpu_seconds is None else f"{row.fastest:.4g} .. {row.slowest:.4g}",
+            _number(row.contacts_per_cpu_second, ",.1f", 1e-3),
             _number(row.of_fastest, ".2f"),
             _number(row.structural_per_contact, ".2f"),
             _number(row.contacts, ",d"),
             _number(row.commands, ",d"),
             (row.fingerprint or "")[:16],
-            "refused" if refused else (row.ended_by or "").partition(":")[0],
+            "refused" if row.cpu_seconds is None else (row.ended_by or "").partition(":")[0],
         )
-    return table
+        for row in bench.rows
+    ]
+    return rows_table(heads, rows)
 
 
 def scene_notes(bench: SceneBench) -> list[str]:
@@ -94,7 +94,7 @@ def scene_notes(bench: SceneBench) -> list[str]:
 
 def choice_table(chosen: Chosen) -> Table:
     """Return how the candidates did, the fastest first."""
-    table = empty_table(
+    heads = (
         "broad phase",
         "> thousand contacts\n/ CPU s",
         "> of the\nfastest",
@@ -102,17 +102,18 @@ def choice_table(chosen: Chosen) -> Table:
         "> arrays\nKB",
         "",
     )
-    for each in chosen.candidates:
-        row = each.row
-        table.add_row(
-            row.phase,
-            _number(None if not each.rate else each.rate / 1e3, ",.1f"),
-            _number(row.of_fastest, ".2f"),
-            _number(row.structural_per_contact, ".2f"),
-            _number(None if each.memory is None else each.memory / 1024, ",.0f"),
-            _remark(each.memory is None, each.hopeless, row.ended_by),
+    rows = [
+        (
+            each.row.phase,
+            _number(each.rate or None, ",.1f", 1e-3),
+            _number(each.row.of_fastest, ".2f"),
+            _number(each.row.structural_per_contact, ".2f"),
+            _number(each.memory, ",.0f", 1 / 1024),
+            _remark(each.memory is None, each.hopeless, each.row.ended_by),
         )
-    return table
+        for each in chosen.candidates
+    ]
+    return rows_table(heads, rows)
 
 
 def _remark(refused: bool, hopeless: bool, ended_by: str | None) -> str:
@@ -146,5 +147,5 @@ def _agreement(identical: bool, rows: Sequence[Any]) -> str:
     return f"identical: {same}, fingerprint {played[0].fingerprint[:16]}"
 
 
-def _number(value: float | None, form: str) -> str:
-    return "-" if value is None else format(value, form)
+def _number(value: float | None, form: str, unit: float = 1) -> str:
+    return "-" if value is None else format(value * unit, form)

@@ -37,7 +37,7 @@ class Ending(NamedTuple):
 
 def check_files(files: Mapping[str, Path | None], overwrite: bool) -> None:
     """Raise BadOption unless the files of the command line, by their options, have names, are different and
-    may be written. ``--contacts`` may be there already only to be overwritten."""
+    may be written. Those of ``--contacts`` and ``--save-scene`` may be there only to be overwritten."""
     given = [(what, path) for what, path in files.items() if path is not None]
     for what, path in given:
         if not path.name:
@@ -45,22 +45,22 @@ def check_files(files: Mapping[str, Path | None], overwrite: bool) -> None:
     for (one, path), (other, its_path) in combinations(given, 2):
         if {"--events", "--contacts", "--checkpoint"} & {one, other} and _same_file(path, its_path):
             raise BadOption(f"{one} and {other} are one file, {path}: expected two, for one would be lost")
-    contacts = files.get("--contacts")
-    if contacts is not None:
-        _check_contacts(contacts, overwrite)
+    for what, path in given:
+        if what in ("--contacts", "--save-scene"):
+            _check_new(what, path, overwrite)
 
 
-def _check_contacts(path: Path, overwrite: bool) -> None:
+def _check_new(option: str, path: Path, overwrite: bool) -> None:
     from kinetile.scene.targets import writable_target
 
     try:
         target = writable_target(path)
     except OSError as error:
-        raise BadOption(f"--contacts {path}: {error.strerror}") from error
+        raise BadOption(f"{option} {path}: {error.strerror}") from error
     if target.exists() and not overwrite:
-        raise BadOption(f"--contacts: {path} is there already: choose another name, or say --overwrite")
+        raise BadOption(f"{option}: {path} is there already: choose another name, or say --overwrite")
     if not target.parent.is_dir():
-        raise BadOption(f"--contacts {path}: there is no folder {str(target.parent)!r}")
+        raise BadOption(f"{option} {path}: there is no folder {str(target.parent)!r}")
 
 
 def _same_file(one: Path, other: Path) -> bool:

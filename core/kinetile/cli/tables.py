@@ -1,4 +1,4 @@
-"""Results as tables for people; ``--json`` has the same numbers, and more, for programs."""
+"""Results as tables for people; ``--json`` and ``--csv`` have the same numbers, and more, for programs."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any
 
 from rich import box
 from rich.console import Console
+from rich.measure import Measurement
 from rich.table import Table
 
 __all__ = [
@@ -17,6 +18,7 @@ __all__ = [
     "empty_table",
     "parameters_table",
     "plugins_table",
+    "rows_table",
     "run_table",
     "scenes_table",
     "show",
@@ -25,25 +27,29 @@ __all__ = [
 LABEL = 17
 """Columns of the words in front of what a run did."""
 
-_WIDE = 120
+_ENDLESS = 100_000
 
 
 def columns() -> int:
-    """Return how wide tables are: as the terminal, or 120 columns where there is none."""
-    return Console().width if sys.stdout.isatty() else _WIDE
+    """Return how wide tables may be: as the terminal. Without one nothing is broken into lines, because a
+    program would have to put it together again."""
+    return Console().width if sys.stdout.isatty() else _ENDLESS
 
 
 def show(*parts: Any) -> None:
-    """Print tables and lines to stdout: as wide as the terminal, or 120 columns where there is none.
+    """Print tables and lines to stdout: as wide as the terminal, and unbroken where there is none.
 
-    A table with columns of numbers may be 120 wide on any terminal: a number over three lines is none.
+    A table with columns of numbers is unbroken on any terminal: a number over three lines is none.
     """
     wide = columns()
     console = Console(highlight=False, markup=False)
     with console.capture() as captured:
         for part in parts:
-            numbers = isinstance(part, Table) and any(each.justify == "right" for each in part.columns)
-            console.width = max(wide, _WIDE) if numbers else wide
+            console.width = _ENDLESS
+            if not isinstance(part, Table) or all(each.justify != "right" for each in part.columns):
+                console.width = wide
+            elif wide < _ENDLESS:
+                console.width = max(wide, Measurement.get(console, console.options, part).maximum)
             console.print(part, soft_wrap=isinstance(part, str))
     lines = [line.rstrip() for line in captured.get().splitlines()]
     sys.stdout.write("\n".join(lines).strip("\n") + "\n")
@@ -80,11 +86,9 @@ def _run_lines(result: Mapping[str, Any], course: Sequence[str]) -> Iterable[tup
 
 def comparison_table(outcomes: Iterable[Any]) -> Table:
     """Return how each phase did, one row a phase."""
-    table = empty_table(
-        "broad phase", "> contacts", "> time", "> events", "> CPU s", "fingerprint", "ended by"
-    )
-    for outcome in outcomes:
-        table.add_row(
+    heads = "broad phase", "> contacts", "> time", "> events", "> CPU s", "fingerprint", "ended by"
+    rows = [
+        (
             outcome.phase,
             f"{outcome.contacts:,}",
             f"{outcome.time:.10g}",
@@ -93,23 +97,21 @@ def comparison_table(outcomes: Iterable[Any]) -> Table:
             outcome.fingerprint[:16],
             (outcome.fault or "").partition(":")[0],
         )
-    return table
+        for outcome in outcomes
+    ]
+    return rows_table(heads, rows)
 
 
 def plugins_table(listing: Mapping[str, Sequence[Mapping[str, Any]]]) -> Table:
     """Return every phase and recipe that can be chosen by name, and who brings it."""
-    table = empty_table("| kind", "| name", "what it does", "| from")
-    last = None
+    rows = []
     for row in sorted(listing["provided"], key=lambda row: str(row["kind"]).split()[::-1]):
-        if last not in (None, row["kind"]):
-            table.add_section()
         notes = [f"also called {', '.join(row['aliases'])}"] if row["aliases"] else []
         notes += [f"features: {', '.join(row['features'])}"] if row["features"] else []
         summary = " ".join([row["summary"], *(f"({note})" for note in notes)])
         source = f"{row['distribution']} {row['version'] or ''}" if row["distribution"] else "this process"
-        table.add_row("" if row["kind"] == last else row["kind"], row["name"], summary, source)
-        last = row["kind"]
-    return table
+        rows.append((row["kind"], row["name"], summary, source))
+    return rows_table(("| kind", "| name", "what it does", "| from"), rows, shared=1)
 
 
 def scenes_table(recipes: Iterable[Mapping[str, Any]]) -> Table:
@@ -123,9 +125,24 @@ def scenes_table(recipes: Iterable[Mapping[str, Any]]) -> Table:
 
 def parameters_table(parameters: Iterable[Mapping[str, Any]]) -> Table:
     """Return the parameters of a recipe: name, type, default."""
-    table = empty_table("| parameter", "| type", "default")
-    for each in parameters:
-        table.add_row(each["name"], each["type"], str(each.get("default", "(none: must be given)")))
+    none = "(none: must be given)"
+    rows = [(each["name"], each["type"], str(each.get("default", none))) for each in parameters]
+    return rows_table(("| parameter", "| type", "default"), rows)
+
+
+def rows_table(heads: Sequence[str], rows: Iterable[Sequence[str]], shared: int = 0) -> Table:
+    """Return rows as a table under heads as ``empty_table`` has them.
+
+    Rows that have the same in their first ``shared`` columns show it once, and are parted from others.
+    """
+    table = empty_table(*heads)
+    last: list[str] | None = None
+    for row in rows:
+        first = list(row[:shared])
+        if last not in (None, first):
+            table.add_section()
+        table.add_row(*([""] * shared if first == last else first), *row[shared:])
+        last = first
     return table
 
 

@@ -114,7 +114,7 @@ def make_ready(simulation: Simulation, label: str = "") -> None:
         notice(f"compiling the loop for {what} (once for this choice of phases; {_COMPILING}) ...")
     seconds = simulation.compile()
     if fresh:
-        notice(f"compiled in {seconds:.1f} s")
+        notice(f"compiled in {seconds:.1f} CPU s")
 
 
 class FirstSignal:

@@ -16,6 +16,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
+from accessibility import install_axe, violations
+from chromium import Browser, needs_chromium
 from kinetile.accuracy import report
 from kinetile.accuracy.drawing import NARROW, WIDTH, new_figure
 from kinetile.accuracy.page import command, verdict
@@ -218,7 +220,22 @@ def test_numbers_of_a_sentence_are_not_parted(tmp_path):
 def test_captions_stand_outside_of_what_scrolls(tmp_path):
     page = written(tmp_path)
     assert "<caption" not in page
-    assert page.index("Rows. All columns:") < page.index('<div class="wide">')
+    assert page.index("Rows. All columns:") < page.index('<div class="wide"')
+
+
+@needs_chromium
+@pytest.mark.parametrize("width", [390, 1280])
+def test_a_checker_of_accessibility_finds_nothing(width, tmp_path):
+    # A table that is wider than the page could not be scrolled by keyboard.
+    long = replace(ROWS[0], what="grazing" * 60)
+    wide = replace(section(), tables=(Table("rows", "Rows.", (long, *ROWS)),))
+    page, *_ = write_report([wide], tmp_path, budget="quick", conditions=CONDITIONS)
+    axe = install_axe(tmp_path / "axe")
+    with Browser(width) as browser:
+        browser.visit(page)
+        if width == 390:
+            assert browser.value("document.querySelector('.wide').scrollWidth > innerWidth")
+        assert violations(browser, axe) == []
 
 
 def test_the_page_says_what_its_columns_are(tmp_path):

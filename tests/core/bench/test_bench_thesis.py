@@ -300,7 +300,7 @@ def test_thesis_gives_everything_as_json(no_run, small):
 
 def test_thesis_writes_what_it_can_without_matplotlib(no_run, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    result = kinetile("bench", "thesis", "--out", tmp_path / "new", "--json")
+    result = kinetile("bench", "thesis", "--results", tmp_path / "new", "--json")
     assert result.exit_code == 0
     assert "pip install 'kinetile[figures]'" in result.stderr
     assert [path.name for path in (tmp_path / "new").iterdir()] == ["rows.csv"]
@@ -348,16 +348,16 @@ def test_what_thesis_cannot_do_is_exit_code_2(arguments):
 
 def test_a_folder_that_cannot_be_made_is_exit_code_2(tmp_path):
     (tmp_path / "file").touch()
-    result = kinetile("bench", "thesis", "--out", tmp_path / "file")
+    result = kinetile("bench", "thesis", "--results", tmp_path / "file")
     assert (result.exit_code, result.stdout) == (2, "")
-    assert result.stderr.startswith("kinetile: --out ")
+    assert result.stderr.startswith("kinetile: --results ")
 
 
 @pytest.mark.compiled
 def test_thesis_measures(tmp_path):
     arguments = ("--phases", "sap-1d,sweep-tiling", "--seeds", "1", "--until", "0.01", "--seconds", "0.0001")
     found, again = (
-        json.loads(kinetile("bench", "thesis", *arguments, "--out", tmp_path, "--json").stdout)
+        json.loads(kinetile("bench", "thesis", *arguments, "--results", tmp_path, "--json").stdout)
         for _ in range(2)
     )
     assert len(found["cells"]) == 24

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import csv
 import io
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -13,11 +15,12 @@ import time
 from pathlib import Path
 
 import pytest
+import typer
 from rich.console import Console
 from typer.testing import CliRunner
 
 import kinetile as kt
-from kinetile.cli import app
+from kinetile.cli import app, json_output
 from kinetile.cli.options import read_numbers
 from kinetile.cli.tables import empty_table, plugins_table, show
 from kinetile.cli.terminal import Bar, notice
@@ -295,6 +298,18 @@ def test_an_events_file_that_is_there_was_overwritten_unasked(tmp_path):
     assert kinetile(*run, "--explain").exit_code == 0
     assert kinetile(*run, "--overwrite").exit_code == 0
     assert read_events(path).metadata["status"] == "complete"
+
+
+def test_a_saved_scene_took_the_place_of_any_file_unasked(tmp_path):
+    path = tmp_path / "mine.toml"
+    kt.save_scene(kt.make_scene("two-discs"), path)
+    for run in (["run", "-s", "bodies=4", "--explain"], ["run", path, "--explain"]):
+        before = path.read_bytes()
+        result = kinetile(*run, "--save-scene", path)
+        assert (result.exit_code, result.stdout) == (2, "")
+        assert "is there already: choose another name, or say --overwrite" in result.stderr
+        assert path.read_bytes() == before
+        assert kinetile(*run, "--save-scene", path, "--overwrite").exit_code == 0
 
 
 def test_a_second_run_into_a_file_that_is_being_written_was_not_told(tmp_path):
@@ -583,6 +598,142 @@ def test_a_narrow_terminal_breaks_no_number(monkeypatch):
     assert terminal.getvalue().count("123,456.7") == 8
 
 
+def wide_table():
+    table = empty_table("what it is of", *["> number of things"] * 8, "fingerprint")
+    table.add_row("a phase whose name is long", *["123,456.7"] * 8, "0123456789abcdef" * 4)
+    return table
+
+
+@pytest.mark.parametrize("columns", [None, "40", "80", "500"])
+def test_where_there_is_no_terminal_nothing_is_broken_into_lines(monkeypatch, columns):
+    # A fingerprint was broken after 63 characters, and the numbers and heads of a table of a study.
+    if columns:
+        monkeypatch.setenv("COLUMNS", columns)
+    monkeypatch.setattr("sys.stdout", pipe := io.StringIO())
+    text = empty_table("| one", "another")
+    text.add_row("x" * 300, "a sentence of some words " * 20)
+    show(wide_table(), text)
+    lines = pipe.getvalue().splitlines()
+    assert len([line for line in lines if line.strip()]) == 6
+    assert lines[0].count("number of things") == 8
+    assert "123,456.7" in lines[2]
+    assert "0123456789abcdef" * 4 in lines[2]
+    assert "a sentence of some words " * 19 in lines[-1]
+
+
+@pytest.mark.parametrize("columns", [40, 100, 300])
+def test_a_terminal_is_as_wide_as_it_says_but_for_tables_of_numbers(monkeypatch, columns):
+    monkeypatch.setenv("COLUMNS", str(columns))
+    monkeypatch.setattr("sys.stdout", terminal := io.StringIO())
+    monkeypatch.setattr(terminal, "isatty", lambda: True, raising=False)
+    text = empty_table("one", "another")
+    text.add_row("a sentence of some words " * 20, "b")
+    show(text)
+    lines = re.sub(r"\x1b\[\d*m", "", terminal.getvalue()).splitlines()
+    assert columns / 2 < max(map(len, lines)) <= columns
+    show(wide_table())
+    assert terminal.getvalue().splitlines()[-1].count("123,456.7") == 8
+    assert terminal.getvalue().splitlines()[-1].endswith("0123456789abcdef" * 4)
+
+
+def test_rows_as_csv_have_every_digit_a_column_for_each_entry_and_nothing_for_what_is_not_there():
+    rows = [
+        {"phase": "a,b", "rate": 1 / 3, "parts": {"run": 1.5, "turns": 2}, "first": (1.0, 2.0), "ok": True},
+        {"phase": 'c"d', "rate": float("inf"), "parts": None, "first": (), "ok": False},
+    ]
+    assert json_output.as_csv(rows).splitlines() == [
+        "phase,rate,parts.run,parts.turns,first,ok",
+        '"a,b",0.3333333333333333,1.5,2,"[1.0, 2.0]",true',
+        '"c""d",,,,[],false',
+    ]
+    assert json_output.as_csv([]) == ""
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("plugins",),
+        ("scenes",),
+        ("scenes", "grid"),
+        ("compare", "cradle", "--phases", "naive,cells", "--until", "1"),
+        ("choose", "cradle", "--phases", "naive,cells", "--seconds", "0.0001", "--repeats", "1"),
+        ("bench", "scene", "cradle", "--phases", "naive,cells", "--until", "1", "--repeats", "1"),
+        ("bench", "frames", "--phases", "cells", "--frames", "20", "--bodies", "9", "--turned", "1"),
+        ("oracle", "cradle", "--until", "3"),
+    ],
+    ids=lambda words: "-".join(words[:2]),
+)
+def test_tables_of_rows_are_printed_as_csv(words):
+    result = kinetile(*words, "--csv")
+    assert result.exit_code == 0, result.stderr
+    rows = list(csv.DictReader(io.StringIO(result.stdout)))
+    assert rows
+    assert all(None not in row and None not in row.values() for row in rows)
+    as_json = json.loads(kinetile(*words, "--json").stdout)
+    where = as_json if isinstance(as_json, list) else _longest(as_json)
+    assert len(rows) == len(where)
+
+
+def _longest(found):
+    """Return the list of rows in a result."""
+    for name in ("parameters", "phases", "candidates", "rows", "provided", "contacts"):
+        if isinstance(found.get(name), list):
+            return found[name]
+    return found["oracle"]["contacts"]
+
+
+OWN = {  # what one command alone has, and nobody else may call otherwise
+    "bench frames": {"--frames", "--speed", "--turned", "--exchanged"},
+    "study run": {"--workers", "--dask", "--memory", "--quiet-core", "--again"},
+    "study table": {"--y", "--x", "--rows", "--no-timings"},
+    "study plot": {"--out"},
+}
+
+
+def test_the_options_of_benchmarks_are_those_that_the_documentation_lists():
+    root = typer.main.get_command(app)
+    commands = {
+        f"{group} {name}": each
+        for group in ("bench", "study")
+        for name, each in root.commands[group].commands.items()
+    }
+    commands |= {name: root.commands[name] for name in ("choose", "compare")}
+    found = {}
+    for name, command in commands.items():
+        for each in command.params:
+            option = each.opts[0]
+            if each.param_type_name == "option" and option not in {"--help", "--json", "--csv"} | OWN.get(
+                name, set()
+            ):
+                found.setdefault(option, set()).add(name)
+    page = (Path(__file__).parents[3] / "docs" / "command-line.md").read_text(encoding="utf-8")
+    table = page.partition("## The options of benchmarks")[2].partition("\n## ")[0]
+    rows = [
+        line.split("|") for line in table.splitlines() if line.startswith("| `--") and "--json" not in line
+    ]
+    assert {row[1].strip(" `"): set(re.findall("`(.*?)`", row[3])) for row in rows} == found
+
+
+def test_compare_and_bench_take_the_names_that_were_theirs_before():
+    assert "--broad-phases" in kinetile("compare", "--help").stdout
+    assert found("compare", "cradle", "--broad-phases", "naive,cells", "--until", "1")["identical"]
+    result = kinetile("bench", "growth", "--phase", "naive,cells")
+    assert (result.exit_code, "--phases names 2 phases; expected one" in result.stderr) == (2, True)
+
+
+def test_compare_runs_the_default_phase_unless_others_are_named():
+    default = kt.Simulation(kt.make_scene("cradle")).broad_phase
+    phases = found("compare", "cradle", "--until", "1")["phases"]
+    assert default in [each["phase"] for each in phases]
+
+
+@pytest.mark.parametrize("words", [("--json", "--csv"), ("--csv", "--json")])
+def test_json_and_csv_at_once_are_refused(words):
+    result = kinetile("plugins", *words)
+    assert result.exit_code == 2
+    assert "expected one of the two" in result.stderr
+
+
 # real processes
 
 
@@ -612,6 +763,32 @@ def test_closed_or_full_outputs_are_one_sentence_at_most(redirection, code, out,
 def test_the_package_is_a_command_too():
     ended = subprocess.run([sys.executable, "-m", "kinetile", "--version"], capture_output=True, text=True)
     assert ended.stdout == f"kinetile {kt.__version__}\n"
+
+
+@pytest.mark.parametrize(
+    "module", ["kinetile.cli", "typer", "kinetile.cli.commands.showing.view", "numpy", "numba"]
+)
+def test_ctrl_c_while_modules_are_imported_was_a_traceback(module):
+    script = f"""
+        import importlib.abc, runpy, signal, sys
+
+        class Finder(importlib.abc.MetaPathFinder):
+            def find_spec(self, name, path, target=None):
+                if name == {module!r}:
+                    signal.raise_signal(signal.SIGINT)
+
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        sys.meta_path.insert(0, Finder())
+        sys.argv = ["kinetile", "run", "-s", "bodies=4", "--broad-phase", "naive"]
+        runpy.run_module("kinetile", run_name="__main__", alter_sys=True)
+    """
+    ended = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(script)],
+        env={**os.environ, "NUMBA_DISABLE_JIT": "0"},
+        capture_output=True,
+        text=True,
+    )
+    assert (ended.returncode, ended.stdout, ended.stderr) == (130, "", "kinetile: interrupted\n")
 
 
 def test_a_run_imports_only_what_it_needs():
@@ -697,14 +874,17 @@ def test_a_run_that_is_stopped_prints_and_keeps_what_was_done(tmp_path, number, 
         "--events",
         path,
     ]
-    process = subprocess.Popen(
+    with subprocess.Popen(
         [*COMMAND, *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE
-    )
-    while process.poll() is None and not (path.with_name("e.parquet.partial")).exists():
-        time.sleep(0.05)
-    time.sleep(0.7)
-    process.send_signal(number)
-    out, err = process.communicate(timeout=60)
+    ) as process:
+        try:
+            while process.poll() is None and not (path.with_name("e.parquet.partial")).exists():
+                time.sleep(0.05)
+            time.sleep(0.7)
+            process.send_signal(number)
+            out, err = process.communicate(timeout=60)
+        finally:
+            process.kill()
     assert process.returncode == code, err.decode()
     assert "interrupted at time" in err.decode()
     result = json.loads(out)

@@ -154,14 +154,17 @@ def test_time_is_up(monkeypatch):
 @pytest.mark.slow
 def test_ctrl_c_ends_the_children_too():
     command = [sys.executable, "-m", "kinetile", "mutate", "naive", "--examples", "0", "--json"]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    assert process.stderr is not None
-    for line in process.stderr:
-        if line.startswith("round 1"):
-            break
-    time.sleep(3.0)
-    os.kill(process.pid, signal.SIGINT)
-    out, err = process.communicate(timeout=60)
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        try:
+            assert process.stderr is not None
+            for line in process.stderr:
+                if line.startswith("round 1"):
+                    break
+            time.sleep(3.0)
+            os.kill(process.pid, signal.SIGINT)
+            out, err = process.communicate(timeout=60)
+        finally:
+            process.kill()
     assert process.returncode == 130
     assert json.loads(out)["status"] == "interrupted"
     assert "Traceback" not in err

@@ -8,6 +8,8 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import pytest
 from typer.testing import CliRunner
@@ -182,13 +184,19 @@ def test_a_full_disk_is_told_of_and_the_old_checkpoint_stands(saved, monkeypatch
     assert [each.name for each in saved.parent.iterdir()] == ["c.kt"]
 
 
-def started(*arguments: object) -> subprocess.Popen[str]:
-    return subprocess.Popen(
+@contextmanager
+def started(*arguments: object) -> Iterator[subprocess.Popen[str]]:
+    """A command in a process of its own, which ends with the context at the latest."""
+    with subprocess.Popen(
         [sys.executable, "-m", "kinetile", *map(str, arguments)],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-    )
+    ) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
 
 
 def begun(path) -> None:
@@ -205,6 +213,7 @@ def begun(path) -> None:
 
 @posix
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT])
+@pytest.mark.usefixtures("hanging_up")
 def test_a_signal_saves_and_ends(tmp_path, number):
     path = tmp_path / "c.kt"
     with started(*RUN.split(), "--until", "1e6", "--checkpoint", path, "--every", "0.02") as process:
@@ -236,6 +245,21 @@ def test_ctrl_c_twice_ends_and_what_is_there_is_whole(tmp_path):
         assert process.returncode in (130, -signal.SIGINT)  # the second may find Python on its way out
         assert "interrupted" in said  # at what time, unless the second cuts short what the first prints
         assert kt.resume(path).time > 0.0
+
+
+@posix
+def test_two_processes_ran_on_one_checkpoint(tmp_path):
+    path, link = tmp_path / "c.kt", tmp_path / "link"
+    link.symlink_to(path)
+    with started(*RUN.split(), "--until", "1e6", "--checkpoint", path, "--every", "0.02"):
+        begun(path)
+        for second in (["resume", link], [*RUN.split(), "--overwrite", "--checkpoint", path]):
+            result = kinetile(*second)
+            assert (result.exit_code, result.stdout) == (2, "")
+            assert f"{path} is being written by another run, which holds {path}.lock" in result.stderr
+        assert kt.resume(path).time > 0.0  # it can be read
+    assert found("resume", path, "--max-contacts", "5", "--json")["run"]["status"] == "complete"
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["c.kt", "link"]
 
 
 def test_another_signal_gives_up_the_saving(saved, monkeypatch):

@@ -149,7 +149,8 @@ class Course:
             vx, vy = velocity
             velocity = (-vx, vy) if -b in (LEFT, RIGHT) else (vx, -vy)
         elif kind == _TURN:
-            velocity = self._velocities[b]
+            vx, vy = self._velocities[b]
+            velocity = (vx, vy)
         self._change(a, x, y, *velocity)
         if kind == _PAIR:
             self._met[a], self._met[b] = b, a

@@ -31,17 +31,23 @@ class _Look(NamedTuple):
 
 
 _LOOKS = {
-    "naive": _Look("naive", "#0072B2", "s", ""),
-    "sap-1d": _Look("sap-1d", "#0072B2", "^", ""),
-    "sweep-tiling": _Look("sweep-tiling", "#0072B2", "o", ""),
-    "sweep": _Look("snapshots, sweep", "#000000", "o", "-"),
-    "cells": _Look("snapshots, cells", "#777777", "s", "--"),
-    "chipmunk": _Look("Chipmunk", "#009E73", "D", "-."),
-    "box2d": _Look("Box2D 2.3, no bullets", "#D55E00", "v", ":"),
-    "box2d-bullets": _Look("Box2D 2.3, bullets", "#D55E00", "P", "-"),
+    ("kinetic", "naive"): _Look("naive", "#0072B2", "s", ""),
+    ("kinetic", "cells"): _Look("cells", "#0072B2", "*", ""),
+    ("kinetic", "sap-1d"): _Look("sap-1d", "#0072B2", "^", ""),
+    ("kinetic", "sap-2d"): _Look("sap-2d", "#0072B2", "X", ""),
+    ("kinetic", "sweep-tiling"): _Look("sweep-tiling", "#0072B2", "o", ""),
+    ("snapshots", "sweep"): _Look("snapshots, sweep", "#000000", "o", "-"),
+    ("snapshots", "cells"): _Look("snapshots, cells", "#777777", "s", "--"),
+    ("engine", "chipmunk"): _Look("Chipmunk", "#009E73", "D", "-."),
+    ("engine", "box2d"): _Look("Box2D 2.3, no bullets", "#D55E00", "v", ":"),
+    ("engine", "box2d-bullets"): _Look("Box2D 2.3, bullets", "#D55E00", "P", "-"),
 }
+"""By kind and name: a phase and a way to find pairs in snapshots may have one name."""
+
 BEST = "sweep-tiling"
 """The kinetic method that the others are compared with."""
+
+_LINE = _LOOKS["kinetic", BEST].colour
 
 ROUNDING = 1e-10
 """Overlaps below this, in radii, are roundings, and belong to the strip beyond the break."""
@@ -56,13 +62,13 @@ def draw_speed_error(rows: Sequence[SpeedError]) -> Figure:
     panels[0].set(yscale="log", ylim=(0.6 * min(r.cost for r in rows), 1.7 * max(r.cost for r in rows)))
     for strip, main, error in ((*panels[:2], "deepest"), (*panels[2:], "missed_share")):
         _lay_out(strip, main, error, rows)
-        for some in grouped(rows, "method").values():
+        for some in grouped(rows, "kind", "method").values():
             _draw_method(strip, main, error, some)
         best = next(row.cost for row in rows if row.method == BEST)
         for panel in (strip, main):
-            panel.axhline(best, color=_LOOKS[BEST].colour, linewidth=0.9, zorder=1)
+            panel.axhline(best, color=_LINE, linewidth=0.9, zorder=1)
         for said, side, up in (("slower", "bottom", 2), ("faster", "top", -2)):
-            _write(main, said, (main.get_xlim()[0], best), (2, up), va=side, color=_LOOKS[BEST].colour)
+            _write(main, said, (main.get_xlim()[0], best), (2, up), va=side, color=_LINE)
     for row in rows:
         if row.method == "sweep":
             said = f"dt = {number(row.dt or 0.0)}"
@@ -105,11 +111,13 @@ def _lay_out(strip: Any, main: Any, error: str, rows: Sequence[SpeedError]) -> N
 
 def _draw_method(strip: Any, main: Any, error: str, rows: Sequence[SpeedError]) -> None:
     """Draw the points of a method, joined where it has steps; those beyond the break go to the strip."""
-    look = _LOOKS.get(rows[0].method) or _Look(rows[0].method, "#56B4E9", "X", ":")
+    look = _LOOKS.get((rows[0].kind, rows[0].method)) or _Look(rows[0].method, "#56B4E9", "X", ":")
     rows = sorted(rows, key=lambda row: row.dt or 0.0)
     style: dict[str, Any] = {"color": look.colour, "marker": look.marker, "clip_on": False}
     kinetic = rows[0].kind == "kinetic"
-    style |= {"markersize": 6.5} if kinetic else {"markersize": 4.0, "markerfacecolor": "white"}
+    # An edge tells one from another that it lies over.
+    solid = {"markersize": 7.0, "markeredgecolor": "white", "markeredgewidth": 0.6}
+    style |= solid if kinetic else {"markersize": 4.0, "markerfacecolor": "white"}
     style["label"] = look.name
     beyond = [row for row in rows if getattr(row, error) <= ROUNDING]
     if beyond:

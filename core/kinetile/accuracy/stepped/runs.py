@@ -61,6 +61,7 @@ class SpeedError:
     ]
     energy_drift: Annotated[float, Column("relative change of the kinetic energy, at most", "energy drift")]
     contacts: Annotated[float, Column("of two discs in a unit of time, the mean", "contacts of discs")]
+    events: Annotated[float | None, Column("of a kinetic method in a unit of time, the mean", "events")]
     encounters: Annotated[int, Column("how many were looked for", "first encounters")]
     missed: Annotated[int, Column("of them, those that are not the first contact of both discs", "missed")]
     passed: Annotated[int, Column("of them, those that get no impulse", "without an impulse")]
@@ -87,6 +88,7 @@ class _Look(NamedTuple):
     deepest: float
     depth_median: float | None
     energy_drift: float
+    events: int | None
 
 
 @dataclass(frozen=True)
@@ -111,12 +113,13 @@ class Method:
         if self.kind != "kinetic":
             run = self._stepped(scene, until, watched)
             contacts, order = run.contacts, run.contacts["step"]
-            return _Look(contacts, order, run.overlaps, run.deepest, run.median_depth, run.energy_drift)
+            return _Look(contacts, order, run.overlaps, run.deepest, run.median_depth, run.energy_drift, None)
         simulation = Simulation(scene, self.name)
         simulation.run(until)
         contacts, readings = simulation.contacts, simulation.readings
         order = np.arange(len(contacts))
-        return _Look(contacts, order, contacts, readings.deepest_overlap, None, readings.energy_drift)
+        found = readings.deepest_overlap, None, readings.energy_drift, readings.events
+        return _Look(contacts, order, contacts, *found)
 
     def _stepped(self, scene: Scene, until: float, watched: Watched) -> Stepped:
         name: Any = self.name
@@ -219,6 +222,7 @@ def _row(
     missed: Missed,
 ) -> SpeedError:
     deepest = [look.deepest for look in looks]
+    events = [look.events for look in looks if look.events is not None]
     medians = [look.depth_median for look in looks if look.depth_median is not None]
     return SpeedError(
         bodies=bodies,
@@ -235,6 +239,7 @@ def _row(
         depth_median=statistics.median(medians) if medians else None,
         energy_drift=max(look.energy_drift for look in looks),
         contacts=statistics.mean(float((look.contacts["b"] >= 0).sum()) for look in looks) / UNTIL,
+        events=statistics.mean(events) / UNTIL if events else None,
         encounters=missed.encounters,
         missed=missed.missed,
         passed=missed.passed,

@@ -10,12 +10,13 @@ less. There is no one error, so two are shown, and chaos hides neither:
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 from kinetile.accuracy.parts import Budget, Claim, Column, Picture, Progress, Section, Table, grouped
 from kinetile.accuracy.stepped.figures import BEST, ROUNDING, draw_speed_error
@@ -26,9 +27,20 @@ from kinetile.accuracy.stepped.snapshot import Finder
 from kinetile.accuracy.wording import number
 from kinetile.errors import MissingExtra
 
-__all__ = ["EFFORTS", "Crossing", "Effort", "Setting", "crossing", "findings", "measure"]
+__all__ = [
+    "EFFORTS",
+    "KINETIC",
+    "Crossing",
+    "Effort",
+    "Setting",
+    "crossing",
+    "described",
+    "findings",
+    "measure",
+]
 
-KINETIC = ("naive", "sap-1d", "sweep-tiling")
+KINETIC = ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling")
+"""Every broad phase that comes with kinetile."""
 SCENE = ("bodies", "density")
 """The fields of a row that say which scenes it is of."""
 FINDERS: tuple[Finder, ...] = ("sweep", "cells")
@@ -146,7 +158,28 @@ def _picture(rows: Sequence[SpeedError]) -> Picture:
         f"{rows[0].encounters} first encounters (one missed is {1 / max(rows[0].encounters, 1):.2%}). The "
         f"line is at the cost of {BEST}.",
         partial(draw_speed_error, tuple(rows)),
+        json.dumps(described(rows)),
     )
+
+
+def described(rows: Sequence[SpeedError]) -> dict[str, Any]:
+    """Return what a chart of these rows is of: the scenes, what each phase does in a unit of time, and the
+    steps of each other method; nothing that a clock has measured.
+
+    It stands in the chart's metadata: a chart that is of other phases than there are now is found out.
+    """
+    kinetic = [row for row in rows if row.kind == "kinetic"]
+    steps = {
+        kind: {name: [row.dt for row in some] for name, some in grouped(of_kind, "method").items()}
+        for kind, of_kind in grouped([row for row in rows if row.kind != "kinetic"], "kind").items()
+    }
+    return {
+        "bodies": rows[0].bodies,
+        "density": rows[0].density,
+        "encounters": rows[0].encounters,
+        "kinetic": {row.method: {"contacts": row.contacts, "events": row.events} for row in kinetic},
+        "steps": steps,
+    }
 
 
 class Crossing(NamedTuple):

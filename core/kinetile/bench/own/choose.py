@@ -21,7 +21,7 @@ from kinetile.bench.own.scene import SceneRow, bench_scene
 from kinetile.bench.study.work.stages import arrays_of
 from kinetile.errors import KinetileError
 
-__all__ = ["CLOSE", "CONTACTS", "Candidate", "Chosen", "choose"]
+__all__ = ["CLOSE", "CONTACTS", "REPEATS", "SECONDS", "Candidate", "Chosen", "choose"]
 
 PILOT = 300
 """Contacts after which it is seen who is hopeless."""
@@ -33,7 +33,7 @@ CONTACTS = 4000
 """Contacts of a measured run, at least: more, where they take less than SECONDS."""
 
 SECONDS, REPEATS, MOST = 0.1, 5, 50_000
-"""CPU seconds of a measured run of the fastest, about; how often each is run; contacts of one, at most."""
+"""CPU seconds of a measured run of the fastest, about; how often each is run; contacts of a run, at most."""
 
 CLOSE = 0.05
 """Rates that differ by less than this are taken for the same."""
@@ -91,6 +91,8 @@ def choose(
     phases: Sequence[Choice] | None = None,
     *,
     until: float | None = None,
+    seconds: float = SECONDS,
+    repeats: int = REPEATS,
     start: Callable[[str, Any], Any] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Chosen:
@@ -98,6 +100,8 @@ def choose(
 
     No run goes beyond ``until``; None: the scene's own end, or, where it has neither that nor walls, when the
     fastest body could have crossed it twice: by then they have flown apart.
+
+    ``seconds`` is the CPU time of a measured run of the fastest, about; ``repeats`` is how often each is run.
 
     ``start`` is called with a label and a simulation before a phase first runs, ``progress`` with the runs
     done and their total. Raises what ``Simulation`` raises, but for Refused, which is a row.
@@ -114,8 +118,8 @@ def choose(
         for row in pilot.rows
         if row.cpu_seconds is not None and (row.contacts_per_cpu_second or 0.0) >= HOPELESS * best
     ]
-    contacts = min(max(int(best * SECONDS), CONTACTS), MOST)
-    measured = bench_scene(scene, good, until, max_contacts=contacts, repeats=REPEATS, progress=progress)
+    contacts = min(max(int(best * seconds), CONTACTS), MOST)
+    measured = bench_scene(scene, good, until, max_contacts=contacts, repeats=repeats, progress=progress)
     rows = {row.phase: row for row in measured.rows}
     candidates = sorted(
         (

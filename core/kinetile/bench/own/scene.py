@@ -21,6 +21,9 @@ from kinetile.errors import AuditError, MissedContactError, PhaseError, Refused,
 
 __all__ = ["SceneBench", "SceneRow", "bench_scene"]
 
+MOST_RUNS = 1000
+"""Runs of one repeat, at most."""
+
 _ENDS = (Refused, ZenoError, MissedContactError, PhaseError, AuditError)
 
 
@@ -79,11 +82,13 @@ def bench_scene(
     max_contacts: int | None = None,
     narrow_phases: Mapping[str, Mapping[str, Any]] | None = None,
     repeats: int = 3,
+    seconds: float = 0.0,
     start: Callable[[str, Any], Any] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> SceneBench:
     """Measure broad phases (all that are registered, if None) on a scene, up to a time or for so many
-    contacts, as ``Simulation.run`` has them.
+    contacts, as ``Simulation.run`` has them. A run is done again until it has taken so many CPU ``seconds``,
+    and the median of those runs is one of so many ``repeats``.
 
     ``start`` is called with a label and a simulation before a phase first runs, ``progress`` with the runs
     done and their total. Raises what ``Simulation`` raises, but for Refused, which is a row.
@@ -97,22 +102,27 @@ def bench_scene(
     for repeat in range(repeats):
         for k, (name, options) in enumerate(chosen):
             try:
-                if ended[k] is None or runs[k]:  # a phase that refuses the scene is asked once
+                spent: list[float] = []
+                refuses = ended[k] is not None and not runs[k]  # and is asked once
+                while not refuses and (not spent or (sum(spent) < seconds and len(spent) < MOST_RUNS)):
                     sim = Simulation(
                         scene, name, options=options, narrow_phases=narrow_phases, keep_contacts=False
                     )
-                    if start is not None and repeat == 0:
+                    if start is not None and repeat == 0 and not spent:
                         start(phase_label(name, options), sim)
                     sim.build()
-                    spent, ended[k] = _timed(sim, until, max_contacts)
-                    runs[k].append((spent, sim.readings.as_dict()))
+                    taken, ended[k] = _timed(sim, until, max_contacts)
+                    spent.append(taken)
+                if spent:
+                    runs[k].append((statistics.median(spent), sim.readings.as_dict()))
             except Refused as refused:
                 ended[k] = str(refused)
             if progress is not None:
                 progress(repeat * len(chosen) + k + 1, repeats * len(chosen))
     rows = [_row(phase_label(*choice), runs[k], ended[k]) for k, choice in enumerate(chosen)]
     most = max((row.contacts_per_cpu_second or 0.0 for row in rows), default=0.0)
-    conditions = surroundings() | {"repeats": repeats, "until": until, "max_contacts": max_contacts}
+    conditions = surroundings() | {"repeats": repeats, "seconds": seconds}
+    conditions |= {"until": until, "max_contacts": max_contacts}
     return SceneBench(tuple(_beside(row, most) for row in rows), conditions)
 
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from kinetile.bench.study.engines.driving import drive
 from kinetile.bench.study.store.agreement import DISAGREES, Agreement
 from kinetile.bench.study.store.columns import row_of
 from kinetile.bench.study.study import Outcome, Progress
 from kinetile.bench.study.work.doing import DONE, FAILED, LOST, OUT_OF_MEMORY, OUT_OF_TIME, REFUSED
+from kinetile.errors import Mistake, StudyError
 
 if TYPE_CHECKING:
     from kinetile.bench.study.engines.engine import Engine
@@ -18,7 +19,10 @@ if TYPE_CHECKING:
     from kinetile.bench.study.store.agreement import Disagreement
     from kinetile.bench.study.store.rows import Store
 
-__all__ = ["STATUSES", "Running", "standing"]
+__all__ = ["CHANGED", "STATUSES", "Running", "standing"]
+
+CHANGED = "changed"
+"""Rows of a scene file that has another content now."""
 
 STATUSES = (DONE, REFUSED, FAILED, OUT_OF_MEMORY, OUT_OF_TIME, LOST, DISAGREES)
 """What may become of a task."""
@@ -41,6 +45,8 @@ def standing(store: Store, tasks: Mapping[str, Task], ran: int = 0, elsewhere: i
         elsewhere,
         len(rows) - len(mine),
         tuple(disagreements),
+        tuple(map(str, _changed(rows, tasks))),
+        store.damaged(),
     )
 
 
@@ -96,8 +102,13 @@ class Running:
     def _look(self, again: Sequence[str]) -> None:
         """Learn which rows are there, and forget those that are to be done again."""
         table = self._store.read(Agreement.columns)
-        rows = [] if table is None else [row for row in table.to_pylist() if row["key"] in self._tasks]
-        gone = {row["key"] for row in rows if row["status"] in again}
+        found = [] if table is None else table.to_pylist()
+        changed = _changed(found, self._tasks)
+        if changed and CHANGED not in again:
+            raise StudyError([each.mistake for each in changed])
+        rows = [row for row in found if row["key"] in self._tasks]
+        gone = {key for each in changed for key in each.keys}
+        gone |= {row["key"] for row in rows if row["status"] in again}
         if DISAGREES in again:
             all_of_them = Agreement()
             for row in rows:
@@ -138,6 +149,35 @@ class Running:
     def _tell(self) -> None:
         if self._progress is not None:
             self._progress(Progress(len(self._there), len(self._tasks), self._failed, self._doing))
+
+
+class _Changed(NamedTuple):
+    """A scene file of which there are rows (``keys``) of another content."""
+
+    file: str
+    keys: tuple[str, ...]
+
+    def __str__(self) -> str:
+        return f"{self.file} has changed: {len(self.keys):,} rows are of another content of it"
+
+    @property
+    def mistake(self) -> Mistake:
+        expected = "the file as it was, another folder for the results, or --again changed to do them again"
+        return Mistake("scenes", str(self), expected)
+
+
+def _changed(rows: Sequence[Mapping[str, Any]], tasks: Mapping[str, Task]) -> list[_Changed]:
+    """Return the scene files that have changed since rows were made of them."""
+    now: dict[str, set[str]] = {}
+    for task in tasks.values():
+        if task.scene_sha256 is not None:
+            now.setdefault(task.recipe, set()).add(task.scene_sha256)
+    keys: dict[str, list[str]] = {}
+    for row in rows:
+        then = row.get("scene_sha256")
+        if then is not None and row["recipe"] in now and then not in now[row["recipe"]]:
+            keys.setdefault(row["recipe"], []).append(row["key"])
+    return [_Changed(file, tuple(of)) for file, of in keys.items()]
 
 
 def _first_of_each(tasks: Sequence[Task]) -> list[Task]:

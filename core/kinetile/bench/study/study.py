@@ -42,6 +42,8 @@ class Outcome(NamedTuple):
         elsewhere: how many tasks another process was at, in this run.
         others: rows in the folder that are of no task: of other versions, or of what the file had before.
         disagreements: in a sentence each, rows that should have one list of contacts and have two.
+        changed: in a sentence each, scene files that rows were made of and that have changed since.
+        damaged: how many files of rows have been moved away because their content was not what was written.
     """
 
     total: int
@@ -51,6 +53,8 @@ class Outcome(NamedTuple):
     elsewhere: int
     others: int
     disagreements: tuple[str, ...]
+    changed: tuple[str, ...] = ()
+    damaged: int = 0
 
     @property
     def well(self) -> bool:
@@ -115,22 +119,24 @@ class Study:
             dask: the address of a Dask scheduler, or "local".
             memory: the bytes that each process may take; None: what the machine has, shared out.
             quiet_core: do one task at a time, so that nothing of the study runs beside what is measured.
-            again: statuses ("failed", "lost", ...) whose rows are forgotten and done again.
+            again: statuses ("failed", "lost", ...) whose rows are forgotten and done again, or
+                "changed": the rows of a scene file that has changed since.
             progress: called as rows arrive, and now and then; what it raises ends the run, and all rows that
                 have come are there.
             disagreed: told at once of two rows that should have one list of contacts and have two.
 
         Raises:
             VersionsDiffer: a worker has other versions.
+            StudyError: a scene file has changed since rows were made of it.
             RecordError: rows cannot be written.
             EngineError: what does the tasks cannot go on; a later run can.
             BadOption: two engines are asked for, or a status that there is not.
         """
-        from kinetile.bench.study.running import STATUSES, Running
+        from kinetile.bench.study.running import CHANGED, STATUSES, Running
 
         for status in again:
-            if status not in STATUSES:
-                raise BadOption(f"again is {status!r}; expected {one_of(status, STATUSES)}")
+            if status not in (*STATUSES, CHANGED):
+                raise BadOption(f"again is {status!r}; expected {one_of(status, (*STATUSES, CHANGED))}")
         engine = _engine(executor, workers, dask, memory, quiet_core, self.plan.limit)
         running = Running(self._store(), self.tasks, engine, progress, disagreed)
         return running.run(again)
@@ -193,6 +199,10 @@ def _read(source: str | os.PathLike[str] | Mapping[str, Any]) -> tuple[Plan, Pat
     if isinstance(source, Mapping):
         return read_plan(source), None
     path = Path(source)
+    if "\0" in str(path):
+        raise BadOption(
+            f"{str(path)!r} has a NUL in it: expected the name of a file or of a study that ships"
+        )
     if isinstance(source, str) and not path.suffix and path.name == source and not path.exists():
         if source not in shipped():
             raise UnknownName(

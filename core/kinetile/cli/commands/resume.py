@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from kinetile.cli.checkpoints import Checkpoint, Every
+from kinetile.cli.checkpoints import Checkpoint, Every, only_writer
 from kinetile.cli.options import Json, Plain
 from kinetile.cli.running import carry_out, check_files, course_of, finish, leave, narrow_phases
 from kinetile.cli.terminal import exit_codes, notice
@@ -50,7 +50,7 @@ def resume(
     json: Json = False,
 ) -> None:
     """Go on with a run from its checkpoint, and go on saving it there."""
-    with exit_codes():
+    with exit_codes(), only_writer(checkpoint or file):
         try:
             simulation, note = _take_up(file, broad_phase)
         except RecordError as error:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from kinetile.cli.checkpoints import Checkpoint, Every, check_checkpoint
+from kinetile.cli.checkpoints import Checkpoint, Every, check_checkpoint, only_writer
 from kinetile.cli.json_output import as_json
 from kinetile.cli.options import (
     Json,
@@ -61,7 +61,7 @@ def run(
     ] = None,
     every: Every = None,
     overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace the files of --events, --contacts, --checkpoint.")
+        bool, typer.Option("--overwrite", help="Replace the files of the options that name one.")
     ] = False,
     save_scene: Annotated[
         Path | None,
@@ -78,7 +78,7 @@ def run(
     json: Json = False,
 ) -> None:
     """Run a scene and print what happened."""
-    with exit_codes():
+    with exit_codes(), only_writer(checkpoint):
         from kinetile.run.engine.digest import stoppable
 
         written = {"--events": events, "--contacts": contacts, "--checkpoint": checkpoint}

@@ -6,8 +6,8 @@ from typing import Annotated, Any
 
 import typer
 
-from kinetile.cli.json_output import as_json
-from kinetile.cli.options import Json
+from kinetile.cli.json_output import printed
+from kinetile.cli.options import Csv, Json
 from kinetile.cli.terminal import exit_codes
 from kinetile.errors import KinetileError
 
@@ -17,6 +17,7 @@ __all__ = ["scenes"]
 def scenes(
     name: Annotated[str | None, typer.Argument(help="Show the parameters of this recipe.")] = None,
     json: Json = False,
+    csv: Csv = False,
 ) -> None:
     """List the recipes for scenes and their parameters."""
     from kinetile.plugin.by_name import recipe_parameters
@@ -28,8 +29,8 @@ def scenes(
         else:
             recipe_parameters(name)
             recipes = [_recipe(registry().spec("scene", name).name)]
-    if json:
-        typer.echo(as_json(recipes if name is None else recipes[0]))
+    result, rows = (recipes, recipes) if name is None else (recipes[0], recipes[0]["parameters"])
+    if printed(result, rows, json=json, csv=csv):
         return
     from kinetile.cli.tables import parameters_table, scenes_table, show
 

@@ -2,20 +2,37 @@
 
 from __future__ import annotations
 
+import json
 import math
+import re
 import sys
 from dataclasses import replace
+from html import unescape
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import pytest
 
+import kinetile as kt
 from kinetile.accuracy.stepped import section as speed_error
 from kinetile.accuracy.stepped.encounters import Missed, first_encounters, found, missed_of
+from kinetile.accuracy.stepped.peers import PEERS
 from kinetile.accuracy.stepped.runs import Kind, Method, SpeedError, measure_rows, truths
-from kinetile.accuracy.stepped.section import Effort, crossing, findings, measure
+from kinetile.accuracy.stepped.section import (
+    EFFORTS,
+    FINDERS,
+    Effort,
+    crossing,
+    described,
+    findings,
+    measure,
+)
+from kinetile.accuracy.stepped.section import KINETIC as KINETIC_NAMES
 from kinetile.accuracy.stepped.snapshot import STEPPED
+
+CHART = Path(__file__).parents[4] / "docs" / "speed-against-error.svg"
 
 SILENT: Any = lambda *_: None  # noqa: E731
 
@@ -48,6 +65,7 @@ def row(method: str, dt: float | None = None, **more: Any) -> SpeedError:
         depth_median=None,
         energy_drift=0.0,
         contacts=1000.0,
+        events=None,
         encounters=2000,
         missed=0,
         passed=0,
@@ -174,10 +192,14 @@ def test_the_section_holds_together(monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(section.left_out) == 2, "each package once"
     assert all("kinetile[peers]" in reason for reason in section.left_out)
     (table,) = section.tables
-    assert len(table.rows) == 3 + 2 * 2
+    assert len(table.rows) == 5 + 2 * 2
     assert all(hasattr(table.rows[0], head) for head in table.heads)
-    assert {row.method for row in table.rows} == {"naive", "sap-1d", "sweep-tiling", "sweep", "cells"}
-    assert len(section.pictures) == 1
+    assert {row.method for row in table.rows} == {*KINETIC_NAMES, "sweep"}
+    assert [row.kind for row in table.rows if row.method == "cells"] == ["kinetic", *["snapshots"] * 2]
+    (picture,) = section.pictures
+    said = json.loads(picture.description)
+    assert list(said["kinetic"]) == list(KINETIC_NAMES)
+    assert said["steps"] == {"snapshots": {"sweep": [1e-1, 1e-2], "cells": [1e-1, 1e-2]}}
     assert section.findings
 
 
@@ -190,13 +212,12 @@ def test_the_chart_is_drawn_and_names_every_method() -> None:
         row("box2d", 1e-2, cost=7e-3, deepest=0.2),
         row("box2d-bullets", 1e-2, cost=9e-3),
     )
-    figure = draw_speed_error((*KINETIC, *CURVE, *engines, row("cells", 1e-2, deepest=0.5)))
+    both = (row("cells", 1e-2, deepest=0.5), row("cells", kind="kinetic", cost=5e-4), row("sap-2d"))
+    figure = draw_speed_error((*KINETIC, *CURVE, *engines, *both))
     said = {text.get_text() for axes in figure.axes for text in axes.texts}
     said |= {text.get_text() for text in figure.legends[0].get_texts()}
     for name in (
-        "naive",
-        "sap-1d",
-        "sweep-tiling",
+        *KINETIC_NAMES,
         "snapshots, sweep",
         "snapshots, cells",
         "Chipmunk",
@@ -206,3 +227,58 @@ def test_the_chart_is_drawn_and_names_every_method() -> None:
     assert {"slower", "faster", "dt = 1e-4"} <= said
     assert [axes.get_yscale() for axes in figure.axes] == ["log"] * 4
     assert figure.axes[2].get_xticklabels()[0].get_text() == "none"
+
+
+def test_the_description_of_a_chart_is_of_its_rows() -> None:
+    rows = (*(replace(each, events=1500.0) for each in KINETIC), *CURVE, row("box2d", 1e-2))
+    assert described(rows) == {
+        "bodies": 100,
+        "density": 0.25,
+        "encounters": 2000,
+        "kinetic": {
+            name: {"contacts": 1000.0, "events": 1500.0} for name in ("naive", "sap-1d", "sweep-tiling")
+        },
+        "steps": {"snapshots": {"sweep": [1e-2, 1e-3, 1e-4]}, "engine": {"box2d": [1e-2]}},
+    }
+
+
+def test_every_phase_that_comes_with_kinetile_is_measured() -> None:
+    ours = [each for each in kt.registry() if each.plugin == "kinetile:builtin"]
+    built_in = {each.spec.name for each in ours if each.kind == "broad phase"}
+    assert set(KINETIC_NAMES) == built_in
+
+
+def committed() -> dict[str, Any]:
+    """Return what the chart of README says that it is of."""
+    (text,) = re.findall(r"<dc:description>(.*?)</dc:description>", CHART.read_text(encoding="utf-8"))
+    said: dict[str, Any] = json.loads(unescape(text))
+    return said
+
+
+def test_the_chart_of_readme_has_the_methods_that_there_are() -> None:
+    # It was of three phases, of which one had become ten times as fast, and nothing said so.
+    effort, said = EFFORTS["normal"], committed()
+    assert (said["bodies"], said["density"]) == (400, 0.25)
+    assert list(said["kinetic"]) == list(KINETIC_NAMES)
+    assert said["steps"] == {
+        "snapshots": {finder: list(effort.steps) for finder in FINDERS},
+        "engine": {peer: list(effort.engine_steps) for peer in PEERS},
+    }
+
+
+@pytest.mark.compiled
+def test_the_chart_of_readme_has_the_counts_that_there_are() -> None:
+    effort, said = EFFORTS["normal"], committed()
+    bodies, density = said["bodies"], said["density"]
+    assert said["encounters"] == sum(len(t.pairs) for t in truths(bodies, density, effort.encounters))
+    for phase, counts in said["kinetic"].items():
+        found = [
+            Method("kinetic", phase).look(
+                kt.make_scene("grid", bodies=bodies, density=density, seed=seed + 1), 1.0
+            )
+            for seed in range(effort.seeds)
+        ]
+        contacts = [int((look.contacts["b"] >= 0).sum()) for look in found]
+        assert counts["contacts"] == np.mean(contacts)
+        # A tenth is less than the width of a mark; beyond, the phase has to be measured anew.
+        assert counts["events"] == pytest.approx(np.mean([look.events for look in found]), rel=0.1)

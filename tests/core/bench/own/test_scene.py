@@ -47,6 +47,15 @@ def test_a_recording_runs_under_all_phases_to_the_contacts_of_the_program(trace)
     assert max(row.of_fastest for row in found.rows) == 1.0
 
 
+def test_a_short_run_is_done_again_until_it_has_the_seconds_that_are_asked_for(monkeypatch):
+    times = iter([0.25, 0.5, 0.5, 2.0, 0.125, 0.25, 0.75])
+    monkeypatch.setattr("kinetile.bench.own.scene._timed", lambda *_: (next(times), "ZenoError: jammed"))
+    (row,) = bench_scene(kt.make_scene("cradle"), ["naive"], 1.0, repeats=3, seconds=1.0).rows
+    assert (row.fastest, row.cpu_seconds, row.slowest) == (0.25, 0.5, 2.0)
+    assert row.ended_by == "ZenoError: jammed"
+    assert list(times) == []
+
+
 def test_a_phase_that_refuses_is_named_and_a_fault_too():
     plane = kt.Scene([[0.0, 0.0], [2.0, 0.0]], [[1.0, 0.0], [-1.0, 0.0]], 0.25)
     found = bench_scene(plane, ["sweep-tiling", "cells"], 1.0, repeats=2)

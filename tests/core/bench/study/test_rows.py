@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import hashlib
 import os
 import subprocess
 import sys
@@ -98,14 +99,6 @@ def test_another_process_sees_a_row_wherever_it_is(store):
     assert not third.has(TASKS[1].key)
 
 
-def test_a_row_that_never_reached_the_disk_is_done_again(store):
-    store.put(row(0))
-    store.put(row(1))
-    (store.folder / "rows" / "new" / f"{TASKS[1].key}.parquet").write_bytes(b"PAR1")
-    assert keys(Store(store.folder)) == [TASKS[0].key]
-    assert not Store(store.folder).has(TASKS[1].key)
-
-
 def test_rows_can_be_forgotten(store):
     for k in range(4):
         store.put(row(k))
@@ -133,6 +126,11 @@ def test_a_parameter_with_the_name_of_a_column_has_another(store):
     assert (found["time"], found["scene_time"], found["cpu_seconds_per_time"]) == (1.0, 3, 2.0)
 
 
+def test_control_characters_in_an_error_are_escaped_in_its_row(store):
+    store.put(row(0, status="failed", error="ValueError: \x1b[2Jgone\0\n"))
+    assert store.read()["error"].to_pylist() == [r"ValueError: \x1b[2Jgone\x00\n"]
+
+
 def test_a_full_disk_is_told_and_costs_no_row_that_was_there(store, monkeypatch):
     store.put(row(0))
 
@@ -140,13 +138,14 @@ def test_a_full_disk_is_told_and_costs_no_row_that_was_there(store, monkeypatch)
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     with monkeypatch.context() as disk:
-        disk.setattr("pyarrow.parquet.write_table", full)
+        disk.setattr(storing, "replacing", full)
         with pytest.raises(RecordError, match="No space left"):
             store.put(row(1))
         with pytest.raises(RecordError, match="No space left"):
             store.gather()
     assert keys(store) == [TASKS[0].key]
-    assert [each.name for each in (store.folder / "rows" / "new").iterdir()] == [f"{TASKS[0].key}.parquet"]
+    (left,) = (store.folder / "rows" / "new").iterdir()
+    assert left.name.startswith(f"{TASKS[0].key}.")
 
 
 def test_a_claim_is_one_processs_and_goes_with_it(tmp_path):
@@ -156,15 +155,114 @@ def test_a_claim_is_one_processs_and_goes_with_it(tmp_path):
         "import sys, pathlib; from kinetile.bench.study.store.claims import Claims; "
         "c = Claims(pathlib.Path(sys.argv[1])); print(c.take('a'), c.take('b'), flush=True); sys.stdin.read()"
     )
-    other = subprocess.Popen(
+    with subprocess.Popen(
         [sys.executable, "-c", program, tmp_path], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-    )
-    assert other.stdout.readline().split() == ["False", "True"]
-    assert not claims.take("b")
-    other.kill()
-    other.wait()
+    ) as other:
+        try:
+            assert other.stdout.readline().split() == ["False", "True"]
+            assert not claims.take("b")
+        finally:
+            other.kill()
     assert claims.take("b")
     claims.give_back("a")
     (tmp_path / "left").touch()
     claims.close()
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_flipped_bit_in_a_part_is_never_read_as_another_table(store):
+    for k in range(3):
+        store.put(row(k))
+    store.gather()
+    (part,) = (store.folder / "rows" / "parts").iterdir()
+    whole = part.read_bytes()
+    for bit in range(0, 8 * len(whole), 8 * len(whole) // 200):
+        damaged = bytearray(whole)
+        damaged[bit // 8] ^= 1 << bit % 8
+        part.write_bytes(damaged)
+        with pytest.raises(RecordError, match=f"{part.name} is damaged"):
+            Store(store.folder).read()
+    part.write_bytes(whole)
+    assert keys(store) == sorted(task.key for task in TASKS[:3])
+
+
+@pytest.mark.parametrize("content", [b"", b"PAR1", b"PAR1" * 20], ids=len)
+@pytest.mark.parametrize("name", ["old.parquet", "part.0123456789abcdef0123456789abcdef.parquet"])
+def test_a_part_that_is_none_is_a_typed_error_wherever_it_is_met(store, name, content):
+    store.put(row(0))
+    (store.folder / "rows" / "parts" / name).write_bytes(content)
+    for use in (store.read, store.look, lambda: Store(store.folder).has("k"), lambda: store.forget(["k"])):
+        with pytest.raises(RecordError, match="is damaged"):
+            use()
+    store.gather()  # leaves what it cannot read where it is
+    assert (store.folder / "rows" / "parts" / name).read_bytes() == content
+
+
+def test_a_read_that_fails_takes_no_row_away(store, monkeypatch):
+    for k in range(20):
+        store.put(row(k))
+
+    def fails(*_, **__):
+        raise OSError(errno.EIO, os.strerror(errno.EIO))
+
+    with monkeypatch.context() as disk:
+        disk.setattr(storing.Path, "read_bytes", fails)
+        disk.setattr("pyarrow.parquet.ParquetFile", fails)
+        for use in (store.read, store.gather, lambda: store.forget(["k"])):
+            with pytest.raises(RecordError, match="Input/output error"):
+                use()
+    assert keys(Store(store.folder)) == sorted(task.key for task in TASKS[:20])
+    store.gather()
+    assert keys(Store(store.folder)) == sorted(task.key for task in TASKS[:20])
+
+
+def test_a_damaged_row_is_set_aside_counted_and_done_again(store):
+    store.put(row(0))
+    store.put(row(1))
+    (path,) = (store.folder / "rows" / "new").glob(f"{TASKS[1].key}*")
+    path.write_bytes(path.read_bytes()[:-9])
+    damaged = path.read_bytes()
+    other = Store(store.folder)
+    assert keys(other) == [TASKS[0].key]
+    assert not other.has(TASKS[1].key)
+    assert other.damaged() == 1
+    assert (store.folder / "damaged" / path.name).read_bytes() == damaged
+    other.put(row(1))
+    assert keys(other) == sorted(task.key for task in TASKS[:2])
+
+
+def test_rows_without_a_checksum_are_read_and_have_one_when_they_are_gathered(store):
+    store.put(row(0))
+    (path,) = (store.folder / "rows" / "new").iterdir()
+    path.rename(path.with_name(f"{TASKS[0].key}.parquet"))
+    old = Store(store.folder)
+    assert old.has(TASKS[0].key)
+    assert keys(old) == [TASKS[0].key]
+    old.gather()
+    assert keys(old) == [TASKS[0].key]
+    (part,) = (store.folder / "rows" / "parts").iterdir()
+    assert hashlib.sha256(part.read_bytes()).hexdigest().startswith(part.name.split(".")[1])
+
+
+def test_a_disk_that_fails_is_a_typed_error_at_every_use_of_a_store(store, monkeypatch):
+    store.put(row(0))
+
+    def fails(*_, **__):
+        raise OSError(errno.EIO, os.strerror(errno.EIO))
+
+    uses = (
+        lambda: store.has(TASKS[1].key),
+        store.look,
+        store.read,
+        store.gather,
+        lambda: store.claims.take("a"),
+        store.close,
+    )
+    with monkeypatch.context() as disk:
+        disk.setattr("kinetile.bench.study.store.claims.os.open", fails)
+        disk.setattr(storing.os, "scandir", fails)
+        disk.setattr(storing.Path, "iterdir", fails)
+        for use in uses:
+            with pytest.raises(RecordError, match="Input/output error"):
+                use()
+    assert keys(store) == [TASKS[0].key]

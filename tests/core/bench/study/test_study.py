@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 import subprocess
 import sys
@@ -210,6 +212,15 @@ def test_the_command_says_how_it_stands_in_text_and_json(tmp_path, done):
     table = command("table", path, "--y", "events")
     assert "Exponents of events over bodies" in table.stdout
     assert json.loads(command("table", path, "--json").stdout)["y"] == "cpu_seconds_per_time"
+    rows = list(csv.DictReader(io.StringIO(command("table", path, "--y", "events", "--csv").stdout)))
+    assert [(row["scene.bodies"], row["phase"]) for row in rows] == [
+        ("9", "naive"),
+        ("9", "cells"),
+        ("16", "naive"),
+        ("16", "cells"),
+    ]
+    assert [float(row["mean"]) for row in rows] == [each["mean"] for each in done.table(y="events")["groups"]]
+    assert float(rows[0]["interval.low"]) < float(rows[0]["mean"]) < float(rows[0]["interval.high"])
     out = tmp_path / "rows.parquet"
     assert command("table", path, "--rows", out, "--json").exit_code == 0
     assert out.stat().st_size > 1000

@@ -2,14 +2,40 @@
 
 from __future__ import annotations
 
+import re
+
+import hypothesis.strategies as hypothesis
 import pytest
+from hypothesis import given, settings
 
 import kinetile as kt
 from kinetile.bench.study.file import read_plan, tasks_of
 from kinetile.bench.study.file.ranges import values_of
-from kinetile.errors import StudyError, UnknownName
+from kinetile.bench.study.file.schema import SceneTable, StudyTable
+from kinetile.errors import BadOption, KinetileError, StudyError, UnknownName
 
 GRID = {"recipe": "grid", "parameters": {"bodies": [9, 25]}}
+
+
+SCALAR = hypothesis.one_of(
+    hypothesis.none(),
+    hypothesis.booleans(),
+    hypothesis.integers(),
+    hypothesis.floats(),
+    hypothesis.text(max_size=5),
+    hypothesis.sampled_from(["naive", "grid", "bodies", "a\0b", "log", 10**400, 1e-320, 1e308]),
+)
+KEYS = hypothesis.one_of(
+    hypothesis.sampled_from(["from", "to", "step", "count", "scale", "name"]), hypothesis.text(max_size=3)
+)
+TABLE = hypothesis.recursive(
+    SCALAR,
+    lambda each: hypothesis.one_of(
+        hypothesis.lists(each, max_size=3), hypothesis.dictionaries(KEYS, each, max_size=4)
+    ),
+    max_leaves=6,
+)
+"""Whatever may stand behind a key of a TOML file."""
 
 
 def tables(**more):
@@ -176,3 +202,49 @@ def test_the_studies_that_ship_can_be_read_by_name(monkeypatch, tmp_path):
     assert str(study.results) == "thesis.results"
     with pytest.raises(UnknownName, match="thesis"):
         kt.Study("thesi")
+
+
+NESTED = ([], ["naive"], [["x"]], {}, 1, None, True, 1.5)
+
+
+@pytest.mark.parametrize("entry", NESTED, ids=str)
+@pytest.mark.parametrize("key", ["phases", "measure", "figures", "scenes"])
+def test_a_list_with_an_entry_of_another_type_is_a_mistake_and_no_traceback(key, entry):
+    (said,) = mistakes(**{key: [entry]})
+    assert said.startswith(f"{key}: found [" if key in ("phases", "measure") else f"{key}[0]")
+
+
+@pytest.mark.parametrize("name", ["a\0b", "a\x1b[31mb", "a\nb", "", "a/b\0"])
+def test_a_name_of_a_file_has_no_control_characters(name):
+    figure = f"figures[0].name: found {name!r}; expected a name for a file"
+    assert mistakes(figures=[{"name": name}])[0].startswith(figure)
+    assert mistakes(results=name) == [f"results: found {name!r}; expected the name of a folder"]
+    with pytest.raises((BadOption, UnknownName)) as caught:
+        kt.Study(f"{name}.toml" if "\0" in name else name or "\0")
+    assert name.encode("unicode_escape").decode() in str(caught.value)
+
+
+def test_more_tasks_than_a_study_holds_in_memory_are_refused_with_their_number():
+    assert mistakes(repeats=100_001) == ["scenes: found 200,002 tasks in all; expected at most 200,000"]
+    assert mistakes(repeats=1_000_000) == ["scenes: found 2,000,000 tasks in all; expected at most 200,000"]
+    wide = {"recipe": "grid", "parameters": {"bodies": {"from": 1, "to": 1000}, "seed": list(range(1000))}}
+    assert "1,000,000 scenes; expected at most 200,000" in mistakes(scenes=[wide])[0]
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    hypothesis.dictionaries(
+        hypothesis.sampled_from([*StudyTable.model_fields, "recipe", "a\0b"]), TABLE, max_size=4
+    ),
+    hypothesis.dictionaries(
+        hypothesis.sampled_from([*SceneTable.model_fields, "a\x1b[2J"]), TABLE, max_size=3
+    ),
+)
+def test_whatever_stands_in_a_file_its_mistakes_are_sentences_without_control_characters(file, scene):
+    given = tables(scenes=[GRID | scene]) | file
+    said = ""
+    try:
+        list(zip(range(100), tasks_of(read_plan(given)), strict=False))
+    except KinetileError as error:
+        said = str(error)
+    assert not re.search(r"[\x00-\x09\x0b-\x1f\x7f]", said)

@@ -74,6 +74,10 @@ def _range(given: Mapping[str, Any], where: str, mistakes: list[Mistake], whole:
         return []
     if scale == "log":
         ratio = float(last) / float(first)
+        if not math.isfinite(ratio):
+            found = f"from {given['from']!r} to {given['to']!r}"
+            mistakes.append(Mistake(where, found, "numbers whose ratio is at most 1.8e308"))
+            return []
         numbers = [float(first) * math.pow(ratio, k / (count - 1)) for k in range(count)]
         numbers[-1] = float(last)
         return list(dict.fromkeys(map(round, numbers))) if whole else numbers

@@ -8,6 +8,7 @@ step is left out of the next, and all the rest goes on.
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import product
@@ -17,7 +18,7 @@ from typing import Any
 from kinetile.bench.study.file.ranges import values_of
 from kinetile.bench.study.file.schema import MEASURES, FigureTable, find_faults
 from kinetile.errors import BadOption, Mistake, SceneError, StudyError, one_of
-from kinetile.plugin.by_name import Registered, complete_parameters, recipe_parameters
+from kinetile.plugin.by_name import Registered, complete_parameters, loads_scene, recipe_parameters
 from kinetile.plugin.choices import read_phase
 from kinetile.plugin.registry import registry
 from kinetile.scene.checks import abridged, is_finite, shown
@@ -26,18 +27,27 @@ from kinetile.scene.text.toml import read_bytes, read_tables
 
 __all__ = ["Plan", "SceneSet", "read_plan", "read_plan_file"]
 
-_MOST_TASKS = 10_000_000
+_MOST_TASKS = 200_000
+"""All tasks of a study are in memory while it runs: some hundred megabytes."""
+
+_CONTROL = re.compile(r"[\x00-\x1f\x7f]")
 
 
 @dataclass(frozen=True)
 class SceneSet:
-    """Scenes of one recipe: ``combinations`` are all the parameters of each, defaults among them."""
+    """Scenes of one recipe: ``combinations`` are all the parameters of each, defaults among them.
+
+    Or one scene, of a file: ``recipe`` is the file's name as the study has it, ``combinations`` has one entry
+    without parameters, ``content`` is the file's text, ``made_by`` the recipe that the text names.
+    """
 
     recipe: str
     combinations: tuple[dict[str, Any], ...]
     varied: tuple[str, ...]
     until: float | None
     contacts: int | None
+    content: str | None = None
+    made_by: str | None = None
 
 
 @dataclass(frozen=True)
@@ -100,20 +110,31 @@ def read_plan(tables: Mapping[str, Any], source: str | None = None) -> Plan:
         if name not in MEASURES:
             mistakes.append(Mistake(f"measure[{k}]", shown(name), one_of(name, MEASURES)))
     seeds = _read_seeds(usable.get("seeds"), mistakes)
+    folder = Path(source or "").parent
     scenes = []
     for k, table in enumerate(usable.get("scenes", [])):
         if ("scenes", k) not in faults:
+            table = {key: value for key, value in table.items() if value is not None}
             clean = {key: value for key, value in table.items() if ("scenes", k, key) not in faults}
             ended = any((*of, "until") in faults for of in ((), ("scenes", k)))  # wrongly, and that is told
-            scenes.append(_read_scenes(clean, f"scenes[{k}]", usable | {"ended": ended}, seeds, mistakes))
+            more = usable | {"ended": ended}
+            if not {"recipe", "file"} & table.keys():
+                mistakes.append(Mistake(f"scenes[{k}]", "neither recipe nor file", "one of the two"))
+            elif "file" in table:
+                scenes.append(_read_scene_file(clean, folder, f"scenes[{k}]", more, mistakes))
+            else:
+                scenes.append(_read_scenes(clean, f"scenes[{k}]", more, seeds, mistakes))
     if seeds is not None and scenes and not any(each is None or "seed" in each.varied for each in scenes):
         mistakes.append(Mistake("seeds", "seeds", "a recipe with a parameter 'seed', or no seeds"))
+    results = usable.get("results")
+    if results is not None and (not results or _CONTROL.search(results)):
+        mistakes.append(Mistake("results", shown(results), "the name of a folder"))
     mistakes += _figure_mistakes(usable.get("figures", []), faults)
     if mistakes:
         raise StudyError(abridged(mistakes), source)
     plan = Plan(
         source,
-        usable.get("results"),
+        results,
         tuple(each for each in scenes if each is not None),
         tuple(phases),
         usable.get("repeats", 1),
@@ -174,16 +195,8 @@ def _read_scenes(
 ) -> SceneSet | None:
     """Return the scenes of one table; append what is wrong with them, and return None then."""
     known = len(mistakes)
-    until, contacts = table.get("until", file.get("until")), table.get("contacts", file.get("contacts"))
-    if until is not None and not is_finite(until):
-        mistakes.append(Mistake(f"{where}: until", shown(until), "a finite number"))
-    if until is None and not file["ended"]:
-        if "pairs" in file.get("measure", ()):
-            expected = "a time: pairs are counted at moments up to it"
-            mistakes.append(Mistake(f"{where}.until", "nothing", expected))
-        elif contacts is None:
-            mistakes.append(Mistake(f"{where}.until", "nothing", "until or contacts, here or for all scenes"))
-    if "recipe" not in table or "parameters" not in {**table, "parameters": 0}:
+    until, contacts = _read_end(table, where, file, None, mistakes)
+    if "recipe" not in table:  # or wrongly, and that is told
         return None
     recipe, names = table["recipe"], Registered()
     wrong = names.mistakes(f"{where}.recipe", recipe, "scene")
@@ -217,7 +230,63 @@ def _read_scenes(
     varied = tuple(key for key, values in lists.items() if len(values) > 1 or key == "seed")
     defaults = complete_parameters(recipe, {})
     combinations = tuple({**defaults, **each} for each in combined)
-    return SceneSet(recipe, combinations, varied, None if until is None else float(until), contacts)
+    return SceneSet(recipe, combinations, varied, until, contacts)
+
+
+def _read_end(
+    table: Mapping[str, Any],
+    where: str,
+    file: Mapping[str, Any],
+    own: float | None,
+    mistakes: list[Mistake],
+) -> tuple[float | None, int | None]:
+    """Return until and contacts of a table's runs: the table's, the file's, or the scene's own."""
+    until, contacts = table.get("until", file.get("until")), table.get("contacts", file.get("contacts"))
+    if until is None and contacts is None:
+        until = own
+    if until is not None and not is_finite(until):
+        mistakes.append(Mistake(f"{where}: until", shown(until), "a finite number"))
+    if until is None and not file["ended"]:
+        if "pairs" in file.get("measure", ()):
+            expected = "a time: pairs are counted at moments up to it"
+            mistakes.append(Mistake(f"{where}.until", "nothing", expected))
+        elif contacts is None:
+            mistakes.append(Mistake(f"{where}.until", "nothing", "until or contacts, here or for all scenes"))
+    return None if until is None else float(until), contacts
+
+
+def _read_scene_file(
+    table: Mapping[str, Any], folder: Path, where: str, file: Mapping[str, Any], mistakes: list[Mistake]
+) -> SceneSet | None:
+    """Return the scene of a file, with the text that its runs have; append what is wrong, and return None."""
+    known = len(mistakes)
+    for key in ("recipe", "parameters", "together"):
+        if key in table:
+            said = "a file beside a recipe" if key == "recipe" else f"{key} of a file"
+            place = f"{where}.{'file' if key == 'recipe' else key}"
+            mistakes.append(Mistake(place, said, "a file alone, or a recipe with its parameters"))
+    if "file" not in table or len(mistakes) > known:
+        return None
+    name, expected = table["file"], "the name of a scene file"
+    if _CONTROL.search(name):
+        mistakes.append(Mistake(f"{where}.file", shown(name), expected))
+        return None
+    try:
+        text = read_bytes(folder / name, None).decode("utf-8-sig")
+        scene = loads_scene(text, name)
+    except OSError as error:
+        said = f"{shown(name)}, which cannot be read ({error.strerror or error})"
+        mistakes.append(Mistake(f"{where}.file", said, expected))
+        return None
+    except UnicodeDecodeError as error:
+        said = f"{shown(name)}, which is not UTF-8 ({error.reason} at byte {error.start})"
+        mistakes.append(Mistake(f"{where}.file", said, expected))
+        return None
+    except SceneError as error:
+        mistakes += [each._replace(where=f"{where}.file: {each.where}") for each in error.mistakes]
+        return None
+    until, contacts = _read_end(table, where, file, scene.settings.until, mistakes)
+    return SceneSet(name, ({},), (), until, contacts, text, scene.origin.get("recipe"))
 
 
 def _combined(
@@ -257,10 +326,10 @@ def _figure_mistakes(figures: list[Any], faults: set[Place]) -> list[Mistake]:
     seen: set[str] = set()
     mistakes = []
     for k, figure in enumerate(figures):
-        name = figure.get("name") if ("figures", k, "name") not in faults else None
-        if name is None:
+        if ("figures", k) in faults or ("figures", k, "name") in faults:
             continue
-        if not name or Path(name).name != name or name in seen:
+        name = figure["name"]
+        if not name or Path(name).name != name or _CONTROL.search(name) or name in seen:
             mistakes.append(
                 Mistake(f"figures[{k}].name", shown(name), "a name for a file, another for each figure")
             )

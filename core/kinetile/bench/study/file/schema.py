@@ -40,9 +40,10 @@ class _Table(BaseModel):
 
 
 class SceneTable(_Table):
-    """``[[scenes]]``: a recipe, with values, lists and ranges of its parameters."""
+    """``[[scenes]]``: a recipe, with values, lists and ranges of its parameters; or a scene file."""
 
-    recipe: str
+    recipe: str | None = None
+    file: str | None = None
     parameters: Annotated[dict[str, Any], _Few] = {}
     together: list[_Texts] = []
     until: float | None = None
@@ -87,6 +88,7 @@ _EXPECTED = {
     "limit": "CPU seconds, greater than 0",
     "scenes": "[[scenes]] tables",
     "recipe": "the name of a recipe",
+    "file": "the name of a scene file",
     "parameters": "a table of the recipe's parameters",
     "together": 'lists of parameters that go together, such as [["bodies", "density"]]',
     "figures": "[[figures]] tables",
@@ -119,7 +121,7 @@ def find_faults(tables: Mapping[str, Any]) -> tuple[list[Mistake], set[Place]]:
                 written(place), "a key that is not known here", one_of(str(place[-1]), _keys(place))
             )
             continue
-        while isinstance(place[-1], int) and len(place) > 2:
+        while isinstance(place[-1], int) and (len(place) > 2 or place[0] not in ("scenes", "figures")):
             place = place[:-1]  # the whole list is meant, not its second entry
         faults.add(place)
         expected = "a table" if isinstance(place[-1], int) else _EXPECTED[str(place[-1])]

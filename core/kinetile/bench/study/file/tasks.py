@@ -12,14 +12,19 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterator, Mapping
-from typing import Any, NamedTuple
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from kinetile.bench.choices import phase_label
 from kinetile.bench.study.file.reading import Plan
 from kinetile.bench.study.work.identity import ANSWERED, source_of
 from kinetile.kernel.log import ANSWER
+from kinetile.plugin.by_name import loads_scene, make_scene
 
-__all__ = ["Task", "tasks_of"]
+if TYPE_CHECKING:
+    from kinetile.scene import Scene
+
+__all__ = ["Task", "scene_of", "tasks_of"]
 
 
 class Task(NamedTuple):
@@ -35,6 +40,8 @@ class Task(NamedTuple):
         measure, seconds: what is measured beside the readings, and for how long.
         repeat: which of several equal runs this is, from 1.
         versions: of kinetile, of the phase and of the recipe; a worker must have the same.
+        content: the text of the scene file, which ``recipe`` is the name of then; None: a recipe makes it.
+        scene_sha256: of that text.
     """
 
     key: str
@@ -50,24 +57,28 @@ class Task(NamedTuple):
     seconds: float
     repeat: int
     versions: Mapping[str, str]
+    content: str | None = None
+    scene_sha256: str | None = None
 
 
 def tasks_of(plan: Plan) -> Iterator[Task]:
     """Yield the tasks of a study: scene by scene, repeat by repeat, each under all phases."""
     phases = [(phase_label(*each), *each, source_of("broad phase", each[0])) for each in plan.phases]
     for scenes in plan.scenes:
-        recipe_source = source_of("scene", scenes.recipe)
+        content, recipe, sha256 = scenes.content, scenes.made_by, None
+        if content is None:
+            recipe = scenes.recipe
+        else:  # it goes by its content, whatever the file is called
+            sha256 = hashlib.sha256(content.encode()).hexdigest()
+        recipe_source = None if recipe is None else source_of("scene", recipe)
         versions = [
-            {
-                "kinetile": ANSWERED,
-                f"broad phase {name}": source,
-                f"scene {scenes.recipe}": recipe_source,
-            }
+            {"kinetile": ANSWERED, f"broad phase {name}": source}
+            | ({} if recipe_source is None else {f"scene {recipe}": recipe_source})
             for _, name, _, source in phases
         ]
         for parameters in scenes.combinations:
             course = _digest(
-                [scenes.recipe, parameters, scenes.until, scenes.contacts, ANSWER, recipe_source]
+                [sha256 or recipe, parameters, scenes.until, scenes.contacts, ANSWER, recipe_source]
             )
             for repeat in range(1, plan.repeats + 1):
                 turn = list(zip(phases, versions, strict=True))
@@ -88,7 +99,21 @@ def tasks_of(plan: Plan) -> Iterator[Task]:
                         plan.seconds,
                         repeat,
                         found,
+                        content,
+                        sha256,
                     )
+
+
+def scene_of(order: Mapping[str, Any]) -> Scene:
+    """Return the scene of a task that is given as its fields: of its content, or as its recipe makes it."""
+    if order["content"] is None:
+        return make_scene(order["recipe"], **order["parameters"])
+    return _scene_of_text(order["content"], order["recipe"])
+
+
+@lru_cache(maxsize=2)
+def _scene_of_text(text: str, name: str) -> Scene:
+    return loads_scene(text, name)
 
 
 def _digest(value: Any) -> str:

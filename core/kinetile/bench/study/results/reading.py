@@ -17,8 +17,8 @@ def rows_of(store: Store, tasks: Mapping[str, Task], *, timings: bool = True) ->
     """Return the rows of tasks as an Arrow table: parameters by name, then the other columns."""
     pa = arrow()
     table = store.read()
-    if table is None:
-        table = table_of([])
+    nothing = table_of([])  # with all columns, which rows of an earlier version may not have
+    table = nothing if table is None else pa.concat_tables([nothing, table], promote_options="permissive")
     place = {key: at for at, key in enumerate(tasks)}
     keys = table["key"].to_pylist()
     order = sorted((place[key], at) for at, key in enumerate(keys) if key in place)

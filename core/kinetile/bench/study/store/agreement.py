@@ -36,7 +36,7 @@ class Agreement:
     ``columns`` are those that it needs.
     """
 
-    columns = ("key", "course", "recipe", "parameters", "phase", "status", "fingerprint")
+    columns = ("key", "course", "recipe", "parameters", "scene_sha256", "phase", "status", "fingerprint")
 
     def __init__(self) -> None:
         self._first: dict[str, Mapping[str, Any]] = {}

@@ -17,6 +17,8 @@ try:
 except ImportError:  # Windows
     flock = None  # type: ignore[assignment]
 
+from kinetile.errors import RecordError
+
 __all__ = ["Claims", "locked"]
 
 _NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EINVAL, errno.EOPNOTSUPP, errno.ENOTSUP}
@@ -30,10 +32,14 @@ class Claims:
         self._held: dict[str, int] = {}
 
     def take(self, key: str) -> bool:
-        """Claim a task; False where another process is at it."""
+        """Claim a task; False where another process is at it. Raises RecordError if that cannot be done."""
         if flock is None:
             return True
-        descriptor = locked(self._folder / key)
+        try:
+            descriptor = locked(self._folder / key)
+        except OSError as error:
+            said = f"{self._folder} cannot be written: {error.strerror or error}"
+            raise RecordError(f"{said}; the rows that were there are there") from error
         if descriptor is None:
             return False
         self._held[key] = descriptor

@@ -9,6 +9,7 @@ from typing import Any
 
 from kinetile.accuracy.parts import needed
 from kinetile.bench.study.file.tasks import Task
+from kinetile.errors import printable
 from kinetile.run.readings import Readings
 
 __all__ = ["FIXED", "TIMINGS", "arrow", "parameter_column", "row_of", "table_of"]
@@ -20,6 +21,7 @@ _TASK = {
     "course": "string",
     "recipe": "string",
     "parameters": "string",
+    "scene_sha256": "string",
     "phase": "string",
     "broad_phase": "string",
     "options": "string",
@@ -104,6 +106,7 @@ def row_of(task: Task, found: Mapping[str, Any], beside: int) -> dict[str, Any]:
         "course": task.course,
         "recipe": task.recipe,
         "parameters": json.dumps(task.parameters, sort_keys=True),
+        "scene_sha256": task.scene_sha256,
         "phase": task.phase,
         "broad_phase": task.broad_phase,
         "options": json.dumps(task.options, sort_keys=True),
@@ -114,6 +117,8 @@ def row_of(task: Task, found: Mapping[str, Any], beside: int) -> dict[str, Any]:
         "beside": beside,
     }
     row |= {name: value for name, value in found.items() if name in FIXED}
+    if row.get("error"):  # which may be a plugin's: a terminal would do what its control characters say
+        row["error"] = printable(str(row["error"]))
     if "contacts_disc" in found:
         row["contacts"] = found["contacts_disc"] + found["contacts_wall"]
     if found.get("time"):

@@ -16,6 +16,7 @@ from functools import cache
 from typing import Any
 
 from kinetile.bench.choices import contacts_of
+from kinetile.bench.study.file.tasks import scene_of
 from kinetile.bench.study.work.identity import check_versions, versions_here
 from kinetile.bench.study.work.limit import limited
 from kinetile.bench.study.work.stages import stages_of
@@ -83,12 +84,10 @@ def compile_for(order: Mapping[str, Any]) -> float:
 
 
 def _simulation(order: Mapping[str, Any]) -> Any:
-    from kinetile.plugin.by_name import make_scene
     from kinetile.run.simulation import Simulation
 
-    scene = make_scene(order["recipe"], **order["parameters"])
     keep = "certified" in order["measure"]
-    return Simulation(scene, order["broad_phase"], options=order["options"], keep_contacts=keep)
+    return Simulation(scene_of(order), order["broad_phase"], options=order["options"], keep_contacts=keep)
 
 
 def _run(simulation: Any, order: Mapping[str, Any]) -> dict[str, Any]:

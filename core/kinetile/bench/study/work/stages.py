@@ -20,6 +20,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from kinetile.bench.choices import contacts_of, simulation_of
+from kinetile.bench.study.file.tasks import scene_of
 from kinetile.errors import KinetileError, PhaseError, Refused
 
 __all__ = ["WARM_UP", "arrays_of", "stages_of"]
@@ -35,9 +36,10 @@ def stages_of(order: Mapping[str, Any]) -> dict[str, Any]:
 
     Raises Refused as the run does, and PhaseError where the process failed.
     """
-    names = ("recipe", "parameters", "broad_phase", "options", "seconds")
-    command = [sys.executable, "-m", __name__, json.dumps({name: order[name] for name in names})]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    names = ("recipe", "parameters", "content", "broad_phase", "options", "seconds")
+    wish = json.dumps({name: order[name] for name in names})
+    command = [sys.executable, "-m", __name__]
+    done = subprocess.run(command, input=wish, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         reason = done.stderr.strip().splitlines()[-1:] or [f"exit code {done.returncode}"]
         raise PhaseError(f"the process that notes the stages failed: {reason[0]}")
@@ -58,11 +60,9 @@ def stages_of(order: Mapping[str, Any]) -> dict[str, Any]:
 
 def _measured(wish: Mapping[str, Any]) -> dict[str, Any]:
     """Run one scene in this process, and note time and memory stage by stage."""
-    from kinetile.plugin.by_name import make_scene
-
     peaks: dict[str, int | None] = {}
     began = time.perf_counter()
-    scene = make_scene(wish["recipe"], **wish["parameters"])
+    scene = scene_of(wish)
     peaks["scene"] = _peak_memory()
     sim = simulation_of(scene, (wish["broad_phase"], wish["options"]))
     setup = time.perf_counter() - began
@@ -130,7 +130,7 @@ def _peak_memory() -> int | None:
 
 if __name__ == "__main__":
     try:
-        answer = _measured(json.loads(sys.argv[1]))
+        answer = _measured(json.load(sys.stdin))
     except KinetileError as error:
         answer = {"refused": str(error)}
     print(json.dumps(answer))

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from kinetile.cli.json_output import as_json
-from kinetile.cli.options import Json, some_phases
+from kinetile.cli.json_output import printed
+from kinetile.cli.options import Csv, Json, some_phases
 from kinetile.cli.terminal import DIFFERENT, Bar, exit_codes, make_ready
 
 if TYPE_CHECKING:
@@ -29,6 +29,7 @@ def frames(
     turned: Annotated[int, typer.Option(min=0, help="Discs that turn in each frame.")] = 50,
     exchanged: Annotated[int, typer.Option(min=0, help="Discs that go in each frame, and that come.")] = 5,
     json: Json = False,
+    csv: Csv = False,
 ) -> None:
     """Measure what a frame of a game costs: discs turn, go and come, time runs on, all is read out.
 
@@ -53,14 +54,14 @@ def frames(
         finally:
             bar.close()
             if done:
-                _print(done[-1], json)
+                _print(done[-1], json, csv)
     if not done[-1].identical:
         raise typer.Exit(DIFFERENT)
 
 
-def _print(measured: FrameBench, json: bool) -> None:
-    if json:
-        typer.echo(as_json(measured.as_dict()))
+def _print(measured: FrameBench, json: bool, csv: bool) -> None:
+    result = measured.as_dict()
+    if printed(result, result["rows"], json=json, csv=csv):
         return
     from kinetile.cli.play_tables import frames_notes, frames_table
     from kinetile.cli.tables import show

@@ -6,12 +6,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from kinetile.cli.commands.bench.measuring import Out, measured, rows_in
-from kinetile.cli.json_output import as_json
-from kinetile.cli.options import Json, read_numbers
+from kinetile.cli.commands.bench.measuring import Results, measured, rows_in
+from kinetile.cli.json_output import printed
+from kinetile.cli.options import Csv, Json, Repeats, Seconds, read_numbers, some_phases
 from kinetile.cli.terminal import exit_codes
 from kinetile.errors import BadOption
-from kinetile.plugin.choices import read_phase
 
 if TYPE_CHECKING:
     from kinetile.bench.growth import Growth
@@ -20,14 +19,18 @@ __all__ = ["growth"]
 
 
 def growth(
-    phase: Annotated[str, typer.Option(metavar="NAME", help="The broad phase.")] = "sweep-tiling",
+    phases: Annotated[
+        str, typer.Option("--phases", "--phase", metavar="NAME", help="The broad phase, one.")
+    ] = "sweep-tiling",
     bodies: Annotated[
         str, typer.Option(metavar="N,...", help="Numbers of discs; the next square number is taken.")
     ] = "100,1000,10000,100000",
     density: Annotated[float, typer.Option(help="Area fraction.")] = 0.5,
-    seconds: Annotated[float, typer.Option(min=0.001, help="CPU seconds for each, at least.")] = 2.0,
-    out: Out = None,
+    seconds: Seconds = 2.0,
+    repeats: Repeats = 1,
+    results: Results = None,
     json: Json = False,
+    csv: Csv = False,
 ) -> None:
     """Measure time and memory of a broad phase against the number of discs."""
     from kinetile.bench.growth import growth_study, read_growth
@@ -36,17 +39,20 @@ def growth(
         sizes = read_numbers(bodies, int, "--bodies")
         if not sizes:
             raise BadOption("--bodies names no number; expected whole numbers, with commas between")
-        with rows_in(out) as results:
-            study = growth_study(results, read_phase(phase), sizes, density, seconds=seconds)
+        chosen = some_phases(phases)
+        if len(chosen) > 1:
+            raise BadOption(f"--phases names {len(chosen)} phases; expected one, whose growth is measured")
+        with rows_in(results) as folder:
+            study = growth_study(folder, chosen[0], sizes, density, seconds=seconds, repeats=repeats)
             with measured(study):
                 found = read_growth(study)
                 if found.rows:
-                    _print(found, json)
+                    _print(found, json, csv)
 
 
-def _print(found: Growth, json: bool) -> None:
-    if json:
-        typer.echo(as_json(found.as_dict()))
+def _print(found: Growth, json: bool, csv: bool) -> None:
+    result = found.as_dict()
+    if printed(result, result["rows"], json=json, csv=csv):
         return
     from kinetile.cli import bench_tables as tables
     from kinetile.cli.tables import show

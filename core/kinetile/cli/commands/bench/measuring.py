@@ -17,11 +17,16 @@ from kinetile.cli.terminal import notice
 if TYPE_CHECKING:
     from kinetile.bench.study.study import Study
 
-__all__ = ["Out", "measured", "rows_in"]
+__all__ = ["Results", "measured", "rows_in"]
 
-Out = Annotated[
+Results = Annotated[
     Path | None,
-    typer.Option(metavar="DIR", help="Keep all rows in this folder, and go on with those that are there."),
+    typer.Option(
+        "--results",
+        "--out",
+        metavar="DIR",
+        help="Keep all rows in this folder, and go on with those that are there.",
+    ),
 ]
 
 
@@ -29,7 +34,7 @@ Out = Annotated[
 def rows_in(out: Path | None) -> Iterator[Path]:
     """Yield the folder of a benchmark's rows: ``out``, tried first, or one for as long as it runs."""
     if out is not None:
-        try_folder("--out", out, keep=True)
+        try_folder("--results", out, keep=True)
         yield out
         return
     with TemporaryDirectory() as folder:

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
-from kinetile.cli.json_output import as_json, scene_summary
+from kinetile.cli.json_output import printed, scene_summary
 from kinetile.cli.options import (
+    Csv,
     Json,
     MaxContacts,
     NarrowPhases,
     Parameters,
+    Phases,
+    Repeats,
     SceneName,
+    Seconds,
     Until,
     find_scene,
     narrow_choice,
@@ -30,14 +34,14 @@ __all__ = ["scene"]
 def scene(
     scene: SceneName,
     parameters: Parameters = None,
-    phases: Annotated[
-        str | None, typer.Option(metavar="A,B,...", help="Broad phases; all that are installed.")
-    ] = None,
+    phases: Phases = None,
     narrow_phase: NarrowPhases = None,
     until: Until = None,
     max_contacts: MaxContacts = None,
-    repeats: Annotated[int, typer.Option(min=1, help="Runs of each phase.")] = 3,
+    seconds: Seconds = 0.0,
+    repeats: Repeats = 3,
     json: Json = False,
+    csv: Csv = False,
 ) -> None:
     """Measure the broad phases on a scene of your own: `kinetile bench trace.toml` does.
 
@@ -55,17 +59,18 @@ def scene(
             max_contacts=max_contacts,
             narrow_phases=narrow_choice(narrow_phase),
             repeats=repeats,
+            seconds=seconds,
             start=lambda label, simulation: make_ready(simulation),
             progress=bar.count,
         )
-    _print(measured, scene_summary(this_scene), json)
+    _print(measured, scene_summary(this_scene), json, csv)
     if not measured.identical:
         raise typer.Exit(DIFFERENT)
 
 
-def _print(measured: SceneBench, summary: dict[str, Any], json: bool) -> None:
-    if json:
-        typer.echo(as_json({"scene": summary} | measured.as_dict()))
+def _print(measured: SceneBench, summary: dict[str, Any], json: bool, csv: bool) -> None:
+    result = {"scene": summary} | measured.as_dict()
+    if printed(result, result["rows"], json=json, csv=csv):
         return
     from kinetile.cli.play_tables import scene_notes, scene_table
     from kinetile.cli.tables import show

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from kinetile.cli.commands.bench.measuring import measured, rows_in
-from kinetile.cli.json_output import as_json
-from kinetile.cli.options import Json, some_phases
+from kinetile.cli.json_output import printed
+from kinetile.cli.options import Csv, Json, Repeats, Seconds, some_phases
 from kinetile.cli.terminal import exit_codes, notice
 from kinetile.errors import BadOption, MissingExtra
 
@@ -28,18 +28,20 @@ def thesis(
     ] = "naive,sap-1d,sap-2d,sweep-tiling",
     seeds: Annotated[int, typer.Option(min=1, metavar="K", help="Run each scene with the seeds 1 to K.")] = 6,
     until: Annotated[float, typer.Option(metavar="T", help="How much time is simulated.")] = 1.0,
-    seconds: Annotated[
-        float, typer.Option(min=0.0001, help="CPU seconds of the runs of a phase on a scene, about.")
-    ] = 0.05,
-    out: Annotated[
+    seconds: Seconds = 0.01,
+    repeats: Repeats = 5,
+    results: Annotated[
         Path | None,
         typer.Option(
+            "--results",
+            "--out",
             metavar="DIR",
             help="Keep all rows in this folder, and go on with those that are there; write rows.csv and "
             "figures 23 and 24 beside them.",
         ),
     ] = None,
     json: Json = False,
+    csv: Csv = False,
 ) -> None:
     """Do the thesis's benchmark (section 5.3) again, and say which of its statements hold."""
     from kinetile.bench.thesis import read_bench, thesis_study
@@ -48,14 +50,14 @@ def thesis(
         if not 0.0 < until < float("inf"):
             raise BadOption(f"--until is {until!r}; expected a time greater than 0")
         chosen = some_phases(phases)
-        with rows_in(out) as results:
-            if out is not None:
+        with rows_in(results) as folder:
+            if results is not None:
                 _check_figures()
-            study = thesis_study(results, chosen, seeds=seeds, until=until, seconds=seconds)
+            study = thesis_study(folder, chosen, seeds=seeds, until=until, seconds=seconds, repeats=repeats)
             with measured(study):
                 found = read_bench(study)
                 if found.cells:
-                    _print(found, [] if out is None else _write(study, out), json)
+                    _print(found, [] if results is None else _write(study, results), json, csv)
 
 
 def _check_figures() -> None:
@@ -78,22 +80,21 @@ def _write(study: Study, out: Path) -> list[Path]:
         with suppress(MissingExtra):  # said before the start
             written += study.plot(out)
     except OSError as error:
-        raise BadOption(f"--out {out}: {error.strerror or error}") from error
+        raise BadOption(f"--results {out}: {error.strerror or error}") from error
     return written
 
 
-def _print(bench: ThesisBench, written: Sequence[Path], json: bool) -> None:
+def _print(bench: ThesisBench, written: Sequence[Path], json: bool, csv: bool) -> None:
     from kinetile.bench.measures import exponents, summaries
     from kinetile.bench.thesis_statements.evidence import QUIET
     from kinetile.bench.thesis_statements.statements import statements
 
     rows, fits, found = summaries(bench), exponents(bench), statements(bench)
     where = bench.conditions
-    if json:
-        result: dict[str, Any] = {"conditions": dict(where), "scenes": rows, "exponents": fits}
-        result["statements"] = [statement.as_dict() for statement in found]
-        result["cells"] = [vars(cell) for cell in bench.cells]
-        typer.echo(as_json(result | {"files": written}))
+    result: dict[str, Any] = {"conditions": dict(where), "scenes": rows, "exponents": fits}
+    result["statements"] = [statement.as_dict() for statement in found]
+    result |= {"cells": [vars(cell) for cell in bench.cells], "files": written}
+    if printed(result, result["cells"], json=json, csv=csv):
         return
     from kinetile.cli import bench_tables as tables
     from kinetile.cli.tables import show
@@ -114,7 +115,7 @@ def _print(bench: ThesisBench, written: Sequence[Path], json: bool) -> None:
         "\nThe thesis's statements",
         tables.statements_table(found),
         f"{where['processor']}; seeds 1 to {where['seeds']}, {where['until']:g} units of time; "
-        f"{where['rounds']} rounds of all phases on each scene, about {where['seconds']:g} CPU s a phase",
+        f"{where['repeats']} rounds of all phases on each scene, about {where['seconds']:g} CPU s each",
         f"slowest over fastest round of the same run: {bench.unrest:.3f}, the median of all; "
         f"a machine is quiet up to {QUIET:g}",
         *(f"written: {path}" for path in written),

@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
-from kinetile.cli.json_output import as_json, scene_summary
-from kinetile.cli.options import Json, Parameters, SceneName, Until, find_scene, some_phases
+from kinetile.cli.json_output import printed, scene_summary
+from kinetile.cli.options import (
+    Csv,
+    Json,
+    Parameters,
+    Phases,
+    Repeats,
+    SceneName,
+    Seconds,
+    Until,
+    find_scene,
+    some_phases,
+)
 from kinetile.cli.terminal import DIFFERENT, Bar, exit_codes, make_ready
 
 if TYPE_CHECKING:
@@ -19,11 +30,12 @@ __all__ = ["choose"]
 def choose(
     scene: SceneName,
     parameters: Parameters = None,
-    phases: Annotated[
-        str | None, typer.Option(metavar="A,B,...", help="Broad phases; all that are installed.")
-    ] = None,
+    phases: Phases = None,
     until: Until = None,
+    seconds: Seconds = 0.1,
+    repeats: Repeats = 5,
     json: Json = False,
+    csv: Csv = False,
 ) -> None:
     """Try the broad phases on a scene for some thousands of contacts each, and recommend one.
 
@@ -38,17 +50,19 @@ def choose(
             this_scene,
             chosen,
             until=until,
+            seconds=seconds,
+            repeats=repeats,
             start=lambda label, simulation: make_ready(simulation),
             progress=bar.count,
         )
-    _print(found, scene_summary(this_scene), json)
+    _print(found, scene_summary(this_scene), json, csv)
     if not found.identical:
         raise typer.Exit(DIFFERENT)
 
 
-def _print(found: Chosen, summary: dict[str, Any], json: bool) -> None:
-    if json:
-        typer.echo(as_json({"scene": summary} | found.as_dict()))
+def _print(found: Chosen, summary: dict[str, Any], json: bool, csv: bool) -> None:
+    result = {"scene": summary} | found.as_dict()
+    if printed(result, result["candidates"], json=json, csv=csv):
         return
     from kinetile.cli.play_tables import choice_notes, choice_table
     from kinetile.cli.tables import show

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from kinetile.cli.json_output import as_json, scene_summary
+from kinetile.cli.json_output import printed, scene_summary
 from kinetile.cli.options import (
+    Csv,
     Json,
     MaxContacts,
     NarrowPhases,
@@ -31,17 +32,20 @@ __all__ = ["compare"]
 def compare(
     scene: SceneName = "grid",
     parameters: Parameters = None,
-    broad_phases: Annotated[
+    phases: Annotated[
         str,
         typer.Option(
+            "--phases",
+            "--broad-phases",
             metavar="A,B,...",
             help="Broad phases, the first being the reference; with options: sap-1d:axis=y.",
         ),
-    ] = "naive,sap-1d,sap-2d",
+    ] = "naive,cells,sap-1d,sap-2d,sweep-tiling",
     narrow_phase: NarrowPhases = None,
     until: Until = None,
     max_contacts: MaxContacts = None,
     json: Json = False,
+    csv: Csv = False,
 ) -> None:
     """Run a scene under several broad phases; exit code 1, and the first difference, unless all agree."""
     from kinetile.conformance.compare import Comparison, Outcome
@@ -51,7 +55,7 @@ def compare(
     with exit_codes():
         this_scene = find_scene(scene, parameters)
         end = until_or_default(this_scene, until, max_contacts)
-        choices = phase_choices(broad_phases)
+        choices = phase_choices(phases)
         with Bar("comparing", this_scene.start, max_contacts) as bar:
 
             def start(label: str, simulation: Simulation) -> None:
@@ -70,10 +74,10 @@ def compare(
                     progress=bar,
                 )
             except KeyboardInterrupt:
-                _print_comparison(Comparison(tuple(done)), None, json)
+                _print_comparison(Comparison(tuple(done)), None, json, csv)
                 raise
     run = {"until": end, "max_contacts": max_contacts}
-    _print_comparison(comparison, {"scene": scene_summary(this_scene), "run": run}, json)
+    _print_comparison(comparison, {"scene": scene_summary(this_scene), "run": run}, json, csv)
     if not comparison.identical:
         raise typer.Exit(DIFFERENT)
     if comparison.fault is not None:
@@ -81,14 +85,13 @@ def compare(
         raise typer.Exit(FAULT)
 
 
-def _print_comparison(comparison: Comparison, head: dict[str, Any] | None, json: bool) -> None:
+def _print_comparison(comparison: Comparison, head: dict[str, Any] | None, json: bool, csv: bool) -> None:
     """Print what came of a comparison; of one that was interrupted (no head), how the finished runs went."""
-    if json:
-        from kinetile.records.versions import versions
+    from kinetile.records.versions import versions
 
-        status = {"status": "complete" if head else "interrupted", "versions": versions()}
-        found = comparison.as_dict() | ({} if head else {"identical": None})
-        typer.echo(as_json(status | (head or {}) | found))
+    status = {"status": "complete" if head else "interrupted", "versions": versions()}
+    found = comparison.as_dict() | ({} if head else {"identical": None})
+    if printed(status | (head or {}) | found, found["phases"], json=json, csv=csv):
         return
     from kinetile.cli.tables import comparison_table, show
 

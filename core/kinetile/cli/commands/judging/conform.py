@@ -1,4 +1,4 @@
-"""The command ``kinetile conform``: judges a broad phase."""
+"""The command ``kinetile conform``: judges a broad phase, alone or with a narrow phase."""
 
 from __future__ import annotations
 
@@ -38,6 +38,14 @@ def conform(
         str,
         typer.Argument(metavar="NAME", help="The broad phase, with options if need be: sap-1d:axis=y."),
     ],
+    narrow_phase: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--narrow-phase",
+            metavar="NAME",
+            help="A narrow phase to judge with it, instead of the usual one; with options if need be.",
+        ),
+    ] = None,
     budget: Annotated[
         Budget, typer.Option(help="20, 100 or 10,000 scenes drawn for each check.")
     ] = Budget.default,
@@ -77,21 +85,23 @@ def conform(
         bool, typer.Option("--json", help="Print each result as a line of JSON, and the report as the last.")
     ] = False,
 ) -> None:
-    """Judge a broad phase; exit code 1 if it does not conform, 3 if the reference itself is in doubt, 4 if it
-    could not be judged in time."""
+    """Judge a broad phase, alone or with a narrow phase; exit code 1 if it does not conform, 3 if the
+    reference itself is in doubt, 4 if it could not be judged in time."""
     with exit_codes():
         from kinetile.conformance import check_broad_phase
         from kinetile.conformance.court.limits import SECONDS
 
         name, options = registered_phase(phase)
+        narrow = dict(registered_phase(each, "narrow phase") for each in narrow_phase or ())
         checks = [_check(each) for each in check or ()]
         expected = dict(map(_expectation, expect_failure or ()))
         if seconds is not None and not seconds > 0.0:
             raise BadOption(f"--seconds {seconds:g}: expected a number of seconds above 0")
         try_folder("--save-to", save_to, keep=False)
-        show = _Show(name, options, json, junitxml)
+        show = _Show(name, options, narrow, json, junitxml)
         count = EXAMPLES[budget] if examples is None else examples
-        notice(f"judging {phase} on {count:,} scenes a check{_compiling()} ...")
+        who = " with ".join([phase, *(narrow_phase or ())])
+        notice(f"judging {who} on {count:,} scenes a check{_compiling()} ...")
         first = FirstSignal()
         try:
             with first:
@@ -99,6 +109,7 @@ def conform(
                     name,
                     in_process=not isolated,
                     options=options,
+                    narrow_phases=narrow,
                     examples=count,
                     checks=checks or None,
                     expected_failures=expected,
@@ -128,13 +139,20 @@ def _compiling() -> str:
 class _Show:
     """Prints a report as it comes into being."""
 
-    def __init__(self, name: str, options: dict[str, Any], json: bool, junitxml: Path | None) -> None:
+    def __init__(
+        self,
+        name: str,
+        options: dict[str, Any],
+        narrow: dict[str, dict[str, Any]],
+        json: bool,
+        junitxml: Path | None,
+    ) -> None:
         from kinetile.conformance import CHECKS, Report
         from kinetile.plugin.registry import registry
 
         owner = registry().provided("broad phase", name)
         source = f"{owner.distribution or 'this process'} {owner.version or ''}".strip()
-        self.unfinished: Report = Report(name, options, source, ())
+        self.unfinished: Report = Report(name, options, source, (), narrow_phases=narrow)
         self._json = json
         self._junitxml = junitxml
         self._wide = max(len(check.name) for check in CHECKS)

@@ -41,7 +41,7 @@ def run_study(
     ] = False,
     again: Annotated[
         list[str] | None,
-        typer.Option(metavar="STATUS", help="Forget the rows of this status, and do their tasks again."),
+        typer.Option(metavar="STATUS", help="Forget rows of this status, or `changed`, and do them again."),
     ] = None,
     json: Json = False,
 ) -> None:

@@ -8,8 +8,8 @@ from typing import Annotated, Any
 import typer
 
 from kinetile.cli.commands.study.options import Results, StudyName, find_study
-from kinetile.cli.json_output import as_json
-from kinetile.cli.options import Json
+from kinetile.cli.json_output import printed
+from kinetile.cli.options import Csv, Json
 from kinetile.cli.terminal import exit_codes, notice
 from kinetile.errors import BadOption
 
@@ -33,6 +33,7 @@ def study_table(
         bool, typer.Option("--no-timings", help="In --rows, leave out times, machine and its versions.")
     ] = False,
     json: Json = False,
+    csv: Csv = False,
 ) -> None:
     """Print what the rows come to: means over seeds, paired ratios, exponents, crossovers."""
     with exit_codes():
@@ -40,10 +41,17 @@ def study_table(
         if rows is not None:
             _write(this, rows, timings=not no_timings)
         found = this.table(y, x)
-        if json:
-            typer.echo(as_json(found))
-            return
-        _print(found)
+        if not printed(found, map(_plainly, found["groups"]), json=json, csv=csv):
+            _print(found)
+
+
+def _plainly(group: dict[str, Any]) -> dict[str, Any]:
+    """Return a scene under a phase with each end of an interval by itself."""
+    ends = {
+        name: dict(zip(("low", "high"), group[name] or (None, None), strict=True))
+        for name in ("interval", "ratio_interval")
+    }
+    return group | ends
 
 
 def _write(study: Any, path: Path, *, timings: bool) -> None:

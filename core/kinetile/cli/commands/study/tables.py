@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
 
-from kinetile.cli.tables import empty_table
+from kinetile.cli.tables import rows_table
 
 if TYPE_CHECKING:
     from kinetile.bench.study.study import Outcome, Study
@@ -28,13 +28,17 @@ def outcome_table(study: Study, outcome: Outcome) -> Table:
         table.add_row("elsewhere", f"{outcome.elsewhere:,} tasks: another process was at them")
     if outcome.others:
         table.add_row("others", f"{outcome.others:,} rows of other versions, or that the study had before")
+    for said in outcome.changed:
+        table.add_row("changed", said)
+    if outcome.damaged:
+        table.add_row("damaged", f"{outcome.damaged:,} files, moved to `damaged`: their tasks are done again")
     table.add_row("results", str(study.results))
     return table
 
 
 def groups_table(groups: Sequence[Mapping[str, Any]], parameters: Sequence[str]) -> Table:
     """Return a quantity for each scene and phase: mean over seeds, interval, ratio to the first phase."""
-    table = empty_table(
+    heads = (
         *(f"> {name}" for name in parameters),
         "| phase",
         "> rows",
@@ -44,13 +48,9 @@ def groups_table(groups: Sequence[Mapping[str, Any]], parameters: Sequence[str])
         "> ratio",
         "> 95 % of ratio",
     )
-    last = None
-    for group in groups:
-        scene = [_number(group["scene"].get(name)) for name in parameters]
-        if last not in (None, scene):
-            table.add_section()
-        table.add_row(
-            *(scene if scene != last else [""] * len(scene)),
+    rows = [
+        (
+            *(_number(group["scene"].get(name)) for name in parameters),
             group["phase"],
             f"{group['rows']:,}" + (f" ({group['odd']})" if group["odd"] else ""),
             _number(group["contacts"]),
@@ -59,35 +59,33 @@ def groups_table(groups: Sequence[Mapping[str, Any]], parameters: Sequence[str])
             _number(group["ratio"]),
             _interval(group["ratio_interval"]),
         )
-        last = scene
-    return table
+        for group in groups
+    ]
+    return rows_table(heads, rows, shared=len(parameters))
 
 
 def exponents_table(exponents: Sequence[Mapping[str, Any]], x: str, parameters: Sequence[str]) -> Table:
     """Return the exponents over a parameter, one row for each phase and choice of the others."""
-    table = empty_table(
-        *(f"> {name}" for name in parameters), "| phase", f"> {x}", "> exponent", "> 95 %", "> seeds"
-    )
-    for each in exponents:
-        first, last = each["range"]
-        table.add_row(
+    heads = (*(f"> {name}" for name in parameters), "| phase", f"> {x}", "> exponent", "> 95 %", "> seeds")
+    rows = [
+        (
             *(_number(each["scene"].get(name)) for name in parameters),
             each["phase"],
-            f"{first:g} to {last:g}",
+            "{:g} to {:g}".format(*each["range"]),
             "" if each["exponent"] is None else f"{each['exponent']:.3f}",
             "" if each["interval"] is None else "{:.3f} to {:.3f}".format(*each["interval"]),
             str(each["seeds"]),
         )
-    return table
+        for each in exponents
+    ]
+    return rows_table(heads, rows)
 
 
 def crossovers_table(crossovers: Sequence[Mapping[str, Any]], x: str, parameters: Sequence[str]) -> Table:
     """Return where one phase overtakes another over a parameter."""
-    table = empty_table(
-        *(f"> {name}" for name in parameters), "| below", "| above", f"> {x}", "> 95 %", "> seeds"
-    )
-    for each in crossovers:
-        table.add_row(
+    heads = (*(f"> {name}" for name in parameters), "| below", "| above", f"> {x}", "> 95 %", "> seeds")
+    rows = [
+        (
             *(_number(each["scene"].get(name)) for name in parameters),
             each["below"],
             each["above"],
@@ -95,7 +93,9 @@ def crossovers_table(crossovers: Sequence[Mapping[str, Any]], x: str, parameters
             _interval(each["interval"]),
             str(each["seeds"]),
         )
-    return table
+        for each in crossovers
+    ]
+    return rows_table(heads, rows)
 
 
 def _number(value: Any) -> str:

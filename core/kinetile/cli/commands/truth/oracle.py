@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from kinetile.cli.json_output import as_json, scene_summary
+from kinetile.cli.json_output import printed, scene_summary
 from kinetile.cli.options import (
+    Csv,
     Json,
     MaxContacts,
     Parameters,
@@ -43,6 +44,7 @@ def oracle(
         typer.Option(metavar="NAME", help="Say how far a run under this broad phase agrees."),
     ] = None,
     json: Json = False,
+    csv: Csv = False,
 ) -> None:
     """Certify the contacts of a scene in ball arithmetic; exit code 1 where a run differs."""
     from kinetile.accuracy.certified.oracle import Oracle
@@ -62,9 +64,9 @@ def oracle(
                     found = _run_against(against, truth, end, max_contacts, progress)
             except KeyboardInterrupt:
                 bar.close()
-                _print(this_scene, asked, truth.certified, None, json)
+                _print(this_scene, asked, truth.certified, None, json, csv)
                 raise
-    _print(this_scene, asked, truth.certified, found, json)
+    _print(this_scene, asked, truth.certified, found, json, csv)
     if found is not None and found.disagreement is not None:
         raise typer.Exit(DIFFERENT)
     if not (truth.certified.complete if found is None else found.complete):
@@ -107,9 +109,14 @@ def _shown_on(
 
 
 def _print(
-    scene: Scene, asked: dict[str, Any], certified: CertifiedRun, found: Agreement | None, json: bool
+    scene: Scene,
+    asked: dict[str, Any],
+    certified: CertifiedRun,
+    found: Agreement | None,
+    json: bool,
+    csv: bool,
 ) -> None:
-    if json:
+    if json or csv:
         from kinetile.records.versions import versions
 
         result: dict[str, Any] = {"versions": versions(), "scene": scene_summary(scene), "run": asked}
@@ -120,7 +127,8 @@ def _print(
             "undecidable": certified.undecidable and certified.undecidable._asdict(),
             "contacts": [_plainly(contact) for contact in certified.contacts],
         }
-        typer.echo(as_json(result | ({} if found is None else {"agreement": found.as_dict()})))
+        result |= {} if found is None else {"agreement": found.as_dict()}
+        printed(result, result["oracle"]["contacts"], json=json, csv=csv)
         return
     from kinetile.cli.tables import show
 
