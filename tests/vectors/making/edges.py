@@ -11,7 +11,7 @@ from .rules import FAR, tick_of
 from .scenes import Asked
 from .whole_runs import BY_CLOCK, PAIR, Body, Scene, events
 
-__all__ = ["clocks", "touches"]
+__all__ = ["barred", "clocks", "touches"]
 
 
 def _row(count: int, radius: float, moving: int, speed: float, mass: tuple[float, ...] = (1.0,)) -> Scene:
@@ -64,7 +64,7 @@ def _slow_gas(d: Draws, count: int, slow: int, walls: bool) -> Scene:
     return Scene(tuple(made), (float(count), 1.0) if walls else None)
 
 
-def _barred(d: Draws) -> Scene:
+def barred(d: Draws) -> Scene:
     """Two discs that touch, nearly, and fly on together but for the rounding of an exchange."""
     nx, ny = d.direction()
     reach = 0.25 + ldexp(d.below(64), -9)
@@ -98,13 +98,13 @@ def _walls_at_the_clock(d: Draws) -> Scene:
 
 def _what_happens(scene: Scene, until: int) -> tuple[list[int], bool]:
     """Return the classes of the events up to a tick, and whether two met at once while they were barred."""
-    kinds, barred = [], False
+    kinds, again = [], False
     for event in events(scene):
         if event.tick > until:
             break
         kinds.append(event.kind)
-        barred = barred or event.barred
-    return kinds, barred
+        again = again or event.barred
+    return kinds, again
 
 
 def clocks() -> Iterator[Asked]:
@@ -133,22 +133,22 @@ def _barring(d: Draws) -> Iterator[Asked]:
     """Pairs that are barred where rule 5 says that they meet: to the end, until the clock, until a turn."""
     found = 0
     while found < 2:
-        scene = _barred(d)
+        scene = barred(d)
         if _what_happens(scene, 1 << 55)[1]:
             found += 1
             yield Asked("two bodies that would meet again at once, and are barred", scene, 64.0)
     while found < 3:
-        scene = _barred(d)
-        kinds, barred = _what_happens(scene, 1 << 64)
-        if barred and PAIR in kinds[kinds.index(BY_CLOCK) :]:
+        scene = barred(d)
+        kinds, again = _what_happens(scene, 1 << 64)
+        if again and PAIR in kinds[kinds.index(BY_CLOCK) :]:
             found += 1
             yield Asked("a bar that the clock's anchoring ends: they meet again", scene, 4096.0)
     while found < 4:
-        scene = _barred(d)
+        scene = barred(d)
         first = scene.bodies[0]
         first = first._replace(turns=((1.0, first.velocity), (2.0, first.velocity)))
         scene = scene._replace(bodies=(first, scene.bodies[1]))
-        kinds, barred = _what_happens(scene, 3 << 52)
-        if barred and kinds.count(PAIR) > 1:
+        kinds, again = _what_happens(scene, 3 << 52)
+        if again and kinds.count(PAIR) > 1:
             found += 1
             yield Asked("a bar that a turn ends: they meet again", scene, 64.0)

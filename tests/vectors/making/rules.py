@@ -1,4 +1,5 @@
-"""Rules 3 to 6 and 9 of docs/specification.md, word by word, in whole numbers.
+"""Rules 3 to 6 and 9 of docs/specification.md, and what rules 9 and 11 say of two bodies, word by word, in
+whole numbers.
 
 Nothing here is kinetile's. Lengths and velocities are floats only as names of doubles; what is computed with
 them is done in integers (``Scaled``) or by ``Double``.
@@ -8,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-from math import floor, isqrt
+from math import floor, inf, isqrt
 from typing import NamedTuple
 
 from .doubles import Double, error_of_product, sqrt
@@ -17,8 +18,13 @@ __all__ = [
     "FAR",
     "Plan",
     "anchored",
+    "are_closer",
     "exchange",
+    "has_room",
     "meeting",
+    "overlap_at_insertion",
+    "overlap_at_start",
+    "parting",
     "tick_of",
     "unit_exponent",
     "wall_contact",
@@ -51,10 +57,12 @@ def unit_exponent(
     turned: Sequence[Velocity],
     arena: Arena | None,
 ) -> int:
-    """Return e, where the unit is 2^-e (rule 3)."""
-    if not places:
+    """Return e, where the unit is 2^-e (rule 3), of a scene that does not say its unit."""
+    if not places and arena is None:
         return 0
-    squares = [Double(vx) * Double(vx) + Double(vy) * Double(vy) for vx, vy in (*velocities, *turned)]
+    squares = [Double(0)] + [
+        Double(vx) * Double(vx) + Double(vy) * Double(vy) for vx, vy in (*velocities, *turned)
+    ]
     fastest = max(squares, key=lambda square: square.exact)
     if arena is not None:
         length = Double(max(arena))
@@ -100,8 +108,17 @@ def _bits(value: float) -> int:
     return value.as_integer_ratio()[1].bit_length() - 1
 
 
-def meeting(one: Plan, two: Plan, e: int) -> int | None:
-    """Return the tick of contact of two bodies; None: there is none (rule 5)."""
+class Course(NamedTuple):
+    """Two bodies from tick ``since`` on, the later anchor: t ticks later Q is a t^2 + 2 b t + c, and B is
+    a t + b, in whole numbers of some unit."""
+
+    since: int
+    a: int
+    b: int
+    c: int
+
+
+def _course(one: Plan, two: Plan, e: int) -> Course:
     lengths = (one.x, one.y, one.radius, two.x, two.y, two.radius)
     scaled = Scaled(e, lengths, (one.vx, one.vy, two.vx, two.vy))
     since = max(one.anchor, two.anchor)
@@ -116,17 +133,79 @@ def meeting(one: Plan, two: Plan, e: int) -> int | None:
     dx, wx = along(one.x, one.vx, two.x, two.vx)
     dy, wy = along(one.y, one.vy, two.y, two.vy)
     reach = scaled.length(one.radius) + scaled.length(two.radius)
-    a, b, c = wx * wx + wy * wy, dx * wx + dy * wy, dx * dx + dy * dy - reach * reach
+    return Course(since, wx * wx + wy * wy, dx * wx + dy * wy, dx * dx + dy * dy - reach * reach)
+
+
+def meeting(one: Plan, two: Plan, e: int) -> int | None:
+    """Return the tick of contact of two bodies; None: there is none (rule 5)."""
+    since, a, b, c = _course(one, two, e)
     if b >= 0:
         return None
     if c <= 0:
         return since
-    discriminant = b * b - a * c  # Q(since + t) = a t^2 + 2 b t + c
+    discriminant = b * b - a * c
     if discriminant <= 0:
         return None
     # k <= (-b - sqrt(discriminant))/a, that is, -b - a k is at least the root, rounded up
     wait = (-b - (isqrt(discriminant - 1) + 1)) // a
     return None if wait >= FAR else since + wait
+
+
+def parting(one: Plan, two: Plan, e: int) -> int | None:
+    """Return the tick of parting of two bodies that pass; None: there is none (rule 11)."""
+    since, a, b, c = _course(one, two, e)
+    discriminant = b * b - a * c
+    if c > 0 and (b >= 0 or discriminant <= 0):
+        return since
+    if a == 0:
+        return None
+    wait = (-b + isqrt(discriminant)) // a
+    return None if wait >= FAR else since + wait
+
+
+ROOM = Double(1e-12)
+
+
+def are_closer(one: Plan, two: Plan, e: int) -> bool:
+    """Whether two bodies overlap by more than 1e-12, exactly: another reading of rules 9 and 11."""
+    course = _course(one, two, e)
+    both = Fraction(one.radius) + Fraction(two.radius)
+    scaled = Scaled(e, (one.x, one.y, one.radius, two.x, two.y, two.radius), (one.vx, one.vy, two.vx, two.vy))
+    square = Fraction(course.c, 1 << 2 * scaled.bits) + both * both
+    return square < (both * (1 - Fraction(1e-12))) ** 2
+
+
+def overlap_at_start(one: Plan, two: Plan, e: int) -> bool:
+    """Whether two bodies that may pass begin to at the start (rule 11)."""
+    dx, dy = Double(one.x) - Double(two.x), Double(one.y) - Double(two.y)
+    reach = (Double(one.radius) + Double(two.radius)) * (Double(1) - ROOM)
+    return sqrt(dx * dx + dy * dy).exact < reach.exact
+
+
+def overlap_at_insertion(new: Plan, other: Plan, e: int) -> bool:
+    """Whether a body that is inserted begins to pass through another (rule 11)."""
+    return _overlap(new, other, (Double(other.radius) + Double(new.radius)) * (Double(1) - ROOM), e)
+
+
+def has_room(new: Plan, arena: Arena | None, others: Sequence[Plan], e: int) -> bool:
+    """Whether there is room for a body that is inserted, among these that it does not pass (rule 9)."""
+    radius = Double(new.radius)
+    least = radius - ROOM * radius
+    if arena is not None:
+        x, y, width, height = (Double(value) for value in (new.x, new.y, *arena))
+        if any(gap.exact < least.exact for gap in (x, width - x, y, height - y)):
+            return False
+    for other in others:
+        both = radius + Double(other.radius)
+        if _overlap(new, other, both - ROOM * both, e):
+            return False
+    return True
+
+
+def _overlap(new: Plan, other: Plan, reach: Double, e: int) -> bool:
+    there = anchored(other, new.anchor, e)
+    dx, dy = Double(there.x) - Double(new.x), Double(there.y) - Double(new.y)
+    return (dx * dx + dy * dy).exact < (reach * reach).exact
 
 
 def wall_contact(plan: Plan, arena: Arena, e: int) -> tuple[int, int] | None:
@@ -170,15 +249,19 @@ def exchange(one: Plan, two: Plan, masses: tuple[float, float] | None) -> tuple[
     speed = total + (low - total * excess)
     ga = gb = speed
     if masses is not None:
-        ma, mb = Double(masses[0]), Double(masses[1])
-        ga, gb = _share(ma, mb, speed), _share(mb, ma, speed)
+        ga, gb = _share(*masses, speed), _share(*reversed(masses), speed)
     after_a = (float(vxa + ga * nx), float(vya + ga * ny))
     after_b = (float(vxb - gb * nx), float(vyb - gb * ny))
     return after_a, after_b
 
 
-def _share(m: Double, o: Double, speed: Double) -> Double:
-    """Return the part of an exchange that a body of mass m takes from one of mass o."""
+def _share(mass: float, other: float, speed: Double) -> Double:
+    """Return the part of an exchange that a body of this mass takes from another (rules 9 and 11)."""
+    if mass == inf:
+        return speed if other == inf else Double(0)
+    if other == inf:
+        return Double(2) * speed
+    m, o = Double(mass), Double(other)
     twice = Double(2) * o
     both = m + o
     part = both - m

@@ -3,16 +3,39 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from fractions import Fraction
+from itertools import islice
+from typing import NamedTuple
 
+from .clauses import CLAUSES
 from .edges import clocks, touches
 from .rules import tick_of
 from .scenes import Asked, gases, lattices, mixtures, turning
-from .whole_runs import BY_CLOCK, PAIR, TURN, WALL, Body, Event, Scene, digest, events, unit_of
+from .whole_runs import (
+    BEGINNING,
+    BY_CLOCK,
+    CONTACTS,
+    INSERTION,
+    NO_ROOM,
+    PAIR,
+    PARTING,
+    REMOVAL,
+    TURN,
+    WALL,
+    Body,
+    Command,
+    Event,
+    Insert,
+    Remove,
+    Scene,
+    digest,
+    events,
+    unit_of,
+)
 from .writing import number, numbers
 
-__all__ = ["files"]
+__all__ = ["Answer", "answer", "files"]
 
 FILES: dict[str, tuple[str, Callable[[], Iterator[Asked]]]] = {
     "lattices": ("Exact ties, touching starts, and almost.", lattices),
@@ -29,46 +52,109 @@ SHOWN = 100
 KINDS = {"clock": BY_CLOCK, "turn": TURN, "wall": WALL, "pair": PAIR}
 
 
+MORE_KINDS = KINDS | {"insertion": INSERTION, "removal": REMOVAL, "begin": BEGINNING, "end": PARTING}
+
+
 def files() -> dict[str, str]:
     """Return the text of each file, by its path in this folder."""
-    return {f"runs/{name}.json": _file(about, asked) for name, (about, asked) in FILES.items()}
+    runs = {f"runs/{name}.json": _file(about, asked, KINDS) for name, (about, asked) in FILES.items()}
+    return runs | {
+        f"rules/{name}.json": _file(about, asked, MORE_KINDS) for name, (about, asked) in CLAUSES.items()
+    }
 
 
-def _file(about: str, runs: Callable[[], Iterator[Asked]]) -> str:
-    body = ",\n".join(_run(asked) for asked in runs())
+def _file(about: str, runs: Callable[[], Iterator[Asked]], kinds: dict[str, int]) -> str:
+    body = ",\n".join(_run(asked, kinds) for asked in runs())
     return f'{{\n "about": {json.dumps(about)},\n "runs": [\n{body}\n ]\n}}\n'
 
 
-def _run(asked: Asked) -> str:
-    """Return a run as JSON: a line a body, and the contacts in one."""
-    scene, e = asked.scene, unit_of(asked.scene)
+class Answer(NamedTuple):
+    """What a run has: e, the end as a time and as a tick, and its events."""
+
+    e: int
+    until: float
+    end: int
+    happened: list[Event]
+
+    @property
+    def contacts(self) -> list[Event]:
+        return [event for event in self.happened if event.kind in CONTACTS]
+
+
+def answer(asked: Asked, otherwise: Collection[str] = ()) -> Answer:
+    """Return what a run has, by the rules, or, for so many events, with other readings of them: to the letter
+    some are endless."""
+    scene, e = asked.scene, unit_of(asked.scene, otherwise)
     happened: list[Event] = []
     until, end, met = asked.until, 0, 0
-    if until is not None:
+    if asked.end is not None:
+        end = (asked.end[0] << 52) + asked.end[1]
+        until = _time(scene, end, e)
+    elif until is not None:
         end = tick_of(until, scene.start, e)
-    for event in events(scene):
+    for event in islice(events(scene, asked.end, otherwise), 1000 if otherwise else None):
         if until is not None and event.tick > end:
             break
         happened.append(event)
-        met += event.kind in (WALL, PAIR)
+        met += event.kind in CONTACTS
         if until is None and met == asked.contacts:
-            exact = Fraction(scene.start) + Fraction(event.tick, 1 << 52 + e)
-            until = exact.numerator / exact.denominator
+            until = _time(scene, event.tick, e)
             end = tick_of(until, scene.start, e)
     assert until is not None
-    happened = [event for event in happened if event.tick <= end]
-    contacts = [event for event in happened if event.kind in (WALL, PAIR)]
+    return Answer(e, until, end, [event for event in happened if event.tick <= end])
+
+
+def _time(scene: Scene, tick: int, e: int) -> float:
+    exact = Fraction(scene.start) + Fraction(tick, 1 << 52 + e)
+    return exact.numerator / exact.denominator
+
+
+def _run(asked: Asked, kinds: dict[str, int]) -> str:
+    """Return a run as JSON: a line a body, and the contacts in one."""
+    scene = asked.scene
+    found = answer(asked)
+    contacts = found.contacts
     first = [[*map(str, divmod(each.tick, 1 << 52)), each.a, each.b] for each in contacts[:SHOWN]]
-    counts = {name: sum(each.kind == kind for each in happened) for name, kind in KINDS.items()}
+    counts = {name: sum(each.kind == kind for each in found.happened) for name, kind in kinds.items()}
+    told = {"otherwise": asked.otherwise} if asked.otherwise else {}
+    told |= {"ended": "no room"} if any(each.kind == NO_ROOM for each in found.happened) else {}
     lines = [
-        f'  {{"name": {json.dumps(asked.name)},',
-        f'   "scene": {{{_head(scene, until)}, "bodies": [',
+        f'  {{"name": {json.dumps(asked.name)},'
+        + "".join(f' "{key}": "{each}",' for key, each in told.items()),
+        f'   "scene": {{{_head(scene, found.until)}{_more(asked)}, "bodies": [',
         ",\n".join(f"     {_json(_body(body))}" for body in scene.bodies) + "]},",
-        f'   "e": {e}, "end": "{end}", "happened": {json.dumps(counts)},',
+        f'   "e": {found.e}, "end": "{found.end}", "happened": {json.dumps(counts)},',
         f'   "count": {len(contacts)}, "fingerprint": "{digest(contacts)}",',
         f'   "contacts": {_json(first)}}}',
     ]
     return "\n".join(lines)
+
+
+def _more(asked: Asked) -> str:
+    """Return what only the scenes of ``rules`` have."""
+    scene = asked.scene
+    made: dict[str, object] = {}
+    if asked.end is not None:
+        made["end"] = asked.end
+    if scene.unit is not None:
+        made["unit"] = number(2.0**-scene.unit)
+    if scene.responses:
+        made["responses"] = [{"between": pair, "response": name} for pair, name in scene.responses]
+    if scene.commands:
+        made["commands"] = [_command(command) for command in scene.commands]
+    return "".join(f', "{key}": {_json(value)}' for key, value in made.items())
+
+
+def _command(command: Command) -> dict[str, object]:
+    made: dict[str, object] = {"time": number(command.time)}
+    if command.at is not None:
+        made["at"] = command.at
+    if isinstance(command, Insert):
+        named = {} if command.number is None else {"body": command.number}
+        return made | {"insert": _body(command.body) | named}
+    if isinstance(command, Remove):
+        return made | {"remove": command.body}
+    return made | {"turn": command.body, "velocity": numbers(*command.velocity)}
 
 
 def _head(scene: Scene, until: float) -> str:
@@ -83,6 +169,8 @@ def _body(body: Body) -> dict[str, object]:
         "radius": number(body.radius),
         "mass": number(body.mass),
     }
+    if body.kind is not None:
+        made["kind"] = body.kind
     if body.turns:
         made["turns"] = [
             {"time": number(time), "velocity": numbers(*velocity)} for time, velocity in body.turns

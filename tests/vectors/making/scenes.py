@@ -13,12 +13,15 @@ __all__ = ["Asked", "gases", "lattices", "mixtures", "turning"]
 
 
 class Asked(NamedTuple):
-    """A run: to an end in time, or to the time of its so manieth contact, rounded to a double."""
+    """A run: to an end in time, to an exact one, or to the time of its so manieth contact, rounded to a
+    double. ``otherwise``: the reading of the rules with which it has another answer."""
 
     name: str
     scene: Scene
     until: float | None = None
     contacts: int = 0
+    end: tuple[int, int, int] | None = None
+    otherwise: str = ""
 
 
 def _lattice(

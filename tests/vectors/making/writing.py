@@ -17,7 +17,7 @@ Row = Sequence[object]
 
 
 def number(value: float) -> str:
-    """Return a double as a string; there is one zero."""
+    """Return a double as a string, ``"inf"`` for an infinite one; there is one zero."""
     return (value + 0.0).hex()
 
 
