@@ -14,6 +14,8 @@ from pathlib import Path
 import pytest
 
 import kinetile as kt
+from accessibility import install_axe, violations
+from chromium import Browser, needs_chromium
 from kinetile import accuracy, conformance, errors, records, toolbox
 
 ROOT = Path(__file__).parents[1]
@@ -23,6 +25,10 @@ NAMED = set(re.findall(r"^\.\. auto\w+:: ([\w.]+)$", API, flags=re.MULTILINE))
 
 ELSEWHERE = {"__version__", "conformance", "errors"}
 """Names of ``kinetile`` that are no part of its interface's pages, or have a page of their own."""
+
+
+UNREAD = {"_live", "source"}
+"""Folders of the site whose pages are looked at elsewhere, or are all of one make."""
 
 
 @pytest.mark.parametrize("module", [kt, toolbox, records, accuracy, conformance, errors])
@@ -99,6 +105,41 @@ def test_every_link_within_the_site_leads_to_a_file_and_a_place_in_it(site):
 def test_words_of_the_glossary_have_their_places(site):
     anchors = places(site / "glossary.html").anchors
     assert {"term-certificate", "term-candidate-pair", "term-broad-phase", "term-tick"} <= anchors
+
+
+@pytest.mark.site
+@needs_chromium
+@pytest.mark.parametrize("width", [390, 1280])
+def test_a_checker_of_accessibility_finds_nothing(width, site, tmp_path):
+    axe = install_axe(tmp_path)
+    pages = [page for page in site.rglob("*.html") if page.relative_to(site).parts[0] not in UNREAD]
+    assert len(pages) > 40
+    found = {}
+    with Browser(width) as browser:
+        for page in (*pages, site / "source" / "tests" / "foreign" / "kinetile-stripes.html"):
+            browser.visit(page)
+            found[str(page.relative_to(site))] = violations(browser, axe)
+    assert {page: complaints for page, complaints in found.items() if complaints} == {}
+
+
+@pytest.mark.site
+@needs_chromium
+@pytest.mark.parametrize("page", ["index", "thesis-figures"])
+def test_the_wheel_scrolls_past_a_player_and_the_player_logs_nothing(page, site):
+    with Browser(1280, 800) as browser:
+        browser.visit(site / f"{page}.html")
+        browser.value("document.querySelector('iframe').scrollIntoView()")
+        browser.value("new Promise((done) => setTimeout(() => done(true), 3000))")  # it is loaded when seen
+        at = browser.value("scrollY")
+        left, width = browser.value(
+            "(({ left, width }) => [left, width])(document.querySelector('iframe').getBoundingClientRect())"
+        )
+        for _ in range(40):
+            where = {"x": left + width / 3, "y": 200, "deltaX": 0, "deltaY": 100}
+            browser.ask("Input.dispatchMouseEvent", type="mouseWheel", **where)
+            browser.value("new Promise((done) => setTimeout(() => done(true), 50))")
+        assert browser.value("scrollY") > at + 400
+        assert browser.said() == []
 
 
 class Places(HTMLParser):

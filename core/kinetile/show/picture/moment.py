@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from kinetile.errors import printable
 from kinetile.kernel.clock import TICKS
 from kinetile.plugin.drawing import ROLES, At, Box, Coordinate, Entry, Item, Link, Point, Polygon, Segment
 from kinetile.run.simulation import Simulation
@@ -57,7 +58,7 @@ class Picture:
 
     def told(self, shape: Item) -> str:
         """Return what a shape is, in words: its role, its label, when it fails."""
-        words = [": ".join(filter(None, (shape.role, shape.label)))]
+        words = [": ".join(filter(None, (shape.role, printable(shape.label))))]
         if shape.fails is not None:
             words.append(f"fails at {self.times[shape.fails]:.6g}")
         return ", ".join(words)
@@ -107,7 +108,7 @@ def _discs(numbers: Array, positions: Array, velocities: Array, radii: Array) ->
 
 def _counted(scene: Scene, count: int) -> str:
     name = scene.origin.get("recipe") or PurePath(scene.origin.get("file", "")).stem or "a scene"
-    return f"{name}: {count} {'disc' if count == 1 else 'discs'}"
+    return f"{printable(str(name))}: {count} {'disc' if count == 1 else 'discs'}"
 
 
 def corners_of(shape: Item) -> list[Place]:

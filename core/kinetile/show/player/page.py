@@ -119,6 +119,7 @@ class Page:
             "steps": None if coded is None else encode(coded),
             "structure": None if structure is None else encode(structure),
             "labels": labels,
+            "seen": 0 if steps is None else steps.structure.seen,
         }
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -42,7 +43,7 @@ class View:
     def __str__(self) -> str:
         return self.page.html()
 
-    def save(self, path: str | Path, *, overwrite: bool = False) -> Path:
+    def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
         """Write the page to a file, and return its path.
 
         Raises BadOption where the file is there already (unless ``overwrite``) or cannot be written.
@@ -116,9 +117,12 @@ def view_scene(
     return View(Page(scene, recordings, title or _name(scene)))
 
 
-def view_file(path: str | Path, *, begin: float | None = None, until: float | None = None) -> View:
+def view_file(
+    path: str | os.PathLike[str], *, begin: float | None = None, until: float | None = None
+) -> View:
     """Return a view of an event file, or of a window of it. Raises RecordError as ``Trajectory.read``, and
     BadOption for a window that is not in it."""
+    path = Path(path)
     trajectory = Trajectory.read(path)
     scene, rows = trajectory.scene, trajectory.rows
     clock = Clock(scene.start, scene.time_unit)

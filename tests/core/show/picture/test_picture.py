@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
+from dataclasses import replace
 from xml.etree import ElementTree
 
 import pytest
@@ -115,3 +116,14 @@ def test_printing_without_matplotlib_says_which_extra_brings_it(monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(MissingExtra, match=r"kinetile\[figures\]"):
         as_printed(picture, "png")
+
+
+def test_control_characters_in_names_made_no_xml(tmp_path):
+    path = tmp_path / "a\x1b[31m\x00b.toml".replace("\x00", "\x01")
+    kt.save_scene(kt.make_scene("two-discs"), path)
+    sim = kt.Simulation(kt.load_scene(path), "cells")
+    picture = take_picture(sim)
+    odd = replace(picture, shapes=tuple(replace(each, label="\x07\ufffe") for each in picture.shapes))
+    for svg in (as_svg(odd), kt.as_svg(sim.scene).encode()):
+        assert rb"a\x1b[31m\x01b: 2 discs" in svg
+        assert read(svg).find(f"{SVG}title").text.isprintable()

@@ -47,12 +47,14 @@ export function gapOf([ax, ay], ar, [bx, by], br) {
 
 export class Camera {
   constructor() {
-    Object.assign(this, { x: 0, y: 0, dx: 0, dy: 0, scale: 1 });
+    Object.assign(this, { x: 0, y: 0, dx: 0, dy: 0, scale: 1, box: null });
   }
 
-  /** Show a box [left, bottom, right, top] in a window of so many pixels. */
-  fit([left, bottom, right, top], width, height) {
+  /** Show a box [left, bottom, right, top] in a window of so many pixels; it is kept until another view is chosen. */
+  fit(box, width, height) {
+    const [left, bottom, right, top] = box;
     this.look((left + right) / 2, (bottom + top) / 2);
+    this.box = box;
     const [wide, high] = [Math.max(right - left, 1e-300), Math.max(top - bottom, 1e-300)];
     this.scale = 0.95 * Math.min(width / wide, height / high);
   }
@@ -61,6 +63,7 @@ export class Camera {
   look(x, y, dx = 0, dy = 0) {
     [this.x, this.dx] = twoSum(x, dx);
     [this.y, this.dy] = twoSum(y, dy);
+    this.box = null;
   }
 
   /** Move the view by pixels: right and up. */

@@ -151,6 +151,17 @@ export function drawPlan(view, [anchor, now, then], radius, colour) {
   pen.setLineDash([]);
 }
 
+/** A sentence in the corner of the picture, over all else. */
+export function drawNote({ pen }, text, theme) {
+  pen.font = "12px system-ui, sans-serif";
+  pen.textAlign = "left";
+  pen.textBaseline = "top";
+  pen.fillStyle = theme.paper;
+  pen.fillRect(0, 0, pen.measureText(text).width + 16, 24);
+  pen.fillStyle = theme.text;
+  pen.fillText(text, 8, 6);
+}
+
 /** The arena's walls. */
 export function drawWalls(view, [width, height], colour) {
   const { pen } = view;

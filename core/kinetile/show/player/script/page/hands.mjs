@@ -5,11 +5,13 @@ import { load } from "../run/playback.mjs";
 import { Player } from "./player.mjs";
 import { $, legend } from "./tables.mjs";
 
-/** Where a pointer is, in pixels right of and above the middle of a canvas. */
-function offset(canvas, event) {
+/** A place in the window in pixels right of and above the middle of a canvas. */
+function offset(canvas, [x, y]) {
   const box = canvas.getBoundingClientRect();
-  return [event.clientX - box.left - box.width / 2, box.top + box.height / 2 - event.clientY];
+  return [x - box.left - box.width / 2, box.top + box.height / 2 - y];
 }
+
+const pointOf = (event) => [event.clientX, event.clientY];
 
 const PAN = 60;
 
@@ -20,8 +22,8 @@ const KEYS = {
   ArrowLeft: (player) => player.step(-1),
   "Shift ArrowRight": (player) => player.step(1, true),
   "Shift ArrowLeft": (player) => player.step(-1, true),
-  ArrowUp: (player) => setSpeed(player, 2),
-  ArrowDown: (player) => setSpeed(player, 0.5),
+  ArrowUp: (player) => player.hasten(2),
+  ArrowDown: (player) => player.hasten(0.5),
   Home: (player) => player.move(-2),
   End: (player) => player.move(2),
   PageDown: (player) => player.move(0.05),
@@ -39,13 +41,18 @@ const KEYS = {
   s: (player) => pan(player, 0, -PAN),
   r: (player) => reset(player),
   t: (player) => setStructured(player),
-  Escape: (player) => player.select(null),
-  "?": () => $("help").showModal(),
+  Escape: (player) => leave(player),
+  "?": () => help(),
 };
 
-function setSpeed(player, factor) {
-  player.speed *= factor;
-  player.changed();
+function leave(player) {
+  player.panes.forEach((canvas) => canvas.classList.remove("active"));
+  player.select(null);
+}
+
+function help() {
+  $("help").showModal();
+  $("close").focus(); // the attribute autofocus is an error in a page within a page
 }
 
 function setEven(player) {
@@ -104,19 +111,25 @@ function onKey(player, event) {
   act(player);
 }
 
-/** Pointers: one drags, a wheel or two fingers zoom, a tap selects. */
+/**
+ * Pointers: one drags, two zoom and move the view, a tap selects. A page has to be scrolled past its pictures, and
+ * past a player in it: the wheel zooms with Ctrl, or after a click into the picture until the mouse leaves it; a
+ * finger that goes up or down scrolls (touch-action in page.css).
+ */
 function listen(player, canvas) {
   const fingers = new Map();
   let moved = 0;
   canvas.addEventListener("pointerdown", (event) => {
     canvas.setPointerCapture(event.pointerId);
-    fingers.set(event.pointerId, [event.clientX, event.clientY]);
+    fingers.set(event.pointerId, pointOf(event));
     moved = fingers.size > 1 ? 100 : 0;
+    if (event.pointerType !== "touch") canvas.classList.add("active");
   });
+  canvas.addEventListener("pointerleave", () => canvas.classList.remove("active"));
   canvas.addEventListener("pointermove", (event) => {
     const before = fingers.get(event.pointerId);
     if (!before) return;
-    const now = [event.clientX, event.clientY];
+    const now = pointOf(event);
     moved += Math.abs(now[0] - before[0]) + Math.abs(now[1] - before[1]);
     const other = [...fingers].find(([id]) => id !== event.pointerId)?.[1];
     fingers.set(event.pointerId, now);
@@ -125,16 +138,25 @@ function listen(player, canvas) {
       return;
     }
     const apart = (point) => Math.hypot(point[0] - other[0], point[1] - other[1]) || 1;
-    zoom(player, apart(now) / apart(before), ...offset(canvas, event));
+    const middle = [(now[0] + other[0]) / 2, (now[1] + other[1]) / 2];
+    pan(player, (before[0] - now[0]) / 2, (now[1] - before[1]) / 2); // as far as the middle of the two moves
+    zoom(player, apart(now) / apart(before), ...offset(canvas, middle));
   });
   const lift = (event) => {
-    if (fingers.delete(event.pointerId) && moved <= 4 && event.type === "pointerup") player.select(player.bodyAt(canvas, event));
+    const taps = fingers.delete(event.pointerId) && moved <= 4 && event.type === "pointerup";
+    if (taps) player.select(player.bodyAt(canvas, offset(canvas, pointOf(event))));
   };
   canvas.addEventListener("pointerup", lift);
   canvas.addEventListener("pointercancel", lift);
+  for (const kind of ["touchstart", "touchmove"]) {
+    canvas.addEventListener(kind, (event) => {
+      if (event.touches.length > 1) event.preventDefault(); // two fingers are for the view, whichever way they go
+    }, { passive: false });
+  }
   canvas.addEventListener("wheel", (event) => {
+    if (!event.ctrlKey && !event.metaKey && !canvas.classList.contains("active")) return;
     event.preventDefault();
-    zoom(player, 2 ** (-event.deltaY / 200), ...offset(canvas, event));
+    zoom(player, 2 ** (-event.deltaY / 200), ...offset(canvas, pointOf(event)));
   }, { passive: false });
 }
 
@@ -165,7 +187,11 @@ export async function begin() {
   });
   $("group").addEventListener("change", (event) => setGroup(player, event.target.value));
   $("goto").addEventListener("change", (event) => player.goTo(event.target.value));
-  window.addEventListener("resize", () => player.changed());
+  document.addEventListener("click", ({ target, detail }) => {
+    if (detail && target.tagName === "BUTTON") target.blur(); // a click, not a key: Space is to play, not to press it again
+  });
+  const sizes = new ResizeObserver(() => player.resized());
+  [...player.panes, $("timeline")].forEach((canvas) => sizes.observe(canvas));
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
     player.theme = readTheme();
     player.changed();

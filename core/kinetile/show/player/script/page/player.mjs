@@ -1,7 +1,7 @@
 // The state of the page: what plays, what is selected, where one looks; and what is seen of it.
 
 import { Camera, gapOf } from "./camera.mjs";
-import { drawBodies, drawNumbers, drawPlan, drawStructure, drawWalls, groupOf } from "./drawing.mjs";
+import { drawBodies, drawNote, drawNumbers, drawPlan, drawStructure, drawWalls, groupOf } from "./drawing.mjs";
 import { drawMatrix } from "./matrix.mjs";
 import { prepare } from "./paper.mjs";
 import { BodyTable, countUp, tell } from "./tables.mjs";
@@ -10,6 +10,12 @@ import { compare, elapsed, later, momentAt, timeOf } from "../run/clock.mjs";
 import { GROUPS, inWords, momentOfEvent, seek } from "../run/events.mjs";
 import { Playback } from "../run/playback.mjs";
 import { KINDS } from "../run/rows.mjs";
+
+/** How fast time may pass at most, in parts of the speed at first: a whole recording within a frame. */
+const FASTEST = 2 ** 12;
+
+/** How slowly, at least: of a recording of one unit of the clock, a frame is a few ticks. */
+const SLOWEST = 2 ** -40;
 
 /** Colours, as the style sheet has them. */
 function readTheme() {
@@ -43,13 +49,22 @@ export class Player {
     if (held.open) this.playback.seek(held.open);
   }
 
-  fit() {
+  fit(box = this.held.box) {
     const { width, height } = prepare(this.panes[0], devicePixelRatio);
-    this.camera.fit(this.held.box, width, height);
+    this.camera.fit(box, width, height);
   }
 
+  /** The window has another size: a box that was fitted to it is fitted again, and any other view stays. */
+  resized() {
+    if (this.camera.box) this.fit(this.camera.box);
+    this.changed();
+  }
+
+  /** The time as a double: of a moment that was typed, what was typed, which may lie within its tick. */
   time() {
-    return timeOf(this.playback.moment, this.held.start, this.held.unit);
+    const { moment } = this.playback;
+    if (this.typed && compare(this.typed.moment, moment) === 0) return this.typed.time;
+    return timeOf(moment, this.held.start, this.held.unit);
   }
 
   // What a reader does
@@ -66,31 +81,58 @@ export class Player {
     this.playing = 0;
     const body = ofBody ? this.selected : null;
     const found = this.playback.step(direction, this.group, body);
-    const run = this.playback.runs.find((each) => this.playback.current(each) >= 0);
-    if (run) this.say(`${inWords(run.events, this.playback.current(run))}, time ${this.time()}`);
-    else this.say("the beginning");
-    if (!found) this.say("no such event");
+    if (found) this.arrive();
+    else this.say("no such event");
+    this.changed();
+  }
+
+  /** Somebody has gone to a moment: say what it is, unless time runs on from it. */
+  arrive() {
+    if (!this.playing) this.say(this.momentInWords());
+    this.changed();
+  }
+
+  /** The present moment in words. */
+  momentInWords() {
+    const { playback } = this;
+    const run = playback.runs.find((each) => playback.current(each) >= 0);
+    if (run) return `${inWords(run.events, playback.current(run))}, time ${this.time()}`;
+    if (compare(playback.moment, playback.begin) === 0) return "the beginning";
+    return `${compare(playback.moment, playback.end) === 0 ? "the end" : "between events"}, time ${this.time()}`;
+  }
+
+  /** Go to just after an event of the first run. */
+  jump(event) {
+    this.playback.jump(0, event);
+    this.arrive();
+  }
+
+  /** Make time pass faster or slower, by a power of two, within bounds. */
+  hasten(factor) {
+    const { speed } = this.held;
+    this.speed = Math.min(Math.max(this.speed * factor, SLOWEST * speed), FASTEST * speed);
     this.changed();
   }
 
   move(fraction) {
     const whole = elapsed(this.playback.end, ...this.playback.begin, this.held.unit);
     this.playback.seek(later(this.playback.moment, fraction * whole, this.held.unit));
-    this.changed();
+    this.arrive();
   }
 
   /** Go to a time as it is written, exactly: the tick that it rounds down to. */
   goTo(text) {
     const time = Number(text);
     if (text.trim() === "" || !Number.isFinite(time)) return this.say(`${text} is no time`);
-    this.playback.seek(momentAt(time, this.held.start, this.held.unit));
-    return this.changed();
+    this.typed = { moment: momentAt(time, this.held.start, this.held.unit), time };
+    this.playback.seek(this.typed.moment);
+    return this.arrive();
   }
 
   seekFraction(fraction) {
     const whole = elapsed(this.playback.end, ...this.playback.begin, this.held.unit);
     this.playback.seek(later(this.playback.begin, fraction * whole, this.held.unit));
-    this.changed();
+    this.arrive();
   }
 
   select(body) {
@@ -127,9 +169,8 @@ export class Player {
       const part = this.bodies.radius[pair[0]] / Math.hypot(dx, dy);
       this.camera.look(ax, ay, dx * part, dy * part);
     } else {
-      const { width, height } = prepare(this.panes[0], devicePixelRatio);
       const room = 1.2 * Math.max(...this.bodies.radius.filter((radius) => radius > 0), 0); // a disc on each side
-      this.camera.fit([box[0] - room, box[1] - room, box[2] + room, box[3] + room], width, height);
+      this.fit([box[0] - room, box[1] - room, box[2] + room, box[3] + room]);
     }
     return this.changed();
   }
@@ -173,7 +214,10 @@ export class Player {
       const seconds = Math.min(Math.max(now - this.playing, 0) / 1000, 0.1);
       this.playing = now;
       const more = this.evenly ? this.playback.playEvenly(seconds * this.pace()) : this.playback.play(seconds * this.speed);
-      if (!more) this.playing = 0;
+      if (!more) {
+        this.playing = 0;
+        this.say(`the end, time ${this.time()}`);
+      }
     }
     if (this.follows && this.selected !== null) {
       this.camera.look(...this.playback.runs[0].motion.place(this.selected, this.playback.moment));
@@ -185,6 +229,12 @@ export class Player {
       tell(this);
     }
     if (this.playing) this.changed();
+  }
+
+  /** The bound that the speed has reached, in words; or nothing. */
+  bound() {
+    if (this.speed === FASTEST * this.held.speed) return ", the fastest";
+    return this.speed === SLOWEST * this.held.speed ? ", the slowest" : "";
   }
 
   /** Events a second, where time runs evenly between them. */
@@ -213,6 +263,7 @@ export class Player {
     const body = this.selected;
     if (body !== null && there[body]) drawPlan(view, this.plan(run, body), bodies.radius[body] || 0, theme.selected);
     drawNumbers(view, bodies, places, there, theme);
+    if (structure && run.done > structure.seen) drawNote(view, `the structure is recorded up to event ${structure.seen} only`, theme);
     const matrix = this.matrices[at];
     if (!matrix.hidden) drawMatrix(matrix, structure?.entries(run.done) ?? [], there, held, theme, this.marks(run));
   }
@@ -249,10 +300,9 @@ export class Player {
     return gapOf(place(a), this.bodies.radius[a], place(b), this.bodies.radius[b]);
   }
 
-  /** The body at a place of a canvas, or null. */
-  bodyAt(canvas, event) {
+  /** The body at a place of a canvas, in pixels right of and above its middle; or null. */
+  bodyAt(canvas, [right, up]) {
     const { motion } = this.playback.runs[this.panes.indexOf(canvas)];
-    const [right, up] = offset(canvas, event);
     for (let body = 0; body < this.bodies.x.length; body += 1) {
       if (!motion.plans.there[body]) continue;
       const [x, y] = this.camera.see(...motion.place(body, this.playback.moment));

@@ -59,7 +59,7 @@ export function tell(player) {
   $("even").setAttribute("aria-pressed", String(player.evenly));
   $("follow").setAttribute("aria-pressed", String(player.follows));
   const [pace, what] = player.evenly ? [player.pace(), "events"] : [player.speed, "time units"];
-  $("pace").textContent = `${pace.toPrecision(2)} ${what} a second`;
+  $("pace").textContent = `${Number(pace.toPrecision(2))} ${what} a second${player.bound()}`;
   const clock = $("timeline");
   clock.setAttribute("aria-valuenow", String(Math.round(1000 * fractionOf(playback.moment, playback.begin, playback.end))));
   clock.setAttribute("aria-valuetext", `time ${player.time()}`);
@@ -88,7 +88,7 @@ function readings(player, run, at) {
   found["kinetic energy"] = energy(bodies, run.motion.plans).toPrecision(9);
   if (steps && run.done < steps.queue.length) found.queue = steps.queue[run.done];
   Object.assign(found, structure?.counts(run.done));
-  if (run.done >= structure?.seen) found.structure = `known up to event ${structure.seen - 1}`;
+  if (run.done > structure?.seen) found.structure = `recorded up to event ${structure.seen}`;
   return found;
 }
 
@@ -141,10 +141,7 @@ export class BodyTable {
   #add() {
     const item = document.createElement("li");
     const button = document.createElement("button");
-    button.addEventListener("click", () => {
-      this.player.playback.jump(0, button.event);
-      this.player.changed();
-    });
+    button.addEventListener("click", () => this.player.jump(button.event));
     item.append(button);
     this.buttons.push({ item, button });
     $("contacts").append(item);

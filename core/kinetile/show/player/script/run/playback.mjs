@@ -16,7 +16,7 @@ export async function load(held) {
   for (const run of held.runs) {
     rows = run.rows ? rebuild(bodies, await decode(run.rows), held.unit) : rows; // null: as the run before
     const steps = run.steps ? await decode(run.steps) : null;
-    const structure = run.structure ? new Structure(await decode(run.structure), run.labels, Object.keys(held.looks)) : null;
+    const structure = run.structure ? new Structure(await decode(run.structure), run.labels, Object.keys(held.looks), run.seen) : null;
     runs.push({ rows, steps, structure });
   }
   return { bodies, runs };

@@ -3,19 +3,22 @@
 import { compare } from "./clock.mjs";
 
 export const SHAPES = ["segment", "box", "polygon", "link", "entry"];
+const PLURALS = { axis: "axes" };
 const STATES = ["old", "again", "fresh", "next"];
+
+const plural = (role) => PLURALS[role] ?? `${role}s`;
 
 /** A log of shapes (columns as structure.py names them), to be asked what there is after so many events. */
 export class Structure {
-  constructor(columns, labels, roles) {
+  constructor(columns, labels, roles, seen) {
     Object.assign(this, columns);
+    this.seen = seen; // after more events than these it is not known
     this.labels = labels;
     this.roles = roles;
     this.start = new Int32Array(columns.size.length); // of each shape's coordinates
     for (let shape = 1; shape < this.start.length; shape += 1) {
       this.start[shape] = this.start[shape - 1] + columns.size[shape - 1];
     }
-    this.seen = this.last.reduce((most, last) => Math.max(most, last), 0); // after so many events it is not known
     this.asked = -1;
     this.layered = -1;
   }
@@ -104,7 +107,7 @@ export class Structure {
   counts(done) {
     const counts = {};
     for (const shape of this.at(done)) {
-      const name = SHAPES[this.shape[shape]] === "entry" ? "in the matrix" : `${this.roles[this.role[shape]]}s drawn`;
+      const name = SHAPES[this.shape[shape]] === "entry" ? "in the matrix" : `${plural(this.roles[this.role[shape]])} drawn`;
       counts[name] = (counts[name] ?? 0) + 1;
     }
     return counts;
