@@ -21,7 +21,7 @@ project = "kinetile"
 author = "The kinetile authors"
 copyright = "2026, The kinetile authors"
 
-extensions = ["myst_nb", "contents", "docstrings", "live", "outside", "words"]
+extensions = ["myst_nb", "accessible", "contents", "docstrings", "live", "outside", "words"]
 exclude_patterns = ["_ext", "examples", "figures"]
 
 html_theme = "furo"

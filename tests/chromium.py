@@ -50,7 +50,8 @@ class Browser:
             os.dup2(104, 4)
 
         options = ["--headless=new", "--no-sandbox", "--disable-gpu", "--hide-scrollbars"]
-        options.append("--remote-debugging-pipe")
+        options += ["--remote-debugging-pipe", "--no-first-run", "--disable-background-networking"]
+        options += ["--disable-component-update", "--disable-sync", "--disable-quic"]
         self.process = subprocess.Popen(
             [CHROMIUM, *options, f"--user-data-dir={self._folder.name}", "about:blank"],
             close_fds=False,
@@ -124,6 +125,12 @@ class Browser:
         found = self.ask("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True)
         assert "exceptionDetails" not in found, found
         return found["result"].get("value")
+
+    def visit(self, path: Path) -> None:
+        """Open any page from its file, and wait until it is loaded."""
+        self.ask("Page.navigate", url=path.resolve().as_uri())
+        while self.value("document.readyState") != "complete":
+            time.sleep(0.01)
 
     def open(self, path: Path) -> None:
         """Open a page of the player from its file, and wait until it is there."""

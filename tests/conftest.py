@@ -2,9 +2,40 @@
 
 from __future__ import annotations
 
+import signal
+
 import pytest
+from hypothesis import HealthCheck, settings
 
 from kinetile.kernel.compiled import INTERPRETED
+
+settings.register_profile(
+    "any machine",
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
+)
+settings.load_profile("any machine")  # a busy machine is no failure: no test judges the time that it takes
+
+
+@pytest.fixture(autouse=True)
+def _signals_come():
+    """Let SIGINT and SIGTERM come, here and in children, where a shell has this process ignore them."""
+    yield from _not_ignored(signal.SIGINT, signal.SIGTERM)
+
+
+@pytest.fixture
+def hanging_up():
+    """The same of SIGHUP, for one test: under nohup, the others are to go on when the terminal goes."""
+    yield from _not_ignored(getattr(signal, "SIGHUP", signal.SIGTERM))
+
+
+def _not_ignored(*numbers):
+    ignored = [number for number in numbers if signal.getsignal(number) is signal.SIG_IGN]
+    for number in ignored:
+        signal.signal(number, signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL)
+    yield
+    for number in ignored:
+        signal.signal(number, signal.SIG_IGN)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

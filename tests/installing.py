@@ -9,7 +9,12 @@ import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 
+import kinetile
+import kinetile_plugins
 from kinetile.plugin.templates.new_plugin import new_plugin
+
+OWN = tuple(str(Path(str(module.__file__)).parents[1]) for module in (kinetile, kinetile_plugins))
+"""Where this process has kinetile from: a child has the same, wherever else one is installed."""
 
 
 def install(folder: Path, site: Path) -> list[str]:
@@ -35,7 +40,10 @@ def run(
 ) -> subprocess.CompletedProcess[str]:
     """Run ``python -m module words`` in a folder, with the packages that ``install`` has made known."""
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
-    environment |= {"PYTHONPATH": os.pathsep.join(paths), "NUMBA_DISABLE_JIT": "1" if interpreted else "0"}
+    environment |= {
+        "PYTHONPATH": os.pathsep.join([*paths, *OWN]),
+        "NUMBA_DISABLE_JIT": "1" if interpreted else "0",
+    }
     return subprocess.run(
         [sys.executable, "-m", module, *map(str, words)],
         cwd=folder,

@@ -20,6 +20,8 @@ class Element {
     this.dataset = "data-key" in attributes ? { key: attributes["data-key"] } : {};
     this.checked = true;
     this.style = {};
+    const names = new Set();
+    this.classList = { add: (name) => names.add(name), remove: (name) => names.delete(name), contains: (name) => names.has(name) };
   }
   addEventListener(kind, listener) { this.listeners[kind] = listener; }
   setAttribute(name, value) { this.attributes[name] = value; }
@@ -29,6 +31,7 @@ class Element {
   getBoundingClientRect() { return { left: 0, top: 0, width: 800, height: 500 }; }
   setPointerCapture() {}
   remove() {}
+  focus() {}
   removeAttribute(name) { delete this.attributes[name]; }
   showModal() { this.opened = true; }
 }
@@ -41,6 +44,7 @@ const listeners = {};
 let frames = [];
 globalThis.window = globalThis;
 globalThis.addEventListener = () => {};
+globalThis.ResizeObserver = class { observe() {} };
 globalThis.devicePixelRatio = 2;
 globalThis.requestAnimationFrame = (frame) => frames.push(frame);
 globalThis.getComputedStyle = () => ({ getPropertyValue: () => "#123456" });

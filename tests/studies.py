@@ -117,8 +117,8 @@ def said(process: subprocess.CompletedProcess[str]) -> dict[str, Any]:
     return found
 
 
-def run_here(study: kt.Study) -> kt.Study:
+def run_here(study: kt.Study, **how: Any) -> kt.Study:
     """Run a study in this process, where registered phases are known; return it."""
     with ThreadPoolExecutor(1) as threads:
-        study.run(threads, workers=1)
+        study.run(threads, workers=1, **how)
     return study

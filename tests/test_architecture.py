@@ -6,6 +6,7 @@ import ast
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 import kinetile as kt
 
@@ -40,18 +41,30 @@ def test_what_judges_and_shows_uses_nothing_private(room):
     assert not found
 
 
-def test_a_room_has_at_most_twelve_entries():
+def test_a_room_has_at_most_sixteen_entries():
     rooms = [CORE, *(path for path in CORE.rglob("*") if path.is_dir() and path.name != "__pycache__")]
     for room in rooms:
         entries = {path.name for path in room.iterdir()} - {"__pycache__"}
         entries -= MARKERS if room == CORE else set()
-        assert len(entries) <= 12, f"{room.relative_to(CORE.parent)}: {sorted(entries)}"
+        assert len(entries) <= 16, f"{room.relative_to(CORE.parent)}: {sorted(entries)}"
 
 
-def test_no_file_is_longer_than_350_lines():
+def test_no_file_is_longer_than_450_lines():
     for tree in (CORE, CORE.parents[1] / "plugins"):
         for path in tree.rglob("*.py"):
-            assert len(path.read_text(encoding="utf-8").splitlines()) <= 350, path.name
+            assert len(path.read_text(encoding="utf-8").splitlines()) <= 450, path.name
+
+
+def test_no_test_judges_how_long_it_takes():
+    """A busy machine failed tests with "Input generation is slow". What a test itself suppresses takes the
+    place of what all suppress, and a deadline of its own that of none."""
+    assert settings.default.deadline is None
+    assert HealthCheck.too_slow in settings.default.suppress_health_check
+    for path in sorted(Path(__file__).parent.rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.keyword) and node.arg in ("suppress_health_check", "deadline"):
+                said = ast.unparse(node.value)
+                assert said in ("None", "list(HealthCheck)") or path.name == "conftest.py", path
 
 
 def test_public_names_are_where_they_were():

@@ -39,14 +39,18 @@ __all__ = [
 
 
 _LONGEST_NAME = 100
+_LONGEST_LINE = 10_000
 
 
 class KinetileError(Exception):
     """The base of every error that kinetile raises on purpose.
 
     It can be copied and pickled, whatever its constructor asks for, so that it comes out of a worker process
-    as it was raised there.
+    as it was raised there. Its message is fit for a terminal, whatever a file has put into it.
     """
+
+    def __init__(self, *args: object) -> None:
+        super().__init__(*(_legible(each) if isinstance(each, str) else each for each in args))
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _as_raised, (type(self), self.args, self.__dict__)
@@ -208,6 +212,11 @@ def printable(text: str, most: int = 1000) -> str:
     if len(text) > most:
         text = f"{text[: most - 3]}..."
     return text if text.isprintable() else "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
+
+
+def _legible(text: str) -> str:
+    """Return a message of one line or several, each of which is fit for a terminal."""
+    return "\n".join(printable(line, _LONGEST_LINE) for line in text.split("\n"))
 
 
 def one_of(name: str, known: Iterable[str]) -> str:

@@ -129,3 +129,12 @@ def test_a_pool_that_waited_for_ever_for_an_error_gets_it(call, arguments, expec
         call(*arguments)
     assert str(caught.value) == str(here.value)
     assert vars(caught.value).keys() == vars(here.value).keys()
+
+
+@pytest.mark.parametrize("kind", [errors.KinetileError, errors.RecordError, errors.BadOption])
+def test_what_a_file_says_reached_the_terminal_as_it_is(kind):
+    error = kind("mine\x1b[2J.kt:\n  at \r line \x9b3: \udc80" + "9" * 20_000)
+    first, second = str(error).split("\n")
+    assert (first, second[:29]) == (r"mine\x1b[2J.kt:", r"  at \r line \x9b3: \udc80999")
+    assert len(second) < 11_000
+    assert str(pickle.loads(pickle.dumps(error))) == str(error)

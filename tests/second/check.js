@@ -11,6 +11,7 @@ import { exchange } from "./exchange.js";
 import { readScene } from "./scene.js";
 
 const SHOWN = 5; // how many wrong answers are printed
+const LEFT_OUT = "rules"; // commands, responses, units and exact ends are not followed here
 
 const velocity = ([vx, vy]) => ({ vx, vy });
 const moving = ([x, y, vx, vy]) => ({ x, y, vx, vy });
@@ -141,6 +142,7 @@ function main([folder, ...more]) {
   for (const [family, question, answer, wanted] of wrong.slice(0, SHOWN)) {
     process.stdout.write(`\n${family}: ${text(question)}\n  found  ${text(answer)}\n  wanted ${text(wanted)}\n`);
   }
+  if (existsSync(join(folder, LEFT_OUT))) process.stdout.write(`not asked: ${LEFT_OUT}\n`);
   process.stdout.write(`${all - wrong.length} of ${all} hold\n`);
   if (wrong.length || all === 0) process.exitCode = 1;
 }
