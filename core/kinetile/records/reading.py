@@ -154,7 +154,7 @@ def _read_rows(path: Path, file: Any) -> NDArray[Any]:
     rows = np.empty(file.metadata.num_rows, LOG)
     first = 0
     for index in range(file.num_row_groups):
-        table = file.read_row_group(index)
+        table = file.read_row_group(index, use_threads=False)
         empty = [name for name in _COLUMNS if table[name].null_count]
         if empty:
             raise RecordError(f"{path} has rows without a value in column {empty[0]}; expected one in each")

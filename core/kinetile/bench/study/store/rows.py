@@ -254,7 +254,9 @@ def _read(path: Path, columns: Sequence[str] | None) -> Any:
     try:
         with parquet.ParquetFile(BufferReader(content)) as file:
             names = None if columns is None else [n for n in columns if n in file.schema_arrow.names]
-            return file.read(names)
+            # Without Arrow's threads: one of them that still held Python's bytes while the interpreter ended
+            # made it abort after all was done (Arrow's issues 34314 and 50482).
+            return file.read(names, use_threads=False)
     except (ArrowException, OSError) as error:
         if isinstance(error, OSError) and error.errno is not None:  # the machine's, and not Arrow's
             raise
