@@ -1,6 +1,6 @@
 """Broad phases that do harm, one way each: what a kit must survive.
 
-As a module it is a plugin, so that it can be added in a process or installed (tests/core/conformance).
+As a module it is a plugin, so that it can be added in a process or installed (tests/plugins/conformance).
 """
 
 from __future__ import annotations

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from kinetile.bench.events import BODIES, DENSITIES
-from kinetile.bench.thesis import PHASES, ROUNDS, Cell, ThesisBench
+from kinetile_bench.events import BODIES, DENSITIES
+from kinetile_bench.thesis import PHASES, ROUNDS, Cell, ThesisBench
 
 EXPONENT = {0.5: 1.7, 0.25: 1.8, 0.125: 1.88, 0.01: 1.98}
 

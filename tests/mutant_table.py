@@ -14,8 +14,8 @@ from pathlib import Path
 
 import mutants
 import phase_mutant_table
-from kinetile.conformance import Result
 from kinetile.kernel.compiled import INTERPRETED
+from kinetile_conformance import Result
 from phase_mutants import Mutant, judge
 
 __all__ = ["ALL", "judged", "row"]

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import kinetile as kt
 import kinetile_plugins
-from kinetile.conformance import Result, check_broad_phase
+from kinetile_conformance import Result, check_broad_phase
 
 ROOM = Path(str(kinetile_plugins.__file__)).parent
 BASES = {

@@ -15,8 +15,8 @@ import numpy as np
 from hypothesis import strategies as st
 
 import kinetile as kt
-from kinetile.conformance.strategies import scenes
 from kinetile.errors import KinetileError, Refused
+from kinetile_conformance.strategies import scenes
 
 PHASES = ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling")
 MOST = 60

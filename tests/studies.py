@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 import installing
-import kinetile as kt
-from kinetile.bench.study.store.rows import Store
+from kinetile_bench import Study
+from kinetile_bench.study.store.rows import Store
 
 STUDY = """
 phases = ["naive", "cells"]
@@ -108,7 +108,7 @@ def sorted_rows(path: Path, folder: Path, paths: Sequence[str] = ()) -> bytes:
 
 def all_rows(path: Path) -> dict[str, dict[str, Any]]:
     """Return the rows of a study by their keys."""
-    return {row["key"]: row for row in kt.Study(path).rows().to_pylist()}
+    return {row["key"]: row for row in Study(path).rows().to_pylist()}
 
 
 def said(process: subprocess.CompletedProcess[str]) -> dict[str, Any]:
@@ -117,7 +117,7 @@ def said(process: subprocess.CompletedProcess[str]) -> dict[str, Any]:
     return found
 
 
-def run_here(study: kt.Study, **how: Any) -> kt.Study:
+def run_here(study: Study, **how: Any) -> Study:
     """Run a study in this process, where registered phases are known; return it."""
     with ThreadPoolExecutor(1) as threads:
         study.run(threads, workers=1, **how)

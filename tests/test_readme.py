@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 
 import kinetile as kt
-from kinetile.bench.events import DENSITIES
 from kinetile.errors import Refused
+from kinetile_bench.events import DENSITIES
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")

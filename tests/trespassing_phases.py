@@ -357,9 +357,9 @@ def kinetile_broad_phases() -> list[kt.BroadPhaseSpec]:
 def main() -> None:
     """Print what is seen of each phase, interpreted."""
     import trespassing_phases
-    from kinetile.conformance.cases import Subject
-    from kinetile.conformance.watch.child import first_breach
-    from kinetile.conformance.watch.scenes import SMALL, titled
+    from kinetile_conformance.cases import Subject
+    from kinetile_conformance.watch.child import first_breach
+    from kinetile_conformance.watch.scenes import SMALL, titled
 
     kt.registry().add(trespassing_phases)
     print(json.dumps({name: first_breach(Subject(name, {}), titled(SMALL[:5])) for name in ALL}))

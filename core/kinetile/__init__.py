@@ -12,7 +12,6 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from kinetile.bench.study.study import Study as Study
     from kinetile.kernel.log import ANSWER as ANSWER
     from kinetile.kernel.log import CONTACT as CONTACT
     from kinetile.kernel.log import LOG as LOG
@@ -73,7 +72,6 @@ _HOME = {
     "SceneSpec": "kinetile.plugin.specs",
     "Settings": "kinetile.scene",
     "Simulation": "kinetile.run.simulation",
-    "Study": "kinetile.bench.study.study",
     "StopAt": "kinetile.run.arguments.stopping",
     "Snapshot": "kinetile.run.saving",
     "Insert": "kinetile.scene",
@@ -94,8 +92,6 @@ __all__ = [*sorted(_HOME), "__version__"]
 
 
 def __getattr__(name: str) -> Any:
-    if name in ("accuracy", "conformance"):
-        return import_module(f"kinetile.{name}")
     if name in _HOME:
         return getattr(import_module(_HOME[name]), name)
     raise AttributeError(f"module 'kinetile' has no attribute {name!r}")

@@ -14,14 +14,14 @@ import pytest
 
 import kinetile as kt
 from kinetile import errors
-from kinetile.accuracy.certified.agenda import Undecided
-from kinetile.bench.study.engines.engine import EngineError
-from kinetile.bench.study.work.identity import VersionsDiffer
-from kinetile.conformance.checks.check import Disagreement, DoesNotApply
-from kinetile.conformance.court.limits import TimeIsUp
-from kinetile.conformance.watch.bounds import Breach
 from kinetile.kernel.compiled import NotCompiled
 from kinetile.plugin.registry import Failure
+from kinetile_accuracy.certified.agenda import Undecided
+from kinetile_bench.study.engines.engine import EngineError
+from kinetile_bench.study.work.identity import VersionsDiffer
+from kinetile_conformance.checks.check import Disagreement, DoesNotApply
+from kinetile_conformance.court.limits import TimeIsUp
+from kinetile_conformance.watch.bounds import Breach
 
 PLACED = {"time": 2.5, "bodies": [3, 1]}
 RAISED: list[BaseException] = [

@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 
 import kinetile as kt
-from kinetile.conformance.replay import replay
 from kinetile.errors import BadOption, RecordError
 from kinetile.plugin.templates.new_plugin import new_plugin
 from kinetile.records import EventRecorder, Trajectory, positions_at, read_events, recover
 from kinetile.records.contacts import write_contacts
 from kinetile.show.player.view import view_file, view_scene
+from kinetile_conformance.replay import replay
 
 
 class Named:

@@ -7,9 +7,9 @@ import pytest
 
 import kinetile as kt
 from agreement import difference, outcome
-from kinetile.conformance import check_broad_phase
 from kinetile.errors import BadOption
 from kinetile.kernel.compiled import INTERPRETED
+from kinetile_conformance import check_broad_phase
 
 pytestmark = pytest.mark.skipif(
     "boxes" not in kt.registry().names("broad phase"),

@@ -36,7 +36,7 @@ def _unset(patch: Any) -> None:
 def _no_judge(patch: Any) -> None:
     import sys
 
-    for name in [name for name in sys.modules if name.startswith("kinetile.conformance")]:
+    for name in [name for name in sys.modules if name.startswith("kinetile_conformance")]:
         patch.delitem(sys.modules, name)
 
 
@@ -55,7 +55,7 @@ MUTANTS = [
     Mutant(
         "behaves while it is judged",
         "naive",
-        _where("'kinetile.conformance' not in sys.modules", "sys"),
+        _where("'kinetile_conformance' not in sys.modules", "sys"),
         "it looks for the judge among the modules",
         family="surroundings",
         witness=Surroundings(billiard, 2.0, _no_judge),

@@ -11,10 +11,10 @@ import pytest
 from hypothesis import given, settings
 
 import kinetile as kt
-from kinetile.conformance.strategies.ruled import ABSENT, SAME_LOOP, ruled_scenes, solid_scenes
 from kinetile.errors import BadOption, KinetileError, Refused, ZenoError
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.toolbox import ResponseParts, hook
+from kinetile_conformance.strategies.ruled import ABSENT, SAME_LOOP, ruled_scenes, solid_scenes
 
 PASSING = ("naive", "cells", "sap-1d", "sap-2d")
 PHASES = (*PASSING, "sweep-tiling")

@@ -6,14 +6,15 @@ what cannot be done as it was asked for; 3 where the conformance kit's reference
 the kit ran out of time; 130 after Ctrl-C (143 after SIGTERM, 129 after SIGHUP), when what was done until then
 has been printed.
 
-Each command has a file in ``kinetile.cli.commands``, which declares its options and carries it out. All of
-them are imported here, so that a command's file imports what it needs only when it is called: a run should
-spend its time running.
+The commands of the framework are imported here. Further commands come from plugins: an entry point of the
+group ``kinetile.commands`` names a ``typer.Typer``, whose commands join these. Plugins are imported only for
+a name that the framework does not have and for ``--help``, because a run should spend its time running.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib import metadata
 from typing import Annotated, Any
 
 import typer
@@ -28,44 +29,62 @@ from kinetile.cli.commands import (
     run,
     scenes,
 )
-from kinetile.cli.commands.bench import events, frames, growth, scene, thesis
-from kinetile.cli.commands.judging import choose, compare, conform, mutate, replay
 from kinetile.cli.commands.showing import draw, view
-from kinetile.cli.commands.study import plot as study_plot
-from kinetile.cli.commands.study import run as study_run
-from kinetile.cli.commands.study import status as study_status
-from kinetile.cli.commands.study import table as study_table
-from kinetile.cli.commands.truth import accuracy, certify_log, oracle
-from kinetile.cli.options import is_file_name
 from kinetile.cli.terminal import results_on_stdout
 
-__all__ = ["app", "main"]
+__all__ = ["COMMANDS_GROUP", "app", "main"]
+
+COMMANDS_GROUP = "kinetile.commands"
+"""The entry points by which plugins bring commands."""
+
+
+class _WithPlugins(TyperGroup):
+    """The framework's commands, and those of plugins when a name is not among the framework's."""
+
+    _complete = False
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        self._load()
+        return super().list_commands(ctx)
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        if cmd_name not in self.commands:
+            self._load()
+        return super().get_command(ctx, cmd_name)
+
+    def _load(self) -> None:
+        """Add the commands of all installed plugins, once; of two with one name the first stays."""
+        if self._complete:
+            return
+        self._complete = True
+        points = metadata.entry_points(group=COMMANDS_GROUP)
+        for point in sorted(points, key=lambda each: (not _is_own(each), each.name)):
+            try:
+                offered = point.load()
+                if not isinstance(offered, typer.Typer):
+                    raise TypeError(f"it is a {type(offered).__name__}; expected a typer.Typer")
+                found = typer.main.get_group(offered).commands
+            except Exception as error:  # of somebody else's code: the other commands go on working
+                typer.echo(f"kinetile: no commands from {point.value}: {error}", err=True)
+                continue
+            for name, command in found.items():
+                if name in self.commands:
+                    typer.echo(f"kinetile: {point.value} has a command {name!r} as well", err=True)
+                else:
+                    self.commands[name] = command
+
+
+def _is_own(point: metadata.EntryPoint) -> bool:
+    return point.dist is not None and point.dist.name == "kinetile"
+
 
 app = typer.Typer(
     name="kinetile",
+    cls=_WithPlugins,
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
-)
-
-
-class _Bench(TyperGroup):
-    """The benchmarks by name; a scene file where a name is expected is a benchmark as well."""
-
-    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        if is_file_name(args[0]) and args[0] not in self.commands:
-            args = ["scene", *args]
-        return super().resolve_command(ctx, args)
-
-
-bench = typer.Typer(
-    cls=_Bench,
-    help="Measure speed; `kinetile bench FILE.toml` measures the broad phases on a scene of your own.",
-    no_args_is_help=True,
-)
-study = typer.Typer(
-    help="Run a table of scenes, phases and seeds; stop, go on, read, draw.", no_args_is_help=True
 )
 
 
@@ -84,42 +103,14 @@ def _kinetile(
     """Kinetic broad-phase collision detection in 2D."""
 
 
-_COMMANDS: tuple[Callable[..., None], ...] = (
-    run.run,
-    resume.resume,
-    recover.recover,
-    draw.draw,
-    view.view,
-    choose.choose,
-    compare.compare,
-    conform.conform,
-    replay.replay,
-    mutate.mutate,
-    new_plugin.new_plugin,
-    plugins.plugins,
-    scenes.scenes,
-    oracle.oracle,
-    certify_log.certify_log,
-    accuracy.accuracy,
-)
-_BENCHMARKS: tuple[Callable[..., None], ...] = (
-    events.events,
-    thesis.thesis,
-    growth.growth,
-    frames.frames,
-    scene.scene,
-)
-
-for _command in _COMMANDS:
-    app.command()(_command)
-for _benchmark in _BENCHMARKS:
-    bench.command()(_benchmark)
-app.add_typer(bench, name="bench")
-study.command("run")(study_run.run_study)
-study.command("status")(study_status.study_status)
-study.command("table")(study_table.study_table)
-study.command("plot")(study_plot.study_plot)
-app.add_typer(study, name="study")
+_PANELS: dict[str, tuple[Callable[..., None], ...]] = {
+    "Run": (run.run, resume.resume, recover.recover),
+    "Show": (draw.draw, view.view),
+    "Plugins and scenes": (scenes.scenes, plugins.plugins, new_plugin.new_plugin),
+}
+for _panel, _commands in _PANELS.items():
+    for _command in _commands:
+        app.command(rich_help_panel=_panel)(_command)
 
 
 def main() -> None:

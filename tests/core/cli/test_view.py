@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 import kinetile as kt
 from kinetile.cli import app
-from kinetile.conformance.cases import Subject, save_case
+from kinetile_conformance.cases import Subject, save_case
 
 SCENE = ("view", "grid", "-s", "bodies=9")
 

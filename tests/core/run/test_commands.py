@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 
 import kinetile as kt
-from kinetile.accuracy import certify_log
-from kinetile.accuracy.answer.judgement import judged
-from kinetile.conformance.cases import Subject, difference, outcome
-from kinetile.conformance.strategies.living import living_scenes
 from kinetile.errors import BusyError, Refused
+from kinetile_accuracy import certify_log
+from kinetile_accuracy.answer.judgement import judged
+from kinetile_conformance.cases import Subject, difference, outcome
+from kinetile_conformance.strategies.living import living_scenes
 
 PHASES = ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling")
 LIVING = PHASES[1:]

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 import kinetile as kt
-from kinetile.accuracy.long_runs.drift import drifts
 from kinetile.errors import AuditError, MissedContactError, ZenoError
 from kinetile.kernel.loop.calendar import move
 from kinetile.kernel.tables import GUESS, NEVER, PAIR, STRUCTURAL, WALL
+from kinetile_accuracy.long_runs.drift import drifts
 from kinetile_plugins.wall import reach_wall
 
 PHASES = ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling")

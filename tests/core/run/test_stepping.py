@@ -11,9 +11,9 @@ from hypothesis import given, settings
 
 import kinetile as kt
 from agreement import PHASES, TILING
-from kinetile.conformance.strategies import scenes
 from kinetile.errors import KinetileError, Refused
 from kinetile.kernel.log import WALLS
+from kinetile_conformance.strategies import scenes
 
 ALL = PHASES + TILING
 

@@ -7,9 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import kinetile as kt
-from kinetile.conformance.strategies.ruled import ruled_scenes
-from kinetile.conformance.strategies.small import box_scenes
 from kinetile.errors import KinetileError
+from kinetile_conformance.strategies.ruled import ruled_scenes
+from kinetile_conformance.strategies.small import box_scenes
 
 PHASES = ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling")
 

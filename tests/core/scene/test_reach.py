@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given, settings
 
 import kinetile as kt
-from kinetile.conformance.strategies import scenes
 from kinetile.run.composition import compose_phases
 from kinetile.run.engine import Engine
 from kinetile.scene.reach import skin_at_start
 from kinetile.toolbox import reach_of
+from kinetile_conformance.strategies import scenes
 
 
 def engine_of(scene: kt.Scene, **more) -> Engine:

@@ -16,12 +16,12 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import kinetile as kt
-from kinetile.conformance.strategies.ruled import ruled_scenes
 from kinetile.errors import BadOption, KinetileError
 from kinetile.kernel.clock import TICKS, Clock
 from kinetile.plugin.by_name import loads_scene
 from kinetile.records.reading import read_with_scene
 from kinetile.scene.text.files import dumps_scene
+from kinetile_conformance.strategies.ruled import ruled_scenes
 
 ARRAYS = ("position", "velocity", "radius", "mass", "kind_numbers")
 VALUES = ("arena", "commands", "turns", "start", "unit", "time_unit", "kind", "kinds", "responses", "meets")

@@ -12,12 +12,12 @@ import kinetile as kt
 from agreement import PHASES, TILING
 from asked import Asked, Renumbered
 from encounters import true_touch
-from kinetile.conformance.strategies import scenes
 from kinetile.errors import KinetileError, Refused
 from kinetile.kernel.log import WALLS
 from kinetile.kernel.tables import NEVER
 from kinetile.run.questions import CastHit, NextContact
 from kinetile.run.questions.meetings import next_contact_of
+from kinetile_conformance.strategies import scenes
 
 EVENTS = 5
 

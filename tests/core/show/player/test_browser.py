@@ -13,8 +13,8 @@ import pytest
 import kinetile as kt
 from accessibility import install_axe, violations
 from chromium import SHIFT, Browser, needs_chromium
-from kinetile.conformance.cases import Subject, save_case, view_case
 from kinetile.show.player import structure, view_scene
+from kinetile_conformance.cases import Subject, save_case, view_case
 from player_pages import HARD, SCENES, case_of
 
 pytestmark = needs_chromium

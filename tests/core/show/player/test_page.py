@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 
 import kinetile as kt
-from kinetile.conformance.cases import Subject, save_case, view_case
 from kinetile.errors import BadOption
 from kinetile.show.player import recording, view_scene
 from kinetile.show.player.columns import decode, encode
 from kinetile.show.player.page import MODULES, script
+from kinetile_conformance.cases import Subject, save_case, view_case
 from player_pages import NODE, SCENES, needs_node
 
 DOM = Path(__file__).parents[3] / "player_dom.mjs"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -15,7 +16,11 @@ from kinetile.plugin.choices import read_phase
 if TYPE_CHECKING:
     from kinetile.show.player import View
 
-__all__ = ["view"]
+__all__ = ["VIEWS_GROUP", "view"]
+
+VIEWS_GROUP = "kinetile.views"
+"""Entry points by which plugins show scene files of their own kind: each is a function of a path, a broad
+phase (or None) and ``until``, and returns a View, or None for a file that is not of its kind."""
 
 
 def view(
@@ -90,12 +95,12 @@ def _view(
             raise BadOption(str(error)) from error
     path = Path(scene)
     if scene.lower().endswith(".toml") and path.is_file() and not beside:
-        from kinetile.conformance.cases import load_case, view_case
-
-        if load_case(path).check is not None:
-            if begin is not None or parameters:
-                raise BadOption(f"{scene} is a saved case, and plays from its start: no --from, no --set")
-            return view_case(path, phases[0] if phases else None, until=until)
+        for point in metadata.entry_points(group=VIEWS_GROUP):
+            view: View | None = point.load()(path, phases[0] if phases else None, until=until)
+            if view is not None:
+                if begin is not None or parameters:
+                    raise BadOption(f"{scene} is a saved case, and plays from its start: no --from, no --set")
+                return view
     from kinetile.show.player import view_scene
 
     found = find_scene(scene, parameters)

@@ -1,1 +1,0 @@
-"""The commands ``kinetile bench ...``, a file a command."""

@@ -1,0 +1,124 @@
+"""The look that all figures share: fit to print, legible in grey and for the colour-blind."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from importlib import import_module
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from kinetile_accuracy.parts import needed
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = [
+    "LOOKS",
+    "NARROW",
+    "WIDTH",
+    "as_svg",
+    "check_figures",
+    "curve",
+    "house_style",
+    "is_narrow",
+    "legend_below",
+    "new_figure",
+    "save_figure",
+]
+
+WIDTH = 6.9
+"""Inches: the text width of an A4 page."""
+
+NARROW = 3.7
+"""Inches: the width of a telephone's page."""
+
+LOOKS = (
+    ("#0072B2", "o", "-"),
+    ("#D55E00", "s", "--"),
+    ("#000000", "^", ":"),
+    ("#009E73", "D", "-."),
+)
+"""Colour, marker and line of the first, second, ... curve."""
+
+_STYLE: dict[str, Any] = {
+    "font.size": 8.0,
+    "axes.titlesize": 8.0,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.axisbelow": True,
+    "grid.color": "0.88",
+    "grid.linewidth": 0.6,
+    "legend.frameon": False,
+    "hatch.linewidth": 0.6,
+    "svg.hashsalt": "kinetile",
+}
+
+
+def check_figures() -> None:
+    """Raise MissingExtra where figures cannot be drawn."""
+    _matplotlib()
+
+
+@contextmanager
+def house_style(width: float = WIDTH) -> Iterator[None]:
+    """Within this context figures are drawn, and written, in the look that all share, so many inches wide."""
+    with _matplotlib().rc_context(_STYLE | {"figure.figsize": (width, width / 2)}):
+        yield
+
+
+def new_figure(panels: int = 1, height: float = 3.2, rows: int = 1, **options: Any) -> tuple[Figure, Any]:
+    """Return a figure of the page's width with so many panels side by side, and the panel, or the flat array
+    of them, row by row.
+
+    Options are those of ``Figure.subplots``. Raises MissingExtra without matplotlib.
+    """
+    width = _matplotlib().rcParams["figure.figsize"][0]
+    figure: Figure = import_module("matplotlib.figure").Figure((width, height), layout="constrained")
+    axes = figure.subplots(rows, panels, **options)
+    return figure, axes if rows == panels == 1 else axes.ravel()
+
+
+def is_narrow(figure: Figure) -> bool:
+    """Whether a figure is for a narrow page."""
+    return figure.get_figwidth() < 0.5 * (NARROW + WIDTH)
+
+
+def curve(panel: Any, x: Sequence[float], y: Sequence[float], look: int, **options: Any) -> None:
+    """Draw the curve of a number in ``LOOKS``."""
+    colour, marker, line = LOOKS[look]
+    usual = {"marker": marker, "linestyle": line, "markersize": 4, "linewidth": 1.2}
+    panel.plot(x, y, **({"color": colour} | usual | options))
+
+
+def legend_below(figure: Figure, columns: int) -> None:
+    """Set one legend of all that is drawn below the panels, in half the columns on a narrow page."""
+    shown = [axes.get_legend_handles_labels() for axes in figure.axes]
+    unique = {
+        label: handle for handles, labels in shown for label, handle in zip(labels, handles, strict=True)
+    }
+    columns = columns // 2 if is_narrow(figure) else columns
+    figure.legend(unique.values(), unique.keys(), loc="outside lower center", ncols=columns)
+
+
+def save_figure(figure: Figure, stem: Path, description: str = "") -> list[Path]:
+    """Write a figure as SVG, the same bytes for the same figure, and as PNG to print; return the paths.
+
+    ``description`` is written into the metadata of the SVG, where there is one.
+    """
+    svg, png = (stem.with_name(f"{stem.name}.{ending}") for ending in ("svg", "png"))
+    svg.write_bytes(as_svg(figure, description))
+    figure.savefig(png, dpi=300)
+    return [svg, png]
+
+
+def as_svg(figure: Figure, description: str = "") -> bytes:
+    """Return a figure as SVG, the same bytes for the same figure, with a description in its metadata."""
+    written = BytesIO()
+    figure.savefig(written, format="svg", metadata={"Date": None, "Description": description or None})
+    return written.getvalue()
+
+
+def _matplotlib() -> Any:
+    return needed("Drawing the figures", "matplotlib", "figures")

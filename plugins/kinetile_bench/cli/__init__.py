@@ -1,0 +1,55 @@
+"""Commands that measure speed: ``choose``, ``bench`` with its benchmarks, and ``study``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import typer
+from typer.core import TyperGroup
+
+from kinetile.cli.options import is_file_name
+from kinetile_bench.cli.choose import choose
+from kinetile_bench.cli.events import events
+from kinetile_bench.cli.frames import frames
+from kinetile_bench.cli.growth import growth
+from kinetile_bench.cli.scene import scene
+from kinetile_bench.cli.study.plot import study_plot
+from kinetile_bench.cli.study.run import run_study
+from kinetile_bench.cli.study.status import study_status
+from kinetile_bench.cli.study.table import study_table
+from kinetile_bench.cli.thesis import thesis
+
+__all__ = ["app"]
+
+_PANEL = "Speed"
+
+
+class _Bench(TyperGroup):
+    """The benchmarks by name; a scene file where a name is expected is a benchmark as well."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        if is_file_name(args[0]) and args[0] not in self.commands:
+            args = ["scene", *args]
+        return super().resolve_command(ctx, args)
+
+
+bench = typer.Typer(
+    cls=_Bench,
+    help="Measure speed; `kinetile bench FILE.toml` measures the broad phases on a scene of your own.",
+    no_args_is_help=True,
+)
+for _benchmark in (events, thesis, growth, frames, scene):
+    bench.command()(_benchmark)
+
+study = typer.Typer(
+    help="Run a table of scenes, phases and seeds; stop, go on, read, draw.", no_args_is_help=True
+)
+study.command("run")(run_study)
+study.command("status")(study_status)
+study.command("table")(study_table)
+study.command("plot")(study_plot)
+
+app = typer.Typer()
+app.command(rich_help_panel=_PANEL)(choose)
+app.add_typer(bench, name="bench", rich_help_panel=_PANEL)
+app.add_typer(study, name="study", rich_help_panel=_PANEL)

@@ -1,0 +1,173 @@
+"""Checks between events: a run is stopped after each one, and what must hold there is looked at.
+
+They often see a fault long before a contact is missed, and say what it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from kinetile.errors import AuditError, KinetileError, StalledError
+from kinetile.kernel.clock import SPAN, TICKS
+from kinetile.run.simulation import Simulation
+from kinetile.scene import Scene
+from kinetile_conformance.cases import CONTACTS, Subject, horizon
+from kinetile_conformance.checks.check import Disagreement, Reference, check
+
+__all__ = [
+    "its_structure_is_true",
+    "makes_progress",
+    "near_is_mutual",
+    "never_misses_a_pair",
+    "pairs_are_overlapping_boxes",
+    "structural_events_move_nothing",
+]
+
+WINDOWS = 5
+EVENTS = 20_000
+"""A phase gets on if so many events take it further than a millionth of the way; it is looked at 5 times."""
+
+
+def stepped(subject: Subject, scene: Scene, most: int) -> Iterator[Simulation]:
+    """Yield a simulation when it is built and after each of its first events."""
+    sim = subject.simulation(scene)
+    sim.build()
+    yield sim
+    events = sim.steps(horizon(scene))
+    for _ in range(most):
+        try:
+            if next(events, None) is None or len(sim.contacts) >= CONTACTS:
+                return
+        except KinetileError:
+            return  # whether a run may end so is what the other checks compare
+        yield sim
+
+
+def audit_between_events(subject: Subject, scene: Scene) -> None:
+    """Raise Disagreement for the first thing that does not hold after one of the first events."""
+    for sim in stepped(subject, scene, 150):
+        try:
+            sim.audit()
+        except AuditError as error:
+            raise Disagreement(str(error)) from error
+
+
+def ticks(sim: Simulation) -> int:
+    """Return the present moment in ticks since the scene's start."""
+    epoch, tick = sim.exact_time
+    return epoch * TICKS + tick
+
+
+AUDITED = 8
+"""A run is audited every so many contacts: what two audits have in between, the other checks look at."""
+
+
+@check(turns=True)
+def never_misses_a_pair(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """Every two bodies that touch are a candidate pair, at contacts and between."""
+    sim = subject.simulation(scene, audit=AUDITED)
+    step = (horizon(scene) - scene.start) / 16
+    try:
+        for sixteenth in range(1, 17):  # each run ends with an audit
+            sim.run(until=max(scene.start + sixteenth * step, sim.time), max_contacts=CONTACTS)
+    except AuditError as error:
+        raise Disagreement(str(error)) from error
+    except KinetileError:
+        return  # whether a run may end so is what the other checks compare
+
+
+@check(turns=True, share=0.5)
+def its_structure_is_true(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """What must hold between events holds after each of them: queue, pairs, and the phase's own audit."""
+    audit_between_events(subject, scene)
+
+
+@check(turns=True, share=0.5)
+def structural_events_move_nothing(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """Its own events move no body and turn none, and never go back in time."""
+    before: tuple[int, bytes, int] | None = None
+    for sim in stepped(subject, scene, 300):
+        if ticks(sim) >= SPAN:
+            return  # the clock's base has moved, and with it every anchor
+        k = sim.tables
+        structural = int(k.counts[0].structural)
+        bodies = b"".join(
+            k.bodies[field].tobytes() for field in ("x", "y", "vx", "vy", "anchor", "radius", "reach")
+        )
+        now = ticks(sim)
+        if before is not None:
+            if structural > before[0] and bodies != before[1]:
+                raise Disagreement(f"at time {sim.time!r} a failure of its certificates changed a body")
+            if now < before[2]:
+                raise Disagreement(f"at time {sim.time!r} time went back by {before[2] - now} ticks")
+        before = structural, bodies, now
+
+
+@check()
+def makes_progress(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """It gets on: no endless events at one moment, and not without number."""
+    sim = subject.simulation(scene)
+    end = horizon(scene)
+    least = int((end - scene.start) / scene.time_unit * TICKS) >> 20
+    try:
+        for _ in range(WINDOWS):
+            begun = ticks(sim)
+            sim.run(until=end, max_contacts=CONTACTS - len(sim.contacts), max_events=EVENTS)
+            if sim.time >= end or len(sim.contacts) >= CONTACTS:
+                return
+            if ticks(sim) - begun <= least:
+                raise Disagreement(
+                    f"at time {sim.time!r}, with {len(sim.contacts)} contacts, it does not get on: "
+                    f"{EVENTS} events took it next to nowhere"
+                )
+    except StalledError as error:
+        raise Disagreement(str(error)) from error
+    except KinetileError:
+        return  # whether a run may end so is what the other checks compare
+
+
+@check(since="2.0", share=0.5)
+def near_is_mutual(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """Whom it says to be near a body is a body, and it says that the one is near the other as well."""
+    for count, sim in enumerate(stepped(subject, scene, 120)):
+        if count % 3:
+            continue
+        named = set(map(tuple, sim.near().tolist()))
+        for body, other in sorted(named):
+            if not 0 <= other < len(scene):
+                raise Disagreement(
+                    f"at time {sim.time!r} {other} is near {body}, and is no body of the scene"
+                )
+            if (other, body) not in named:
+                raise Disagreement(
+                    f"at time {sim.time!r} {other} is near {body}, but {body} is not near {other}"
+                )
+
+
+@check(feature="boxes")
+def pairs_are_overlapping_boxes(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """Its candidate pairs are those whose bounding boxes overlap."""
+    for sim in stepped(subject, scene, 60):
+        coming = sim.next_event
+        if coming is not None and (coming.epoch, coming.tick) <= sim.exact_time:
+            continue
+        k = sim.tables
+        place = sim.positions()
+        reach = k.bodies.reach
+        gap = (np.abs(place[:, None] - place[None]) - (reach[:, None] + reach[None, :])[:, :, None]).max(
+            axis=2
+        )
+        skin = 2.0 * float((reach - k.bodies.radius).max(initial=0.0))
+        held = {tuple(pair) for pair in sim.candidate_pairs().tolist()}
+        for a in range(len(scene)):
+            for b in range(a + 1, len(scene)):
+                if gap[a, b] < -skin and (a, b) not in held:
+                    raise Disagreement(
+                        f"at time {sim.time!r} the boxes of {a} and {b} overlap, and they are no pair"
+                    )
+                if gap[a, b] > skin and (a, b) in held:
+                    raise Disagreement(
+                        f"at time {sim.time!r} {a} and {b} are a pair, and their boxes are apart"
+                    )

@@ -1,0 +1,182 @@
+"""Claims: what a phase says of itself, and what it must not depend on, is put to the test.
+
+That it is right while bodies pass through each other (``solid`` is False), up to a skin (``skin_limit``), or
+that it has a feature; and that nothing counts but the scene: not what ran before, nor who asks.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kinetile.errors import Refused
+from kinetile.plugin.registry import registry
+from kinetile.run.simulation import Simulation
+from kinetile.scene import Scene, Settings
+from kinetile_conformance.cases import CONTACTS, Subject, brief_outcome, horizon
+from kinetile_conformance.checks.check import Disagreement, DoesNotApply, Reference, agree, check
+from kinetile_conformance.checks.views import changed
+
+if TYPE_CHECKING:
+    from hypothesis.strategies import SearchStrategy
+
+__all__ = [
+    "amiss_with_near",
+    "its_features_are_known",
+    "near_holds_while_bodies_pass",
+    "skin_limit_holds_at_its_edge",
+    "state_is_not_kept",
+]
+
+LOOKS = 8
+"""How often it is looked at who is near whom while bodies pass."""
+
+FINEST = 45
+"""Halvings of a scene within its arena; then its bodies are no larger than the rounding of their places."""
+
+THICK = 2.0**-44
+"""The size of a cluster at which the skin is some six times the radius of a body."""
+
+EDGES = 6
+"""Scenes at the limit of the skin."""
+
+
+def amiss_with_near(sim: Simulation) -> str | None:
+    """Return what is wrong with who is near whom now, in a sentence; None: nothing, or a repair is due.
+
+    Every two bodies that touch, each with its reach, are near each other, both ways, and nobody else is named
+    than bodies.
+    """
+    k = sim.tables
+    n = len(k.bodies)
+    if bool((k.queue.own <= k.clock[0].now).any()):
+        return None
+    named = sim.near()
+    strange = np.flatnonzero((named[:, 1] < 0) | (named[:, 1] >= n))
+    if len(strange):
+        body, other = named[strange[0]].tolist()
+        return f"{other} is near {body}, and is no body of the scene"
+    near = np.eye(n, dtype=np.bool_)
+    near[named[:, 0], named[:, 1]] = True
+    for body, other in np.argwhere(near & ~near.T).tolist():
+        return f"{other} is near {body}, but {body} is not near {other}"
+    place, radius = sim.positions(), np.asarray(k.bodies.radius)
+    apart = np.hypot(*(place[:, None] - place[None]).transpose(2, 0, 1)) - (radius[:, None] + radius)
+    for a, b in np.argwhere((apart <= k.clock[0].skin) & ~near).tolist():  # half of what their reaches leave
+        return f"bodies {a} and {b} touch (gap {apart[a, b]:.3g}) and are not near each other"
+    return None
+
+
+def _walled() -> SearchStrategy[Scene]:
+    from hypothesis import strategies as st
+
+    from kinetile_conformance.strategies.small import box_scenes
+    from kinetile_conformance.strategies.swarms import swarm
+
+    kinds = st.sampled_from(["gas", "lattice", "giants"])
+    swarms = st.builds(swarm, kinds, st.integers(8, 120), st.integers(0, 1000), st.integers(0, 7))
+    return st.one_of(box_scenes(turns=False), box_scenes(turns=False), swarms)
+
+
+@check(scenes=_walled, share=0.5, judges="broad", since="3.0")
+def near_holds_while_bodies_pass(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """Where it does not ask for solid bodies, who touch are near each other while bodies fly through bodies.
+
+    One that does ask for them refuses to be run without a narrow phase for pairs.
+    """
+    solid = subject.simulation(scene).composition.broad.solid
+    try:
+        sim = subject.simulation(scene, narrow_phases=("wall",) if scene.arena is not None else ())
+    except Refused as error:
+        if solid:
+            raise DoesNotApply("it declares that bodies are solid") from error
+        raise
+    if solid:
+        raise Disagreement("it declares that bodies are solid, and runs without a narrow phase for pairs")
+    step = (horizon(scene) - scene.start) / LOOKS
+    for look in range(1, LOOKS + 1):
+        sim.run(until=max(scene.start + look * step, sim.time), max_contacts=CONTACTS)
+        said = amiss_with_near(sim)
+        if said is not None:
+            raise Disagreement(f"while bodies pass through each other, at time {sim.time!r} {said}")
+
+
+def _cluster(seed: int, size: float) -> Scene:
+    """Return twelve bodies in the far corner of a unit square, so small and so slow as ``size`` says."""
+    random = np.random.default_rng(seed)
+    chosen = random.permutation(16)[:12]
+    radius = random.uniform(0.35, 0.45, 12)
+    slot = np.column_stack([chosen % 4, chosen // 4]) + 0.5
+    place = slot + (0.49 - radius)[:, None] * random.uniform(-1.0, 1.0, (12, 2))
+    velocity = random.normal(size=(12, 2)) + 0.5
+    return Scene(
+        1.0 - size * place, size * velocity, size * radius, arena=(1.0, 1.0), settings=Settings(until=30.0)
+    )
+
+
+@check(draws=False, replayed_by="same-contacts", since="3.0")
+def skin_limit_holds_at_its_edge(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """Just below the skin limit that it declares it gives the reference's contacts, and above, it refuses;
+    without a limit it gives them where the skin is several times as thick as bodies are wide."""
+    if subject.simulation(_cluster(0, 2.0**-4)).composition.broad.skin_limit is None:
+        for seed in range(EDGES):
+            thick = _cluster(seed, THICK)
+            try:
+                agree(subject, thick, reference, "with a skin far thicker than bodies are wide, ")
+            except Disagreement as error:
+                raise Disagreement(str(error), thick) from error
+        return
+    for seed in range(EDGES):
+        accepted, refused = 2.0**-4, 2.0**-FINEST
+        for _ in range(FINEST):
+            size = float(np.sqrt(accepted * refused))
+            try:
+                sim = subject.simulation(_cluster(seed, size))
+            except Refused:
+                refused = size
+                continue
+            accepted = size
+            limit = sim.composition.broad.skin_limit
+            if limit is not None and limit < sim.tables.clock[0].skin:
+                raise Disagreement(
+                    f"it declares a skin limit of {limit!r}, and runs with a skin of "
+                    f"{float(sim.tables.clock[0].skin)!r}",
+                    _cluster(seed, size),
+                )
+        edge = _cluster(seed, accepted)
+        try:
+            agree(subject, edge, reference, "with a skin just below its limit, ")
+        except Disagreement as error:
+            raise Disagreement(str(error), edge) from error
+
+
+@check(draws=False, judges="broad", since="3.0")
+def its_features_are_known(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """Every feature that it declares is one for which there is a check."""
+    from kinetile_conformance.checks import CHECKS
+
+    known = sorted({each.feature for each in CHECKS if each.feature is not None})
+    declared: frozenset[str] = getattr(registry().spec("broad phase", subject.name), "features", frozenset())
+    for feature in sorted(declared.difference(known)):
+        raise Disagreement(
+            f"it declares the feature {feature!r}, which nothing can disprove; features that are put to the "
+            f"test: {', '.join(known)}"
+        )
+
+
+@check(share=0.3, since="3.0")
+def state_is_not_kept(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """What it did in other simulations makes no difference: neither to contacts nor to its own events."""
+    from kinetile_conformance.strategies.swarms import swarm
+
+    first = brief_outcome(subject, scene)
+    brief_outcome(subject, swarm("gas" if scene.arena is not None else "cloud", 16))
+    brief_outcome(subject, changed(scene, velocity=-scene.velocity, radius=0.5 * scene.radius))
+    again = brief_outcome(subject, scene)
+    if again != first:
+        raise Disagreement(
+            f"the first run {first[0]}, with {first[2]} events; after other simulations the same run "
+            f"{again[0]}, with {again[2]} events" + ("" if again[1] == first[1] else " and other contacts")
+        )
+    agree(subject, scene, reference, "after other simulations, ")

@@ -1,0 +1,16 @@
+"""Commands of the conformance kit: ``conform``, ``compare``, ``replay`` and ``mutate``."""
+
+from __future__ import annotations
+
+import typer
+
+from kinetile_conformance.cli.compare import compare
+from kinetile_conformance.cli.conform import conform
+from kinetile_conformance.cli.mutate import mutate
+from kinetile_conformance.cli.replay import replay
+
+__all__ = ["app"]
+
+app = typer.Typer()
+for _command in (conform, compare, replay, mutate):
+    app.command(rich_help_panel="Conformance")(_command)

@@ -1,0 +1,238 @@
+"""The command ``kinetile conform``: judges a broad phase, alone or with a narrow phase."""
+
+from __future__ import annotations
+
+import json as as_text
+from dataclasses import replace
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from kinetile.cli.folder import try_folder
+from kinetile.cli.options import registered_phase
+from kinetile.cli.terminal import INTERRUPTED, Bar, FirstSignal, exit_codes, notice
+from kinetile.errors import BadOption
+
+if TYPE_CHECKING:
+    from kinetile_conformance.court.report import Report, Result
+
+__all__ = ["conform"]
+
+
+class Budget(StrEnum):
+    """How much is to be done, by name."""
+
+    small = "small"
+    default = "default"
+    night = "night"
+
+
+EXAMPLES = {Budget.small: 20, Budget.default: 100, Budget.night: 10_000}
+"""Scenes drawn for each check."""
+
+
+def conform(
+    phase: Annotated[
+        str,
+        typer.Argument(metavar="NAME", help="The broad phase, with options if need be: sap-1d:axis=y."),
+    ],
+    narrow_phase: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--narrow-phase",
+            metavar="NAME",
+            help="A narrow phase to judge with it, instead of the usual one; with options if need be.",
+        ),
+    ] = None,
+    budget: Annotated[
+        Budget, typer.Option(help="20, 100 or 10,000 scenes drawn for each check.")
+    ] = Budget.default,
+    examples: Annotated[
+        int | None, typer.Option(min=1, metavar="N", help="Scenes drawn for each check, instead.")
+    ] = None,
+    check: Annotated[
+        list[str] | None, typer.Option("--check", metavar="CHECK", help="Run this check, not all.")
+    ] = None,
+    expect_failure: Annotated[
+        list[str] | None,
+        typer.Option("--expect-failure", metavar="CHECK=REASON", help="A check that is known to fail."),
+    ] = None,
+    save_to: Annotated[
+        Path, typer.Option(metavar="DIR", help="Where scenes that fail are saved, if there are any.")
+    ] = Path("conformance-failures"),
+    shrink: Annotated[bool, typer.Option(help="Look for the smallest scene that fails.")] = True,
+    seed: Annotated[int, typer.Option(metavar="N", help="What the drawing of scenes begins with.")] = 0,
+    seconds: Annotated[
+        float | None,
+        typer.Option(
+            metavar="S",
+            help="CPU seconds for 100 scenes of a check, compiling apart. [default: 60; interpreted 600]",
+        ),
+    ] = None,
+    isolated: Annotated[
+        bool,
+        typer.Option(
+            "--isolated/--in-process",
+            help="Judge in a process with limits, or in this one: for a debugger; endless loops go on.",
+        ),
+    ] = True,
+    junitxml: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the results as JUnit XML as well.")
+    ] = None,
+    json: Annotated[
+        bool, typer.Option("--json", help="Print each result as a line of JSON, and the report as the last.")
+    ] = False,
+) -> None:
+    """Judge a broad phase, alone or with a narrow phase; exit code 1 if it does not conform, 3 if the
+    reference itself is in doubt, 4 if it could not be judged in time."""
+    with exit_codes():
+        from kinetile_conformance import check_broad_phase
+        from kinetile_conformance.court.limits import SECONDS
+
+        name, options = registered_phase(phase)
+        narrow = dict(registered_phase(each, "narrow phase") for each in narrow_phase or ())
+        checks = [_check(each) for each in check or ()]
+        expected = dict(map(_expectation, expect_failure or ()))
+        if seconds is not None and not seconds > 0.0:
+            raise BadOption(f"--seconds {seconds:g}: expected a number of seconds above 0")
+        try_folder("--save-to", save_to, keep=False)
+        show = _Show(name, options, narrow, json, junitxml)
+        count = EXAMPLES[budget] if examples is None else examples
+        who = " with ".join([phase, *(narrow_phase or ())])
+        notice(f"judging {who} on {count:,} scenes a check{_compiling()} ...")
+        first = FirstSignal()
+        try:
+            with first:
+                report = check_broad_phase(
+                    name,
+                    in_process=not isolated,
+                    options=options,
+                    narrow_phases=narrow,
+                    examples=count,
+                    checks=checks or None,
+                    expected_failures=expected,
+                    save_to=save_to,
+                    shrink=shrink,
+                    seed=seed,
+                    seconds=SECONDS if seconds is None else seconds,
+                    on_result=show.result,
+                    on_scene=show.scene,
+                )
+        except KeyboardInterrupt:
+            show.end(show.unfinished, "interrupted")
+            notice(f"kinetile: interrupted{show.at}")
+            raise typer.Exit(128 + first.number if first.number else INTERRUPTED) from None
+        show.end(replace(report, results=show.unfinished.results), "complete")
+    if report.exit_code:
+        raise typer.Exit(report.exit_code)
+
+
+def _compiling() -> str:
+    """Return what comes first, where loops are compiled."""
+    from kinetile.kernel.compiled import INTERPRETED
+
+    return "" if INTERPRETED else "; loops that are not compiled yet are compiled first (about 10 s each)"
+
+
+class _Show:
+    """Prints a report as it comes into being."""
+
+    def __init__(
+        self,
+        name: str,
+        options: dict[str, Any],
+        narrow: dict[str, dict[str, Any]],
+        json: bool,
+        junitxml: Path | None,
+    ) -> None:
+        from kinetile.plugin.registry import registry
+        from kinetile_conformance import CHECKS, Report
+
+        owner = registry().provided("broad phase", name)
+        source = f"{owner.distribution or 'this process'} {owner.version or ''}".strip()
+        self.unfinished: Report = Report(name, options, source, (), narrow_phases=narrow)
+        self._json = json
+        self._junitxml = junitxml
+        self._wide = max(len(check.name) for check in CHECKS)
+        if junitxml is not None:
+            self._write()  # where that is not possible, say so before any work is done
+        if not json:
+            typer.echo(f"{self.unfinished.head}\n")
+        self.at = ""
+        self._bar = Bar("judging")
+
+    def scene(self, check: str, count: int) -> None:
+        """Show how far a check is, on a terminal."""
+        self.at = f" in {check}, at scene {count:,}"
+        self._bar.show(None, f"{check}: {count:,} scenes")
+
+    def result(self, result: Result) -> None:
+        """Print a result; files are named as seen from here."""
+        self.at = ""
+        self._bar.close()
+        shown = replace(result, case=_from_here(result.case), picture=_from_here(result.picture))
+        self.unfinished = replace(self.unfinished, results=(*self.unfinished.results, shown))
+        if self._json:
+            _line({"result": self.unfinished.row(shown)})
+        else:
+            typer.echo("\n".join(self.unfinished.lines(shown, self._wide)))
+        self._write()
+
+    def end(self, report: Report, status: str) -> None:
+        """Print what stands below the results, or all of it as a line of JSON."""
+        self._bar.close()
+        self._write()
+        if self._json:
+            from kinetile.records.versions import versions
+
+            found = {"status": status, "versions": versions()} | report.as_dict()
+            _line(found if status == "complete" else found | {"conforms": None})
+        elif status == "complete":
+            typer.echo(f"\n{report.foot}")
+
+    def _write(self) -> None:
+        """Write what there is of the report as JUnit XML."""
+        if self._junitxml is None:
+            return
+        from kinetile_conformance.court.telling.junit import junit
+
+        try:
+            self._junitxml.write_text(junit(self.unfinished), encoding="utf-8")
+        except OSError as error:
+            said = f"--junitxml {str(self._junitxml)!r} cannot be written: {error.strerror or error}"
+            self._junitxml = None
+            if not self.unfinished.results:
+                raise BadOption(said) from error
+            notice(f"kinetile: {said}")
+
+
+def _line(row: dict[str, Any]) -> None:
+    """Print a line of JSON at once."""
+    typer.echo(as_text.dumps(row, allow_nan=False, default=str))
+
+
+def _from_here(path: Path | None) -> Path | None:
+    """Return a path in the working folder as relative to it, and any other as it is."""
+    here = Path.cwd()
+    return path.relative_to(here) if path is not None and path.is_relative_to(here) else path
+
+
+def _check(name: str) -> str:
+    """Return the name of a check; raise BadOption where there is none of this name."""
+    from kinetile.errors import one_of
+    from kinetile_conformance import CHECKS
+
+    known = [check.name for check in CHECKS]
+    if name not in known:
+        raise BadOption(f"there is no check {name!r}; expected {one_of(name, known)}")
+    return name
+
+
+def _expectation(text: str) -> tuple[str, str]:
+    """Return the check and the reason of ``CHECK=REASON``."""
+    check, equals, reason = text.partition("=")
+    if not equals or not reason.strip():
+        raise BadOption(f"--expect-failure {text!r}: expected CHECK=REASON, such as makes-progress='issue 7'")
+    return _check(check.strip()), reason.strip()

@@ -1,0 +1,254 @@
+"""Running one scene under several broad phases, and finding the first place where they differ.
+
+They must not: a broad phase may change how long a run takes, never its answer. Compared, bit for bit, are the
+contacts (time, epoch, tick, a, b) in their order, how and when the run ended, and where every body is then
+and where it flies.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetile.errors import AuditError, BadOption, MissedContactError, PhaseError, ZenoError
+from kinetile.kernel.log import WALLS
+from kinetile.plugin.choices import write_phase
+from kinetile_accuracy.answer.judgement import judged
+
+if TYPE_CHECKING:
+    from kinetile.run.simulation import Simulation
+    from kinetile.scene import Scene
+
+__all__ = ["Comparison", "Divergence", "Outcome", "compare", "describe_row"]
+
+Choice = str | tuple[str, Mapping[str, Any]]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How one broad phase did: the number of contacts, ...; ``fault`` is the error that ended it, or None."""
+
+    phase: str
+    broad_phase: str
+    options: Mapping[str, Any]
+    time: float
+    contacts: int
+    fingerprint: str
+    events: int
+    cpu_seconds: float
+    fault: str | None
+
+
+@dataclass(frozen=True)
+class Divergence:
+    """The first place where a phase's answer differs from the reference's.
+
+    ``what`` is "contact" (``index`` counts contacts from 0), "end" or "body" (``index`` is the body, at the
+    end); ``expected`` and ``found`` are rows with exact ticks, or None where there is no such contact;
+    ``before`` is the last contact on which both agree; ``judged`` says whose contact is the specification's,
+    where that can be said (``kinetile_accuracy.answer``).
+    """
+
+    reference: str
+    phase: str
+    what: str
+    index: int
+    expected: Mapping[str, Any] | None
+    found: Mapping[str, Any] | None
+    before: Mapping[str, Any] | None = None
+    judged: str = ""
+
+    def __str__(self) -> str:
+        place = {
+            "contact": f"contact {self.index}",
+            "end": "the end",
+            "body": f"body {self.index} at the end",
+        }
+        lines = [f"{self.phase} differs from {self.reference} at {place[self.what]}:"]
+        names = [self.reference, self.phase]
+        rows = [self.expected, self.found]
+        if self.before is not None:
+            names, rows = ["(before, the same)", *names], [self.before, *rows]
+        width = max(map(len, names))
+        lines += [f"  {name:{width}}  {describe_row(row)}" for name, row in zip(names, rows, strict=True)]
+        return "\n".join([*lines, f"  {self.judged}"] if self.judged else lines)
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What came of it: an outcome for each phase, and a divergence for each that is not as the first."""
+
+    outcomes: tuple[Outcome, ...]
+    divergences: tuple[Divergence, ...] = field(default=())
+
+    @property
+    def identical(self) -> bool:
+        """Whether all phases gave one answer."""
+        return not self.divergences
+
+    @property
+    def fault(self) -> str | None:
+        """The fault in which every run ended, as the reference tells it; None if one came to its end."""
+        faults = [outcome.fault for outcome in self.outcomes]
+        return faults[0] if faults and all(fault is not None for fault in faults) else None
+
+    @property
+    def first_divergence(self) -> Divergence | None:
+        """The earliest divergence of all, or None."""
+        order = {"contact": 0, "end": 1, "body": 2}
+        return min(self.divergences, key=lambda d: (order[d.what], d.index), default=None)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return everything in plain types, fit for JSON."""
+        first = self.first_divergence
+        return {
+            "identical": self.identical,
+            "phases": [vars(outcome) | {"options": dict(outcome.options)} for outcome in self.outcomes],
+            "first_divergence": first and vars(first),
+            "divergences": [vars(divergence) for divergence in self.divergences],
+        }
+
+
+class _Answer(NamedTuple):
+    """Everything in which two phases must agree."""
+
+    contacts: NDArray[Any]
+    end: dict[str, Any]
+    state: NDArray[np.float64]
+    bodies: NDArray[np.int32]  # whose state it is, row by row
+
+
+def compare(
+    scene: Scene,
+    broad_phases: Sequence[Choice],
+    until: float | None = None,
+    *,
+    max_contacts: int | None = None,
+    narrow_phases: Sequence[str] | Mapping[str, Mapping[str, Any]] | None = None,
+    start: Callable[[str, Simulation], Any] | None = None,
+    finish: Callable[[Outcome], Any] | None = None,
+    progress: Callable[[Any], None] | None = None,
+) -> Comparison:
+    """Run a scene under each of at least two broad phases, and compare all with the first.
+
+    A phase is a name, or a pair (name, options). Without ``until`` the scene's own holds, with
+    ``max_contacts`` as well; where there is none of the three, one time unit. ``start`` is called with a
+    label and the simulation before each run, ``finish`` with its outcome after it; ``progress`` is the
+    argument of that name of ``Simulation.run``.
+
+    A fault in a run (ZenoError, MissedContactError, PhaseError, AuditError) is part of its answer. Raises
+    BadOption for fewer than two phases, and what ``Simulation`` raises for names and options that there are
+    not.
+    """
+    from kinetile.run.simulation import Simulation
+
+    if len(broad_phases) < 2:
+        raise BadOption(f"a comparison needs at least two broad phases; found {len(broad_phases)}")
+    if until is None:
+        until = scene.settings.until
+    if until is None and max_contacts is None:
+        until = scene.start + 1.0
+    reference: _Answer | None = None
+    outcomes: list[Outcome] = []
+    divergences: list[Divergence] = []
+    choices = [(choice, {}) if isinstance(choice, str) else choice for choice in broad_phases]
+    simulations = [
+        Simulation(scene, name, options=options, narrow_phases=narrow_phases) for name, options in choices
+    ]
+    simulations.reverse()
+    for name, options in choices:
+        label = write_phase(name, options)
+        simulation = simulations.pop()
+        if start is not None:
+            start(label, simulation)
+        fault: str | None = None
+        try:
+            simulation.run(until, max_contacts=max_contacts, progress=progress)
+        except (ZenoError, MissedContactError, PhaseError, AuditError) as error:
+            fault = f"{type(error).__name__}: {error}"
+        answer = _answer(simulation, fault)
+        outcomes.append(_outcome(label, simulation, answer, fault))
+        if finish is not None:
+            finish(outcomes[-1])
+        if reference is None:
+            reference = answer
+        else:
+            difference = _first_difference(outcomes[0].phase, label, reference, answer)
+            if difference is not None and difference.what == "contact":
+                lists = {outcomes[0].phase: reference.contacts, label: answer.contacts}
+                who = judged(scene, lists, difference.index, simulation.narrow_phases)
+                difference = replace(difference, judged=who)
+            divergences += [difference] if difference else []
+    return Comparison(tuple(outcomes), tuple(divergences))
+
+
+def describe_row(row: Mapping[str, Any] | None) -> str:
+    """Return a contact, an end or a body of a divergence as text, numbers to the last digit."""
+    if row is None:
+        return "no such contact"
+    if "tick" in row:
+        b = f"wall {WALLS[row['b']]}" if row["b"] in WALLS else f"disc {row['b']}"
+        return f"disc {row['a']} with {b} at time {row['time']!r} (epoch {row['epoch']}, tick {row['tick']})"
+    return ", ".join(
+        f"{name} {value!r}" if isinstance(value, float) else f"{name} {value}" for name, value in row.items()
+    )
+
+
+def _answer(simulation: Simulation, fault: str | None) -> _Answer:
+    end = {"time": simulation.time, "fault": (fault or "none").partition(":")[0]}
+    state = np.hstack([simulation.positions(), simulation.velocities()]).reshape(-1, 4)
+    return _Answer(simulation.contacts, end, state, simulation.bodies)
+
+
+def _outcome(label: str, simulation: Simulation, answer: _Answer, fault: str | None) -> Outcome:
+    readings = simulation.readings
+    return Outcome(
+        phase=label,
+        broad_phase=simulation.broad_phase,
+        options=dict(simulation.options),
+        time=simulation.time,
+        contacts=len(answer.contacts),
+        fingerprint=simulation.fingerprint,
+        events=readings.events,
+        cpu_seconds=readings.cpu_seconds,
+        fault=fault,
+    )
+
+
+def _first_difference(reference: str, phase: str, expected: _Answer, found: _Answer) -> Divergence | None:
+    shared = min(len(expected.contacts), len(found.contacts))
+    unlike = np.flatnonzero((_bits(expected.contacts[:shared]) != _bits(found.contacts[:shared])).any(axis=1))
+    if len(unlike) or len(expected.contacts) != len(found.contacts):
+        index = int(unlike[0]) if len(unlike) else shared
+        here, there = _row(expected.contacts, index), _row(found.contacts, index)
+        return Divergence(
+            reference, phase, "contact", index, here, there, before=_row(expected.contacts, index - 1)
+        )
+    if expected.end != found.end:
+        return Divergence(reference, phase, "end", shared, expected.end, found.end)
+    bodies = np.flatnonzero((_bits(expected.state) != _bits(found.state)).any(axis=1))
+    if len(bodies):
+        row = int(bodies[0])
+        here, there = _body(expected.state, row), _body(found.state, row)
+        return Divergence(reference, phase, "body", int(expected.bodies[row]), here, there)
+    return None
+
+
+def _bits(rows: NDArray[Any]) -> NDArray[np.uint8]:
+    """Return rows as their bytes, (n, size): so -0.0 is not 0.0."""
+    size = rows.dtype.itemsize * (rows.shape[1] if rows.ndim == 2 else 1)
+    return np.ascontiguousarray(rows).view(np.uint8).reshape(len(rows), size)
+
+
+def _row(contacts: NDArray[Any], index: int) -> dict[str, Any] | None:
+    if not 0 <= index < len(contacts):
+        return None
+    return dict(zip(contacts.dtype.names or (), contacts[index].item(), strict=True))
+
+
+def _body(state: NDArray[np.float64], body: int) -> dict[str, Any]:
+    return dict(zip(("x", "y", "vx", "vy"), state[body].tolist(), strict=True))

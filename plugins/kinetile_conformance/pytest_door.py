@@ -1,0 +1,154 @@
+"""The pytest door: one test for each check, named after it, in an author's own tests or by the suite.
+
+pytest imports this file in every run, wherever kinetile is installed, for the option --broad-phase of
+``pytest --pyargs kinetile_conformance.suite``; so what the kit is made of is imported only when it is needed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Unpack
+
+import pytest
+
+if TYPE_CHECKING:
+    from kinetile_conformance.court.court import Wishes
+
+__all__ = [
+    "checks_of",
+    "parametrize_with_checks",
+    "pytest_addoption",
+    "pytest_collection_modifyitems",
+    "pytest_generate_tests",
+    "pytest_unconfigure",
+]
+
+SUITE = "kinetile_conformance.suite"
+
+OPEN: list[Any] = []
+"""The hearings under way, each with a child."""
+
+MISTAKE = pytest.StashKey[str]()
+"""What is wrong with the suite's options: raised while tests are made, it would look like an error of the
+suite."""
+
+
+def checks_of(name: str, **wishes: Unpack[Wishes]) -> dict[str, Callable[[], None]]:
+    """Return a function for each check, by its name, that raises AssertionError unless the check passes.
+
+    They share a child process, in which the phase is judged: an endless loop in a hook ends there. For the
+    checks that are expected to fail no smallest scene is looked for.
+    """
+    from kinetile.plugin.registry import registry
+    from kinetile.run.composition import check_options
+    from kinetile_conformance.court.court import Trial
+    from kinetile_conformance.court.doors import MEMORY
+    from kinetile_conformance.isolation.hearing import Hearing
+
+    trial = Trial.of(name, wishes)
+    phase = registry().broad_phase(name)
+    check_options("broad phase", name, phase, trial.subject.options)
+    phase(**trial.subject.options)
+    begun: list[Hearing] = []
+
+    def hearing() -> Hearing:
+        if not begun:
+            begun.append(Hearing(trial, MEMORY))
+            OPEN.append(begun[0])
+            begun[0].rehearse()
+        return begun[0]
+
+    def test(check: str) -> Callable[[], None]:
+        def run() -> None:
+            result = hearing().judge(check)
+            if result.status == "skipped":
+                pytest.skip(result.reason)
+            passed = result.status in ("passed", "xpassed")  # what is expected to fail pytest itself minds
+            assert passed, str(trial.report((result,), None))
+
+        return run
+
+    return {check: test(check) for check in trial.checks}
+
+
+def parametrize_with_checks(name: str, **wishes: Unpack[Wishes]) -> Any:
+    """Return a pytest decorator for ``def test_conformance(check): check()``, one test a check.
+
+    ``wishes`` are as for ``check_broad_phase`` (``Wishes``). Checks that are expected to fail are marked
+    xfail (strict: a pass is an error).
+
+    Raises ValueError for a check that does not exist, UnknownName for a phase that does not.
+    """
+    tests = checks_of(name, **wishes)
+    expected = wishes.get("expected_failures") or {}
+    cases = [
+        pytest.param(
+            run,
+            id=check,
+            marks=[pytest.mark.xfail(reason=expected[check], strict=True)] if check in expected else [],
+        )
+        for check, run in tests.items()
+    ]
+    return pytest.mark.parametrize("check", cases)
+
+
+def pytest_unconfigure() -> None:
+    """End the children that judged; a worker of pytest-xdist runs nothing at its exit."""
+    while OPEN:
+        OPEN.pop().close()
+
+
+def pytest_addoption(parser: Any) -> None:
+    """Add the suite's options."""
+    group = parser.getgroup("kinetile", "kinetile's conformance suite")
+    group.addoption(
+        "--broad-phase",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="A broad phase to judge, with options if need be: sap-1d:axis=y; may be given more than once.",
+    )
+    group.addoption(
+        "--narrow-phase",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="A narrow phase to judge with each of them, with options if need be.",
+    )
+    group.addoption(
+        "--conformance-examples", type=int, default=100, metavar="N", help="Scenes drawn for each check."
+    )
+
+
+def pytest_generate_tests(metafunc: Any) -> None:
+    """Make one test of each check and phase; only for the suite."""
+    if metafunc.module.__name__ != SUITE and not metafunc.module.__name__.endswith("conformance.suite"):
+        return
+    from kinetile.errors import KinetileError
+    from kinetile.plugin.choices import read_phase
+
+    config = metafunc.config
+    names = config.getoption("--broad-phase")
+    if not names:
+        config.stash[MISTAKE] = "the conformance suite needs to know whom to judge: --broad-phase NAME"
+    cases = []
+    for name in names:
+        try:
+            phase, options = read_phase(name)
+            tests = checks_of(
+                phase,
+                options=options,
+                narrow_phases=dict(map(read_phase, config.getoption("--narrow-phase"))),
+                examples=config.getoption("--conformance-examples"),
+            )
+        except KinetileError as error:
+            config.stash[MISTAKE] = str(error)
+            break
+        cases += [pytest.param(run, id=f"{name}-{check}") for check, run in tests.items()]
+    metafunc.parametrize("check", cases)
+
+
+def pytest_collection_modifyitems(config: Any) -> None:
+    """End the run with a usage error (exit code 4) where the suite's options are of no use."""
+    if MISTAKE in config.stash:
+        raise pytest.UsageError(config.stash[MISTAKE])

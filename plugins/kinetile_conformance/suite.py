@@ -1,0 +1,12 @@
+"""The kit as a pytest suite: ``pytest --pyargs kinetile_conformance.suite --broad-phase NAME``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+__all__: list[str] = []
+
+
+def test_conformance(check: Callable[[], None]) -> None:
+    """Run one check on one broad phase."""
+    check()

@@ -1,0 +1,212 @@
+"""``kinetile certify-log``, and the text that ``kinetile run --contacts`` writes for it."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import pytest
+from typer.testing import CliRunner
+
+import kinetile as kt
+from kinetile.cli import app
+from kinetile.errors import BadOption, RecordError
+from kinetile.records import EventRecorder, read_events
+from kinetile.records import events as recording
+from kinetile.records.contacts import read_contacts, write_contacts
+
+CRADLE = ["cradle", "--until", "5"]
+
+
+def kinetile(*arguments, stdin=None):
+    result = CliRunner().invoke(app, [str(argument) for argument in arguments], input=stdin)
+    if result.exception is not None and not isinstance(result.exception, SystemExit):
+        raise result.exception
+    return result
+
+
+@pytest.fixture(scope="module")
+def cradle():
+    sim = kt.Simulation(kt.make_scene("cradle"), "naive")
+    sim.run(until=5.0)
+    return sim
+
+
+@pytest.fixture
+def log(cradle, tmp_path):
+    path = tmp_path / "contacts.txt"
+    write_contacts(path, cradle.contacts, cradle.fingerprint)
+    return path
+
+
+def test_a_run_writes_its_contacts_and_they_are_certified(tmp_path, cradle):
+    path = tmp_path / "contacts.txt"
+    ran = kinetile("run", *CRADLE, "--broad-phase", "naive", "--contacts", path, "--json")
+    assert ran.exit_code == 0
+    assert json.loads(ran.stdout)["answer"] == kt.ANSWER == 1
+    lines = path.read_text().splitlines()
+    assert lines[0] == "0 2251799813685248 0 1"
+    assert lines[-1] == f"fingerprint {cradle.fingerprint}"
+    assert len(lines) == len(cradle.contacts) + 1
+    found = kinetile("certify-log", "cradle", path, "--until", 5)
+    assert found.exit_code == 0
+    assert f"all lines are right: {len(lines) - 1}, to time 5.0" in found.stdout
+    assert f"answer 1, fingerprint {cradle.fingerprint}" in found.stdout
+
+
+def test_contacts_are_not_written_over_what_is_there(tmp_path):
+    path = tmp_path / "contacts.txt"
+    path.write_text("mine")
+    refused = kinetile("run", *CRADLE, "--contacts", path)
+    assert refused.exit_code == 2
+    assert "is there already" in refused.stderr
+    assert path.read_text() == "mine"
+    run = ["run", *CRADLE, "--broad-phase", "naive", "--contacts"]
+    assert kinetile(*run, path, "--overwrite").exit_code == 0
+    assert path.read_text().startswith("0 2251799813685248 0 1\n")
+    assert list(tmp_path.iterdir()) == [path]
+    assert kinetile(*run, tmp_path).exit_code == 2
+    assert kinetile(*run, tmp_path / "nowhere" / "c").exit_code == 2
+    assert kinetile(*run, tmp_path / "c", "--events", tmp_path / "c").exit_code == 2
+
+
+def test_lines_come_from_stdin(log):
+    text = "\n".join(log.read_text().splitlines()[:-1])
+    found = kinetile("certify-log", "cradle", "-", "--until", 5, "--json", stdin=text)
+    assert found.exit_code == 0
+    result = json.loads(found.stdout)
+    assert result["right"] is True
+    assert result["wrong"] is None
+    assert result["answer"] == 1
+    assert result["lines"] == result["total"] == 14
+
+
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [
+        (
+            lambda lines: ["0 2251799813685249 0 1", *lines[1:]],
+            "line 1 is wrong: body 0 with body 1: its tick",
+        ),
+        (lambda lines: [lines[1], lines[0], *lines[2:]], "line 1 is wrong"),
+        (lambda lines: [*lines[:5], *lines[6:]], "line 6 is wrong"),
+        (lambda lines: lines[:-2], "line 14 is wrong: there is one more before the end"),
+        (lambda lines: [*lines[:-1], "fingerprint " + "0" * 64], "line 15 is wrong: the fingerprint"),
+    ],
+)
+def test_the_first_wrong_line_is_told(log, change, why):
+    log.write_text("\n".join(change(log.read_text().splitlines())))
+    found = kinetile("certify-log", "cradle", log, "--until", 5)
+    assert found.exit_code == 1
+    assert why in found.stdout
+    assert "answer" not in found.stdout
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("0 1 2\n", "line 1: found '0 1 2'; expected epoch, tick, a and b"),
+        ("0 1 0 1\n\n0 2 0 1\n", "line 2: found nothing"),
+        (f"0 {2**63} 0 1\n", "four whole numbers of 64 bits"),
+        (f"fingerprint {'0' * 64}\n0 1 0 1\n", "line 2: found '0 1 0 1' after the fingerprint"),
+        ("fingerprint 12\n", "64 hexadecimal digits"),
+    ],
+)
+def test_what_is_no_list_is_a_mistake(tmp_path, text, said):
+    path = tmp_path / "log"
+    path.write_text(text)
+    found = kinetile("certify-log", "cradle", path)
+    assert found.exit_code == 2
+    assert said in found.stderr
+    with pytest.raises(BadOption):
+        read_contacts(text.splitlines(), "text")
+
+
+def test_a_log_that_is_not_there_is_a_mistake(tmp_path):
+    found = kinetile("certify-log", "cradle", tmp_path / "nothing")
+    assert found.exit_code == 2
+    assert "cannot be read: No such file" in found.stderr
+
+
+def test_after_an_interrupt_it_says_how_far_the_log_was_right(log, monkeypatch):
+    from kinetile_accuracy.answer.course import Course
+
+    happen, seen = Course.happen, []
+
+    def interrupted(self):
+        seen.append(self)
+        if len(seen) > 5:
+            raise KeyboardInterrupt
+        happen(self)
+
+    monkeypatch.setattr(Course, "happen", interrupted)
+    found = kinetile("certify-log", "cradle", log, "--until", 5)
+    assert found.exit_code == 130
+    assert "the first 5 of 14 lines are right; broken off there" in found.stdout
+    assert "interrupted" in found.stderr
+
+
+# Event files
+
+
+@pytest.fixture
+def events(tmp_path):
+    scene = kt.make_scene("cradle")
+    path = tmp_path / "events.parquet"
+    with EventRecorder(path, scene) as recorder:
+        kt.Simulation(scene, "naive").run(until=5.0, recorder=recorder)
+    return path
+
+
+def test_an_event_file_says_itself_how_far_it_goes(events):
+    assert read_events(events).metadata["answer"] == kt.ANSWER
+    found = kinetile("certify-log", "cradle", events)
+    assert found.exit_code == 0
+    assert "14, to time 5.0" in found.stdout
+    more = kinetile("certify-log", "cradle", events, "--until", 6)
+    assert more.exit_code == 1
+    assert "there is one more before the end" in more.stdout
+
+
+def test_what_a_killed_run_has_left_is_to_be_recovered_first(tmp_path):
+    scene = kt.make_scene("cradle")
+    with EventRecorder(tmp_path / "e", scene) as recorder:
+        found = kinetile("certify-log", "cradle", recorder.partial)
+    assert found.exit_code == 2
+    assert f"`kinetile recover {recorder.partial}` makes an event file of it" in found.stderr
+
+
+def test_an_event_file_of_another_scene_is_refused(events):
+    found = kinetile("certify-log", "cradle", "-s", "bodies=4", events)
+    assert found.exit_code == 2
+    assert re.search("is of another scene", found.stderr)
+
+
+@pytest.mark.parametrize("answer", [None, 0, 2])
+def test_an_event_file_of_another_answer_is_refused(tmp_path, monkeypatch, answer):
+    monkeypatch.setattr(recording, "ANSWER", answer)
+    if answer is None:  # as files were before there was a specification
+        dumps = json.dumps
+        monkeypatch.setattr(
+            recording.json,
+            "dumps",
+            lambda what, **more: dumps({k: v for k, v in what.items() if k != "answer"}, **more),
+        )
+    scene = kt.make_scene("cradle")
+    path = tmp_path / "events.parquet"
+    with EventRecorder(path, scene) as recorder:
+        kt.Simulation(scene, "naive").run(until=5.0, recorder=recorder)
+    monkeypatch.undo()
+    assert read_events(path).metadata["answer"] == (answer or 0)
+    found = kinetile("certify-log", "cradle", path)
+    assert found.exit_code == 2
+    assert f"is of answer {answer or 0}, and what is checked here is answer 1" in found.stderr
+
+
+def test_an_answer_is_a_number(tmp_path, monkeypatch):
+    monkeypatch.setattr(recording, "ANSWER", "one")
+    path = tmp_path / "events.parquet"
+    with EventRecorder(path, kt.make_scene("cradle")):
+        pass
+    with pytest.raises(RecordError, match="'answer' is 'one'"):
+        read_events(path)

@@ -1,0 +1,365 @@
+"""The report: one page that needs nothing else, rows as CSV, parts that are missing named."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import sys
+from base64 import b64decode
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from typer.testing import CliRunner
+
+from accessibility import install_axe, violations
+from chromium import Browser, needs_chromium
+from kinetile.cli import app
+from kinetile.errors import BadOption, MissingExtra
+from kinetile_accuracy import report
+from kinetile_accuracy.drawing import NARROW, WIDTH, new_figure
+from kinetile_accuracy.page import command, verdict
+from kinetile_accuracy.parts import Claim, Column, Picture, Section, Table
+from kinetile_accuracy.report import PARTS, measure_parts, write_report
+from kinetile_accuracy.wording import cells, listed, number, scientific
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row as the parts make them."""
+
+    what: Annotated[str, Column("which queries", "family")]
+    error: Annotated[float | None, Column("of the time, in <R>", "error / R")]
+    count: Annotated[int, Column("how many", "n")]
+    fine: Annotated[bool, Column("whether it holds")]
+
+
+ROWS = (Row("grazing <hits>", 1.25e-15, 12345, True), Row("generic", None, 0, False))
+CLAIMS = (Claim("No <contact> is missed", "0 of 12", True), Claim("Rates are exact", "2 of 6", False))
+CONDITIONS = {"versions": {"python": "3.11"}, "processor": "a processor", "processors": 2, "system": "Linux"}
+
+
+def draw():
+    figure, panel = new_figure()
+    panel.plot([1, 2], [3, 4])
+    return figure
+
+
+def section(name: str = "queries") -> Section:
+    pictures = (Picture("depth", "What is seen.", draw),)
+    return Section(
+        name,
+        "A title",
+        "About it.",
+        ("It holds & stays.",),
+        (Table("rows", "Rows.", ROWS),),
+        pictures,
+        CLAIMS,
+    )
+
+
+def written(folder: Path) -> str:
+    pytest.importorskip("matplotlib", reason="figures are drawn with matplotlib")
+    paths = write_report([section()], folder, budget="quick", conditions=CONDITIONS)
+    assert all(path.is_file() for path in paths)
+    assert {path.name for path in paths} == {
+        "accuracy.html",
+        "accuracy.json",
+        "queries-rows.csv",
+        "queries-depth.svg",
+        "queries-depth.png",
+    }
+    return paths[0].read_text(encoding="utf-8")
+
+
+def test_the_page_needs_nothing_else(tmp_path):
+    page = written(tmp_path)
+    assert "data:image/svg+xml;base64," in page
+    for outside in ("http:", "https:", "<script", 'src="queries'):
+        assert outside not in page
+    assert "It holds &amp; stays." in page
+    assert "grazing &lt;hits&gt;" in page
+    assert "1.25e-15" in page
+    assert "<code>kinetile accuracy --quick --part queries</code>" in page
+
+
+def test_a_notebook_shows_what_the_page_shows(monkeypatch):
+    pytest.importorskip("matplotlib", reason="figures are drawn with matplotlib")
+    missing = Section("drift", "Drift", "", (), (), left_out=("needs <this>",))
+    page = report.Report([section(), missing])._repr_html_()
+    assert "1 of 2 statements do not hold" in page
+    for said in ("No &lt;contact&gt; is missed", "It holds &amp; stays.", "grazing &lt;hits&gt;", "1.25e-15"):
+        assert said in page
+    assert "needs &lt;this&gt;" in page
+    assert page.count("data:image/svg+xml;base64,") == 1
+    odd = replace(section(), pictures=(Picture("depth", "What is seen.", lambda: 1 / 0),))
+    assert "depth: cannot be drawn: division by zero" in report.Report([odd])._repr_html_()
+
+
+@pytest.mark.parametrize("budget", ["quick", "normal", "full"])
+def test_the_commands_on_the_page_can_be_given(one_part, tmp_path, budget):
+    words = [*command(budget).split()[1:], "--part", "rates", "--out", str(tmp_path)]
+    done = CliRunner().invoke(app, words)
+    assert done.exit_code == 0, done.output
+    assert json.loads((tmp_path / "accuracy.json").read_text(encoding="utf-8"))["budget"] == budget
+
+
+def test_a_report_is_not_written_over_unasked(one_part, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for _ in range(3):
+        assert CliRunner().invoke(app, ["accuracy", "--part", "rates"]).exit_code == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "accuracy-report",
+        "accuracy-report-2",
+        "accuracy-report-3",
+    ]
+
+
+def test_a_part_named_twice_is_measured_once(one_part, tmp_path):
+    words = ["accuracy", "--part", "rates", "--part", "rates", "--out", str(tmp_path), "--json"]
+    assert len(json.loads(CliRunner().invoke(app, words).stdout)["parts"]) == 1
+
+
+def test_a_folder_that_cannot_be_written_to_is_told_before_anything_is_measured(tmp_path, monkeypatch):
+    def refuse(*words, **more):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr("tempfile.TemporaryFile", refuse)
+    monkeypatch.setattr(report, "import_module", lambda name: pytest.fail("it was measured"))
+    done = CliRunner().invoke(app, ["accuracy", "--out", str(tmp_path)])
+    assert done.exit_code == 2
+    assert "Permission denied" in done.stderr
+
+
+def test_what_was_measured_is_printed_when_it_cannot_be_written(one_part, tmp_path, monkeypatch):
+    def full(*words, **more):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(report, "_write_rows", full)
+    words = ["accuracy", "--part", "rates", "--out", str(tmp_path), "--json"]
+    done = CliRunner().invoke(app, words)
+    assert done.exit_code == 2
+    assert "No space left" in done.stderr
+    assert json.loads(done.stdout)["parts"][0]["tables"]["rows"][0]["count"] == 12345
+
+
+def test_all_columns_are_in_the_file(tmp_path):
+    written(tmp_path)
+    with (tmp_path / "queries-rows.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert rows[0] == {"what": "grazing <hits>", "error": "1.25e-15", "count": "12345", "fine": "True"}
+    found = json.loads((tmp_path / "accuracy.json").read_text(encoding="utf-8"))
+    assert found["parts"][0]["tables"]["rows"][0]["error"] == 1.25e-15
+
+
+@pytest.mark.parametrize(
+    ("module", "package", "part"),
+    [
+        ("matplotlib", "matplotlib", "rates"),
+        ("jinja2", "Jinja2", "rates"),
+        ("flint", "python-flint", "oracle"),
+    ],
+)
+def test_a_missing_package_is_told_with_its_extra_before_anything_is_measured(
+    module, package, part, tmp_path, monkeypatch
+):
+    monkeypatch.setitem(sys.modules, module, None)
+    monkeypatch.setattr(report, "import_module", lambda name: pytest.fail("it was measured"))
+    done = CliRunner().invoke(app, ["accuracy", "--part", part, "--out", str(tmp_path / "report")])
+    assert done.exit_code == 2
+    assert f"needs {package}, which is not installed" in done.stderr
+    assert "kinetile[accuracy]" in done.stderr
+    assert not (tmp_path / "report").exists()
+    if part == "rates":
+        with pytest.raises(MissingExtra, match="accuracy"):
+            write_report([section()], tmp_path / "report", budget="quick", conditions=CONDITIONS)
+        assert not (tmp_path / "report").exists()
+
+
+def test_the_page_begins_with_a_verdict_and_a_table_of_what_must_hold(tmp_path):
+    page = written(tmp_path)
+    summary = page[page.index("<body>") : page.index("<nav")]
+    assert "1 of 2 statements do not hold in what was measured." in summary
+    assert '<table class="summary">' in summary
+    assert "No &lt;contact&gt; is missed" in summary
+    assert summary.count(">holds</td>") == summary.count(">does not hold</td>") == 1
+    assert "<ul" not in summary
+
+
+def test_the_page_has_contents_and_a_viewport(tmp_path):
+    page = written(tmp_path)
+    assert '<meta name="viewport" content="width=device-width, initial-scale=1">' in page
+    contents = page[page.index("<nav") : page.index("</nav>")]
+    assert '<a href="#queries">A title</a>' in contents
+    assert '<section id="queries">' in page
+
+
+def test_figures_are_drawn_for_narrow_pages_too(tmp_path):
+    page = written(tmp_path)
+    narrow, wide = (
+        b64decode(page.split(f'{attribute}="data:image/svg+xml;base64,')[1].split('"')[0]).decode()
+        for attribute in ("srcset", "src")
+    )
+    assert 'media="(max-width: 640px)"' in page
+    width_of = [float(svg.split('width="')[1].split("pt")[0]) for svg in (narrow, wide)]
+    assert width_of == pytest.approx([72 * NARROW, 72 * WIDTH])
+
+
+def test_numbers_of_a_sentence_are_not_parted(tmp_path):
+    found = replace(section(), findings=("It is 1.2e-15 R & 3 <off>.",))
+    paths = write_report([found], tmp_path, budget="quick", conditions=CONDITIONS)
+    assert '<li>It is <span class="number">1.2e-15</span> R &amp; 3 &lt;off&gt;.</li>' in paths[0].read_text(
+        encoding="utf-8"
+    )
+
+
+def test_captions_stand_outside_of_what_scrolls(tmp_path):
+    page = written(tmp_path)
+    assert "<caption" not in page
+    assert page.index("Rows. All columns:") < page.index('<div class="wide"')
+
+
+@needs_chromium
+@pytest.mark.parametrize("width", [390, 1280])
+def test_a_checker_of_accessibility_finds_nothing(width, tmp_path):
+    # A table that is wider than the page could not be scrolled by keyboard.
+    long = replace(ROWS[0], what="grazing" * 60)
+    wide = replace(section(), tables=(Table("rows", "Rows.", (long, *ROWS)),))
+    page, *_ = write_report([wide], tmp_path, budget="quick", conditions=CONDITIONS)
+    axe = install_axe(tmp_path / "axe")
+    with Browser(width) as browser:
+        browser.visit(page)
+        if width == 390:
+            assert browser.value("document.querySelector('.wide').scrollWidth > innerWidth")
+        assert violations(browser, axe) == []
+
+
+def test_the_page_says_what_its_columns_are(tmp_path):
+    page = written(tmp_path)
+    assert "<dt>error / R</dt><dd>of the time, in &lt;R&gt;</dd>" in page
+    assert "<dt>fine (in the file)</dt><dd>whether it holds</dd>" in page
+
+
+def test_a_verdict_counts_what_fails():
+    assert verdict(CLAIMS[:1]) == "All 1 statements hold in what was measured."
+    assert verdict(()) == "Nothing was measured that could hold or fail."
+
+
+def test_the_same_rows_make_the_same_figures(tmp_path):
+    written(tmp_path / "one")
+    written(tmp_path / "two")
+    name = "queries-depth.svg"
+    assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (None, "–"),
+        (True, "yes"),
+        (12345, "12,345"),
+        (0.0, "0"),
+        (1.23456e-15, "1.23e-15"),
+        (4096.0, "4,096"),
+        (1146.5, "1,146"),
+        (math.nan, "–"),
+        ("x", "x"),
+    ],
+)
+def test_values_are_shown_as_people_read_them(value, text):
+    assert cells([value]) == [text]
+
+
+def test_numbers_of_a_column_have_one_notation():
+    assert cells([0.25, 12.0, 0.0, None]) == ["0.25", "12", "0", "–"]
+    assert cells([0.25, 1.5e-15, 0.0, 1200.0]) == ["2.5e-1", "1.5e-15", "0", "1.2e3"]
+
+
+@given(st.floats(min_value=-1e300, max_value=1e300), st.integers(1, 6))
+def test_a_number_is_written_within_its_digits(value, digits):
+    near = pytest.approx(value, rel=0.5001 * 10.0 ** (1 - digits), abs=5e-324)
+    for text in (number(value, digits), scientific(value, digits)):
+        assert float(text.replace(",", "")) == near
+        assert "e+" not in text
+        assert "e-0" not in text
+
+
+@pytest.mark.parametrize(("words", "text"), [("", ""), ("a", "a"), ("ab", "a and b"), ("abc", "a, b and c")])
+def test_words_are_listed(words, text):
+    assert listed(list(words)) == text
+
+
+def test_a_part_that_does_not_exist_is_refused():
+    with pytest.raises(BadOption, match="its parts are chart, queries, oracle, answer, drift, rates"):
+        measure_parts("quick", ["speed"])
+
+
+def test_a_part_that_lacks_its_package_says_so(monkeypatch):
+    class Lacking:
+        @staticmethod
+        def measure(budget, progress):
+            raise MissingExtra("The oracle", "python-flint", "exact")
+
+    monkeypatch.setattr(report, "import_module", lambda name: Lacking)
+    seen = []
+    (found,) = measure_parts("quick", ["oracle"], finish=seen.append)
+    assert seen == [found]
+    assert "kinetile[exact]" in found.left_out[0]
+
+
+def test_every_part_can_be_imported():
+    from importlib import import_module
+
+    for module in PARTS.values():
+        assert callable(import_module(module).measure)
+
+
+@pytest.fixture
+def one_part(monkeypatch):
+    class Part:
+        @staticmethod
+        def measure(budget, progress):
+            progress("rows", 1, 2)
+            return section("rates")
+
+    class Stopped:
+        @staticmethod
+        def measure(budget, progress):
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(
+        report, "import_module", lambda name: Stopped if name.endswith("drift_section") else Part
+    )
+
+
+def test_the_command_writes_and_prints(one_part, tmp_path):
+    done = CliRunner().invoke(app, ["accuracy", "--quick", "--part", "rates", "--out", str(tmp_path / "r")])
+    assert done.exit_code == 0, done.output
+    assert "It holds & stays." in done.stdout
+    assert (tmp_path / "r" / "accuracy.html").is_file()
+
+
+def test_ctrl_c_keeps_the_parts_that_are_done(one_part, tmp_path):
+    words = ["accuracy", "--quick", "--part", "rates", "--part", "drift", "--out", str(tmp_path), "--json"]
+    done = CliRunner().invoke(app, words)
+    assert done.exit_code == 130
+    assert [part["name"] for part in json.loads(done.stdout)["parts"]] == ["rates"]
+    assert (tmp_path / "rates-rows.csv").is_file()
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--quick", "--full"], "cannot both"),
+        (["--part", "speed"], "the parts are chart"),
+        (["--part", "rates", "--out", "/dev/null/x"], "--out /dev/null/x"),
+    ],
+)
+def test_wrong_words_are_named(one_part, words, said):
+    done = CliRunner().invoke(app, ["accuracy", *words])
+    assert done.exit_code == 2
+    assert said in done.stderr

@@ -1,0 +1,155 @@
+"""Comparing broad phases: agreement to the last bit, and the first place where one is wrong."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import kinetile as kt
+from kinetile.errors import AuditError, BadOption, UnknownName
+from kinetile_conformance.compare import Divergence, _Answer, _first_difference, compare, describe_row
+
+
+def three_in_a_row() -> kt.Scene:
+    """Disc 2 meets disc 1 at 0.5; disc 0 meets disc 1 later."""
+    return kt.Scene([[1.0, 1.0], [3.0, 1.0], [4.0, 1.0]], [[0.0, 0.0], [0.0, 0.0], [-1.0, 0.0]], 0.25)
+
+
+def test_phases_that_agree():
+    scene = kt.make_scene("grid", bodies=25, density=0.5, seed=5)
+    seen, done = [], []
+    result = compare(
+        scene,
+        ["naive", ("sap-1d", {"axis": "x"}), "sap-2d"],
+        0.5,
+        start=lambda label, sim: seen.append((label, sim.broad_phase)),
+        finish=done.append,
+    )
+    assert result.identical
+    assert result.first_divergence is None
+    assert seen == [("naive", "naive"), ("sap-1d:axis=x", "sap-1d"), ("sap-2d", "sap-2d")]
+    assert tuple(done) == result.outcomes
+    assert len({outcome.fingerprint for outcome in result.outcomes}) == 1
+    assert {outcome.time for outcome in result.outcomes} == {0.5}
+    assert result.outcomes[0].contacts > 0
+    assert json.loads(json.dumps(result.as_dict()))["identical"] is True
+
+
+def test_a_contact_that_is_missing_is_shown_with_exact_ticks(blind):
+    result = compare(three_in_a_row(), ["naive", blind], 4.0)
+    assert not result.identical
+    first = result.first_divergence
+    assert first.what == "contact"
+    assert first.index == 1
+    assert first.expected == {"time": 2.0, "epoch": 2, "tick": 0, "a": 0, "b": 1}
+    assert first.found is None
+    assert first.before == {"time": 0.5, "epoch": 0, "tick": 2**51, "a": 1, "b": 2}
+    text = str(first)
+    assert text.startswith("blind differs from naive at contact 1:")
+    assert "disc 0 with disc 1 at time 2.0 (epoch 2, tick 0)" in text
+    assert "no such contact" in text
+    assert "by the specification naive is right there; blind is wrong in contact 1: " in text
+    assert json.loads(json.dumps(result.as_dict()))["first_divergence"]["index"] == 1
+
+
+def test_the_first_divergence_is_the_earliest_of_all(blind):
+    result = compare(three_in_a_row(), ["naive", "sap-2d", blind], 4.0)
+    assert [each.phase for each in result.divergences] == [blind]
+
+
+def test_a_fault_is_part_of_the_answer():
+    jammed = kt.Scene(
+        [[x, y] for x in (0.25, 0.75) for y in (0.25, 0.75)],
+        [[1.0, 0.3], [0.2, -1.0], [-1.0, 0.1], [0.4, 1.0]],
+        0.25,
+        arena=(1, 1),
+    )
+    result = compare(jammed, ["naive", "sap-2d"], 1.0)
+    assert result.identical
+    assert all(outcome.fault.startswith("ZenoError: ") for outcome in result.outcomes)
+    assert result.fault == result.outcomes[0].fault
+
+
+def test_an_audit_that_fails_is_part_of_the_answer(monkeypatch):
+    def failing(simulation, *arguments, **options):
+        raise AuditError("the queue is out of order")
+
+    monkeypatch.setattr(kt.Simulation, "run", failing)
+    result = compare(three_in_a_row(), ["naive", "naive"], 1.0)
+    assert result.identical
+    assert result.fault == "AuditError: the queue is out of order"
+
+
+def test_a_number_of_contacts_does_not_go_beyond_the_scenes_own_end():
+    scene = three_in_a_row()
+    scene = kt.Scene(scene.position, scene.velocity, scene.radius, settings=kt.Settings(until=0.75))
+    result = compare(scene, ["naive", "naive"], max_contacts=100)
+    assert (result.outcomes[0].contacts, result.outcomes[0].time) == (1, 0.75)
+
+
+def test_the_end_and_the_bodies_are_compared_too():
+    contacts = np.zeros(2, kt.CONTACT)
+    end = {"time": 1.0, "fault": "none"}
+    state, bodies = np.zeros((2, 4)), np.array([3, 7])  # others have left
+    reference = _Answer(contacts, end, state, bodies)
+    same = _Answer(contacts.copy(), dict(end), state.copy(), bodies)
+    assert _first_difference("a", "b", reference, same) is None
+    ended = _first_difference(
+        "a", "b", reference, _Answer(contacts, {"time": 0.5, "fault": "ZenoError"}, state, bodies)
+    )
+    assert ended.what == "end"
+    assert "time 0.5, fault ZenoError" in str(ended)
+    negative = state.copy()
+    negative[1, 2] = -0.0
+    moved = _first_difference("a", "b", reference, _Answer(contacts, end, negative, bodies))
+    assert (moved.what, moved.index) == ("body", 7)
+    assert "vx -0.0" in str(moved)
+    other = contacts.copy()
+    other["tick"][0] = 1
+    ticked = _first_difference("a", "b", reference, _Answer(other, end, negative, bodies))
+    assert (ticked.what, ticked.index, ticked.before) == ("contact", 0, None)
+
+
+def test_rows_are_described_in_words():
+    row = {"time": 0.5, "epoch": 0, "tick": 2**51, "a": 3, "b": -2}
+    assert describe_row(row) == "disc 3 with wall right at time 0.5 (epoch 0, tick 2251799813685248)"
+    assert describe_row(None) == "no such contact"
+    assert (
+        str(Divergence("a", "b", "contact", 7, row, None)).splitlines()[0] == "b differs from a at contact 7:"
+    )
+
+
+def test_the_end_is_the_scenes_own_or_one_unit():
+    scene = three_in_a_row()
+    assert compare(scene, ["naive", "naive"]).outcomes[0].time == 1.0
+    settings = kt.Settings(until=0.75)
+    scene = kt.Scene(scene.position, scene.velocity, scene.radius, settings=settings)
+    assert compare(scene, ["naive", "naive"]).outcomes[0].time == 0.75
+    by_count = compare(scene, ["naive", "naive"], max_contacts=1).outcomes[0]
+    assert (by_count.contacts, by_count.time) == (1, 0.5)
+
+
+def test_what_cannot_be_compared():
+    with pytest.raises(BadOption, match="at least two broad phases; found 1"):
+        compare(three_in_a_row(), ["naive"], 1.0)
+    with pytest.raises(UnknownName, match="did you mean 'naive'"):
+        compare(three_in_a_row(), ["naive", "nave"], 1.0)
+
+
+def test_a_recording_is_compared_to_its_end(tmp_path):
+    sim = kt.Simulation(kt.make_scene("grid", bodies=16, density=0.3, seed=1), "cells", live=True)
+    for frame in range(1, 13):
+        sim.set_velocities(sim.bodies[:3], (0.5, -0.25 * frame))
+        place = sim.positions()[3]
+        sim.remove(int(sim.bodies[3]))
+        sim.insert(place, (1.0, 0.0), 1e-3)
+        sim.run(until=frame / 8)
+    kt.save_scene(sim.recorded(), tmp_path / "trace.toml")
+    trace = kt.load_scene(tmp_path / "trace.toml")
+    assert trace == sim.recorded()
+    found = compare(trace, ["naive", "cells", "sap-1d", "sweep-tiling"])
+    assert found.identical
+    assert {each.fingerprint for each in found.outcomes} == {sim.fingerprint}
+    assert {each.time for each in found.outcomes} == {1.5}

@@ -1,0 +1,252 @@
+"""``kinetile conform`` and ``kinetile replay`` as people and scripts meet them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from typer.testing import CliRunner
+
+import kinetile as kt
+import kinetile_conformance
+from installing import install_blind, run
+from kinetile.cli import app
+from kinetile_conformance import Report, Result
+
+SCENES = Path(__file__).parents[2] / "scenes"
+CHECKS = ("--check", "same-contacts", "--check", "never-misses-a-pair")
+
+
+def kinetile_(*arguments: object):
+    """Run a command in this process."""
+    result = CliRunner().invoke(app, [str(argument) for argument in arguments])
+    if result.exception is not None and not isinstance(result.exception, SystemExit):
+        raise result.exception
+    return result
+
+
+@pytest.fixture(autouse=True)
+def _folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+# conform
+
+
+@pytest.mark.parametrize("door", ["--in-process", "--isolated"])
+def test_a_phase_that_conforms(door, tmp_path):
+    result = kinetile_(
+        "conform", "naive", door, "--examples", 2, "--check", "same-contacts", "--check", "makes-progress"
+    )
+    assert result.exit_code == 0, result.output
+    head, blank, first, second, *rest = result.stdout.splitlines()
+    assert head.startswith("conformance kit ")
+    assert head.endswith(f"broad phase 'naive', of kinetile {kt.__version__}")
+    assert blank == ""
+    assert first.split()[:4] == ["passed", "same-contacts", "2", "scenes"]
+    assert second.split()[:4] == ["passed", "makes-progress", "2", "scenes"]
+    assert rest[-1].startswith("naive conforms (")
+    assert result.stderr.startswith("judging naive on 2 scenes a check")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_as_json():
+    result = kinetile_(
+        "conform", "sweep-and-prune:axis=y", "--in-process", "--check", "rejects-unknown-options", "--json"
+    )
+    told, report = result.stdout.splitlines()
+    assert json.loads(told)["result"]["status"] == "passed"
+    found = json.loads(report)
+    assert (found["status"], found["conforms"], found["reference_in_doubt"]) == ("complete", True, False)
+    assert (found["broad_phase"], found["options"]) == ("sap-1d", {"axis": "y"})
+    assert [check["status"] for check in found["checks"]] == ["passed"]
+    assert found["versions"]["kinetile"] == kt.__version__
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["nave"], "no broad phase is called 'nave'; did you mean 'naive'?"),
+        (["sap-1d:axes=y"], "has no option 'axes'; did you mean 'axis'?"),
+        (["sap-1d:axis=z"], "axis must be 'x' or 'y'"),
+        (["naive", "--narrow-phase", "disk"], "no narrow phase is called 'disk'; did you mean 'disc'?"),
+        (["naive", "--narrow-phase", "disc:side=2"], "narrow phase 'disc' has no option 'side'"),
+        (["naive", "--narrow-phase", "disc", "--narrow-phase", "wall:side=2"], "'wall' has no option 'side'"),
+        (["naive", "--check", "same-contact"], "did you mean 'same-contacts'?"),
+        (["naive", "--expect-failure", "makes-progress"], "expected CHECK=REASON"),
+        (["naive", "--expect-failure", "makes-progres=issue 7"], "did you mean 'makes-progress'?"),
+        (["naive", "--examples", "0"], "Invalid value"),
+    ],
+)
+def test_what_cannot_be_judged_is_exit_code_2(arguments, said):
+    result = kinetile_("conform", "--in-process", *arguments)
+    assert result.exit_code == 2
+    assert said in " ".join(result.stderr.replace("│", " ").split())
+
+
+@pytest.mark.parametrize("folder", ["a-file", "a-file/within", "new/" + 300 * "n"])
+@pytest.mark.parametrize("door", ["--in-process", "--isolated"])
+def test_a_folder_that_cannot_be_written_is_said_before_anything_is_judged(folder, door, tmp_path):
+    (tmp_path / "a-file").touch()
+    result = kinetile_("conform", "naive", door, "--check", "rejects-unknown-options", "--save-to", folder)
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr.startswith(f"kinetile: --save-to {folder}: ")
+    assert [path.name for path in tmp_path.iterdir()] == ["a-file"]
+
+
+@pytest.mark.parametrize("folder", ["new", "new/and/deep", "old", "old/new"])
+def test_a_folder_for_which_there_is_nothing_is_left_as_it_was(folder, tmp_path):
+    (tmp_path / "old").mkdir()
+    arguments = ("--in-process", "--check", "rejects-unknown-options", "--save-to", folder)
+    assert kinetile_("conform", "naive", *arguments).exit_code == 0
+    assert [path.name for path in tmp_path.rglob("*")] == ["old"]
+
+
+def test_an_expected_failure_that_passes_is_a_failure():
+    expected = "rejects-unknown-options=issue 7"
+    result = kinetile_(
+        "conform", "naive", "--in-process", "--check", "rejects-unknown-options", "--expect-failure", expected
+    )
+    assert result.exit_code == 1
+    assert "xpassed" in result.stdout
+    assert "was expected to fail (issue 7), and does not" in result.stdout
+
+
+def pretending(monkeypatch, *results: Result, error: type[BaseException] | None = None) -> None:
+    """Put a judge in place of the kit's that comes to these results, and is perhaps interrupted then."""
+
+    def judge(name, *, on_result, **more):
+        for result in results:
+            on_result(result)
+        if error is not None:
+            raise error
+        return Report(name, {}, "kinetile", results)
+
+    monkeypatch.setattr(kinetile_conformance, "check_broad_phase", judge)
+
+
+def test_the_reference_in_doubt_is_exit_code_3(monkeypatch):
+    verdict = "also sap-1d: the reference is in doubt"
+    pretending(monkeypatch, Result("a", "b", "failed", 1, 0.0, said="c", verdict=verdict))
+    result = kinetile_("conform", "naive", "--in-process")
+    assert result.exit_code == 3
+    assert verdict in result.stdout
+
+
+def test_after_an_interrupt_what_there_is_has_been_printed(monkeypatch):
+    pretending(monkeypatch, Result("some-check", "b", "passed", 1, 0.0), error=KeyboardInterrupt)
+    result = kinetile_("conform", "naive", "--in-process")
+    assert result.exit_code == 130
+    assert "some-check" in result.stdout
+    assert "conforms" not in result.stdout
+    *_, last = kinetile_("conform", "naive", "--in-process", "--json").stdout.splitlines()
+    found = json.loads(last)
+    assert (found["status"], found["conforms"], len(found["checks"])) == ("interrupted", None, 1)
+
+
+# A phase that is wrong, judged and replayed with interpreted hooks: nothing is compiled for it
+
+
+@pytest.fixture(scope="module")
+def blind(tmp_path_factory):
+    """A judged broad phase that misses contacts: the folder, how to run commands in it, and the report."""
+    folder = tmp_path_factory.mktemp("blind")
+    paths = install_blind(folder)
+
+    def command(*words: object):
+        return run(*words, folder=folder, paths=paths)
+
+    return SimpleNamespace(folder=folder, run=command, report=command("conform", "blind", *CHECKS))
+
+
+def test_a_phase_that_does_not_conform(blind):
+    done = blind.report
+    assert done.returncode == 1, done.stderr
+    lines = [line.strip() for line in done.stdout.splitlines()]
+    assert lines[0].endswith("broad phase 'blind', of kinetile-blind 0.1.0")
+    # What Hypothesis draws, and so which scene is the smallest, differs between environments.
+    sizes = [line for line in lines if line.startswith("smallest scene found: ")]
+    assert set(sizes) <= {"smallest scene found: 2 bodies", "smallest scene found: 3 bodies"}
+    verdicts = [line for line in lines if line.startswith("verdict: ")]
+    assert len(verdicts) == 2
+    for verdict in verdicts:
+        assert verdict.startswith("verdict: only blind; cells, sap-1d, sap-2d")
+        assert verdict.endswith("agree with the reference")
+    assert "replay: kinetile replay blind conformance-failures/blind-same-contacts.toml" in lines
+    assert any(line.startswith("begin with ") for line in lines)
+    assert lines[-1] == "blind does not conform: same-contacts, never-misses-a-pair"
+    assert done.stderr == "judging blind on 100 scenes a check ...\n"
+    found = {path.name for path in (blind.folder / "conformance-failures").iterdir()}
+    assert found == {f"blind-{check}.{kind}" for check in CHECKS[1::2] for kind in ("toml", "svg")}
+
+
+def test_its_scene_fails_again_and_passes_under_another(blind):
+    file = "conformance-failures/blind-never-misses-a-pair.toml"
+    again = blind.run("replay", "blind", file)
+    assert again.returncode == 1, again.stderr
+    first, *rest = again.stdout.splitlines()
+    assert first.startswith(f"still fails: blind, never-misses-a-pair, {file} (")
+    assert first.endswith(("(2 bodies)", "(3 bodies)"))
+    assert "touch" in rest[1]
+    assert rest[2].startswith("  verdict: only blind; ")
+    other = blind.run("replay", "blind", file, "--check", "makes-progress")
+    assert (other.returncode, other.stdout.partition(":")[0]) == (0, "passes")
+    naive = kinetile_("replay", "naive", blind.folder / file, "--json")
+    assert naive.exit_code == 0
+    found = json.loads(naive.stdout)
+    assert (found["check"], found["fails"]) == ("never-misses-a-pair", False)
+    assert found["bodies"] in (2, 3)
+    as_data = blind.run("replay", "blind", file, "--json")
+    assert as_data.returncode == 1
+    assert json.loads(as_data.stdout)["verdict"].startswith("only blind; ")
+
+
+def test_what_is_expected_to_fail_and_does_conforms(blind):
+    done = blind.run(
+        "conform", "blind", "--check", "same-contacts", "--expect-failure", "same-contacts=it is blind"
+    )
+    assert done.returncode == 0, done.stdout
+    assert "xfailed    same-contacts" in done.stdout
+    assert "reason: it is blind" in done.stdout
+
+
+def test_cases_can_be_kept_elsewhere_and_left_as_they_are_found(blind):
+    done = blind.run(
+        *("conform", "blind", "--in-process", "--check", "same-contacts"),
+        *("--save-to", "kept", "--no-shrink", "--seed", 3, "--json"),
+    )
+    assert done.returncode == 1
+    (check,) = json.loads(done.stdout.splitlines()[-1])["checks"]
+    assert check["case"] == "kept/blind-same-contacts.toml"
+    assert (blind.folder / check["case"]).exists()
+
+
+# replay
+
+
+def test_any_scene_can_be_replayed():
+    result = kinetile_("replay", "naive", SCENES / "H05.toml")
+    assert result.exit_code == 0
+    assert result.stdout.startswith("passes: naive, same-contacts, ")
+
+
+@pytest.mark.parametrize(
+    ("text", "more", "said"),
+    [
+        (None, [], "there is no scene file 'case.toml'"),
+        ("# check: no-such-check\n", [], "'case.toml' names the check 'no-such-check'"),
+        ("", ["--check", "same-contact"], "did you mean 'same-contacts'?"),
+        ("", ["--check", "same-contacts-in-the-gallery"], "expected one that takes a scene"),
+        ("", ["--check", "pairs-are-overlapping-boxes"], "does not apply to 'naive'"),
+        ("bodies = 3\n", [], "case.toml"),
+        ("\x00", [], "case.toml"),
+    ],
+)
+def test_what_cannot_be_replayed_is_exit_code_2(text, more, said, tmp_path):
+    if text is not None:
+        (tmp_path / "case.toml").write_text(text + (SCENES / "H05.toml").read_text())
+    result = kinetile_("replay", "naive", "case.toml", *more)
+    assert result.exit_code == 2
+    assert said in result.stderr

@@ -1,0 +1,211 @@
+"""Narrow phases of others under the kit: what they may depend on is put to the test, by whatever door.
+
+``square_pairs`` is the narrow phase on trial, right or wrong in one way. Its hooks are interpreted in
+children: nothing is compiled for it.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+from types import SimpleNamespace
+
+import pytest
+
+import kinetile as kt
+import square_pairs
+from installing import install, run
+from kinetile.errors import BadOption, Refused, UnknownName
+from kinetile_conformance import check_broad_phase, parametrize_with_checks
+from kinetile_conformance.cases import Subject, load_case, view_case
+
+PLANS_ALONE = "a-contact-depends-on-two-plans-alone"
+PROJECT = """
+[project]
+name = "kinetile-squares"
+version = "0.1.0"
+
+[project.entry-points.kinetile]
+squares = "square_pairs"
+"""
+WALLED = kt.Scene([[1.0, 1.0], [3.0, 1.25]], [[1.0, 0.5], [-1.0, 0.0]], 0.5, arena=(4.0, 4.0))
+OPEN = kt.Scene([[1.0, 1.0], [3.0, 1.25]], [[1.0, 0.5], [-1.0, 0.0]], 0.5)
+
+
+@pytest.fixture(scope="module")
+def squares(tmp_path_factory):
+    """A folder in which square_pairs is installed, and how to run commands there."""
+    folder = tmp_path_factory.mktemp("squares")
+    (folder / "pyproject.toml").write_text(PROJECT, encoding="utf-8")
+    shutil.copy(square_pairs.__file__, folder)
+    paths = install(folder, folder / "site")
+
+    def command(*words: object, **more: str):
+        return run(*words, folder=folder, paths=paths, **more)
+
+    return SimpleNamespace(folder=folder, run=command)
+
+
+@pytest.fixture
+def _added():
+    kt.registry().add(square_pairs)
+    yield
+    kt.registry().remove(square_pairs)
+
+
+SHORT = (
+    *("same-contacts-with-turns", "same-contacts-as-bodies-come-and-go", "same-contacts-with-responses"),
+    *("its-structure-is-true", "survives-being-built-anew", "same-contacts-after-a-change-of-view"),
+    *("same-contacts-with-loose-bounds", "does-not-see-who-asks", PLANS_ALONE),
+)
+"""Checks whose runs are short enough to be interpreted."""
+
+LEFT_OUT = {
+    "near-holds-while-bodies-pass": "for a broad phase alone: judge it without a narrow phase named",
+    "its-features-are-known": "for a broad phase alone: judge it without a narrow phase named",
+    "rejects-unknown-options": "for a broad phase alone: judge it without a narrow phase named",
+    "same-contacts-while-some-pass": "it has no part",
+    "its-structure-is-true-while-some-pass": "it has no part",
+}
+
+
+def test_a_narrow_phase_of_somebody_else_could_not_be_judged(squares):
+    checks = [word for check in (*SHORT, *LEFT_OUT) for word in ("--check", check)]
+    chosen = ("--narrow-phase", "squares:touches=true", "--examples", 6)
+    done = squares.run("conform", "cells", *chosen, *checks)
+    assert done.returncode == 0, done.stdout + done.stderr
+    head, *lines = done.stdout.splitlines()
+    with_squares = "broad phase 'cells' with narrow phase 'squares:touches=True', of kinetile"
+    assert head.endswith(f"{with_squares} {kt.__version__}")
+    assert lines[-1].startswith("cells with squares:touches=True conforms (")
+    found = {check: line for line in lines for check in (*SHORT, *LEFT_OUT) if f" {check} " in line}
+    assert {check: found[check].split()[0] for check in SHORT} == dict.fromkeys(SHORT, "passed")
+    for check, reason in LEFT_OUT.items():
+        assert found[check].split()[0] == "skipped"
+        assert lines[lines.index(found[check]) + 1].endswith(reason)
+
+
+@pytest.mark.compiled
+@pytest.mark.slow
+@pytest.mark.usefixtures("_added")
+def test_squares_conform_with_cells():
+    report = check_broad_phase("cells", narrow_phases={"squares": {"touches": True}}, examples=20)
+    assert report.ok, str(report)
+    skipped = {result.check for result in report.results if result.status == "skipped"}
+    assert skipped == {*LEFT_OUT, "pairs-are-overlapping-boxes"}
+
+
+@pytest.mark.parametrize("broad", ["naive", "cells"])
+@pytest.mark.parametrize(
+    ("fault", "said"),
+    [
+        ("now", "at a later present time"),
+        ("order", "with the bodies numbered the other way round"),
+        ("asked", "with nothing in the kernel's other tables"),
+        ("writes", "meet wrote bodies.stamp"),
+    ],
+)
+def test_a_wrong_narrow_phase_is_found(broad, fault, said, squares):
+    chosen = ("--narrow-phase", f"squares:fault={fault}", "--check", PLANS_ALONE)
+    done = squares.run("conform", broad, *chosen, "--examples", 40, "--save-to", f"{broad}-{fault}")
+    assert done.returncode == 1, done.stdout + done.stderr
+    assert f"failed     {PLANS_ALONE}" in done.stdout
+    assert said in done.stdout
+    assert re.search("smallest scene found: [23] bodies", done.stdout)
+    label = f"{broad} with squares:fault={fault}"
+    assert done.stdout.splitlines()[-1] == f"{label} does not conform: {PLANS_ALONE}"
+    case = f"{broad}-{fault}/{broad}-{PLANS_ALONE}.toml"
+    again = squares.run("replay", broad, case)
+    assert (again.returncode, again.stdout.split(":")[0]) == (1, "still fails"), again.stderr
+    assert said in again.stdout
+
+
+def test_broad_phases_part_where_a_contact_depends_on_now(squares):
+    """Told without the check of its own: and it is the narrow phase that is to blame, not the reference."""
+    chosen = ("--narrow-phase", "squares:fault=now", "--check", "same-contacts-in-the-gallery")
+    done = squares.run("conform", "cells", *chosen, "--json")
+    assert done.returncode == 1, done.stdout + done.stderr
+    report = json.loads(done.stdout.splitlines()[-1])
+    assert (report["conforms"], report["reference_in_doubt"]) == (False, False)
+    assert report["narrow_phases"] == {"squares": {"fault": "now"}}
+    assert report["checks"][0]["verdict"].endswith(": suspect the narrow phase, squares:fault=now")
+
+
+def test_two_narrow_phases_for_pairs_are_no_choice(squares):
+    done = squares.run("conform", "naive", "--narrow-phase", "disc", "--narrow-phase", "squares")
+    assert done.returncode == 2
+    assert "two narrow phases for pairs are named, and there can be one: disc, squares" in done.stderr
+
+
+def test_the_suite_judges_a_narrow_phase(squares):
+    suite = ("-p", "no:cacheprovider", "--pyargs", "kinetile_conformance.suite", "--broad-phase", "cells")
+    chosen = ("-k", f"{PLANS_ALONE} or near-holds", "-v", "--conformance-examples", 20)
+    right = squares.run(*suite, "--narrow-phase", "squares", *chosen, module="pytest")
+    assert right.returncode == 0, right.stdout
+    assert "1 passed, 1 skipped" in right.stdout
+    wrong = squares.run(*suite, "--narrow-phase", "squares:fault=order", *chosen, module="pytest")
+    assert wrong.returncode == 1
+    assert "cells with squares:fault=order does not conform" in wrong.stdout
+    nobody = squares.run(*suite, "--narrow-phase", "sqares", *chosen, module="pytest")
+    assert nobody.returncode == pytest.ExitCode.USAGE_ERROR
+    assert "no narrow phase is called 'sqares'; did you mean 'squares'?" in nobody.stderr
+
+
+@pytest.mark.usefixtures("_added")
+@pytest.mark.parametrize("door", [check_broad_phase, parametrize_with_checks])
+def test_whom_it_does_not_know_it_does_not_judge(door):
+    with pytest.raises(UnknownName, match="no narrow phase is called 'disk'; did you mean 'disc'"):
+        door("naive", narrow_phases=["disk"])
+    with pytest.raises(
+        BadOption, match="narrow phase 'squares' has no option 'faults'; did you mean 'fault'"
+    ):
+        door("naive", narrow_phases={"squares": {"faults": "now"}})
+    with pytest.raises(BadOption, match="not a string"):
+        door("naive", narrow_phases="squares")
+
+
+@pytest.mark.usefixtures("_added")
+def test_the_child_for_a_narrow_phase_of_this_process_is_a_fork():
+    """Though the broad phase is installed."""
+    chosen = {"checks": [PLANS_ALONE], "examples": 4}
+    report = check_broad_phase(
+        "naive", narrow_phases={"squares": {"fault": "writes"}}, shrink=False, **chosen
+    )
+    assert [result.status for result in report.results] == ["failed"]
+
+
+@pytest.mark.usefixtures("_added")
+def test_a_case_names_its_narrow_phases(tmp_path):
+    wrong = {"squares": {"fault": "order"}}
+    chosen = {"checks": [PLANS_ALONE], "examples": 40, "in_process": True}
+    report = check_broad_phase("naive", narrow_phases=wrong, save_to=tmp_path, **chosen)
+    assert [result.status for result in report.results] == ["failed"]
+    assert report.narrow_phases == wrong
+    case = load_case(report.results[0].case)
+    assert case.narrow_phases == wrong
+    page = view_case(report.results[0].case).page
+    assert [recording.label for recording in page.recordings] == ["naive", "naive"]
+    assert check_broad_phase("naive", narrow_phases=["squares"], **chosen).ok
+    plain = check_broad_phase("naive", **chosen)
+    assert [result.status for result in plain.results] == ["skipped"]
+    assert plain.results[0].reason == "for a narrow phase for pairs that is named"
+
+
+@pytest.mark.usefixtures("_added")
+def test_each_named_phase_takes_the_place_of_the_usual_one_of_its_role():
+    squares = Subject("naive", {}, {"squares": {"fault": "now"}})
+    assert squares.pair == "squares"
+    assert squares.narrow_phases(WALLED) == {"squares": {"fault": "now"}, "wall": {}}
+    assert squares.narrow_phases(OPEN) == {"squares": {"fault": "now"}}
+    walls = Subject("naive", {}, {"wall": {}})
+    assert (walls.pair, walls.narrow_phases(OPEN)) == (None, {"disc": {}})
+    usual = Subject("naive", {})
+    assert (usual.pair, usual.narrow_phases(WALLED)) == (None, None)
+    assert squares.under("cells") == Subject("cells", {}, {"squares": {"fault": "now"}})
+
+
+@pytest.mark.usefixtures("_added")
+def test_a_broad_phase_that_cannot_do_it_is_not_judged():
+    with pytest.raises(Refused, match="touch at the sum of their radii"):
+        check_broad_phase("sweep-tiling", narrow_phases=["squares"], in_process=True)

@@ -1,0 +1,126 @@
+"""What a report says, and the exit code that follows from it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from kinetile_conformance import KIT_VERSION, Report, Result
+
+PASSED = Result("makes-progress", "It gets on.", "passed", 100, 0.5)
+FAILED = Result(
+    "same-contacts",
+    "The same contacts.",
+    "failed",
+    42,
+    1.25,
+    said="contact 0 is missing: bodies 0 and 1\nsecond line",
+    verdict="only demo; naive agree with the reference",
+    bodies=3,
+    case=Path("conformance-failures/demo-same-contacts.toml"),
+    picture=Path("conformance-failures/demo-same-contacts.svg"),
+)
+SMALLER = Result("repeats-itself", "Twice.", "died", 1, 0.0, said="SIGSEGV", bodies=1, case=Path("x.toml"))
+SKIPPED = Result("boxes", "Boxes.", "skipped", 0, 0.0, reason="for phases that declare the feature 'boxes'")
+
+
+def report(*results: Result, **more: object) -> Report:
+    return Report("demo", {}, "kinetile-demo 0.1.0", results, **more)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("status", "ok"),
+    [
+        ("passed", True),
+        ("skipped", True),
+        ("xfailed", True),
+        ("failed", False),
+        ("xpassed", False),
+        ("died", False),
+    ],
+)
+def test_what_conforms(status, ok):
+    result = Result("some-check", "It does.", status, 1, 0.0)
+    assert result.ok is ok
+    assert report(PASSED, result).ok is ok
+    assert report(PASSED, result).exit_code == (0 if ok else 1)
+
+
+def test_a_report_without_results_conforms():
+    assert report().ok
+    assert str(report()).endswith("demo conforms (0 CPU s, 0 s)")
+
+
+def test_the_reference_in_doubt_is_an_exit_code_of_its_own():
+    doubt = Result("a", "b", "failed", 1, 0.0, verdict="also sap-1d: the reference is in doubt")
+    assert report(PASSED, doubt).in_doubt
+    assert report(PASSED, doubt).exit_code == 3
+    assert not report(PASSED, FAILED).in_doubt
+
+
+def test_the_text_has_all_there_is_to_know():
+    text = str(report(PASSED, FAILED, SKIPPED, notes=("a note",), seconds=2.0))
+    assert text == "\n".join(
+        [
+            f"conformance kit {KIT_VERSION}: broad phase 'demo', of kinetile-demo 0.1.0",
+            "",
+            "  passed     makes-progress      100 scenes    0.50 s  It gets on.",
+            "  failed     same-contacts        42 scenes    1.25 s  The same contacts.",
+            "             contact 0 is missing: bodies 0 and 1",
+            "             second line",
+            "             smallest scene found: 3 bodies",
+            "             verdict: only demo; naive agree with the reference",
+            "             replay: kinetile replay demo conformance-failures/demo-same-contacts.toml",
+            "             see it: kinetile view conformance-failures/demo-same-contacts.toml",
+            "             picture: conformance-failures/demo-same-contacts.svg",
+            "  skipped    boxes                 0 scenes    0.00 s  Boxes.",
+            "             reason: for phases that declare the feature 'boxes'",
+            "",
+            "  a note",
+            "  begin with same-contacts: kinetile replay demo conformance-failures/demo-same-contacts.toml",
+            "demo does not conform: same-contacts",
+        ]
+    )
+
+
+def test_it_advises_to_begin_with_the_fewest_bodies():
+    assert "begin with repeats-itself: kinetile replay demo x.toml" in str(report(FAILED, SMALLER))
+    assert "begin with" not in str(report(PASSED, SKIPPED))
+
+
+def test_options_stand_where_the_command_line_takes_them():
+    found = Report("sap-1d", {"axis": "y"}, "kinetile 0.1.0", (FAILED,))
+    assert "broad phase 'sap-1d:axis=y'" in found.head
+    assert "replay: kinetile replay sap-1d:axis=y conformance-failures" in str(found)
+
+
+def test_over_reporting_is_told_with_its_unit():
+    assert "over-reporting: 4.06 candidate pairs for each overlap of boxes" in report(tightness=4.0608).foot
+
+
+def test_as_json_it_is_all_there():
+    found = json.loads(json.dumps(report(PASSED, FAILED, tightness=2.5).as_dict()))
+    assert found["kit"] == KIT_VERSION
+    assert (found["broad_phase"], found["distribution"]) == ("demo", "kinetile-demo 0.1.0")
+    assert (found["conforms"], found["reference_in_doubt"], found["tightness"]) == (False, False, 2.5)
+    passed, failed = found["checks"]
+    assert passed == {
+        "check": "makes-progress",
+        "sentence": "It gets on.",
+        "status": "passed",
+        "scenes": 100,
+        "seconds": 0.5,
+    }
+    assert failed["case"] == "conformance-failures/demo-same-contacts.toml"
+    assert failed["bodies"] == 3
+
+
+def test_a_notebook_shows_each_check_and_what_was_seen_of_those_that_failed():
+    page = report(PASSED, FAILED, SKIPPED, notes=("a < b",))._repr_html_()
+    assert page.count("<tr>") == 4
+    for said in ("makes-progress", "The same contacts.", "a &lt; b", "demo does not conform: same-contacts"):
+        assert said in page
+    assert "same-contacts: failed\ncontact 0 is missing: bodies 0 and 1\nsecond line\n" in page
+    assert "boxes: skipped\nreason: for phases that declare the feature &#x27;boxes&#x27;" in page
