@@ -38,8 +38,13 @@ def _not_ignored(*numbers):
         signal.signal(number, signal.SIG_IGN)
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Tests of many events run compiled only: NUMBA_DISABLE_JIT=1 runs the others, on small scenes."""
+    """What is long is slow as well. Tests of many events run compiled only: NUMBA_DISABLE_JIT=1 runs the
+    others, on small scenes."""
+    for item in items:
+        if item.get_closest_marker("long"):
+            item.add_marker(pytest.mark.slow)
     if INTERPRETED:
         too_slow = pytest.mark.skip(reason="too many events for interpreted hooks")
         for item in items:
