@@ -6,16 +6,13 @@ own state as ``s``.
 
 from __future__ import annotations
 
-from kinetile.kernel.certificates import falls, falls_eight, falls_many, schedule, ticks_after
+from kinetile.kernel.certificates.structural import falls, falls_eight, falls_many, schedule, ticks_after
 from kinetile.kernel.compiled import hook, larger, smaller
-from kinetile.kernel.faults import MY_FAULT, TOO_DEEP, blame
-from kinetile.kernel.flight import positions_now, since_anchor, since_origin
+from kinetile.kernel.flight import closing_speed, positions_now, shared, since_anchor, since_origin
 from kinetile.kernel.log import BOTTOM, LEFT, RIGHT, TOP
 from kinetile.kernel.loop.idle import NoState
-from kinetile.kernel.loop.presence import is_there
 from kinetile.kernel.pairs import add_pair, offer, pairs_of, remove_pair
-from kinetile.kernel.tables import NEVER, NOBODY, Kernel, Records
-from kinetile.kernel.vectors.exchange import closing_speed, shared
+from kinetile.kernel.tables import MY_FAULT, NEVER, NOBODY, TOO_DEEP, Kernel, Records, blame, is_there
 from kinetile.plugin.drawing import (
     At,
     Box,

@@ -15,8 +15,6 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["SPAN", "TICKS", "Clock", "time_unit"]
-
 TICKS = 1 << 52
 """Ticks a unit."""
 

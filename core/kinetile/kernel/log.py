@@ -9,21 +9,6 @@ from __future__ import annotations
 
 import numpy as np
 
-__all__ = [
-    "ANSWER",
-    "BOTTOM",
-    "CONTACT",
-    "INSERTED",
-    "LEFT",
-    "LOG",
-    "REANCHORED",
-    "REMOVED",
-    "RIGHT",
-    "TOP",
-    "TURNED",
-    "WALLS",
-]
-
 ANSWER = 1
 """The number of the specification that the contacts follow (docs/specification.md): another rule, another
 number.

@@ -20,12 +20,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from kinetile.kernel.certificates import to_be_settled
+from kinetile.kernel.certificates.structural import to_be_settled
 from kinetile.kernel.compiled import hook, larger
-from kinetile.kernel.faults import BAD_PAIR, UNKNOWN_PAIR, blame
-from kinetile.kernel.tables import NOBODY, Kernel, Records
-
-__all__ = ["add_pair", "follower", "link", "offer", "pairs_of", "remove_pair", "unlink"]
+from kinetile.kernel.tables import BAD_PAIR, NOBODY, UNKNOWN_PAIR, Kernel, Records, blame
 
 
 @hook

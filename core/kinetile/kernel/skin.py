@@ -12,8 +12,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-__all__ = ["Skin", "too_thick"]
-
 ULP = 2.0**-53
 
 

@@ -19,26 +19,9 @@ from __future__ import annotations
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
+import numpy.typing as npt
 
-__all__ = [
-    "GUESS",
-    "NEVER",
-    "NOBODY",
-    "NOT_ASKED",
-    "PAIR",
-    "PARTING",
-    "SPARE",
-    "STRUCTURAL",
-    "TURN",
-    "WALL",
-    "Kernel",
-    "Records",
-    "allocate",
-    "clear",
-    "pair_set",
-    "read_only",
-    "record_table",
-]
+from kinetile.kernel.compiled import hook
 
 Records: TypeAlias = Any
 """A one-dimensional record array: ``table[i].field`` reads and writes, compiled and interpreted alike."""
@@ -346,3 +329,49 @@ def read_only(tables: Tables) -> Tables:
     for view in views:
         view.flags.writeable = False
     return type(tables)(*views)
+
+
+BAD_PAIR, UNKNOWN_PAIR, LATE_CONTACT, TOO_DEEP, JAMMED, STALLED, NOT_FINITE = range(1, 8)
+BAD_CERTIFICATE, BAD_COUNT = 8, 9
+
+MY_FAULT = 1 << 16
+"""The first fault of a broad phase's own, for which it has a sentence (``BroadPhaseParts.faults``); the next
+one is ``MY_FAULT + 1``."""
+
+
+@hook
+def blame(k: Kernel, fault: int, a: int, b: int) -> None:
+    """Report a fault of bodies ``a`` and ``b``; the first one counts."""
+    clock = k.clock[0]
+    if clock.fault == 0:
+        clock.fault = fault
+        clock.fault_a = a
+        clock.fault_b = b
+
+
+@hook
+def is_there(k: Kernel, body: int) -> bool:
+    """Whether there is a body in a slot."""
+    return bool(k.queue[body].number >= 0)
+
+
+@hook
+def elder(k: Kernel, a: int, b: int) -> int:
+    """Return which of the bodies in two slots has the smaller number; the other one is in a + b - elder."""
+    return a if k.queue[a].number < k.queue[b].number else b
+
+
+@hook
+def slot_of(k: Kernel, number: int) -> int:
+    """Return the slot of the body with a number, or NOBODY: there is none."""
+    if number < 0 or number >= len(k.slots):
+        return NOBODY
+    return int(k.slots[number])
+
+
+def slots_taken(k: Kernel) -> npt.NDArray[np.intp]:
+    """Return the slots with bodies in them, in the order of the bodies' numbers; not for hooks."""
+    number: Any = k.queue.view(np.ndarray)["number"]
+    taken = np.flatnonzero(number >= 0)
+    found: npt.NDArray[np.intp] = taken[np.argsort(number[taken], kind="stable")]  # in order, but for a few
+    return found

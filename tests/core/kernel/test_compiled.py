@@ -1,4 +1,4 @@
-"""The fingerprint of the composed loop: what is compiled into it must be in it, or stale code would run."""
+"""The fingerprint of the composer loop: what is compiled into it must be in it, or stale code would run."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ import pytest
 import kinetile
 import kinetile_plugins
 from kinetile.kernel import compiled
-from kinetile.kernel.compiled import composed
+from kinetile.kernel.compiled import composer
 from kinetile.kernel.compiled.fingerprint import fingerprint
 
 
@@ -90,14 +90,14 @@ def test_modules_that_change_only_with_their_version_are_not_searched():
 
 @pytest.mark.skipif(compiled.INTERPRETED, reason="nothing is compiled")
 def test_without_a_folder_for_the_cache_it_compiles_all_the_same(monkeypatch):
-    njit = composed._njit
+    njit = composer._njit
 
     def nowhere(function, cache, called):
         if cache:
             raise RuntimeError("cannot cache function: no locator available")
         return njit(function, cache, called)
 
-    monkeypatch.setattr(composed, "_njit", nowhere)
+    monkeypatch.setattr(composer, "_njit", nowhere)
     template = module("phase", "def double(x):\n    return answer(x)\n").double
     answer = compiled.hook(module("other", "def answer(x):\n    return 2 * x\n").answer)
     function = compiled.compose(template, {"answer": answer}, "test", State)
@@ -137,7 +137,7 @@ def test_what_is_called_apart_counts_and_is_called():
 
 LOADED = """
 import kinetile as kt
-from kinetile.kernel.certificates.closer import look_closer
+from kinetile.kernel.certificates.contact import look_closer
 sim = kt.Simulation(kt.make_scene("two-discs"), "naive")
 assert sim.cached is {known}, sim.cached
 assert look_closer.address is None
@@ -147,51 +147,56 @@ print(sim.fingerprint)
 """
 
 
+PACKAGES = [Path(package.__file__).parent for package in (kinetile, kinetile_plugins)]
+
+
+def run_loaded(cache: Path, known: bool, sources: list[str], extra: str = "") -> str:
+    """Run the script in a process of its own with this cache; return what it prints."""
+    where = {
+        **os.environ,
+        "NUMBA_CACHE_DIR": str(cache),
+        "PYTHONPATH": os.pathsep.join([*sources, *sys.path]),
+    }
+    command = [sys.executable, "-c", LOADED.format(known=known) + extra]
+    ended = subprocess.run(command, env=where, capture_output=True, text=True, timeout=600)
+    assert ended.returncode == 0, ended.stderr
+    return ended.stdout
+
+
+def written(cache: Path) -> dict[Path, int]:
+    return {path: path.stat().st_mtime_ns for path in cache.rglob("*.nb*")}
+
+
+@pytest.fixture(scope="module")
+def compiled_once(tmp_path_factory) -> tuple[Path, str]:
+    """A cache that one process has filled from nothing, and what that process printed."""
+    cache = tmp_path_factory.mktemp("cache")
+    return cache, run_loaded(cache, False, [str(package.parent) for package in PACKAGES])
+
+
 @pytest.mark.skipif(compiled.INTERPRETED, reason="nothing is compiled")
-def test_a_loop_from_the_disk_cache_finds_what_it_calls(tmp_path):
-    """In a process that compiles nothing, and in one that has lost the machine code of what it calls."""
+def test_each_new_environment_compiled_everything_anew(compiled_once, tmp_path):
+    """The same sources at another path, with other dates, load what was compiled for the first, and what
+    that calls."""
+    cache, printed = compiled_once
+    files = written(cache)
+    assert files
+    for package in PACKAGES:
+        shutil.copytree(package, tmp_path / package.name, copy_function=shutil.copyfile)
+    there = f"\nassert kt.__file__.startswith({str(tmp_path)!r})\n"
+    assert run_loaded(cache, True, [str(tmp_path)], there) == printed
+    assert written(cache) == files
 
-    def run(known: bool) -> str:
-        command = [sys.executable, "-c", LOADED.format(known=known)]
-        where = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path), "PYTHONPATH": os.pathsep.join(sys.path)}
-        ended = subprocess.run(command, env=where, capture_output=True, text=True, timeout=600)
-        assert ended.returncode == 0, ended.stderr
-        return ended.stdout
 
-    printed = run(known=False)
-    files = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.nb*")}
-    assert run(known=True) == printed
-    assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.nb*")} == files
-    lost = [path for path in files if "look_closer" in path.name]
+@pytest.mark.skipif(compiled.INTERPRETED, reason="nothing is compiled")
+def test_a_loop_from_the_disk_cache_has_lost_what_it_calls(compiled_once):
+    """It is compiled anew, and the loop is not."""
+    cache, printed = compiled_once
+    lost = [path for path in written(cache) if "look_closer" in path.name]
     assert lost
     for path in lost:
         path.unlink()
-    assert run(known=True) == printed
-
-
-@pytest.mark.skipif(compiled.INTERPRETED, reason="nothing is compiled")
-def test_each_new_environment_compiled_everything_anew(tmp_path):
-    """The same sources at another path, with other dates, load what was compiled for the first."""
-    cache, copied = tmp_path / "cache", tmp_path / "site"
-    script = LOADED.format(known=False)
-    packages = [Path(package.__file__).parent for package in (kinetile, kinetile_plugins)]
-    files = []
-    for paths in ([str(package.parent) for package in packages], [str(copied)]):
-        where = {
-            **os.environ,
-            "NUMBA_CACHE_DIR": str(cache),
-            "PYTHONPATH": os.pathsep.join([*paths, *sys.path]),
-        }
-        ended = subprocess.run(
-            [sys.executable, "-c", script], env=where, capture_output=True, text=True, timeout=600
-        )
-        assert ended.returncode == 0, ended.stderr
-        files.append({path: path.stat().st_mtime_ns for path in cache.rglob("*.nb*")})
-        for package in packages:
-            shutil.copytree(package, copied / package.name, dirs_exist_ok=True, copy_function=shutil.copyfile)
-        script = LOADED.format(known=True) + f"\nassert kt.__file__.startswith({str(copied)!r})\n"
-    assert files[0]
-    assert files[1] == files[0]
+    assert run_loaded(cache, True, [str(package.parent) for package in PACKAGES]) == printed
 
 
 @pytest.mark.skipif(compiled.INTERPRETED, reason="nothing is compiled")
@@ -229,7 +234,7 @@ def composed_anew():
     """What calls another function apart, as in a process that has nothing in memory yet."""
     called = compiled.apart(one_more)
     called.address = None  # Numba has one object for equal types
-    return composed._compose(template, {"answer": called}, "damaged", State)
+    return composer._compose(template, {"answer": called}, "damaged", State)
 
 
 def damages(content: bytes):
@@ -241,6 +246,7 @@ def damages(content: bytes):
 
 
 @pytest.mark.skipif(compiled.INTERPRETED, reason="nothing is compiled")
+@pytest.mark.usefixtures("compiled_here")
 def test_a_damaged_file_of_the_cache_ended_every_run_from_then_on(monkeypatch, tmp_path, caplog):
     """Cut off, empty or with a flipped bit, in the machine code too: said once, and written anew."""
     import numba

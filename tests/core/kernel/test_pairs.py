@@ -9,9 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kinetile.kernel.faults import BAD_PAIR, UNKNOWN_PAIR
 from kinetile.kernel.pairs import add_pair, offer, pairs_of, remove_pair
-from kinetile.kernel.tables import OFFERS, allocate, clear, pair_set
+from kinetile.kernel.tables import BAD_PAIR, OFFERS, UNKNOWN_PAIR, allocate, clear, pair_set
 
 BODIES = 9
 CAPACITY = 40

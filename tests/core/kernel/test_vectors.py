@@ -360,6 +360,7 @@ def test_the_interpreted_twins_mean_the_same():
     assert " passed" in done.stdout
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(INTERPRETED, reason="there is no vector")
 def test_a_machine_without_long_vectors_has_the_same_bits(tmp_path):
     done = subprocess.run(

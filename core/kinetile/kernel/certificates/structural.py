@@ -13,8 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.kernel.compiled import hook, larger
-from kinetile.kernel.faults import BAD_CERTIFICATE, blame
-from kinetile.kernel.tables import NEVER, NOBODY, Kernel
+from kinetile.kernel.tables import BAD_CERTIFICATE, NEVER, NOBODY, Kernel, blame
 from kinetile.kernel.vectors import (
     LANES,
     Floats,
@@ -27,8 +26,6 @@ from kinetile.kernel.vectors import (
     spread_ticks,
     to_floats,
 )
-
-__all__ = ["FAR", "falls", "falls_eight", "falls_many", "schedule", "ticks_after", "to_be_settled"]
 
 Integers = npt.NDArray[np.int64]
 Doubles = npt.NDArray[np.float64]

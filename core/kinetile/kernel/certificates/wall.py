@@ -11,14 +11,12 @@ from __future__ import annotations
 
 import math
 
-from kinetile.kernel.certificates.closer import look_closer
+from kinetile.kernel.certificates.contact import LARGE, SMALL, TINY, look_closer, plus
+from kinetile.kernel.certificates.integers import LIMIT
 from kinetile.kernel.certificates.structural import FAR
-from kinetile.kernel.certificates.sums import LARGE, SMALL, TINY, plus
 from kinetile.kernel.compiled import apart, larger
 from kinetile.kernel.tables import NEVER
 from kinetile.kernel.vectors import product_error
-
-__all__ = ["reaches"]
 
 
 @apart
@@ -53,5 +51,5 @@ def reaches(far: float, near: float, radius: float, speed: float, tick: float, p
                 over = part - float(down)
                 if over > bound and over < 1.0 - bound:
                     found = base + int(down)
-                    return larger(found, 0) if found < 1 << 62 else NEVER
+                    return larger(found, 0) if found < LIMIT else NEVER
     return look_closer(near, 0.0, speed, 0.0, 0, far, 0.0, 0.0, 0.0, radius, 0.0, tick, per_time)

@@ -2,11 +2,12 @@
 
 Phases and kernel are plain Python functions marked with ``hook``. What makes them as fast as C lives here:
 
-* ``hooks``: every hook is forced inline, and arrays are viewed without their owners;
-* ``composed``: the loop is composed once for a choice of phases (``compose``) and cached on disk, under a
-  name that carries a fingerprint of everything compiled into it (``fingerprint``);
-* ``complaints``: what the compiler says of a hook, made short;
-* ``apart``: what is long, and called from few places, is compiled by itself and known to the loop by name;
+* ``hooks``: every hook is forced inline, and arrays are viewed without their owners; what is long, and
+  called from few places, is compiled by itself and known to the loop by name (``apart``);
+* ``composer``: the loop is composed once for a choice of phases (``compose``), and what the compiler says of
+  a hook is made short;
+* ``fingerprint`` and ``cache``: machine code is kept on disk, under a name that carries a fingerprint of
+  everything compiled into it;
 * ``limits``: what a process may take, kept by the system, since no compiled loop can be interrupted.
 
 With ``NUMBA_DISABLE_JIT=1`` the same source runs interpreted, for a debugger and for coverage.
@@ -14,8 +15,7 @@ With ``NUMBA_DISABLE_JIT=1`` the same source runs interpreted, for a debugger an
 
 from __future__ import annotations
 
-from kinetile.kernel.compiled.apart import apart
-from kinetile.kernel.compiled.composed import (
+from kinetile.kernel.compiled.composer import (
     NotCompiled,
     compiling_seconds,
     compose,
@@ -26,6 +26,7 @@ from kinetile.kernel.compiled.composed import (
 )
 from kinetile.kernel.compiled.hooks import (
     INTERPRETED,
+    apart,
     disowned,
     hook,
     is_hook,

@@ -31,8 +31,6 @@ import numba
 import platformdirs
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 
-__all__ = ["CheckedCache", "is_whole"]
-
 _CHECKSUM = 32
 _UNUSED_SECONDS = 30 * 86400.0
 

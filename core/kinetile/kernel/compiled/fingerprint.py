@@ -15,8 +15,6 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["API", "fingerprint"]
-
 
 def fingerprint(function: Callable[..., Any], state: type) -> tuple[str, set[str], list[Any]]:
     """Return a digest of a function and of all that it reaches, the modules that it was found in, and what it
@@ -93,7 +91,7 @@ def _sources() -> bytes:
     """Return a digest of the files that have intrinsics, which bytecode does not show."""
     here = Path(__file__).parent
     digest = hashlib.sha256()
-    for source in (here / "hooks.py", here / "apart.py", *sorted((here.parent / "vectors").glob("*.py"))):
+    for source in (here / "hooks.py", here.parent / "vectors" / "intrinsics.py"):
         digest.update(source.read_bytes())
     return digest.digest()
 

@@ -3,26 +3,24 @@
 Every hook and every hook it calls is forced inline, so that no array is ever passed by value between them.
 And at the kernel's entry each array is re-viewed without its owner (``disowned``): Numba counts references
 atomically on every pass of an array that has one, and that count is most of the cost of a small function.
+
+What is too long for a hook is marked ``apart``: compiled once, and cached by itself. Numba links whatever a
+function calls into it, and makes machine code of it all again, for each function of the loop and for each
+choice of phases. A function marked ``apart`` is known to the code that calls it by a name only, which is
+given an address when that code is compiled or comes from the disk. The name has a fingerprint, so old machine
+code asks for old names.
 """
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
+from types import FunctionType
 from typing import Any, TypeVar, cast
 
-__all__ = [
-    "INTERPRETED",
-    "disowned",
-    "hook",
-    "is_hook",
-    "larger",
-    "smaller",
-    "subroutine",
-    "template",
-    "to_be_filled_in",
-]
+from kinetile.kernel.compiled.fingerprint import fingerprint
 
 INTERPRETED = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
 """True when hooks run as plain Python."""
@@ -44,6 +42,8 @@ def template(function: F) -> F:
 
 if not INTERPRETED:
     import numba
+    from numba.core.codegen import JITCodeLibrary
+    from numba.core.compiler import Compiler
     from numba.core.registry import CPUDispatcher
 
     _HOOK = {
@@ -54,6 +54,46 @@ if not INTERPRETED:
         "no_cfunc_wrapper": True,
     }
     """What a hook is compiled with. Wrappers, to be called from Python, would cost half of the time."""
+
+    class _NoEnvironment:
+        """Numba's code generator, which has no machine code to tell where a function's environment is."""
+
+        def __init__(self, generator: Any) -> None:
+            self._generator = generator
+
+        def __getattr__(self, name: str) -> Any:
+            """Return what the generator has."""
+            return getattr(self._generator, name)
+
+        def set_env(self, name: str, environment: Any) -> None:
+            """Do nothing: an environment is read by code that has Python objects, and hooks have none."""
+
+    class _InlinedCode(JITCodeLibrary):
+        """The code of a hook, which is only ever linked into that of its callers.
+
+        Numba optimises the code of each function, with that of all that it calls, and makes machine code of
+        it. A hook is inlined wherever it is called, so that nobody runs its machine code, and the callers
+        optimise it again. So neither is done for hooks, which saves a part of the time to compile a loop.
+        """
+
+        @property
+        def codegen(self) -> Any:
+            """Return the code generator."""
+            return _NoEnvironment(self._codegen)
+
+        def _optimize_final_module(self) -> None:
+            """Leave that to the callers."""
+
+        def _finalize_final_module(self) -> None:
+            """Note that the code is complete, and make no machine code of it."""
+            self._finalized = True
+
+    class _HookCompiler(Compiler):
+        """Numba's compiler, with another place for the code."""
+
+        def __init__(self, typing: Any, target: Any, library: Any, *rest: Any) -> None:
+            own = library or cast(Any, _InlinedCode)(target.codegen(), "hook")
+            cast(Any, super()).__init__(typing, target, own, *rest)
 
     class _Hook(CPUDispatcher):
         """A function that compiled code inlines."""
@@ -85,7 +125,7 @@ def hook(function: F) -> F:
     """
     if INTERPRETED:
         return function
-    return cast(F, _Hook(function, targetoptions=_HOOK))
+    return cast(F, _Hook(function, targetoptions=_HOOK, pipeline_class=_HookCompiler))
 
 
 def subroutine(function: F) -> F:
@@ -144,3 +184,62 @@ else:
             return value
 
         return tables(tables), codegen
+
+
+if not INTERPRETED:
+    from llvmlite.binding import add_symbol
+    from numba import extending, types
+    from numba.core.ccallback import CFunc
+
+    from kinetile.kernel.compiled.cache import CheckedCache
+
+    class _Apart(types.ExternalFunction):
+        """A function that compiled code knows by name only; it is loaded before such code is."""
+
+        def __init__(self, function: FunctionType) -> None:
+            digest, _, self.called = fingerprint(function, tuple)
+            self.py_func = function
+            self.address: int | None = None
+            kinds = {"float": types.float64, "int": types.int64}
+            kind = [kinds[name] for name in function.__annotations__.values()]
+            name = f"kinetile_{function.__name__}_{digest}"
+            super().__init__(name, kind[-1](*kind[:-1]))
+
+        def load_apart(self) -> None:
+            """Compile the function, or load it from the disk cache, and make its name known."""
+            for each in self.called:
+                each.load_apart()
+            if self.address is None:
+                source = self.py_func
+                named = FunctionType(source.__code__, source.__globals__, source.__name__)
+                named.__module__ = source.__module__
+                named.__qualname__ = self.symbol
+                self.made = _compiled(named, self.sig)  # kept, or its code would go
+                self.address = int(self.made.address)
+                add_symbol(self.symbol, self.address)
+
+        def get_call_type(self, context: Any, arguments: Any, named: Any) -> Any:
+            """Return the signature, to code that is being compiled."""
+            self.load_apart()
+            return super().get_call_type(context, arguments, named)
+
+    cast(Any, extending).register_model(_Apart)(cast(Any, extending).models.OpaqueModel)
+
+    def _compiled(function: FunctionType, signature: Any) -> Any:
+        made = cast(Any, CFunc)(
+            function, (signature.args, signature.return_type), locals={}, options={"error_model": "numpy"}
+        )
+        with suppress(RuntimeError):  # there is no folder that the cache could be written to
+            made._cache = CheckedCache(function)
+        made.compile()
+        return made
+
+
+def apart(function: F) -> F:
+    """Mark a function that hooks call but do not take in: compiled once for all loops, and cached by itself.
+
+    For what is long: a hook is compiled again at each place that calls it, and with each choice of phases. It
+    takes and returns numbers only, which its annotations call ``float`` or ``int``, so that no array is
+    passed by value, and code that calls it knows no more of it than a name, with a fingerprint.
+    """
+    return function if INTERPRETED else cast(F, _Apart(cast(FunctionType, function)))

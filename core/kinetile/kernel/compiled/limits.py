@@ -8,8 +8,6 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
-__all__ = ["end_after", "limit_memory", "out_of_time"]
-
 
 def end_after(seconds: float) -> None:
     """Have the system end this process after so many more CPU seconds, rounded up, where it can do that."""

@@ -1,33 +1,22 @@
-"""The main loop: its queue, its predictions, and what it does with the head."""
+"""The main loop: ``loop`` itself, its queue (``calendar``), what it expects of a body (``predictions``), and
+what it carries out (``responses``, ``commands``). Here are the reasons for which it returns."""
 
 from __future__ import annotations
 
-from kinetile.kernel.loop.advance import (
-    BLOCKED,
-    BUDGET_SPENT,
-    COMMAND_DUE,
-    CONTACTS_REACHED,
-    CROWDED,
-    FASTER,
-    FAULT,
-    LOG_FULL,
-    NO_ROOM,
-    TIME_REACHED,
-    WATCHED,
-    advance,
-)
+NO_REASON = -1
+TIME_REACHED, CONTACTS_REACHED, BUDGET_SPENT, LOG_FULL, NO_ROOM, FAULT = range(6)
 
-__all__ = [
-    "BLOCKED",
-    "BUDGET_SPENT",
-    "COMMAND_DUE",
-    "CONTACTS_REACHED",
-    "CROWDED",
-    "FASTER",
-    "FAULT",
-    "LOG_FULL",
-    "NO_ROOM",
-    "TIME_REACHED",
-    "WATCHED",
-    "advance",
-]
+COMMAND_DUE = 6
+"""A body comes or goes for which the tables, or the structure, have to be laid out anew."""
+
+BLOCKED = 7
+"""There is no room for a body that comes; ``fault_a`` and ``fault_b`` say which, and what is in its way."""
+
+CROWDED = 8
+"""The table of pairs that are passing through each other is full."""
+
+FASTER = 9
+"""A response has made a body faster than its reach allows for."""
+
+WATCHED = 10
+"""At a contact that somebody watches, before it or after."""

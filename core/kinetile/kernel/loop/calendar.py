@@ -16,11 +16,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from kinetile.kernel.compiled import hook, larger, smaller
-from kinetile.kernel.tables import NEVER, NOBODY, PAIR, Kernel
+from kinetile.kernel.compiled import hook, larger, smaller, template, to_be_filled_in
+from kinetile.kernel.tables import GUESS, NEVER, NOBODY, NOT_ASKED, PAIR, PARTING, STRUCTURAL, WALL, Kernel
 from kinetile.kernel.vectors import lowest_bit
 
-__all__ = ["file_all", "head", "move", "precedes", "rank", "runner_up"]
+HORIZON = 1 << 60
+"""Ticks. Later than this from now it is not worth to compute where a body will be: its wall is."""
+
+WALLS = PASSING = True
+reach_wall = to_be_filled_in
 
 
 @hook
@@ -170,3 +174,41 @@ def runner_up(k: Kernel, first: int, partner: int) -> int:
     if second == partner:
         second = k.links[second].next
     return int(smaller(end, k.queue[second].key)) if second < len(k.bodies) else int(end)
+
+
+@template
+def wall_is_before(k: Kernel, h: int, tick: int) -> bool:
+    """Whether a body may be at a wall at a tick or before; asks the wall only if it may."""
+    clock = k.clock[0]
+    entry = k.queue[h]
+    if entry.wall == NOT_ASKED:
+        body = k.bodies[h]
+        if tick < clock.now + HORIZON:
+            ahead = (tick - body.anchor) * clock.tick
+            x = body.x + body.vx * ahead
+            y = body.y + body.vy * ahead
+            edge = body.radius + clock.fat
+            if x > edge and y > edge and x < clock.width - edge and y < clock.height - edge:
+                return False
+        entry.wall = reach_wall(k, body)[0]
+    return bool(entry.wall <= tick)
+
+
+@template
+def settle(k: Kernel, h: int) -> None:
+    """File a body under the first of what awaits it."""
+    entry = k.queue[h]
+    key = entry.own
+    kind = STRUCTURAL
+    if entry.tick < key:
+        key = entry.tick
+        kind = PAIR if entry.exact else GUESS
+    if WALLS and wall_is_before(k, h, key) and (entry.wall < key or kind == PAIR):
+        key = entry.wall
+        kind = WALL
+    if PASSING and k.traits[h].leave < key:
+        key = k.traits[h].leave
+        kind = PARTING
+    if key != entry.key or kind != entry.kind or kind == PAIR:
+        entry.kind = kind
+        move(k, h, key)

@@ -18,38 +18,22 @@ from typing import Any
 from kinetile.kernel.compiled import disowned, hook, larger, template, to_be_filled_in
 from kinetile.kernel.flight import anchor_at, note_place, since_anchor
 from kinetile.kernel.log import BOTTOM, INSERTED, LEFT, REMOVED, RIGHT, TOP, TURNED
-from kinetile.kernel.loop.calendar import move
-from kinetile.kernel.loop.log_rows import log, log_is_full
-from kinetile.kernel.loop.passing import begin_with_all, crowded, end_all_passings, plan_partings
-from kinetile.kernel.loop.predictions import settle
-from kinetile.kernel.loop.presence import ROOM, elder, is_there, slot_of
-from kinetile.kernel.loop.rules import PASS, row_of
-from kinetile.kernel.tables import NEVER, NOBODY, NOT_ASKED, Kernel, Records
-
-__all__ = [
-    "CROWDED",
-    "FREE",
-    "FULL_LOG",
-    "LONG_AGO",
-    "blocked_by",
-    "depart",
-    "has_vacancy",
-    "may_come",
-    "met_at",
-    "must_wait",
-    "obey",
-    "obey_alone",
-    "plan_changed",
-    "take_slot",
-    "window_of",
-]
+from kinetile.kernel.loop import CROWDED, LOG_FULL, NO_REASON
+from kinetile.kernel.loop.bookkeeping import log, log_is_full
+from kinetile.kernel.loop.calendar import move, settle
+from kinetile.kernel.loop.responses import (
+    PASS,
+    ROOM,
+    begin_with_all,
+    crowded,
+    end_all_passings,
+    plan_partings,
+    row_of,
+)
+from kinetile.kernel.tables import NEVER, NOBODY, NOT_ASKED, Kernel, Records, elder, is_there, slot_of
 
 LONG_AGO = -(1 << 62)
 """The tick of the last contact of a body that had none."""
-
-FULL_LOG, CROWDED = 1, 2
-"""What ``must_wait`` returns: there is no room for the rows of a command, or for the pairs that would
-pass."""
 
 FREE = -(1 << 30)
 """What ``blocked_by`` returns where there is room."""
@@ -225,7 +209,7 @@ def depart(k: Kernel, body: int) -> None:
 
 @template
 def must_wait(k: Kernel, command: Records) -> int:
-    """Return what a command has to wait for: FULL_LOG, CROWDED, or 0 for nothing."""
+    """Return for what a command has to wait, LOG_FULL or CROWDED, or NO_REASON."""
     rows = 1
     if PASSING and command.code == INSERTED:
         rows += k.clock[0].present
@@ -233,7 +217,7 @@ def must_wait(k: Kernel, command: Records) -> int:
             return CROWDED
     if PASSING and command.code == REMOVED:
         rows += k.traits[slot_of(k, command.body)].inside
-    return FULL_LOG if log_is_full(k, rows) else 0
+    return LOG_FULL if log_is_full(k, rows) else NO_REASON
 
 
 @template

@@ -7,8 +7,6 @@ from typing import NamedTuple
 from kinetile.kernel.compiled import hook
 from kinetile.kernel.tables import Kernel, Records
 
-__all__ = ["NoState", "build", "enter", "leave", "repair", "replan"]
-
 
 class NoState(NamedTuple):
     """The state of a broad phase that keeps none; a named tuple of arrays needs one array."""

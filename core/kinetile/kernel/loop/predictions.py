@@ -16,21 +16,8 @@ from typing import Any
 
 from kinetile.kernel.compiled import hook, larger, smaller, template, to_be_filled_in
 from kinetile.kernel.loop.calendar import move
-from kinetile.kernel.loop.presence import elder
-from kinetile.kernel.loop.rules import have_passed, leaves_out, passes
-from kinetile.kernel.tables import (
-    GUESS,
-    NEVER,
-    NOBODY,
-    NOT_ASKED,
-    PAIR,
-    PARTING,
-    STRUCTURAL,
-    WALL,
-    Kernel,
-)
-
-__all__ = ["ask_all_exactly", "barred_with", "forget", "look_at", "meeting", "settle", "wall_is_before"]
+from kinetile.kernel.loop.responses import have_passed, leaves_out, passes
+from kinetile.kernel.tables import NEVER, NOBODY, Kernel, elder
 
 FAR = 2.0**62 + 2.0**20
 """Ticks. A contact further away is none: before that both bodies are anchored anew (``certificates.FAR``)."""
@@ -38,11 +25,8 @@ FAR = 2.0**62 + 2.0**20
 MARGIN = 1 << 12
 """Ticks by which a bound is set back: for the rounding of a delay of up to 2^62 ticks."""
 
-HORIZON = 1 << 60
-"""Ticks. What is awaited later than this from now: the wall is asked rather than where the body will be."""
-
-WALLS = BOUNDS = PASSING = True
-near = meet = soonest = reach_wall = to_be_filled_in
+BOUNDS = PASSING = True
+near = meet = soonest = to_be_filled_in
 
 
 @template
@@ -156,41 +140,3 @@ def ask_all_exactly(k: Kernel, s: Any, h: int) -> None:
     entry.exact = 1
     if who >= 0:
         entry.seen = k.bodies[who].stamp
-
-
-@template
-def wall_is_before(k: Kernel, h: int, tick: int) -> bool:
-    """Whether a body may be at a wall at a tick or before; asks the wall only if it may."""
-    clock = k.clock[0]
-    entry = k.queue[h]
-    if entry.wall == NOT_ASKED:
-        body = k.bodies[h]
-        if tick < clock.now + HORIZON:
-            ahead = (tick - body.anchor) * clock.tick
-            x = body.x + body.vx * ahead
-            y = body.y + body.vy * ahead
-            edge = body.radius + clock.fat
-            if x > edge and y > edge and x < clock.width - edge and y < clock.height - edge:
-                return False
-        entry.wall = reach_wall(k, body)[0]
-    return bool(entry.wall <= tick)
-
-
-@template
-def settle(k: Kernel, h: int) -> None:
-    """File a body under the first of what awaits it."""
-    entry = k.queue[h]
-    key = entry.own
-    kind = STRUCTURAL
-    if entry.tick < key:
-        key = entry.tick
-        kind = PAIR if entry.exact else GUESS
-    if WALLS and wall_is_before(k, h, key) and (entry.wall < key or kind == PAIR):
-        key = entry.wall
-        kind = WALL
-    if PASSING and k.traits[h].leave < key:
-        key = k.traits[h].leave
-        kind = PARTING
-    if key != entry.key or kind != entry.kind or kind == PAIR:
-        entry.kind = kind
-        move(k, h, key)

@@ -8,43 +8,61 @@ integers) and ``Truths`` (8 truth values), with the operators ``+ - * /``, ``< >
 shorter ones takes two or four steps, and gives the same bits, since each lane is IEEE arithmetic and nothing
 is fused.
 
-Interpreted, the same names are NumPy arrays of eight, and that is their meaning: each function stands here
+Interpreted, the same names are NumPy arrays of eight, and that is their meaning: each function is written
 twice, and a test compares the two.
-
-Rooms: ``eight`` the vectors, their operators and what goes with one lane after the other; ``flights`` the
-plans and places of eight bodies, and ticks.
 """
 
 from __future__ import annotations
 
-from kinetile.kernel.vectors.eight import (
-    LANES,
-    Floats,
-    Ticks,
-    Truths,
-    Wholes,
-    append,
-    choose,
-    lane,
-    lowest_bit,
-    numbers,
-    product_error,
-    root,
-    spread,
-    spread_whole,
-    turned,
-)
-from kinetile.kernel.vectors.flights import (
-    eight,
-    flights,
-    floor,
-    pick,
-    places,
-    put_place,
-    some,
-    spread_ticks,
-    to_floats,
-)
+from typing import TYPE_CHECKING
+
+from kinetile.kernel.compiled import INTERPRETED
+from kinetile.kernel.vectors.interpreted import LANES, Floats, Ticks, Truths, Wholes
+
+if TYPE_CHECKING or INTERPRETED:
+    from kinetile.kernel.vectors.interpreted import (
+        append,
+        choose,
+        eight,
+        flights,
+        floor,
+        lane,
+        lowest_bit,
+        numbers,
+        pick,
+        places,
+        product_error,
+        put_place,
+        root,
+        some,
+        spread,
+        spread_ticks,
+        spread_whole,
+        to_floats,
+        turned,
+    )
+else:
+    from kinetile.kernel.vectors.intrinsics import (
+        append,
+        choose,
+        eight,
+        flights,
+        floor,
+        lane,
+        lowest_bit,
+        numbers,
+        pick,
+        places,
+        product_error,
+        put_place,
+        root,
+        some,
+        spread,
+        spread_ticks,
+        spread_whole,
+        to_floats,
+        turned,
+    )
 
 __all__ = [
     "LANES",

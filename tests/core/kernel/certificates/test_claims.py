@@ -13,8 +13,7 @@ import numpy as np
 import pytest
 
 from encounters import TICK, compiled, reached, rows, touches, true_reaches, true_ticks
-from kinetile.kernel.certificates.paths import along, gap_at, newton, seen_from
-from kinetile.kernel.certificates.sums import ULP, plus
+from kinetile.kernel.certificates.contact import ULP, along, gap_at, newton, plus, seen_from
 from kinetile.kernel.compiled import INTERPRETED
 
 COUNT = 1_000 if INTERPRETED else 4_000

@@ -66,7 +66,7 @@ def test_walls():
     assert {0, NEVER} < set(truth)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.compiled
 @pytest.mark.parametrize("family", FAMILIES)
 def test_a_million_of_each(family):
@@ -74,7 +74,7 @@ def test_a_million_of_each(family):
         assert_true(drawn(family, seed, 100_000))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.compiled
 def test_a_million_walls():
     table = walls(np.random.default_rng(4), 1_000_000)

@@ -7,7 +7,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from kinetile.kernel.certificates import last_touch
+from kinetile.kernel.certificates.contact import last_touch
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.kernel.tables import NEVER
 

@@ -8,7 +8,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kinetile.kernel.certificates import falls, falls_eight
+from kinetile.kernel.certificates.structural import falls, falls_eight
 from kinetile.kernel.compiled import hook
 from kinetile.kernel.skin import Skin
 from kinetile.kernel.tables import NEVER, allocate

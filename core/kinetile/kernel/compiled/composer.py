@@ -1,19 +1,25 @@
-"""The loop, put together from a template and hooks, compiled, and cached on disk."""
+"""The composer: puts a loop together from a template and hooks, compiles it, and caches it on disk.
+
+Numba reports an error in a hook with the whole way from the loop down to it, once forwards and once
+backwards. Its first sentence and the first place are what an author can do something about: ``complaint``
+makes one sentence of them, with the author's own file and line.
+"""
 
 from __future__ import annotations
 
 import gc
+import re
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, nullcontext
+from itertools import pairwise
 from pathlib import Path
 from types import FunctionType
 from typing import Any, cast
 
 import numpy as np
 
-from kinetile.kernel.compiled.complaints import complaint
 from kinetile.kernel.compiled.fingerprint import fingerprint
 from kinetile.kernel.compiled.hooks import INTERPRETED, hook
 
@@ -21,16 +27,6 @@ if not INTERPRETED:
     import numba
 
     from kinetile.kernel.compiled.cache import CheckedCache, is_whole
-
-__all__ = [
-    "NotCompiled",
-    "compiling_seconds",
-    "compose",
-    "is_cached",
-    "make_ready",
-    "nobody_compiles",
-    "while_compiling",
-]
 
 
 class NotCompiled(Exception):
@@ -189,3 +185,56 @@ def nobody_compiles() -> AbstractContextManager[Any]:
     from numba.core.compiler_lock import global_compiler_lock
 
     return cast("AbstractContextManager[Any]", global_compiler_lock)
+
+
+PLACE = re.compile(r'^File "(?P<file>.*)", line (?P<line>\d+):$')
+STEP = re.compile(r"^(Failed in nopython mode pipeline|During: |<source elided>|\s*\^)")
+PLAIN = re.compile(r"Untyped global name '(?P<name>\w+)': .* type of <class 'function'>")
+RECORD = re.compile(r"Record\([^)]*\)")
+
+
+def complaint(error: Exception) -> str:
+    """Return what the compiler says, with the place; some of its errors do not say where, but it knows."""
+    said = brief(str(error))
+    if said != str(error):
+        return said
+    return f"{type(error).__name__}: {RECORD.sub('records', said)}{_place(error)}"
+
+
+def _place(error: Exception) -> str:
+    """Return the file and line at which the compiler was: the innermost that it had in hand."""
+    found, trace = "", error.__traceback__
+    while trace is not None:
+        for value in list(trace.tb_frame.f_locals.values()):
+            loc = getattr(value, "loc", None)
+            file, line = getattr(loc, "filename", None), getattr(loc, "line", None)
+            if isinstance(file, str) and isinstance(line, int):
+                found = f" ({file}, line {line})"
+        trace = trace.tb_next
+    return found
+
+
+def brief(message: str) -> str:
+    """Return what is wrong, where, and in which line of code; the message itself where it has no place."""
+    lines = message.strip().splitlines()
+    places = [at for at, line in enumerate(lines) if PLACE.match(line)]
+    if not places:
+        return RECORD.sub("records", message)
+    said = " ".join(line.strip() for line in lines[: places[0]] if line.strip() and not STEP.match(line))
+    plain = PLAIN.search(said)
+    if plain is not None:
+        said = f"{plain['name']} is a plain function, and hooks call only hooks: mark it with toolbox.hook"
+    found = PLACE.match(lines[places[0]])
+    assert found is not None
+    number = int(found["line"])
+    return f"{RECORD.sub('records', said)} ({found['file']}, line {number}){_code(lines[places[0] + 1 :])}"
+
+
+def _code(lines: list[str]) -> str:
+    """Return the line of code above the first caret, after a colon; "" where there is none."""
+    for above, line in pairwise(lines):
+        if line.strip() == "^":
+            return f": {above.strip()}"
+        if not above.strip():
+            break
+    return ""

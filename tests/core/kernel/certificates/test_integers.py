@@ -8,7 +8,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kinetile.kernel.certificates.limbs import CELLS, LIMB, ZERO, add_product, carry, put, put_count, room
+from kinetile.kernel.certificates.integers import CELLS, LIMB, ZERO, add_product, carry, put, put_count, room
 
 doubles = st.floats(allow_nan=False, allow_infinity=False)
 powers = st.sampled_from([0, -52, -60, -1100])

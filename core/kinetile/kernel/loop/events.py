@@ -1,0 +1,196 @@
+"""Events: what the loop does at a structural failure, a command, a parting, or a contact that comes next.
+
+Each template runs one event at the head of the queue, at its tick, and returns the task that it leaves to
+``loop.restore``, with the bodies concerned. Nothing that could come before is left in the queue: the loop
+has made sure of that.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from kinetile.kernel.compiled import larger, smaller, template, to_be_filled_in
+from kinetile.kernel.flight import anchor_at
+from kinetile.kernel.log import INSERTED, REMOVED
+from kinetile.kernel.loop import BLOCKED, COMMAND_DUE, CROWDED, NO_REASON
+from kinetile.kernel.loop.bookkeeping import count_contact, is_watched, log, stop_there
+from kinetile.kernel.loop.commands import FREE, blocked_by, has_vacancy, must_wait, obey, plan_changed
+from kinetile.kernel.loop.responses import (
+    answer,
+    answer_wall,
+    begin_passing,
+    crowded,
+    find_leave,
+    passes,
+    plan_partings,
+)
+from kinetile.kernel.tables import (
+    LATE_CONTACT,
+    NOBODY,
+    NOT_FINITE,
+    PARTING,
+    STALLED,
+    WALL,
+    Kernel,
+    blame,
+    elder,
+)
+
+WALLS = LIVING = RULES = PASSING = True
+repair = collide = reach_wall = bounce = to_be_filled_in
+
+NOTHING, REFILE, REFRESH, REPLAN, REFRESH_ALL = range(5)
+"""Tasks that a step leaves to ``restore``, for one body or two:
+
+``REFILE``: newcomers near it are still to be looked at, if any, and it is to be filed by what it awaits now;
+``REFRESH``: what its entry says of contacts is to be computed anew from all that is near;
+``REPLAN``: the same, and the broad phase has to be told of its new plan;
+``REFRESH_ALL``: as ``REFRESH``, for all bodies."""
+
+
+@template
+def run_structural(k: Kernel, s: Any, h: int, at: int) -> int:
+    """Run a structural event: have the broad phase repair its structure. Return how many newcomers are near.
+
+    Before: the structural certificate of h fails at ``at``. After: h has another one, and is to be filed.
+    Time need not pass, nor a contact happen, between two such events, so a broad phase that repairs nothing
+    would go on for ever: after ``spin_limit`` of them that is a fault.
+    """
+    clock = k.clock[0]
+    if at > clock.now:
+        clock.now = at
+        clock.spins = 0
+    clock.spins += 1
+    if clock.spins > clock.spin_limit:
+        blame(k, STALLED, h, NOBODY)
+    k.counts[0].structural += 1
+    clock.hand = h
+    count = repair(k, s, h)
+    k.counts[0].newcomers += count
+    return int(count)
+
+
+@template
+def run_command(k: Kernel, s: Any, at: int) -> tuple[int, int, int]:
+    """Carry out the next command, or return the reason for which it has to wait: (reason, task, body).
+
+    With a reason nothing has changed, and the command is still the next one.
+    """
+    clock = k.clock[0]
+    command = k.commands[clock.command]
+    if PASSING:
+        reason = must_wait(k, command)
+        if reason != NO_REASON:
+            return reason, NOTHING, NOBODY
+    task = REPLAN
+    if command.code == INSERTED or command.code == REMOVED:
+        if command.code == INSERTED:
+            clock.fault_a = command.body
+            clock.fault_b = blocked_by(k, command)
+            if clock.fault_b != FREE:
+                return BLOCKED, NOTHING, NOBODY
+        if not LIVING or (command.code == INSERTED and not has_vacancy(k, command)):
+            return COMMAND_DUE, NOTHING, NOBODY
+        task = REFRESH  # enter and leave have told the structure
+    clock.now = larger(clock.now, at)
+    return NO_REASON, task, obey(k, s)
+
+
+@template
+def holds_back(k: Kernel, h: int, kind: int, at: int) -> bool:
+    """Whether the loop stops before the contact at the head, because it is watched.
+
+    It is not held back twice: when the loop goes on it happens, if it still comes. Commands may have changed
+    that. (Contacts after which the loop stops are those of ``bookkeeping``.)
+    """
+    clock = k.clock[0]
+    if len(k.watch) == 0 or clock.before == 0:
+        return False
+    a = h
+    b = NOBODY
+    if WALLS and kind == WALL:
+        b = reach_wall(k, k.bodies[h])[1]
+    elif PASSING and kind == PARTING:
+        pair = find_leave(k, h)
+        a = k.passings[pair].b
+        b = k.passings[pair].a
+    else:
+        a = elder(k, h, k.queue[h].partner)
+        b = h + k.queue[h].partner - a
+    if not is_watched(k, a, b):
+        return False
+    two = k.queue[b].number if b >= 0 else b
+    if clock.stop_tick == at and clock.stop_a == k.queue[a].number and clock.stop_b == two:
+        return False
+    stop_there(k, at, a, b)
+    clock.stopped = 0  # it stops here and now
+    clock.now = larger(clock.now, at)
+    return True
+
+
+@template
+def run_wall_contact(k: Kernel, h: int, at: int) -> int:
+    """Run the contact of the head with a wall; return the task for it.
+
+    Before: it is at a wall at ``at``, and nothing is before that. After: it has its plan from ``at`` on, and
+    the contact is logged and counted.
+    """
+    clock = k.clock[0]
+    if at < clock.now:
+        blame(k, LATE_CONTACT, h, NOBODY)
+        return NOTHING
+    clock.now = at
+    body = k.bodies[h]
+    wall = reach_wall(k, body)[1]
+    anchor_at(k, body, at)
+    depth = answer_wall(k, h, wall, at) if RULES else bounce(k, body, wall)
+    body.last = NOBODY
+    k.counts[0].contacts_wall += 1
+    plan_changed(k, h)
+    if PASSING:
+        plan_partings(k, h)
+    log(k, at, h, wall)
+    count_contact(k, at, h, wall, depth, body.radius, body.radius)
+    return REPLAN
+
+
+@template
+def run_contact(k: Kernel, h: int, at: int) -> tuple[int, int, int, int]:
+    """Run the contact of the head with its partner: return (reason, task, the elder, the younger).
+
+    Before: they touch at ``at`` exactly, and nothing is before that. After: both have their plans from ``at``
+    on, or have begun to pass through each other, and that is logged and counted. With a reason (CROWDED)
+    nothing has changed.
+    """
+    clock = k.clock[0]
+    a = elder(k, h, k.queue[h].partner)
+    b = h + k.queue[h].partner - a
+    if at < clock.now:
+        blame(k, LATE_CONTACT, a, b)
+        return NO_REASON, NOTHING, NOBODY, NOBODY
+    if PASSING and passes(k, a, b):
+        if crowded(k, 1):
+            return CROWDED, NOTHING, NOBODY, NOBODY
+        clock.now = at
+        begin_passing(k, a, b, at)
+        return NO_REASON, REFRESH, a, b
+    clock.now = at
+    one = k.bodies[a]
+    two = k.bodies[b]
+    anchor_at(k, one, at)
+    anchor_at(k, two, at)
+    depth = answer(k, a, b, at) if RULES else collide(k, a, b)
+    if depth != depth:  # not a number: two centres on one place, and no line between them
+        blame(k, NOT_FINITE, a, b)
+        return NO_REASON, NOTHING, NOBODY, NOBODY
+    one.last = b
+    two.last = a
+    k.counts[0].contacts_disc += 1
+    plan_changed(k, a)
+    plan_changed(k, b)
+    if PASSING:
+        plan_partings(k, a)
+        plan_partings(k, b)
+    log(k, at, a, b)
+    count_contact(k, at, a, b, depth, smaller(one.radius, two.radius), one.radius + two.radius)
+    return NO_REASON, REPLAN, a, b

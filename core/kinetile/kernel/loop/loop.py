@@ -1,0 +1,340 @@
+"""The main loop: take the next event, restore the proof, again (thesis, section 2).
+
+``advance`` is a template. Its hooks (``build``, ``repair``, ``replan``, ``near``, ``enter``, ``leave`` of the
+broad phase; ``meet``, ``soonest``, ``collide`` of the narrow phase for pairs; ``reach_wall``, ``bounce`` of
+the one for walls; those of the responses that the scene's rules name) and its constants (``PAIRS``,
+``BOUNDS``, ``WALLS``, ``COMMANDS``, ``LIVING``, ``RULES``, ``PASSING``) are filled in by
+``kinetile.kernel.compiled.compose`` from what the scene names; what it does not name is not compiled.
+
+Of one tick, structural events run first, then commands, then contacts with walls, then contacts of pairs, and
+after each of them the head of the queue is taken anew. So at a contact's tick every structural event up to
+and at that tick has been restored, and which broad phase did it cannot matter: a contact's time is a function
+of the two flight plans alone, and the broad phase sees bodies fattened by a skin wide enough for all rounding
+(docs/one-answer.md has the rule and its proof).
+
+A guess at the head is no event: nothing happens at its tick but that a contact is computed exactly. It moves
+neither the clock nor a body, so when guesses are resolved cannot matter either.
+
+Each step leaves a task behind: the bodies whose entries in the queue are not true any more, and why
+(``NOTHING`` to ``REFRESH_ALL``). ``restore`` does that task before the next step. All tasks go through this
+one place because a hook is inlined wherever it is called: a second call of ``soonest`` or ``replan`` would be
+the machine code of a whole broad phase again, and seconds of compilation.
+
+The loop cannot raise. It runs until something has to be done outside and returns a reason.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from kinetile.kernel.compiled import disowned, larger, smaller, template, to_be_filled_in
+from kinetile.kernel.flight import note_all_places
+from kinetile.kernel.loop import (
+    BUDGET_SPENT,
+    CONTACTS_REACHED,
+    FASTER,
+    FAULT,
+    LOG_FULL,
+    NO_REASON,
+    NO_ROOM,
+    TIME_REACHED,
+    WATCHED,
+)
+from kinetile.kernel.loop.bookkeeping import log_is_full
+from kinetile.kernel.loop.calendar import file_all, head, runner_up, settle, wall_is_before
+from kinetile.kernel.loop.commands import may_come, met_at
+from kinetile.kernel.loop.events import (
+    NOTHING,
+    REFILE,
+    REFRESH,
+    REFRESH_ALL,
+    REPLAN,
+    holds_back,
+    run_command,
+    run_contact,
+    run_structural,
+    run_wall_contact,
+)
+from kinetile.kernel.loop.predictions import ask_all_exactly, forget, look_at, meeting
+from kinetile.kernel.loop.responses import end_first_passing
+from kinetile.kernel.tables import (
+    BAD_COUNT,
+    GUESS,
+    NEVER,
+    NOBODY,
+    PAIR,
+    PARTING,
+    SPARE,
+    STRUCTURAL,
+    TURN,
+    WALL,
+    Kernel,
+    blame,
+    elder,
+    is_there,
+)
+
+PAIRS = WALLS = COMMANDS = LIVING = RULES = PASSING = True
+build = replan = near = to_be_filled_in
+
+
+def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int, quota: int) -> int:
+    """Run the events up to and at tick ``until``; return the reason for stopping.
+
+    ``s`` is the broad phase's state, ``budget`` how many events may run, ``contacts`` how many contacts there
+    may be in all, ``quota`` how many at tick ``until``: the others of that tick stay pending.
+    With a budget of 0 nothing moves, not even the clock, but guesses are resolved until an event is at the
+    head. At the first call after ``tables.clear`` the structure is built and every body refreshed.
+    """
+    k = disowned(k)
+    s = disowned(s)
+    clock = k.clock[0]
+    if clock.filed == 0:
+        file_all(k)
+    if clock.built == 0:
+        start(k, s)
+    moving = budget > 0
+    at = clock.now  # the tick of the head: no contact can be before it
+    task, a, b, newcomers = NOTHING, NOBODY, NOBODY, 0
+
+    while True:
+        restore(k, s, task, a, b, newcomers, at)
+        reason = must_return(k, contacts)
+        if reason != NO_REASON:
+            return reason
+
+        h, kind, at = next_event(k)
+        if is_over(k, kind, at, until, quota):
+            if moving:
+                clock.now = larger(clock.now, until)
+            return TIME_REACHED
+        if abs(at - clock.origin) > clock.span:  # before it, where guesses ran ahead and a body is turned
+            note_all_places(k, at)
+
+        task, a, b, newcomers = NOTHING, h, NOBODY, 0
+        if PAIRS and (kind == GUESS or kind == PAIR):  # noqa: SIM109 - compared without making a tuple
+            task, at = resolve(k, s, h, kind, at, until, budget)
+            if task != NOTHING:
+                continue
+        if budget <= 0:
+            return BUDGET_SPENT
+        budget -= 1
+        if kind == STRUCTURAL:
+            newcomers = run_structural(k, s, h, at)
+            task = REFILE
+            continue
+        if log_is_full(k, 1):
+            return LOG_FULL
+        if COMMANDS and kind == TURN:
+            reason, task, a = run_command(k, s, at)
+        elif holds_back(k, h, kind, at):
+            return WATCHED
+        elif PASSING and kind == PARTING:
+            clock.now = larger(clock.now, at)
+            end_first_passing(k, h, at)
+            task = REFILE
+        elif WALLS and kind == WALL:
+            task = run_wall_contact(k, h, at)
+        elif PAIRS:
+            reason, task, a, b = run_contact(k, h, at)
+        if reason != NO_REASON:
+            return reason
+
+
+@template
+def start(k: Kernel, s: Any) -> None:
+    """Have the broad phase build its structure, and leave all bodies to be refreshed.
+
+    Before: the tables are clear. After: more is offered than the table of offers holds: all bodies.
+    """
+    clock = k.clock[0]
+    clock.built = 1
+    note_all_places(k, clock.now)
+    clock.hand = NOBODY
+    build(k, s)
+    clock.offered = len(k.offers) + 1
+
+
+@template
+def restore(k: Kernel, s: Any, task: int, a: int, b: int, newcomers: int, at: int) -> None:
+    """Make the queue true again after a step, and after all that hooks offer on the way.
+
+    Before: every entry is true and filed but those of ``a`` and ``b`` (or NOBODY), for which ``task`` says
+    what is to be done, with the first ``newcomers`` of ``k.near``, and those of bodies that are offered. No
+    contact is before ``at``. After: every entry is true and filed, and nothing is offered; or there is a
+    fault, or too little room for pairs.
+    """
+    clock = k.clock[0]
+    body = NOBODY  # whose entry is in hand
+    waiting = NOBODY  # one that has been refreshed, and is filed after it
+    count = newcomers
+    if task <= REFILE:  # nobody is to be refreshed
+        body = a if task == REFILE else NOBODY
+        a = NOBODY
+    while True:
+        if body < 0:
+            if a >= 0:
+                body = a
+                count = refresh(k, s, body, task)
+                a = b
+                b = NOBODY
+                if task == REFRESH_ALL:
+                    a = body + 1 if body + 1 < clock.bodies else NOBODY
+            elif clock.offered > len(k.offers):  # some are lost, and nobody knows which
+                clock.offered = 0
+                task = REFRESH_ALL
+                a = 0 if clock.bodies > 0 else NOBODY
+                continue
+            elif clock.offered > 0:
+                body, count = next_offer(k)
+            else:
+                return
+        if count < 0 or count > len(k.near) - SPARE:
+            blame(k, BAD_COUNT, body, count)
+        elif PAIRS and count > 0:
+            look_at(k, body, count, at)
+        count = 0
+        if a >= 0 and task != REFRESH_ALL:
+            # Both bodies of a contact are refreshed before either is filed: replan of the second may set the
+            # certificate of the first anew, which would then be moved in the calendar twice.
+            waiting = body
+            body = NOBODY
+            continue
+        while body >= 0:
+            settle(k, body)
+            body = waiting
+            waiting = NOBODY
+
+
+@template
+def refresh(k: Kernel, s: Any, body: int, task: int) -> int:
+    """Forget what an entry says of contacts, and return how many bodies of ``k.near`` it has to look at.
+
+    With ``REPLAN`` the broad phase is told of the body's plan too, after the question who is near: it may
+    answer from the structure as it was, because a new plan does not move the body.
+    """
+    count = 0
+    if PAIRS and (not LIVING or is_there(k, body)):
+        forget(k, body)
+        k.counts[0].asks += 1
+        count = near(k, s, body)
+    if task == REPLAN:
+        k.clock[0].hand = body
+        replan(k, s, body)
+    return count
+
+
+@template
+def next_offer(k: Kernel) -> tuple[int, int]:
+    """Take the last offer: return its body, and how many newcomers of ``k.near`` it looks at, 0 or 1."""
+    clock = k.clock[0]
+    clock.offered -= 1
+    offer = k.offers[clock.offered]
+    if offer.b < 0:
+        return offer.a, 0
+    k.near[0] = offer.b
+    k.counts[0].newcomers += 1
+    return offer.a, 1
+
+
+@template
+def must_return(k: Kernel, contacts: int) -> int:
+    """Return why the loop cannot take another event, or NO_REASON.
+
+    The order counts: after a fault nothing else in the tables can be relied on.
+    """
+    clock = k.clock[0]
+    counts = k.counts[0]
+    if clock.fault != 0:
+        return FAULT
+    if clock.wanted > 0:
+        return NO_ROOM
+    if RULES and clock.faster != 0:
+        return FASTER
+    if clock.stopped != 0:
+        clock.stopped = 0
+        return WATCHED
+    if counts.contacts_disc + counts.contacts_wall >= contacts:
+        return CONTACTS_REACHED
+    return NO_REASON
+
+
+@template
+def next_event(k: Kernel) -> tuple[int, int, int]:
+    """Return what comes next: the head of the queue (or NOBODY), the kind and the tick.
+
+    Before: every entry is true and filed. Of kind ``TURN`` it is the next command, whatever is at the head.
+    """
+    clock = k.clock[0]
+    h = head(k)
+    kind = k.queue[h].kind if h >= 0 else STRUCTURAL
+    at = k.queue[h].key if h >= 0 else NEVER
+    if COMMANDS and clock.command < clock.commands:
+        tick = k.commands[clock.command].tick
+        if tick < at or (tick == at and kind >= WALL and may_come(k)):
+            return h, TURN, tick
+    return h, kind, at
+
+
+@template
+def is_over(k: Kernel, kind: int, at: int, until: int, quota: int) -> bool:
+    """Whether what comes next is behind the end.
+
+    The last tick may end between two of its contacts: where a command by hand was given, or where a recording
+    stopped. Structural events and commands of that place have happened then.
+    """
+    return bool(at > until or at == NEVER or (at == until and kind >= WALL and met_at(k, at) >= quota))
+
+
+@template
+def resolve(k: Kernel, s: Any, h: int, kind: int, at: int, until: int, budget: int) -> tuple[int, int]:
+    """Make sure of the contact at the head: return (NOTHING, its tick) if it runs now, else (task, ``at``).
+
+    Before: h is the head, its entry a guess or a contact, and true but for what its partner did since. After
+    NOTHING: the contact of h and its partner is exact, and no event is before it. After another task: h still
+    awaits something, which may be the same contact, and is to be filed by that.
+    """
+    entry = k.queue[h]
+    other = entry.partner
+    if entry.seen != k.bodies[other].stamp:
+        return REFRESH, at
+    if kind != GUESS:
+        return NOTHING, at
+    k.counts[0].exact += 1
+    first = elder(k, h, other)
+    tick = meeting(k, first, h + other - first)
+    if tick >= entry.guard and entry.guard != NEVER:  # another of those near h may come first
+        ask_all_exactly(k, s, h)
+        return REFILE, at
+    entry.tick = tick
+    entry.exact = 1
+    if comes_next(k, h, other, tick, until, budget):
+        return NOTHING, tick  # most contacts: they need not be filed to be at the head again at once
+    return REFILE, at
+
+
+@template
+def comes_next(k: Kernel, h: int, other: int, tick: int, until: int, budget: int) -> bool:
+    """Whether the contact of the head and its partner, at an exact tick, can run without being filed.
+
+    It may say no where it could; the contact is then filed, and runs as the head.
+    """
+    clock = k.clock[0]
+    entry = k.queue[h]
+    twin = k.queue[other]
+    rival = smaller(entry.own, twin.key)
+    if twin.partner == h and twin.kind == GUESS and twin.seen == k.bodies[h].stamp:
+        rival = smaller(entry.own, smaller(twin.own, twin.guard))  # the same guess, seen from there
+    if COMMANDS and clock.command < clock.commands:
+        rival = smaller(rival, k.commands[clock.command].tick)
+    if PASSING:
+        rival = smaller(rival, smaller(k.traits[h].leave, k.traits[other].leave))
+    return not (
+        tick >= rival
+        or tick >= runner_up(k, h, other)
+        or tick >= until
+        or tick < clock.now
+        or budget <= 0
+        or log_is_full(k, 1)
+        or (WALLS and (wall_is_before(k, h, tick) or wall_is_before(k, other, tick)))
+    )

@@ -1,0 +1,312 @@
+"""Responses: what happens where two bodies meet, or a body and a wall, and who passes through whom.
+
+The table ``k.rules`` has a row for each two kinds and for each kind and a wall. Its response is ``ELASTIC``
+(what the narrow phase does), ``PASS`` (nothing changes), or one of the hooks that are composed into the loop.
+A loop for a scene without rules has none of this in it.
+
+A *passing* is a pair that goes through each other, from the tick in which they touch to that in which they
+part. Neither changes a plan, and a passing lasts for a tick at least: so a contact of two that pass, if it
+lies in the past, has had its beginning and its end, and is none that is still to come
+(``predictions.meeting``). A pair that has begun stands in the list of both its bodies (``k.passings``) with
+the tick at which it parts, which is computed exactly, and again whenever one of the two plans changes. The
+parting awaits the elder of the two: its *leave* is the first of those ticks, beside what else its entry in
+the queue awaits. For a pair that is passing no contact is computed.
+
+Every beginning has its end: by parting, or because one of the two goes. Both are rows of the log, the elder
+first where they begin, the younger first where they end.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from kinetile.kernel.compiled import disowned, hook, larger, smaller, template, to_be_filled_in
+from kinetile.kernel.flight import since_anchor
+from kinetile.kernel.loop.bookkeeping import count_row, log_passing
+from kinetile.kernel.loop.calendar import settle
+from kinetile.kernel.pairs import follower, link, unlink
+from kinetile.kernel.tables import NEVER, Kernel, Records, elder, is_there
+
+ROOM = 1e-12
+"""By how much a body may reach into another, of the sum of their radii, or into a wall, of its own: as in a
+scene (``scene.checks.TOLERANCE``)."""
+
+ELASTIC, PASS, FIRST = range(3)
+
+MOST_RESPONSES = 4
+"""Hooks of responses that there can be in a loop."""
+
+RESPONSES = 0
+respond_1 = respond_2 = respond_3 = respond_4 = collide = touch = bounce = touch_wall = part = to_be_filled_in
+
+
+@hook
+def row_of(kinds: int, one: int, other: int) -> int:
+    """Return the row of the rule for two of so many kinds; walls come behind the last kind."""
+    return int(one * (kinds + 1) + other)
+
+
+@hook
+def rule_of(k: Kernel, a: int, b: int) -> int:
+    """Return the row of the rule for the bodies in two slots, or for one and a wall (b below 0)."""
+    kinds = k.clock[0].kinds
+    return row_of(kinds, k.traits[a].kind, k.traits[b].kind if b >= 0 else kinds)
+
+
+@hook
+def passes(k: Kernel, a: int, b: int) -> bool:
+    """Whether two bodies pass through each other."""
+    return bool(k.rules[rule_of(k, a, b)].response == PASS)
+
+
+@hook
+def is_passing(k: Kernel, a: int, b: int) -> bool:
+    """Whether two bodies are passing through each other now; as long as the shorter of their lists."""
+    body = a if k.traits[a].inside < k.traits[b].inside else b
+    pair = k.passers[body]
+    while pair >= 0:
+        record = k.passings[pair]
+        if record.a + record.b == a + b and (record.a == a or record.a == b):
+            return True
+        pair = follower(k.passings, body, pair)
+    return False
+
+
+@hook
+def have_passed(k: Kernel, a: int, b: int) -> bool:
+    """Whether two bodies overlap where their plans begin, and that is past: the contact was before."""
+    early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
+    one = k.bodies[early]
+    two = k.bodies[a + b - early]
+    if two.anchor >= k.clock[0].now:
+        return False
+    elapsed = since_anchor(k, one, two.anchor)
+    dx = two.x - (one.x + one.vx * elapsed)
+    dy = two.y - (one.y + one.vy * elapsed)
+    reach = (one.radius + two.radius) * (1.0 - 1e-10)
+    return bool(dx * dx + dy * dy < reach * reach)
+
+
+@hook
+def leaves_out(k: Kernel, body: int, count: int) -> int:
+    """Leave out of ``k.near[:count]`` whom a body is passing through; return how many stay."""
+    if k.traits[body].inside == 0:
+        return count
+    kept = 0
+    for i in range(count):
+        other = k.near[i]
+        if other == body or not is_passing(k, body, other):
+            k.near[kept] = other
+            kept += 1
+    return kept
+
+
+@hook
+def _energy(k: Kernel, body: int) -> float:
+    """Return a body's kinetic energy; 0 for one that nothing can move."""
+    plan = k.bodies[body]
+    mass = k.mass[body]
+    return 0.5 * mass * (plan.vx * plan.vx + plan.vy * plan.vy) if mass < math.inf else 0.0
+
+
+@hook
+def _note(k: Kernel, body: int, tick: int) -> None:
+    """Write down that a body has met another, or a wall, and whether it is too fast for its reach now."""
+    k.traits[body].touched = tick
+    plan = k.bodies[body]
+    if not plan.vx * plan.vx + plan.vy * plan.vy <= k.clock[0].speed2:
+        k.clock[0].faster = 1
+
+
+@template
+def _respond(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
+    """Have a hook respond."""
+    if RESPONSES > 0 and rule.response == FIRST:
+        respond_1(k, a, b, nx, ny, rule)
+    if RESPONSES > 1 and rule.response == FIRST + 1:
+        respond_2(k, a, b, nx, ny, rule)
+    if RESPONSES > 2 and rule.response == FIRST + 2:
+        respond_3(k, a, b, nx, ny, rule)
+    if RESPONSES > 3 and rule.response == FIRST + 3:
+        respond_4(k, a, b, nx, ny, rule)
+
+
+@template
+def answer(k: Kernel, a: int, b: int, tick: int) -> float:
+    """Answer a contact of two bodies, both anchored at it, by their rule; return how deep they overlap."""
+    before = _energy(k, a) + _energy(k, b)
+    rule = k.rules[rule_of(k, a, b)]
+    if rule.response == ELASTIC:
+        depth = collide(k, a, b)
+    else:
+        nx, ny, depth = touch(k, a, b)
+        if RESPONSES > 0:
+            _respond(k, a, b, nx, ny, rule)
+    k.counts[0].answered_energy += (_energy(k, a) + _energy(k, b)) - before
+    _note(k, a, tick)
+    _note(k, b, tick)
+    return float(depth)
+
+
+@template
+def answer_wall(k: Kernel, a: int, wall: int, tick: int) -> float:
+    """Answer a contact of a body, anchored at it, and a wall by its rule; return how deep it is in there."""
+    before = _energy(k, a)
+    rule = k.rules[rule_of(k, a, wall)]
+    if rule.response == ELASTIC:
+        depth = bounce(k, k.bodies[a], wall)
+    else:
+        nx, ny, depth = touch_wall(k, k.bodies[a], wall)
+        if RESPONSES > 0:
+            _respond(k, a, wall, nx, ny, rule)
+    k.counts[0].answered_energy += _energy(k, a) - before
+    _note(k, a, tick)
+    return float(depth)
+
+
+@hook
+def crowded(k: Kernel, pairs: int) -> bool:
+    """Whether there is no room for so many pairs more."""
+    return bool(len(k.passings) - k.clock[0].passings < pairs)
+
+
+@template
+def _parts(k: Kernel, record: Records) -> int:
+    """Return when a pair parts: a tick after it has begun, at least."""
+    return int(larger(part(k, record.a, record.b), record.begun + 1))
+
+
+@template
+def begin_passing(k: Kernel, a: int, b: int, tick: int) -> None:
+    """Two bodies begin to pass through each other; there is room for them. ``a`` is the elder."""
+    clock = k.clock[0]
+    new = clock.passable
+    record = k.passings[new]
+    clock.passable = record.next_a
+    record.a = a
+    record.b = b
+    link(k.passings, k.passers, new)
+    record.begun = tick
+    record.tick = _parts(k, record)
+    k.traits[a].leave = smaller(k.traits[a].leave, record.tick)
+    k.traits[a].inside += 1
+    k.traits[b].inside += 1
+    clock.passings += 1
+    k.counts[0].passings += 1
+    k.counts[0].contacts_disc += 1
+    log_passing(k, tick, a, b)
+    count_row(k, tick, a, b)
+
+
+@hook
+def find_leave(k: Kernel, body: int) -> int:
+    """Look in a body's list for the first of the pairs that it is looked at for; return it, or -1."""
+    table = k.passings
+    found = -1
+    k.traits[body].leave = NEVER
+    pair = k.passers[body]
+    while pair >= 0:
+        record = table[pair]
+        if record.a == body and record.tick != NEVER:
+            sooner = record.tick < k.traits[body].leave
+            if record.tick == k.traits[body].leave:
+                sooner = elder(k, record.b, table[found].b) == record.b
+            if sooner:
+                found = pair
+                k.traits[body].leave = record.tick
+        pair = follower(table, body, pair)
+    return int(found)
+
+
+@hook
+def end_passing(k: Kernel, pair: int, tick: int) -> None:
+    """A pair ends; who looks for its next one is told by ``find_leave``."""
+    clock = k.clock[0]
+    record = k.passings[pair]
+    a = record.a
+    b = record.b
+    k.counts[0].contacts_disc += 1
+    log_passing(k, tick, b, a)
+    count_row(k, tick, b, a)
+    unlink(k.passings, k.passers, pair)
+    record.a = -1
+    record.next_a = clock.passable
+    clock.passable = pair
+    clock.passings -= 1
+    k.traits[a].inside -= 1
+    k.traits[b].inside -= 1
+
+
+@hook
+def end_first_passing(k: Kernel, body: int, tick: int) -> None:
+    """The first of the pairs parts that a body is looked at for."""
+    end_passing(k, find_leave(k, body), tick)
+    find_leave(k, body)
+
+
+@template
+def plan_partings(k: Kernel, body: int) -> None:
+    """A body's plan has changed: ask when it parts from all those that it is passing through."""
+    pair = k.passers[body]
+    while pair >= 0:
+        record = k.passings[pair]
+        record.tick = _parts(k, record)
+        if record.a != body:
+            find_leave(k, record.a)
+            settle(k, record.a)
+        pair = follower(k.passings, body, pair)
+    find_leave(k, body)
+
+
+@template
+def begin_with_all(k: Kernel, body: int, tick: int) -> None:
+    """A body has come: it begins to pass through all that it overlaps and passes, the eldest first."""
+    clock = k.clock[0]
+    new = k.bodies[body]
+    before = -1
+    while True:
+        next_one = -1
+        for other in range(clock.bodies):
+            number = k.queue[other].number
+            if other != body and is_there(k, other) and number > before and passes(k, other, body):
+                one = k.bodies[other]
+                elapsed = since_anchor(k, one, tick)
+                dx = (one.x + one.vx * elapsed) - new.x
+                dy = (one.y + one.vy * elapsed) - new.y
+                reach = (one.radius + new.radius) * (1.0 - ROOM)
+                if dx * dx + dy * dy < reach * reach and (next_one < 0 or number < k.queue[next_one].number):
+                    next_one = other
+        if next_one < 0:
+            return
+        before = k.queue[next_one].number
+        first = elder(k, next_one, body)
+        begin_passing(k, first, next_one + body - first, tick)
+        settle(k, next_one)
+
+
+@template
+def end_all_passings(k: Kernel, body: int, tick: int) -> None:
+    """A body goes: it ends to pass through others, the eldest first."""
+    while k.passers[body] >= 0:
+        pair = k.passers[body]
+        found = pair
+        while pair >= 0:
+            one = k.passings[pair].a + k.passings[pair].b - body
+            other = k.passings[found].a + k.passings[found].b - body
+            if k.queue[one].number < k.queue[other].number:
+                found = pair
+            pair = follower(k.passings, body, pair)
+        other = k.passings[found].a + k.passings[found].b - body
+        end_passing(k, found, tick)
+        find_leave(k, other)
+        settle(k, other)
+    k.traits[body].leave = NEVER
+
+
+def begin_at_start(k: Kernel, pairs: Any) -> None:
+    """Let pairs begin that overlap from the start, (m, 2) slots in their order; a template, as
+    ``advance``."""
+    k = disowned(k)
+    for at in range(len(pairs)):
+        begin_passing(k, pairs[at, 0], pairs[at, 1], 0)

@@ -1,0 +1,137 @@
+"""The meaning of each function of ``vectors``: NumPy arrays of eight, used where hooks run interpreted."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import Any, TypeAlias
+
+import numpy as np
+
+LANES = 8
+SPLIT = 2.0**27 + 1.0
+TINY, HUGE = 2.0**-960, 2.0**990
+COLUMNS = ("x", "y", "vx", "vy", "anchor", "reach")
+
+Floats: TypeAlias = Any
+Wholes: TypeAlias = Any
+Ticks: TypeAlias = Any
+Truths: TypeAlias = Any
+
+
+def spread(value: float) -> Floats:
+    """Return eight times the same number."""
+    return np.full(LANES, value)
+
+
+def spread_whole(value: int) -> Wholes:
+    """Return eight times the same whole number."""
+    return np.full(LANES, value, dtype=np.int32)
+
+
+def numbers(table: Any, first: int, end: int, filler: int) -> Wholes:
+    """Return ``table[first:first + 8]``, with ``filler`` in place of what lies at ``end`` or beyond."""
+    found = spread_whole(filler)
+    found[: max(end - first, 0)] = table[first : min(first + LANES, end)]
+    return found
+
+
+def root(value: Floats) -> Floats:
+    """Return the square roots, correctly rounded; of a negative number, not a number."""
+    with np.errstate(invalid="ignore"):
+        return np.sqrt(value)
+
+
+def choose(where: Truths, yes: Any, no: Any) -> Any:
+    """Return ``yes`` in the lanes where it is true, else ``no``."""
+    return np.where(where, yes, no)
+
+
+def lane(value: Any, which: int) -> Any:
+    """Return one of the eight."""
+    return value[which]
+
+
+def turned(value: Any, by: int) -> Any:
+    """Return the lanes turned round: lane i is what was lane i xor ``by`` (1, 2 or 4)."""
+    return value[np.arange(LANES) ^ by]
+
+
+def append(source: Any, first: int, target: Any, end: int) -> int:
+    """Copy eight numbers, ``source[first:first + 8]``, to ``target[end:end + 8]``; return the last.
+
+    Both are arrays of int32. One load and one store; so seven numbers may be copied, and how many count.
+    """
+    target[end : end + LANES] = source[first : first + LANES]
+    return int(source[first + LANES - 1])
+
+
+def product_error(a: float, b: float, product: float) -> float:
+    """Return a * b - product exactly, for the rounded product (Dekker 1971); by rationals, and rounded as
+    a fused multiply-add does it, where a part of a product would be subnormal or infinite."""
+    if not (TINY < abs(product) < HUGE and abs(a) < HUGE and abs(b) < HUGE) and math.isfinite(product):
+        return float(Fraction(float(a)) * Fraction(float(b)) - Fraction(float(product)))
+    t = SPLIT * a
+    a_high = t - (t - a)
+    a_low = a - a_high
+    t = SPLIT * b
+    b_high = t - (t - b)
+    b_low = b - b_high
+    return ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
+
+
+def lowest_bit(word: int) -> int:
+    """Return the place of the lowest bit that is set in a word of 64; the word is not zero."""
+    word = int(word)
+    return (word & -word).bit_length() - 1
+
+
+def eight(a: int, b: int, c: int, d: int, e: int, f: int, g: int, h: int) -> Wholes:
+    """Return eight whole numbers as a vector."""
+    return np.array([a, b, c, d, e, f, g, h], dtype=np.int32)
+
+
+def spread_ticks(value: int) -> Ticks:
+    """Return eight times the same tick."""
+    return np.full(LANES, value, dtype=np.int64)
+
+
+def flights(
+    table: Any, a: int, b: int, c: int, d: int, e: int, f: int, g: int, h: int
+) -> tuple[Floats, Floats, Floats, Floats, Ticks, Floats]:
+    """Return x, y, vx, vy, anchor and reach of eight bodies."""
+    rows = table[[a, b, c, d, e, f, g, h]]
+    x, y, vx, vy, anchor, reach = (np.array(rows[name]) for name in COLUMNS)
+    return x, y, vx, vy, anchor, reach
+
+
+def places(table: Any, which: Wholes) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return x, y, vx, vy of eight rows of a table of places."""
+    rows = table[which]
+    x, y, vx, vy = (np.array(rows[name]) for name in ("x", "y", "vx", "vy"))
+    return x, y, vx, vy
+
+
+def put_place(table: Any, number: int, x: float, y: float, vx: float, vy: float) -> None:
+    """Write a row of a table of places in one piece: who reads it so need not wait for the parts."""
+    table[number] = (x, y, vx, vy)
+
+
+def pick(table: Any, which: Wholes) -> Floats:
+    """Return eight entries of an array of doubles."""
+    return np.array(table[which])
+
+
+def to_floats(value: Ticks) -> Floats:
+    """Return ticks as doubles, rounded to nearest."""
+    return value.astype(np.float64)
+
+
+def floor(value: Floats) -> Ticks:
+    """Return doubles, each smaller than 2^63 in size, rounded down."""
+    return np.floor(value).astype(np.int64)
+
+
+def some(value: Truths) -> bool:
+    """Whether it is true in any lane."""
+    return bool(value.any())
