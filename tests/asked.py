@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 import kinetile as kt
 from kinetile.kernel.clock import Clock
 from kinetile.kernel.tables import allocate
-from kinetile.run.composition import Composition
-from kinetile.run.questions import Moment, Questions
+from kinetile.run.compose import Composition
+from kinetile.run.questions.places import Moment
 
 Disc = tuple[float, float, float]
 """x, y, radius."""
@@ -30,7 +30,7 @@ def laid_out(discs: list[Disc], slots: list[int] | None = None) -> Moment:
     return Moment(k, asked, Clock(0.0, 1.0), cast(Composition, None))
 
 
-class Asked(kt.Simulation, Questions):
+class Asked(kt.Simulation):
     """A simulation that is asked; its bodies have their slots for numbers."""
 
     planned: Mapping[int, int] = {}

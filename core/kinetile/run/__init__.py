@@ -1,1 +1,1 @@
-"""A run: phases composed into one loop, and the Python around it."""
+"""Runs: phases composed into one loop, the engine around it, and ``Simulation``, which users have."""

@@ -1,7 +1,7 @@
-"""How time moves on: chunk by chunk to an end, or event by event.
+"""Runs to an end, chunk by chunk, or event by event; and the events as users see them.
 
 The compiled loop runs within one span of the clock at a time. Here the spans are put together: an end in time
-lies in some span to come, and between two spans the clock's base moves on.
+lies in this span or a later one, and between two spans the clock's base moves on.
 """
 
 from __future__ import annotations
@@ -11,14 +11,13 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from kinetile.kernel.clock import SPAN, TICKS
-from kinetile.kernel.faults import JAMMED
+from kinetile.kernel.clock import SPAN, TICKS, Clock
 from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED, WALLS
 from kinetile.kernel.loop import COMMAND_DUE, CONTACTS_REACHED, TIME_REACHED, WATCHED
 from kinetile.kernel.loop.calendar import rank
-from kinetile.kernel.loop.rules import PASS
-from kinetile.kernel.tables import NEVER, PARTING, STRUCTURAL, TURN, WALL, Kernel
-from kinetile.run.engine import UNLIMITED, Engine, move_base, skip
+from kinetile.kernel.loop.responses import PASS
+from kinetile.kernel.tables import JAMMED, NEVER, PARTING, STRUCTURAL, TURN, WALL, Kernel
+from kinetile.run.engine.engine import UNLIMITED, Engine
 from kinetile.run.interrupts import Unbroken
 from kinetile.scene.responses import Kind
 
@@ -36,14 +35,21 @@ COMMANDS: dict[int, Literal["turn", "insert", "remove"]] = {
 
 
 class End(NamedTuple):
-    """When to stop: at a time (``until``, and ``ticks`` since the start; None: no end in time), after
-    ``quota`` contacts of that tick, or after so many contacts or events in all."""
+    """The end of a run: a time (``until``, and ``ticks`` since the start; None: no end in time), ``quota``
+    contacts of that tick, or so many contacts or events in all."""
 
     until: float | None = None
     ticks: int | None = None
     quota: int = UNLIMITED
     contacts: int = UNLIMITED
     events: int = UNLIMITED
+
+    def within_span(self, clock: Clock) -> tuple[int, int, bool]:
+        """Returns the kernel's tick to which the present span of the clock can be run, how many contacts that
+        tick may have, and whether the end lies in this span."""
+        rest = SPAN if self.ticks is None else clock.relative(self.ticks)
+        last = rest < SPAN
+        return min(rest, SPAN - 1), self.quota if last else UNLIMITED, last
 
 
 class Event(NamedTuple):
@@ -73,20 +79,19 @@ class Event(NamedTuple):
 
 
 def advance(engine: Engine, end: End, audit: int | None, after_chunk: Callable[[], None]) -> Event | None:
-    """Run on to an end, with an audit every so many contacts and at the end, unless that is None; return the
-    contact at which the run stopped before, where one is watched.
+    """Runs on to an end, with an audit every so many contacts and at the end, unless that is None; returns
+    the contact at which the run stopped before, where one is watched.
 
     ``after_chunk`` is called when a chunk is done; whatever it raises ends the run there.
     """
-    idle, quiet, seen, audited = 0, 0, -1, engine.contacts
+    still, audited = _Stillness(), engine.contacts
     while True:
-        rest = SPAN if end.ticks is None else engine.clock.relative(end.ticks)
+        until, quota, last = end.within_span(engine.clock)
         stop = end.contacts if audit is None else min(end.contacts, audited + audit)
-        quota = end.quota if rest < SPAN else UNLIMITED
-        reason = engine.chunk(min(rest, SPAN - 1), stop, end.events - engine.events, quota)
-        arrived = reason == TIME_REACHED and rest < SPAN
+        reason = engine.chunk(until, stop, end.events - engine.events, quota)
+        arrived = reason == TIME_REACHED and last
         if arrived:
-            engine.asked = end.until
+            engine.arrive(end.until)
         after_chunk()
         watched = reason == WATCHED
         finished = watched or arrived or engine.contacts >= end.contacts or engine.events >= end.events
@@ -96,25 +101,45 @@ def advance(engine: Engine, end: End, audit: int | None, after_chunk: Callable[[
         if finished:
             return _watched(engine) if watched else None
         if reason == TIME_REACHED:
-            happened = engine.events - int(engine.k.counts[0].structural)
-            quiet = quiet + 1 if happened == seen else 0
-            idle = idle + 1 if quiet and engine.next_command is None else 0
-            seen = happened
-            if end.ticks is None and idle > IDLE_SPANS:
+            still.note_span(engine)
+            if end.ticks is None and still.idle > IDLE_SPANS:
                 return None
-            skipped = _move_on(engine, end, idle, quiet) - 1
-            quiet += skipped
-            idle += skipped if idle else 0
+            still.skip(_move_on(engine, end, still.idle, still.quiet) - 1)
+
+
+class _Stillness:
+    """Counts spans of the clock in which nothing happens.
+
+    Attributes:
+        quiet: how many passed in a row without a contact or a command; structural events do not count.
+        idle: of these, those after which no command is to come either: so long a run without an end waits.
+    """
+
+    def __init__(self) -> None:
+        self.quiet = self.idle = 0
+        self._seen = -1
+
+    def note_span(self, engine: Engine) -> None:
+        """Counts a span that has passed."""
+        happened = engine.events - int(engine.k.counts[0].structural)
+        self.quiet = self.quiet + 1 if happened == self._seen else 0
+        self.idle = self.idle + 1 if self.quiet and engine.next_command is None else 0
+        self._seen = happened
+
+    def skip(self, spans: int) -> None:
+        """Counts spans that were skipped: in them nothing can happen."""
+        self.quiet += spans
+        self.idle += spans if self.idle else 0
 
 
 def advance_one(engine: Engine, end: End) -> Event | None:
-    """Run the next event up to and at an end in time, and return it; None, at that end, where none comes."""
+    """Runs the next event up to and at an end in time, and returns it; None, at that end, where none
+    comes."""
     idle = 0
     while idle < IDLE_SPANS:
         engine.build()
-        rest = SPAN if end.ticks is None else engine.clock.relative(end.ticks)
-        quota = end.quota if rest < SPAN else UNLIMITED
-        head = _look(engine, min(rest, SPAN - 1), quota)
+        until, quota, last = end.within_span(engine.clock)
+        head = _look(engine, until, quota)
         if head is not None:
             event = _event_of(engine, head)
             while engine.chunk(head.tick, UNLIMITED, most=1) == COMMAND_DUE:
@@ -125,40 +150,41 @@ def advance_one(engine: Engine, end: End) -> Event | None:
         elif end.ticks is None and not _awaited(engine) and engine.next_command is None:
             return None
         else:
-            engine.chunk(min(rest, SPAN - 1), UNLIMITED, quota=quota)
-            if rest < SPAN:
-                engine.asked = end.until
+            engine.chunk(until, UNLIMITED, quota=quota)
+            if last:
+                engine.arrive(end.until)
                 return None
             idle += _move_on(engine, end, idle, idle)
     return None
 
 
 def _move_on(engine: Engine, end: End, idle: int, quiet: int) -> int:
-    """Move on to the next span of the clock in which something may happen, and return how many spans that is.
+    """Moves on to the next span of the clock in which something may happen, and returns how many spans that
+    is.
 
     ``idle`` spans count for giving up a run that has no end; in ``quiet`` ones nothing has happened.
     """
     with Unbroken():
         most = IDLE_SPANS - idle if end.ticks is None else UNLIMITED
         # Looking ahead costs as much as some spans do, and is vain where bodies meet now and then.
-        skipped = skip(engine, end.ticks, most) if quiet % 16 == 15 else 0
-        move_base(engine, end.ticks)
+        skipped = engine.skip(end.ticks, most) if quiet % 16 == 15 else 0
+        engine.move_base(end.ticks)
     return skipped + 1
 
 
 def next_event(engine: Engine) -> Event | None:
-    """Return the first event that is scheduled now; None where nothing is. A jam is no hindrance."""
+    """Returns the first event that is scheduled now; None where nothing is. A jam does not prevent it."""
     engine.build()
-    clock, dial = engine.k.clock[0], engine.dial
-    command, fault = int(clock.command), dial.fault[0]
-    dial.fault[0] = 0 if fault == JAMMED else fault
-    try:  # a body that is written down anew is no event: what comes after that?
+    clock, fields = engine.k.clock[0], engine.fields
+    command, fault = int(clock.command), fields.fault[0]
+    fields.fault[0] = 0 if fault == JAMMED else fault
+    try:  # a plan that is anchored anew is no event: what comes after it is returned
         while clock.command < clock.commands and int(_next_command(engine).code) == REANCHORED:
             clock.command += 1
         head = _look(engine, int(clock.now) + 2 * SPAN)
         event = None if head is None else _event_of(engine, head)
     finally:
-        clock.command, dial.fault[0] = command, fault
+        clock.command, fields.fault[0] = command, fault
     planned = engine.next_command
     if planned is not None and (event is None or planned.ticks < event.epoch * TICKS + event.tick):
         return Event(*engine.clock.moment(planned.ticks), COMMANDS[planned.code], (planned.body,))
@@ -166,15 +192,16 @@ def next_event(engine: Engine) -> Event | None:
 
 
 class _Head(NamedTuple):
-    """What comes next: at a tick, a command (body None) or what awaits the body in a slot."""
+    """The next thing to happen: at a tick, a command (body None) or what is scheduled for the body in a
+    slot."""
 
     tick: int
     body: int | None
 
 
 def _look(engine: Engine, until: int, quota: int = UNLIMITED) -> _Head | None:
-    """Return what comes next, up to and at a tick that may have ``quota`` contacts; None where nothing does.
-    Nothing happens but that guesses are computed exactly."""
+    """Returns what comes next, up to and at a tick that may have ``quota`` contacts; None where nothing does.
+    It changes nothing but that guesses are computed exactly."""
     if engine.chunk(until, UNLIMITED, 0, quota) == TIME_REACHED:
         return None
     k = engine.k
@@ -194,18 +221,18 @@ def _look(engine: Engine, until: int, quota: int = UNLIMITED) -> _Head | None:
 
 
 def _next_command(engine: Engine) -> Any:
-    """Return the next command of the present span."""
+    """Returns the next command of the present span."""
     return engine.k.commands[int(engine.k.clock[0].command)]
 
 
 def _awaited(engine: Engine) -> bool:
-    """Whether anything is awaited, however far away."""
+    """Whether anything is scheduled, however far away."""
     return bool((engine.k.queue.key != NEVER).any())
 
 
 def _event_of(engine: Engine, head: _Head) -> Event | None:
-    """Return what comes next; None for what is no event to a user, a plan that is written down anew without a
-    change."""
+    """Returns what comes next; None for what is no event to a user, a plan that is written down anew without
+    a change."""
     k = engine.k
     what: dict[str, Any]
     if head.body is None:
@@ -227,7 +254,7 @@ def _event_of(engine: Engine, head: _Head) -> Event | None:
 
 
 def _watched(engine: Engine) -> Event:
-    """Return the contact at which the loop has stopped."""
+    """Returns the contact at which the loop has stopped."""
     k = engine.k
     clock = k.clock[0]
     a, b = int(clock.stop_a), int(clock.stop_b)
@@ -248,7 +275,7 @@ def _passes(k: Kernel, a: int, b: int) -> bool:
 
 
 def _meeting(engine: Engine, body: int) -> tuple[Literal["disc", "pass", "part"], int]:
-    """Return what awaits the body in a slot, where that is another, and the slot of the other."""
+    """Returns what is scheduled for the body in a slot with another one, and the slot of the other."""
     k = engine.k
     if int(k.queue[body].kind) == PARTING:
         due = k.passings[(k.passings.a == body) & (k.passings.tick == k.traits[body].leave)]
@@ -258,5 +285,5 @@ def _meeting(engine: Engine, body: int) -> tuple[Literal["disc", "pass", "part"]
 
 
 def _wall_met(engine: Engine) -> str:
-    """Return the wall of the contact that happened last: the log has it."""
+    """Returns the wall of the contact that happened last: the log has it."""
     return WALLS[int(engine.k.met[0].b)]

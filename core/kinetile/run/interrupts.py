@@ -71,7 +71,7 @@ class Unbroken:
                     raise
 
     def _deliver(self) -> None:
-        """Call the handlers that have waited: all of them, though one raises."""
+        """Calls the handlers that have waited: all of them, though one raises."""
         if self._noted:
             number = next(iter(self._noted))
             frame = self._noted.pop(number)

@@ -1,40 +1,81 @@
-"""A simulation: a scene and its phases by name; run it, turn bodies, read it out."""
+"""``Simulation``, what users have: a scene and its phases by name, to be run, changed, read and saved.
+
+The class is one front for all that a run offers, and says what each method promises. The work is done below:
+by the engine, by ``advance``, by ``questions/`` and ``saving/``. It is one file, and long, so that a reader
+finds every public method in one place.
+"""
 
 from __future__ import annotations
 
 import operator
+import os
 import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Any, NamedTuple
+from dataclasses import replace
+from typing import Any, NamedTuple, cast, overload
 
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import AuditError, BusyError, MissedContactError, PhaseError, ZenoError
+from kinetile.errors import (
+    AuditError,
+    BadOption,
+    BusyError,
+    MissedContactError,
+    PhaseError,
+    ZenoError,
+)
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.compiled import is_cached
+from kinetile.kernel.flight import positions_now
+from kinetile.kernel.log import INSERTED, REMOVED, TURNED
+from kinetile.kernel.tables import Kernel, read_only
+from kinetile.plugin.drawing import Item
 from kinetile.run.advance import End, Event, advance, advance_one, next_event
-from kinetile.run.arguments import StopAt, read_body, read_end, read_stop, watch, watch_no_more
-from kinetile.run.commanding import TakesCommands
-from kinetile.run.composition import Commands, compose_phases
-from kinetile.run.engine import Engine, Given
+from kinetile.run.arguments import (
+    StopAt,
+    read_body,
+    read_box,
+    read_count,
+    read_direction,
+    read_disc,
+    read_end,
+    read_insertion,
+    read_kinds,
+    read_length,
+    read_point,
+    read_removal,
+    read_stop,
+    read_turns,
+)
+from kinetile.run.compose import Commands, Composition, compose_phases
+from kinetile.run.engine.agenda import History, Rows
+from kinetile.run.engine.engine import Engine
 from kinetile.run.engine.ledger import Recorder
 from kinetile.run.interrupts import Unbroken
-from kinetile.run.questions import Moment, Questions
-from kinetile.run.questions.reading_out import ReadsOut
+from kinetile.run.questions import meetings, places
+from kinetile.run.questions.meetings import CastHit, NextContact
+from kinetile.run.questions.places import Moment, RayHit
 from kinetile.run.readings import Readings, energy, explanation
-from kinetile.run.saving import CanBeSaved
-from kinetile.scene import Scene, Turn, spacious
+from kinetile.run.saving.files import no_simulation, read_whole, unpack, write_whole
+from kinetile.run.saving.snapshot import Snapshot, put_back, take
+from kinetile.run.structure import by_number, candidates, drawn, named_near
+from kinetile.scene import Insert, Scene, Turn, relabelled, spacious
+from kinetile.scene.bodies import Numbers
+from kinetile.scene.checks import WALL, shown
+from kinetile.scene.responses import Kind
 
-__all__ = ["Progress", "Simulation"]
+__all__ = ["Progress", "Simulation", "resume"]
+
+Integers = npt.NDArray[np.int64]
 
 _FAULTS = (ZenoError, MissedContactError, PhaseError, AuditError)
 _RUNS = ("run", "step", "be built", "be built anew")
 
 
 class Progress(NamedTuple):
-    """How far a run is.
+    """Progress of a run.
 
     ``time`` of ``until`` (None: no end in time); contacts and events since the start; CPU seconds of this
     run.
@@ -47,7 +88,7 @@ class Progress(NamedTuple):
     cpu_seconds: float
 
 
-class Simulation(TakesCommands, CanBeSaved, ReadsOut, Questions):
+class Simulation:
     """Bodies in motion under a choice of phases.
 
     Args:
@@ -69,6 +110,8 @@ class Simulation(TakesCommands, CanBeSaved, ReadsOut, Questions):
         Refused: a phase cannot do this scene.
     """
 
+    # What it is
+
     def __init__(
         self,
         scene: Scene,
@@ -89,14 +132,12 @@ class Simulation(TakesCommands, CanBeSaved, ReadsOut, Questions):
         composition = compose_phases(room, broad_phase, narrow_phases, options)
         commands = Commands.ALL if live else Commands.TURNS if turning else Commands.NONE
         self._engine = Engine(room, composition, keep_contacts, commands)
-        self._given = Given()
+        self._history = History()
         self._audit = audit
         self._running = False
         self._fault: str | None = None
         self._lock = threading.RLock()
         self._start_energy = energy(self._engine.k)
-
-    # What it is
 
     def __repr__(self) -> str:
         bodies = len(self.bodies)
@@ -129,22 +170,36 @@ class Simulation(TakesCommands, CanBeSaved, ReadsOut, Questions):
         """Whether the loop's machine code lies on disk; None when it runs interpreted."""
         return is_cached(self._engine.loop)
 
+    @property
+    def composition(self) -> Composition:
+        """The phases and their parts."""
+        return self._engine.composition
+
+    @property
+    def keeps_contacts(self) -> bool:
+        """Whether ``contacts`` are kept, or only their fingerprint."""
+        return self._engine.ledger.keeps
+
+    @property
+    def fault(self) -> str | None:
+        """The error with which the last run or step ended, in words; None where it ended well."""
+        return self._fault
+
     def explain(self) -> dict[str, Any]:
-        """Return what is modelled and what is left out, in sentences, with the numbers behind them."""
+        """Returns what is modelled and what is left out, in sentences, with the numbers behind them."""
         engine = self._engine
-        return explanation(
-            self.scene, self.composition, engine.commands, engine.skin, self.time_unit, engine.speed
-        )
+        return explanation(self.scene, self.composition, engine.commands, engine.bounds, self.time_unit)
 
     # Running
 
     def compile(self) -> float:
-        """Compile the loop, or load it from the disk cache; return the CPU seconds this has taken so far."""
+        """Compiles the loop, or loads it from the disk cache; returns the CPU seconds this has taken so
+        far."""
         self._engine.compile()
         return self._engine.compile_seconds
 
     def build(self) -> None:
-        """Build the broad phase's structure, where that is still to be done, and run no event.
+        """Builds the broad phase's structure, where that is still to be done, and runs no event.
 
         Raises as ``run`` does.
         """
@@ -153,7 +208,7 @@ class Simulation(TakesCommands, CanBeSaved, ReadsOut, Questions):
                 self._engine.build()
 
     def rebuild(self) -> None:
-        """Build the broad phase's structure anew as of now; no contact can change by it."""
+        """Builds the broad phase's structure anew as of now; no contact can change by it."""
         with self._alone("be built anew"):
             with Unbroken():
                 self._engine.lay_out(self._engine.speed)
@@ -169,7 +224,7 @@ class Simulation(TakesCommands, CanBeSaved, ReadsOut, Questions):
         recorder: Recorder | None = None,
         stop_at: StopAt | None = None,
     ) -> Event | None:
-        """Run on until a time, or for so many more contacts or events, whichever comes first; return the
+        """Runs on until a time, or for so many more contacts or events, whichever comes first; returns the
         contact at which the run stopped before that, where it did.
 
         Args:
@@ -195,37 +250,37 @@ class Simulation(TakesCommands, CanBeSaved, ReadsOut, Questions):
         """
         with self._alone("run"):
             end = read_end(self._engine, self.scene, until, max_contacts, max_events)
-            stop_at = read_stop(stop_at)
             engine = self._engine
+            stop = read_stop(engine, self.scene, stop_at)
             engine.compile()
-            if stop_at is not None:
-                watch(engine, self.scene, stop_at)
+            engine.watch(stop)
             self._running = True
-            engine.ledger.recorder = recorder
             began = engine.cpu_seconds
+
+            def after_chunk() -> None:
+                if progress is not None:
+                    cpu = engine.cpu_seconds - began
+                    progress(Progress(self.time, end.until, engine.contacts, engine.events, cpu))
+
             try:
-
-                def after_chunk() -> None:
-                    if progress is not None:
-                        cpu = engine.cpu_seconds - began
-                        progress(Progress(self.time, end.until, engine.contacts, engine.events, cpu))
-
-                introduce = getattr(recorder, "introduce", None)
-                if introduce is not None:  # an event file says of which kinds bodies are that come by hand
-                    introduce(self.kinds_of, engine.numbers)
-                with Unbroken():
-                    engine.ledger.hand_over()
-                return self._with_kinds(advance(engine, end, self._audit, after_chunk))
+                with engine.ledger.recording(recorder):
+                    introduce = getattr(recorder, "introduce", None)
+                    if (
+                        introduce is not None
+                    ):  # an event file says of which kinds bodies are that come by hand
+                        introduce(self.kinds_of, engine.numbers)
+                    with Unbroken():
+                        engine.ledger.hand_over()
+                    return self._with_kinds(advance(engine, end, self._audit, after_chunk))
             finally:
                 self._running = False
-                watch_no_more(engine)
-                engine.ledger.recorder = None
+                engine.watch(None)
                 reached = getattr(recorder, "reached", None)
                 if reached is not None:  # an event file says how far its rows go
                     reached(self.time)
 
     def step(self) -> Event | None:
-        """Run the next event, of whatever kind, and return it; None, with nothing run, where there is none.
+        """Runs the next event, of whatever kind, and returns it; None, with nothing run, where there is none.
 
         None as well, two million time units later, where none comes before that. Raises as ``run`` does.
         """
@@ -233,7 +288,7 @@ class Simulation(TakesCommands, CanBeSaved, ReadsOut, Questions):
             return self._with_kinds(advance_one(self._engine, End()))
 
     def steps(self, until: float | None = None) -> Iterator[Event]:
-        """Run event by event, and yield each after it has happened, up to and at a time.
+        """Runs event by event, and yields each after it has happened, up to and at a time.
 
         Between two events the simulation is the caller's: to be looked at, turned, run. None: the scene's own
         ``until``; where there is none either, for as long as there are events.
@@ -262,7 +317,7 @@ class Simulation(TakesCommands, CanBeSaved, ReadsOut, Questions):
             return self._with_kinds(next_event(self._engine))
 
     def audit(self) -> None:
-        """Check now everything that must hold between two events; O(n^2).
+        """Checks now everything that must hold between two events; O(n^2).
 
         Raises:
             AuditError: the first thing that does not hold.
@@ -270,46 +325,85 @@ class Simulation(TakesCommands, CanBeSaved, ReadsOut, Questions):
         with self._alone("be audited"):
             self._engine.audit()
 
-    def _moment(self) -> Moment:
+    # Commands: carried out at once, between two runs, between two steps, or from the ``progress`` of a run
+
+    def set_velocity(self, body: int, velocity: Numbers) -> None:
+        """Turns a body now: from here on it flies with this velocity. As ``set_velocities``."""
+        self.set_velocities([body], cast("npt.ArrayLike", [velocity]))
+
+    def set_velocities(self, bodies: npt.ArrayLike, velocities: npt.ArrayLike) -> None:
+        """Turns bodies now, in the order given: (n,) their numbers, and (n, 2) velocities or one for all.
+
+        Between two runs, between two steps, or from the ``progress`` of a run. What is refused leaves
+        everything as it was.
+
+        Raises:
+            IndexError: there is no such body, or it has gone.
+            ValueError: a velocity is not two finite numbers, or too fast for the clock.
+            Refused: the broad phase is not right with bodies as fast as this.
+            BusyError: a chunk of a run is under way: this comes from a recorder, or from another thread.
+        """
+        with self._alone("turn a body"):
+            self._obey(TURNED, read_turns(self._engine, bodies, velocities))
+
+    @overload
+    def insert(
+        self, position: Numbers, velocity: Numbers, radius: float, mass: float = 1.0, kind: Kind | None = None
+    ) -> int: ...
+
+    @overload
+    def insert(
+        self,
+        position: Numbers,
+        velocity: Numbers = (0.0, 0.0),
+        *,
+        radius: float,
+        mass: float = 1.0,
+        kind: Kind | None = None,
+    ) -> int: ...
+
+    def insert(
+        self,
+        position: Numbers,
+        velocity: Numbers = (0.0, 0.0),
+        radius: float | None = None,
+        mass: float = 1.0,
+        kind: Kind | None = None,
+    ) -> int:
+        """Inserts a disc now, and returns its number, which no other body of this run has or had.
+
+        It may touch others and the walls, and overlap those that it passes through. ``kind`` is one of the
+        scene's, the first where it is None. What is refused leaves everything as it was.
+
+        Raises:
+            Refused: it would reach into a body or beyond a wall (the error says into whom, and how deep), or
+                the broad phase cannot do a scene with it.
+            ValueError: a number is not such as a scene may have, or the speed is too fast for the clock.
+            TypeError: there is no radius.
+            BusyError: as ``set_velocities``.
+        """
+        if radius is None:
+            raise TypeError("insert() needs the radius of the body that comes: insert(position, radius=...)")
+        with self._alone("take a body in"):
+            rows = read_insertion(self._engine, position, velocity, radius, mass, kind)
+            self._obey(INSERTED, rows)
+        return int(rows["body"][0])
+
+    def remove(self, body: int) -> None:
+        """Removes a body now, and with it whatever was scheduled for it.
+
+        Raises IndexError where there is no such body, BusyError as ``set_velocities``.
+        """
+        with self._alone("let a body go"):
+            self._obey(REMOVED, read_removal(self._engine, body))
+
+    def recorded(self) -> Scene:
+        """Returns the scene together with all commands that were given by hand, each at its exact time, and
+        with the present moment as its exact end: run under any phase it has the contacts of this run."""
         engine = self._engine
-        return Moment(engine.k, engine.taken.astype(np.int64), engine.clock, self.composition)
-
-    def _slot_of(self, body: int) -> int:
-        return int(self._engine.k.slots[read_body(self._engine, body)])
-
-    def _bodies_of(self, slots: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
-        numbers: npt.NDArray[np.int64] = self._engine.k.queue["number"][slots].astype(np.int64)
-        return numbers
-
-    def _with_kinds(self, event: Event | None) -> Event | None:
-        """Return an event with the kinds of its bodies, where the scene has kinds."""
-        if event is None or self.scene.kinds == (0,):
-            return event
-        return event._replace(kinds=tuple(self.kinds_of(event.bodies).tolist()))
-
-    def _planned(self) -> Mapping[int, int]:
-        engine = self._engine
-        return engine.agenda.first_of_each(engine.k, engine.clock)
-
-    @contextmanager
-    def _alone(self, what: str) -> Iterator[None]:
-        """Within this context nobody else changes the simulation; BusyError where somebody does already."""
-        if not self._lock.acquire(blocking=False):
-            raise BusyError(f"this simulation is running in another thread: it cannot {what} meanwhile")
-        try:
-            if self._engine.busy or (self._running and what in ("run", "step")):
-                raise BusyError(
-                    f"this simulation is running: it cannot {what} from its own recorder, progress or hooks"
-                )
-            if what in ("run", "step", "be restored"):
-                self._fault = None
-            yield
-        except _FAULTS as error:
-            if what in _RUNS:
-                self._fault = f"{type(error).__name__}: {error}"
-            raise
-        finally:
-            self._lock.release()
+        played = self._history.in_scene(self.scene, engine.clock)
+        end = (*divmod(engine.clock.total(engine.now), TICKS), engine.met_now)
+        return relabelled(played, settings=replace(played.settings, until=engine.time, end=end))
 
     # Reading out
 
@@ -332,7 +426,7 @@ class Simulation(TakesCommands, CanBeSaved, ReadsOut, Questions):
         return self._engine.ledger.contacts
 
     def contacts_since(self, count: int) -> npt.NDArray[np.void]:
-        """Return the contacts after the first ``count``: those that are new since there were so many.
+        """Returns the contacts after the first ``count``: those that are new since there were so many.
 
         Raises ValueError where no contacts are kept, or for a negative number.
         """
@@ -356,3 +450,440 @@ class Simulation(TakesCommands, CanBeSaved, ReadsOut, Questions):
             audits=self._engine.audits,
             fingerprint=self.fingerprint,
         )
+
+    @property
+    def rows(self) -> int:
+        """How many log rows there have been: those that a recorder got which was there from the start."""
+        return self._engine.ledger.rows
+
+    @property
+    def bodies(self) -> npt.NDArray[np.int32]:
+        """The numbers of the bodies that are there now, (n,), ascending: whose the rows of ``positions``
+        are."""
+        engine = self._engine
+        numbers: npt.NDArray[np.int32] = engine.k.queue.view(np.ndarray)["number"][engine.taken]
+        return numbers
+
+    def positions(self) -> npt.NDArray[np.float64]:
+        """Returns the positions now, (n, 2), in the order of ``bodies``."""
+        found: npt.NDArray[np.float64] = positions_now(self._engine.k, self._engine.taken)
+        return found
+
+    def velocities(self) -> npt.NDArray[np.float64]:
+        """Returns the velocities now, (n, 2), in the order of ``bodies``."""
+        bodies = self._engine.k.bodies.view(np.ndarray).take(self._engine.taken)
+        return np.column_stack([bodies["vx"], bodies["vy"]])
+
+    def radii(self) -> npt.NDArray[np.float64]:
+        """Returns the radii, (n,), in the order of ``bodies``."""
+        found: npt.NDArray[np.float64] = self._engine.k.bodies.view(np.ndarray)["radius"][self._engine.taken]
+        return found
+
+    @property
+    def kinds(self) -> npt.NDArray[Any]:
+        """The kinds of the bodies that are there now, (n,) names or whole numbers as objects, in the order of
+        ``bodies``."""
+        return self.kinds_of(self.bodies)
+
+    def kinds_of(self, bodies: npt.ArrayLike) -> npt.NDArray[Any]:
+        """Returns the kinds of bodies by their numbers, as an array of objects of the same shape.
+
+        They may be there, have gone, or be still to come by the scene. "wall" stands for a number below 0, as
+        column ``b`` of ``contacts`` has it. Raises IndexError for a number that no body has been given.
+        """
+        numbers = np.asarray(bodies)
+        if numbers.dtype.kind not in "iu" and numbers.size:
+            raise TypeError(f"bodies go by their numbers; found {shown(bodies)}")
+        numbers = np.where(numbers < 0, -1, numbers).astype(np.int64)
+        k, taken = self._engine.k, self._engine.taken
+        bodies, kinds = self.bodies, np.array([*self.scene.kinds, WALL], dtype=object)
+        at = np.searchsorted(bodies, numbers)
+        there = np.append(bodies, -2)[at] == numbers
+        which = np.full(numbers.shape, len(kinds) - 1)
+        which[there] = k.traits.view(np.ndarray)["kind"][taken[at[there]]] if len(k.rules) else 0
+        others = (numbers >= 0) & ~there
+        if others.any():
+            which[others] = self._kinds_by_number(numbers[others])
+        found: npt.NDArray[Any] = kinds[which]
+        return found
+
+    # The structure of the broad phase
+
+    @property
+    def built(self) -> bool:
+        """Whether the broad phase's structure stands: then reading it compiles and builds nothing."""
+        return self._engine.built
+
+    @property
+    def state(self) -> Any:
+        """The broad phase's state, a NamedTuple of arrays that can only be read: its structure now."""
+        self.build()
+        return read_only(self._engine.state)
+
+    @property
+    def tables(self) -> Kernel:
+        """The kernel's tables (``kinetile.kernel.tables``) now, to be read: bodies, certificates, queue."""
+        self.build()
+        return read_only(self._engine.k)
+
+    def candidate_pairs(self) -> npt.NDArray[np.int32]:
+        """Returns the candidate pairs now, (k, 2), a < b, sorted."""
+        self.build()
+        return candidates(self._engine.k, self.composition)
+
+    def near(self) -> npt.NDArray[np.int32]:
+        """Returns the near bodies of each body now: (a, b) wherever the broad phase names b as near a; (k,
+        2)."""
+        self.build()
+        return by_number(self._engine.k, named_near(self._engine.k, self.composition))
+
+    def drawing(self) -> tuple[Item, ...]:
+        """Returns what there is to see of the broad phase's structure now, in the vocabulary of
+        ``kinetile.plugin.drawing``; nothing where the phase draws nothing.
+
+        Bodies go by their numbers, and ``fails`` counts ticks since the start: ``divmod(fails, 2**52)`` is
+        (epoch, tick), as ``contacts`` and ``exact_time`` have them. It holds until the next event: what hangs
+        on bodies moves with them. Raises PhaseError where the phase's ``draw`` is wrong, and BusyError while
+        a chunk of a run is under way.
+        """
+        with self._alone("be drawn"):
+            self.build()
+            engine = self._engine
+            return drawn(engine.k, self.composition, engine.clock)
+
+    # Questions about the present moment
+    #
+    # Asking changes nothing, and the answers are the same under every broad phase: they follow from the
+    # flight plans at the present tick. Where a question has ``kinds``, one of the scene's or several, bodies
+    # of other kinds are left out as if they were not there.
+
+    def next_contact(self, a: int, b: int, *, scheduled: bool = False) -> NextContact | None:
+        """Returns when two bodies meet by their present flight plans; None where they do not.
+
+        Nobody else is asked, no wall and no third body: this is what happens if nobody interferes. The answer
+        is the row of ``contacts`` that it will be then, to the tick. A pair that has just met does not meet
+        again until one of the two has a new plan.
+
+        Args:
+            a: a body.
+            b: another.
+            scheduled: only if nobody is to interfere: by the present plans it is the first contact of either
+                body, walls included, and no command changes one of them before.
+
+        Raises ValueError where a and b are one body.
+        """
+        one, other = self._slot_of(a), self._slot_of(b)
+        if one == other:
+            raise ValueError(f"a contact is one of two bodies; found body {a} twice")
+        return self._named(
+            meetings.next_contact(
+                self._moment(), one, other, scheduled, self._planned() if scheduled else None
+            )
+        )
+
+    def next_contact_of(
+        self, body: int, *, scheduled: bool = False, kinds: Kind | Iterable[Kind] | None = None
+    ) -> NextContact | None:
+        """Returns the first contact of a body, with another one or a wall, by the present flight plans.
+
+        Of contacts at one tick the first is that which the run takes first. None where there is none.
+
+        Args:
+            body: whose.
+            scheduled: None as well where something comes between: an earlier contact of either body, of
+                whatever kind the other one is, or a command that changes the plan of one of them.
+            kinds: only with bodies of these kinds; "wall" is one of them here, for the walls.
+        """
+        slot = self._slot_of(body)
+        planned = self._planned() if scheduled else None
+        moment, among, walls = self._moment(), None, True
+        if kinds is not None:
+            known = (*moment.composition.prepared.kinds, WALL)
+            chosen = read_kinds(kinds, known, "kinds")
+            among, walls = _of_kinds(moment, chosen).slots, WALL in chosen
+        return self._named(meetings.next_contact_of(moment, slot, scheduled, planned, among, walls))
+
+    def cast(
+        self, disc: Numbers, velocity: Numbers, *, kinds: Kind | Iterable[Kind] | None = None
+    ) -> CastHit | None:
+        """Returns the body that a disc which starts here and now would meet first, and when, by the present
+        plans.
+
+        To the tick, as if the disc were a body that nobody has met before. None where it meets nobody; walls
+        are not asked. Contact is approach: a body that the disc touches or overlaps at the start is met at
+        once if they approach, and not at all if they part. Of several at one tick the first by number.
+
+        Args:
+            disc: (x, y, radius); a radius of 0 is a point.
+            velocity: (vx, vy).
+            kinds: only bodies of these kinds.
+
+        Raises ValueError for what is no disc, or no velocity.
+        """
+        centre, radius = read_disc(disc)
+        hit = meetings.cast(self._among(kinds), centre, radius, read_point(velocity, "a velocity"))
+        return None if hit is None else hit._replace(body=self._body_of(hit.body))
+
+    def bodies_in(
+        self, box: Numbers, *, whole: bool = False, kinds: Kind | Iterable[Kind] | None = None
+    ) -> Integers:
+        """Returns the bodies in a box now, (m,), ascending.
+
+        A body is a disc with its edge, about its place in ``positions()``; that, its radius and the box are
+        taken at their word, and compared without any rounding.
+
+        Args:
+            box: (left, bottom, right, top), edges included; a box may be a line or a point.
+            whole: only bodies that are in the box as a whole, touching it from within at most. Otherwise a
+                point in common is enough.
+            kinds: only bodies of these kinds.
+
+        Raises ValueError for what is no box, or one that is upside down.
+        """
+        return self._bodies_of(places.bodies_in(self._among(kinds), read_box(box), whole))
+
+    def bodies_near(
+        self,
+        point: Numbers,
+        *,
+        radius: float | None = None,
+        k: int | None = None,
+        kinds: Kind | Iterable[Kind] | None = None,
+    ) -> Integers:
+        """Returns the bodies near a point now, (m,), the nearest first and equally near ones by number.
+
+        A body's distance is that of its edge: to its place in ``positions()`` less its radius, below 0 where
+        the point is within. Distances are compared without any rounding.
+
+        Args:
+            point: (x, y).
+            radius: all that are not further than this.
+            k: not more than so many.
+            kinds: only bodies of these kinds.
+
+        Raises ValueError where neither is given, or for what is no point, no length or no number of bodies.
+        """
+        if radius is None and k is None:
+            raise ValueError("bodies_near needs to know how far or how many: radius=, k= or both")
+        centre = read_point(point, "a point")
+        length = None if radius is None else read_length(radius, "radius")
+        count = None if k is None else read_count(k, "k")
+        return self._bodies_of(places.bodies_near(self._among(kinds), centre, length, count))
+
+    def ray(
+        self,
+        origin: Numbers,
+        direction: Numbers,
+        *,
+        most: int | None = None,
+        kinds: Kind | Iterable[Kind] | None = None,
+    ) -> list[RayHit]:
+        """Returns the bodies that a ray meets now, the nearest first and equally near ones by number.
+
+        A body is a disc with its edge, about its place in ``positions()``: a ray that grazes it meets it, and
+        one that begins in it or at its edge meets it at once. Who is met, and in which order, is decided
+        without any rounding.
+
+        Args:
+            origin: (x, y), where the ray begins.
+            direction: (x, y), where it leads; its length does not matter.
+            most: not more hits than so many; the first alone is found soonest.
+            kinds: only bodies of these kinds.
+
+        Raises ValueError for what is no point, no direction or no number of bodies.
+        """
+        start, towards = read_point(origin, "an origin"), read_direction(direction)
+        count = None if most is None else read_count(most, "most")
+        hits = places.ray(self._among(kinds), start, towards, count)
+        return [hit._replace(body=self._body_of(hit.body)) for hit in hits]
+
+    # Saving
+
+    def snapshot(self) -> Snapshot:
+        """Returns everything that this simulation is now, to come back to with ``restore``.
+
+        Raises RecordError where a run has ended with a fault, BusyError while a chunk of a run is under way.
+        """
+        with self._alone("be saved"):
+            history = self._history.content
+            return take(self._engine, self.scene, history, self._audit, self._start_energy)
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Goes on from a snapshot of this simulation, or of another one of the same scene.
+
+        Under the same phases everything is as it was, to the last bit. Under another broad phase, or with
+        other options, the structure is built anew, and the contacts are the same.
+
+        Raises RecordError for a snapshot of another scene or of other narrow phases, Refused where the broad
+        phase cannot do this, BusyError while it runs; then nothing has changed.
+        """
+        with self._alone("be restored"):
+            if self._running:
+                raise BusyError("this simulation is running: it cannot be restored from its own progress")
+            self._go_on_from(snapshot)
+
+    def save(self, path: str | os.PathLike[str], note: Mapping[str, Any] | None = None) -> None:
+        """Writes a file of which ``kinetile.resume`` makes this simulation again, in any process.
+
+        The file appears under its name when all of it is on the disk; until then whatever is there under this
+        name stays as it is. ``note`` is anything that JSON can say; ``kinetile.run.saving.files.note`` reads
+        it back.
+
+        Raises RecordError where it cannot be written, where something else than a saved simulation is there,
+        and as ``snapshot``.
+        """
+        write_whole(path, self.snapshot(), note)
+
+    def __copy__(self) -> Any:
+        return self.__deepcopy__({})
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Any:
+        return simulation_of(self.snapshot())
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return simulation_of, (self.snapshot(),)
+
+    # Within
+
+    def _go_on_from(self, snapshot: Snapshot, anew: bool = False) -> None:
+        """Goes on from a snapshot, with a structure that is built ``anew`` or as it was; unchanged where that
+        is refused."""
+        put_back(self._engine, self.scene, snapshot, anew)
+        self._history = History.of(snapshot.history)
+        self._audit, self._start_energy = snapshot.audit, snapshot.start_energy
+
+    @contextmanager
+    def _alone(self, what: str) -> Iterator[None]:
+        """Within this context no other thread or callback changes the simulation; BusyError where one does
+        already."""
+        if not self._lock.acquire(blocking=False):
+            raise BusyError(f"this simulation is running in another thread: it cannot {what} meanwhile")
+        try:
+            if self._engine.busy or (self._running and what in ("run", "step")):
+                raise BusyError(
+                    f"this simulation is running: it cannot {what} from its own recorder, progress or hooks"
+                )
+            if what in ("run", "step", "be restored"):
+                self._fault = None
+            yield
+        except _FAULTS as error:
+            if what in _RUNS:
+                self._fault = f"{type(error).__name__}: {error}"
+            raise
+        finally:
+            self._lock.release()
+
+    def _obey(self, code: int, rows: Rows) -> None:
+        """Carries commands out, and adds them to the history."""
+        self._engine.carry_out(code, rows)
+        self._history.note(rows, self._engine.clock.base)
+
+    def _with_kinds(self, event: Event | None) -> Event | None:
+        """Returns an event with the kinds of its bodies, where the scene has kinds."""
+        if event is None or self.scene.kinds == (0,):
+            return event
+        return event._replace(kinds=tuple(self.kinds_of(event.bodies).tolist()))
+
+    def _kinds_by_number(self, numbers: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+        """Returns which of the scene's kinds bodies are of that need not be there now; IndexError for a
+        number that no body has been given."""
+        scene, came = self.scene, self._history.inserted
+        planned = [each for each in scene.commands if isinstance(each, Insert)]
+        which = np.full(max(len(self._engine.k.slots), self._engine.numbers), -1, dtype=np.int64)
+        which[: len(scene)] = scene.kind_numbers
+        which[[each.body for each in planned]] = [
+            0 if each.kind is None else scene.kinds.index(each.kind) for each in planned
+        ]
+        which[came[:, 0]] = came[:, 1]
+        odd = numbers[(numbers >= len(which)) | (which[np.minimum(numbers, len(which) - 1)] < 0)]
+        if len(odd):
+            raise IndexError(f"there is no body {odd[0]}: no body has been given that number")
+        return which[numbers]
+
+    def _moment(self) -> Moment:
+        engine = self._engine
+        return Moment(engine.k, engine.taken.astype(np.int64), engine.clock, self.composition)
+
+    def _among(self, kinds: Kind | Iterable[Kind] | None) -> Moment:
+        """Returns the present moment, with the bodies of these kinds alone; ValueError for what is none."""
+        moment = self._moment()
+        if kinds is None:
+            return moment
+        return _of_kinds(moment, read_kinds(kinds, moment.composition.prepared.kinds, "kinds"))
+
+    def _slot_of(self, body: int) -> int:
+        return int(self._engine.k.slots[read_body(self._engine, body)])
+
+    def _bodies_of(self, slots: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+        numbers: npt.NDArray[np.int64] = self._engine.k.queue["number"][slots].astype(np.int64)
+        return numbers
+
+    def _body_of(self, slot: int) -> int:
+        return int(self._bodies_of(np.array([slot]))[0])
+
+    def _named(self, found: NextContact | None) -> NextContact | None:
+        """Returns a contact of slots with the numbers of its bodies."""
+        if found is None:
+            return None
+        a = self._body_of(found.a)
+        b = found.b if found.b < 0 else self._body_of(found.b)
+        return found._replace(a=a, b=b) if b < 0 else found._replace(a=min(a, b), b=max(a, b))
+
+    def _planned(self) -> Mapping[int, int]:
+        engine = self._engine
+        return engine.agenda.first_of_each(engine.k, engine.clock)
+
+
+def _of_kinds(moment: Moment, kinds: Iterable[Kind]) -> Moment:
+    """Returns a moment with those of its bodies that are of these kinds."""
+    known = moment.composition.prepared.kinds
+    wanted = [number for number, kind in enumerate(known) if kind in kinds]
+    if not len(moment.k.rules):  # one kind for all
+        return moment if wanted else replace(moment, slots=moment.slots[:0])
+    return replace(moment, slots=moment.slots[np.isin(moment.k.traits.kind[moment.slots], wanted)])
+
+
+def resume(
+    path: str | os.PathLike[str],
+    broad_phase: str | None = None,
+    *,
+    options: Mapping[str, Any] | None = None,
+) -> Simulation:
+    """Returns the simulation that ``Simulation.save`` has written to a file.
+
+    Without ``broad_phase`` it goes on as if it had never stopped: to the same contacts, structural events and
+    readings, bit for bit. That asks for the same phases of the same version, on the same kinetile. With
+    ``broad_phase`` (and ``options`` for it) that phase goes on from the plans, the clock, the commands still
+    to come and the contacts so far; it builds its structure now, and has the same contacts.
+
+    Raises:
+        RecordError: the file cannot be read, is damaged, or is of another kinetile or another version of a
+            phase; the message says which, and what can be done.
+        UnknownName, BadOption: as ``Simulation``.
+        Refused: the broad phase cannot do this scene.
+    """
+    if broad_phase is None and options is not None:
+        raise BadOption(
+            "options are for a broad phase that goes on, and none is named: expected broad_phase="
+        )
+    name = os.fspath(path)
+    snapshot = unpack(read_whole(path), name)
+    with no_simulation(name):
+        return simulation_of(snapshot, broad_phase, options)
+
+
+def simulation_of(
+    snapshot: Snapshot, broad_phase: str | None = None, options: Mapping[str, Any] | None = None
+) -> Simulation:
+    """Returns a new simulation that goes on from a snapshot, under its own phases or another broad phase."""
+    phases = snapshot.phases
+    anew = broad_phase is not None
+    simulation = Simulation(
+        snapshot.scene,
+        broad_phase if anew else phases.broad_phase,
+        narrow_phases=phases.narrow_phases,
+        options=options if anew else phases.options,
+        keep_contacts=snapshot.parts.entries.contacts is not None,
+    )
+    simulation._go_on_from(snapshot, anew)
+    return simulation

@@ -11,7 +11,7 @@ import kinetile as kt
 from kinetile.errors import AuditError, UnawaitedContactError
 from kinetile.kernel.loop.calendar import move
 from kinetile.kernel.tables import GUESS, NEVER, NOBODY, PAIR, STRUCTURAL, Kernel
-from kinetile.run.engine import Engine
+from kinetile.run.engine.engine import Engine
 from kinetile.toolbox import BroadPhaseParts, Records, add_pair, hook, pairs_of, remove_pair
 
 PHASES = ["naive", "cells", "sap-1d", "sap-2d", "sweep-tiling"]

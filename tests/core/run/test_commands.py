@@ -9,9 +9,10 @@ from hypothesis import given, settings
 import kinetile as kt
 from kinetile.errors import BusyError, Refused
 from kinetile_accuracy import certify_log
-from kinetile_accuracy.answer.judgement import judged
-from kinetile_conformance.cases import Subject, difference, outcome
-from kinetile_conformance.strategies.living import living_scenes
+from kinetile_accuracy.specification.certify import explain_difference
+from kinetile_conformance.cases import Subject, outcome
+from kinetile_conformance.compare import difference
+from kinetile_conformance.strategies.commands import living_scenes
 
 PHASES = ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling")
 LIVING = PHASES[1:]
@@ -254,7 +255,7 @@ def test_exact_arithmetic_does_not_judge_what_it_does_not_follow():
     with pytest.raises(Refused, match="the certifier follows scenes whose bodies turn at most"):
         certify_log(sim.scene, sim.contacts)
     lists = {"one": sim.contacts, "other": sim.contacts[:0]}
-    assert judged(sim.scene, lists, 0) == ""
+    assert explain_difference(sim.scene, lists, 0) == ""
 
 
 @pytest.mark.parametrize("phase", LIVING)

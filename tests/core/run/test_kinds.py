@@ -9,8 +9,7 @@ import pytest
 
 import kinetile as kt
 from kinetile.errors import RecordError
-from kinetile.records.agreement import disagreement
-from kinetile.records.reading import read_with_scene
+from kinetile.records.reading import disagreement, read_with_scene
 
 
 def world(**more) -> kt.Scene:

@@ -157,7 +157,7 @@ def test_a_million_contacts_leave_energy_and_overlap_where_they_were():
 
 
 @pytest.mark.compiled
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_hundred_million_contacts_leave_energy_and_overlap_where_they_were():
     rows = drifts(kt.make_scene("grid", bodies=100, density=0.5, seed=1), 10**8, lambda *step: None)
     assert rows[-1].contacts == 10**8

@@ -1,12 +1,15 @@
-"""The Python side of the kernel: what has to be done between two chunks of the compiled loop.
+"""The engine: the Python side of the kernel, which works between two chunks of the compiled loop.
 
 It lays the tables out and fattens the bodies, makes room for more pairs and bodies, hands the loop its
-commands a span at a time, moves the clock's base, and takes over the log. Inside a chunk none of that costs
-anything.
+commands a span at a time, carries out commands by hand, moves the clock's base, and takes over the log.
+Inside a chunk none of that costs anything.
+
+It alone assigns its attributes. What computes tables or bounds for it returns them (``layout``, ``bounds``,
+``spans``), and what is saved of it is what ``parts`` gives and ``adopt`` takes.
 
 There is one way to change the structure from outside: build it anew at the present moment (``lay_out``).
-Whether pairs outgrow their table, a command brings in more energy than the skin allows for, bodies without
-walls fly far, or somebody comes for whom there is no slot (``renewal``): the same static construction that
+Pairs may outgrow their table, a command may bring in more energy than the skin allows for, bodies without
+walls may fly far, a body may come for which there is no slot: in each case the same static construction that
 began the run begins again. That cannot change an answer, only take time (docs/one-answer.md).
 """
 
@@ -14,16 +17,19 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
-from kinetile.errors import PhaseError, Refused
-from kinetile.kernel.clock import Clock
-from kinetile.kernel.compiled import INTERPRETED, NotCompiled, make_ready
-from kinetile.kernel.faults import JAMMED
+from kinetile.errors import PhaseError, Refused, ZenoError
+from kinetile.kernel.clock import SPAN, TICKS, Clock
+from kinetile.kernel.compiled import INTERPRETED, NotCompiled, compose, make_ready
 from kinetile.kernel.flight import positions_now
+from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED
 from kinetile.kernel.loop import (
     BLOCKED,
     BUDGET_SPENT,
@@ -33,52 +39,139 @@ from kinetile.kernel.loop import (
     FAULT,
     LOG_FULL,
     NO_ROOM,
+    TIME_REACHED,
 )
+from kinetile.kernel.loop.commands import LONG_AGO
+from kinetile.kernel.loop.responses import begin_at_start
 from kinetile.kernel.skin import Skin, too_thick
-from kinetile.kernel.tables import NOBODY, ROW, clear, pair_set, read_only, record_table
+from kinetile.kernel.tables import (
+    COMMAND,
+    JAMMED,
+    MET,
+    NOBODY,
+    OFFER,
+    ROW,
+    Kernel,
+    clear,
+    pair_set,
+    read_only,
+    record_table,
+)
 from kinetile.plugin.calling import calling, described, place_of
-from kinetile.plugin.discovery import sentence
+from kinetile.plugin.registry import sentence
 from kinetile.run.audit import check_all
-from kinetile.run.composition import Commands, Composition
-from kinetile.run.engine.commands.agenda import Agenda, Command, is_due, planned
-from kinetile.run.engine.commands.by_hand import UNLIMITED
-from kinetile.run.engine.dials import Tables
-from kinetile.run.engine.failures import blocked, failure
-from kinetile.run.engine.layout import set_limits, tables_of
-from kinetile.run.engine.ledger import Ledger
-from kinetile.run.engine.pace import first_shift, fit, steps
-from kinetile.run.engine.renewal import Renewed, carried_out, renewed
-from kinetile.run.engine.responding import begin, make_way, overlapping, quicken
+from kinetile.run.compose import Commands, Composition
+from kinetile.run.engine.agenda import Agenda, Command, Rows, due, planned, squares_of, to_the_front
+from kinetile.run.engine.bounds import MOST_FLOWN, Bounds, fastest, squares_of_bodies
+from kinetile.run.engine.failures import blocked, demand_room, failure
+from kinetile.run.engine.fields import Tables
+from kinetile.run.engine.layout import (
+    Renewed,
+    carried_out,
+    copied,
+    fill,
+    first_shift,
+    fit,
+    more_passings,
+    overlapping,
+    refilled,
+    renewed,
+    set_limits,
+    steps,
+    tables_of,
+)
+from kinetile.run.engine.ledger import Entries, Ledger
+from kinetile.run.engine.spans import (
+    FEWEST_SPANS,
+    MOST_BODIES,
+    MOST_SPANS,
+    count_from_next,
+    pass_spans,
+    quiet_spans,
+)
 from kinetile.run.interrupts import Unbroken
 from kinetile.scene import Insert, Scene
-from kinetile.scene.reach import flown, speed_bound
+from kinetile.scene.reach import flown
 
-__all__ = ["UNLIMITED", "Engine"]
+__all__ = ["UNLIMITED", "Engine", "Parts", "Watch"]
 
+UNLIMITED = 2**62
 CHUNK_SECONDS = 0.2
 FIRST_BUDGET = 1 << (8 if INTERPRETED else 12)
 
 
+LOGS = ("met", "log")
+"""Tables in which nothing is left between two chunks."""
+
+
+class Watch(NamedTuple):
+    """Contacts at which the loop stops: ``flags`` for each number of a body, ``pairs`` of numbers, and
+    whether it stops ``before`` the contact happens."""
+
+    flags: npt.NDArray[np.uint8]
+    pairs: Any
+    before: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Parts:
+    """All that an engine is between two chunks: ``Engine.parts`` gives it, ``Engine.adopt`` goes on from it.
+
+    What is not among it follows from the scene and the composition, or is of this process alone (whether the
+    loop is compiled, how long a chunk is).
+
+    Attributes:
+        composition: the phases; None where the parts come from another process.
+        tables: copies of the kernel's tables, but for the logs.
+        state: copies of the arrays of the broad phase's state.
+        base: that of the clock.
+        bounds: the bounds in force.
+        commands: which commands the loop is composed with.
+        later: the commands of later spans of the clock.
+        entries: what stands in the ledger.
+        numbers: how many numbers bodies have been given, or will be by the scene.
+        audits: times an audit found nothing.
+        asked: the time that was asked for, while the run stands there.
+        log_rows: how many rows the log has room for.
+        overlapping: the pairs that overlap at the start and have not begun to pass yet.
+        cpu_seconds: processor time spent in the loop.
+        compile_seconds: processor time spent compiling or loading it.
+    """
+
+    composition: Composition | None
+    tables: Mapping[str, npt.NDArray[Any]]
+    state: Mapping[str, npt.NDArray[Any]]
+    base: int
+    bounds: Bounds
+    commands: Commands
+    later: tuple[Command, ...]
+    entries: Entries
+    numbers: int
+    audits: int
+    asked: float | None
+    log_rows: int
+    overlapping: npt.NDArray[np.int64]
+    cpu_seconds: float
+    compile_seconds: float
+
+
 class Engine(Tables):
-    """Tables, clock, agenda and loop of one simulation.
+    """Tables, clock, agenda and loop of one simulation. Nobody but the engine assigns its attributes.
 
     Attributes:
         state: the broad phase's state.
         clock: conversions between time and ticks.
         ledger: what was logged.
-        skin: the skin in force.
-        speed: a speed that no body can exceed.
+        bounds: what no body exceeds, and the skin that follows from it.
         commands: which commands the loop is composed with.
         agenda: the commands that are still to come.
-        squares: at least the sum of mass * speed^2 over all bodies and all commands to come.
         numbers: how many numbers bodies have been given, or will be by the scene.
         loop: the composed loop.
         cpu_seconds: processor time spent in the loop.
         compile_seconds: processor time spent compiling or loading it.
         audits: times an audit found nothing.
-        asked: the time that was asked for, while the run stands there: ``time`` says it as it was said.
         busy: a chunk is under way, the taking over of its log included.
-        broken: what went wrong in a call that left the tables unfit to go on with; None: nothing.
+        broken: the error after which this engine cannot continue, or None.
     """
 
     def __init__(
@@ -94,43 +187,49 @@ class Engine(Tables):
         self.clock = Clock(scene.start, scene.time_unit)
         self.ledger = Ledger(self.clock, keep_contacts)
         self.agenda = Agenda(planned(scene, self.clock))
-        self.squares = math.inf
+        self.bounds = Bounds.at_start(scene)
         self.commands = max(commands, Commands.of(scene))
         self.loop = composition.loop(self.commands)
-        self.speed = speed_bound(scene)
         self.cpu_seconds = 0.0
         self.compile_seconds = 0.0
+        self.audits = 0
         self.busy = False
         self.broken: Exception | None = None
-        self.asked: float | None = None
+        self.walled = scene.arena is not None and composition.wall is not None
+        coming = [command.body for command in scene.commands if isinstance(command, Insert)]
+        self.numbers = max([len(scene) - 1, *coming]) + 1
+        self._asked: float | None = None
         self._ready = False
         self._budget = FIRST_BUDGET
-        self.extent = 0.0
-        self.audits = 0
-        self.walled = scene.arena is not None and composition.wall is not None
-        coming = [command for command in scene.commands if isinstance(command, Insert)]
-        self.smallest = min(
-            [*scene.radius.tolist(), *(command.radius for command in coming)], default=math.inf
-        )
-        self.lightest = min([*scene.mass.tolist(), *(command.mass for command in coming)], default=math.inf)
-        self.numbers = max([len(scene) - 1, *(command.body for command in coming)]) + 1
-        self.overlapping = overlapping(scene)
+        self._overlapping = overlapping(scene)
         self.k = self.agenda.load(tables_of(scene, composition, self.clock.unit), self.clock)
         self._long_log = self._no_log = self.k.log
-        self.number(self.numbers)
+        self._number(self.numbers)
         self.lay_out(self.speed)
 
     @property
     def time(self) -> float:
-        """The present time, in the scene's time."""
-        return self.asked if self.asked is not None else self.clock.time(self.now)
+        """The present time, in the scene's time: as it was asked for, while the run stands there."""
+        return self._asked if self._asked is not None else self.clock.time(self.now)
+
+    @property
+    def speed(self) -> float:
+        """A speed that no body exceeds."""
+        return self.bounds.speed
+
+    @property
+    def next_command(self) -> Command | None:
+        """The first command still to come, of the scene or by hand."""
+        return self.agenda.next(self.k, self.clock)
 
     @property
     def _phases(self) -> str:
         return ", ".join([self.composition.broad_phase, *self.composition.narrow_phases])
 
+    # Running
+
     def compile(self) -> None:
-        """Compile the loop, or load it from the disk cache, where that has not been done."""
+        """Compiles the loop, or loads it from the disk cache, where that has not been done."""
         if not self._ready:
             began = time.thread_time()
             try:
@@ -143,7 +242,7 @@ class Engine(Tables):
             self._ready = True
 
     def chunk(self, until: int, contacts: int, most: int = UNLIMITED, quota: int = UNLIMITED) -> int:
-        """Run one chunk of the loop, take over its log, and do what it asks for; return its reason.
+        """Runs one chunk of the loop, takes over its log, does what it stopped for, and returns the reason.
 
         ``contacts`` is how many there may have been in all, ``most`` how many events may run now, ``quota``
         how many contacts there may be at tick ``until``; a chunk takes a fraction of a second, whatever they
@@ -157,52 +256,27 @@ class Engine(Tables):
         with Unbroken():  # the loop, its log, the recorder: one step
             self.busy = True
             try:
-                return self._chunk(until, contacts, most, quota)
+                if not self._prepare_chunk():
+                    return BUDGET_SPENT
+                return self._respond(self._run_loop(until, contacts, most, quota))
             finally:
                 self.busy = False
 
-    def _demand_whole(self) -> None:
-        """Raise PhaseError where a call has left the tables unfit to go on with."""
-        if self.broken is not None:
-            raise PhaseError(f"this simulation cannot go on: {self.broken}") from self.broken
-
-    def demand_sound(self) -> None:
-        """Raise the fault after which no command can be taken; a jam is none, for a command may end it."""
-        self._demand_whole()
-        if self.dial.fault[0] not in (0, JAMMED):
-            raise failure(self.k, self.composition, self.clock.time(self.now))
-
-    @contextmanager
-    def unchanged_if_refused(self) -> Iterator[None]:
-        """Within this context Refused leaves the engine as it was. Costs a copy of all tables."""
-        tables = (*self.k, *self.state)
-        copies = [table.copy() for table in tables]
-        before, entries = dict(vars(self)), self.ledger.entries
-        try:
-            yield
-        except Refused:
-            vars(self).update(before)
-            self.ledger.entries = entries
-            for table, copy in zip(tables, copies, strict=True):
-                if table.flags.writeable:
-                    table[...] = copy
-            self._taken = None
-            raise
-
-    def has_slot(self, radius: float) -> bool:
-        """Whether a body of this radius can come without the phases being prepared anew."""
-        dial = self.dial
-        vacant = dial.vacant[0] >= 0 or dial.bodies[0] < len(self.k.bodies)
-        return bool(vacant and dial.least[0] <= radius <= dial.widest[0])
-
-    def _chunk(self, until: int, contacts: int, most: int, quota: int) -> int:
-        if self.dial.fault[0] == JAMMED and is_due(self.k, self.dial):
-            self.dial.fault[0] = 0  # what a command changes may end the jam
+    def _prepare_chunk(self) -> bool:
+        """Prepares the tables for a chunk; returns whether the loop is to run now. It is not where passings
+        of the start have begun: their rows are taken over first."""
+        if self.fields.fault[0] == JAMMED and due(self.k, self.fields, self.met_now):
+            self.fields.fault[0] = 0  # what a command changes may end the jam
         self._record(self.ledger.reads)
-        if len(self.overlapping):
-            begin(self)
-            self._take_over(self.now)
-            return BUDGET_SPENT
+        if not len(self._overlapping):
+            return True
+        self._begin_passings()
+        self._take_over(self.now)
+        return False
+
+    def _run_loop(self, until: int, contacts: int, most: int, quota: int) -> int:
+        """Runs the loop for a budget of events, and returns its reason. The budget is doubled or halved so
+        that a chunk takes about ``CHUNK_SECONDS``."""
         began = time.thread_time()
         budget, before, heads = min(self._budget, most), self.now, steps(self.count)
         try:
@@ -217,84 +291,106 @@ class Engine(Tables):
         took = time.thread_time() - began
         self.cpu_seconds += took
         self._take_over(before)
-        fit(self.k, self.dial, before, steps(self.count) - heads)
+        fit(self.k, self.fields, before, steps(self.count) - heads)
         if reason == BUDGET_SPENT and budget == self._budget and took < CHUNK_SECONDS / 2:
             self._budget *= 2
         elif took > 2 * CHUNK_SECONDS:
             self._budget = max(self._budget // 2, FIRST_BUDGET)
+        return reason
+
+    def _respond(self, reason: int) -> int:
+        """Does what the loop has stopped for, where that is for Python to do; returns the reason for a
+        caller.
+
+        For a caller a chunk that only made room has spent its budget (BUDGET_SPENT), or has made room for a
+        command that is still to be carried out (COMMAND_DUE).
+        """
         if reason == FAULT:
             raise failure(self.k, self.composition, self.clock.time(self.now))
+        if reason == BLOCKED:
+            command = self.k.commands.view(np.ndarray)[self.fields.command[0]]
+            raise blocked(self.k, self.clock, command, int(self.fields.fault_b[0]))
         if reason == NO_ROOM:
-            self._grow()
+            self._grow_pairs()
         elif reason == FASTER:
-            quicken(self)
+            self._widen_skin()
         elif reason == CROWDED:
-            make_way(self)
-        elif reason == COMMAND_DUE and not self._make_room():
-            reason = BUDGET_SPENT
-        elif reason == BLOCKED:
-            command = self.k.commands.view(np.ndarray)[self.dial.command[0]]
-            raise blocked(self.k, self.clock, command, int(self.dial.fault_b[0]))
-        if reason in (COMMAND_DUE, CROWDED):
-            return COMMAND_DUE  # room has been made, and nothing done yet
+            self._grow_passings()
+            return COMMAND_DUE
+        elif reason == COMMAND_DUE:
+            return COMMAND_DUE if self._make_slot() else BUDGET_SPENT
         return BUDGET_SPENT if reason in (NO_ROOM, LOG_FULL, FASTER) else reason
 
+    def _demand_whole(self) -> None:
+        """Raises PhaseError where a call has left the tables unfit to go on with."""
+        if self.broken is not None:
+            raise PhaseError(f"this simulation cannot go on: {self.broken}") from self.broken
+
     def _take_over(self, before: int) -> None:
-        """Take over the log of a chunk that began at a tick."""
+        """Takes over the log of a chunk that began at a tick."""
         if self.now != before:
-            self.asked = None
-        self.ledger.take(self.k, self.dial, self.count.logged[0])
+            self._asked = None
+        self.ledger.take(self.k, self.fields, self.count.logged[0])
 
     def _record(self, wanted: bool) -> None:
-        """Let the loop write long rows where somebody reads them, and only there."""
+        """Gives the loop a log for long rows where somebody reads them, and only there."""
         if wanted != bool(len(self.k.log)):
             if wanted and not len(self._long_log):
                 self._long_log = record_table(ROW, len(self.k.met))
             self.k = self.k._replace(log=self._long_log if wanted else self._no_log)
 
+    def arrive(self, until: float | None) -> None:
+        """Stands at the end of a run: ``time`` is now what was asked for, until the next event."""
+        self._asked = until
+
+    def watch(self, stop: Watch | None) -> None:
+        """Sets the contacts at which the loop stops; None: none."""
+        if stop is None:
+            self.k = self.k._replace(watch=np.zeros(0, dtype=np.uint8), watched=record_table(OFFER, 0))
+        else:
+            self.k = self.k._replace(watch=stop.flags, watched=stop.pairs)
+            self.k.clock[0].before = stop.before
+
     def audit(self) -> None:
-        """Check everything that must hold between two events.
+        """Checks everything that must hold between two events.
 
         Raises:
             AuditError: the first thing that does not hold; an UnawaitedContactError where it would make a
                 contact be missed.
         """
         self.build()
-        check_all(self.k, self.composition, self.skin.delta, self.clock.time(self.now), self.events)
+        skin = self.bounds.skin.delta
+        check_all(self.k, self.composition, skin, self.clock.time(self.now), self.events)
         self.audits += 1
 
-    @property
-    def next_command(self) -> Command | None:
-        """The first command still to come, of the scene or by hand."""
-        return self.agenda.next(self.k, self.clock)
+    # The structure
 
     @property
     def built(self) -> bool:
         """Whether structure and calendar stand, with all pairs that were asked for."""
-        dial = self.dial
-        return bool(dial.built[0] and dial.filed[0] and not dial.wanted[0])
+        fields = self.fields
+        return bool(fields.built[0] and fields.filed[0] and not fields.wanted[0])
 
     def build(self) -> None:
-        """Build the structure, if that is still to be done, and run no event."""
+        """Builds the structure, if that is still to be done, and runs no event."""
         while not self.built:
             self.chunk(self.now - 1, UNLIMITED)
 
     def lay_out(self, speed: float) -> None:
-        """Fatten the bodies for this speed, put the structure in order as of now; the loop builds it next.
+        """Fattens the bodies for this speed and arranges the structure as of now; the loop builds it next.
 
         Raises Refused, with nothing changed, where the broad phase cannot bear the skin.
         """
         if self.k.clock[0].present != self.k.clock[0].bodies:  # some slots are empty
-            self.speed = speed
+            self.bounds = self.bounds._replace(speed=speed)
             self.renew()
             return
         k = self.k
         clock = k.clock[0]
-        self.extent, self.skin = self.skin_for(speed)
-        self.speed = speed
-        set_limits(k, self.skin, self.extent, speed, self.composition.prepared)
+        self.bounds = self.bounds_for(speed)
+        set_limits(k, self.bounds, self.composition.prepared)
         if clock.shift == 0:
-            clock.shift = first_shift(k, self.extent)
+            clock.shift = first_shift(k, self.bounds.extent)
         clear(k)
         if len(k.bodies):  # where there was nobody, the base has moved on alone
             clock.epoch = self.clock.base
@@ -308,52 +404,93 @@ class Engine(Tables):
                 self.broken = error
                 raise
 
-    def skin_for(self, speed: float) -> tuple[float, Skin]:
-        """Return the scene's extent and the skin for this speed; Refused where the phase cannot bear it."""
-        far = self.reach_of_flight(speed, 4) if len(self.k.bodies) else 0.0
-        extent = max(self.scene.arena or (0.0,)) if self.walled else max(self.extent, far)
+    def bounds_for(self, speed: float) -> Bounds:
+        """Returns the bounds with this speed, and the extent and skin that follow; Refused where the broad
+        phase cannot bear the skin."""
+        far = self._reach_of_flight(speed, 4) if len(self.k.bodies) else 0.0
+        extent = max(self.scene.arena or (0.0,)) if self.walled else max(self.bounds.extent, far)
         skin = Skin.of(len(self.k.bodies), extent, speed, float(self.k.clock[0].tick))
         limit = self.composition.broad.skin_limit
         if limit is not None and skin.delta > limit:
             raise Refused(too_thick(self.composition.broad_phase, skin.delta, limit))
-        return extent, skin
+        return self.bounds._replace(speed=speed, extent=extent, skin=skin)
 
-    def reach_of_flight(self, speed: float, spans: int) -> float:
+    def _reach_of_flight(self, speed: float, spans: int) -> float:
         """How far from the origin a body can come at this speed within so many spans."""
         return float(np.abs(positions_now(self.k)).max(initial=0.0)) + flown(speed, self.clock.unit, spans)
 
-    def _grow(self) -> None:
-        """Make room for more candidate pairs, and build anew."""
-        self.skin_for(self.speed)  # what is refused is refused before the tables change
+    def _grow_pairs(self) -> None:
+        """Makes room for more candidate pairs, and builds the structure anew."""
+        self.bounds_for(self.speed)  # what is refused is refused before the tables change
         clock = self.k.clock[0]
         room = max(2 * len(self.k.pairs), int(1.25 * (int(clock.pairs) + int(clock.wanted))))
         self.k = pair_set(self.k, room)
         self.lay_out(self.speed)
 
-    def renew(self) -> None:
-        """Prepare the phases for who is there, and lay the tables out for them."""
-        self._adopt(renewed(self.k, self.scene, self.composition))
+    def _widen_skin(self) -> None:
+        """Lays the tables out for bodies that a response has made faster than they were thought to become.
 
-    def _adopt(self, new: Renewed) -> None:
-        """Go on with other phases and tables, and lay them out."""
+        Raises PhaseError where the response left a velocity that cannot be flown, Refused where the broad
+        phase cannot bear the skin.
+        """
+        k = self.k
+        there = np.flatnonzero(k.queue.number >= 0)
+        speed = np.hypot(k.bodies.vx[there], k.bodies.vy[there])
+        most = float(speed.max(initial=0.0))
+        if not most * float(k.clock[0].tick) <= MOST_FLOWN * self.bounds.smallest:
+            body = int(k.queue.number[there[int(np.argmax(np.where(np.isnan(speed), math.inf, speed)))]])
+            raise PhaseError(
+                f"at time {self.time!r} a response left body {body} with a speed of {most:.3g}, at which it "
+                "would fly too far in one tick of this scene's clock: give the scene a smaller unit"
+            )
+        self.lay_out(2.0 * max(most, self.speed))
+
+    def _begin_passings(self) -> None:
+        """Begins the passings of pairs that overlap at the start, as many as the log has room for."""
+        k, pair = self.k, self.composition.pair
+        rows = min(len(k.met), len(k.log) or len(k.met))
+        now, self._overlapping = self._overlapping[:rows], self._overlapping[rows:]
+        if pair is None:
+            return
+        self.k = more_passings(k, int(k.clock[0].passings) + len(now) + len(k.bodies))
+        compose(begin_at_start, {"part": pair.part}, f"begin_{self.composition.label}", Kernel)(self.k, now)
+        self.k.clock[0].stopped = 0  # what holds from the start is no event
+
+    def _grow_passings(self) -> None:
+        """Makes room for more pairs that pass through each other."""
+        passings = int(self.k.clock[0].passings)
+        self.k = more_passings(self.k, 2 * passings + len(self.k.bodies) + 64)
+
+    # Phases prepared anew
+
+    def renew(self) -> None:
+        """Prepares the phases for the bodies that are there, and lays the tables out for them."""
+        self._go_on_with(renewed(self.k, self.scene, self.composition))
+
+    def _go_on_with(self, new: Renewed) -> None:
+        """Goes on with other phases and tables, and lays them out."""
         self.composition, self.k, self.state = new.composition, new.k, new.composition.broad.state
-        loop = new.composition.loop(self.commands)
-        self._ready = self._ready and loop is self.loop
-        self.loop = loop
+        self._take_loop(self.commands)
         self.lay_out(self.speed)
 
-    def _make_room(self) -> bool:
-        """A body comes or goes now, and the phases are prepared for that anew; return whether the command is
-        still to be carried out."""
+    def _take_loop(self, commands: Commands) -> None:
+        """Takes the loop of the present phases with such commands in it."""
+        loop = self.composition.loop(commands)
+        self._ready = self._ready and loop is self.loop
+        self.commands, self.loop = commands, loop
+
+    def _make_slot(self) -> bool:
+        """Prepares the phases anew for a body that comes or goes now; returns whether the command is still to
+        be carried out."""
         k, composition = self.k, self.composition
         if composition.living:
-            self._adopt(renewed(k, self.scene, composition, k.commands[int(k.clock[0].command)]))
+            self._go_on_with(renewed(k, self.scene, composition, k.commands[int(k.clock[0].command)]))
         else:
-            self._adopt(carried_out(k, self.scene, composition))
+            self._go_on_with(carried_out(k, self.scene, composition))
         return composition.living
 
-    def number(self, numbers: int) -> None:
-        """Make room for so many numbers of bodies in the table of their slots."""
+    def _number(self, numbers: int) -> None:
+        """Makes room for so many numbers of bodies in the table of their slots."""
         if numbers > len(self.k.slots):
             more = np.full(numbers + len(self.k.slots) + 64, NOBODY, dtype=np.int32)
             more[: len(self.k.slots)] = self.k.slots
@@ -363,11 +500,219 @@ class Engine(Tables):
                 watch[: len(self.k.watch)] = self.k.watch
                 self.k = self.k._replace(watch=watch)
 
-    def allow(self, commands: Commands) -> None:
-        """Compose the loop with such commands in it, where it was composed without."""
+    def _allow(self, commands: Commands) -> None:
+        """Composes the loop with such commands in it, where it was composed without."""
         if commands > self.commands:
-            self.commands = commands
-            self.loop = self.composition.loop(commands)
-            self._ready = False
+            self._take_loop(commands)
             if commands == Commands.ALL and self.composition.living:
-                self._adopt(renewed(self.k, self.scene, self.composition, roomy=True))
+                self._go_on_with(renewed(self.k, self.scene, self.composition, roomy=True))
+
+    # Commands by hand
+    #
+    # They are carried out at once, at the tick where the run stands: after the structural events of that tick
+    # and after the contacts that have happened at it. Contacts that are still pending at it stay pending: a
+    # command may be given to avert one of them. A game may issue sixty commands a frame, so the cost of one
+    # must not depend on the number of bodies more than it has to: ``bounds.squares`` bounds the energy from
+    # above, and only when it would exceed the speed in force is the energy summed up anew.
+
+    def command_rows(self, code: int, many: int = 1) -> Rows:
+        """Returns so many commands of the present tick, after the contacts that it has had; what they do to
+        whom is to be filled in."""
+        rows = np.zeros(many, COMMAND)
+        rows["code"] = code
+        rows["tick"] = self.now
+        rows["after"] = self.met_now
+        return rows
+
+    def carry_out(self, code: int, rows: Rows) -> None:
+        """Carries out commands of one code, of the present tick, now. No contact happens meanwhile.
+
+        Raises Refused, with nothing changed, where the broad phase cannot bear the skin that they ask for, or
+        where there is no room for a body that is to come.
+        """
+        self._demand_sound()
+        if not len(rows):
+            return
+        inserts = code == INSERTED
+        wanted = Commands.TURNS if code == TURNED else Commands.ALL
+        bounds, needed = self._bounds_with(rows, inserts)
+        faster = needed > self.speed
+        if faster:
+            self.bounds_for(2.0 * needed)  # refused here, if at all: nothing has changed yet
+        others_first = due(self.k, self.fields, self.met_now) > 0  # of the scene, which stopped before them
+        if inserts and not others_first:
+            demand_room(self.k, self.composition, self.walled, self.clock, rows)
+        # From here on a command is refused only where tables are laid out anew, or other commands come first:
+        # these are worth a copy of the tables, to go back to.
+        plain = not faster and not others_first and self._has_place_for(code, rows, wanted)
+        with Unbroken(), nullcontext() if plain else self.unchanged_if(Refused):
+            self._allow(wanted)
+            self.compile()
+            self.bounds = self.bounds._replace(
+                lightest=bounds.lightest, smallest=bounds.smallest, squares=bounds.squares
+            )
+            if faster:
+                self.lay_out(2.0 * needed)
+            if inserts:
+                self._number(self.numbers + 1)
+            self.k = to_the_front(self.k, self.fields, rows)
+            with self.ledger.put_aside():
+                self._run_commands()
+            if inserts:
+                self.numbers += 1
+            if code == REMOVED:
+                self.agenda.cancel(self.k, self.fields, int(rows["body"][0]))
+
+    def _bounds_with(self, rows: Rows, inserts: bool) -> tuple[Bounds, float]:
+        """Returns the bounds with what commands bring in, and the speed that a body may have then."""
+        bounds = self.bounds.including(rows) if inserts else self.bounds
+        gained, squares = squares_of(rows), bounds.squares
+        if not fastest(squares + gained, bounds.lightest) <= bounds.speed:
+            squares = squares_of_bodies(self.k) + self.agenda.squares(self.k)
+        return bounds._replace(squares=squares + gained), fastest(squares + gained, bounds.lightest)
+
+    def _run_commands(self) -> None:
+        """Runs what comes before the next contact at the present tick."""
+        quota = self.met_now
+        while True:
+            try:
+                if self.chunk(self.now, UNLIMITED, quota=quota) == TIME_REACHED:
+                    return
+            except ZenoError:  # passings begin and end by a command, and may fill a window of contacts
+                if not due(self.k, self.fields, self.met_now):
+                    return  # all is carried out; the next run reports the jam
+
+    def _demand_sound(self) -> None:
+        """Raises the fault after which no command can be taken; a jam is none, for a command may end it."""
+        self._demand_whole()
+        if self.fields.fault[0] not in (0, JAMMED):
+            raise failure(self.k, self.composition, self.clock.time(self.now))
+
+    def _has_place_for(self, code: int, rows: Rows, wanted: Commands) -> bool:
+        """Whether commands can be carried out without the phases being prepared anew: by a loop that has them
+        in it, a phase that takes bodies in and lets them go, and, for one that comes, in a slot. That is
+        ``has_vacancy`` of the kernel, read without a call into compiled code."""
+        if self.commands < wanted or (code != TURNED and not self.composition.living):
+            return False
+        if code != INSERTED:
+            return True
+        fields, radius = self.fields, float(rows["radius"][0])
+        vacant = fields.vacant[0] >= 0 or fields.bodies[0] < len(self.k.bodies)
+        return bool(vacant and fields.least[0] <= radius <= fields.widest[0])
+
+    # Spans of the clock
+
+    def move_base(self, end: int | None) -> None:
+        """Moves the clock's base on by a span and anchor anew what has flown for two: so under every phase.
+
+        Where there is no body it moves on at once to the span of ``end``, in ticks since the start.
+        """
+        if not len(self.k.bodies) and end is not None and self.next_command is None:
+            self.clock.base += max(self.clock.relative(end) // SPAN, 1) * (SPAN // TICKS)
+            self.k.clock[0].now = -1  # its epoch, which may be beyond 64 bits, is asked for by no contact
+            return
+        leaves = not self.walled and len(self.k.bodies) > 0
+        if leaves and self._reach_of_flight(self.speed, 2) > self.bounds.extent:
+            self.lay_out(self.speed)
+        k = self.k
+        count_from_next(k, self.composition.broad.ticks)
+        self.clock.base += SPAN // TICKS
+        if len(k.bodies):
+            k.clock[0].epoch = self.clock.base
+        old = k.queue.number[k.bodies.anchor < -SPAN]
+        if len(old):
+            self._allow(Commands.TURNS)
+            begin = self.clock.base * TICKS
+            self.agenda.put(*(Command(begin, body, REANCHORED) for body in np.sort(old).tolist()))
+        self.k = self.agenda.load(self.k, self.clock)
+
+    def skip(self, end: int | None, most: int) -> int:
+        """Skips spans in one step, ``most`` at most, in which nothing happens up to ``end`` (in
+        ticks since the start); returns how many. The simulation stands at the end of a span before and after
+        it.
+
+        Where rows are recorded nothing is skipped: anchors are rows.
+        """
+        clock = self.k.clock[0]
+        if self.ledger.reads or not 0 < len(self.taken) <= MOST_BODIES or clock.passings:
+            return 0
+        for ticks in (end, None if self.next_command is None else self.next_command.ticks):
+            if ticks is not None:
+                most = min(most, self.clock.relative(ticks) // SPAN - 1)
+        arena = self.scene.arena if self.walled else None
+        spans = quiet_spans(self.k, self.taken, arena, min(most, MOST_SPANS))
+        if spans < FEWEST_SPANS:
+            return 0
+        try:
+            with self.unchanged_if(Refused):
+                self.clock.base += spans * (SPAN // TICKS)
+                compose(pass_spans, {}, "pass_spans", Kernel)(self.k, spans)
+                self.k.traits.touched[:] = LONG_AGO
+                for name in ("stop_tick", "met_tick", "window_tick"):
+                    clock[name] = LONG_AGO
+                self.lay_out(self.speed)
+        except Refused:  # in an open plane, by a skin for bodies that are far away: the next spans will tell
+            return 0
+        return spans
+
+    # What it is, to come back to
+
+    def parts(self) -> Parts:
+        """Returns all that this engine is, as copies; it stands between two chunks."""
+        return Parts(
+            composition=self.composition,
+            tables={name: copied(table) for name, table in _named(self.k) if name not in LOGS},
+            state={name: copied(array) for name, array in _named(self.state)},
+            base=self.clock.base,
+            bounds=self.bounds,
+            commands=self.commands,
+            later=self.agenda.later,
+            entries=self.ledger.entries,
+            numbers=self.numbers,
+            audits=self.audits,
+            asked=self._asked,
+            log_rows=len(self.k.met),
+            overlapping=self._overlapping,
+            cpu_seconds=self.cpu_seconds,
+            compile_seconds=self.compile_seconds,
+        )
+
+    def adopt(self, parts: Parts, composition: Composition | None) -> None:
+        """Goes on from the parts of an engine of this scene, to the same bits, under the phases that it had,
+        prepared as they were.
+
+        Without a composition the present phases stay, and have to be prepared for the bodies that are there
+        (``renew``).
+        """
+        if composition is not None:
+            self.composition, self.state = composition, composition.broad.state
+            for name, array in _named(self.state):
+                fill(array, parts.state[name])
+        rows = self.k.met if len(self.k.met) == parts.log_rows else record_table(MET, parts.log_rows)
+        self._long_log = self._no_log
+        self.k = refilled(self.k, parts.tables)._replace(met=rows, log=self._no_log)
+        self._taken = None
+        self.clock.base = parts.base
+        self.bounds = parts.bounds
+        self.agenda = Agenda(parts.later)
+        self.ledger.entries = parts.entries
+        self.numbers, self.audits = parts.numbers, parts.audits
+        self._asked, self._overlapping = parts.asked, parts.overlapping
+        self.cpu_seconds, self.compile_seconds = parts.cpu_seconds, parts.compile_seconds
+        self.broken = None
+        self._take_loop(parts.commands)
+
+    @contextmanager
+    def unchanged_if(self, errors: type[BaseException]) -> Iterator[None]:
+        """Within this context such an error leaves the engine as it was. Costs a copy of all tables."""
+        parts = self.parts()
+        try:
+            yield
+        except errors:
+            self.adopt(parts, parts.composition)
+            raise
+
+
+def _named(tables: Any) -> Iterator[tuple[str, npt.NDArray[Any]]]:
+    """Yields the arrays of a NamedTuple, each with its name."""
+    return zip(tables._fields, map(np.asarray, tables), strict=True)

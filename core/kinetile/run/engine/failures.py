@@ -1,4 +1,9 @@
-"""From a fault of the compiled loop to a typed error with a sentence."""
+"""Errors for what stops the compiled loop: each a type, a time, bodies, and the phase that has to answer for
+it.
+
+The loop leaves a number and two slots. A user needs the name of the plugin, the numbers of the bodies, and
+what would be right.
+"""
 
 from __future__ import annotations
 
@@ -16,8 +21,10 @@ from kinetile.errors import (
     ZenoError,
 )
 from kinetile.kernel.clock import Clock
-from kinetile.kernel.compiled import compose, to_be_filled_in
-from kinetile.kernel.faults import (
+from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
+from kinetile.kernel.log import WALLS
+from kinetile.kernel.loop.commands import FREE, blocked_by
+from kinetile.kernel.tables import (
     BAD_CERTIFICATE,
     BAD_COUNT,
     BAD_PAIR,
@@ -25,80 +32,86 @@ from kinetile.kernel.faults import (
     LATE_CONTACT,
     MY_FAULT,
     NOT_FINITE,
+    SPARE,
     STALLED,
     TOO_DEEP,
     UNKNOWN_PAIR,
+    Kernel,
+    Records,
 )
-from kinetile.kernel.log import WALLS
-from kinetile.kernel.tables import SPARE, Kernel
 from kinetile.plugin.calling import described
-from kinetile.run.composition import Composition
+from kinetile.run.compose import Composition
+from kinetile.run.engine.agenda import Rows
 
-__all__ = ["blocked", "failure"]
+__all__ = ["blocked", "demand_room", "failure"]
 
 _OF_SLOTS = (LATE_CONTACT, TOO_DEEP, JAMMED, STALLED, NOT_FINITE)
 """Faults of bodies that are there, which the loop reports by their slots; users know them by numbers."""
 
 
 def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
-    """Return the error for the fault that the loop has left in the tables at a time."""
+    """Returns the error for the fault that the loop has left in the tables at a time."""
     clock = k.clock[0]
-    fault, a, b = int(clock.fault), int(clock.fault_a), int(clock.fault_b)
+    fault, slots = int(clock.fault), (int(clock.fault_a), int(clock.fault_b))
+    a, b = slots
     if fault in _OF_SLOTS:
-        a, b = (int(k.queue[slot].number) if slot >= 0 else slot for slot in (a, b))
+        a, b = (int(k.queue[slot].number) if slot >= 0 else slot for slot in slots)
     bodies = tuple(body for body in (a, b) if body >= 0)
     who = (
         f"bodies {a} and {b}" if b >= 0 else f"body {a}" + (f" and the {WALLS[b]} wall" if b in WALLS else "")
     )
-    phase = described("broad phase", composition.broad_phase)
-    narrow = " and ".join(described("narrow phase", name) for name in composition.narrow_phases)
-    if fault == JAMMED:
-        said = (
-            f"at time {time!r} the bodies are jammed: {int(clock.window_size)} contacts took next to no "
-            f"time, the last of them between {who}; nothing can move on from here"
-        )
-        return ZenoError(said, time=time, bodies=bodies)
-    if fault == TOO_DEEP and b >= 0 and _pass_through(k, composition, int(clock.fault_a), int(clock.fault_b)):
+    at, phase = f"at time {time!r}", described("broad phase", composition.broad_phase)
+    if fault == TOO_DEEP and b >= 0 and _pass_through(k, composition, *slots):
+        narrow = _narrow_phases(composition)
         return PhaseError(
-            f"at time {time!r} {who} overlap more than rounding explains, and no contact of theirs has been "
+            f"{at} {who} overlap more than rounding explains, and no contact of theirs has been "
             f"missed: {narrow} lets them go on towards each other at a contact, so that bodies pass through "
             "each other; a collide has to part them (without a narrow phase for pairs all bodies pass)"
         )
-    if fault == TOO_DEEP and b < 0:
+    if fault in (TOO_DEEP, LATE_CONTACT):
+        return MissedContactError(f"{at} {_missed(composition, fault, b, who)}", time=time, bodies=bodies)
+    if fault == JAMMED:
         said = (
-            f"at time {time!r} {who} overlap more than rounding explains: {narrow} has missed their contact"
+            f"{at} the bodies are jammed: {int(clock.window_size)} contacts took next to no "
+            f"time, the last of them between {who}; nothing can move on from here"
         )
-        return MissedContactError(said, time=time, bodies=bodies)
-    if fault == TOO_DEEP:
-        said = f"at time {time!r} {who} overlap more than rounding explains: {phase} has missed their contact"
-        return MissedContactError(said, time=time, bodies=bodies)
-    if fault == LATE_CONTACT:
-        late = f"{phase} reported the pair too late" if b >= 0 else f"{narrow} foresaw it too late"
-        said = f"at time {time!r} a contact of {who} came up that lies in the past: {late}"
-        return MissedContactError(said, time=time, bodies=bodies)
+        return ZenoError(said, time=time, bodies=bodies)
     if fault == NOT_FINITE:
-        return PhaseError(
-            f"at time {time!r} a contact of {who} left a place or velocity that is not a finite number"
-        )
+        return PhaseError(f"{at} a contact of {who} left a place or velocity that is not a finite number")
     if fault == STALLED:
         return StalledError(
-            f"at time {time!r} {phase} does not get on: its certificates, the last of them that of body {a}, "
+            f"{at} {phase} does not get on: its certificates, the last of them that of body {a}, "
             "fail again and again at the same moment"
         )
     if fault >= MY_FAULT:
-        return PhaseError(f"at time {time!r} {phase} {_its_own(composition, fault - MY_FAULT, a, b)}")
+        return PhaseError(f"{at} {phase} {_its_own(composition, fault - MY_FAULT, a, b)}")
     broken = {
         BAD_CERTIFICATE: f"scheduled the certificate of body {a}, which is no body of the scene",
         BAD_COUNT: f"said that {b} bodies are near body {a}, and there is room for {len(k.near) - SPARE}",
         BAD_PAIR: f"reported the pair ({a}, {b}), which is not two bodies of the scene",
         UNKNOWN_PAIR: f"removed the pair ({a}, {b}), which was not in its pair set",
     }
-    return PhaseError(f"at time {time!r} {phase} {broken.get(fault, f'left fault {fault} ({a}, {b})')}")
+    return PhaseError(f"{at} {phase} {broken.get(fault, f'left fault {fault} ({a}, {b})')}")
+
+
+def _missed(composition: Composition, fault: int, other: int, who: str) -> str:
+    """Returns what is wrong with a contact that came too late or not at all, and which phase has to answer
+    for it: for who is near whom the broad phase, for walls and for times the narrow ones."""
+    phase, narrow = described("broad phase", composition.broad_phase), _narrow_phases(composition)
+    if fault == LATE_CONTACT:
+        late = f"{phase} reported the pair too late" if other >= 0 else f"{narrow} foresaw it too late"
+        return f"a contact of {who} came up that lies in the past: {late}"
+    missed = phase if other >= 0 else narrow
+    return f"{who} overlap more than rounding explains: {missed} has missed their contact"
+
+
+def _narrow_phases(composition: Composition) -> str:
+    return " and ".join(described("narrow phase", name) for name in composition.narrow_phases)
 
 
 def blocked(k: Kernel, clock: Clock, command: Any, who: int) -> Refused:
-    """Return the error for a body that is to come by a command and has no room: by whom, the slot of a body
-    or a wall, and how deep."""
+    """Returns the error for a body that a command inserts where there is no room: which body or wall it would
+    reach into (``who``, a slot or a wall's code), and how deep."""
     row, number = k.clock.view(np.ndarray)[0], int(command["body"])
     tick, x, y, radius = (command[name].item() for name in ("tick", "x", "y", "radius"))
     if who < 0:
@@ -114,7 +127,7 @@ def blocked(k: Kernel, clock: Clock, command: Any, who: int) -> Refused:
 
 
 def _its_own(composition: Composition, number: int, a: int, b: int) -> str:
-    """Return what a broad phase says of a fault of its own."""
+    """Returns what a broad phase says of a fault of its own."""
     faults = composition.broad.faults
     if number < len(faults):
         return f"cannot go on: {faults[number].format(a=a, b=b)}"
@@ -123,11 +136,28 @@ def _its_own(composition: Composition, number: int, a: int, b: int) -> str:
     return f"left its fault {which} ({a}, {b}), and its parts have {has}"
 
 
+def demand_room(k: Kernel, composition: Composition, walls: bool, clock: Clock, rows: Rows) -> None:
+    """Raises Refused where the body that the first of some commands inserts would reach into another, or
+    beyond a wall. The loop would find the same, at the price of a copy of all tables to go back to."""
+    passing = composition.pair is not None and composition.rules is not None and composition.rules.passing
+    who = compose(find_blocker, {"WALLS": walls, "PASSING": passing}, "room", Kernel)(
+        k, rows.view(np.recarray)
+    )
+    if who != FREE:
+        raise blocked(k, clock, rows[0], int(who))
+
+
+def find_blocker(k: Kernel, commands: Records) -> int:
+    """Returns the slot or the wall that a body which a command inserts would reach into, or FREE; a
+    template, as ``kernel.loop`` has."""
+    return int(blocked_by(disowned(k), commands[0]))
+
+
 collide = to_be_filled_in
 
 
 def part_head_on(k: Kernel, a: int, b: int) -> float:
-    """Let two bodies meet head on, along x; return how fast they part. A template, as ``loop.advance``."""
+    """Makes two bodies meet head on, along x; returns how fast they part. A template, as ``loop.advance``."""
     one = k.bodies[a]
     two = k.bodies[b]
     one.x = one.y = two.y = 0.0

@@ -1,39 +1,49 @@
-"""Bodies laid out as the kernel's tables, at their start or in the middle of a run, and the limits that a
-speed sets."""
+"""Tables of the kernel, made and filled: for a scene at its start, for the bodies of a run whose phases are
+prepared anew, and for what a snapshot has kept.
+
+All of it is made aside and returned, for the engine to adopt: where a phase refuses, what there was goes on.
+"""
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from kinetile.errors import PhaseError
 from kinetile.kernel.clock import SPAN, TICKS
+from kinetile.kernel.flight import positions_now
+from kinetile.kernel.log import INSERTED
 from kinetile.kernel.loop.commands import LONG_AGO, window_of
-from kinetile.kernel.skin import Skin
 from kinetile.kernel.tables import (
     NEVER,
     NOBODY,
     PASSING,
     TRAIT,
     Kernel,
+    Records,
     allocate,
     pair_set,
     record_table,
+    slots_taken,
 )
 from kinetile.plugin.calling import described
-from kinetile.run.composition import Composition
-from kinetile.run.composition.rules import Rules
-from kinetile.scene import Scene
-
-__all__ = ["more_passings", "moved", "set_limits", "tables_of"]
+from kinetile.run.compose import Composition, Rules
+from kinetile.run.engine.bounds import Bounds
+from kinetile.run.engine.fields import Fields
+from kinetile.scene import Scene, standing
+from kinetile.scene.bodies import overlapping_pairs
+from kinetile.scene.checks import TOLERANCE
+from kinetile.scene.scene import LEAST
 
 LOG_ROWS = 1 << 14
 
 
 def tables_of(scene: Scene, composition: Composition, unit: float) -> Kernel:
-    """Return tables for a scene under its phases; ``unit`` is that of the clock.
+    """Returns tables for a scene under its phases; ``unit`` is that of the clock.
 
     Raises PhaseError where there is no memory for what the broad phase asks for.
     """
@@ -52,12 +62,12 @@ def tables_of(scene: Scene, composition: Composition, unit: float) -> Kernel:
     clock.per_time = TICKS / unit
     if scene.arena is not None:
         clock.width, clock.height = scene.arena
-    clock.window_tick = clock.met_tick = clock.stop_tick = -(2**62)
+    clock.window_tick = clock.met_tick = clock.stop_tick = LONG_AGO
     return k
 
 
 def moved(old: Kernel, taken: Any, scene: Scene, composition: Composition) -> Kernel:
-    """Return tables for the bodies in some slots of others, in this order and without a gap between them;
+    """Returns tables for the bodies in some slots of others, in this order and without a gap between them;
     clock, counts, commands and log go on. ``scene`` has these bodies, or one more that is to come.
 
     Raises PhaseError as ``tables_of`` does.
@@ -90,7 +100,7 @@ def moved(old: Kernel, taken: Any, scene: Scene, composition: Composition) -> Ke
 
 
 def _allocated(bodies: int, scene: Scene, composition: Composition) -> Kernel:
-    """Return tables for so many bodies in the first slots, and for as many more as the phases made room
+    """Returns tables for so many bodies in the first slots, and for as many more as the phases made room
     for."""
     slots = scene.capacity if composition.living else len(scene)
     pairs, room = int(composition.broad.pairs), max(int(composition.broad.room), slots)
@@ -113,7 +123,7 @@ def _allocated(bodies: int, scene: Scene, composition: Composition) -> Kernel:
 
 
 def _with_rules(k: Kernel, rules: Rules) -> Kernel:
-    """Return the tables with what responses need."""
+    """Returns the tables with what responses need."""
     slots = len(k.bodies)
     traits = record_table(TRAIT, slots)
     traits.leave, traits.touched = NEVER, LONG_AGO
@@ -123,7 +133,7 @@ def _with_rules(k: Kernel, rules: Rules) -> Kernel:
 
 
 def more_passings(k: Kernel, room: int) -> Kernel:
-    """Return the tables with room for so many pairs that pass through each other; those that do stay."""
+    """Returns the tables with room for so many pairs that pass through each other; those that do stay."""
     old, clock = k.passings, k.clock[0]
     new = record_table(PASSING, max(room, len(old)))
     new[: len(old)] = old
@@ -134,8 +144,17 @@ def more_passings(k: Kernel, room: int) -> Kernel:
     return k._replace(passings=new)
 
 
+def overlapping(scene: Scene) -> npt.NDArray[np.int64]:
+    """Returns (m, 2) the bodies that overlap at the start, the elder first, in their order."""
+    if not scene.responses:
+        return np.zeros((0, 2), dtype=np.int64)
+    found = [*overlapping_pairs(scene.position, scene.radius, TOLERANCE), np.zeros((0, 2), dtype=np.int64)]
+    pairs = np.concatenate(found)
+    return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
+
+
 def _with_passings(k: Kernel, old: Kernel, new_slot: Any) -> Kernel:
-    """Return tables in which the pairs pass that do in others, by their new slots."""
+    """Returns tables in which the pairs pass that do in others, by their new slots."""
     passings = record_table(PASSING, len(old.passings))
     passings[:] = old.passings
     live = passings.a >= 0
@@ -146,11 +165,11 @@ def _with_passings(k: Kernel, old: Kernel, new_slot: Any) -> Kernel:
     return k._replace(passings=passings)
 
 
-def set_limits(k: Kernel, skin: Skin, extent: float, speed: float, prepared: Scene) -> None:
-    """Write down what follows from a skin, for bodies within an extent of the origin and never faster than a
-    speed: their reach, and for how long and how well the common clock holds; and for which radii the phases
-    have been ``prepared``."""
+def set_limits(k: Kernel, bounds: Bounds, prepared: Scene) -> None:
+    """Writes down what follows from the bounds: the bodies' reach, and for how long and how well the common
+    clock holds; and for which radii the phases have been ``prepared``."""
     clock = k.clock[0]
+    skin, extent, speed = bounds.skin, bounds.extent, bounds.speed
     clock.least = prepared.radius.min(initial=math.inf)
     clock.widest = prepared.radius.max(initial=0.0)
     k.bodies.reach = k.bodies.radius + skin.delta
@@ -161,3 +180,143 @@ def set_limits(k: Kernel, skin: Skin, extent: float, speed: float, prepared: Sce
         span = int(min(4.0 * extent / speed * float(clock.per_time), float(span)))
     clock.span = span
     clock.fat = skin.fat(extent + 2.0 * speed * (span * float(clock.tick)))
+
+
+class Renewed(NamedTuple):
+    """What a run goes on with: phases, and tables for them."""
+
+    composition: Composition
+    k: Kernel
+
+
+def renewed(
+    k: Kernel, scene: Scene, composition: Composition, coming: Records | None = None, roomy: bool = False
+) -> Renewed:
+    """Prepares the phases for the bodies that there are, and for one that a command inserts, if it is given;
+    with slots for twice as many where they are all taken, or where it is to be ``roomy``.
+
+    Raises Refused where a phase cannot do that.
+    """
+    taken, slots = slots_taken(k), len(k.bodies)
+    full = coming is not None and len(taken) == slots
+    capacity = max(2 * slots, LEAST) if roomy or full else slots
+    stands = _standing(k, scene, taken, capacity, coming)
+    composition = composition.prepared_for(stands)
+    return Renewed(composition, moved(k, taken, stands, composition))
+
+
+def carried_out(k: Kernel, scene: Scene, composition: Composition) -> Renewed:
+    """Carries out the next command, by which a body comes or goes, and prepares the phases for the bodies
+    that are there then.
+
+    Raises Refused where a phase cannot do that.
+    """
+    command = k.commands[int(k.clock[0].command)]
+    taken = slots_taken(k)
+    if int(command.code) == INSERTED:
+        stands = _standing(k, scene, taken, 0, command)
+        composition = composition.prepared_for(stands)
+        new = moved(k, taken, stands, composition)  # with an empty slot
+        composition.obeying()(new, composition.broad.state)
+        return Renewed(composition, new)
+    obeying, state = composition.obeying(), composition.broad.state
+    stays = taken[taken != int(k.slots[command.body])]
+    stands = _standing(k, scene, stays, 0, None)
+    composition = composition.prepared_for(stands)
+    aside = Kernel(*(table.copy() for table in k))._replace(met=k.met, log=k.log)
+    obeying(aside, state)
+    return Renewed(composition, moved(aside, stays, stands, composition))
+
+
+def _standing(k: Kernel, scene: Scene, taken: Any, capacity: int, coming: Records | None) -> Scene:
+    """Returns the scene as it stands now, with the bodies in these slots and perhaps one more."""
+    bodies = k.bodies[taken]
+    columns = {
+        "position": positions_now(k, taken),
+        "velocity": np.column_stack([bodies.vx, bodies.vy]),
+        "radius": k.radii[taken],
+        "mass": k.mass[taken],
+        "kind_numbers": k.traits.kind[taken].astype(np.int64)
+        if len(k.rules)
+        else np.zeros(len(taken), np.int64),
+    }
+    if coming is not None:
+        new = {
+            "position": (coming.x, coming.y),
+            "velocity": (coming.vx, coming.vy),
+            "radius": coming.radius,
+            "mass": coming.mass,
+            "kind_numbers": coming.kind,
+        }
+        columns = {name: np.concatenate([column, [new[name]]]) for name, column in columns.items()}
+    return standing(scene, columns, max(capacity, len(columns["radius"])))
+
+
+FEW = 256
+"""Heads in a chunk; from fewer no length is taken."""
+
+
+def steps(count: Fields) -> int:
+    """Returns how often something came to the head so far, but for guesses that were right."""
+    return int(count.asks[0] + count.structural[0])
+
+
+def first_shift(k: Kernel, extent: float) -> int:
+    """Returns a shift before anything is known: for as many events as a gas of discs has."""
+    n = len(k.bodies)
+    squares = float(np.sum(k.bodies.vx**2 + k.bodies.vy**2)) if n else 0.0
+    events = 8.0 * n * math.sqrt(n) * math.sqrt(squares / n) / extent if squares > 0.0 else 1.0
+    return _shift(k, float(k.clock[0].per_time) / events)
+
+
+def fit(k: Kernel, fields: Fields, since: int, heads: int) -> None:
+    """Gives the slices the length that heads were apart, of which so many came since a tick."""
+    if heads > FEW and fields.now[0] > since:
+        shift = _shift(k, (fields.now[0] - since) / heads)
+        if abs(shift - fields.shift[0]) > 1:
+            fields.shift[0] = shift
+            fields.filed[0] = 0
+
+
+def _shift(k: Kernel, ticks: float) -> int:
+    """Returns the shift of slices of about so many ticks; a year is no longer than a span of the clock."""
+    most = 61 - (len(k.marks).bit_length() + 6)
+    return min(max(round(math.log2(max(ticks, 1.0))), 1), most)
+
+
+def copied(table: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Returns a plain copy of an array, in C order; TypeError for one of Python objects, which no copy of
+    bytes can bring back."""
+    if table.dtype.hasobject:
+        raise TypeError(f"arrays of Python objects ({table.dtype}) cannot be held: their bytes mean nothing")
+    return np.array(table, order="C")
+
+
+def as_bytes(array: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
+    """Returns the bytes of an array in C order, padding included."""
+    return array.reshape(-1).view(np.uint8)
+
+
+def fill(array: npt.NDArray[Any], content: npt.NDArray[Any]) -> None:
+    """Puts back what an array held, bit for bit. What nobody can write to has not changed."""
+    if not array.flags.writeable:
+        return
+    if array.flags.c_contiguous:
+        as_bytes(array)[:] = as_bytes(content)
+    else:
+        array[...] = content.view(array.dtype).reshape(array.shape)
+
+
+def refilled(k: Kernel, content: Mapping[str, npt.NDArray[Any]]) -> Kernel:
+    """Returns tables with what was copied of some of them: in their old places where they are as long."""
+    found = {}
+    for name, saved in content.items():
+        table = getattr(k, name)
+        if table.shape != saved.shape:
+            if isinstance(table, np.recarray):
+                table = record_table(np.dtype(table.dtype), saved.shape[0])
+            else:
+                table = np.zeros(saved.shape, table.dtype)
+        fill(table, saved)
+        found[name] = table
+    return k._replace(**found)

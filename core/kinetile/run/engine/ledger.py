@@ -1,9 +1,14 @@
-"""The ledger of a run: what the loop logged, as contacts, as a fingerprint, and for whoever records it."""
+"""The ledger of a run: its contacts, their fingerprint, and the rows for whoever records them.
+
+The loop writes contacts as they are hashed, so that a chunk costs little more than its hash. They get their
+times as floats when somebody reads them.
+"""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -13,10 +18,8 @@ import numpy.typing as npt
 from kinetile.kernel.clock import Clock
 from kinetile.kernel.log import CONTACT, LOG
 from kinetile.kernel.tables import MET, Kernel
-from kinetile.run.engine.dials import Dials
-from kinetile.run.engine.digest import Digest, digest
-
-__all__ = ["Entries", "Ledger", "Recorder", "digestible"]
+from kinetile.run.engine.fields import Fields
+from kinetile.run.engine.sha256 import Digest, Sha256
 
 Recorder = Callable[[npt.NDArray[np.void]], None]
 """Called with the log rows (``kinetile.kernel.log.LOG``) of each chunk of a run."""
@@ -35,16 +38,14 @@ class Entries(NamedTuple):
 class Ledger:
     """Takes over the loop's log chunk by chunk.
 
-    ``recorder``, where there is one, is given every row; where there is none, and ``aside`` is set, rows wait
-    for the next one. ``rows`` is how many there have been; ``keeps`` says whether contacts are kept at all.
-
-    The loop writes contacts as they are digested, so that a chunk costs little more than its digest; they get
-    their times as floats when somebody asks.
+    A recorder, while there is one (``recording``), is given every row. The rows of commands between two runs
+    wait for the next one (``put_aside``). ``rows`` is how many there have been; ``keeps`` says whether
+    contacts are kept at all.
     """
 
     def __init__(self, clock: Clock, keep: bool) -> None:
-        self.recorder: Recorder | None = None
-        self.aside = False
+        self._recorder: Recorder | None = None
+        self._puts_aside = False
         self.rows = 0
         self._clock = clock
         self.keeps = keep
@@ -54,7 +55,7 @@ class Ledger:
         self._kept = np.zeros(0, CONTACT)
         self._count = 0  # of those kept in one array; the others wait to be asked for
         self._total = 0
-        self._digest: Digest = hashlib.sha256() if keep else digest()
+        self._digest: Digest = hashlib.sha256() if keep else Sha256()
 
     @property
     def entries(self) -> Entries:
@@ -116,13 +117,31 @@ class Ledger:
     @property
     def reads(self) -> bool:
         """Whether somebody reads the long rows of what happens now, or will."""
-        return self.aside or self.recorder is not None
+        return self._puts_aside or self._recorder is not None
 
-    def take(self, k: Kernel, dial: Dials, rows: int) -> None:
-        """Take over what the loop has logged, which is so many rows since the start, and empty its log."""
+    @contextmanager
+    def recording(self, recorder: Recorder | None) -> Iterator[None]:
+        """Within this context a recorder is given all rows."""
+        self._recorder = recorder
+        try:
+            yield
+        finally:
+            self._recorder = None
+
+    @contextmanager
+    def put_aside(self) -> Iterator[None]:
+        """Within this context rows that no recorder is given wait for the next one."""
+        self._puts_aside = True
+        try:
+            yield
+        finally:
+            self._puts_aside = False
+
+    def take(self, k: Kernel, fields: Fields, rows: int) -> None:
+        """Takes over what the loop has logged, which is so many rows since the start, and empty its log."""
         self.rows = rows
-        logged, written = dial.logged[0], dial.written[0]
-        dial.logged[0] = dial.written[0] = 0
+        logged, written = fields.logged[0], fields.written[0]
+        fields.logged[0] = fields.written[0] = 0
         if logged:
             met = np.asarray(k.met)[:logged]
             self._digest.update(met.view(np.uint8))
@@ -131,13 +150,13 @@ class Ledger:
                 self._total += logged
         if written:
             long = np.asarray(k.log)[:written]
-            if self.recorder is not None:
-                self.recorder(_rows(long, self._clock))
-            elif self.aside:
+            if self._recorder is not None:
+                self._recorder(_rows(long, self._clock))
+            elif self._puts_aside:
                 self._aside.append((long.copy(), self._clock.base))
 
     def _put(self, met: Any) -> None:
-        """Keep contacts; room is made by doubling, so that what was handed out before is never moved."""
+        """Keeps contacts; room is made by doubling, so that what was handed out before is never moved."""
         if not len(met):
             return  # what was come back to is not written to
         end = self._count + len(met)
@@ -149,23 +168,23 @@ class Ledger:
         self._count = end
 
     def _fill(self, contacts: npt.NDArray[np.void], met: Any) -> None:
-        """Write contacts as people read them, with their times."""
+        """Writes contacts as people read them, with their times."""
         for name in ("epoch", "tick", "a", "b"):
             contacts[name] = met[name]
         contacts["time"] = self._clock.rounded(met["epoch"], met["tick"])
 
     def hand_over(self) -> None:
-        """Give the rows that wait, those of commands between two runs, to the recorder."""
+        """Gives the rows that wait, those of commands between two runs, to the recorder."""
         waiting, self._unrecorded = self._that_wait(), []
-        begin = getattr(self.recorder, "begin", None)
+        begin = getattr(self._recorder, "begin", None)
         if begin is not None:  # an event file says how many rows came before it
             begin(self.rows - sum(map(len, waiting)))
-        if self.recorder is not None:
+        if self._recorder is not None:
             for rows in waiting:
-                self.recorder(rows)
+                self._recorder(rows)
 
     def _that_wait(self) -> list[npt.NDArray[np.void]]:
-        """Return the rows that wait for a recorder."""
+        """Returns the rows that wait for a recorder."""
         aside, self._aside = self._aside, []
         self._unrecorded += [_rows(rows, replace(self._clock, base=base)) for rows, base in aside]
         return self._unrecorded
@@ -176,7 +195,7 @@ def _joined(parts: list[Any]) -> Any:
 
 
 def _rows(written: Any, clock: Clock) -> npt.NDArray[np.void]:
-    """Return the log rows, with NaN for second bodies that do not exist."""
+    """Returns the log rows, with NaN for second bodies that do not exist."""
     rows = np.zeros(len(written), LOG)
     rows["time"], rows["epoch"], rows["tick"] = clock.split(written["tick"])
     for name in ("a", "b", "ax", "ay", "avx", "avy"):
@@ -187,7 +206,7 @@ def _rows(written: Any, clock: Clock) -> npt.NDArray[np.void]:
 
 
 def digestible(contacts: npt.NDArray[np.void]) -> bytes:
-    """Return what the fingerprint is made from, in an order of bytes that is the same everywhere."""
+    """Returns what the fingerprint is made from, in an order of bytes that is the same everywhere."""
     exact = np.zeros(len(contacts), MET)
     for name in ("epoch", "tick", "a", "b"):
         exact[name] = contacts[name]

@@ -30,7 +30,7 @@ LARGE = 2.0**1000
 
 
 def compare_squares(s: Floats, t: Floats) -> tuple[Truths, Truths]:
-    """Return where s <= t for what s and t are the rounded values of, and where that is not settled.
+    """Returns where s <= t for what s and t are the rounded values of, and where that is not settled.
 
     Either is off by a factor of (1 +- ULP)^5 at most, as the sum of the squares of two rounded differences
     is (each difference once, its square again, the sum once), and t is 2^-400 or more.
@@ -43,14 +43,14 @@ def compare_squares(s: Floats, t: Floats) -> tuple[Truths, Truths]:
 
 
 def whole(numbers: Iterable[float]) -> tuple[list[int], int]:
-    """Return finite doubles as whole numbers of one unit, and how many units are 1: a power of two."""
+    """Returns finite doubles as whole numbers of one unit, and how many units are 1: a power of two."""
     ratios = [float(number).as_integer_ratio() for number in numbers]
     unit = max((below for _, below in ratios), default=1)
     return [above * (unit // below) for above, below in ratios], unit
 
 
 def compare_roots(a: int, b: int, c: int) -> int:
-    """Return the sign of sqrt(a) - sqrt(b) - c, for a, b >= 0: -1, 0 or 1."""
+    """Returns the sign of sqrt(a) - sqrt(b) - c, for a, b >= 0: -1, 0 or 1."""
     if c < 0:
         return -compare_roots(b, a, -c)
     # both sides of sqrt(a) ? sqrt(b) + c are >= 0: squared, that is
@@ -62,7 +62,7 @@ def compare_roots(a: int, b: int, c: int) -> int:
 
 
 def difference_of_roots(dot: int, d: int, n: int, unit: int) -> float:
-    """Return (dot - sqrt(d)) / (sqrt(n) unit) to the nearest double, for dot^2 > d >= 0 and dot, n > 0.
+    """Returns (dot - sqrt(d)) / (sqrt(n) unit) to the nearest double, for dot^2 > d >= 0 and dot, n > 0.
 
     As (sqrt(p) - sqrt(q)) / unit with p = dot^2 / n and q = d / n: both roots to so many bits that what is
     left of them has 64. Then it lies between two numbers that mostly round to the same double; where they do
@@ -81,7 +81,7 @@ def difference_of_roots(dot: int, d: int, n: int, unit: int) -> float:
 
 
 def in_order(lower: Floats, upper: Floats, compare: Callable[[int, int], int]) -> list[int]:
-    """Return 0 to n - 1 in ascending order of n values that lie between bounds.
+    """Returns 0 to n - 1 in ascending order of n values that lie between bounds.
 
     ``compare`` is asked, as for ``functools.cmp_to_key``, about two whose bounds overlap, or who are in one
     heap with such; equals stay in ascending order.

@@ -1,6 +1,6 @@
-"""Who will meet whom, and when, by the present flight plans.
+"""Contacts to come, by the present flight plans.
 
-The narrow phase is asked as the loop asks it, one pair after the other in compiled code: most pairs part or
+The narrow phase computes them as in the loop, one pair after the other in compiled code: most pairs part or
 miss, which its first step sees for less than a filter over whole arrays would cost. So each tick is the one
 that the contact has in the log, if it happens.
 
@@ -17,13 +17,11 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.kernel.certificates import first_touch
+from kinetile.kernel.certificates.contact import first_touch
 from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
 from kinetile.kernel.loop.predictions import barred_with
-from kinetile.kernel.loop.presence import elder
-from kinetile.kernel.tables import NEVER, Kernel
-from kinetile.run.questions.moment import Moment
-from kinetile.run.questions.places import Point
+from kinetile.kernel.tables import NEVER, Kernel, elder
+from kinetile.run.questions.places import Moment, Point
 
 __all__ = ["CastHit", "NextContact", "cast", "next_contact", "next_contact_of"]
 
@@ -74,7 +72,7 @@ class _First(NamedTuple):
 def next_contact(
     moment: Moment, a: int, b: int, scheduled: bool = False, planned: Mapping[int, int] | None = None
 ) -> NextContact | None:
-    """Return the contact of the bodies in two slots by their present plans; None where there is none.
+    """Returns the contact of the bodies in two slots by their present plans; None where there is none.
 
     ``planned`` is for ``scheduled``: at which kernel's tick the body in a slot is to change its plan.
     """
@@ -92,8 +90,8 @@ def next_contact_of(
     among: Integers | None = None,
     walls: bool = True,
 ) -> NextContact | None:
-    """Return the first of the contacts that the body in a slot has with each other body, or with each that is
-    ``among`` these, and with ``walls``, by the present plans; None where it has none. Where it is to be
+    """Returns the first of the contacts that the body in a slot has with each other body, or with each that
+    is ``among`` these, and with ``walls``, by the present plans; None where it has none. Where it is to be
     ``scheduled``, None as well where something precedes it, with whatever body."""
     first = _first_of(moment, a, among, walls)
     if first is None:
@@ -106,7 +104,7 @@ def next_contact_of(
 
 
 def cast(moment: Moment, centre: Point, radius: float, velocity: Point) -> CastHit | None:
-    """Return whom a disc would meet first that starts here and now, by the present plans; None for nobody.
+    """Returns the body that a disc which starts here and now would meet first; None where it meets none.
 
     The body of the hit is a slot. Contact is what it is for two bodies: approach. Whom the disc touches or
     overlaps, and approaches, it meets at once; whom it leaves, never.
@@ -121,7 +119,7 @@ def cast(moment: Moment, centre: Point, radius: float, velocity: Point) -> CastH
 
 
 def _moment_of(moment: Moment, tick: int) -> tuple[float, int, int]:
-    """Return (time, epoch, tick) of a kernel's tick."""
+    """Returns (time, epoch, tick) of a kernel's tick."""
     return moment.clock.moment(moment.clock.total(tick))
 
 
@@ -134,7 +132,8 @@ def _is_first(moment: Moment, a: int, other: int, tick: int, planned: Mapping[in
 
 
 def _first_of(moment: Moment, a: int, among: Integers | None = None, walls: bool = True) -> _First | None:
-    """Return what comes first for a body, in the order of events: walls first, then pairs by their bodies."""
+    """Returns what comes first for a body, in the order of events: walls first, then pairs by their
+    bodies."""
     others = moment.slots if among is None else among
     ticks = _ticks_with(moment, a, others)
     found = _First(NEVER, a)
@@ -149,7 +148,7 @@ def _first_of(moment: Moment, a: int, among: Integers | None = None, walls: bool
 
 
 def _ticks_with(moment: Moment, a: int, others: Integers) -> Integers:
-    """Return when a body meets each of others, as the kernel counts; NEVER where not, or not any more."""
+    """Returns when a body meets each of others, as the kernel counts; NEVER where not, or not any more."""
     ticks = np.full(len(others), NEVER)
     pair = moment.composition.pair
     if pair is not None:
@@ -159,7 +158,7 @@ def _ticks_with(moment: Moment, a: int, others: Integers) -> Integers:
 
 
 def _wall_of(moment: Moment, a: int) -> tuple[int, int]:
-    """Return when a body meets a wall, and which; NEVER where not."""
+    """Returns when a body meets a wall, and which; NEVER where not."""
     wall = moment.composition.wall
     assert wall is not None
     answer = np.zeros(2, dtype=np.int64)
@@ -176,7 +175,7 @@ meet = reach_wall = to_be_filled_in
 
 
 def ask_partners(k: Kernel, body: int, others: Integers, ticks: Integers) -> None:
-    """Write down when a body meets each of others by their plans; a template, as ``kernel.loop`` has."""
+    """Writes down when a body meets each of others by their plans; a template, as ``kernel.loop`` has."""
     k = disowned(k)
     barred = barred_with(k, body)
     for i in range(len(others)):
@@ -187,7 +186,7 @@ def ask_partners(k: Kernel, body: int, others: Integers, ticks: Integers) -> Non
 
 
 def ask_wall(k: Kernel, body: int, answer: Integers) -> None:
-    """Write down when a body meets a wall, and which; a template."""
+    """Writes down when a body meets a wall, and which; a template."""
     k = disowned(k)
     tick, wall = reach_wall(k, k.bodies[body])
     answer[0] = tick
@@ -197,7 +196,7 @@ def ask_wall(k: Kernel, body: int, answer: Integers) -> None:
 def ask_for_disc(
     k: Kernel, others: Integers, x: float, y: float, vx: float, vy: float, radius: float, ticks: Integers
 ) -> None:
-    """Write down when a disc that is anchored now meets each of others; a template."""
+    """Writes down when a disc that is anchored now meets each of others; a template."""
     k = disowned(k)
     clock = k.clock[0]
     for i in range(len(others)):

@@ -1,30 +1,75 @@
-"""Who is in a box, and who is near a point, now."""
+"""Positions of the present moment: bodies in a box, near a point, on a ray."""
 
 from __future__ import annotations
 
-from functools import cache
+import math
+from bisect import insort
+from dataclasses import dataclass
+from functools import cache, cached_property, cmp_to_key
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.run.questions.exact import compare_roots, compare_squares, in_order, whole
-from kinetile.run.questions.moment import Moment
+from kinetile.kernel.clock import Clock
+from kinetile.kernel.flight import positions_now
+from kinetile.kernel.tables import Kernel
+from kinetile.run.compose import Composition
+from kinetile.run.questions.exact import compare_roots, compare_squares, difference_of_roots, in_order, whole
 
-__all__ = ["Box", "Point", "bodies_in", "bodies_near"]
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Moment:
+    """The present moment of a run, and the bodies in question. It is out of date as soon as the run goes on.
+
+    Attributes:
+        k: the kernel's tables.
+        slots: (n,) int64, the slots of the bodies in question, in the order of the bodies' numbers:
+            ties go by their place here.
+        clock: what a tick is in the scene's time.
+        composition: the phases; of them only the narrow ones are used.
+    """
+
+    k: Kernel
+    slots: Integers
+    clock: Clock
+    composition: Composition
+
+    @property
+    def now(self) -> int:
+        """The present tick, as the kernel counts."""
+        return int(self.k.clock[0].now)
+
+    @cached_property
+    def aside(self) -> Kernel:
+        """The tables with a clock of their own: a narrow phase may report a fault, which is not to end the
+        run."""
+        return self.k._replace(clock=self.k.clock.copy())
+
+    @cached_property
+    def places(self) -> Floats:
+        """(n, 2) where the bodies are, to the bit as ``Simulation.positions`` has them."""
+        return positions_now(self.k, self.slots)
+
+    @cached_property
+    def radii(self) -> Floats:
+        """(n,) their radii."""
+        return np.asarray(self.k.radii[self.slots])
+
 
 Box = tuple[float, float, float, float]
 """left, bottom, right, top; left <= right and bottom <= top."""
 
 Point = tuple[float, float]
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 Truths = npt.NDArray[np.bool_]
 
 
 def bodies_in(moment: Moment, box: Box, inside: bool = False) -> Integers:
-    """Return the slots of the bodies that have a point in common with a box, edges and all; of those that are
-    ``inside``, with all of their points, where that is asked. In the order of ``moment.slots``."""
+    """Returns the slots of the bodies that have a point in common with a box, edges and all; of those that
+    are ``inside``, with all of their points, where that is asked. In the order of ``moment.slots``."""
     x, y = moment.places.T
     left, bottom, right, top = box
     with np.errstate(over="ignore", invalid="ignore"):
@@ -44,7 +89,7 @@ def bodies_in(moment: Moment, box: Box, inside: bool = False) -> Integers:
 def bodies_near(
     moment: Moment, point: Point, radius: float | None = None, count: int | None = None
 ) -> Integers:
-    """Return the slots of the bodies that are near a point, the nearest first, ties in the order of
+    """Returns the slots of the bodies that are near a point, the nearest first, ties in the order of
     ``moment.slots``.
 
     How far a body is from a point is the distance to its centre less its radius: below 0 where the point is
@@ -86,7 +131,7 @@ def _square(a: Floats) -> Floats:
 
 
 def _apart_by(far: Floats | float, near: Floats | float, radius: Floats) -> Truths:
-    """Return where far - near >= radius.
+    """Returns where far - near >= radius.
 
     Rounding a difference keeps its order to a double: only where it rounds to the radius itself does what
     rounding took decide, and that is known (Knuth's sum).
@@ -98,7 +143,7 @@ def _apart_by(far: Floats | float, near: Floats | float, radius: Floats) -> Trut
 
 
 def _touching_box(x: Floats, y: Floats, radius: Floats, box: Box) -> Truths:
-    """Return which discs have a point in common with a box: their centres are a radius from it, or less."""
+    """Returns which discs have a point in common with a box: their centres are a radius from it, or less."""
     left, bottom, right, top = box
     dx = np.maximum(np.maximum(left - x, x - right), 0.0)
     dy = np.maximum(np.maximum(bottom - y, y - top), 0.0)
@@ -110,7 +155,7 @@ def _touching_box(x: Floats, y: Floats, radius: Floats, box: Box) -> Truths:
 
 
 def _within(moment: Moment, squares: Floats, point: Point, radius: float) -> Truths:
-    """Return whose centre is ``radius`` and its own radius from a point, or less."""
+    """Returns whose centre is ``radius`` and its own radius from a point, or less."""
     held, unsure = compare_squares(squares, _square(radius + moment.radii))
     for i in np.flatnonzero(unsure).tolist():
         (x, y, r, px, py, reach), _ = whole([*moment.places[i], moment.radii[i], *point, radius])
@@ -119,9 +164,89 @@ def _within(moment: Moment, squares: Floats, point: Point, radius: float) -> Tru
 
 
 def _exact_distances(moment: Moment, few: Integers, point: Point) -> tuple[list[int], list[int]]:
-    """Return squares of distances to centres, and radii, as whole numbers of one unit, and of its square."""
+    """Returns squares of distances to centres, and radii, as whole numbers of one unit, and of its square."""
     n = len(few)
     columns = (*moment.places[few].T, moment.radii[few])
     (px, py, *numbers), _ = whole([*point, *np.concatenate(columns).tolist()])
     x, y, radii = numbers[:n], numbers[n : 2 * n], numbers[2 * n :]
     return [(a - px) ** 2 + (b - py) ** 2 for a, b in zip(x, y, strict=True)], radii
+
+
+class RayHit(NamedTuple):
+    """A body that a ray meets.
+
+    Attributes:
+        body: which.
+        distance: how far from the ray's origin it is met, in the scene's unit, to the nearest double; 0.0
+            where the ray begins in the body.
+    """
+
+    body: int
+    distance: float
+
+
+class _Entry(NamedTuple):
+    """Where a ray enters a body: (dot - sqrt(d)) / |u|, that to the nearest double, and which body it is."""
+
+    dot: int
+    d: int
+    distance: float
+    at: int
+
+
+def ray(moment: Moment, origin: Point, direction: Point, most: int | None = None) -> list[RayHit]:
+    """Returns the bodies that a ray meets, the nearest first, ties in the order of ``moment.slots``; not more
+    than ``most``. The bodies of the hits are slots; the direction's length does not matter, and is not 0."""
+    few, bounds = _in_the_way(moment, origin, direction)
+    columns = (*moment.places[few].T, moment.radii[few])
+    (ox, oy, *numbers), unit = whole([*origin, *np.concatenate(columns).tolist()])
+    n = len(few)
+    (ux, uy), _ = whole(direction)
+    length2 = ux * ux + uy * uy
+    met: list[_Entry] = []
+    for place, at in enumerate(few.tolist()):
+        if most is not None and len(met) >= most and (most == 0 or met[most - 1].distance < bounds[place]):
+            break
+        x, y, r = (numbers[place + i * n] for i in range(3))
+        x, y = x - ox, y - oy
+        if x * x + y * y <= r * r:
+            insort(met, _Entry(0, 0, 0.0, at), key=_KEY)
+            continue
+        dot, d = x * ux + y * uy, r * r * length2 - (x * uy - y * ux) ** 2
+        if dot > 0 and d >= 0:
+            insort(met, _Entry(dot, d, difference_of_roots(dot, d, length2, unit), at), key=_KEY)
+    return [RayHit(int(moment.slots[entry.at]), entry.distance) for entry in met[:most]]
+
+
+def _compare(one: _Entry, two: _Entry) -> int:
+    """Compares where two bodies are entered; where even the doubles are the same, exactly."""
+    if one.distance != two.distance:
+        return -1 if one.distance < two.distance else 1
+    return compare_roots(two.d, one.d, two.dot - one.dot) or one.at - two.at
+
+
+_KEY = cmp_to_key(_compare)
+
+
+def _in_the_way(moment: Moment, origin: Point, direction: Point) -> tuple[Integers, list[float]]:
+    """Returns which bodies a ray may meet, and how far it can get before it does, in ascending order of this.
+
+    With u scaled to between 1/2 and 2, a coordinate of u / |u| is off by 4 ULP of itself, one of d by one,
+    and d.u / |u| and (d x u) / |u| by 8 ULP of |dx| + |dy| at most; the margin is twice that and more.
+    """
+    down = -math.frexp(max(map(abs, direction)))[1]
+    ux, uy = (math.ldexp(part, down) for part in direction)  # what underflow takes is 2^-1074 of dx, dy
+    length = math.sqrt(ux * ux + uy * uy)
+    ux, uy = ux / length, uy / length
+    with np.errstate(over="ignore", invalid="ignore"):
+        dx, dy = moment.places[:, 0] - origin[0], moment.places[:, 1] - origin[1]
+        radius = moment.radii
+        margin = 2.0**-49 * ((np.abs(dx) + np.abs(dy)) + radius)
+        along = dx * ux + dy * uy
+        aside = np.abs(dx * uy - dy * ux)
+        passed = (aside > radius + margin) | (along < -(radius + margin))
+        few = np.flatnonzero(~passed)
+        bound = (along - radius - margin)[few]
+    bound[np.isnan(bound)] = -math.inf
+    order = np.argsort(bound, kind="stable")
+    return few[order], bound[order].tolist()

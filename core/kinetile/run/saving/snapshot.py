@@ -1,37 +1,41 @@
-"""A snapshot: everything that a simulation is at one moment."""
+"""A snapshot: everything that a simulation is at one moment, and how an engine goes on from it.
+
+It holds the parts that the engine gives (``Engine.parts``) and what the simulation has beside it. What is put
+back goes on to the same bits, structure and all, where the same phases of the same version take it up. Any
+other broad phase takes up what a run *is*, its plans, clock, commands and contacts so far, and builds its
+structure at the present moment, by the law under which the engine does so itself: that cannot change an
+answer, only take time.
+"""
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, fields
+from functools import cache
+from importlib.metadata import version
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from kinetile.errors import RecordError
-from kinetile.kernel.faults import JAMMED
-from kinetile.run.composition import Composition
-from kinetile.run.engine import Command, Engine
-from kinetile.run.engine.ledger import Entries
-from kinetile.run.saving.held import Held, hold
-from kinetile.scene import Scene
+from kinetile.kernel.compiled.fingerprint import fingerprint
+from kinetile.kernel.log import CONTACT, LOG
+from kinetile.kernel.skin import Skin
+from kinetile.kernel.tables import JAMMED, allocate
+from kinetile.plugin.calling import described
+from kinetile.plugin.registry import registry
+from kinetile.plugin.specs import Kind
+from kinetile.run.compose import Composition, Rules
+from kinetile.run.engine.agenda import Command
+from kinetile.run.engine.bounds import Bounds
+from kinetile.run.engine.engine import LOGS, Engine, Parts
+from kinetile.run.engine.layout import as_bytes
+from kinetile.run.interrupts import Unbroken
+from kinetile.scene import Scene, spacious
 
-if TYPE_CHECKING:
-    from kinetile.run.saving.saves import CanBeSaved
-
-__all__ = ["Phases", "Snapshot", "plain", "take"]
-
-EMPTIED = ("met", "log")
-"""Tables in which nothing is left between two chunks of a run."""
-
-ELSEWHERE = (
-    *("scene", "composition", "state", "clock", "ledger", "agenda", "commands", "loop", "skin"),
-    *("overlapping", "_k", "dial", "count", "_taken", "_long_log", "_no_log"),
-)
-"""What of an engine is no plain number, and is held in a form of its own or follows from the others."""
-
-PASSING = ("busy", "broken", "_ready", "_budget", "cpu_seconds", "compile_seconds")
-"""What of an engine is of this process or this hour. Its seconds go on; in nothing else does it matter."""
+__all__ = ["Phases", "Snapshot", "layout", "put_back", "take", "versions_of"]
 
 
 @dataclass(frozen=True)
@@ -44,7 +48,7 @@ class Phases:
 
     @classmethod
     def of(cls, composition: Composition) -> Phases:
-        """Return the names of a composition."""
+        """Returns the names of a composition."""
         narrow = {name: dict(options) for name, options in composition.narrow_phases.items()}
         return cls(composition.broad_phase, dict(composition.options), narrow)
 
@@ -54,34 +58,29 @@ class Snapshot:
     """A simulation at one moment, as ``Simulation.snapshot`` returns it: to come back to, to compare.
 
     Two snapshots are equal where they hold the same bits: the same scene under the same phases, the same
-    plans, structure, queue and contacts. What time the processor took plays no part. What is in a snapshot is
-    nobody's business, and may be another thing in the next version.
+    plans, structure, queue and contacts. What time the processor took plays no part. What a snapshot has in
+    it is no public matter, and may be another thing in the next version.
     """
 
     scene: Scene
     phases: Phases
     prepared: Scene  # for which the phases were prepared,
     at_start: bool  # and whether with the bodies of the start
-    composition: Composition | None  # the very one, in this process,
-    versions: Mapping[str, str] | None  # or, from elsewhere, of what versions it was
-    tables: Mapping[str, Held]
-    state: Mapping[str, Held]
-    base: int
-    skin: tuple[float, ...]
-    commands: int
-    agenda: tuple[Command, ...]
-    given: tuple[bytes, tuple[tuple[int, int], ...]]
-    entries: Entries
-    numbers: Mapping[str, Any]
-    seconds: tuple[float, float]
-    more: Mapping[str, Any]  # what of the simulation itself is a number
+    versions: Mapping[str, str] | None  # of what versions it was, where it comes from another process
+    parts: Parts
+    history: tuple[bytes, tuple[tuple[int, int], ...]]
+    audit: int | None
+    start_energy: float
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Snapshot):
             return NotImplemented
         return self._values() == other._values() and all(
-            mine.keys() == theirs.keys() and all(held.same(theirs[name]) for name, held in mine.items())
-            for mine, theirs in ((self.tables, other.tables), (self.state, other.state))
+            mine.keys() == theirs.keys() and all(_same_bits(mine[name], theirs[name]) for name in mine)
+            for mine, theirs in (
+                (self.parts.tables, other.parts.tables),
+                (self.parts.state, other.parts.state),
+            )
         )
 
     __hash__ = None  # type: ignore[assignment]
@@ -89,65 +88,188 @@ class Snapshot:
     def __repr__(self) -> str:
         return f"<Snapshot: {len(self.scene)} bodies at first, under {self.phases.broad_phase}>"
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        from kinetile.run.saving.form import pack, unpack
-
-        return unpack, (b"".join(pack(self)),)
-
     def _values(self) -> tuple[Any, ...]:
-        entries = self.entries
+        parts, entries = self.parts, self.parts.entries
         ledger = entries.rows, entries.digest.hexdigest(), [rows.tobytes() for rows in entries.unrecorded]
         stands = self.at_start or self.prepared, self.prepared.capacity
-        mine = (self.scene, self.phases, stands, self.base, self.skin, self.commands, self.agenda, self.given)
-        return *mine, ledger, dict(self.numbers), dict(self.more)
+        mine = (self.scene, self.phases, stands, self.history, self.audit, self.start_energy)
+        numbers = (parts.base, parts.bounds, parts.commands, parts.later, parts.numbers, parts.audits)
+        return *mine, *numbers, parts.asked, parts.log_rows, parts.overlapping.tolist(), ledger
 
 
-def take(simulation: CanBeSaved) -> Snapshot:
-    """Return a snapshot of a simulation that stands between two chunks.
+def take(
+    engine: Engine,
+    scene: Scene,
+    history: tuple[bytes, tuple[tuple[int, int], ...]],
+    audit: int | None,
+    energy: float,
+) -> Snapshot:
+    """Returns a snapshot of an engine that stands between two chunks, and of what its simulation has beside
+    it.
 
     Raises RecordError where it has ended with a fault, so that nothing can go on from it.
     """
-    engine = simulation._engine
-    if len(engine.overlapping):  # they begin to pass each other, with the structure
-        engine.build()
     prepared = engine.composition.prepared
-    if engine.broken is not None or engine.dial.fault[0] not in (0, JAMMED):
+    if engine.broken is not None or engine.fields.fault[0] not in (0, JAMMED):
         raise RecordError(
             "this simulation has ended with a fault and cannot go on, so it is not saved: what was saved "
             "before it can be taken up"
         )
     return Snapshot(
-        scene=simulation.scene,
+        scene=scene,
         phases=Phases.of(engine.composition),
         prepared=prepared,
         at_start=prepared.position is engine.scene.position,
-        composition=engine.composition,
         versions=None,
-        tables=_held(engine.k, EMPTIED),
-        state=_held(engine.state),
-        base=engine.clock.base,
-        skin=tuple(engine.skin),
-        commands=int(engine.commands),
-        agenda=engine.agenda.later,
-        given=simulation._given.content,
-        entries=engine.ledger.entries,
-        numbers=plain(engine),
-        seconds=(engine.cpu_seconds, engine.compile_seconds),
-        more={"audit": simulation._audit, "start_energy": simulation._start_energy},
+        parts=engine.parts(),
+        history=history,
+        audit=audit,
+        start_energy=energy,
     )
 
 
-def _held(tables: Any, emptied: tuple[str, ...] = ()) -> dict[str, Held]:
-    named = zip(tables._fields, tables, strict=True)
-    return {name: hold(np.asarray(table), empty=name in emptied) for name, table in named}
+def put_back(engine: Engine, scene: Scene, snapshot: Snapshot, anew: bool = False) -> None:
+    """Makes an engine go on from a snapshot of its ``scene``: as it was, where it has the same phases and its
+    structure is not to be built ``anew``.
+
+    Raises RecordError for a snapshot that cannot be gone on from, Refused where the broad phase cannot do
+    what it is to go on with: then the engine is as it was.
+    """
+    if scene is not snapshot.scene and scene != snapshot.scene:
+        raise RecordError(
+            "this snapshot is of another scene: only a simulation of that one can go on from it"
+        )
+    mine, parts = Phases.of(engine.composition), snapshot.parts
+    if mine.narrow_phases != snapshot.phases.narrow_phases:
+        raise RecordError(
+            f"this snapshot is of a run with the narrow phases {', '.join(snapshot.phases.narrow_phases)}, "
+            f"and this simulation has {', '.join(mine.narrow_phases)}, or other options of them: they make "
+            "the contacts, so they have to be the same"
+        )
+    if {*parts.tables, *LOGS} != set(engine.k._fields):
+        raise RecordError("this snapshot is of another version of kinetile, which has other tables")
+    if anew or mine != snapshot.phases:
+        with Unbroken(), engine.unchanged_if(BaseException):
+            engine.adopt(parts, None)
+            engine.renew()
+    else:
+        _check_versions(engine.composition, snapshot)
+        composition = _prepared(engine, snapshot)
+        _check_state(composition, parts.state)
+        with Unbroken():
+            engine.adopt(parts, composition)
 
 
-def plain(engine: Engine) -> dict[str, Any]:
-    """Return the numbers of an engine by name: all that it has besides what is held in a form of its own."""
-    found = {name: value for name, value in vars(engine).items() if name not in (*ELSEWHERE, *PASSING)}
-    for name, value in found.items():
-        if not isinstance(value, bool | int | float | None):
-            raise TypeError(
-                f"Engine.{name} is no plain number: kinetile.run.saving has to say how it is held"
+def _prepared(engine: Engine, snapshot: Snapshot) -> Composition:
+    """Returns the phases, prepared for what those of the snapshot had been prepared for."""
+    mine = engine.composition
+    if mine is snapshot.parts.composition:
+        return mine
+    if not snapshot.at_start:
+        return mine.prepared_for(snapshot.prepared)
+    capacity = snapshot.prepared.capacity
+    if mine.prepared.position is engine.scene.position and mine.prepared.capacity == capacity:
+        return mine
+    return mine.prepared_for(spacious(engine.scene, capacity))
+
+
+def _check_versions(composition: Composition, snapshot: Snapshot) -> None:
+    """Raises RecordError for a snapshot from elsewhere, of another version than what is to go on here."""
+    if snapshot.parts.composition is None:
+        odd = differences(snapshot.versions or {}, versions_of(composition))
+        if odd:
+            raise RecordError(f"what goes on here is not what was saved: {odd}; {_anew(composition)}")
+
+
+def _anew(composition: Composition) -> str:
+    return (
+        f"broad_phase={composition.broad_phase!r} (--broad-phase {composition.broad_phase}) goes on from it "
+        "with a structure that is built anew, and has the same contacts"
+    )
+
+
+def _check_state(composition: Composition, state: Mapping[str, npt.NDArray[Any]]) -> None:
+    """Raises RecordError unless the broad phase's state is laid out as it was."""
+    now = composition.broad.state
+    who = described("broad phase", composition.broad_phase)
+    if tuple(now._fields) != tuple(state):
+        raise RecordError(
+            f"the state of {who} was saved with the fields {', '.join(state)}, and has the fields "
+            f"{', '.join(now._fields)} now; {_anew(composition)}"
+        )
+    for name, array in zip(now._fields, map(np.asarray, now), strict=True):
+        saved = state[name]
+        if saved.shape != array.shape or elements(saved.dtype) != elements(array.dtype):
+            raise RecordError(
+                f"the state of {who} was saved with {name} of shape {saved.shape}, "
+                f"{elements(saved.dtype)}, and prepare makes it of shape {array.shape}, {array.dtype} now; "
+                f"{_anew(composition)}"
             )
+
+
+@cache
+def elements(dtype: np.dtype[Any]) -> str:
+    """Returns in words what an element is: names, kinds, order of bytes, places in the record."""
+    return f"{dtype.descr} in {dtype.itemsize}"
+
+
+def _same_bits(mine: npt.NDArray[Any], theirs: npt.NDArray[Any]) -> bool:
+    """Whether two arrays hold the same bits: elements, shape, bytes."""
+    alike = mine.shape == theirs.shape and elements(mine.dtype) == elements(theirs.dtype)
+    return alike and bool(np.array_equal(as_bytes(mine), as_bytes(theirs)))
+
+
+@cache
+def layout() -> str:
+    """Returns a digest of how all that is saved is laid out: the kernel's tables, field by field."""
+    tables = allocate(1, 1, 1)
+    said = [f"{name} {elements(table.dtype)}" for name, table in zip(tables._fields, tables, strict=True)]
+    said += [elements(CONTACT), elements(LOG), *Command._fields, *Bounds._fields, *Skin._fields]
+    said += [field.name for field in fields(Parts)]
+    return hashlib.sha256("\n".join(said).encode()).hexdigest()
+
+
+def versions_of(composition: Composition) -> dict[str, str]:
+    """Returns the versions of kinetile and of the phases; what has none, a phase that was added in this
+    process, goes by its code."""
+    found = {"kinetile": version("kinetile")}
+    found |= _version("broad phase", composition.broad_phase, composition.broad)
+    parts = [composition.pair, composition.wall]
+    for name in composition.narrow_phases:
+        found |= _version("narrow phase", name, parts)
+    for name in composition.rules.names if composition.rules is not None else ():
+        found |= _version("response", name, composition.rules)
     return found
+
+
+def differences(saved: Mapping[str, str], now: Mapping[str, str]) -> str:
+    """Returns what is another version now, in words; "" where nothing is."""
+    names = [*saved, *(name for name in now if name not in saved)]
+    odd = [name for name in names if saved.get(name) != now.get(name)]
+    return "; ".join(
+        f"{name} was {saved.get(name, 'not there')}, is {now.get(name, 'not there')}" for name in odd
+    )
+
+
+def _version(kind: Kind, name: str, parts: Any) -> dict[str, str]:
+    provided = registry().provided(kind, name)
+    if provided.distribution is not None and provided.version is not None:
+        said = f"{provided.distribution} {provided.version}"
+    else:
+        said = f"of the code {_code(parts)}"
+    return {f"{kind} {provided.spec.name}": said}
+
+
+def _hooks_of(part: Any) -> list[Any]:
+    """Returns the hooks of a part; of rules, those that respond."""
+    return (
+        [*part.hooks] if isinstance(part, Rules) else [hook for hook in vars(part).values() if callable(hook)]
+    )
+
+
+def _code(parts: Any) -> str:
+    """Returns a digest of the hooks among the parts of a phase."""
+    each = parts if isinstance(parts, list) else [parts]
+    hooks = [hook for part in each if part is not None for hook in _hooks_of(part)]
+    found = [fingerprint(getattr(hook, "py_func", hook), type(parts))[0] for hook in hooks]
+    return hashlib.sha256("".join(found).encode()).hexdigest()[:16]

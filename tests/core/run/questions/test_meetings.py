@@ -15,8 +15,7 @@ from encounters import true_touch
 from kinetile.errors import KinetileError, Refused
 from kinetile.kernel.log import WALLS
 from kinetile.kernel.tables import NEVER
-from kinetile.run.questions import CastHit, NextContact
-from kinetile.run.questions.meetings import next_contact_of
+from kinetile.run.questions.meetings import CastHit, NextContact, next_contact_of
 from kinetile_conformance.strategies import scenes
 
 EVENTS = 5

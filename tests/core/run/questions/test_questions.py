@@ -1,7 +1,9 @@
-"""Questions put to a simulation: nothing changes by them, places are those it shows, and nonsense is
-refused."""
+"""Questions as users have them, and the command that measures what each costs."""
 
 from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -109,3 +111,18 @@ REFUSED = [
 def test_nonsense_is_refused(question, said):
     with pytest.raises(ValueError, match=said):
         question(asked())
+
+
+COMMAND = Path(__file__).parents[4] / "docs" / "examples" / "time_questions.py"
+
+
+def test_the_table_has_a_row_for_each_question(capsys, monkeypatch):
+    spec = importlib.util.spec_from_file_location("time_questions", COMMAND)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    monkeypatch.setattr(module, "TIMES", 2)
+    module.main([9, 16], lambda scene: Asked(scene, "naive"))
+    head, *rows = capsys.readouterr().out.splitlines()
+    assert head.split()[-2:] == ["9", "16"]
+    assert len(rows) == 9
+    assert all(float(number) > 0.0 for row in rows for number in row.split()[-2:])

@@ -8,7 +8,7 @@ import pytest
 
 import kinetile as kt
 from kinetile.errors import PhaseError
-from kinetile.plugin.templates.new_plugin import new_plugin
+from kinetile.plugin.new_plugin import new_plugin
 from kinetile.toolbox import NEVER, At, Box, Link, Polygon, Segment
 from kinetile_plugins.naive import Naive
 

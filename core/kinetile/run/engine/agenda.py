@@ -1,12 +1,15 @@
-"""What is still to be done: commands, each at an exact tick.
+"""Commands of a run: the agenda of those to come, and the history of those given by hand.
 
-Those of the present span of the clock are the kernel's: the rows of ``k.commands`` from ``clock.command`` to
-``clock.commands``. Those of later spans wait here, in ticks since the start, and are handed over when their
-span comes.
+Commands of the present span of the clock are the kernel's: the rows of ``k.commands`` from ``clock.command``
+to ``clock.commands``. Those of later spans wait in the agenda, in ticks since the start, and are handed over
+when their span comes.
 
-A command that is given by hand is the next to be carried out, so its row goes in front of those that wait:
-into the rows of commands that have been carried out, or into rows that are left free for it. That costs the
-same however many there are.
+A command by hand is the next to be carried out, so its row goes in front of those that wait: into rows of
+commands that have been carried out, or into rows that are left free for it. That costs the same however many
+wait.
+
+The history is kept as bytes, row after row. An hour of a game has some ten million commands: as objects they
+would take four times the memory, and Python's collector would go through all of them now and then.
 """
 
 from __future__ import annotations
@@ -22,10 +25,8 @@ import numpy.typing as npt
 from kinetile.kernel.clock import SPAN, TICKS, Clock
 from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED
 from kinetile.kernel.tables import COMMAND, Kernel, record_table
-from kinetile.run.engine.dials import Dials
-from kinetile.scene import Insert, Remove, Scene, Turn
-
-__all__ = ["Agenda", "Command", "Rows", "command_of", "is_due", "planned", "squares_of", "to_the_front"]
+from kinetile.run.engine.fields import Fields
+from kinetile.scene import Insert, Remove, Scene, Turn, with_commands
 
 Rows = npt.NDArray[np.void]
 """Commands as the kernel has them (``kinetile.kernel.tables.COMMAND``), in its ticks."""
@@ -57,7 +58,7 @@ class Command(NamedTuple):
         return self.mass * (self.vx * self.vx + self.vy * self.vy) if self.mass < math.inf else 0.0
 
     def as_scene_has_it(self, clock: Clock, scene: Scene) -> Turn | Insert | Remove:
-        """Return the command as a scene has it, with its exact time."""
+        """Returns the command as a scene has it, with its exact time."""
         time, epoch, tick = clock.moment(self.ticks)
         at = (epoch, tick, self.after)
         if self.code == REMOVED:
@@ -70,7 +71,7 @@ class Command(NamedTuple):
 
 
 def planned(scene: Scene, clock: Clock) -> list[Command]:
-    """Return the commands of a scene."""
+    """Returns the commands of a scene."""
     mass: dict[int, float] = dict(enumerate(scene.mass.tolist()))
     return [_command(each, clock, mass, scene) for each in scene.commands]
 
@@ -93,7 +94,7 @@ _FIELDS = ("x", "y", "vx", "vy", "radius", "mass", "after", "kind")
 
 
 def command_of(row: Any, base: int) -> Command:
-    """Return a row as a command; ``base`` is that of the clock whose ticks it has."""
+    """Returns a row as a command; ``base`` is that of the clock whose ticks it has."""
     rest = {name: row[name].item() for name in _FIELDS}
     return Command(int(row["tick"]) + base * TICKS, int(row["body"]), int(row["code"]), **rest)
 
@@ -110,7 +111,7 @@ def _rows_of(commands: list[Command], clock: Clock) -> Rows:
 
 
 def squares_of(rows: Rows) -> float:
-    """Return the sum of mass * speed^2 over commands: twice the energy that they can bring in."""
+    """Returns the sum of mass * speed^2 over commands: twice the energy that they can bring in."""
     mass = np.where(np.isinf(rows["mass"]), 0.0, rows["mass"])  # nothing can move it
     return float(np.dot(mass, rows["vx"] * rows["vx"] + rows["vy"] * rows["vy"]))
 
@@ -128,33 +129,33 @@ class Agenda:
         return tuple(self._later)
 
     def put(self, *commands: Command) -> None:
-        """Add commands of later spans, or of one that is now to be loaded."""
+        """Adds commands of later spans, or of one that is now to be loaded."""
         self._later.extend(commands)
         self._later.sort(key=lambda command: (command.ticks, command.code != REANCHORED))
 
     def load(self, k: Kernel, clock: Clock) -> Kernel:
-        """Return the tables with the commands before the next shift of the clock's base."""
+        """Returns the tables with the commands before the next shift of the clock's base."""
         end = clock.base * TICKS + SPAN
         due = [command for command in self._later if command.ticks < end]
         del self._later[: len(due)]
         return _with_rows(k, np.concatenate([_waiting(k), _rows_of(due, clock)]), FRONT)
 
-    def cancel(self, k: Kernel, dial: Dials, body: int) -> None:
-        """Forget all commands for a body that has gone."""
+    def cancel(self, k: Kernel, fields: Fields, body: int) -> None:
+        """Forgets all commands for a body that has gone."""
         if self._later:
             self._later = [command for command in self._later if command.body != body]
-        if dial.command[0] < dial.commands[0]:
+        if fields.command[0] < fields.commands[0]:
             rows = _waiting(k)
             stay = rows[rows["body"] != body]
             rows[len(rows) - len(stay) :] = stay
-            dial.command[0] += len(rows) - len(stay)
+            fields.command[0] += len(rows) - len(stay)
 
     def next(self, k: Kernel, clock: Clock) -> Command | None:
-        """Return the first command still to come but for re-anchorings."""
+        """Returns the first command still to come but for re-anchorings."""
         return next(self._to_come(k, clock), None)
 
     def first_of_each(self, k: Kernel, clock: Clock) -> dict[int, int]:
-        """Return for each slot with a body in it the kernel's tick of the first command for that body, where
+        """Returns for each slot with a body in it the kernel's tick of the first command for that body, where
         there is one."""
         first: dict[int, int] = {}
         for command in self._to_come(k, clock):
@@ -168,7 +169,7 @@ class Agenda:
         return any(each.code == INSERTED and each.body == body for each in self._to_come(k, clock))
 
     def squares(self, k: Kernel) -> float:
-        """Return the sum of mass * speed^2 over all commands: twice the energy they could bring in."""
+        """Returns the sum of mass * speed^2 over all commands: twice the energy they could bring in."""
         later = math.fsum(each.squares for each in self._later)
         return later + squares_of(_waiting(k))
 
@@ -178,42 +179,101 @@ class Agenda:
 
 
 def _waiting(k: Kernel) -> Rows:
-    """Return the rows of the kernel's commands that are still to be carried out, not a copy."""
+    """Returns the rows of the kernel's commands that are still to be carried out, not a copy."""
     clock = k.clock[0]
     rows: Rows = k.commands.view(COMMAND, np.ndarray)[int(clock.command) : int(clock.commands)]
     return rows
 
 
 def _with_rows(k: Kernel, rows: Rows, front: int) -> Kernel:
-    """Return the tables with other commands, and so many free rows before them."""
+    """Returns the tables with other commands, and so many free rows before them."""
     table = record_table(COMMAND, front + len(rows))
     table.view(COMMAND, np.ndarray)[front:] = rows
     k.clock[0].command, k.clock[0].commands = front, len(table)
     return k._replace(commands=table)
 
 
-def is_due(k: Kernel, dial: Dials) -> bool:
-    """Whether the next command is to be carried out now, before any other contact."""
-    command = dial.command[0]
-    if command >= dial.commands[0]:
-        return False
-    row = k.commands.view(COMMAND, np.ndarray)[command]
-    met = dial.met_there[0] if dial.met_tick[0] == row["tick"] else 0
-    return bool(row["tick"] <= dial.now[0] and row["after"] <= met)
-
-
-def to_the_front(k: Kernel, dial: Dials, rows: Rows) -> Kernel:
-    """Put commands of the present moment before those of later ones, behind those that are due already;
-    return the tables. What waits for another contact of this tick comes later."""
-    many = len(rows)
-    if many > dial.command[0]:
-        k = _with_rows(k, _waiting(k), max(FRONT, 2 * many))
-    table, now = np.asarray(k.commands), dial.now[0]
-    command, commands = dial.command[0], dial.commands[0]
-    place = command
-    while place < commands and (table["tick"][place], table["after"][place]) <= (now, rows["after"][0]):
+def due(k: Kernel, fields: Fields, met: int) -> int:
+    """Returns how many commands are to be carried out now, before the next contact, when ``met`` contacts
+    have happened at the present tick. Of the next command alone the kernel says the same (``may_come``)."""
+    first, end, now = fields.command[0], fields.commands[0], fields.now[0]
+    if first == end:
+        return 0
+    rows = k.commands.view(COMMAND, np.ndarray)
+    place = first
+    while place < end and (rows["tick"][place], rows["after"][place]) <= (now, met):
         place += 1
+    return int(place - first)
+
+
+def to_the_front(k: Kernel, fields: Fields, rows: Rows) -> Kernel:
+    """Puts commands of the present moment before those of later ones, behind those that are due already;
+    returns the tables. What waits for another contact of this tick comes later."""
+    many = len(rows)
+    if many > fields.command[0]:
+        k = _with_rows(k, _waiting(k), max(FRONT, 2 * many))
+    table, command = np.asarray(k.commands), fields.command[0]
+    place = command + due(k, fields, int(rows["after"][0]))
     table[command - many : place - many] = table[command:place]
     table[place - many : place] = rows
-    dial.command[0] = command - many
+    fields.command[0] = command - many
     return k
+
+
+class History:
+    """Commands in the order in which they were given, all of them carried out."""
+
+    def __init__(self) -> None:
+        self._bytes = bytearray()
+        self._inserted = bytearray()  # bodies and kinds of those that insert, so that kinds are read at once
+        self._bases: list[tuple[int, int]] = []  # from which row on ticks count from which base of the clock
+
+    @property
+    def content(self) -> tuple[bytes, tuple[tuple[int, int], ...]]:
+        """All commands, as bytes, and the bases of their ticks."""
+        return bytes(self._bytes), tuple(self._bases)
+
+    @classmethod
+    def of(cls, content: tuple[bytes, Iterable[tuple[int, int]]]) -> History:
+        """Returns the history that had such a content."""
+        history = cls()
+        history._bytes, history._bases = bytearray(content[0]), [(first, base) for first, base in content[1]]
+        history._note_inserted(np.frombuffer(content[0], COMMAND))
+        return history
+
+    def __len__(self) -> int:
+        return len(self._bytes) // COMMAND.itemsize
+
+    def note(self, rows: Rows, base: int) -> None:
+        """Adds commands; ``base`` is that of the clock whose ticks they have."""
+        if not self._bases or self._bases[-1][1] != base:
+            self._bases.append((len(self), base))
+        self._bytes += rows.tobytes()
+        self._note_inserted(rows)
+
+    def _note_inserted(self, rows: Rows) -> None:
+        came = rows[rows["code"] == INSERTED]
+        if len(came):
+            self._inserted += np.column_stack([came["body"], came["kind"]]).astype(np.int64).tobytes()
+
+    @property
+    def inserted(self) -> npt.NDArray[np.int64]:
+        """The bodies that came, each with the number of its kind, (m, 2)."""
+        return np.frombuffer(bytes(self._inserted), np.int64).reshape(-1, 2)
+
+    def in_scene(self, scene: Scene, clock: Clock) -> Scene:
+        """Returns a scene with these commands, at their exact times, and without those of its own for bodies
+        that had gone by then."""
+        rows = np.frombuffer(bytes(self._bytes), COMMAND)
+        commands = []
+        for at, (first, base) in enumerate(self._bases):
+            end = self._bases[at + 1][0] if at + 1 < len(self._bases) else len(rows)
+            commands += [command_of(row, base) for row in rows[first:end]]
+        gone = {command.body: command.ticks for command in commands if command.code == REMOVED}
+        own = [
+            each
+            for each in scene.commands
+            if each.body not in gone or clock.tick_of(each.time, each.at) <= gone[each.body]
+        ]
+        done = [command.as_scene_has_it(clock, scene) for command in commands]
+        return with_commands(scene, [*own, *done], kinds=scene.kinds)

@@ -1,6 +1,10 @@
-"""A wrong broad phase is named, never believed: each defect ends in its own typed error with a sentence."""
+"""A wrong broad phase is named: each defect ends in its own typed error with a sentence."""
 
 from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -8,7 +12,9 @@ import pytest
 import broken_phases
 import kinetile as kt
 from kinetile.errors import AuditError, MissedContactError, PhaseError
+from kinetile.kernel import tables
 from kinetile.kernel.compiled import INTERPRETED
+from kinetile.toolbox import MY_FAULT, NEVER, BroadPhaseParts, Kernel, Records, blame, hook, schedule
 
 
 @pytest.fixture(autouse=True)
@@ -29,6 +35,7 @@ def head_on(partner: bool = False) -> kt.Scene:
     return kt.Scene(position, velocity, 0.25, arena=(4.0, 4.0))
 
 
+@pytest.mark.interpreted
 def test_a_pair_that_is_reported_when_deep_in_each_other_was_missed():
     sim = kt.Simulation(head_on(partner=True), "adds-when-deep")
     with pytest.raises(MissedContactError, match="overlap more than rounding explains") as caught:
@@ -37,6 +44,7 @@ def test_a_pair_that_is_reported_when_deep_in_each_other_was_missed():
     assert caught.value.time > 0.25
 
 
+@pytest.mark.interpreted
 def test_a_pair_that_is_reported_late_is_named_with_its_time():
     sim = kt.Simulation(head_on(), "adds-too-late")
     with pytest.raises(MissedContactError, match="reported the pair too late") as caught:
@@ -45,6 +53,7 @@ def test_a_pair_that_is_reported_late_is_named_with_its_time():
     assert caught.value.time == 0.5
 
 
+@pytest.mark.interpreted
 @pytest.mark.parametrize(
     ("name", "said"),
     [
@@ -60,6 +69,7 @@ def test_a_broken_promise_is_a_phase_error(name, said):
         sim.run(until=4.0)
 
 
+@pytest.mark.interpreted
 def test_a_newcomer_that_repair_does_not_name_is_told_by_the_next_audit():
     sim = kt.Simulation(head_on(), "keeps-a-newcomer-to-itself")
     sim.run(until=0.2)
@@ -69,6 +79,7 @@ def test_a_newcomer_that_repair_does_not_name_is_told_by_the_next_audit():
     assert caught.value.bodies == (0, 1)
 
 
+@pytest.mark.interpreted
 def test_a_body_that_is_near_another_one_way_only_is_told_by_an_audit():
     sim = kt.Simulation(head_on(), "is-near-one-way")
     with pytest.raises(AuditError, match="body 1 is near body 0, but body 0 is not near body 1"):
@@ -108,3 +119,116 @@ def test_discs_that_met_on_one_place_went_on_at_no_place(phase):
     ):
         sim.run(until=1.0)
     assert len(sim.contacts) == 0
+
+
+class State(NamedTuple):
+    """Which of its faults it blames."""
+
+    which: Records  # (1,)
+
+
+@hook
+def everyone(k: Kernel, s: State, body: int) -> int:
+    for other in range(len(k.bodies)):
+        k.near[other] = other
+    return len(k.bodies)
+
+
+@hook
+def soon(k: Kernel, s: State) -> None:
+    schedule(k, 0, k.clock[0].now + (1 << 50))
+
+
+@hook
+def give_up(k: Kernel, s: State, body: int) -> int:
+    schedule(k, body, NEVER)
+    blame(k, MY_FAULT + s.which[0], body, 17)
+    blame(k, MY_FAULT, 5, 5)
+    return 0
+
+
+class GivesUp:
+    """A phase that gives up at time 0.125, with the fault that it is told."""
+
+    def __init__(self, *, which: int = 0) -> None:
+        self.which = which
+
+    def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
+        said = ("the table of {a} is full: it has {b} places", "nothing is left of {b}")
+        return BroadPhaseParts(everyone, State(np.array([self.which])), soon, give_up, faults=said)
+
+
+class Faulty:
+    """A phase whose parts have what was given for its faults."""
+
+    def __init__(self, *, faults: object = ()) -> None:
+        self.faults = faults
+
+    def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
+        return BroadPhaseParts(everyone, State(np.zeros(1, int)), faults=self.faults)  # type: ignore[arg-type]
+
+
+class OwnFaults:
+    """Brings both."""
+
+    @kt.hookimpl
+    def kinetile_broad_phases(self) -> list[kt.BroadPhaseSpec]:
+        return [kt.BroadPhaseSpec("gives-up", GivesUp), kt.BroadPhaseSpec("faulty", Faulty)]
+
+
+@pytest.fixture(autouse=True)
+def _own_faults_registered() -> Iterator[None]:
+    plugin = OwnFaults()
+    kt.registry().add(plugin)
+    yield
+    kt.registry().remove(plugin)
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize(
+    ("which", "said"),
+    [
+        (0, "cannot go on: the table of 0 is full: it has 17 places"),
+        (1, "cannot go on: nothing is left of 17"),
+        (2, "left its fault MY_FAULT + 2 (0, 17), and its parts have 2 sentences for faults of its own"),
+    ],
+)
+def test_a_fault_of_its_own_is_told_in_its_own_words(which, said):
+    sim = kt.Simulation(kt.make_scene("two-discs"), "gives-up", options={"which": which})
+    who = "at time 0.125 broad phase 'gives-up' of OwnFaults (added in this process)"
+    with pytest.raises(PhaseError, match=f"^{re.escape(f'{who} {said}')}$"):
+        sim.run(until=1.0)
+
+
+def test_its_faults_are_not_the_kernels():
+    kernels = (
+        tables.BAD_PAIR,
+        tables.UNKNOWN_PAIR,
+        tables.LATE_CONTACT,
+        tables.TOO_DEEP,
+        tables.JAMMED,
+        tables.STALLED,
+        tables.NOT_FINITE,
+        tables.BAD_CERTIFICATE,
+        tables.BAD_COUNT,
+    )
+    assert sorted(kernels) == [*range(1, len(kernels) + 1)]
+    assert max(kernels) < MY_FAULT
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize(
+    "given", ["one sentence", None, 7, ("all is well", 7), ("{c}",), ("{",), ("{a.b}",), ("",)]
+)
+def test_what_is_no_sentence_is_refused(given):
+    with pytest.raises(
+        PhaseError, match=r"faults (is|has) .*; expected a tuple of sentences, in which \{a\} and"
+    ):
+        kt.Simulation(kt.make_scene("two-discs"), "faulty", options={"faults": given})
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("given", [(), ("all is over",), ("{a} and {b:>4}", "{b}")])
+def test_sentences_are_taken(given):
+    sim = kt.Simulation(kt.make_scene("two-discs"), "faulty", options={"faults": given})
+    assert sim.composition.broad.faults == given

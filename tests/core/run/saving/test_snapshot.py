@@ -1,10 +1,11 @@
-"""Drawn runs, stopped, saved, taken up in another process: the same bits under the same phase, the same
-contacts under another."""
+"""Snapshots, copies, files: the same bits under the same phase, the same contacts under another."""
 
 from __future__ import annotations
 
+import copy
 import json
 import os
+import pickle
 import subprocess
 import sys
 from pathlib import Path
@@ -16,6 +17,67 @@ from hypothesis import seed as seeded
 import kinetile as kt
 import saved_runs
 from kinetile.errors import Refused
+
+PHASES = ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling")
+
+
+def lively(name: str) -> kt.Simulation:
+    sim = kt.Simulation(kt.make_scene("grid", bodies=16, seed=1), name, live=True)
+    sim.run(0.2)
+    sim.remove(3)
+    sim.set_velocity(4, (1.0, 0.5))
+    sim.run(max_contacts=1)
+    return sim
+
+
+def ways(sim, path):
+    """Every way in which a simulation can be saved and taken up."""
+    sim.save(path)
+    other = kt.Simulation(sim.scene, sim.broad_phase)
+    other.restore(sim.snapshot())
+    return [copy.copy(sim), copy.deepcopy(sim), pickle.loads(pickle.dumps(sim)), kt.resume(path), other]
+
+
+@pytest.mark.parametrize("name", PHASES)
+def test_every_way_goes_on_to_the_same_bits(tmp_path, name):
+    sim = lively(name)
+    there = sim.snapshot()
+    taken_up = ways(sim, tmp_path / "s.kt")
+    assert all(each.snapshot() == there for each in taken_up)
+    sim.run(0.5)
+    assert sim.snapshot() != there
+    for each in taken_up:
+        each.run(0.5)
+        assert each.fingerprint == sim.fingerprint
+        assert each.contacts.tobytes() == sim.contacts.tobytes()
+        assert each.readings.structural_events == sim.readings.structural_events
+        assert each.recorded() == sim.recorded()
+    sim.restore(there)
+    assert sim.snapshot() == there
+
+
+def test_another_phase_goes_on_to_the_same_contacts(tmp_path):
+    """Each phase hands over to the next: to itself and to one of another structure."""
+    hand_over(tmp_path, lambda at: (PHASES[at], PHASES[(at + 1) % len(PHASES)]))
+
+
+@pytest.mark.slow
+def test_every_phase_goes_on_from_every_other(tmp_path):
+    hand_over(tmp_path, lambda at: PHASES)
+
+
+def hand_over(folder: Path, others) -> None:
+    for at, name in enumerate(PHASES):
+        sim = lively(name)
+        sim.save(folder / "s.kt")
+        sim.run(0.5)
+        for other in others(at):
+            again = kt.resume(folder / "s.kt", other)
+            assert again.broad_phase == other
+            again.run(0.5)
+            assert again.fingerprint == sim.fingerprint
+            assert again.positions().tobytes() == sim.positions().tobytes()
+            assert again.bodies.tolist() == sim.bodies.tolist()
 
 
 def prepared(case, folder: Path, number: int) -> tuple[list[dict], list[dict]] | None:
@@ -82,10 +144,10 @@ def stopped(folder: Path, number: int, seed: int) -> None:
 
 
 def test_what_is_stopped_and_saved_goes_on(tmp_path):
-    stopped(tmp_path, 20, 1)
+    stopped(tmp_path, 8, 1)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(5))
 def test_five_hundred_that_were_stopped(tmp_path, seed):
     stopped(tmp_path, 100, 100 + seed)

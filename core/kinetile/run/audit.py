@@ -1,8 +1,8 @@
 """Auditing a run: between two events, check slowly everything that must hold.
 
 Every structure of the kernel is compared with what it stands for, every contact of two bodies that are near
-is asked anew and held against what the queue says of it, every two bodies are looked at whether they are a
-candidate pair where they must be, and the broad phase is asked for its own invariants. The first thing that
+is computed anew and compared with what the queue says of it, every two bodies that touch must be a candidate
+pair, and the broad phase checks its own invariants. The first thing that
 does not hold ends the run with an ``AuditError``, close to the event that broke it; where a contact would be
 missed it is a ``MissedContactError`` as well.
 
@@ -21,18 +21,196 @@ import numpy.typing as npt
 from kinetile.errors import AuditError, KinetileError, UnawaitedContactError
 from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
 from kinetile.kernel.flight import positions_now
+from kinetile.kernel.loop.calendar import rank
 from kinetile.kernel.loop.predictions import meeting
-from kinetile.kernel.loop.presence import elder
-from kinetile.kernel.loop.rules import is_passing
-from kinetile.kernel.tables import NEVER, NOT_ASKED, PAIR, SPARE, Kernel, Records
+from kinetile.kernel.loop.responses import PASS, is_passing
+from kinetile.kernel.tables import (
+    GUESS,
+    NEVER,
+    NOBODY,
+    NOT_ASKED,
+    PAIR,
+    PARTING,
+    SPARE,
+    WALL,
+    Kernel,
+    Records,
+    elder,
+)
 from kinetile.plugin.calling import place_of
-from kinetile.plugin.discovery import sentence
-from kinetile.run.audit.passings import of_passings
-from kinetile.run.audit.tables import of_calendar, of_entries, of_pair_set, of_places, said_tick
-from kinetile.run.composition import Composition
-from kinetile.run.questions.candidates import named_near, pairs_of_named
+from kinetile.plugin.registry import sentence
+from kinetile.run.compose import Composition
+from kinetile.run.structure import named_near, pairs_of_named
 
-__all__ = ["Complaint", "check_all", "complaints"]
+
+def of_calendar(k: Any) -> Iterator[str]:
+    """Every body with an event stands once in the list of its slice, in order, and no other does."""
+    clock = k.clock
+    keys, days = k.queue.key.tolist(), (k.queue.key >> clock.shift).tolist()
+    after, before, marks = k.links.next.tolist(), k.links.prev.tolist(), k.marks.tolist()
+    bodies = len(k.bodies)
+    ranks = _ranks(k)
+    slices, found = len(after) - bodies, 0
+    for at in range(slices):
+        previous, body = bodies + at, after[bodies + at]
+        if bool(marks[at >> 6] >> (at & 63) & 1) != (body < bodies):
+            yield f"the mark of slice {at} of the calendar is not true"
+        while body < bodies and found <= bodies:
+            if before[body] != previous:
+                yield f"the list of slice {at} of the calendar cannot be read backwards at body {body}"
+                return
+            if days[body] % slices != at or keys[body] == NEVER:
+                yield f"body {body} stands in slice {at} of the calendar, where it does not belong"
+            if previous < bodies and ranks[body] < ranks[previous]:
+                yield f"slice {at} of the calendar is out of order: body {previous} stands before body {body}"
+            previous, body, found = body, after[body], found + 1
+        if body != bodies + at or before[body] != previous:
+            yield f"the list of slice {at} of the calendar does not come back to where it began"
+            return
+    waiting = [body for body, key in enumerate(keys) if key != NEVER]
+    await_something, counted = len(waiting), k.counts.queued
+    if not found == await_something == counted:
+        said = f"{found} bodies stand in the calendar, and {await_something} await something"
+        yield f"{said}; {counted} are counted"
+    if waiting and min(days[body] for body in waiting) < clock.slice:
+        yield "a body is filed before the slice in which the head is sought"
+
+
+def _ranks(k: Any) -> list[tuple[int, ...]]:
+    """Returns for each body where what awaits it stands in the order of events (``calendar.rank``)."""
+    queue = k.queue
+    columns = (queue.number, queue.key, queue.kind, queue.number[queue.partner])
+    return [rank(*row) for row in zip(*(column.tolist() for column in columns), strict=True)]
+
+
+def of_entries(k: Any) -> Iterator[str]:
+    """Each body is filed under the first of the events that its entry has."""
+    queue = k.queue
+    contact = np.where(queue.exact == 1, PAIR, GUESS)
+    asked = queue.wall != NOT_ASKED
+    leave = k.traits.leave if len(k.traits) else np.full_like(queue.own, NEVER)
+    choices = np.stack([queue.own, queue.tick, np.where(asked, queue.wall, NEVER), leave])
+    kinds = np.stack(
+        [np.zeros_like(contact), contact, np.full_like(contact, WALL), np.full_like(contact, PARTING)]
+    )
+    key = choices.min(axis=0)
+    kind = np.where(choices == key, kinds, PARTING + 1).min(axis=0)
+    for body in np.flatnonzero(queue.key != key):
+        filed, wanted = said_tick(queue.key[body]), said_tick(key[body])
+        yield f"body {body} is filed {filed}, but what it awaits comes {wanted}"
+    for body in np.flatnonzero((queue.kind != kind) & (key != NEVER)):
+        yield f"what awaits body {body} is filed as of kind {queue.kind[body]}, and is of kind {kind[body]}"
+    for body in np.flatnonzero(queue.guard < queue.tick):
+        yield f"body {body} has a contact before its first one"
+
+
+def of_places(k: Any) -> Iterator[str]:
+    """The rows of places at the common clock are those of the plans."""
+    clock = k.clock
+    back = (clock.origin - k.bodies.anchor) * clock.tick
+    bodies, places = k.bodies, k.places
+    for at, speed, there, flies in (
+        (bodies.x, bodies.vx, places.x, places.vx),
+        (bodies.y, bodies.vy, places.y, places.vy),
+    ):
+        wrong = (there != at + speed * back) | (flies != speed)
+        for body in np.flatnonzero(wrong):
+            yield f"the place of body {body} at the common clock is not that of its plan"
+
+
+def of_pair_set(k: Any) -> Iterator[str]:
+    """Every pair of the pair set stands once in the list of each of its bodies and once in the lookup, and
+    all other records are free."""
+    table = k.pairs
+    live = np.flatnonzero(table.a >= 0)
+    if not np.array_equal(np.sort(k.lookup[k.lookup >= 0]), live):
+        yield f"the lookup does not hold each of the {len(live)} pairs of the pair set once"
+    yield from of_lists(table, k.firsts, "the pair set", k.clock.pairs, k.clock.free)
+
+
+def of_lists(table: Any, firsts: Any, what: str, counted: int, first_free: int) -> Iterator[str]:
+    """Every pair of a table stands once in the list of each of its bodies; all other records are free."""
+    live = np.flatnonzero(table.a >= 0)
+    if len(live) != int(counted):
+        yield f"there are {len(live)} pairs in {what}, but the kernel counts {int(counted)}"
+    ones, others = table.a.tolist(), table.b.tolist()
+    next_a, next_b = table.next_a.tolist(), table.next_b.tolist()
+    prev_a, prev_b = table.prev_a.tolist(), table.prev_b.tolist()
+    listed = 0
+    for body, at in enumerate(firsts.tolist()):
+        before = -1
+        while at >= 0 and listed <= 2 * len(live):
+            if body not in (ones[at], others[at]):
+                yield f"the list of body {body} has the pair ({ones[at]}, {others[at]}) in it"
+                return
+            listed += 1
+            is_a = ones[at] == body
+            if (prev_a if is_a else prev_b)[at] != before:
+                yield f"the list of body {body} cannot be read backwards"
+            before, at = at, (next_a if is_a else next_b)[at]
+    if listed != 2 * len(live):
+        yield f"the bodies' lists have {listed} entries for {len(live)} pairs"
+    free, at = 0, int(first_free)
+    while at >= 0 and free <= len(table):
+        free, at = free + 1, next_a[at]
+    if free + len(live) != len(table):
+        yield f"of {len(table)} records of {what} {len(live)} are taken and {free} free"
+
+
+def said_tick(tick: int) -> str:
+    """Returns a tick in words."""
+    return "never" if tick == NEVER else f"at tick {tick}"
+
+
+part = to_be_filled_in
+
+
+def ask_when_they_part(k: Kernel, pairs: Records, parting: Any) -> None:
+    """Writes down when each pair parts; a template, as ``kernel.loop`` has."""
+    k = disowned(k)
+    for at in range(len(pairs)):
+        parting[at] = part(k, pairs[at].a, pairs[at].b)
+
+
+def of_passings(k: Kernel, columns: Any, composition: Composition, place: Any) -> Iterator[str]:
+    """The pairs that pass are those that overlap and may; each parts when its plans say so."""
+    if composition.rules is None or composition.pair is None or not composition.rules.passing:
+        return
+    table, clock = columns.passings, columns.clock
+    yield from of_lists(table, k.passers, "the passings", clock.passings, clock.passable)
+    live = np.flatnonzero(table.a >= 0)
+    asked, parting = k.passings[live], np.full(len(live), NEVER)
+    compose(ask_when_they_part, {"part": composition.pair.part}, "parting", Kernel)(k, asked, parting)
+    due = np.maximum(parting, table.begun[live] + 1)
+    number, traits = columns.queue.number, columns.traits
+    for at in np.flatnonzero(table.tick[live] != due).tolist():
+        a, b = int(number[asked.a[at]]), int(number[asked.b[at]])
+        said = f"bodies {a} and {b} part {said_tick(table.tick[live][at])} as noted"
+        yield f"{said}, but by their plans {said_tick(due[at])}"
+    leave = np.full(len(number), NEVER)
+    np.minimum.at(leave, table.a[live], table.tick[live])
+    for body in np.flatnonzero((leave != traits.leave) & (number != NOBODY)).tolist():
+        yield f"body {number[body]} waits for a parting {said_tick(traits.leave[body])}, and none is due then"
+    inside = np.bincount(table.a[live], minlength=len(number)) + np.bincount(
+        table.b[live], minlength=len(number)
+    )
+    for body in np.flatnonzero((inside != traits.inside) & (number != NOBODY)).tolist():
+        said = f"body {number[body]} is counted to pass {traits.inside[body]} others"
+        yield f"{said}, and passes {inside[body]}"
+    yield from _overlapping(columns, place, {(int(a), int(b)) for a, b in zip(asked.a, asked.b, strict=True)})
+
+
+def _overlapping(k: Any, place: Any, passing: set[tuple[int, int]]) -> Iterator[str]:
+    """Two bodies that overlap by more than rounding, and may, are passing."""
+    kinds, kind, radius = k.clock.kinds, k.traits.kind, k.bodies.radius
+    for a in np.flatnonzero(k.queue.number >= 0).tolist():
+        may = (k.rules.response[kind[a] * (kinds + 1) + kind] == PASS) & (k.queue.number > k.queue.number[a])
+        apart = np.hypot(*(place - place[a]).T) - (radius + radius[a])
+        for b in np.flatnonzero(may & (apart < -1e-9 * (radius + radius[a]))).tolist():
+            if (a, b) not in passing:
+                said = f"bodies {k.queue.number[a]} and {k.queue.number[b]} overlap"
+                yield f"{said} and are not passing each other"
+
 
 Integers = npt.NDArray[np.int64]
 Pairs = npt.NDArray[np.int32]
@@ -49,7 +227,7 @@ class Complaint(NamedTuple):
 
 
 def check_all(k: Kernel, composition: Composition, delta: float, time: float, events: int) -> None:
-    """Raise AuditError for the first thing that does not hold now, at a time and after so many events; an
+    """Raises AuditError for the first thing that does not hold now, at a time and after so many events; an
     UnawaitedContactError where it would make a contact be missed. ``delta`` is the skin."""
     who = f"at time {time!r}, after {events} events under broad phase {composition.broad_phase!r}"
     try:
@@ -65,7 +243,7 @@ def check_all(k: Kernel, composition: Composition, delta: float, time: float, ev
 
 
 def complaints(k: Kernel, composition: Composition, delta: float) -> Iterator[Complaint]:
-    """Yield everything that does not hold now; ``delta`` is the skin."""
+    """Yields everything that does not hold now; ``delta`` is the skin."""
     broad, columns = composition.broad, _columns(k)
     yield from map(Complaint, of_calendar(columns))
     yield from map(Complaint, of_entries(columns))
@@ -85,8 +263,8 @@ def complaints(k: Kernel, composition: Composition, delta: float) -> Iterator[Co
 
 
 class _Columns:
-    """A table's columns as attributes, at once: each time that a record array is asked for one it looks it
-    up, which would be most of an audit's time."""
+    """A table's columns as attributes, at once: a record array looks a column up by name
+    each time, which would be most of an audit's time."""
 
     def __init__(self, table: Records) -> None:
         self._length = len(table)
@@ -102,7 +280,7 @@ class _Columns:
 
 
 def _columns(k: Kernel) -> Any:
-    """Return the tables with columns as attributes; those of one record with their numbers."""
+    """Returns the tables with columns as attributes; those of one record with their numbers."""
     tables: dict[str, Any] = {}
     for name, table in zip(k._fields, k, strict=True):
         names = table.dtype.names
@@ -121,7 +299,7 @@ def _repairs_are_due(k: Any) -> bool:
 
 
 def _near(k: Any, named: Pairs) -> Iterator[str]:
-    """Whoever is near a body is a body, which has that one near it; and there is room for the answer."""
+    """``near`` names bodies that are there, each of two names the other, and there is room for the answer."""
     n, room = len(k.bodies), len(k.near) - SPARE
     wrong = (named[:, 1] < 0) | (named[:, 1] >= n)
     wrong[~wrong] = k.queue.number[named[~wrong, 1]] < 0
@@ -137,7 +315,7 @@ def _near(k: Any, named: Pairs) -> Iterator[str]:
 
 
 def _contact_times(k: Kernel, columns: Any, composition: Composition, near: Pairs) -> Iterator[Complaint]:
-    """What the entries say of contacts is true, when all of them are asked anew and exactly."""
+    """What the entries say of contacts is true: all of them are computed anew, and exactly."""
     queue, bodies = columns.queue, columns.bodies
     partner = queue.partner
     known = np.flatnonzero(partner >= 0)
@@ -150,7 +328,7 @@ def _contact_times(k: Kernel, columns: Any, composition: Composition, near: Pair
 
 
 def _asked_anew(k: Kernel, composition: Composition, pairs: Pairs) -> tuple[Integers, Integers]:
-    """Return when each pair, and each body and a wall, meet by their plans; NEVER for who have just met."""
+    """Returns when each pair, and each body and a wall, meet by their plans; NEVER for who have just met."""
     pair, wall = composition.pair, composition.wall
     passing = pair is not None and composition.rules is not None and composition.rules.passing
     parts: dict[str, Any] = {"PAIRS": pair is not None, "WALLS": wall is not None, "PASSING": passing}
@@ -159,7 +337,7 @@ def _asked_anew(k: Kernel, composition: Composition, pairs: Pairs) -> tuple[Inte
     if wall is not None:
         parts["reach_wall"] = wall.reach_wall
     meetings, walls = np.full(len(pairs), NEVER), np.full(len(k.bodies), NEVER)
-    aside = k._replace(clock=k.clock.copy())  # a narrow phase may blame; here nobody is to hear it
+    aside = k._replace(clock=k.clock.copy())  # a narrow phase may report a fault; it is not to end the run
     compose(ask_again, parts, "audit", Kernel)(aside, pairs, meetings, walls)
     return meetings, walls
 
@@ -186,7 +364,8 @@ def _of_partners(k: Any, known: Integers, meetings: Integers) -> Iterator[Compla
 
 
 def _of_near(k: Any, near: Pairs, meetings: Integers) -> Iterator[Complaint]:
-    """Coverage: of every near pair one body knows when they meet at the earliest, and is looked at by then.
+    """Coverage: of every near pair one body has a bound below the time of their contact, and comes to the
+    head by then.
 
     That is the body that looked at the other last. It knows its partner by ``tick``, as long as the partner
     has the plan that it had then, and everybody else by ``guard``. At the very tick of the contact it is
@@ -220,7 +399,7 @@ reach_wall = to_be_filled_in
 
 
 def ask_again(k: Kernel, pairs: Pairs, meetings: Integers, walls: Integers) -> None:
-    """Write down when each pair, and each body and a wall, meet; a template, as ``kernel.loop`` has."""
+    """Writes down when each pair, and each body and a wall, meet; a template, as ``kernel.loop`` has."""
     k = disowned(k)
     bodies = k.bodies
     if WALLS:

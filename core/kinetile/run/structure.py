@@ -1,7 +1,8 @@
-"""What a broad phase says there is to see, with the numbers of the bodies and ticks since the start.
+"""The structure of a broad phase, read from outside: its candidate pairs, and the shapes that it draws.
 
-A phase's ``draw`` is somebody else's code: what it gets can only be read, and what it returns is looked
-through, so that whoever shows it may rely on it.
+A phase's ``near`` and ``draw`` are somebody else's code. ``near`` writes into a table of its own here, so
+that a run in another thread is not disturbed. ``draw`` gets tables that can only be read, and every shape
+that it returns is checked, so that whoever shows it may rely on it.
 """
 
 from __future__ import annotations
@@ -10,19 +11,72 @@ import math
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from kinetile.errors import PhaseError
 from kinetile.kernel.clock import Clock
-from kinetile.kernel.tables import NEVER, Kernel, read_only
+from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
+from kinetile.kernel.tables import NEVER, Kernel, is_there, read_only
 from kinetile.plugin.calling import calling, described
 from kinetile.plugin.drawing import At, Box, Coordinate, Entry, Item, Link, Point, Polygon, Segment
-from kinetile.run.composition import Composition
+from kinetile.run.compose import Composition
 
-__all__ = ["drawn"]
+near = to_be_filled_in
+
+
+def list_near(k: Kernel, s: Any, found: npt.NDArray[np.int32]) -> int:
+    """Writes (body, other) for all bodies near each body, while there is room; returns how many there are.
+
+    A template, as ``kernel.loop.advance`` is.
+    """
+    k = disowned(k)
+    s = disowned(s)
+    count = 0
+    for body in range(k.clock[0].bodies):
+        if is_there(k, body):
+            for i in range(near(k, s, body)):
+                if count < len(found):
+                    found[count, 0] = body
+                    found[count, 1] = k.near[i]
+                count += 1
+    return count
+
+
+def named_near(k: Kernel, composition: Composition) -> npt.NDArray[np.int32]:
+    """Returns (body, other) for all bodies that the broad phase names near each body, itself apart; (m, 2).
+
+    The answers are written aside: a run in another thread has its own in ``k.near``.
+    """
+    broad, k = composition.broad, k._replace(near=np.zeros_like(k.near))
+    listing = compose(list_near, {"near": broad.near}, composition.label, type(broad.state))
+    found = np.zeros((8 * len(k.bodies) + 64, 2), dtype=np.int32)
+    count = int(listing(k, broad.state, found))
+    if count > len(found):
+        found = np.zeros((count, 2), dtype=np.int32)
+        listing(k, broad.state, found)
+    named: npt.NDArray[np.int32] = found[:count][found[:count, 0] != found[:count, 1]]
+    return named
+
+
+def pairs_of_named(named: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
+    """Returns the pairs (a, b), a < b, of which one is near the other, sorted; (m, 2)."""
+    pairs: npt.NDArray[np.int32] = np.unique(np.sort(named, axis=1), axis=0)
+    return pairs
+
+
+def candidates(k: Kernel, composition: Composition) -> npt.NDArray[np.int32]:
+    """Returns the candidate pairs (a, b), a < b, by the numbers of the bodies, sorted; (m, 2)."""
+    return pairs_of_named(by_number(k, named_near(k, composition)))
+
+
+def by_number(k: Kernel, named: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
+    """Returns pairs of slots as pairs of the numbers of the bodies in them."""
+    numbers: npt.NDArray[np.int32] = np.asarray(k.queue["number"])[named]
+    return numbers
 
 
 def drawn(k: Kernel, composition: Composition, clock: Clock) -> tuple[Item, ...]:
-    """Return what there is to see now; nothing where the phase draws nothing.
+    """Returns what there is to see now; nothing where the phase draws nothing.
 
     Raises PhaseError where ``draw`` raises, or returns what is no shape, or names a slot that is empty.
     """
@@ -39,7 +93,7 @@ def drawn(k: Kernel, composition: Composition, clock: Clock) -> tuple[Item, ...]
 
 
 class _Wrong(Exception):
-    """What is wrong with a shape."""
+    """A shape that is wrong; the message says how."""
 
 
 class _Reader:
@@ -50,7 +104,7 @@ class _Reader:
         self.clock = clock
 
     def read(self, item: Any) -> Item:
-        """Return a shape as others know it: mostly it is the same, and then itself."""
+        """Returns a shape with the numbers of bodies; itself where they are the slots, as mostly."""
         if not isinstance(item, Segment | Box | Polygon | Link | Entry):
             wanted = "expected shapes: Segment, Box, Polygon, Link, Entry of kinetile.toolbox"
             raise _Wrong(f"{item!r}; {wanted}")

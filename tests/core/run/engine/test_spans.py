@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import kinetile as kt
-from kinetile.run.engine import spans
+from kinetile.run.engine import engine
 
 pytestmark = pytest.mark.compiled
 
@@ -20,19 +20,19 @@ def slow(speed: float, **more: object) -> kt.Scene:
 
 
 def in_small_steps(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(spans, "MOST_BODIES", 0)
+    monkeypatch.setattr(engine, "MOST_BODIES", 0)
 
 
 def steps_of(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """Return a list to which every move of the clock's base adds a span."""
     moved: list[int] = []
-    one = spans.move_base
+    one = engine.Engine.move_base
 
     def counted(*arguments: object) -> None:
         moved.append(1)
         one(*arguments)
 
-    monkeypatch.setattr("kinetile.run.advance.move_base", counted)
+    monkeypatch.setattr(engine.Engine, "move_base", counted)
     return moved
 
 

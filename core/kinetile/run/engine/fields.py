@@ -1,8 +1,8 @@
-"""The tables as Python reads them between two chunks: the clock and the counts, and who is there.
+"""Fields of the clock and the counts, read quickly between two chunks, and the slots that are taken.
 
 ``k.clock[0].now`` makes two objects of NumPy's before it gives a number, for two microseconds; between two
 frames of a game there are some hundred of these. A view of a field's eight bytes that is made once costs a
-twentieth of that. Who is there is looked up when somebody has come or gone, and not for each question.
+twentieth of that. The slots that are taken are looked up when a body has come or gone, not for each read.
 """
 
 from __future__ import annotations
@@ -13,31 +13,28 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.kernel.loop.presence import slots_taken
-from kinetile.kernel.tables import Kernel, Records
+from kinetile.kernel.tables import Kernel, Records, slots_taken
 
-__all__ = ["Dials", "Tables", "dials"]
-
-Dials: TypeAlias = Any
-"""``dials(table).name[0]`` is the field ``name`` of the only record of a table, to be read and written."""
+Fields: TypeAlias = Any
+"""``fields_of(table).name[0]`` is the field ``name`` of the only record of a table, to read and to write."""
 
 
-def dials(table: Records) -> Dials:
-    """Return the fields of a table's only record, each as a view of one plain number."""
-    plain = table.view(np.ndarray)
-    return SimpleNamespace(**{name: memoryview(plain[name]) for name in table.dtype.names})
+def fields_of(*tables: Records) -> Fields:
+    """Returns the fields of the only records of tables, each as a view of one plain number."""
+    plain = [table.view(np.ndarray) for table in tables]
+    return SimpleNamespace(**{name: memoryview(table[name]) for table in plain for name in table.dtype.names})
 
 
 class Tables:
     """The kernel's tables, and what is read off them.
 
     Attributes:
-        dial: the fields of the clock.
+        fields: the fields of the clock.
         count: the fields of the counts.
     """
 
-    dial: Dials
-    count: Dials
+    fields: Fields
+    count: Fields
     _k: Kernel
     _taken: tuple[tuple[int, int], npt.NDArray[np.intp]] | None
 
@@ -49,7 +46,7 @@ class Tables:
     @k.setter
     def k(self, tables: Kernel) -> None:
         if not hasattr(self, "_k") or tables.clock is not self._k.clock:
-            self.dial, self.count, self._taken = dials(tables.clock), dials(tables.counts), None
+            self.fields, self.count, self._taken = fields_of(tables.clock), fields_of(tables.counts), None
         self._k = tables
 
     @property
@@ -64,12 +61,12 @@ class Tables:
     @property
     def now(self) -> int:
         """The present tick, counted from the clock's base."""
-        return int(self.dial.now[0])
+        return int(self.fields.now[0])
 
     @property
     def met_now(self) -> int:
         """How many contacts have happened at the present tick."""
-        return int(self.dial.met_there[0]) if self.dial.met_tick[0] == self.dial.now[0] else 0
+        return int(self.fields.met_there[0]) if self.fields.met_tick[0] == self.fields.now[0] else 0
 
     @property
     def contacts(self) -> int:

@@ -1,4 +1,6 @@
-"""What a simulation is made of: phases found by name, and the loop that contains them and nothing else."""
+"""Composition of a run: phases found by name, the rules of its scene, and the loop that has them and nothing
+else.
+"""
 
 from __future__ import annotations
 
@@ -8,25 +10,127 @@ from enum import IntEnum
 from typing import Any, cast
 
 from kinetile.errors import BadOption, PhaseError, Refused, nearest
+from kinetile.kernel.loop.responses import MOST_RESPONSES
+from kinetile.kernel.loop.responses import PASS as PASSES
 from kinetile.kernel.skin import too_thick
+from kinetile.kernel.tables import RULE, Records, record_table
 from kinetile.plugin.calling import calling, described
-from kinetile.plugin.discovery import Kind
-from kinetile.plugin.parts import check_parts
-from kinetile.plugin.protocols import BroadPhaseParts, PairParts, WallParts
+from kinetile.plugin.protocols import BroadPhaseParts, PairParts, ResponseParts, WallParts, check_parts
 from kinetile.plugin.registry import registry
-from kinetile.plugin.specs import NarrowPhaseSpec
-from kinetile.run.composition.rules import Rules, read_rules
-from kinetile.scene import Scene, Turn
+from kinetile.plugin.specs import Kind, NarrowPhaseSpec
+from kinetile.scene import Response, Scene, Turn
 from kinetile.scene.reach import skin_at_start
+from kinetile.scene.responses import ELASTIC, PASS
 
-__all__ = ["DEFAULT_BROAD_PHASE", "Commands", "Composition", "compose_phases", "read_narrow_phases"]
+BUILT_IN = (ELASTIC, PASS)
+
+Prepare = Callable[[Kind, str, Mapping[str, Any], Scene], Any]
+
+
+@dataclass(frozen=True)
+class Rules:
+    """The responses of a scene, composed.
+
+    Attributes:
+        table: the kernel's table of rules.
+        kinds: how many kinds of bodies there are.
+        hooks: the responses' hooks, in the order of their numbers in the table.
+        passing: whether some kinds pass through each other.
+        names: the names of the responses in use.
+    """
+
+    table: Records
+    kinds: int
+    hooks: tuple[Callable[..., Any], ...]
+    passing: bool
+    names: tuple[str, ...]
+
+    def parts(self, pair: PairParts | None, wall: WallParts | None) -> dict[str, Any]:
+        """Returns what is filled into the loop for them."""
+        found: dict[str, Any] = {"RESPONSES": len(self.hooks)}
+        found |= {f"respond_{number}": hook for number, hook in enumerate(self.hooks, 1)}
+        if pair is not None:
+            found |= {"touch": pair.touch, "part": pair.part}
+        if wall is not None:
+            found["touch_wall"] = wall.touch
+        return {name: part for name, part in found.items() if part is not None}
+
+
+def read_rules(
+    scene: Scene,
+    broad: tuple[str, BroadPhaseParts],
+    narrow: dict[str, PairParts | WallParts],
+    prepare: Prepare,
+) -> Rules | None:
+    """Returns the rules of a scene, or None where all contacts are elastic and all bodies can be moved.
+
+    Raises Refused where a phase does not go with them.
+    """
+    if not scene.ruled:
+        return None
+    meets, kinds = [response for row in scene.meets for response in row], len(scene.kinds)
+    parts = [_parts(response, scene, prepare) for response in meets]
+    hooks = sorted({each.respond for each in parts if each.respond is not None}, key=_name)
+    if len(hooks) > MOST_RESPONSES:
+        raise Refused(
+            f"a scene can have {MOST_RESPONSES} responses of plugins, and this one has {len(hooks)}"
+        )
+    rows = record_table(RULE, kinds * (kinds + 1))
+    for row, response, each in zip(rows, meets, parts, strict=True):
+        # The kernel does the two built-in responses itself, as 0 and 1; hooks are numbered behind them.
+        built_in = response.name in BUILT_IN
+        row.response = BUILT_IN.index(response.name) if built_in else 2 + hooks.index(cast(Any, each.respond))
+        for name, number in zip(RULE.names[1:], each.numbers, strict=False):  # type: ignore[index]
+            row[name] = number
+    passing = bool((rows.response == PASSES).any())
+    if passing and broad[1].solid:
+        raise Refused(
+            f"{broad[0]} is right only while bodies cannot pass through each other, and this scene has kinds "
+            "that pass: choose cells, sap-1d, sap-2d or naive"
+        )
+    _check_narrow(narrow, passing, bool(hooks))
+    names = tuple(dict.fromkeys(response.name for response in meets))
+    return Rules(rows, kinds, tuple(hooks), passing, names)
+
+
+def _name(hook: Any) -> tuple[str, str]:
+    """Where a hook comes from: the same hooks in the same order make the same loop."""
+    function = getattr(hook, "py_func", hook)
+    return function.__module__, function.__qualname__
+
+
+def _parts(response: Response, scene: Scene, prepare: Prepare) -> ResponseParts:
+    """Returns the parts of a response for a scene."""
+    parts = prepare("response", response.name, response.options, scene)
+    who = described("response", response.name)
+    if not isinstance(parts, ResponseParts):
+        raise PhaseError(f"{who}: prepare returned {type(parts).__name__}, not ResponseParts")
+    check_parts(who, parts)
+    if parts.respond is None and response.name not in BUILT_IN:
+        raise PhaseError(f"{who}: its parts have no respond; expected a function marked with toolbox.hook")
+    return parts
+
+
+def _check_narrow(narrow: dict[str, PairParts | WallParts], passing: bool, hooks: bool) -> None:
+    """Refuses narrow phases that do not go with rules."""
+    for name, parts in narrow.items():
+        who = described("narrow phase", name)
+        if passing and isinstance(parts, PairParts) and parts.part is None:
+            raise Refused(
+                f"{who} does not say when two bodies part that pass through each other: it has no part"
+            )
+        if hooks and parts.touch is None:
+            raise Refused(
+                f"{who} does not say along which line bodies touch: it has no touch, as responses need"
+            )
+
 
 DEFAULT_BROAD_PHASE = "cells"
 """Taken without a name: it does any scene, and is the fastest of the built-in ones (docs/benchmark.md)."""
 
 
 class Commands(IntEnum):
-    """Which commands are compiled into a loop."""
+    """The commands that are compiled into a loop."""
 
     NONE = 0
     TURNS = 1
@@ -34,7 +138,7 @@ class Commands(IntEnum):
 
     @classmethod
     def of(cls, scene: Scene) -> Commands:
-        """Return which commands a scene has."""
+        """Returns which commands a scene has."""
         if all(isinstance(command, Turn) for command in scene.commands):
             return cls.TURNS if scene.commands else cls.NONE
         return cls.ALL
@@ -70,15 +174,15 @@ class Composition:
         return self.broad.enter is not None
 
     def loop(self, commands: Commands) -> Callable[..., Any]:
-        """Return the loop for these phases, compiled when it is first called or made ready."""
+        """Returns the loop for these phases, compiled when it is first called or made ready."""
         from kinetile.kernel.compiled import compose
-        from kinetile.kernel.loop import advance
+        from kinetile.kernel.loop.loop import advance
 
         return compose(advance, self._parts(commands), self.label, type(self.broad.state))
 
     def obeying(self) -> Callable[..., Any]:
-        """Return what carries out one command by itself, for a broad phase that takes nobody in and lets
-        nobody go."""
+        """Returns a function that carries out one command by itself, for a broad phase that cannot take a
+        body in or let one go."""
         from kinetile.kernel.compiled import compose
         from kinetile.kernel.loop import idle
         from kinetile.kernel.loop.commands import obey_alone
@@ -87,7 +191,7 @@ class Composition:
         return compose(obey_alone, parts, f"obey_{self.label}", type(self.broad.state))
 
     def _parts(self, commands: Commands) -> dict[str, Any]:
-        """Return what is filled into the loop's templates."""
+        """Returns what is filled into the loop's templates."""
         parts: dict[str, Any] = {
             "build": self.broad.build,
             "repair": self.broad.repair,
@@ -114,7 +218,7 @@ class Composition:
         return parts
 
     def prepared_for(self, scene: Scene) -> Composition:
-        """Return the same phases, prepared for another scene; Refused where one cannot do it."""
+        """Returns the same phases, prepared for another scene; Refused where one cannot do it."""
         return _compose(scene, self.broad_phase, self.narrow_phases, self.options)
 
     @property
@@ -130,7 +234,7 @@ def compose_phases(
     narrow_phases: Sequence[str] | Mapping[str, Mapping[str, Any]] | None,
     options: Mapping[str, Any] | None,
 ) -> Composition:
-    """Find the phases by name and prepare them for a scene.
+    """Finds the phases by name and prepares them for a scene.
 
     An argument that is None follows the scene's settings, then the default:
     ``DEFAULT_BROAD_PHASE``, ``disc``, and ``wall`` where the scene has an arena.
@@ -153,7 +257,7 @@ def compose_phases(
 def read_narrow_phases(
     narrow: Sequence[str] | Mapping[str, Mapping[str, Any]],
 ) -> Mapping[str, Mapping[str, Any]]:
-    """Return narrow phases with their options; raise BadOption for a string."""
+    """Returns narrow phases with their options; raises BadOption for a string."""
     if isinstance(narrow, str):
         raise BadOption(f"narrow_phases is a sequence of names, such as [{narrow!r}], not a string")
     return narrow if isinstance(narrow, Mapping) else {each: {} for each in narrow}
@@ -162,61 +266,69 @@ def read_narrow_phases(
 def _compose(
     scene: Scene, name: str, narrow: Mapping[str, Mapping[str, Any]], options: Mapping[str, Any] | None
 ) -> Composition:
-    """Prepare the phases of these names for a scene."""
-    settings = scene.settings
-    broad_options = {**settings.options.get(name, {}), **(options or {})}
+    """Prepares the phases of these names for a scene, and refuses those that do not go together."""
+    broad_options = {**scene.settings.options.get(name, {}), **(options or {})}
     broad = _prepare("broad phase", name, broad_options, scene)
     if not isinstance(broad, BroadPhaseParts):
         raise PhaseError(
             f"{described('broad phase', name)}: prepare returned {type(broad).__name__}, not BroadPhaseParts"
         )
     check_parts(described("broad phase", name), broad)
-
-    pair: PairParts | None = None
-    wall: WallParts | None = None
-    narrow_options: dict[str, Mapping[str, Any]] = {}
-    given: dict[str, PairParts | WallParts] = {}
-    for each, extra in narrow.items():
-        narrow_options[each] = {**settings.options.get(each, {}), **extra}
-        parts = _prepare("narrow phase", each, narrow_options[each], scene)
-        role = cast(NarrowPhaseSpec, registry().spec("narrow phase", each)).role
-        if not isinstance(parts, PairParts if role == "pair" else WallParts):
-            raise PhaseError(
-                f"{described('narrow phase', each)}: prepare returned {type(parts).__name__}, "
-                f"not {'PairParts' if role == 'pair' else 'WallParts'}, as its role {role!r} has it"
-            )
-        if (pair if role == "pair" else wall) is not None:
-            raise BadOption(
-                f"two narrow phases for {role}s are named, and there can be one: {', '.join(narrow)}"
-            )
-        check_parts(described("narrow phase", each), parts)
-        given[each] = parts
-        if isinstance(parts, PairParts):
-            pair = parts
-        elif isinstance(parts, WallParts):
-            wall = parts
+    narrow_options = {
+        each: {**scene.settings.options.get(each, {}), **extra} for each, extra in narrow.items()
+    }
+    given = _narrow_parts(scene, narrow_options)
+    pair = next((parts for parts in given.values() if isinstance(parts, PairParts)), None)
+    wall = next((parts for parts in given.values() if isinstance(parts, WallParts)), None)
     if broad.skin_limit is not None and scene.arena is not None:
         skin = skin_at_start(scene, walls=True)
         if skin.delta > broad.skin_limit:
             raise Refused(too_thick(name, skin.delta, broad.skin_limit))
-    if broad.solid and pair is None:
+    if broad.solid:
+        _demand_solid(name, given, pair)
+    rules = read_rules(scene, (name, broad), given, _prepare)
+    return Composition(name, broad_options, narrow_options, broad, pair, wall, scene, rules)
+
+
+def _narrow_parts(scene: Scene, options: Mapping[str, Mapping[str, Any]]) -> dict[str, PairParts | WallParts]:
+    """Prepares the narrow phases, each with its options; there is one for pairs and one for walls at most."""
+    found: dict[str, PairParts | WallParts] = {}
+    for each, own in options.items():
+        parts = _prepare("narrow phase", each, own, scene)
+        role = cast(NarrowPhaseSpec, registry().spec("narrow phase", each)).role
+        wanted = PairParts if role == "pair" else WallParts
+        if not isinstance(parts, wanted):
+            raise PhaseError(
+                f"{described('narrow phase', each)}: prepare returned {type(parts).__name__}, "
+                f"not {wanted.__name__}, as its role {role!r} has it"
+            )
+        if any(isinstance(other, wanted) for other in found.values()):
+            raise BadOption(
+                f"two narrow phases for {role}s are named, and there can be one: {', '.join(options)}"
+            )
+        check_parts(described("narrow phase", each), parts)
+        found[each] = cast(Any, parts)
+    return found
+
+
+def _demand_solid(name: str, given: Mapping[str, PairParts | WallParts], pair: PairParts | None) -> None:
+    """Raises Refused where bodies may pass through each other, for a broad phase that is wrong then."""
+    if pair is None:
         raise Refused(
             f"{name} is right only while bodies cannot pass through each other, and no narrow phase for "
             "pairs is named: name one, such as disc, or choose cells, sap-1d, sap-2d or naive"
         )
-    if broad.solid and pair is not None and pair.contact_distance != "sum of radii":
+    if pair.contact_distance != "sum of radii":
         closer = next(described("narrow phase", each) for each, parts in given.items() if parts is pair)
         raise Refused(
             f"{name} is right only while bodies touch at the sum of their radii, and those of {closer} may "
             "come closer (its parts say contact_distance='closer', the default): choose cells, sap-1d, "
             "sap-2d or naive"
         )
-    rules = read_rules(scene, (name, broad), given, _prepare)
-    return Composition(name, broad_options, narrow_options, broad, pair, wall, scene, rules)
 
 
 def _prepare(kind: Kind, name: str, options: Mapping[str, Any], scene: Scene) -> Any:
-    """Make a phase with its options and ask it for its parts."""
+    """Makes a phase with its options and returns its parts."""
     found = registry()
     find = {"broad phase": found.broad_phase, "narrow phase": found.narrow_phase, "response": found.response}
     phase = find[kind](name)
@@ -228,7 +340,7 @@ def _prepare(kind: Kind, name: str, options: Mapping[str, Any], scene: Scene) ->
 
 
 def check_options(kind: str, name: str, phase: Callable[..., Any], options: Mapping[str, Any]) -> None:
-    """Refuse an option that the phase's constructor does not have, with what was meant and what there is."""
+    """Refuses an option that the phase's constructor does not have, with what was meant and what there is."""
     if not options:
         return
     import inspect

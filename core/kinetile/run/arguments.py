@@ -1,0 +1,341 @@
+"""Arguments of a simulation's methods, checked before anything is done.
+
+Each reader returns a value of the right type, or raises an error that says what was found and what would be
+right. Lengths and speeds are limited as a scene's are, so that their squares are finite.
+"""
+
+from __future__ import annotations
+
+import math
+import operator
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kinetile.kernel.log import INSERTED, REMOVED, TURNED
+from kinetile.kernel.loop.bookkeeping import ANY, SOME
+from kinetile.kernel.tables import NOBODY, OFFER, record_table
+from kinetile.run.advance import End
+from kinetile.run.engine.agenda import Rows
+from kinetile.run.engine.bounds import MOST_FLOWN
+from kinetile.run.engine.engine import UNLIMITED, Engine, Watch
+from kinetile.run.questions.places import Box, Point
+from kinetile.scene import Insert, Scene
+from kinetile.scene.checks import LARGEST, WALL, is_finite, shown
+from kinetile.scene.commands import check_commands
+from kinetile.scene.responses import Kind, no_kind
+
+_SIZE = "at most 2**200 in size"
+
+
+def read_point(value: object, name: str) -> Point:
+    """Returns a point, or a velocity; ValueError where it is none."""
+    x, y = _read_numbers(value, 2, f"{name} is two finite numbers, {_SIZE}")
+    return x, y
+
+
+def read_direction(value: object) -> Point:
+    """Returns a direction; ValueError where it is none, or leads nowhere."""
+    x, y = read_point(value, "a direction")
+    if x == 0.0 and y == 0.0:
+        raise ValueError("a direction is two finite numbers that are not both 0; found (0.0, 0.0)")
+    return x, y
+
+
+def read_box(value: object) -> Box:
+    """Returns a box; ValueError where it is none, or is upside down."""
+    what = "a box is (left, bottom, right, top), four finite numbers"
+    left, bottom, right, top = _read_numbers(value, 4, f"{what}, {_SIZE}")
+    if left > right or bottom > top:
+        raise ValueError(f"{what}, left <= right and bottom <= top; found {shown(value)}")
+    return left, bottom, right, top
+
+
+def read_disc(value: object) -> tuple[Point, float]:
+    """Returns a disc's centre and radius; ValueError where it is none."""
+    what = f"a disc is (x, y, radius), three finite numbers, {_SIZE}"
+    x, y, radius = _read_numbers(value, 3, what)
+    if radius < 0.0:
+        raise ValueError(f"{what}, with a radius of at least 0; found {shown(value)}")
+    return (x, y), radius
+
+
+def read_length(value: Any, name: str) -> float:
+    """Returns a length; ValueError where it is none."""
+    if not is_finite(value) or not 0.0 <= value <= LARGEST:
+        raise ValueError(f"{name} is a finite number, from 0 to 2**200; found {shown(value)}")
+    return float(value)
+
+
+def read_count(value: Any, name: str) -> int:
+    """Returns how many bodies are wanted at most; ValueError where it is no number of bodies."""
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 0:
+        raise ValueError(f"{name} is a number of bodies, at least 0; found {shown(value)}")
+    return int(value)
+
+
+def read_kinds(value: Kind | Iterable[Kind], known: Sequence[Kind], where: str) -> list[Kind]:
+    """Returns one kind or several as a list; ValueError for one that is none of those that are known."""
+    one = isinstance(value, str | int | np.integer)
+    try:
+        kinds: list[Any] = [value] if one else list(value)  # type: ignore[arg-type]
+    except TypeError:
+        raise TypeError(f"{where}: kinds are given by a list of them; found {shown(value)}") from None
+    for kind in kinds:
+        if kind not in known:
+            raise ValueError(f"{where}: {no_kind(kind, known)}")
+    return kinds
+
+
+def _read_numbers(value: Any, count: int, what: str) -> list[float]:
+    """Returns so many finite numbers; ValueError, with what is expected, where they are not."""
+    parts = value.tolist() if isinstance(value, np.ndarray) else value
+    fit = isinstance(parts, Sequence) and not isinstance(parts, str) and len(parts) == count
+    if not fit or not all(is_finite(part) and abs(part) <= LARGEST for part in parts):
+        raise ValueError(f"{what}; found {shown(value)}")
+    return [float(part) for part in parts]
+
+
+def read_end(
+    engine: Engine,
+    scene: Scene,
+    until: float | None,
+    max_contacts: int | None = None,
+    max_events: int | None = None,
+) -> End:
+    """Returns the end that was asked for; ValueError where it is none, or lies in the past.
+
+    The scene's own ``until`` is its exact end, where it has one.
+    """
+    if until is None:
+        until = scene.settings.until
+    if until is None and max_contacts is None and max_events is None:
+        raise ValueError("run needs an end: until=, max_contacts=, max_events= or an until in the scene")
+    end = End(
+        contacts=_last(engine.contacts, max_contacts, "max_contacts"),
+        events=_last(engine.events, max_events, "max_events"),
+    )
+    if until is None:
+        return end
+    if not is_finite(until):
+        raise ValueError(f"until must be a finite time; found {shown(until)}")
+    until = float(until)
+    exact = scene.settings.end if until == scene.settings.until else None
+    if exact is not None:
+        end = end._replace(quota=exact[2])
+        ticks = engine.clock.tick_of(until, exact)
+    else:
+        ticks = engine.clock.total(engine.now) if until == engine.time else engine.clock.ticks(until)
+    if engine.clock.relative(ticks) < engine.now:
+        raise ValueError(f"until={until} lies in the past: the time is {engine.time}")
+    return end._replace(until=until, ticks=ticks)
+
+
+def read_body(engine: Engine, body: object, or_coming: bool = False) -> int:
+    """Returns the number of a body that is there, or that is still to come; IndexError for any other number,
+    with what is known of it, TypeError for what is no number.
+
+    As for an index of NumPy, a float and a bool are no numbers of bodies.
+    """
+    if isinstance(body, bool | np.bool_ | float | np.floating):
+        raise IndexError(f"a body goes by its number, a whole one; found {shown(body)}")
+    try:
+        number = operator.index(body)  # type: ignore[arg-type]  # anything may be given
+    except TypeError:
+        raise TypeError(f"a body goes by its number; found {shown(body)}") from None
+    # The table of slots has room for numbers that are still to be given: they count for nothing.
+    if 0 <= number < engine.numbers and engine.k.slots[number] >= 0:
+        return number
+    if or_coming and engine.agenda.brings(engine.k, engine.clock, number):
+        return number
+    there = int(engine.fields.present[0])
+    if not 0 <= number < engine.numbers:
+        raise IndexError(f"there is no body {number}: numbers up to {engine.numbers - 1} have been given")
+    raise IndexError(f"there is no body {number} now: it has gone, or is still to come; {there} are there")
+
+
+def read_turns(engine: Engine, bodies: object, velocities: object) -> Rows:
+    """Returns the turns of bodies, each to its velocity; velocities are (n, 2), or one for all.
+
+    IndexError for a body that is not there, ValueError where a velocity is not such as can be flown.
+    """
+    try:
+        numbers = np.atleast_1d(np.asarray(bodies))
+    except ValueError:  # rows of different lengths
+        numbers = np.zeros((0, 0))
+    if numbers.ndim != 1:
+        raise ValueError(f"bodies are given by a list of their numbers; found {shown(bodies)}")
+    if isinstance(bodies, list | tuple) and any(isinstance(body, bool | np.bool_) for body in bodies):
+        numbers = np.array(bodies, dtype=object)  # beside numbers, NumPy makes 1 of True
+    if len(numbers) and numbers.dtype.kind not in "iu":
+        for body in numbers.tolist():
+            read_body(engine, body)
+    try:
+        pairs = np.asarray(velocities, dtype=np.float64)
+        if pairs.shape != (len(numbers), 2):
+            pairs = np.broadcast_to(pairs, (len(numbers), 2))
+    except (TypeError, ValueError, OverflowError):
+        pairs = np.full((len(numbers), 2), np.nan)
+    if not np.isfinite(pairs).all():
+        if isinstance(velocities, Sequence) and len(velocities) == 1 == len(numbers):
+            raise ValueError(f"a velocity is two finite numbers; found {shown(velocities[0])}")
+        expected = f"expected one, or one for each of the {len(numbers)} bodies, (n, 2)"
+        raise ValueError(f"a velocity is two finite numbers; {expected}; found {shown(velocities)}")
+    rows = engine.command_rows(TURNED, len(numbers))
+    rows["mass"] = engine.k.mass[_slots_of(engine, numbers)]
+    rows["body"] = numbers
+    rows["vx"], rows["vy"] = pairs[:, 0], pairs[:, 1]
+    _check_speed(engine, float(np.hypot(pairs[:, 0], pairs[:, 1]).max(initial=0.0)), engine.bounds.smallest)
+    return rows
+
+
+def _slots_of(engine: Engine, numbers: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
+    """Returns the slots of bodies; IndexError where one is not there."""
+    slots: npt.NDArray[np.int32] = engine.k.slots
+    known = (numbers >= 0) & (numbers < engine.numbers)
+    if known.all():
+        found = slots[numbers.astype(np.int64)]
+        if (found >= 0).all():
+            return found
+    for number in numbers.tolist():
+        read_body(engine, number)
+    raise AssertionError("one of these bodies is not there")
+
+
+def read_insertion(
+    engine: Engine, position: object, velocity: object, radius: float, mass: float, kind: Kind | None
+) -> Rows:
+    """Returns the command that inserts a body now; ValueError where a scene could not have it."""
+    kinds = engine.scene.kinds
+    kind = kinds[0] if kind is None else kind
+    if kind not in kinds:
+        raise ValueError(f"this body cannot come: {no_kind(kind, kinds)}")
+    if mass == math.inf and engine.composition.rules is None:
+        raise ValueError(
+            "this body cannot come: its mass is infinite, and this run is not made for bodies that nothing "
+            "can move; give the scene responses='elastic', and it is"
+        )
+    asked = Insert(0.0, position, velocity, radius, mass, engine.numbers, None, kind)  # type: ignore[arg-type]
+    mistakes = check_commands([asked], None, engine.scene.arena)
+    if mistakes:
+        said = "; ".join(
+            f"{mistake.where.partition('.')[2]} is {mistake.found}, expected {mistake.expected}"
+            for mistake in mistakes
+        )
+        raise ValueError(f"this body cannot come: {said}")
+    rows = engine.command_rows(INSERTED)
+    x, y = map(float, asked.position)
+    vx, vy = map(float, asked.velocity)
+    _check_speed(engine, math.hypot(vx, vy), min(engine.bounds.smallest, radius))
+    new = (x, y, vx, vy, float(radius), float(mass), engine.numbers)
+    for name, value in zip(("x", "y", "vx", "vy", "radius", "mass", "body"), new, strict=True):
+        rows[name] = value
+    rows["kind"] = kinds.index(kind)
+    return rows
+
+
+def read_removal(engine: Engine, body: object) -> Rows:
+    """Returns the command that removes a body now; IndexError where it is not there."""
+    rows = engine.command_rows(REMOVED)
+    rows["body"] = read_body(engine, body)
+    return rows
+
+
+def _check_speed(engine: Engine, speed: float, smallest: float) -> None:
+    if speed * engine.fields.tick[0] > MOST_FLOWN * smallest:
+        raise ValueError(
+            f"at the speed {speed:.3g} a body would fly too far in one tick of this scene's clock: schedule "
+            "the command in the scene, which chooses its clock by its speeds, or give the scene a unit"
+        )
+
+
+def _last(so_far: int, more: int | None, name: str) -> int:
+    """Returns the number of contacts or events, in all, after which to stop."""
+    if more is None:
+        return UNLIMITED
+    if operator.index(more) < 0:
+        raise ValueError(f"{name} must not be negative; found {more}")
+    return min(so_far + operator.index(more), UNLIMITED)
+
+
+@dataclass(frozen=True)
+class StopAt:
+    """Contacts at which a run stops, at their exact time. With nothing chosen: at every contact.
+
+    Attributes:
+        bodies: numbers of bodies, at every contact of theirs, with others or walls.
+        pairs: two numbers each, or a number and "wall".
+        kinds: one kind of bodies or several, at every contact of theirs; those who come later among them,
+            where the scene has them come.
+        before: stop before the contact happens, and not after: it is still to come, if no command changes
+        that.
+    """
+
+    bodies: Iterable[int] = field(default=())
+    pairs: Iterable[tuple[int, int | str]] = field(default=())
+    kinds: Kind | Iterable[Kind] = field(default=())
+    before: bool = False
+
+
+def read_stop(engine: Engine, scene: Scene, stop: Any) -> Watch | None:
+    """Returns where a run is to stop as the loop has it; None where it is to stop nowhere before its end.
+
+    TypeError for what does not say so, IndexError for bodies that are neither there nor still to come,
+    ValueError for kinds that there are not.
+    """
+    if stop is None:
+        return None
+    if not isinstance(stop, StopAt):
+        raise TypeError(
+            "stop_at is kinetile.StopAt(...), which chooses contacts by bodies, pairs or kinds; "
+            f"found {shown(stop)}"
+        )
+    flags = np.zeros(len(engine.k.slots), dtype=np.uint8)
+    kinds = read_kinds(stop.kinds, scene.kinds, "stop_at")
+    bodies = _several(stop.bodies, "bodies", "their numbers")
+    pairs = [_pair(engine, pair) for pair in _several(stop.pairs, "pairs", "two numbers each")]
+    for body in bodies:
+        flags[read_body(engine, body, or_coming=True)] = ANY
+    for kind in kinds:
+        flags[_of_kind(engine, scene, kind)] = ANY
+    if not (bodies or kinds or pairs):
+        flags[:] = ANY
+    table = record_table(OFFER, len(pairs))
+    for row, (a, b) in zip(table, pairs, strict=True):
+        row.a, row.b = a, b
+        flags[[each for each in (a, b) if each != NOBODY]] |= SOME
+    return Watch(flags, table, stop.before)
+
+
+def _several(given: Any, name: str, of: str) -> list[Any]:
+    """Returns what is given as a list; TypeError where that cannot be."""
+    try:
+        return list(given)
+    except TypeError:
+        raise TypeError(f"stop_at: {name} are given by a list of {of}; found {shown(given)}") from None
+
+
+def _pair(engine: Engine, pair: Any) -> tuple[int, int]:
+    """Returns the numbers of a pair, NOBODY for the walls."""
+    two = tuple(pair) if isinstance(pair, tuple | list) else ()
+    if len(two) != 2:
+        raise ValueError(
+            f"stop_at: a pair is two numbers of bodies, or one and {WALL!r}; found {shown(pair)}"
+        )
+    one = read_body(engine, two[0], or_coming=True)
+    return one, NOBODY if two[1] == WALL else read_body(engine, two[1], or_coming=True)
+
+
+def _of_kind(engine: Engine, scene: Scene, kind: Kind) -> list[int]:
+    """Returns the numbers of the bodies of a kind: those of the start, those given by hand, those to come."""
+    of_it = scene.kinds.index(kind)
+    found = np.flatnonzero(scene.kind_numbers == of_it).tolist()
+    found += [each.body for each in scene.commands if isinstance(each, Insert) and each.kind == kind]
+    k = engine.k
+    if len(k.rules):
+        there = k.queue.number[(k.queue.number >= 0) & (k.traits.kind == of_it)]
+        found += there.tolist()
+    return sorted(set(found))

@@ -1,0 +1,78 @@
+"""Bounds that hold for every body of a run, as one value: from masses and energy to a speed, to the skin.
+
+A broad phase compares bodies that are fattened by a skin. The skin has to cover what rounding can do, and
+that grows with the greatest speed and with the distance from the origin. No body can exceed the speed that
+the lightest one would have with all the energy there is. Where that bound would be passed (a command brings
+energy in, a response makes a body faster, bodies without walls fly far), the engine lays its tables out anew
+for a larger one.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kinetile.kernel.skin import Skin
+from kinetile.kernel.tables import Kernel
+from kinetile.scene import Insert, Scene
+from kinetile.scene.reach import speed_bound
+
+__all__ = ["MOST_FLOWN", "Bounds", "fastest", "squares_of_bodies"]
+
+MOST_FLOWN = 2.0**-20
+"""How far a body may fly in one tick, of the smallest radius; beyond it a tick is too coarse for contacts."""
+
+
+class Bounds(NamedTuple):
+    """Bounds over all bodies of a run, those still to come included.
+
+    Attributes:
+        lightest: the smallest mass.
+        smallest: the smallest radius.
+        squares: at least the sum of mass * speed^2 over all bodies and all commands to come: twice the energy
+            that there can be. What a command brings in is added, what it takes away is not; infinite until
+            it is needed.
+        speed: a speed that no body exceeds.
+        extent: how far from the origin a body can be.
+        skin: the skin that follows from speed and extent.
+    """
+
+    lightest: float
+    smallest: float
+    squares: float
+    speed: float
+    extent: float
+    skin: Skin
+
+    @classmethod
+    def at_start(cls, scene: Scene) -> Bounds:
+        """Returns the bounds of a scene; extent and skin are set when its tables are laid out."""
+        coming = [command for command in scene.commands if isinstance(command, Insert)]
+        masses = [*scene.mass.tolist(), *(command.mass for command in coming)]
+        radii = [*scene.radius.tolist(), *(command.radius for command in coming)]
+        speed, no_skin = speed_bound(scene), Skin(*[0.0] * len(Skin._fields))
+        return cls(min(masses, default=math.inf), min(radii, default=math.inf), math.inf, speed, 0.0, no_skin)
+
+    def including(self, rows: Any) -> Bounds:
+        """Returns the bounds with the masses and radii of bodies that commands insert."""
+        lightest, smallest = float(rows["mass"].min()), float(rows["radius"].min())
+        return self._replace(lightest=min(self.lightest, lightest), smallest=min(self.smallest, smallest))
+
+
+def fastest(squares: float, lightest: float) -> float:
+    """Returns the speed of the lightest body if it had all the energy, to a rounding."""
+    return math.sqrt(squares / lightest) * (1.0 + 2.0**-20)
+
+
+def squares_of_bodies(k: Kernel) -> float:
+    """Returns the sum of mass * speed^2 of all bodies, rounded once.
+
+    The order of slots, and how many are empty, depends on the broad phase. A sum that is rounded once does
+    not.
+    """
+    bodies = k.bodies.view(np.ndarray)
+    vx, vy = bodies["vx"], bodies["vy"]
+    mass = np.where(np.isinf(k.mass), 0.0, k.mass)
+    return math.fsum((mass * (vx * vx + vy * vy)).tolist())

@@ -1,0 +1,275 @@
+"""Readings of a run: what it cost and how true it stayed, what it models, and both in words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from kinetile.kernel.loop import idle
+from kinetile.kernel.tables import Kernel
+from kinetile.run.compose import Commands, Composition
+from kinetile.run.engine.bounds import Bounds
+from kinetile.scene import Insert, Remove, Scene, Turn
+
+
+@dataclass(frozen=True)
+class Readings:
+    """The instruments after a run; counts are totals since the start of the simulation.
+
+    Attributes:
+        contacts_disc: contacts of two discs, beginnings and ends of passings among them.
+        contacts_wall: contacts of a disc with a wall.
+        passings: times that two discs began to pass through each other.
+        turns: changes of velocity by the user or the scene.
+        inserted: bodies that came.
+        removed: bodies that went.
+        structural_events: failures of the broad phase's own certificates.
+        events: all of the above together.
+        certificates_updated: times the broad phase set anew when a body's certificate fails.
+        newcomers: pairs that the broad phase said have become near, those of the static construction apart.
+        partners_asked: bodies that another looked at for their contact, by a bound where the narrow phase has
+            one: all that the broad phase named.
+        contacts_computed: contact times worked out exactly.
+        queue_max: most bodies queued at one time; a body has one entry, so it is at most their number.
+        pairs_max: most pairs in the broad phase's pair set; 0 where it keeps none.
+        deepest_overlap: deepest overlap found at a contact, in radii of the smaller body.
+        energy_drift: relative change of kinetic energy, apart from what commands and responses change.
+        lateness: how far in the past a structural event was found, in the scene's time.
+        cpu_seconds: processor time inside the loop, compilation apart.
+        compile_seconds: processor time to compile the loop, or to load it.
+        audits: times an audit looked at everything and found nothing.
+        events_per_cpu_second: events / cpu_seconds.
+        contacts_per_cpu_second: contacts / cpu_seconds.
+        fingerprint: digest of the list of contacts; equal under every broad phase.
+    """
+
+    contacts_disc: int
+    contacts_wall: int
+    passings: int
+    turns: int
+    inserted: int
+    removed: int
+    structural_events: int
+    events: int
+    certificates_updated: int
+    newcomers: int
+    partners_asked: int
+    contacts_computed: int
+    queue_max: int
+    pairs_max: int
+    deepest_overlap: float
+    energy_drift: float
+    lateness: float
+    cpu_seconds: float
+    compile_seconds: float
+    audits: int
+    events_per_cpu_second: float
+    contacts_per_cpu_second: float
+    fingerprint: str
+
+    def as_dict(self) -> dict[str, Any]:
+        """Returns the readings by name, fit for JSON."""
+        return asdict(self)
+
+    @classmethod
+    def take(
+        cls,
+        k: Kernel,
+        *,
+        start_energy: float,
+        cpu_seconds: float,
+        compile_seconds: float,
+        audits: int,
+        fingerprint: str,
+    ) -> Readings:
+        """Reads the instruments of a kernel."""
+        counts = k.counts[0]
+        contacts = int(counts.contacts_disc) + int(counts.contacts_wall)
+        commands = int(counts.turns) + int(counts.inserted) + int(counts.removed)
+        events = contacts + commands + int(counts.structural)
+        expected = start_energy + float(counts.commanded_energy) + float(counts.answered_energy)
+        scale = max(abs(start_energy), abs(expected))
+        return cls(
+            contacts_disc=int(counts.contacts_disc),
+            contacts_wall=int(counts.contacts_wall),
+            passings=int(counts.passings),
+            turns=int(counts.turns),
+            inserted=int(counts.inserted),
+            removed=int(counts.removed),
+            structural_events=int(counts.structural),
+            events=events,
+            certificates_updated=int(counts.updated),
+            newcomers=int(counts.newcomers),
+            partners_asked=int(counts.asked),
+            contacts_computed=int(counts.exact),
+            queue_max=int(counts.queue_max),
+            pairs_max=int(counts.pairs_max),
+            deepest_overlap=max(float(counts.deepest), 0.0),
+            energy_drift=abs(energy(k) - expected) / scale if scale > 0.0 else 0.0,
+            lateness=float(counts.late) * float(k.clock[0].tick),
+            cpu_seconds=cpu_seconds,
+            compile_seconds=compile_seconds,
+            audits=audits,
+            events_per_cpu_second=events / cpu_seconds if cpu_seconds > 0.0 else 0.0,
+            contacts_per_cpu_second=contacts / cpu_seconds if cpu_seconds > 0.0 else 0.0,
+            fingerprint=fingerprint,
+        )
+
+
+def energy(k: Kernel) -> float:
+    """Returns the kinetic energy of all bodies that can be moved, summed exactly."""
+    mass = np.where(np.isinf(k.mass), 0.0, k.mass)
+    return 0.5 * math.fsum(np.asarray(mass * (k.bodies.vx**2 + k.bodies.vy**2)))
+
+
+def reading_lines(found: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Yields readings (``Readings.as_dict``) line by line, each with its label."""
+    contacts = found["contacts_disc"] + found["contacts_wall"]
+    asked, exact = (found[name] / max(contacts, 1) for name in ("partners_asked", "contacts_computed"))
+    yield (
+        "contacts",
+        f"{contacts:,} ({found['contacts_disc']:,} of discs, {found['contacts_wall']:,} with walls)",
+    )
+    if found["passings"]:
+        yield "passings", f"{found['passings']:,} begun; begin and end count as contacts of discs"
+    turns = f", {found['turns']:,} turns" if found["turns"] else ""
+    yield "events", f"{found['events']:,} ({found['structural_events']:,} structural{turns})"
+    yield "certificates", f"{found['certificates_updated']:,} times set anew"
+    yield "queue", f"at most {found['queue_max']:,} long"
+    yield "candidate pairs", f"{found['newcomers']:,} new during the run"
+    yield (
+        "contact times",
+        f"{found['partners_asked']:,} candidate checks, {found['contacts_computed']:,} exact solves"
+        + (f" ({asked:.3g} and {exact:.3g} a contact)" if contacts else ""),
+    )
+    yield "deepest overlap", f"{found['deepest_overlap']:.2g} radii"
+    yield "energy drift", f"{found['energy_drift']:.2g} (relative)"
+    yield "lateness", f"{found['lateness']:.2g} time units"
+    if found["audits"]:
+        yield "audits", f"{found['audits']:,}: nothing was found"
+    yield (
+        "CPU time",
+        f"{found['cpu_seconds']:.4g} s in the loop, {found['compile_seconds']:.3g} s to make it ready",
+    )
+    yield (
+        "speed",
+        f"{found['events_per_cpu_second'] / 1e6:.3g} million events, "
+        f"{found['contacts_per_cpu_second'] / 1e3:,.4g} thousand contacts a CPU second",
+    )
+    yield "fingerprint", found["fingerprint"]
+
+
+_UNITS = {
+    "time_unit": "of the scene's time",
+    "tick": "of the scene's time",
+    "speed_bound": "length / time",
+    "skin": "length",
+    "skin_in_radii": "of the smallest radius",
+    "structural_error": "length",
+}
+
+
+def explanation(
+    scene: Scene, composition: Composition, commands: Commands, bounds: Bounds, time_unit: float
+) -> dict[str, Any]:
+    """Returns {"modelled": sentences, "left out": sentences, "numbers": {name: value}}."""
+    certificates = 0 if composition.broad.repair is idle.repair else len(scene)
+    said = [
+        *_of_motion(scene, composition, certificates),
+        *_of_contacts(scene, composition),
+        *_of_walls(scene, composition),
+        *_of_commands(scene, composition, commands),
+    ]
+    return {
+        "modelled": [sentence for modelled, sentence in said if modelled],
+        "left out": [sentence for modelled, sentence in said if not modelled],
+        "numbers": {
+            "bodies": len(scene),
+            "structural_certificates": certificates,
+            "time_unit": time_unit,
+            "tick": time_unit * 2.0**-52,
+            "speed_bound": bounds.speed,
+            "skin": bounds.skin.delta,
+            "skin_in_radii": bounds.skin.delta / float(scene.radius.min()) if len(scene) else 0.0,
+            "structural_error": bounds.skin.eta,
+        },
+    }
+
+
+Sentences = Iterator[tuple[bool, str]]
+"""Sentences, each with whether it says what is modelled, or what is left out."""
+
+
+def _of_motion(scene: Scene, composition: Composition, certificates: int) -> Sentences:
+    yield True, f"{len(scene)} discs, flying straight between contacts"
+    loses = composition.rules is not None
+    yield False, "gravity, friction, rotation, growth" + ("" if loses else " and any loss of energy")
+    options = ", ".join(f"{name}={value}" for name, value in composition.options.items())
+    yield (
+        True,
+        f"candidate pairs by the broad phase {composition.broad_phase}{f' ({options})' if options else ''}, "
+        f"with {'one structural certificate a body' if certificates else 'no structural certificate'}",
+    )
+
+
+def _of_contacts(scene: Scene, composition: Composition) -> Sentences:
+    if composition.pair is None:
+        yield False, "contacts of two bodies: no narrow phase for pairs is named"
+    else:
+        named = ", ".join(composition.narrow_phases) or "none"
+        yield True, f"contacts of two bodies (narrow phases: {named})"
+        if len(scene) == 0 or bool((scene.mass == scene.mass[0]).all()):
+            yield False, "masses: all are equal"
+        else:
+            yield True, f"masses from {float(scene.mass.min())!r} to {float(scene.mass.max())!r}"
+    rules = composition.rules
+    if rules is None:
+        yield False, "responses by kind: every contact is elastic"
+    else:
+        kinds = f"{rules.kinds} {'kind' if rules.kinds == 1 else 'kinds'} of bodies"
+        yield True, f"responses by kind: {', '.join(rules.names)}, for {kinds} and the walls"
+
+
+def _of_walls(scene: Scene, composition: Composition) -> Sentences:
+    if scene.arena is None:
+        yield False, "walls: the scene has no arena"
+    elif composition.wall is None:
+        yield False, "walls: the scene has an arena, but no narrow phase for walls is named"
+    else:
+        width, height = scene.arena
+        yield True, f"four walls around {width!r} x {height!r}, one contact of each body awaited"
+
+
+def _of_commands(scene: Scene, composition: Composition, commands: Commands) -> Sentences:
+    if not commands:
+        yield False, "commands (turns, insertions, removals): the scene has none"
+        return
+    yield True, f"commands: {_counted(scene)} in the scene, and those given by hand"
+    if commands == Commands.ALL and not composition.living:
+        yield False, "taking bodies in and letting them go: for each the broad phase is built anew"
+
+
+def explanation_lines(found: Mapping[str, Any]) -> list[str]:
+    """Returns ``Simulation.explain()`` as lines of text: each list under its heading, then the numbers."""
+    lines: list[str] = []
+    for heading, content in found.items():
+        lines.append(f"{heading}:")
+        if isinstance(content, Mapping):
+            width = max(map(len, content), default=0)
+            for name, value in content.items():
+                shown = f"{value:.6g}" if isinstance(value, float) else f"{value:,}"
+                label = name.replace("_", " ")
+                lines.append(f"  {label:{width}}  {shown} {_UNITS.get(name, '')}".rstrip())
+        else:
+            lines += [f"  - {sentence}" for sentence in content]
+    return lines
+
+
+def _counted(scene: Scene) -> str:
+    """Returns how many commands of each kind there are."""
+    kinds = (("turns", Turn), ("insertions", Insert), ("removals", Remove))
+    return ", ".join(f"{sum(isinstance(c, kind) for c in scene.commands)} {name}" for name, kind in kinds)

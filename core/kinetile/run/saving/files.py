@@ -1,0 +1,498 @@
+"""Files of saved runs: a snapshot as a NumPy ``.npz`` archive, which holds no pickle, with a JSON head.
+
+::
+
+    kinetile_saved_run.npy    the head: JSON as bytes; what is said in words, and which array is what
+    tables.bodies.npy, ...    the kernel's tables
+    state.*.npy               the arrays of the broad phase's state
+    contacts.npy, ...         contacts so far, commands given by hand, rows that wait, arrays of the head
+    the archive's comment     SHA-256 of the file with 64 zero bytes in the place of this, in hexadecimal
+
+``numpy.load`` reads such a file, whatever wrote it. The CRC of each member says nothing of names, lengths and
+the directory, so the checksum is over all bytes, and nothing is made of a file before it is known to be
+right. Nothing in a file can be carried out: it holds numbers, text, and the names of phases, which are those
+that are installed here.
+"""
+
+from __future__ import annotations
+
+import copyreg
+import glob
+import hashlib
+import json
+import os
+import time
+import zipfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import fields, is_dataclass
+from io import BytesIO
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+import numpy.typing as npt
+
+from kinetile.errors import KinetileError, RecordError
+from kinetile.kernel.clock import Clock
+from kinetile.kernel.log import ANSWER, CONTACT, LOG
+from kinetile.kernel.skin import Skin
+from kinetile.kernel.tables import COMMAND, MET
+from kinetile.run.compose import Commands
+from kinetile.run.engine.agenda import Command
+from kinetile.run.engine.bounds import Bounds
+from kinetile.run.engine.engine import Parts
+from kinetile.run.engine.ledger import Entries, digestible
+from kinetile.run.engine.sha256 import Sha256
+from kinetile.run.saving.snapshot import Phases, Snapshot, elements, layout, versions_of
+from kinetile.scene import Insert, Remove, Response, Scene, Settings, Turn, spacious, standing
+from kinetile.scene.checks import shown
+from kinetile.scene.targets import replacing, writable_target
+
+__all__ = ["check_target", "no_simulation", "note", "pack", "read_whole", "unpack", "write_whole"]
+
+HEAD = "kinetile_saved_run"
+_FIRST_NAME = slice(30, 30 + len(HEAD) + 4)
+"""Where the name of the first member lies in an archive: by that a file of ours is known."""
+_CHECKSUM = 64
+_AT_ONCE = 1 << 24
+_NOT_SO = (
+    *(TypeError, ValueError, LookupError, ArithmeticError),
+    *(AttributeError, RecursionError, MemoryError),
+)
+
+Arrays = dict[str, npt.NDArray[Any]]
+
+
+# A snapshot as an archive
+
+
+def pack(snapshot: Snapshot, file: BinaryIO, note: Mapping[str, Any] | None = None) -> None:
+    """Writes a snapshot to a binary file that can be sought in.
+
+    Raises RecordError where something cannot be written down: an option of a phase that is no number, text or
+    list, say.
+    """
+    arrays: Arrays = {}
+    head = {
+        "answer": ANSWER,
+        "layout": layout(),
+        "note": dict(note or {}),
+        "said": to_plain(_said(snapshot, arrays), arrays, "the simulation"),
+    }
+    try:
+        text = json.dumps(head).encode()
+    except (TypeError, ValueError) as error:
+        raise RecordError(f"this simulation cannot be saved with its note: {error}") from error
+    hashed = _Hashed(file)
+    with zipfile.ZipFile(hashed, "w") as archive:  # type: ignore[call-overload]  # it has to write, no more
+        for name, array in {HEAD: np.frombuffer(text, np.uint8), **arrays}.items():
+            with archive.open(zipfile.ZipInfo(f"{name}.npy"), "w", force_zip64=True) as member:
+                np.lib.format.write_array(member, array, allow_pickle=False)
+        archive.comment = bytes(_CHECKSUM)
+    file.seek(-_CHECKSUM, os.SEEK_END)
+    file.write(hashed.sha256.hexdigest().encode())
+
+
+class _Hashed:
+    """A file that can only be written to, and the hash of what was written."""
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._file = file
+        self.sha256 = hashlib.sha256()
+
+    def write(self, data: Any) -> int:
+        """Writes bytes; a signal can come between two writes."""
+        view = memoryview(data).cast("B")
+        for at in range(0, len(view), _AT_ONCE):
+            self._file.write(view[at : at + _AT_ONCE])
+        self.sha256.update(view)
+        return len(view)
+
+    def flush(self) -> None:
+        """Brings what was written to the file."""
+        self._file.flush()
+
+
+def packed(snapshot: Snapshot) -> bytes:
+    """Returns a snapshot as the bytes of an archive."""
+    file = BytesIO()
+    pack(snapshot, file)
+    return file.getvalue()
+
+
+def unpack(content: bytes, name: str = "this") -> Snapshot:
+    """Returns the snapshot that was packed; RecordError, in which it is called ``name``, where that cannot
+    be."""
+    head, arrays = _opened(content, name)
+    if head["answer"] != ANSWER:
+        raise RecordError(
+            f"{name} was saved under version {head['answer']!r} of the specification, and this kinetile "
+            f"follows version {ANSWER}: other rules would make other contacts from here on"
+        )
+    if head["layout"] != layout():
+        raise RecordError(
+            f"{name} was saved by another version of kinetile, whose tables are laid out in another way: "
+            "only that version can go on from it"
+        )
+    with no_simulation(name):
+        try:
+            return _snapshot(from_plain(head["said"], arrays), arrays)
+        except RecordError:
+            raise
+        except KinetileError as error:
+            raise RecordError(f"{name} is no simulation that can be gone on from: {error}") from error
+
+
+copyreg.pickle(Snapshot, lambda snapshot: (unpack, (packed(snapshot), "this pickle")))
+
+
+@contextmanager
+def no_simulation(name: str) -> Iterator[None]:
+    """Raises RecordError, within this context, for what Python raises where values of a file are used that no
+    simulation has. The checksum tells of damage only: a file may say anything."""
+    try:
+        yield
+    except KinetileError:
+        raise
+    except _NOT_SO as error:
+        said = f"{type(error).__name__}: {error}"
+        raise RecordError(f"{name} is no simulation that can be gone on from: {said}") from error
+
+
+def note(content: bytes, name: str = "this") -> dict[str, Any]:
+    """Returns the note that was packed along with a snapshot; RecordError as ``unpack``."""
+    found = _opened(content, name)[0]["note"]
+    return found if isinstance(found, dict) else {}
+
+
+def _opened(content: bytes, name: str) -> tuple[dict[str, Any], Arrays]:
+    """Returns the head and the arrays, after the checksum; RecordError for what is damaged or something
+    else."""
+    if content[_FIRST_NAME] != f"{HEAD}.npy".encode():
+        raise RecordError(f"{name} is no saved simulation: expected a file that Simulation.save has written")
+    sha256 = hashlib.sha256(memoryview(content)[:-_CHECKSUM])
+    sha256.update(bytes(_CHECKSUM))
+    if sha256.hexdigest().encode() != content[-_CHECKSUM:]:
+        raise RecordError(
+            f"{name} is damaged, or cut off: its checksum does not fit what is in it; nothing was made of it"
+        )
+    try:
+        with np.load(BytesIO(content), allow_pickle=False) as archive:
+            arrays = {each: archive[each] for each in archive.files}
+        head = json.loads(arrays.pop(HEAD).tobytes())
+        _ = head["answer"], head["layout"], head["note"], head["said"]
+    except Exception as error:  # of zipfile, NumPy, JSON: whatever a hostile archive may bring them to
+        raise RecordError(f"{name} is no saved simulation: {error}") from error
+    return head, arrays
+
+
+# What the head says
+
+
+def _said(snapshot: Snapshot, arrays: Arrays) -> dict[str, Any]:
+    """Returns what a snapshot holds, in values that ``to_plain`` can say; adds the arrays of tables."""
+    parts = snapshot.parts
+    versions = versions_of(parts.composition) if parts.composition is not None else snapshot.versions
+    arrays |= {f"tables.{name}": table for name, table in parts.tables.items()}
+    arrays |= {f"state.{name}": array for name, array in parts.state.items()}
+    rows, bases = snapshot.history
+    arrays["history"] = np.frombuffer(rows, COMMAND)
+    return {
+        "scene": _scene(snapshot.scene),
+        "phases": [snapshot.phases.broad_phase, snapshot.phases.options, snapshot.phases.narrow_phases],
+        "versions": versions,
+        "at_start": snapshot.at_start,
+        "capacity": snapshot.prepared.capacity,
+        "prepared": None if snapshot.at_start else _columns(snapshot.prepared, snapshot.scene),
+        "tables": list(parts.tables),
+        "state": list(parts.state),
+        "base": parts.base,
+        "bounds": parts.bounds,
+        "commands": int(parts.commands),
+        "later": list(parts.later),
+        "entries": _entries(parts.entries, arrays),
+        "numbers": parts.numbers,
+        "audits": parts.audits,
+        "asked": parts.asked,
+        "log_rows": parts.log_rows,
+        "overlapping": parts.overlapping,
+        "cpu_seconds": parts.cpu_seconds,
+        "compile_seconds": parts.compile_seconds,
+        "history": [list(base) for base in bases],
+        "audit": snapshot.audit,
+        "start_energy": snapshot.start_energy,
+    }
+
+
+_KINDS: dict[str, Any] = {
+    **dict.fromkeys(("base", "capacity", "commands", "numbers", "audits", "log_rows"), int),
+    **dict.fromkeys(("cpu_seconds", "compile_seconds"), int | float),
+    **{"at_start": bool, "asked": float | int | None, "audit": int | None, "start_energy": float},
+    **{"bounds": Bounds, "overlapping": np.ndarray},
+}
+
+
+def _snapshot(said: Mapping[str, Any], arrays: Arrays) -> Snapshot:
+    _check_kinds(said)
+    scene = Scene(*said["scene"])
+    prepared = spacious(scene, said["capacity"])
+    if not said["at_start"]:
+        prepared = standing(scene, said["prepared"], said["capacity"])
+    parts = Parts(
+        composition=None,
+        tables={name: arrays[f"tables.{name}"] for name in said["tables"]},
+        state={name: arrays[f"state.{name}"] for name in said["state"]},
+        base=said["base"],
+        bounds=said["bounds"],
+        commands=Commands(said["commands"]),
+        later=tuple(said["later"]),
+        entries=_read_entries(said["entries"], arrays, scene),
+        numbers=said["numbers"],
+        audits=said["audits"],
+        asked=said["asked"],
+        log_rows=said["log_rows"],
+        overlapping=said["overlapping"],
+        cpu_seconds=said["cpu_seconds"],
+        compile_seconds=said["compile_seconds"],
+    )
+    return Snapshot(
+        scene=scene,
+        phases=Phases(*said["phases"]),
+        prepared=prepared,
+        at_start=said["at_start"],
+        versions=said["versions"],
+        parts=parts,
+        history=(
+            _rows(arrays, "history", COMMAND).tobytes(),
+            tuple((int(first), int(base)) for first, base in said["history"]),
+        ),
+        audit=said["audit"],
+        start_energy=said["start_energy"],
+    )
+
+
+def _check_kinds(said: Mapping[str, Any]) -> None:
+    """Raises TypeError for what is none of the values that an engine has: it would be found out in a run."""
+    for name, kind in _KINDS.items():
+        if not isinstance(said[name], kind):
+            raise TypeError(f"{name} is {shown(said[name])}")
+    *numbers, skin = said["bounds"]
+    if not isinstance(skin, Skin):
+        raise TypeError(f"skin is {shown(skin)}")
+    for name, value in [
+        *zip(Bounds._fields[:-1], numbers, strict=True),
+        *zip(Skin._fields, skin, strict=True),
+    ]:
+        if not isinstance(value, float):
+            raise TypeError(f"{name} is {shown(value)}")
+    if not all(isinstance(each, Command) for each in said["later"]):
+        raise TypeError("a command is none")
+    if said["overlapping"].dtype != np.int64 or said["overlapping"].shape[1:] != (2,):
+        raise TypeError("overlapping has no pairs of bodies")
+    if said["capacity"] < 0 or not 0 < said["log_rows"] < 1 << 40:
+        raise ValueError(f"capacity is {said['capacity']}, log_rows is {said['log_rows']}")
+
+
+def _scene(scene: Scene) -> list[Any]:
+    """Returns what a scene is made from. Of its origin, which says where it is from, what can be said."""
+    arguments = list(scene.__reduce__()[1])
+    return [_sayable(each) if isinstance(each, dict) and each == scene.origin else each for each in arguments]
+
+
+def _sayable(origin: Mapping[str, Any]) -> dict[str, Any]:
+    found = {}
+    for name, value in origin.items():
+        with suppress(RecordError):
+            to_plain(value, {}, "")
+            found[name] = value
+    return found
+
+
+def _columns(prepared: Scene, scene: Scene) -> Arrays:
+    """Returns the arrays in which a scene in the middle of a run differs from that at the start."""
+    there = vars(scene)
+    return {
+        name: value
+        for name, value in vars(prepared).items()
+        if isinstance(value, np.ndarray) and value is not there[name]
+    }
+
+
+def _entries(entries: Entries, arrays: Arrays) -> dict[str, Any]:
+    """Returns what stands in the ledger. Kept contacts are their own digest; else its state is needed."""
+    arrays |= {f"unrecorded.{number}": rows for number, rows in enumerate(entries.unrecorded)}
+    found: dict[str, Any] = {
+        "rows": entries.rows,
+        "fingerprint": entries.digest.hexdigest(),
+        "unrecorded": len(entries.unrecorded),
+    }
+    if isinstance(entries.digest, Sha256):
+        return found | {"digest": list(entries.digest.state)}
+    assert entries.contacts is not None
+    arrays["contacts"] = np.frombuffer(digestible(entries.contacts), MET)
+    return found
+
+
+def _read_entries(said: Mapping[str, Any], arrays: Arrays, scene: Scene) -> Entries:
+    unrecorded = tuple(_rows(arrays, f"unrecorded.{number}", LOG) for number in range(said["unrecorded"]))
+    digest: Any
+    if "digest" in said:
+        contacts, digest = None, Sha256.from_state(*said["digest"])
+    else:
+        met = _rows(arrays, "contacts", MET)
+        contacts = np.zeros(len(met), CONTACT)
+        for name in met.dtype.names or ():
+            contacts[name] = met[name]
+        contacts["time"] = Clock(scene.start, scene.time_unit).rounded(met["epoch"], met["tick"])
+        contacts.flags.writeable = False
+        digest = hashlib.sha256(met.tobytes())
+    if digest.hexdigest() != said["fingerprint"]:
+        raise ValueError("its fingerprint is not that of its contacts")
+    return Entries(said["rows"], contacts, digest, unrecorded)
+
+
+def _rows(arrays: Arrays, name: str, dtype: np.dtype[Any]) -> npt.NDArray[Any]:
+    """Returns an array of rows of a known kind; TypeError for any other."""
+    rows = arrays[name]
+    if elements(rows.dtype) != elements(dtype) or rows.ndim != 1:
+        raise TypeError(f"{name} has other rows")
+    return rows
+
+
+# Values as JSON says them, and back. Floats come back to the bit, as Python writes them; arrays are members
+# of the archive. Of classes only those come out that are named here, whatever a file says.
+
+_CLASSES: tuple[Any, ...] = (Bounds, Command, Insert, Remove, Settings, Skin, Turn)
+_NAMED: dict[str, Any] = {each.__name__: each for each in _CLASSES}
+_NAMED["Response"] = lambda name, options: Response(name, **options)
+_DTYPES = {"<f8", "<i8", "<i4", "|b1", "|u1"}
+
+
+def to_plain(value: Any, arrays: Arrays, where: str) -> Any:
+    """Returns a value as JSON can say it, and adds its arrays; RecordError, which says ``where``, for what is
+    none of what can be said."""
+    if isinstance(value, np.generic):
+        value = value.item()
+    if value is None or type(value) in (bool, int, float, str):
+        return value
+    if type(value) in _CLASSES:
+        content = [getattr(value, each.name) for each in fields(value)] if is_dataclass(value) else value
+        return {type(value).__name__: [to_plain(each, arrays, where) for each in content]}
+    if isinstance(value, Response):
+        return {"Response": [value.name, to_plain(dict(value.options), arrays, where)]}
+    if type(value) is list:
+        return [to_plain(each, arrays, where) for each in value]
+    if type(value) is tuple:
+        return {"tuple": [to_plain(each, arrays, where) for each in value]}
+    if isinstance(value, Mapping):
+        return {
+            "table": [
+                [to_plain(key, arrays, where), to_plain(each, arrays, where)] for key, each in value.items()
+            ]
+        }
+    if isinstance(value, np.ndarray) and value.dtype.str in _DTYPES:
+        name = f"array.{len(arrays)}"
+        arrays[name] = value
+        return {"array": name}
+    raise RecordError(
+        f"{where} has {shown(value)} in it, which cannot be saved: expected numbers, text, lists, tables or "
+        "arrays of numbers"
+    )
+
+
+def from_plain(said: Any, arrays: Arrays) -> Any:
+    """Returns the value that was said; TypeError, ValueError or LookupError for what none of it can be."""
+    if isinstance(said, list):
+        return [from_plain(each, arrays) for each in said]
+    if not isinstance(said, dict):
+        return said
+    ((kind, content),) = said.items()
+    if kind == "array":
+        found = arrays[content]
+        if found.dtype.str not in _DTYPES:
+            raise ValueError(f"an array of {found.dtype}")
+        return found
+    parts = [from_plain(each, arrays) for each in content]
+    if kind == "tuple":
+        return tuple(parts)
+    if kind == "table":
+        return dict(parts)
+    return _NAMED[kind](*parts)
+
+
+# A file that is there as a whole or not at all: written under another name, brought to the disk, then named
+
+
+def check_target(path: str | os.PathLike[str]) -> Path:
+    """Returns the file that a path means, links followed; RecordError where a saved simulation is not to be
+    written there, for there is something else."""
+    name = os.fspath(path)
+    if not Path(name).name:
+        raise RecordError(f"{name!r} names no file: expected the path of a file")
+    try:
+        target = writable_target(path)
+        if target.exists():
+            with target.open("rb") as file:
+                begin = file.read(_FIRST_NAME.stop)
+            if begin and begin[_FIRST_NAME] != f"{HEAD}.npy".encode():
+                raise RecordError(
+                    f"{name} is there and is no saved simulation, so it is not replaced: choose another "
+                    "name, or move it away"
+                )
+    except RecordError:
+        raise
+    except OSError as error:
+        raise _unwritable(name, error) from error
+    return target
+
+
+def write_whole(
+    path: str | os.PathLike[str], snapshot: Snapshot, note: Mapping[str, Any] | None = None
+) -> None:
+    """Writes a snapshot to a file, in the place of a saved simulation that may be there. Whatever ends this
+    on its way, a signal, a full disk, a kill, what was there is there.
+
+    Raises RecordError where it cannot be written.
+    """
+    target = check_target(path)
+    try:
+        with replacing(target) as file:
+            pack(snapshot, file, note)
+    except OSError as error:
+        raise _unwritable(os.fspath(path), error) from error
+    _sync_folder(target.parent)
+    _clear_up(target)
+
+
+def _clear_up(target: Path) -> None:
+    """Removes what was left by writers of this file that were killed: what nobody has touched for a
+    minute."""
+    for left in target.parent.glob(f".{glob.escape(target.name)}.{'[0-9a-f]' * 8}.part"):
+        with suppress(OSError):
+            if time.time() - left.stat().st_mtime > 60.0:
+                left.unlink()
+
+
+def read_whole(path: str | os.PathLike[str]) -> bytes:
+    """Returns what is in a file; RecordError where it cannot be read."""
+    try:
+        return Path(path).read_bytes()
+    except OSError as error:
+        raise RecordError(f"{os.fspath(path)} cannot be read: {error.strerror or error}") from error
+
+
+def _unwritable(name: str, error: OSError) -> RecordError:
+    return RecordError(
+        f"{name} cannot be written: {error.strerror or error}; what was there under this name is as it was"
+    )
+
+
+def _sync_folder(folder: Path) -> None:
+    """Brings a name to the disk, where folders can be."""
+    with suppress(OSError):
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
