@@ -8,16 +8,14 @@ from __future__ import annotations
 
 import sys
 from importlib import import_module
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
+
+from kinetile.versions import __version__ as __version__
 
 if TYPE_CHECKING:
     from kinetile.kernel.log import ANSWER as ANSWER
     from kinetile.kernel.log import CONTACT as CONTACT
     from kinetile.kernel.log import LOG as LOG
-    from kinetile.plugin.by_name import load_scene as load_scene
-    from kinetile.plugin.by_name import make_scene as make_scene
-    from kinetile.plugin.hookspecs import hookimpl as hookimpl
     from kinetile.plugin.registry import Registry as Registry
     from kinetile.plugin.registry import registry as registry
     from kinetile.plugin.specs import API_VERSION as API_VERSION
@@ -25,44 +23,45 @@ if TYPE_CHECKING:
     from kinetile.plugin.specs import NarrowPhaseSpec as NarrowPhaseSpec
     from kinetile.plugin.specs import ResponseSpec as ResponseSpec
     from kinetile.plugin.specs import SceneSpec as SceneSpec
+    from kinetile.plugin.specs import hookimpl as hookimpl
     from kinetile.records.events import EventRecorder as EventRecorder
     from kinetile.records.reading import read_events as read_events
     from kinetile.records.trajectory import Trajectory as Trajectory
     from kinetile.run.advance import Event as Event
-    from kinetile.run.arguments.stopping import StopAt as StopAt
-    from kinetile.run.questions import CastHit as CastHit
-    from kinetile.run.questions import NextContact as NextContact
-    from kinetile.run.questions import RayHit as RayHit
-    from kinetile.run.saving import Snapshot as Snapshot
-    from kinetile.run.saving.resuming import resume as resume
+    from kinetile.run.arguments import StopAt as StopAt
+    from kinetile.run.questions.meetings import CastHit as CastHit
+    from kinetile.run.questions.meetings import NextContact as NextContact
+    from kinetile.run.questions.places import RayHit as RayHit
+    from kinetile.run.saving.snapshot import Snapshot as Snapshot
     from kinetile.run.simulation import Progress as Progress
     from kinetile.run.simulation import Simulation as Simulation
+    from kinetile.run.simulation import resume as resume
     from kinetile.scene import Insert as Insert
     from kinetile.scene import Remove as Remove
     from kinetile.scene import Response as Response
     from kinetile.scene import Scene as Scene
     from kinetile.scene import Settings as Settings
     from kinetile.scene import Turn as Turn
-    from kinetile.scene.text.files import save_scene as save_scene
-    from kinetile.show.display.things import as_html as as_html
-    from kinetile.show.display.things import as_svg as as_svg
+    from kinetile.scene.by_name import load_scene as load_scene
+    from kinetile.scene.by_name import make_scene as make_scene
+    from kinetile.scene.files import save_scene as save_scene
+    from kinetile.show.html import as_html as as_html
+    from kinetile.show.html import as_svg as as_svg
     from kinetile.show.player.view import view as view
-
-__version__ = "0.1.0"
 
 _HOME = {
     "ANSWER": "kinetile.kernel.log",
     "API_VERSION": "kinetile.plugin.specs",
     "BroadPhaseSpec": "kinetile.plugin.specs",
     "CONTACT": "kinetile.kernel.log",
-    "CastHit": "kinetile.run.questions",
+    "CastHit": "kinetile.run.questions.meetings",
     "Event": "kinetile.run.advance",
     "LOG": "kinetile.kernel.log",
     "NarrowPhaseSpec": "kinetile.plugin.specs",
     "EventRecorder": "kinetile.records.events",
-    "NextContact": "kinetile.run.questions",
+    "NextContact": "kinetile.run.questions.meetings",
     "Progress": "kinetile.run.simulation",
-    "RayHit": "kinetile.run.questions",
+    "RayHit": "kinetile.run.questions.places",
     "Trajectory": "kinetile.records.trajectory",
     "read_events": "kinetile.records.reading",
     "Registry": "kinetile.plugin.registry",
@@ -72,19 +71,19 @@ _HOME = {
     "SceneSpec": "kinetile.plugin.specs",
     "Settings": "kinetile.scene",
     "Simulation": "kinetile.run.simulation",
-    "StopAt": "kinetile.run.arguments.stopping",
-    "Snapshot": "kinetile.run.saving",
+    "StopAt": "kinetile.run.arguments",
+    "Snapshot": "kinetile.run.saving.snapshot",
     "Insert": "kinetile.scene",
     "Remove": "kinetile.scene",
     "Turn": "kinetile.scene",
-    "hookimpl": "kinetile.plugin.hookspecs",
-    "as_html": "kinetile.show.display.things",
-    "as_svg": "kinetile.show.display.things",
-    "load_scene": "kinetile.plugin.by_name",
-    "make_scene": "kinetile.plugin.by_name",
+    "hookimpl": "kinetile.plugin.specs",
+    "as_html": "kinetile.show.html",
+    "as_svg": "kinetile.show.html",
+    "load_scene": "kinetile.scene.by_name",
+    "make_scene": "kinetile.scene.by_name",
     "registry": "kinetile.plugin.registry",
-    "resume": "kinetile.run.saving.resuming",
-    "save_scene": "kinetile.scene.text.files",
+    "resume": "kinetile.run.simulation",
+    "save_scene": "kinetile.scene.files",
     "view": "kinetile.show.player.view",
 }
 
@@ -101,12 +100,7 @@ def __dir__() -> list[str]:
     return __all__
 
 
-class _Moved(ModuleType):
-    """A public module's former name: what it is asked for comes from where that is now."""
+if "IPython" in sys.modules:
+    from kinetile.show.notebook import register_where_ipython_runs
 
-    def __getattr__(self, name: str) -> Any:
-        return getattr(import_module(_MOVED[self.__name__]), name)
-
-
-_MOVED = {"kinetile.trajectory": "kinetile.records"}
-sys.modules.update({name: _Moved(name) for name in _MOVED})
+    register_where_ipython_runs()

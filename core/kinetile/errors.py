@@ -190,7 +190,7 @@ class UnawaitedContactError(MissedContactError, AuditError):
 
 
 def nearest(name: str, known: Iterable[str]) -> str | None:
-    """Return the known name that ``name`` was probably meant to be, or None if none is near."""
+    """Returns the known name that ``name`` was probably meant to be, or None if none is near."""
     if len(name) > _LONGEST_NAME:
         return None
     folded = {_fold(each): each for each in known}
@@ -205,7 +205,7 @@ def nearest(name: str, known: Iterable[str]) -> str | None:
 
 
 def printable(text: str, most: int = 1000) -> str:
-    """Return ``text`` fit for a terminal: control characters escaped, and cut where it is too long.
+    """Returns ``text`` fit for a terminal: control characters escaped, and cut where it is too long.
 
     What files say goes into messages, and a terminal would do what its control characters say.
     """
@@ -215,12 +215,12 @@ def printable(text: str, most: int = 1000) -> str:
 
 
 def _legible(text: str) -> str:
-    """Return a message of one line or several, each of which is fit for a terminal."""
+    """Returns a message of one line or several, each of which is fit for a terminal."""
     return "\n".join(printable(line, _LONGEST_LINE) for line in text.split("\n"))
 
 
 def one_of(name: str, known: Iterable[str]) -> str:
-    """Return what stands after "expected" where ``name`` is not one of the known names."""
+    """Returns what stands after "expected" where ``name`` is not one of the known names."""
     names = list(known)
     if not names:
         return "nothing here"
@@ -230,7 +230,7 @@ def one_of(name: str, known: Iterable[str]) -> str:
 
 
 def _listed(what: str, mistakes: Sequence[Mistake], source: str | None) -> str:
-    """Return a message with all mistakes of a thing, or of the file that it stands in."""
+    """Returns a message with all mistakes of a thing, or of the file that it stands in."""
     count = f"{len(mistakes)} mistake{'s' if len(mistakes) != 1 else ''}"
     head = f"{printable(source)}: {count}" if source else f"{what} has {count}"
     return "\n".join([head, *(f"  {mistake}" for mistake in mistakes)])
@@ -239,7 +239,7 @@ def _listed(what: str, mistakes: Sequence[Mistake], source: str | None) -> str:
 def _as_raised(
     kind: type[KinetileError], args: tuple[Any, ...], attributes: Mapping[str, Any]
 ) -> KinetileError:
-    """Return an error again from its parts, without the constructor, which has made the message of them."""
+    """Returns an error again from its parts, without the constructor, which has made the message of them."""
     error = kind.__new__(kind, *args)
     super(KinetileError, error).__init__(*args)
     error.__dict__.update(attributes)
@@ -247,7 +247,7 @@ def _as_raised(
 
 
 def _portable(value: Any) -> Any:
-    """Return a value if it comes through a pickle, or else its text."""
+    """Returns a value if it comes through a pickle, or else its text."""
     try:
         pickle.loads(pickle.dumps(value))
     except Exception:  # a foreign class may raise anything here

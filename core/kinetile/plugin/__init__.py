@@ -1,1 +1,1 @@
-"""The seam: what plugins are told and what they bring, and whatever is found by name."""
+"""Plugins: what they offer, the protocols that they follow, and the registry that finds them by name."""

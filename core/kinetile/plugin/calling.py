@@ -16,18 +16,18 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from kinetile.errors import KinetileError, PhaseError, UnknownName
-from kinetile.plugin.discovery import Kind, sentence
-from kinetile.plugin.registry import registry
-
-__all__ = ["calling", "described", "is_library", "line_of_author", "place_of"]
+from kinetile.plugin.registry import registry, sentence
+from kinetile.plugin.specs import Kind
 
 LIBRARIES = ("numpy", "numba", "llvmlite", "hypothesis")
-KINETILE = Path(__file__).parents[1]
+NOT_AUTHORS = {Path(__file__).parents[1]}
+"""Folders with no code of a phase's author: kinetile's own. A kit that calls hooks adds its own."""
+
 STDLIB = Path(sysconfig.get_paths()["stdlib"])
 
 
 def described(kind: Kind, name: str) -> str:
-    """Return a phase as messages name it, with the plugin and the distribution that bring it."""
+    """Returns a phase as messages name it, with the plugin and the distribution that bring it."""
     try:
         return f"{kind} {name!r} of {registry().provided(kind, name).source}"
     except UnknownName:
@@ -35,7 +35,7 @@ def described(kind: Kind, name: str) -> str:
 
 
 def place_of(error: BaseException) -> str:
-    """Return where an error was raised: file and line, of the phase's own where it has any part in it.
+    """Returns where an error was raised: file and line, of the phase's own where it has any part in it.
 
     What a hook asks of an array wrongly is raised in NumPy, and what it asks of the toolbox in kinetile.
     """
@@ -45,11 +45,11 @@ def place_of(error: BaseException) -> str:
 
 
 def line_of_author(frames: Iterable[tuple[str, int]]) -> str:
-    """Return the first of these files and lines that is neither kinetile's nor a library's, to be put behind
+    """Returns the first of these files and lines that is neither kinetile's nor a library's, to be put behind
     a sentence; nothing where there is none."""
     for frame in frames:
         path = Path(frame[0])
-        if not path.is_relative_to(KINETILE) and not is_library(path):
+        if not any(map(path.is_relative_to, NOT_AUTHORS)) and not is_library(path):
             return _behind_a_sentence(frame)
     return ""
 

@@ -1,4 +1,4 @@
-"""Phases chosen in writing: a name, with options if need be (``sap-1d:axis=y``), and lists of those."""
+"""Choices of phases in writing: a name, with options if need be (``sap-1d:axis=y``), and lists of those."""
 
 from __future__ import annotations
 
@@ -7,13 +7,11 @@ from typing import Any
 
 from kinetile.errors import BadOption
 
-__all__ = ["read_assignments", "read_phase", "read_phases", "read_value", "write_phase"]
-
 _WORDS = {"true": True, "false": False, "none": None}
 
 
 def read_value(text: str) -> Any:
-    """Return what a text stands for: a whole number, a number, true, false, none, a TOML array, or itself."""
+    """Returns the value of a text: a whole number, a number, true, false, none, a TOML array, or itself."""
     for reading in (int, float):
         try:
             return reading(text)
@@ -32,7 +30,7 @@ def read_value(text: str) -> Any:
 
 
 def read_assignments(texts: Iterable[str], where: str) -> dict[str, Any]:
-    """Return ``key=value`` texts as a dictionary, dashes in keys as underscores; BadOption for others."""
+    """Returns ``key=value`` texts as a dictionary, dashes in keys as underscores; BadOption for others."""
     found: dict[str, Any] = {}
     for text in texts:
         key, equals, value = text.partition("=")
@@ -46,7 +44,7 @@ def read_assignments(texts: Iterable[str], where: str) -> dict[str, Any]:
 
 
 def read_phase(text: str) -> tuple[str, dict[str, Any]]:
-    """Return the name and the options of a phase: ``sap-1d`` or ``sap-1d:axis=y,other=2``."""
+    """Returns the name and the options of a phase: ``sap-1d`` or ``sap-1d:axis=y,other=2``."""
     name, _, options = text.strip().partition(":")
     if not name:
         raise BadOption(f"{text!r} names no phase; expected a name, such as sap-1d or sap-1d:axis=y")
@@ -54,12 +52,12 @@ def read_phase(text: str) -> tuple[str, dict[str, Any]]:
 
 
 def write_phase(name: str, options: Mapping[str, Any]) -> str:
-    """Return a phase as ``read_phase`` takes it."""
+    """Returns a phase as ``read_phase`` takes it."""
     return f"{name}:{','.join(f'{key}={value}' for key, value in options.items())}" if options else name
 
 
 def read_phases(text: str) -> list[str]:
-    """Return the phases of a list with commas; ``key=value`` after a phase with options is another option."""
+    """Returns the phases of a list with commas; ``key=value`` behind one with options is one more option."""
     phases: list[str] = []
     for piece in filter(None, (piece.strip() for piece in text.split(","))):
         goes_on = "=" in piece and ":" not in piece.partition("=")[0]

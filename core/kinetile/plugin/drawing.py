@@ -1,9 +1,9 @@
-"""What there is to see of a broad phase: the vocabulary in which ``draw`` of its parts speaks.
+"""Shapes of a broad phase's structure: the vocabulary of the ``draw`` of its parts.
 
 Four shapes and the entries of a matrix, each with a role that says what it stands for. A shape hangs on
 bodies where it can: a coordinate is a number, or that of a body's centre and an offset (``At``), and moves
-with the body. So what is said after one event holds until the next, whatever moves in between, and whoever
-shows a run in motion need not ask again. Whoever shows a moment puts in where the bodies are then.
+with the body. So what is drawn after one event holds until the next, whatever moves in between, and a player
+of a run in motion need not draw again. A picture of a moment puts in where the bodies are then.
 
 A phase names bodies by their slots, as everywhere in hooks. ``Simulation.drawing`` has the same shapes with
 the numbers of the bodies.
@@ -17,22 +17,6 @@ from functools import lru_cache
 from typing import NamedTuple, TypeAlias
 
 from kinetile.kernel.tables import Kernel
-
-__all__ = [
-    "ROLES",
-    "At",
-    "Box",
-    "Coordinate",
-    "Entry",
-    "Item",
-    "Link",
-    "Point",
-    "Polygon",
-    "Role",
-    "Segment",
-    "held_pairs",
-    "pair_links",
-]
 
 Role: TypeAlias = str
 """One of ``ROLES``."""
@@ -59,14 +43,26 @@ class At(NamedTuple):
 
 
 Coordinate: TypeAlias = float | At
-"""Where something stands on an axis: a fixed number, in the scene's length, or with a body."""
+"""A place on an axis: a fixed number, in the scene's length, or with a body."""
 
 Point: TypeAlias = tuple[Coordinate, Coordinate]
 """(x, y), each fixed or with a body; the two may go with different bodies."""
 
 
+class _Shape:
+    """A shape, or an entry of a matrix: it has one of the roles."""
+
+    __slots__ = ()
+    role: Role
+
+    def __post_init__(self) -> None:
+        if self.role not in ROLES:
+            known = ", ".join(ROLES)
+            raise ValueError(f"a {type(self).__name__} has one of the roles {known}; found {self.role!r}")
+
+
 @dataclass(frozen=True, slots=True)
-class Segment:
+class Segment(_Shape):
     """A line from a to b.
 
     Like all shapes it may say when the certificate behind it fails (``fails``; None or ``NEVER``: it does
@@ -81,12 +77,9 @@ class Segment:
     fails: int | None = None
     label: str = ""
 
-    def __post_init__(self) -> None:
-        _check(self)
-
 
 @dataclass(frozen=True, slots=True)
-class Box:
+class Box(_Shape):
     """A rectangle along the axes, from its lower left corner to its upper right; else like ``Segment``."""
 
     role: Role
@@ -95,12 +88,9 @@ class Box:
     fails: int | None = None
     label: str = ""
 
-    def __post_init__(self) -> None:
-        _check(self)
-
 
 @dataclass(frozen=True, slots=True)
-class Polygon:
+class Polygon(_Shape):
     """An area, by its corners in their order around it, at least three; else like ``Segment``."""
 
     role: Role
@@ -109,13 +99,13 @@ class Polygon:
     label: str = ""
 
     def __post_init__(self) -> None:
-        _check(self)
+        _Shape.__post_init__(self)
         if len(self.corners) < 3:
             raise ValueError(f"a polygon has at least three corners; found {len(self.corners)}")
 
 
 @dataclass(frozen=True, slots=True)
-class Link:
+class Link(_Shape):
     """A line between the centres of two bodies, by slot or number as in ``At``; else like ``Segment``."""
 
     role: Role
@@ -124,13 +114,10 @@ class Link:
     fails: int | None = None
     label: str = ""
 
-    def __post_init__(self) -> None:
-        _check(self)
-
 
 @dataclass(frozen=True, slots=True)
-class Entry:
-    """What stands in row a, column b of a matrix of all bodies, and in row b, column a; else like ``Link``.
+class Entry(_Shape):
+    """An entry in row a, column b of a matrix of all bodies, and in row b, column a; else like ``Link``.
 
     It has no place in the scene: a page shows the matrix beside it, a picture leaves it out.
     """
@@ -141,22 +128,19 @@ class Entry:
     fails: int | None = None
     label: str = ""
 
-    def __post_init__(self) -> None:
-        _check(self)
-
 
 Item: TypeAlias = Segment | Box | Polygon | Link | Entry
 """One thing that there is to see."""
 
 
 def pair_links(pairs: Iterable[tuple[int, int]]) -> Iterator[Link]:
-    """Yield a link for each pair of bodies, sorted. They are mostly those of the event before, and kept."""
+    """Yields a link for each pair of bodies, sorted. They are mostly those of the event before, and kept."""
     for a, b in sorted(pairs):
         yield _pair(a, b)
 
 
 def held_pairs(k: Kernel) -> Iterator[Link]:
-    """Yield the pairs of the pair set, sorted, for phases that keep their pairs there."""
+    """Yields the pairs of the pair set, sorted, for phases that keep their pairs there."""
     held = k.pairs[k.pairs.a >= 0]
     yield from pair_links(zip(held.a.tolist(), held.b.tolist(), strict=True))
 
@@ -164,10 +148,3 @@ def held_pairs(k: Kernel) -> Iterator[Link]:
 @lru_cache(maxsize=1 << 16)
 def _pair(a: int, b: int) -> Link:
     return Link("pair", a, b)
-
-
-def _check(item: Item) -> None:
-    """Raise ValueError for a role that there is not."""
-    if item.role not in ROLES:
-        known = ", ".join(ROLES)
-        raise ValueError(f"a {type(item).__name__} has one of the roles {known}; found {item.role!r}")

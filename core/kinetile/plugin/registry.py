@@ -1,8 +1,12 @@
-"""Finding phases and scenes by name.
+"""Registry of phases, responses and scenes: which plugins are installed, and what they offer, by name.
 
 A plugin enters whole or not at all: only when everything that it offers is found good do its names enter the
 table. One that fails, at whatever point, leaves nothing behind and harms nobody else; it is remembered as a
-Failure, with its distribution, and told to whoever asks for a name that is not there.
+Failure, with its distribution, and named in the error about a name that is not there.
+
+pluggy's own loader stops at the first plugin that does not import, and drops without a word a second
+distribution with the same entry-point name. So entry points are read here one by one, and each plugin has a
+pluggy manager of its own: there is nothing to roll back when it fails, and no doubt about whose fault it was.
 
 kinetile's own distribution goes first, the rest follow in alphabetical order. So nobody can take a built-in
 name, and which of two rivals gets a name does not depend on the order of ``sys.path``.
@@ -16,9 +20,14 @@ from __future__ import annotations
 
 import os
 import pkgutil
+import re
 import threading
 from collections.abc import Callable, Iterable, Iterator
+from functools import partial
+from importlib import metadata
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
+
+import pluggy
 
 from kinetile.errors import (
     BadOption,
@@ -29,13 +38,21 @@ from kinetile.errors import (
     UnknownName,
     nearest,
 )
-from kinetile.plugin.discovery import Kind, installed, offers, sentence
-from kinetile.plugin.specs import API_VERSION, MOVING, SceneSpec, Spec
+from kinetile.plugin import specs
+from kinetile.plugin.specs import (
+    API_VERSION,
+    MOVING,
+    BroadPhaseSpec,
+    Kind,
+    NarrowPhaseSpec,
+    ResponseSpec,
+    SceneSpec,
+    Spec,
+)
 
 if TYPE_CHECKING:
     from kinetile.scene import Scene
 
-__all__ = ["Failure", "Kind", "Provided", "Registry", "registry"]
 
 _STRICT = "KINETILE_STRICT_PLUGINS"
 
@@ -88,54 +105,54 @@ class Registry:
         return f"<Registry: {len(self._provided)} names, {len(self.failures)} failures>"
 
     def broad_phase(self, name: str) -> type[Any]:
-        """Import and return the class of a broad phase.
+        """Imports and returns the class of a broad phase.
 
         Raises UnknownName, and PhaseError where the target does not import or is no class.
         """
         return cast("type[Any]", _load(self._find("broad phase", name)))
 
     def narrow_phase(self, name: str) -> type[Any]:
-        """Import and return the class of a narrow phase.
+        """Imports and returns the class of a narrow phase.
 
         Raises UnknownName, and PhaseError where the target does not import or is no class.
         """
         return cast("type[Any]", _load(self._find("narrow phase", name)))
 
     def response(self, name: str) -> type[Any]:
-        """Import and return the class of a response.
+        """Imports and returns the class of a response.
 
         Raises UnknownName, and PhaseError where the target does not import or is no class.
         """
         return cast("type[Any]", _load(self._find("response", name)))
 
     def scene(self, name: str) -> Callable[..., Scene]:
-        """Import and return the recipe of a scene.
+        """Imports and returns the recipe of a scene.
 
         Raises UnknownName, and PhaseError where the target does not import or cannot be called.
         """
         return cast("Callable[..., Scene]", _load(self._find("scene", name)))
 
     def spec(self, kind: Kind, name: str) -> Spec:
-        """Return what the plugin says about a name or alias, importing nothing. Raises UnknownName."""
+        """Returns what the plugin says about a name or alias, importing nothing. Raises UnknownName."""
         return self._find(kind, name).spec
 
     def provided(self, kind: Kind, name: str) -> Provided:
-        """Return what has a name or alias, with the plugin that brings it. Raises UnknownName."""
+        """Returns what has a name or alias, with the plugin that brings it. Raises UnknownName."""
         return self._find(kind, name)
 
     def names(self, kind: Kind) -> tuple[str, ...]:
-        """Return the names of one kind, without aliases: the built-in ones first."""
+        """Returns the names of one kind, without aliases: the built-in ones first."""
         return tuple(provided.spec.name for provided in self._provided if provided.kind == kind)
 
     def add(self, plugin: object) -> None:
-        """Take in a plugin of this process: a module, or any object, with functions marked by ``hookimpl``.
+        """Takes in a plugin of this process: a module, or any object, with functions marked by ``hookimpl``.
 
         It brings all of its names, or none. Raises BadPlugin, PluginApiMismatch or DuplicateName.
         """
         self._take_in(plugin, _label(plugin))
 
     def remove(self, plugin: object) -> None:
-        """Take out what a plugin of this process brought: the object, or its name as a listing shows it.
+        """Takes out what a plugin of this process brought: the object, or its name as a listing shows it.
 
         So a notebook cell that defines and adds a plugin can be run again. Raises UnknownName if there is
         none.
@@ -148,7 +165,7 @@ class Registry:
         self._provided = kept
 
     def as_dicts(self) -> dict[str, list[dict[str, Any]]]:
-        """Return the listing in plain types, ready for JSON.
+        """Returns the listing in plain types, ready for JSON.
 
         "provided" has a row for each name, with kind, name, summary, features, aliases, api, plugin,
         distribution and version; "failures" has a row for each plugin that failed, with plugin, distribution,
@@ -181,7 +198,7 @@ class Registry:
         return {"provided": provided, "failures": failures}
 
     def _discover(self) -> None:
-        """Take in what is installed; remember what fails, or raise it where strictness is asked for."""
+        """Takes in what is installed; remembers what fails, or raises it where strictness is asked for."""
         strict = _is_strict()
         for found in installed():
             try:
@@ -197,7 +214,7 @@ class Registry:
     def _take_in(
         self, plugin: object, label: str, distribution: str | None = None, version: str | None = None
     ) -> None:
-        """Add all that a plugin brings, or raise and add nothing."""
+        """Adds all that a plugin brings, or raises and adds nothing."""
         fresh: list[Provided] = []
         owners = {(p.kind, name): p for p in self._provided for name in _all_names(p.spec)}
         for kind, spec in offers(plugin):
@@ -218,7 +235,7 @@ class Registry:
         self._provided += fresh
 
     def _find(self, kind: Kind, name: str) -> Provided:
-        """Return what has this name or alias, to the letter; raise UnknownName otherwise."""
+        """Returns what has this name or alias, to the letter; raises UnknownName otherwise."""
         known: dict[str, Provided] = {}
         for provided in self._provided:
             if provided.kind == kind:
@@ -234,7 +251,7 @@ _lock = threading.RLock()
 
 
 def registry() -> Registry:
-    """Return this process's registry; what is installed is looked for once, when it is first asked for.
+    """Returns this process's registry; what is installed is looked for once, when it is first asked for.
 
     No plugin can make this raise, unless KINETILE_STRICT_PLUGINS is set: then BadPlugin, for the first that
     fails; BadOption where that variable says neither yes nor no. A plugin that asks for the registry while it
@@ -253,7 +270,7 @@ def registry() -> Registry:
 
 
 def _load(provided: Provided) -> object:
-    """Return what a spec's target stands for, importing it if need be; raise PhaseError if that fails."""
+    """Returns what a spec's target stands for, importing it if need be; raises PhaseError if that fails."""
     kind, spec = provided.kind, provided.spec
     if not isinstance(spec.target, str):
         return spec.target
@@ -272,7 +289,7 @@ def _load(provided: Provided) -> object:
 
 
 def _is_strict() -> bool:
-    """Read KINETILE_STRICT_PLUGINS; raise BadOption for a value that says neither yes nor no."""
+    """Reads KINETILE_STRICT_PLUGINS; raises BadOption for a value that says neither yes nor no."""
     value = os.environ.get(_STRICT, "")
     word = value.strip().casefold()
     if word in ("1", "true", "yes", "on"):
@@ -289,7 +306,7 @@ def _all_names(spec: Spec) -> tuple[str, ...]:
 
 
 def _label(plugin: object) -> str:
-    """Return the name under which a plugin of this process is listed."""
+    """Returns the name under which a plugin of this process is listed."""
     name = getattr(plugin, "__name__", None)
     return name if isinstance(name, str) else type(plugin).__name__
 
@@ -298,3 +315,118 @@ def _source(plugin: str, distribution: str | None, version: str | None) -> str:
     if distribution is None:
         return f"{plugin} (added in this process)"
     return f"{plugin} ({distribution} {version or 'of unknown version'})"
+
+
+_GROUP = "kinetile"
+_HOOKS: dict[str, tuple[Kind, type[Spec]]] = {
+    "kinetile_broad_phases": ("broad phase", BroadPhaseSpec),
+    "kinetile_narrow_phases": ("narrow phase", NarrowPhaseSpec),
+    "kinetile_responses": ("response", ResponseSpec),
+    "kinetile_scenes": ("scene", SceneSpec),
+}
+
+
+class Installed(NamedTuple):
+    """A plugin that is installed but not loaded yet, and the distribution that brings it.
+
+    ``plugin`` is "<distribution>:<entry point>", for two distributions may choose the same entry-point name.
+    """
+
+    plugin: str
+    distribution: str
+    version: str | None
+    load: Callable[[], object]
+
+
+def installed() -> list[Installed]:
+    """Returns the plugins that are installed, kinetile's own first and the others in alphabetical order."""
+    return sorted(_entry_points(), key=_built_in_first)
+
+
+def offers(plugin: object) -> list[tuple[Kind, Spec]]:
+    """Returns all that a plugin offers; raises BadPlugin where its hooks are not what they should be."""
+    manager = pluggy.PluginManager(specs.PROJECT)
+    manager.add_hookspecs(specs)
+    try:
+        manager.register(plugin)
+    except pluggy.PluginValidationError as error:
+        raise BadPlugin(str(error)) from error
+    _check_hooks(plugin, {caller.name: caller for caller in manager.get_hookcallers(plugin) or ()})
+    return [
+        (kind, spec)
+        for hook, (kind, spec_type) in _HOOKS.items()
+        for spec in _call(getattr(manager.hook, hook), spec_type)
+    ]
+
+
+def sentence(error: BaseException) -> str:
+    """Returns an error's type and message on one line."""
+    message = " ".join(str(error).split())
+    return f"{type(error).__name__}: {message}" if message else type(error).__name__
+
+
+def _check_hooks(plugin: object, callers: dict[str, pluggy.HookCaller]) -> None:
+    """Raises BadPlugin for a hook that kinetile does not have, one that is not marked, or none at all."""
+    for name, caller in callers.items():
+        if not caller.has_spec() and not all(hook.optionalhook for hook in caller.get_hookimpls()):
+            meant = nearest(name, _HOOKS)
+            hint = f"; did you mean {meant}?" if meant else "."
+            raise BadPlugin(f"kinetile has no hook {name!r}{hint} There are: {', '.join(_HOOKS)}")
+    for name in _HOOKS:
+        if name not in callers and callable(getattr(plugin, name, None)):
+            raise BadPlugin(
+                f"its function {name} is not marked as a hook; decorate it with kinetile.hookimpl"
+            )
+    if not callers:
+        raise BadPlugin(f"it implements no hook of kinetile; there are: {', '.join(_HOOKS)}")
+
+
+def _call(caller: pluggy.HookCaller, spec_type: type[Spec]) -> Iterator[Spec]:
+    """Yields what one hook of one plugin returns; raises BadPlugin unless it is a list of such specs."""
+    expected = f"a list of {spec_type.__name__}"
+    try:
+        answers = caller()
+    except (BadPlugin, KeyboardInterrupt):
+        raise
+    except BaseException as error:
+        raise BadPlugin(f"its hook {caller.name} raised {sentence(error)}") from error
+    if len(answers) < len(caller.get_hookimpls()):  # pluggy leaves out a None
+        raise BadPlugin(f"its hook {caller.name} returned nothing; expected {expected}")
+    for answer in answers:
+        if not isinstance(answer, list | tuple):
+            raise BadPlugin(f"its hook {caller.name} returned {answer!r}; expected {expected}")
+        for spec in answer:
+            if not isinstance(spec, spec_type):
+                raise BadPlugin(f"its hook {caller.name} returned a list with {spec!r}; expected {expected}")
+            yield spec
+
+
+def _entry_points() -> Iterator[Installed]:
+    """Yields the entry points of kinetile's group; of two distributions of one name, of the first."""
+    seen: set[str] = set()
+    for distribution in metadata.distributions():
+        try:
+            found = [(point.name, point.load) for point in distribution.entry_points.select(group=_GROUP)]
+        except Exception as error:  # one damaged line anywhere in the file
+            if f"[{_GROUP}]" not in (distribution.read_text("entry_points.txt") or ""):
+                continue
+            found = [("entry_points.txt", partial(_refuse, error))]
+        if found:
+            name = distribution.name or "unknown"  # None where the metadata is damaged
+            if _folded(name) not in seen:
+                seen.add(_folded(name))
+                for entry_point, load in found:
+                    yield Installed(f"{name}:{entry_point}", name, distribution.version, load)
+
+
+def _refuse(error: Exception) -> object:
+    raise BadPlugin(f"its entry points cannot be read: {sentence(error)}") from error
+
+
+def _built_in_first(found: Installed) -> tuple[bool, str, str]:
+    folded = _folded(found.distribution)
+    return folded != "kinetile", folded, found.plugin
+
+
+def _folded(distribution: str) -> str:
+    return re.sub(r"[-_.]+", "-", distribution).lower()

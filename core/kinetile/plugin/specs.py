@@ -1,8 +1,14 @@
-"""What a plugin says about a phase or a scene: enough to list it, and where to find it once it is selected.
+"""Specs of phases, responses and scenes, and the hooks by which plugins offer them.
 
-A spec is light on purpose. Its target is usually a string, ``"package.module:attribute"``, which is imported
-when somebody selects the name and not before, so that listing a hundred phases imports none of them. In
-notebooks and tests the class or the function itself may stand in its place.
+A spec is light on purpose: enough to list a phase, and where to find it once it is selected. Its target is
+usually a string, ``"package.module:attribute"``, which is imported when the name is selected and not before,
+so that listing a hundred phases imports none of them. In notebooks and tests the class or the function itself
+may stand in its place.
+
+A plugin is a module (or any object) with functions of the names of the hooks below, decorated with
+``hookimpl``. It is found by the entry-point group ``kinetile`` of the distribution that brings it, or handed
+over by ``kinetile.registry().add``. Hooks take nothing and return lists of specs. They are called once, when
+the registry is made, and never while a simulation runs.
 """
 
 from __future__ import annotations
@@ -12,25 +18,44 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
+import pluggy
+
 from kinetile.errors import BadPlugin
 
 if TYPE_CHECKING:
     from kinetile.scene import Scene
 
-__all__ = ["API_VERSION", "MOVING", "BroadPhaseSpec", "NarrowPhaseSpec", "ResponseSpec", "SceneSpec", "Spec"]
 
 API_VERSION = 2
 """The version of the plugin API: of the specs, and of the protocol that phases follow."""
 
 MOVING = "docs/moving-to-api-2.md says what to change"
-"""What is told to whoever comes with an older version."""
+"""The advice in the error about a phase of an older version."""
+
+Kind: TypeAlias = Literal["broad phase", "narrow phase", "response", "scene"]
+"""The kinds of things that can be chosen by name."""
 
 _NAME = re.compile(r"[^\s,=:]+")
 _TARGET = re.compile(r"\w+(\.\w+)*:\w+(\.\w+)*")
 
 
 @dataclass(frozen=True)
-class BroadPhaseSpec:
+class _HookSpec:
+    """The common part of the specs of phases and responses."""
+
+    name: str
+    target: str | type
+    summary: str = ""
+    features: frozenset[str] = frozenset()
+    api: int = API_VERSION
+    aliases: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        _check(self)
+
+
+@dataclass(frozen=True)
+class BroadPhaseSpec(_HookSpec):
     """A broad phase: keeps a set of candidate pairs complete.
 
     ``name`` is what users write ("sap-1d"): no spaces, commas, ``=`` or ``:``; ``aliases`` are other names
@@ -41,35 +66,19 @@ class BroadPhaseSpec:
     Raises BadPlugin where a field cannot be used.
     """
 
-    name: str
-    target: str | type
-    summary: str = ""
-    features: frozenset[str] = frozenset()
-    api: int = API_VERSION
-    aliases: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        _check(self)
-
 
 @dataclass(frozen=True)
-class NarrowPhaseSpec:
+class NarrowPhaseSpec(_HookSpec):
     """A narrow phase: predicts contacts of one kind, and answers them.
 
     ``role`` says what it judges: "pair" (two bodies) or "wall" (a body and a wall). The other fields, and the
     errors, are as in BroadPhaseSpec.
     """
 
-    name: str
-    target: str | type
-    summary: str = ""
-    features: frozenset[str] = frozenset()
-    api: int = API_VERSION
-    aliases: tuple[str, ...] = ()
     role: Literal["pair", "wall"] = field(kw_only=True)
 
     def __post_init__(self) -> None:
-        _check(self)
+        super().__post_init__()
         if self.role not in ("pair", "wall"):
             raise BadPlugin(
                 f"NarrowPhaseSpec {self.name!r}: role is {self.role!r}; expected 'pair' or 'wall'"
@@ -77,18 +86,8 @@ class NarrowPhaseSpec:
 
 
 @dataclass(frozen=True)
-class ResponseSpec:
+class ResponseSpec(_HookSpec):
     """A response: what happens at a contact. The fields, and the errors, are as in BroadPhaseSpec."""
-
-    name: str
-    target: str | type
-    summary: str = ""
-    features: frozenset[str] = frozenset()
-    api: int = API_VERSION
-    aliases: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        _check(self)
 
 
 @dataclass(frozen=True)
@@ -112,8 +111,8 @@ class SceneSpec:
 Spec: TypeAlias = BroadPhaseSpec | NarrowPhaseSpec | ResponseSpec | SceneSpec
 
 
-def _check(spec: Spec) -> None:
-    """Bring the collections into their form, and raise BadPlugin for a field that cannot be used."""
+def _check(spec: _HookSpec | SceneSpec) -> None:
+    """Brings the collections into their form, and raises BadPlugin for a field that cannot be used."""
     if spec.api != API_VERSION:
         return  # made for other rules than these; the registry refuses it, and says why
     where = f"{type(spec).__name__} {spec.name!r}"
@@ -134,8 +133,8 @@ def _check(spec: Spec) -> None:
         raise BadPlugin(f"{where}: target is {target!r}; expected a {wanted}, or 'package.module:{wanted}'")
 
 
-def _words(spec: Spec, field_name: str) -> tuple[str, ...]:
-    """Return a field that holds several words; raise BadPlugin where it is anything else."""
+def _words(spec: _HookSpec | SceneSpec, field_name: str) -> tuple[str, ...]:
+    """Returns a field that holds several words; raises BadPlugin where it is anything else."""
     words: object = getattr(spec, field_name)
     if isinstance(words, Iterable) and not isinstance(words, str):
         found = tuple(words)
@@ -143,3 +142,36 @@ def _words(spec: Spec, field_name: str) -> tuple[str, ...]:
             return found
     where = f"{type(spec).__name__} {spec.name!r}"
     raise BadPlugin(f"{where}: {field_name} is {words!r}; expected a collection of words, such as ('a', 'b')")
+
+
+PROJECT = "kinetile"
+
+hookspec = pluggy.HookspecMarker(PROJECT)
+"""Marks a function as the specification of a hook."""
+
+hookimpl = pluggy.HookimplMarker(PROJECT)
+"""Marks a plugin's function as its implementation of the hook of that name."""
+
+
+@hookspec
+def kinetile_broad_phases() -> list[BroadPhaseSpec]:
+    """Returns the broad phases that this plugin brings."""
+    raise NotImplementedError
+
+
+@hookspec
+def kinetile_narrow_phases() -> list[NarrowPhaseSpec]:
+    """Returns the narrow phases that this plugin brings."""
+    raise NotImplementedError
+
+
+@hookspec
+def kinetile_responses() -> list[ResponseSpec]:
+    """Returns the responses that this plugin brings."""
+    raise NotImplementedError
+
+
+@hookspec
+def kinetile_scenes() -> list[SceneSpec]:
+    """Returns the scene recipes that this plugin brings."""
+    raise NotImplementedError

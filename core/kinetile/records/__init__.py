@@ -1,4 +1,4 @@
-"""What is left of a run: event files, and where every body was at any time.
+"""Records of a run: event files, and where every body was at any time.
 
 A name is imported when it is first used: a run that records nothing imports nothing that records.
 """

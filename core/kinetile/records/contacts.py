@@ -19,8 +19,6 @@ from kinetile.errors import BadOption
 from kinetile.scene.checks import shown
 from kinetile.scene.targets import replacing, writable_target
 
-__all__ = ["CONTACT_LINE", "ContactLines", "read_contacts", "write_contacts"]
-
 CONTACT_LINE = np.dtype([(name, "i8") for name in ("epoch", "tick", "a", "b")])
 """A line of such a list: what it says need not be a contact."""
 
@@ -29,14 +27,14 @@ _AT_ONCE = 1 << 16
 
 
 class ContactLines(NamedTuple):
-    """What a list holds: its rows (dtype CONTACT_LINE), and the fingerprint in its last line, or None."""
+    """Contents of a list: its rows (dtype CONTACT_LINE), and the fingerprint in its last line, or None."""
 
     rows: NDArray[Any]
     fingerprint: str | None
 
 
 def read_contacts(lines: Iterable[str], source: str) -> ContactLines:
-    """Read a list of contacts; ``source`` is what messages call it.
+    """Reads a list of contacts; ``source`` is what messages call it.
 
     Raises BadOption, which names the line, for what is no such list.
     """
@@ -81,7 +79,7 @@ def _numbers(text: str, source: str, number: int) -> tuple[int, ...]:
 
 
 def write_contacts(path: str | os.PathLike[str], contacts: NDArray[Any], fingerprint: str) -> None:
-    """Write a list of contacts (rows with the fields epoch, tick, a, b), and their fingerprint behind them.
+    """Writes a list of contacts (rows with the fields epoch, tick, a, b), and their fingerprint behind them.
 
     The text goes to a new file, which takes the place of the one that is there. Raises OSError if it cannot
     be written.

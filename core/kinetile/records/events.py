@@ -1,12 +1,12 @@
-"""Recording: everything that happens to a scene, for an event file.
+"""Recorder of a run: it writes everything that happens to a scene into an event file.
 
 A row is one event that changed a flight plan, with position and velocity of its bodies right after it (the
 columns are those of ``kinetile.LOG``). Between two of its rows a body flies straight, so the rows and the
 scene, which the file carries in its metadata, are the whole trajectory: ``kinetile.records.trajectory`` gives
 any body at any time, exactly.
 
-While a run goes on its rows are in ``FILE.partial``, a log (``kinetile.records.row_log``) that no other run
-can write meanwhile (``kinetile.records.one_writer``). Rows wait in memory for a quarter of a second at most,
+While a run goes on its rows are in ``FILE.partial``, a log (``kinetile.records.log``) that no other run
+can write meanwhile (``kinetile.records.locks``). Rows wait in memory for a quarter of a second at most,
 or until there are 65,536; then they are the system's, and no end of the process can take them back. When the
 recorder closes, ``FILE`` is made of the log, in Parquet (``kinetile.records.finishing``), and the log goes.
 It closes in every way a run can end: done, Ctrl-C, a fault, a full disk. The metadata's "status" says which
@@ -33,19 +33,16 @@ from numpy.typing import NDArray
 from kinetile.errors import RecordError
 from kinetile.kernel.log import ANSWER, INSERTED, LOG
 from kinetile.records.finishing import PARTIAL, event_target, finish, pyarrow_modules, reason
-from kinetile.records.kinds import KindsByHand
-from kinetile.records.one_writer import open_alone
-from kinetile.records.reserved_file import ReservedFile
-from kinetile.records.row_log import Beginning, LogReader, LogWriter, holds_nothing
-from kinetile.records.seal import Seal
-from kinetile.records.versions import versions
+from kinetile.records.locks import open_alone
+from kinetile.records.log import Beginning, LogReader, LogWriter, ReservedFile, Seal, holds_nothing
+from kinetile.records.reading import KindsByHand
 from kinetile.run.interrupts import Unbroken
+from kinetile.versions import versions
 
 if TYPE_CHECKING:
     from kinetile.run.simulation import Simulation
     from kinetile.scene import Scene
 
-__all__ = ["EventRecorder"]
 
 _ROWS_A_BATCH = 1 << 16
 _SECONDS_A_BATCH = 0.25
@@ -85,7 +82,7 @@ class EventRecorder:
         overwrite: bool = False,
         behind: Simulation | None = None,
     ) -> None:
-        from kinetile.scene.text.files import dumps_scene
+        from kinetile.scene.files import dumps_scene
 
         pyarrow_modules()
         self.path = Path(path)
@@ -141,7 +138,7 @@ class EventRecorder:
         return self
 
     def _begin(self, file: ReservedFile, left: bool) -> ReservedFile:
-        """Begin the log, in FILE.partial or in what takes its place, with the rows that are recorded already.
+        """Begins the log, in FILE.partial or in its replacement, with the rows that are recorded already.
 
         What has to be written before the run goes on, a head or a copy of rows, is written under another
         name, which becomes FILE.partial when all of it is there: a kill on the way leaves what there was.
@@ -175,7 +172,7 @@ class EventRecorder:
         return new
 
     def _found(self, file: ReservedFile) -> tuple[tuple[int, int], NDArray[Any]]:
-        """Return where the batches of this run end in a log, and its rows behind that, within a batch."""
+        """Returns where the batches of this run end in a log, and its rows behind that, within a batch."""
         assert self._behind is not None
         with file.reader() as content:
             at, rows = LogReader(content, str(self.partial)).find(self._behind)
@@ -183,7 +180,7 @@ class EventRecorder:
         return at, rows
 
     def _earlier(self) -> NDArray[Any]:
-        """Return the rows of this run that an event file of it holds, to begin with."""
+        """Returns the rows of this run that an event file of it holds, to begin with."""
         if self._behind is None or not self._target.exists():
             return np.zeros(0, LOG)
         from kinetile.records.reading import read_events
@@ -205,7 +202,7 @@ class EventRecorder:
             self.close(f"fault: {type(error).__name__}: {error}")
 
     def __call__(self, rows: NDArray[Any]) -> None:
-        """Take the next rows (dtype LOG), which are copied.
+        """Takes the next rows (dtype LOG), which are copied.
 
         Raises RecordError when the disk is full, and outside of the ``with`` in which the file is open.
         """
@@ -222,7 +219,7 @@ class EventRecorder:
                 self._flush()
 
     def flush(self) -> None:
-        """Write now the rows that wait to be written; raises as a call with rows does."""
+        """Writes now the rows that wait to be written; raises as a call with rows does."""
         if self._full:
             raise self._full
         self._open_file()
@@ -230,31 +227,31 @@ class EventRecorder:
             self._flush()
 
     def sync(self) -> None:
-        """Write now the rows that wait, and bring the log to the disk; raises as ``flush``."""
+        """Writes now the rows that wait, and brings the log to the disk; raises as ``flush``."""
         self.flush()
         with suppress(OSError):
             self._open_file().sync()
 
     def introduce(self, kinds_of: Callable[[NDArray[Any]], NDArray[Any]], numbers: int) -> None:
-        """Be told, by a simulation that is about to run, where the kinds of its bodies are to be had, so many
-        of whom have been given numbers."""
+        """Takes, from a simulation that is about to run, the function that gives the kinds of its bodies, and
+        how many bodies have been numbered so far."""
         if self._kinds.several:
             self._kinds_of = kinds_of
             self._kinds.add(np.arange(numbers), kinds_of)
 
     def begin(self, before: int) -> None:
-        """Be told, by a simulation that is about to run, how many rows there were before the next one.
+        """Takes, from a simulation that is about to run, how many rows there were before the next one.
 
         Rows that this recorder did not get are counted as ``missing``: the others are not the whole motion.
         """
         self.missing += max(before - self.missing - self._taken, 0)
 
     def reached(self, time: float) -> None:
-        """Be told, by a simulation that has run, that it has got to a time: all rows up to it are here."""
+        """Takes, from a simulation that has run, the time that it has reached: all rows up to it are here."""
         self._reached = time
 
     def close(self, status: str = "complete") -> None:
-        """Write what is pending, and make the file of it.
+        """Writes what is pending, and makes the file of it.
 
         Closing twice, or before the file was opened, does nothing. Raises RecordError if rows had to be left
         out, or if the file could not be made.
@@ -278,7 +275,7 @@ class EventRecorder:
         return RecordError(f"{self.path} cannot be written: {reason(error)}")
 
     def _open_file(self) -> ReservedFile:
-        """Return the file if it is open; raise RecordError if not."""
+        """Returns the file if it is open; raises RecordError if not."""
         if self._file is None or self._file.closed:
             when = "before its `with` began" if self._file is None else "after it was closed"
             raise RecordError(
@@ -288,7 +285,7 @@ class EventRecorder:
         return self._file
 
     def _flush(self) -> None:
-        """Write the pending rows; if the disk is full, as many as there is room for."""
+        """Writes the pending rows; if the disk is full, as many as there is room for."""
         file = self._open_file()
         if not self._waiting:
             return
@@ -312,7 +309,7 @@ class EventRecorder:
                     raise self._full from error
 
     def _write(self, rows: NDArray[Any], *, more: bool = False) -> None:
-        """Write a batch of rows, and how far the run is with them; ``more``: others are to follow at once."""
+        """Writes a batch of rows, and how far the run is with them; ``more``: others follow at once."""
         last = float(rows["time"][-1]) if len(rows) else self._last
         self._log.write(self._metadata(last, behind=more), rows)
         self.rows += len(rows)
@@ -320,14 +317,14 @@ class EventRecorder:
         self._flushed = monotonic()
 
     def _metadata(self, last: float, *, behind: bool) -> str:
-        """Return the metadata as JSON; ``behind``: there are rows that are not in the log."""
+        """Returns the metadata as JSON; ``behind``: there are rows that are not in the log."""
         own = {"status": self.status, "missing": self.missing, **self._clock, "answer": ANSWER}
         own["time"] = last if behind else max(self._reached, last)
         own["kinds"] = self._kinds.runs
         return json.dumps(own | self.meta | own, default=str)
 
     def _finish(self, file: ReservedFile) -> None:
-        """Make the file of the log; RecordError, which says where the events are, where that cannot be."""
+        """Makes the file of the log; RecordError, which says where the events are, where that cannot be."""
         try:
             if file.gone:
                 raise self._lost()
@@ -372,7 +369,7 @@ class EventRecorder:
 
 
 def _copy(file: ReservedFile, size: int, to: ReservedFile) -> None:
-    """Copy the beginning of a file."""
+    """Copies the beginning of a file."""
     with file.reader() as content:
         while to.position < size:
             to.write(content.read(min(_BYTES_AT_ONCE, size - to.position)))

@@ -1,6 +1,6 @@
-"""What a run has left becomes an event file: at its end, or after it was killed.
+"""Event files are made of logs: at the end of a run, or after it was killed.
 
-There is one way from the log of a run (``kinetile.records.row_log``) to an event file, and every run takes
+There is one way from the log of a run (``kinetile.records.log``) to an event file, and every run takes
 it: the recorder when it closes, and ``recover`` when there was nobody to close it. So what is done after a
 kill is done every day. Writing Parquet beside the log all along would be the other way. It would take as much
 disk in the end, and a disk that fills up at two places at once fills up at half the rows; this way all of it
@@ -25,25 +25,9 @@ from numpy.typing import NDArray
 
 from kinetile.errors import MissingExtra, RecordError
 from kinetile.kernel.log import LOG
-from kinetile.records.one_writer import open_alone, open_left
-from kinetile.records.row_log import SIGNATURE, LogReader
-from kinetile.records.seal import Seal
+from kinetile.records.locks import open_alone, open_left
+from kinetile.records.log import SIGNATURE, LogReader, Seal
 from kinetile.scene.targets import writable_target
-
-__all__ = [
-    "DIGEST_KEY",
-    "KEY",
-    "LONGEST_SCENE",
-    "PARTIAL",
-    "SCENE_KEY",
-    "Recovered",
-    "event_target",
-    "finish",
-    "is_log",
-    "pyarrow_modules",
-    "reason",
-    "recover",
-]
 
 KEY = "kinetile"
 SCENE_KEY = "kinetile.scene"
@@ -51,7 +35,7 @@ DIGEST_KEY = "kinetile.digest"
 LONGEST_SCENE = 2**31 - 1
 """Bytes of TOML: pyarrow would stop at 1e8, about a million discs."""
 PARTIAL = ".partial"
-"""What a log is called: the name of its event file, and this."""
+"""The suffix of a log, behind the name of its event file."""
 
 _COLUMNS = LOG.names or ()
 _FEW_VALUES = ["epoch", "a", "b"]  # dictionaries pay for these; the others take forty times as long with them
@@ -80,7 +64,7 @@ class Recovered(NamedTuple):
 def recover(
     path: str | os.PathLike[str], out: str | os.PathLike[str] | None = None, *, overwrite: bool = False
 ) -> Recovered:
-    """Make an event file of FILE.partial, which a run that was killed has left.
+    """Makes an event file of FILE.partial, which a run that was killed has left.
 
     It holds the first rows of the run, and its status is "killed"; where the run had ended, and could only
     not be given its event file, it has all rows and the status that it would have had. Without ``out`` it
@@ -122,7 +106,7 @@ def recover(
 
 
 def finish(log: BinaryIO, its_name: str, target: Path, overwrite: bool) -> Recovered:
-    """Make an event file of an open log, and give it its name.
+    """Makes an event file of an open log, and gives it its name.
 
     Raises RecordError where there is no batch in the log or ``target`` has come to be there; where the file
     cannot be written, what the system or pyarrow says. Then there is no new file, and an old one is as it
@@ -150,7 +134,7 @@ def finish(log: BinaryIO, its_name: str, target: Path, overwrite: bool) -> Recov
 
 
 def _write(reader: LogReader, its_name: str, file: Any) -> dict[str, Any]:
-    """Write the event file of a log; return its metadata."""
+    """Writes the event file of a log; returns its metadata."""
     pa, pq = pyarrow_modules()
     schema = pa.schema([(name, pa.from_numpy_dtype(LOG[name])) for name in _COLUMNS])
     seal, count = Seal(), 0
@@ -184,7 +168,7 @@ def _write(reader: LogReader, its_name: str, file: Any) -> dict[str, Any]:
 
 
 def _groups(reader: LogReader) -> Iterator[NDArray[Any]]:
-    """Yield the rows of a log in groups as Parquet likes them."""
+    """Yields the rows of a log in groups as Parquet likes them."""
     waiting: list[NDArray[Any]] = []
     for rows in reader:
         waiting.append(rows)
@@ -197,7 +181,7 @@ def _groups(reader: LogReader) -> Iterator[NDArray[Any]]:
 
 
 def event_target(name: Path, overwrite: bool) -> Path:
-    """Return the event file to write, links followed; RecordError where it is not to be written."""
+    """Returns the event file to write, links followed; RecordError where it is not to be written."""
     if not name.name:
         raise RecordError(f"{str(name)!r} names no file: expected the path of an event file")
     try:
@@ -219,7 +203,7 @@ def is_log(path: Path) -> bool:
 
 
 def pyarrow_modules() -> tuple[Any, Any]:
-    """Return pyarrow and pyarrow.parquet; MissingExtra without them."""
+    """Returns pyarrow and pyarrow.parquet; MissingExtra without them."""
     try:
         import pyarrow
         import pyarrow.parquet
@@ -229,5 +213,5 @@ def pyarrow_modules() -> tuple[Any, Any]:
 
 
 def reason(error: Exception) -> str:
-    """Return what went wrong, in the system's own words where it has any."""
+    """Returns what went wrong, in the system's own words where it has any."""
     return (isinstance(error, OSError) and error.strerror) or str(error)

@@ -1,4 +1,12 @@
-"""Reading event files: what comes back is what was written, or a RecordError that says what is wrong."""
+"""Reading of event files: what comes back is what was written, or a RecordError that says what is wrong.
+
+The rows, the metadata and the scene of a file are compared with each other: the first thing that cannot be
+true beside the others is an error.
+
+Rows name bodies by number. The kind of a body follows from the scene, unless it was inserted by hand; for
+those it stands in the metadata, as runs: [first number, last number, kind] each, ascending. Bodies get their
+numbers one after the other and are mostly of one kind, so there are few runs even after a long game.
+"""
 
 from __future__ import annotations
 
@@ -6,17 +14,17 @@ import json
 import math
 import os
 import stat
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 from numpy.typing import NDArray
 
 from kinetile.errors import Mistake, RecordError
-from kinetile.kernel.log import LOG
-from kinetile.records.agreement import disagreement
+from kinetile.kernel.clock import TICKS
+from kinetile.kernel.log import INSERTED, LOG, REMOVED, TURNED
 from kinetile.records.finishing import (
     DIGEST_KEY,
     KEY,
@@ -27,14 +35,10 @@ from kinetile.records.finishing import (
     pyarrow_modules,
     reason,
 )
-from kinetile.records.kinds import all_runs, kinds_in
-from kinetile.records.seal import Seal
-from kinetile.scene.checks import shown
-
-if TYPE_CHECKING:
-    from kinetile.scene import Scene
-
-__all__ = ["EventFile", "read_events", "read_with_scene"]
+from kinetile.records.log import Seal
+from kinetile.scene import Insert, Scene
+from kinetile.scene.checks import WALL, shown
+from kinetile.scene.responses import PASS
 
 _COLUMNS = LOG.names or ()
 _OWN = {
@@ -51,13 +55,13 @@ _OWN = {
 
 
 class EventFile(NamedTuple):
-    """What an event file holds: the rows (dtype LOG) in the order of events, and its metadata."""
+    """Contents of an event file: the rows (dtype LOG) in the order of events, and its metadata."""
 
     rows: NDArray[Any]
     metadata: dict[str, Any]
 
     def kinds_of(self, bodies: npt.ArrayLike) -> NDArray[Any]:
-        """Return the kinds of bodies by their numbers, such as a column of ``rows``, as an array of objects.
+        """Returns the kinds of bodies by their numbers, such as a column of ``rows``, as an array of objects.
 
         "wall" stands for a number below 0; None for a body whose kind is not in the file, for it came by hand
         and the file is of a version that did not say it.
@@ -66,7 +70,7 @@ class EventFile(NamedTuple):
 
 
 def read_events(path: str | os.PathLike[str]) -> EventFile:
-    """Read an event file.
+    """Reads an event file.
 
     The metadata are those the recorder was given, and "scene" (the scene as TOML text), "status", "rows",
     "missing" (rows of the run that are not in the file), "start", "time_unit", "time" (how far the rows go),
@@ -81,7 +85,7 @@ def read_events(path: str | os.PathLike[str]) -> EventFile:
 
 
 def read_with_scene(path: str | os.PathLike[str]) -> tuple[EventFile, Scene]:
-    """Read an event file, and its scene, whose phases need not be installed here. Raises as read_events."""
+    """Reads an event file, and its scene, whose phases need not be installed here. Raises as read_events."""
     path = Path(path)
     rows, texts = _read(path)
     metadata = _read_metadata(path, texts[KEY])
@@ -103,7 +107,7 @@ def read_with_scene(path: str | os.PathLike[str]) -> tuple[EventFile, Scene]:
 
 
 def _read(path: Path) -> tuple[NDArray[Any], dict[str, str]]:
-    """Return the rows of a file, and the texts in its footer by their keys."""
+    """Returns the rows of a file, and the texts in its footer by their keys."""
     pa, pq = pyarrow_modules()
     try:
         if not stat.S_ISREG(os.stat(path).st_mode):
@@ -138,7 +142,7 @@ def _read(path: Path) -> tuple[NDArray[Any], dict[str, str]]:
 
 
 def _check_columns(pa: Any, path: Path, schema: Any) -> None:
-    """Raise RecordError unless these are the columns of an event file."""
+    """Raises RecordError unless these are the columns of an event file."""
     wanted = [(name, pa.from_numpy_dtype(LOG[name])) for name in _COLUMNS]
     found = [(field.name, field.type) for field in schema]
     if found != wanted:
@@ -188,7 +192,7 @@ def _read_metadata(path: Path, text: str) -> dict[str, Any]:
 
 
 def _read_scene(path: Path, text: str) -> Scene:
-    from kinetile.scene.text.files import read_text
+    from kinetile.scene.files import read_text
 
     try:
         return read_text(text, None, _AnyPhase())
@@ -197,21 +201,181 @@ def _read_scene(path: Path, text: str) -> Scene:
 
 
 class _AnyPhase:
-    """Names as an event file may use them (``kinetile.scene.text.files.Names``): any phase, for none is run
+    """Names as an event file may use them (``kinetile.scene.files.Names``): any phase, for none is run
     here, and no recipe, for the bodies themselves are in the file."""
 
     def mistakes(self, where: str, name: str, *kinds: str) -> list[Mistake]:
-        """Return the mistake of naming a recipe."""
+        """Returns the mistake of naming a recipe."""
         return [Mistake(where, shown(name), "the bodies themselves")] if "scene" in kinds else []
 
     def option_mistakes(self, name: str, options: Mapping[str, Any]) -> list[Mistake]:
-        """Return no mistake: whoever runs the phase checks its options."""
+        """Returns no mistake: whoever runs the phase checks its options."""
         return []
 
     def parameter_mistakes(self, name: str, parameters: Mapping[str, Any]) -> list[Mistake]:
-        """Return no mistake: the recipe is one already."""
+        """Returns no mistake: the recipe is one already."""
         return []
 
     def make(self, name: str, parameters: Mapping[str, Any]) -> Scene:
-        """Make nothing: ``mistakes`` has refused every recipe."""
+        """Makes nothing: ``mistakes`` has refused every recipe."""
         raise NotImplementedError
+
+
+_A, _B = ("ax", "ay", "avx", "avy"), ("bx", "by", "bvx", "bvy")
+
+
+def disagreement(rows: NDArray[Any], metadata: Mapping[str, Any], scene: Scene) -> str | None:
+    """Returns the first thing that cannot be true beside the others, in a sentence; None where there is none.
+
+    ``rows`` are of dtype LOG; of ``metadata`` the types have been checked.
+    """
+    return next(_disagreements(rows, metadata, scene), None)
+
+
+def _disagreements(rows: NDArray[Any], metadata: Mapping[str, Any], scene: Scene) -> Iterator[str]:
+    if metadata["rows"] != len(rows):
+        yield f"its metadata say {metadata['rows']} rows, and {len(rows)} are there"
+    if metadata["missing"] < 0:
+        yield f"its metadata say that {metadata['missing']} rows are missing"
+    if metadata["status"] == "running":
+        yield "its status says that the run goes on, and it has a footer"
+    for key, value in (("start", scene.start), ("time_unit", scene.time_unit)):
+        if metadata[key] != value:
+            yield f"its metadata say that {key} is {metadata[key]!r}, and by its scene it is {value!r}"
+    kinds = wrong_runs(metadata["kinds"], scene)
+    if kinds is not None:
+        yield kinds
+    time = metadata["time"]
+    if time < scene.start:
+        yield f"it ends at {time!r}, before its scene's start, {scene.start!r}"
+    for wrong, said in _row_faults(rows, scene):
+        if wrong.any():
+            at = int(np.argmax(wrong))
+            row = ", ".join(f"{name} {rows[name][at]}" for name in ("time", "epoch", "tick", "a", "b"))
+            yield f"row {at} ({row}) {said}"
+    if len(rows) and rows["time"][-1] > time:
+        yield f"it ends at {time!r}, before its last row, at {float(rows['time'][-1])!r}"
+
+
+def _row_faults(rows: NDArray[Any], scene: Scene) -> Iterator[tuple[NDArray[np.bool_], str]]:
+    """Yields what may be wrong with rows, each with the rows that it is wrong with."""
+    epoch, tick, a, b = (rows[name] for name in ("epoch", "tick", "a", "b"))
+    n, come = len(scene), np.unique(a[b == INSERTED])
+    there = f"its scene has not, with {n} bodies" + (f" and {len(come)} that come" if len(come) else "")
+    for body, name in ((a, "a"), (b, "b")):
+        known = ((body >= 0) & (body < n)) | np.isin(body, come)
+        if name == "b":
+            known |= (body < 0) & (body >= REMOVED)
+        yield ~known, f"is about a body {name} that {there}"
+    passing = _passing(rows, scene)
+    yield (b >= 0) & (b <= a) & ~passing, "has bodies that are not in ascending order"
+    if scene.arena is None:
+        yield (b < 0) & (b > TURNED), "is a contact with a wall, and its scene has none"
+    yield (epoch < 0) | (tick < 0) | (tick >= TICKS), "has an epoch or a tick out of range"
+    earlier = (epoch[1:] < epoch[:-1]) | ((epoch[1:] == epoch[:-1]) & (tick[1:] < tick[:-1]))
+    yield np.append(np.zeros(min(len(rows), 1), np.bool_), earlier), "is earlier than the row before it"
+    time = scene.start + (epoch + tick * 2.0**-52) * scene.time_unit
+    yield rows["time"] != time, "has a time that is not that of its epoch and tick"
+    yield ~_all_finite(rows, _A) & ~passing, "has a position or velocity of a that is not finite"
+    yield (b >= 0) & ~_all_finite(rows, _B) & ~passing, "has a position or velocity of b that is not finite"
+    nowhere = np.all([np.isnan(rows[name]) for name in _B], axis=0)
+    yield (b < 0) & ~nowhere, "has a position or velocity of a second body, and there is none"
+
+
+def _passing(rows: NDArray[Any], scene: Scene) -> NDArray[np.bool_]:
+    """Returns which rows are the beginning or the end of a passing: two bodies, and no plan of either."""
+    planless = np.all([np.isnan(rows[name]) for name in (*_A, *_B)], axis=0)
+    may = any(response.name == PASS for row in scene.meets for response in row)
+    passing: NDArray[np.bool_] = planless & (rows["b"] >= 0) & (rows["a"] != rows["b"]) & may
+    return passing
+
+
+def _all_finite(rows: NDArray[Any], names: tuple[str, ...]) -> NDArray[np.bool_]:
+    finite: NDArray[np.bool_] = np.all([np.isfinite(rows[name]) for name in names], axis=0)
+    return finite
+
+
+Runs: TypeAlias = list[list[Any]]
+
+_LARGEST = 2**31
+
+
+class KindsByHand:
+    """The kinds of bodies that came by hand, as a recorder hears of them; none where there is but one kind.
+
+    Attributes:
+        runs: the kinds of those who have come so far.
+        several: whether the scene has more than one kind.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self.several = len(scene.kinds) > 1
+        self.runs: Runs = []
+        self._next = _numbers(scene)[-1] + 1 if self.several and len(_numbers(scene)) else 0
+
+    def add(self, bodies: npt.NDArray[Any], kinds_of: Callable[[npt.NDArray[Any]], npt.NDArray[Any]]) -> None:
+        """Notes the kinds of those of these bodies, in ascending order, that have not been noted."""
+        new = bodies[bodies >= self._next]
+        if not self.several or not len(new):
+            return
+        for body, kind in zip(new.tolist(), kinds_of(new).tolist(), strict=True):
+            _append(self.runs, body, kind)
+        self._next = int(new[-1]) + 1
+
+
+def _append(runs: Runs, body: int, kind: Any) -> None:
+    if runs and runs[-1][1:] == [body - 1, kind]:
+        runs[-1][1] = body
+    else:
+        runs.append([body, body, kind])
+
+
+def _planned(scene: Scene) -> dict[int, Any]:
+    """Returns the kinds of the bodies that a scene's commands insert, by their numbers."""
+    coming = (each for each in scene.commands if isinstance(each, Insert))
+    return {each.body: scene.kinds[0] if each.kind is None else each.kind for each in coming}
+
+
+def _numbers(scene: Scene) -> list[int]:
+    """Returns the numbers of the bodies that a scene names, ascending."""
+    return [*range(len(scene)), *sorted(_planned(scene))]
+
+
+def all_runs(scene: Scene, by_hand: Runs) -> Runs:
+    """Returns the kinds of all bodies: those of a scene, and those that came by hand."""
+    kinds: dict[int, Any] = dict(enumerate(scene.kind)) | _planned(scene)
+    runs: Runs = []
+    for body in _numbers(scene):
+        _append(runs, body, kinds[body])
+    return runs + by_hand
+
+
+def kinds_in(runs: Runs, bodies: npt.ArrayLike) -> npt.NDArray[Any]:
+    """Returns the kinds of bodies by their numbers, as an array of objects of the same shape: "wall" for a
+    number below 0, None for a body of which the runs do not say it."""
+    numbers = np.asarray(bodies, dtype=np.int64)
+    first = np.array([run[0] for run in runs] or [_LARGEST], dtype=np.int64)
+    last = np.array([run[1] for run in runs] or [_LARGEST], dtype=np.int64)
+    kinds = np.array([*(run[2] for run in runs), None, WALL], dtype=object)
+    at = np.maximum(np.searchsorted(first, numbers, side="right") - 1, 0)
+    at[(numbers < first[at]) | (numbers > last[at])] = len(kinds) - 2
+    at[numbers < 0] = len(kinds) - 1
+    found: npt.NDArray[Any] = kinds[at]
+    return found
+
+
+def wrong_runs(by_hand: Runs, scene: Scene) -> str | None:
+    """Returns what cannot be true, beside its scene, of the kinds that a file's metadata say of bodies that
+    came by hand; None where nothing is wrong."""
+    last = (_numbers(scene) or [-1])[-1]
+    for run in by_hand:
+        if not isinstance(run, list) or len(run) != 3 or [type(each) for each in run[:2]] != [int, int]:
+            return (
+                f"its metadata have the kinds {run!r}; expected the first and the last body, and their kind"
+            )
+        if not last < run[0] <= run[1] < _LARGEST:
+            return f"its metadata have the kinds {run!r}, of bodies that are of other kinds already"
+        if not any(type(kind) is type(run[2]) and kind == run[2] for kind in scene.kinds):
+            return f"its metadata have the kinds {run!r}, and its scene has no such kind"
+        last = run[1]
+    return None

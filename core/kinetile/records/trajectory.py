@@ -1,4 +1,4 @@
-"""Where every body was, at any time, from the rows of an event file.
+"""Trajectories: where every body was, at any time, from the rows of an event file.
 
 A body flies straight from one row that names it to the next, so its state is ``anchor + velocity * elapsed``
 with the anchor of its last row at or before that time. Elapsed time is counted in whole ticks of 2**-52 time
@@ -24,8 +24,6 @@ from kinetile.records.reading import EventFile, read_with_scene
 if TYPE_CHECKING:
     from kinetile.scene import Scene
 
-__all__ = ["Trajectory", "positions_at"]
-
 
 class Trajectory:
     """The whole motion of a scene: rows (dtype LOG, in the order of events) of a run that began with it.
@@ -48,7 +46,7 @@ class Trajectory:
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> Trajectory:
-        """Read an event file with the scene in it.
+        """Reads an event file with the scene in it.
 
         Raises MissingExtra and RecordError as ``read_events``, and RecordError for a file that has not all
         rows of its run up to its last one: without them nobody knows where the bodies were.
@@ -60,7 +58,7 @@ class Trajectory:
         return trajectory
 
     def positions(self, time: float) -> NDArray[np.float64]:
-        """Return the positions (n, 2) of all bodies that there are at ``time``, finite and not before the
+        """Returns the positions (n, 2) of all bodies that there are at ``time``, finite and not before the
         scene's start, in the order of ``bodies``.
 
         Raises ValueError for another time.
@@ -69,15 +67,15 @@ class Trajectory:
         return anchor + velocity * elapsed[:, None]
 
     def bodies(self, time: float) -> NDArray[np.int64]:
-        """Return the numbers of the bodies that there are at ``time``, (n,), ascending."""
+        """Returns the numbers of the bodies that there are at ``time``, (n,), ascending."""
         return self._flight_plans(time)[0]
 
     def velocities(self, time: float) -> NDArray[np.float64]:
-        """Return the velocities (n, 2) of all bodies at ``time``, after the events of that very time."""
+        """Returns the velocities (n, 2) of all bodies at ``time``, after the events of that very time."""
         return self._flight_plans(time)[2]
 
     def _check_continuity(self, path: Path) -> None:
-        """Raise RecordError unless each body flies, from row to row, to where the next row says it is."""
+        """Raises RecordError unless each body flies, from row to row, to where the next row says it is."""
         body, seen = np.divmod(self._keys, self._span)
         rows, is_b = self.rows[seen // 2], (seen % 2).astype(bool)[:, None]
         place = np.where(is_b, _columns(rows, "bx", "by"), _columns(rows, "ax", "ay"))
@@ -106,7 +104,7 @@ class Trajectory:
     def _flight_plans(
         self, time: float
     ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """Return the plans in force at a time: of which bodies (n,), anchors and velocities (n, 2), time
+        """Returns the plans in force at a time: of which bodies (n,), anchors and velocities (n, 2), time
         since the anchor (n,)."""
         time = float(time)
         if not self.scene.start <= time < math.inf:
@@ -138,7 +136,7 @@ class Trajectory:
 def positions_at(
     source: str | os.PathLike[str] | NDArray[Any], scene: Scene | None, time: float
 ) -> NDArray[np.float64]:
-    """Return the positions (n, 2) of all bodies at ``time``, from an event file or from rows (dtype LOG).
+    """Returns the positions (n, 2) of all bodies at ``time``, from an event file or from rows (dtype LOG).
 
     ``scene`` may be None for a file, which has its own. For many times, make one Trajectory.
     """
@@ -152,7 +150,7 @@ def positions_at(
 
 
 def _whole(path: Path) -> tuple[EventFile, Scene]:
-    """Read an event file; raise RecordError if it says that rows are missing from it."""
+    """Reads an event file; raises RecordError if it says that rows are missing from it."""
     found, scene = read_with_scene(path)
     missing = found.metadata["missing"]
     if missing:

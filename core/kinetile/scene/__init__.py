@@ -1,11 +1,10 @@
-"""What is simulated, as a value: from arrays, or from and to a file."""
+"""Scenes: what is simulated, as a value, from arrays, recipes or files."""
 
 from __future__ import annotations
 
 from kinetile.scene.commands import Command, Insert, Remove, Turn
 from kinetile.scene.responses import Response
-from kinetile.scene.scene import Scene, Settings
-from kinetile.scene.variants import only_turns, relabelled, spacious, standing, with_commands
+from kinetile.scene.scene import Scene, Settings, only_turns, relabelled, spacious, standing, with_commands
 
 __all__ = [
     "Command",

@@ -16,21 +16,8 @@ from typing import Any, NamedTuple, TypeAlias
 
 from kinetile.errors import Mistake
 from kinetile.kernel.clock import TICKS
-from kinetile.scene.arrays import Numbers
+from kinetile.scene.bodies import Numbers
 from kinetile.scene.checks import LARGEST, SMALLEST, TOLERANCE, as_kind, is_finite, is_kind, shown
-
-__all__ = [
-    "EXACT",
-    "Command",
-    "Insert",
-    "Remove",
-    "Turn",
-    "check_commands",
-    "check_presence",
-    "is_exact",
-    "numbered",
-    "speeds",
-]
 
 
 class Turn(NamedTuple):
@@ -70,7 +57,7 @@ _PAIRS = {"position": "[x, y]", "velocity": "[vx, vy]"}
 
 
 def numbered(commands: Iterable[Any], bodies: int, kind: str | int | None = None) -> list[Command]:
-    """Return commands as they are kept, with plain numbers; who comes without a number gets the next one, in
+    """Returns commands as they are kept, with plain numbers; who comes without a number gets the next one, in
     the order given, after those of the start and all that are given, and who comes without a kind is of this
     one."""
     kept: list[Command] = []
@@ -93,8 +80,17 @@ def numbered(commands: Iterable[Any], bodies: int, kind: str | int | None = None
     return kept
 
 
+def kinds_of_inserted(commands: Iterable[Any]) -> list[tuple[str, Any]]:
+    """Returns where it is said, and the kind, of each body that commands insert."""
+    return [
+        (f"commands[{number}].kind", each.kind)
+        for number, each in enumerate(commands)
+        if isinstance(each, Insert)
+    ]
+
+
 def speeds(commands: Iterable[Command]) -> list[float]:
-    """Return the squares of the speeds that commands give to bodies."""
+    """Returns the squares of the speeds that commands give to bodies."""
     given = (command.velocity for command in commands if not isinstance(command, Remove))
     return [vx * vx + vy * vy for vx, vy in given]
 
@@ -102,7 +98,7 @@ def speeds(commands: Iterable[Command]) -> list[float]:
 def check_commands(
     commands: Sequence[Any], start: float | None, arena: tuple[float, float] | None
 ) -> list[Mistake]:
-    """Check commands one by one; whether their bodies are there is for ``check_presence`` to say.
+    """Checks commands one by one; whether their bodies are there is for ``check_presence`` to say.
 
     ``start`` and ``arena`` are None where they are not known, or there is none.
     """
@@ -168,7 +164,7 @@ EXACT = "(epoch, tick, contacts), whole numbers, none below 0, tick < 2**52"
 
 
 def is_exact(moment: Any) -> bool:
-    """Say whether something is an exact moment, (epoch, tick, contacts)."""
+    """Whether something is an exact moment, (epoch, tick, contacts)."""
     try:
         epoch, tick, contacts = map(operator.index, moment)
     except (TypeError, ValueError):
@@ -186,7 +182,7 @@ def _is_number_of_body(body: Any, may_be_none: bool) -> bool:
 def check_presence(
     commands: Sequence[Command], bodies: int, where: Callable[[int], str] = "commands[{}]".format
 ) -> list[Mistake]:
-    """Follow who is there, command by command in their order: nobody comes twice or goes twice, and nobody
+    """Follows who is there, command by command in their order: nobody comes twice or goes twice, and nobody
     turns who is not there."""
     mistakes = []
     there, gone = set(range(bodies)), set[int]()

@@ -1,5 +1,7 @@
-"""How far bodies reach for broad phases at the start, and what that follows from: a speed that no body
-exceeds, how far from the origin it can come, and the skin for both (``kinetile.kernel.skin``).
+"""Reach of bodies for broad phases at the start: their radius and the skin.
+
+The skin (``kinetile.kernel.skin``) follows from a speed that no body exceeds, and from how far from the
+origin bodies can come.
 """
 
 from __future__ import annotations
@@ -14,14 +16,12 @@ from kinetile.kernel.skin import Skin
 from kinetile.scene.commands import Insert, Remove
 from kinetile.scene.scene import Scene
 
-__all__ = ["flown", "reach_of", "skin_at_start", "speed_bound"]
-
 SPANS = 4
 """Of the clock, for which the skin of a scene without walls lasts."""
 
 
 def reach_of(scene: Scene) -> npt.NDArray[np.float64]:
-    """Return (n,) how far each body reaches at the start: its radius and the skin, as in ``k.bodies.reach``.
+    """Returns (n,) how far each body reaches at the start: its radius and the skin, as in ``k.bodies.reach``.
 
     This is for ``prepare``, to make room by; a scene with an arena is taken to have walls. It is not the last
     word: reaches grow where bodies without walls fly far, where a body is turned by hand and brings in
@@ -33,7 +33,7 @@ def reach_of(scene: Scene) -> npt.NDArray[np.float64]:
 
 
 def skin_at_start(scene: Scene, walls: bool) -> Skin:
-    """Return the skin of a scene, with or without the walls of its arena."""
+    """Returns the skin of a scene, with or without the walls of its arena."""
     speed = speed_bound(scene)
     if walls:
         extent = max(scene.arena or (0.0,))
@@ -45,12 +45,12 @@ def skin_at_start(scene: Scene, walls: bool) -> Skin:
 
 
 def flown(speed: float, unit: float, spans: int) -> float:
-    """Return how far a body flies at a speed within so many spans of the clock, whose unit is given."""
+    """Returns how far a body flies at a speed within so many spans of the clock, whose unit is given."""
     return speed * unit * (spans * SPAN // TICKS)
 
 
 def speed_bound(scene: Scene) -> float:
-    """Return a speed that no body can exceed: all energy, that of every command added, in the lightest body.
+    """Returns a speed that no body can exceed: all energy, that of every command added, in the lightest body.
 
     Where bodies that nothing can move fly, or a response adds energy, there is no such speed before the run:
     then it is one to begin with.

@@ -23,23 +23,8 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import Mistake, nearest, one_of
+from kinetile.errors import Mistake, UnknownName, nearest, one_of
 from kinetile.scene.checks import ANY, WALL, as_kind, is_kind, plain, shown
-
-__all__ = [
-    "ELASTIC",
-    "PASS",
-    "Kind",
-    "Kinds",
-    "Pair",
-    "Response",
-    "Responses",
-    "Rules",
-    "kinds_that_follow",
-    "no_kind",
-    "read_rules",
-    "table",
-]
 
 Kind: TypeAlias = str | int
 Pair: TypeAlias = tuple[Kind, Kind]
@@ -75,15 +60,15 @@ class Response:
 
 Answer: TypeAlias = str | Response
 Kinds: TypeAlias = Kind | Sequence[str] | Sequence[int] | Sequence[Kind | None] | npt.NDArray[Any]
-"""What is given as the kinds of bodies: one for each, None for the scene's first, or one for all."""
+"""Kinds of bodies as an argument: one for each, None for the scene's first, or one for all."""
 
 Responses: TypeAlias = Answer | Mapping[tuple[Any, Any], Answer] | tuple[tuple[Pair, Response], ...]
-"""What is given as responses: by two kinds, one for all bodies, or as a scene has them. The keys are pairs of
+"""Responses as an argument: by two kinds, one for all bodies, or as a scene has them. The keys are pairs of
 kinds; a mapping is of one type of keys, and there are names, numbers and mixed pairs."""
 
 
-class Rules(NamedTuple):
-    """What a scene says of kinds.
+class SceneRules(NamedTuple):
+    """Rules of a scene about kinds.
 
     Attributes:
         kinds: the kinds there are.
@@ -106,8 +91,8 @@ def read_rules(
     mistakes: list[Mistake],
     declared: Any = None,
     complete: bool = True,
-) -> Rules:
-    """Return what a scene of so many bodies says of kinds; append what is wrong with it.
+) -> SceneRules:
+    """Returns what a scene of so many bodies says of kinds; appends what is wrong with it.
 
     Args:
         kind: a kind for all bodies, or a sequence with one for each; None is the first of the scene.
@@ -136,29 +121,52 @@ def read_rules(
     rows = table(kinds, rules, mistakes)
     numbers = {name: number for number, name in enumerate(kinds)}
     number = np.array([numbers.get(name, 0) for name in each], dtype=np.int64)
-    return Rules(kinds, number, rules, np.array([[each.name == PASS for each in row] for row in rows]))
+    return SceneRules(kinds, number, rules, np.array([[each.name == PASS for each in row] for row in rows]))
 
 
 def kinds_that_follow(
     each: Iterable[Kind], coming: Iterable[Kind], rules: Iterable[tuple[Pair, Response]]
 ) -> tuple[Kind, ...]:
-    """Return the kinds of a scene that declares none, in the order in which they come up: those of its bodies
-    and of those that come, or where there are none, those that its rules name."""
+    """Returns the kinds of a scene that declares none, in the order in which they come up: those of its
+    bodies and of those that come, or where there are none, those that its rules name."""
     there = tuple(dict.fromkeys([*each, *coming]))
     named = dict.fromkeys(name for pair, _ in rules for name in pair if is_kind(name))
     return there or tuple(named) or (0,)
 
 
 def no_kind(name: Any, kinds: Iterable[Kind]) -> str:
-    """Return the sentence that says that a scene has no such kind, and which it has."""
+    """Returns the sentence that says that a scene has no such kind, and which it has."""
     known = list(kinds)
     meant = nearest(str(name), map(str, known))
     hint = f"; did you mean {meant!r}?" if meant else ""
     return f"{shown(name)} is no kind of this scene; there are: {', '.join(map(repr, known))}{hint}"
 
 
+def unregistered(responses: Iterable[tuple[Pair, Response]]) -> list[Mistake]:
+    """Returns the responses that no plugin provides; notes of the others that they have been found.
+
+    A scene of elastic bodies looks nothing up, so the registry is imported here. A response is looked up
+    once: a scene can be read where its plugin is not installed.
+    """
+    mistakes = []
+    for pair, response in responses:
+        if not (response.found or response.name in (ELASTIC, PASS)):
+            from kinetile.plugin.registry import registry
+
+            try:
+                registry().spec("response", response.name)
+            except UnknownName as error:
+                failed = "".join(f"; not loaded: {failure}" for failure in error.failures)
+                found = f"{shown(response.name)}, which is the name of no response"
+                wanted = one_of(response.name, error.available) + failed
+                mistakes.append(Mistake(f"responses[{pair!r}]", found, wanted))
+            else:
+                response.found = True
+    return mistakes
+
+
 def _of_nobody(rules: Iterable[tuple[Pair, Response]], known: Mapping[Kind, Any]) -> list[Mistake]:
-    """Return the rules that would never hold: no body is of their kind, and none is said to come."""
+    """Returns the rules that would never hold: no body is of their kind, and none is said to come."""
     mistakes = []
     for pair, _ in rules:
         for name in dict.fromkeys(pair):
@@ -173,7 +181,7 @@ def _of_nobody(rules: Iterable[tuple[Pair, Response]], known: Mapping[Kind, Any]
 
 
 def _read_declared(given: Any, mistakes: list[Mistake]) -> tuple[Kind, ...]:
-    """Return the kinds that a scene declares, none where it leaves that open."""
+    """Returns the kinds that a scene declares, none where it leaves that open."""
     if given is None:
         return ()
     try:
@@ -190,7 +198,7 @@ def _read_declared(given: Any, mistakes: list[Mistake]) -> tuple[Kind, ...]:
 
 
 def _read_kinds(given: Any, bodies: int, first: Kind, mistakes: list[Mistake]) -> list[Kind]:
-    """Return the kind of each body; ``first`` is that of bodies that are given none."""
+    """Returns the kind of each body; ``first`` is that of bodies that are given none."""
     if given is None:
         return [first] * bodies
     if isinstance(given, str | int | np.integer):
@@ -213,7 +221,7 @@ def _read_kinds(given: Any, bodies: int, first: Kind, mistakes: list[Mistake]) -
 
 
 def _read_responses(given: Any, mistakes: list[Mistake]) -> tuple[tuple[Pair, Response], ...]:
-    """Return the rules of a table, each with its two kinds in one order, sorted; append what is wrong with
+    """Returns the rules of a table, each with its two kinds in one order, sorted; appends what is wrong with
     it."""
     if given is None:
         return ()
@@ -250,7 +258,7 @@ def _read_responses(given: Any, mistakes: list[Mistake]) -> tuple[tuple[Pair, Re
 
 
 def _order(kind: Kind) -> tuple[bool, bool, int, str]:
-    """Where a kind stands in a pair: whole numbers, names, "*", "wall"."""
+    """Returns the sort key of a kind in a pair: whole numbers, names, "*", "wall"."""
     text = isinstance(kind, str)
     return kind == WALL, kind == ANY, 0 if text else int(kind), str(kind) if text else ""
 
@@ -262,7 +270,7 @@ def _ordered(a: Kind, b: Kind) -> Pair:
 def table(
     kinds: Sequence[Kind], rules: Iterable[tuple[Pair, Response]], mistakes: list[Mistake] | None = None
 ) -> list[list[Response]]:
-    """Return what happens where each kind meets each, and a wall (the last column).
+    """Returns what happens where each kind meets each, and a wall (the last column).
 
     Where two rules say different things of two kinds, each with "*", that is appended as a mistake.
     """

@@ -1,5 +1,4 @@
-"""What is simulated: discs, where they are and how they move, the arena around them, and what is done to
-them.
+"""Scene: discs, where they are and how they move, the arena around them, and the commands of the run.
 
 A scene is a value. Its arrays are its own read-only copies, it is checked in full when it is made (all
 mistakes are reported at once), and two scenes are equal when they hold the same bits. Scenes come from arrays
@@ -17,13 +16,11 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-import kinetile
-from kinetile.errors import Mistake, SceneError, UnknownName, one_of
+from kinetile.errors import Mistake, Refused, SceneError, one_of
 from kinetile.kernel.clock import Clock, time_unit
-from kinetile.scene.arrays import Numbers, read_arrays
+from kinetile.scene.bodies import Numbers, check_bodies, read_arrays
 from kinetile.scene.checks import (
     abridged,
-    check_bodies,
     check_frame,
     check_pace,
     check_turn,
@@ -40,12 +37,11 @@ from kinetile.scene.commands import (
     check_commands,
     check_presence,
     is_exact,
+    kinds_of_inserted,
     numbered,
     speeds,
 )
 from kinetile.scene.responses import (
-    ELASTIC,
-    PASS,
     Kind,
     Kinds,
     Pair,
@@ -54,16 +50,15 @@ from kinetile.scene.responses import (
     kinds_that_follow,
     read_rules,
     table,
+    unregistered,
 )
-
-__all__ = ["Scene", "Settings", "check_end", "check_settings"]
 
 Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Settings:
-    """How a scene wants to be run, where it says so: its phases by name, their options, and until when.
+    """Settings of a run that a scene brings: its phases by name, their options, and until when.
 
     ``broad_phase`` and ``narrow_phases`` are None where the scene leaves the choice open; ``options`` maps a
     phase's name to its options; ``until`` is a time, not a length of time. ``end`` is the same exactly, as
@@ -164,7 +159,7 @@ class Scene:
             mistakes.append(Mistake("commands", shown(commands), "a sequence of commands"))
             given = []
         rules = read_rules(kind, responses, len(arrays[0]), kinds_of_inserted(given), mistakes, kinds)
-        mistakes += _unregistered(rules.responses)
+        mistakes += unregistered(rules.responses)
         mistakes += check_bodies(*arrays, sides, unknown, (rules.kind, rules.passing))
         begin = None if "start" in amiss else float(start)
         try:
@@ -220,14 +215,8 @@ class Scene:
         recipe = f", from {self.origin['recipe']!r}" if "recipe" in self.origin else ""
         return f"<Scene: {bodies}, {around}{turns}{recipe}>"
 
-    def _repr_html_(self) -> str:
-        return kinetile.as_html(self)  # made above this room: by its public name
-
-    def _repr_svg_(self) -> str | None:
-        return kinetile.as_svg(self)
-
     def replace(self, **changes: Any) -> Scene:
-        """Return a scene with other values for some arguments of the constructor, checked as any scene is.
+        """Returns a scene with other values for some arguments of the constructor, checked as any scene is.
 
         ``turns`` take the place of the turns alone, ``commands`` that of all commands. Kinds that followed
         from bodies and commands follow anew, those that were declared stay, unless ``kinds`` are given. The
@@ -271,7 +260,7 @@ class Scene:
 
     @property
     def meets(self) -> list[list[Response]]:
-        """What happens where each of ``kinds`` meets each, and a wall (the last column)."""
+        """The response where each of ``kinds`` meets each, and a wall (the last column)."""
         return table(self.kinds, self.responses)
 
     @property
@@ -281,7 +270,7 @@ class Scene:
         return int(self.__dict__.get("_capacity", len(self)))
 
     def _unit_for(self, commands: Sequence[Command]) -> float:
-        """Return the time unit of this scene with these commands."""
+        """Returns the time unit of this scene with these commands."""
         if self.unit is not None:
             return self.unit
         if len(self) == 0 and (self.arena is None or not commands):
@@ -291,7 +280,7 @@ class Scene:
         return time_unit(extent, math.sqrt(max([*squares, *speeds(commands)], default=0.0)))
 
     def _in_order(self, commands: list[Command]) -> tuple[Command, ...]:
-        """Return commands in the order of the ticks at which they are carried out."""
+        """Returns commands in the order of the ticks at which they are carried out."""
         if all(command.at is None for command in commands):
             return tuple(sorted(commands, key=lambda command: command.time))
         clock = Clock(self.start, self._unit_for(commands))
@@ -309,7 +298,7 @@ class Scene:
         return (Scene, (*arrays, self.arena, (), *more))
 
     def _bits(self) -> tuple[bytes, ...]:
-        """Return everything that is simulated as bytes: -0.0 is not 0.0."""
+        """Returns everything that is simulated as bytes: -0.0 is not 0.0."""
         frame = (self.start, *(self.arena or ()))
         return (
             *(array.tobytes() for array in (self.position, self.velocity, self.radius, self.mass)),
@@ -321,38 +310,8 @@ class Scene:
         )
 
 
-def kinds_of_inserted(commands: Iterable[Any]) -> list[tuple[str, Any]]:
-    """Return where it is said, and the kind, of each body that commands insert."""
-    return [
-        (f"commands[{number}].kind", each.kind)
-        for number, each in enumerate(commands)
-        if isinstance(each, Insert)
-    ]
-
-
-def _unregistered(responses: Iterable[tuple[Pair, Response]]) -> list[Mistake]:
-    """Return the responses that nobody has registered; note of the others that they have been found.
-
-    A scene of elastic bodies looks nothing up. What is registered is known above this package, so it is found
-    by its public name. A response is looked up once: a scene can be read where its plugin is not installed.
-    """
-    mistakes = []
-    for pair, response in responses:
-        if not (response.found or response.name in (ELASTIC, PASS)):
-            try:
-                kinetile.registry().spec("response", response.name)
-            except UnknownName as error:
-                failed = "".join(f"; not loaded: {failure}" for failure in error.failures)
-                found = f"{shown(response.name)}, which is the name of no response"
-                wanted = one_of(response.name, error.available) + failed
-                mistakes.append(Mistake(f"responses[{pair!r}]", found, wanted))
-            else:
-                response.found = True
-    return mistakes
-
-
 def check_settings(settings: Settings) -> list[Mistake]:
-    """Check the types of the settings; whether the phases exist is for those to say who select them."""
+    """Checks the types of the settings; whether the phases exist is for those to say who select them."""
     mistakes = []
     if not isinstance(settings.broad_phase, (str, type(None))):
         mistakes.append(Mistake("broad-phase", shown(settings.broad_phase), "the name of a broad phase"))
@@ -368,7 +327,7 @@ def check_settings(settings: Settings) -> list[Mistake]:
 
 
 def check_end(settings: Settings, clock: Clock) -> list[Mistake]:
-    """Check the exact end of a scene with this clock: it has to be ``until``, but for its rounding."""
+    """Checks the exact end of a scene with this clock: it has to be ``until``, but for its rounding."""
     if settings.end is None:
         return []
     if not is_exact(settings.end):
@@ -379,3 +338,80 @@ def check_end(settings: Settings, clock: Clock) -> list[Mistake]:
     if settings.until is not None and (settings.until in near or clock.ticks(settings.until) == ticks):
         return []
     return [Mistake("end", f"{settings.end}, which is at {time!r}", f"an end at until = {settings.until!r}")]
+
+
+LEAST = 64
+"""Bodies for which there is room at least where they come and go."""
+
+
+def relabelled(
+    scene: Scene, *, settings: Settings | None = None, origin: Mapping[str, Any] | None = None
+) -> Scene:
+    """Returns the same scene with other settings or another origin, without checking its bodies again.
+
+    Raises SceneError for settings that the scene cannot have.
+    """
+    mistakes = []
+    if settings is not None and not isinstance(settings, Settings):
+        mistakes = [Mistake("settings", shown(settings), "kinetile.Settings(...), or None")]
+    elif settings is not None:
+        mistakes = [*check_frame(None, scene.start, settings.until), *check_settings(settings)]
+        mistakes += check_end(settings, Clock(scene.start, scene.time_unit))
+    if mistakes:
+        raise SceneError(mistakes)
+    copy = object.__new__(Scene)
+    copy.__dict__.update(scene.__dict__)
+    if settings is not None:
+        copy.__dict__["settings"] = settings
+    if origin is not None:
+        copy.__dict__["origin"] = dict(origin)
+    return copy
+
+
+def standing(scene: Scene, columns: Mapping[str, npt.NDArray[Any]], capacity: int) -> Scene:
+    """Returns the same scene with other bodies, and no commands: as it stands in the middle of a run.
+
+    ``columns`` are position, velocity, radius, mass and kind of the bodies; ``capacity`` is for how many at
+    once a phase is to make room. Nothing is checked: a run has led here.
+    """
+    copy = relabelled(scene)
+    for name, column in columns.items():
+        column.flags.writeable = False
+        copy.__dict__[name] = column
+    copy.__dict__["commands"] = ()
+    copy.__dict__["_capacity"] = capacity
+    copy.__dict__["_ruled"] = scene.ruled
+    return copy
+
+
+def spacious(scene: Scene, capacity: int | None = None) -> Scene:
+    """Returns the same scene, in which phases make room for so many bodies, or for as many more as there
+    are."""
+    copy = relabelled(scene)
+    copy.__dict__["_capacity"] = max(2 * len(scene), LEAST) if capacity is None else capacity
+    return copy
+
+
+def only_turns(scene: Scene, who: str) -> None:
+    """Raises Refused where a scene has more than elastic contacts and turns at times of their own, on the
+    clock that follows from its speeds: ``who`` supports nothing else."""
+    odd = [each for each in scene.commands if not isinstance(each, Turn) or each.at is not None]
+    what = "a unit of its own" if scene.unit is not None else None
+    what = "bodies that come or go, or commands at exact ticks" if odd else what
+    what = "responses, or bodies that nothing can move" if scene.ruled else what
+    if what is not None:
+        raise Refused(f"{who} follows scenes whose bodies turn at most, and this scene has {what}")
+
+
+def with_commands(
+    scene: Scene,
+    commands: Sequence[Command],
+    responses: Mapping[Pair, Response] | None = None,
+    kinds: Iterable[Kind] | None = None,
+) -> Scene:
+    """Returns the same scene, on the same clock, with these commands, and with more responses. Its kinds are
+    these, or as ``Scene.replace`` has them. Raises SceneError where they do not fit."""
+    more = {} if kinds is None else {"kinds": kinds}
+    rules = {**dict(scene.responses), **(responses or {})}
+    unit, origin = scene.time_unit, scene.origin
+    return scene.replace(commands=commands, responses=rules, unit=unit, origin=origin, **more)

@@ -1,4 +1,4 @@
-"""Where a file may be written, and how: there as a whole or not at all."""
+"""Targets of writing: a file that is there as a whole or not at all."""
 
 from __future__ import annotations
 
@@ -11,11 +11,9 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
-__all__ = ["replacing", "writable_target"]
-
 
 def writable_target(path: str | os.PathLike[str]) -> Path:
-    """Return the file that a path means, links followed, which is to be written or replaced as a whole.
+    """Returns the file that a path means, links followed, which is to be written or replaced as a whole.
 
     Raises OSError where something is that is no regular file: a folder, a device, a pipe.
     """
@@ -33,7 +31,7 @@ def writable_target(path: str | os.PathLike[str]) -> Path:
 
 @contextmanager
 def replacing(target: Path, *, sync: bool = True) -> Iterator[BinaryIO]:
-    """Yield a new file in the folder of ``target``, whose place it takes when the context is left: at once,
+    """Yields a new file in the folder of ``target``, whose place it takes when the context is left: at once,
     and, with ``sync``, with all that is in it on the disk.
 
     Whatever ends it on its way, a signal, a full disk, a kill, what was there is there. Raises OSError where

@@ -1,6 +1,4 @@
-"""What people look at: ``picture`` draws a moment of a run, with the structure of its broad phase; ``player``
-makes a page in which a run plays, exactly, from its flight plans."""
+"""Views for people: ``picture`` draws a moment of a run, with the structure of its broad phase; ``player``
+makes a page in which a run plays, exactly, from its flight plans; ``notebook`` shows both in Jupyter."""
 
 from __future__ import annotations
-
-__all__: list[str] = []

@@ -303,7 +303,7 @@ def test_any_other_word_is_an_error(broken: Registry, monkeypatch: pytest.Monkey
 def broken(monkeypatch: pytest.MonkeyPatch) -> Registry:
     """An empty registry in a world where one plugin is installed, and fails."""
     from kinetile.plugin import registry as registry_module
-    from kinetile.plugin.discovery import Installed
+    from kinetile.plugin.registry import Installed
 
     monkeypatch.setattr(
         registry_module, "installed", lambda: [Installed("broken:plugin", "broken", "1.0", fails)]
@@ -313,7 +313,7 @@ def broken(monkeypatch: pytest.MonkeyPatch) -> Registry:
 
 def test_an_interrupt_is_no_failure(broken: Registry, monkeypatch: pytest.MonkeyPatch) -> None:
     from kinetile.plugin import registry as registry_module
-    from kinetile.plugin.discovery import Installed
+    from kinetile.plugin.registry import Installed
 
     def interrupted() -> object:
         raise KeyboardInterrupt

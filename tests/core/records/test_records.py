@@ -14,9 +14,9 @@ import pytest
 
 import kinetile as kt
 from kinetile.errors import MissingExtra, RecordError
-from kinetile.plugin.by_name import loads_scene
 from kinetile.records import EventRecorder, read_events, recover
 from kinetile.records import events as records
+from kinetile.scene.by_name import loads_scene
 
 pq = pytest.importorskip("pyarrow.parquet")
 

@@ -20,8 +20,7 @@ import kinetile as kt
 from kinetile.cli import app
 from kinetile.errors import RecordError
 from kinetile.records import EventRecorder, Trajectory, events, finishing, read_events, recover
-from kinetile.records.reserved_file import ReservedFile
-from kinetile.records.row_log import LogReader
+from kinetile.records.log import LogReader, ReservedFile
 
 pytest.importorskip("pyarrow")
 
@@ -292,7 +291,7 @@ GOES_ON = """
     from pathlib import Path
     import kinetile as kt
     from kinetile.records import events
-    from kinetile.records.reserved_file import ReservedFile
+    from kinetile.records.log import ReservedFile
 
     checkpoint, path, steps = sys.argv[1], sys.argv[2], int(sys.argv[3])
 

@@ -126,7 +126,7 @@ def test_what_pyarrow_quotes_of_a_damaged_footer_reached_the_terminal_as_it_is(g
 
 def rewrite(good, path, *, table=None, seal=False, texts=None, **changes):
     """Write a file anew with other rows or metadata: as somebody does who knows Parquet, and the seal too."""
-    from kinetile.records.seal import Seal
+    from kinetile.records.log import Seal
 
     old = pq.read_metadata(good).metadata
     metadata = json.loads(old[b"kinetile"]) | changes

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 
 import kinetile as kt
-from kinetile.run.composition import compose_phases
-from kinetile.run.engine import Engine
+from kinetile.run.compose import compose_phases
+from kinetile.run.engine.engine import Engine
 from kinetile.scene.reach import skin_at_start
 from kinetile.toolbox import reach_of
 from kinetile_conformance.strategies import scenes

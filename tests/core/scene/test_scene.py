@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from kinetile import Insert, Scene, Settings, Turn, make_scene
 from kinetile.errors import SceneError
 from kinetile.scene import relabelled
-from kinetile.scene.overlaps import overlapping_pairs
+from kinetile.scene.bodies import overlapping_pairs
 
 STILL = {"velocity": [[0.0, 0.0]], "radius": 0.1}
 

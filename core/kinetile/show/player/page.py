@@ -1,31 +1,34 @@
-"""One page that holds everything: style, script and recordings; it asks no network for anything.
+"""Page that holds everything: style, script and recordings; it loads nothing from a network.
 
 The script's files are modules for whoever reads or tests them. In the page they are one module: their
 imports and the word ``export`` are taken out, and they follow each other from the ground up, so no two of
 them may give one name to two things.
+
+Columns are text in a page: the bytes of a column by significance, deflated, in base64. The first bytes of all
+numbers come first, then all second bytes, and so on: neighbours are alike then, and compress. The page
+decodes this with the browser's own ``DecompressionStream`` (``script/columns.mjs``).
 """
 
 from __future__ import annotations
 
+import base64
 import html
 import json
 import re
-from collections.abc import Sequence
+import zlib
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from kinetile.kernel.clock import TICKS
 from kinetile.scene import Scene
-from kinetile.show.picture.looks import FRESH, LOOKS, NEXT
-from kinetile.show.player.columns import encode
-from kinetile.show.player.plans import Plans, kinds_of, residuals
-from kinetile.show.player.recording import Recording
-
-__all__ = ["MODULES", "Page", "script"]
+from kinetile.show.picture import FRESH, LOOKS, NEXT
+from kinetile.show.player.recording import Plans, Recording, kinds_of, residuals
 
 _SEEN = ("camera", "paper", "drawing", "matrix", "timeline", "tables", "player", "hands")
 
@@ -36,12 +39,12 @@ MODULES = (
 """The script's files, each after those that it imports: how the run goes, then how it is seen."""
 
 _SECONDS = 30.0
-"""How long a whole recording plays at first."""
+"""The duration of a whole recording at first."""
 
 
 @dataclass(frozen=True)
 class Page:
-    """What a page shows: recordings of one window of one scene, side by side on one clock.
+    """Contents of a page: recordings of one window of one scene, side by side on one clock.
 
     ``notes`` are sentences at its head; ``open_at`` is the tick at which it opens, None: its beginning, and
     ``select`` a body that is selected then, or None.
@@ -56,7 +59,7 @@ class Page:
 
     @property
     def held(self) -> dict[str, Any]:
-        """Return all that the page holds, as plain data for JSON."""
+        """Returns all that the page holds, as plain data for JSON."""
         scene, (first, *_) = self.scene, self.recordings
         end = max(recording.end for recording in self.recordings)
         length = (end - first.begin) / TICKS * scene.time_unit
@@ -88,7 +91,7 @@ class Page:
         return notes
 
     def html(self) -> str:
-        """Return the page."""
+        """Returns the page."""
         summary = f"{len(self.scene)} discs; drag to move the view, tap a disc to select it, ? for the keys."
         held = json.dumps(self.held, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
         parts = {
@@ -104,7 +107,7 @@ class Page:
         return re.sub("@@([A-Z]+)@@", lambda found: parts[found[1]], _asset("page.html"))
 
     def _run(self, recording: Recording, at: int) -> dict[str, Any]:
-        """Return what a page holds of one recording; its rows are None where they are those of the first."""
+        """Returns what a page holds of one recording; its rows are None where they are those of the first."""
         first, steps = self.recordings[0], recording.stepped
         same = at > 0 and first.rows.tobytes() == recording.rows.tobytes()
         coded = structure = None
@@ -124,7 +127,7 @@ class Page:
 
 
 def script() -> str:
-    """Return the page's script: all modules as one."""
+    """Returns the page's script: all modules as one."""
     lines = []
     for name in MODULES:
         for line in _asset(f"script/{name}.mjs").splitlines():
@@ -142,7 +145,7 @@ def _rows(recording: Recording, plans: Plans, unit: float) -> dict[str, Any]:
 
 
 def _box(scene: Scene, plans: Plans) -> Sequence[float]:
-    """Return what there is to see at first: (left, bottom, right, top)."""
+    """Returns what there is to see at first: (left, bottom, right, top)."""
     if scene.arena is not None:
         return (0.0, 0.0, *scene.arena)
     there = plans.there > 0
@@ -167,3 +170,33 @@ def _pane(label: str) -> str:
 @cache
 def _asset(name: str) -> str:
     return files("kinetile.show.player").joinpath(name).read_text(encoding="utf-8")
+
+
+_TYPES = ("f8", "u8", "i4", "u1")
+"""Types of columns; all little-endian."""
+
+
+def encode(columns: Mapping[str, npt.NDArray[Any]]) -> dict[str, Any]:
+    """Returns columns (one-dimensional, of types f8, u8, i4, u1) as plain data for JSON: ``columns``, a list
+    of [name, type, length], and ``text``. Raises TypeError for another type."""
+    table, parts = [], []
+    for name, column in columns.items():
+        kind = column.dtype.str[1:]
+        if kind not in _TYPES or column.ndim != 1:
+            raise TypeError(f"column {name!r} is {column.dtype} {column.shape}; expected one of {_TYPES}")
+        table.append([name, kind, len(column)])
+        plain = np.ascontiguousarray(column, f"<{kind}")
+        parts.append(plain.view(np.uint8).reshape(len(column), int(kind[1:])).T.tobytes())
+    return {"columns": table, "text": base64.b64encode(zlib.compress(b"".join(parts), 9)).decode()}
+
+
+def decode(coded: Mapping[str, Any]) -> dict[str, npt.NDArray[Any]]:
+    """Returns the columns that ``encode`` has made text of."""
+    content = zlib.decompress(base64.b64decode(coded["text"]))
+    columns, at = {}, 0
+    for name, kind, length in coded["columns"]:
+        size = int(kind[1:])
+        planes = np.frombuffer(content, np.uint8, size * length, at).reshape(size, length)
+        columns[name] = np.ascontiguousarray(planes.T).reshape(-1).view(f"<{kind}")
+        at += size * length
+    return columns

@@ -1,29 +1,36 @@
-"""What a page shows of a run: all rows of a window of time, and the structural events where it was stepped.
+"""Recording of a run for a page: all rows of a window of time, and structural events where it was stepped.
 
 A run is made twice. The first time it runs freely, and its rows are recorded: they are the same under every
 broad phase. The second time it is stepped event by event, which costs a hundred times as much, to see what
 the broad phase does between the rows; so this is done only for as many events as ``MOST_STEPS``.
+
+A page begins with the flight plans at the start of its window and goes on from row to row, as a run does.
+Most of a row follows from the plans before it: a body is where its plan has brought it, mostly to the last
+bit. So a page holds only what differs from that, as bits (exclusive or), and this is mostly nothing: the page
+is half as large. The same prediction is in ``script/rows.mjs``, operation by operation.
+
+A shape of the structure hangs on bodies and moves with them, so it is recorded once, however long it stands.
+It is another one when its certificate is another: with the tick at which it fails.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from kinetile.errors import KinetileError
 from kinetile.kernel.clock import TICKS, Clock
-from kinetile.kernel.log import LOG, REANCHORED
+from kinetile.kernel.log import INSERTED, LOG, REANCHORED, REMOVED
 from kinetile.kernel.tables import NEVER
+from kinetile.plugin.drawing import At, Box, Coordinate, Entry, Item, Link, Polygon, Segment
 from kinetile.run.simulation import Simulation
-from kinetile.scene import Scene
-from kinetile.show.player.plans import Plans
-from kinetile.show.player.structure import StructureLog
-
-__all__ = ["MOST_ROWS", "MOST_STEPS", "Recording", "Stepped", "record", "shortened", "window_of"]
+from kinetile.scene import Insert, Scene
+from kinetile.show.picture import ORDER
 
 MOST_ROWS = 200_000
 """Rows of a page, some 30 bytes each; a run of more is shown up to there."""
@@ -33,8 +40,8 @@ MOST_STEPS = 5_000
 
 
 @dataclass(frozen=True)
-class Stepped:
-    """What stepping has shown: structural events, (m,) each: exact time, the body whose certificate failed,
+class Steps:
+    """Results of stepping: structural events, (m,) each: exact time, the body whose certificate failed,
     and after how many rows of the window it came; how many bodies were queued after each number of events,
     (k,); and the structure that the phase draws."""
 
@@ -59,7 +66,7 @@ class Recording:
     rows: npt.NDArray[Any]
     begin: int
     end: int
-    stepped: Stepped | None = None
+    stepped: Steps | None = None
     notes: tuple[str, ...] = ()
 
 
@@ -72,7 +79,7 @@ def record(
     until: float,
     max_contacts: int | None = None,
 ) -> Recording:
-    """Run a simulation that has not begun, and return its window from ``begin`` to ``until``, or to so many
+    """Runs a simulation that has not begun, and returns its window from ``begin`` to ``until``, or to so many
     contacts; None: as many as fit.
 
     ``again`` is another such, to be stepped; None: nothing is. A fault ends the recording with a note.
@@ -97,7 +104,7 @@ def record(
 
 
 def shortened(begin: float, shown: float, until: float) -> str:
-    """Return the sentence that a page has not all of a window."""
+    """Returns the sentence that a page has not all of a window."""
     return (
         f"Shown up to {shown!r} of {begin!r} to {until!r}: {MOST_ROWS:,} events are as many as a page takes. "
         f"The next window: --from {shown!r}"
@@ -107,14 +114,14 @@ def shortened(begin: float, shown: float, until: float) -> str:
 def window_of(
     scene: Scene, rows: npt.NDArray[Any], label: str, begin: int, end: int, notes: tuple[str, ...] = ()
 ) -> Recording:
-    """Return the window from tick ``begin`` to ``end`` of a run whose rows are all there."""
+    """Returns the window from tick ``begin`` to ``end`` of a run whose rows are all there."""
     done = int((_ticks(rows) <= begin).sum()) if len(rows) and begin > 0 else 0
     plans = Plans.of(scene, rows).after(rows[:done])
     return Recording(label, plans, rows[done:], begin, end, None, notes)
 
 
 def _with_steps(recording: Recording, again: Simulation, clock: Clock, begin: float) -> Recording:
-    """Step a simulation through a window, and return the recording with what was seen."""
+    """Steps a simulation through a window, and returns the recording with what was seen."""
     events = np.append(-1, np.flatnonzero(recording.rows["b"] != REANCHORED)) + 1
     seen: list[tuple[int, int, int, int]] = []
     met = 0
@@ -145,17 +152,17 @@ def _with_steps(recording: Recording, again: Simulation, clock: Clock, begin: fl
     if log.full:
         notes += (f"The structure is shown up to event {log.seen}: there is too much of it for a page.",)
     epoch, tick, body, after = np.array(seen, np.int64).reshape(-1, 4).T
-    stepped = Stepped(epoch, tick, body, after, np.array(queue, np.int64), log)
+    stepped = Steps(epoch, tick, body, after, np.array(queue, np.int64), log)
     return replace(recording, stepped=stepped, notes=notes)
 
 
 def _queued(simulation: Simulation) -> int:
-    """Return how many bodies have something scheduled."""
+    """Returns how many bodies have something scheduled."""
     return int(np.count_nonzero(np.asarray(simulation.tables.queue["key"]) != NEVER))
 
 
 def _ticks(rows: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Return the times of rows as ticks since the start: Python's integers, which have no end."""
+    """Returns the times of rows as ticks since the start: Python's integers, which have no end."""
     ticks: npt.NDArray[Any] = rows["epoch"].astype(object) * TICKS + rows["tick"].astype(object)
     return ticks
 
@@ -163,3 +170,236 @@ def _ticks(rows: npt.NDArray[Any]) -> npt.NDArray[Any]:
 def _now(simulation: Simulation, clock: Clock) -> int:
     epoch, tick = simulation.exact_time
     return max(epoch * TICKS + tick, clock.ticks(simulation.time))
+
+
+Floats = npt.NDArray[np.float64]
+_PLACES = {"x": ("ax", "bx"), "y": ("ay", "by")}
+_SPEEDS = {"vx": ("avx", "bvx"), "vy": ("avy", "bvy")}
+
+KINDS = ("structural", "disc", "wall", "turn", "insert", "remove", "pass", "part", "anchor")
+"""Kinds of events by the number that a page has for them; "anchor" is a plan that the clock has written down
+anew."""
+
+
+@dataclass(frozen=True)
+class Plans:
+    """The bodies by number, (n,) each: radius (NaN where it is not known) and mass; whether each is there,
+    and its plan: (epoch, tick) of its anchor, where it was then, and its velocity."""
+
+    radius: Floats
+    mass: Floats
+    there: Floats
+    epoch: Floats
+    tick: Floats
+    x: Floats
+    y: Floats
+    vx: Floats
+    vy: Floats
+
+    @classmethod
+    def of(cls, scene: Scene, rows: npt.NDArray[Any]) -> Self:
+        """Returns the plans at a scene's start, with room for all bodies of the scene and of rows."""
+        comers = [each for each in scene.commands if isinstance(each, Insert)]
+        last = max([*(each.body for each in comers), int(rows["a"].max(initial=-1)), len(scene) - 1])
+        last = max(last, int(rows["b"].max(initial=-1)))
+        n = len(scene)
+        columns = {name: np.zeros(last + 1) for name in cls.__dataclass_fields__}
+        columns["radius"][n:] = np.nan
+        columns["mass"][n:] = 1.0
+        columns["radius"][:n], columns["mass"][:n], columns["there"][:n] = scene.radius, scene.mass, 1.0
+        columns["x"][:n], columns["y"][:n] = scene.position.T
+        columns["vx"][:n], columns["vy"][:n] = scene.velocity.T
+        for each in comers:
+            columns["radius"][each.body], columns["mass"][each.body] = each.radius, each.mass
+        return cls(**columns)
+
+    def after(self, rows: npt.NDArray[Any]) -> Plans:
+        """Returns the plans after the events of rows (dtype LOG), in their order."""
+        flights = _Flights.of(rows)
+        columns = {name: array.copy() for name, array in vars(self).items()}
+        body, row = flights.body, flights.row
+        columns["there"][body] = rows["b"][row] != REMOVED  # of one body's flights the last one stays
+        columns["epoch"][body], columns["tick"][body] = rows["epoch"][row], rows["tick"][row]
+        for name, pair in (_PLACES | _SPEEDS).items():
+            columns[name][body] = flights.value(rows, pair)
+        return Plans(**columns)
+
+
+@dataclass(frozen=True)
+class _Flights:
+    """The plans that rows give to bodies, in the order of events, a before b: whose, in which row, whether as
+    b."""
+
+    body: npt.NDArray[np.int64]
+    row: npt.NDArray[np.int64]
+    is_b: npt.NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, rows: npt.NDArray[Any]) -> Self:
+        bodies = np.stack([rows["a"], rows["b"]], axis=1).ravel().astype(np.int64)
+        flat = np.flatnonzero((bodies >= 0) & np.repeat(~np.isnan(rows["ax"]), 2))
+        return cls(bodies[flat], flat // 2, (flat % 2).astype(bool))
+
+    def value(self, rows: npt.NDArray[Any], pair: tuple[str, str]) -> Floats:
+        found: Floats = np.where(self.is_b, rows[pair[1]][self.row], rows[pair[0]][self.row])
+        return found
+
+
+def kinds_of(rows: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
+    """Returns the kind of each row as its place in ``KINDS``."""
+    a, b = rows["a"], rows["b"]
+    kinds = np.where(b >= 0, np.where(np.isnan(rows["ax"]), np.where(a < b, 6, 7), 1), 2)
+    for code, kind in ((-5, 3), (-6, 8), (INSERTED, 4), (REMOVED, 5)):
+        kinds[b == code] = kind
+    return kinds.astype(np.uint8)
+
+
+def residuals(plans: Plans, rows: npt.NDArray[Any], unit: float) -> dict[str, npt.NDArray[np.uint64]]:
+    """Returns columns ax .. bvy, (rows,) each: the bits in which a row differs from what is foretold.
+
+    A body is where its plan has brought it and keeps its velocity; but where two bodies of one mass meet, b
+    gets what a has lost. What gives no plan (b of a wall, say) is 0.
+    """
+    flights = _Flights.of(rows)
+    order = np.argsort(flights.body, kind="stable")
+    body = flights.body[order]
+    first = np.append(True, body[1:] != body[:-1])[: len(body)]
+
+    def before(of_plan: Floats, of_flight: Floats) -> Floats:
+        """Returns in the order of flights what was in force before each: of the body's flight before it."""
+        now = of_flight[order]
+        found = np.empty(len(order))
+        found[order] = np.where(first, of_plan[body], np.roll(now, 1))
+        return found
+
+    epoch, tick = (rows[name][flights.row].astype(np.float64) for name in ("epoch", "tick"))
+    ticks = (epoch - before(plans.epoch, epoch)) * float(TICKS) + (tick - before(plans.tick, tick))
+    elapsed = ticks * (unit / TICKS)
+    columns = {name: np.zeros(len(rows), np.uint64) for pair in _ALL for name in pair}
+    for place, speed in (("x", "vx"), ("y", "vy")):
+        was, flew = (
+            before(getattr(plans, name), flights.value(rows, _BOTH[name])) for name in (place, speed)
+        )
+        found, flies = flights.value(rows, _BOTH[place]), flights.value(rows, _BOTH[speed])
+        keeps = flew.copy()
+        second = np.flatnonzero(flights.is_b)  # its row's a comes right before it
+        same = second[plans.mass[flights.body[second]] == plans.mass[flights.body[second - 1]]]
+        keeps[same] = flew[same] + (flew[same - 1] - flies[same - 1])
+        for name, bits in (
+            (place, _bits(found) ^ _bits(was + flew * elapsed)),
+            (speed, _bits(flies) ^ _bits(keeps)),
+        ):
+            for side, column in enumerate(_BOTH[name]):
+                mine = flights.is_b == bool(side)
+                columns[column][flights.row[mine]] = bits[mine]
+    return columns
+
+
+_BOTH = _PLACES | _SPEEDS
+_ALL = tuple(_BOTH.values())
+
+
+def _bits(numbers: Floats) -> npt.NDArray[np.uint64]:
+    return np.ascontiguousarray(numbers, np.float64).view(np.uint64)
+
+
+SHAPES = (Segment, Box, Polygon, Link, Entry)
+"""Shapes by the number that a page has for them; roles go by their place in ``ORDER``."""
+
+MOST_LOOKS = 4_000_000
+"""Shapes that are looked at, each of them after each event, before a log is full: some twenty seconds."""
+
+
+class StructureLog:
+    """Log of the shapes that there were after each number of events.
+
+    ``full`` says whether so many shapes were looked at that no more are: after ``seen`` events.
+    """
+
+    def __init__(self) -> None:
+        self.full = False
+        self.seen = 0
+        self._looks = 0
+        self._open: dict[Item, int] = {}
+        self._closed: list[tuple[int, int, Item]] = []
+        self._again: set[tuple[int, Item]] = set()
+
+    def see(self, done: int, items: Iterable[Item]) -> None:
+        """Takes in what there is to see after so many events."""
+        self.seen = done
+        before, now, come = self._open, {}, []
+        for item in items:
+            first = before.pop(item, None)
+            if first is not None:
+                now[item] = first
+            elif item not in now:  # said twice, it is there once
+                now[item] = done
+                come.append(item)
+        self._looks += len(now)
+        self.full = self._looks > MOST_LOOKS
+        self._closed += [(first, done, item) for item, first in before.items()]
+        stood = set(map(_without_certificate, before))
+        self._again.update((done, item) for item in come if _without_certificate(item) in stood)
+        self._open = now
+
+    def columns(self) -> dict[str, npt.NDArray[Any]] | None:
+        """Returns the log: of each shape its number in ``SHAPES``, role, label (a place in ``labels``), first
+        number of events at which it is there and first at which it is not, (epoch, tick) at which its
+        certificate fails (NaN: it does not), whether it is ``fresh`` then (1), or stood before with another
+        certificate (0), and its coordinates, x before y, ``size`` of all the columns
+        ``body`` (-1: fixed) and ``offset``. None where there is nothing to see."""
+        spans = [*self._closed, *((first, self.seen + 1, item) for item, first in self._open.items())]
+        if not spans:
+            return None
+        spans.sort(key=lambda span: (ORDER.index(span[2].role), span[0], span[1]))
+        labels = self._labels(spans)
+        points = [list(_coordinates(item)) for _, _, item in spans]
+        flat = [each for coordinates in points for each in coordinates]
+        fails = [(np.nan, np.nan) if item.fails is None else divmod(item.fails, TICKS) for *_, item in spans]
+        whole: dict[str, list[int]] = {
+            "first": [first for first, _, _ in spans],
+            "last": [last for _, last, _ in spans],
+            "shape": [SHAPES.index(type(item)) for *_, item in spans],
+            "role": [ORDER.index(item.role) for *_, item in spans],
+            "label": [labels.index(item.label) for *_, item in spans],
+            "size": [len(coordinates) for coordinates in points],
+            "body": [body for body, _ in flat],
+        }
+        columns: dict[str, npt.NDArray[Any]] = {
+            name: np.array(values, np.int32) for name, values in whole.items()
+        }
+        fresh = [(first, item) not in self._again for first, _, item in spans]
+        columns["fresh"] = np.array(fresh, np.uint8)
+        for at, name in enumerate(("epoch", "tick")):
+            columns[name] = np.array([each[at] for each in fails], np.float64)
+        return columns | {"offset": np.array([offset for _, offset in flat], np.float64)}
+
+    @property
+    def labels(self) -> list[str]:
+        """The labels of shapes, in the order in which ``columns`` numbers them."""
+        return self._labels([*self._closed, *((0, 0, item) for item in self._open)])
+
+    @staticmethod
+    def _labels(spans: Iterable[tuple[int, int, Item]]) -> list[str]:
+        return sorted({item.label for *_, item in spans})
+
+
+def _without_certificate(item: Item) -> tuple[Any, ...]:
+    """Returns what a shape is but for when it fails, and of one with a place also but for its label."""
+    return type(item), item.label if isinstance(item, Entry) else "", *_coordinates(item)
+
+
+def _coordinates(item: Item) -> Iterator[tuple[int, float]]:
+    """Yields the coordinates of a shape, x before y: with which body (-1: fixed), and how far from it."""
+    points: Iterable[tuple[Coordinate, Coordinate]]
+    if isinstance(item, Segment):
+        points = (item.a, item.b)
+    elif isinstance(item, Box):
+        points = (item.low, item.high)
+    elif isinstance(item, Polygon):
+        points = item.corners
+    else:
+        points = ((At(item.a), At(item.a)), (At(item.b), At(item.b)))
+    for point in points:
+        for each in point:
+            yield (each.body, each.offset) if isinstance(each, At) else (-1, each)

@@ -18,8 +18,6 @@ from kinetile.scene import Scene
 from kinetile.show.player.page import Page
 from kinetile.show.player.recording import MOST_ROWS, record, shortened, window_of
 
-__all__ = ["Choice", "View", "view", "view_file", "view_scene"]
-
 _NO_STRUCTURE = (
     "An event file has no structural events and no structure: it says what the bodies do, whatever the broad "
     "phase. A view of the scene shows both (kinetile view SCENE --broad-phase NAME)."
@@ -44,7 +42,7 @@ class View:
         return self.page.html()
 
     def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
-        """Write the page to a file, and return its path.
+        """Writes the page to a file, and returns its path.
 
         Raises BadOption where the file is there already (unless ``overwrite``) or cannot be written.
         """
@@ -81,7 +79,7 @@ def view_scene(
     max_contacts: int | None = None,
     narrow_phases: Mapping[str, Mapping[str, Any]] | None = None,
 ) -> View:
-    """Return a view of a scene under one broad phase, or under several side by side.
+    """Returns a view of a scene under one broad phase, or under several side by side.
 
     Args:
         scene: what is simulated.
@@ -120,7 +118,7 @@ def view_scene(
 def view_file(
     path: str | os.PathLike[str], *, begin: float | None = None, until: float | None = None
 ) -> View:
-    """Return a view of an event file, or of a window of it. Raises RecordError as ``Trajectory.read``, and
+    """Returns a view of an event file, or of a window of it. Raises RecordError as ``Trajectory.read``, and
     BadOption for a window that is not in it."""
     path = Path(path)
     trajectory = Trajectory.read(path)
@@ -145,7 +143,7 @@ def view_file(
 
 
 def view(simulation: Simulation, until: float | None = None) -> View:
-    """Return a view of what a simulation has done so far, commands given by hand among it; of one that has
+    """Returns a view of what a simulation has done so far, commands given by hand among it; of one that has
     not begun, of what it would do. It is played again from the start, and stays as it is."""
     scene = simulation.recorded()
     choice = (simulation.broad_phase, simulation.options)

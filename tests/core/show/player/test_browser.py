@@ -13,8 +13,9 @@ import pytest
 import kinetile as kt
 from accessibility import install_axe, violations
 from chromium import SHIFT, Browser, needs_chromium
-from kinetile.show.player import structure, view_scene
-from kinetile_conformance.cases import Subject, save_case, view_case
+from kinetile.show.player import recording, view_scene
+from kinetile_conformance.cases import Subject, save_case
+from kinetile_conformance.view import view_case
 from player_pages import HARD, SCENES, case_of
 
 pytestmark = needs_chromium
@@ -101,7 +102,7 @@ def test_places_are_those_of_the_trajectory(name, browser, tmp_path):
 
 
 def test_forward_and_back_ends_where_it_began(browser, tmp_path, monkeypatch):
-    monkeypatch.setattr(structure, "MOST_LOOKS", 0)
+    monkeypatch.setattr(recording, "MOST_LOOKS", 0)
     scene = kt.make_scene("grid", bodies=16, density=0.5, seed=3)
     browser.open(view_scene(scene, [("sap-1d", {})], until=1.0).save(tmp_path / "page.html"))
     assert browser.value(STEPS) == [501, 0, [True] * 500]

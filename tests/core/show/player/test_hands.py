@@ -11,7 +11,7 @@ import pytest
 
 import kinetile as kt
 from chromium import Browser, needs_chromium
-from kinetile.show.player import structure, view_scene
+from kinetile.show.player import recording, view_scene
 from player_pages import SCENES
 
 pytestmark = needs_chromium
@@ -248,7 +248,7 @@ def test_space_plays_after_a_click_on_a_button(browser, saved):
 
 
 def test_the_picture_says_that_the_recorded_structure_has_ended(browser, tmp_path, monkeypatch):
-    monkeypatch.setattr(structure, "MOST_LOOKS", 300)
+    monkeypatch.setattr(recording, "MOST_LOOKS", 300)
     view = view_scene(SCENES["grid"], [("sweep-tiling", {})], until=0.5)
     browser.open(view.save(tmp_path / "page.html"))
     seen = view.page.recordings[0].stepped.structure.seen
@@ -265,7 +265,7 @@ def test_the_picture_says_that_the_recorded_structure_has_ended(browser, tmp_pat
     def written() -> bool:
         browser.value("written.length = 0; kinetilePlayer.changed()")
         browser.settle()
-        return f"the structure is recorded up to event {seen} only" in browser.value("written")
+        return f"the recording is recorded up to event {seen} only" in browser.value("written")
 
     browser.press(*["ArrowRight"] * seen)
     assert not written()

@@ -14,9 +14,9 @@ import pytest
 import kinetile as kt
 from kinetile.errors import BadOption
 from kinetile.show.player import recording, view_scene
-from kinetile.show.player.columns import decode, encode
-from kinetile.show.player.page import MODULES, script
-from kinetile_conformance.cases import Subject, save_case, view_case
+from kinetile.show.player.page import MODULES, decode, encode, script
+from kinetile_conformance.cases import Subject, save_case
+from kinetile_conformance.view import view_case
 from player_pages import NODE, SCENES, needs_node
 
 DOM = Path(__file__).parents[3] / "player_dom.mjs"
@@ -145,7 +145,7 @@ def test_a_simulation_shows_what_it_has_done_and_stays_as_it_is():
     sim.set_velocity(1, (0.1, 0.7))
     sim.run(0.75)
     before = (sim.time, sim.fingerprint, sim.positions().tobytes(), sim.readings.events)
-    view = sim.view()
+    view = kt.view(sim)
     assert (sim.time, sim.fingerprint, sim.positions().tobytes(), sim.readings.events) == before
     (found,) = view.page.recordings
     assert found.label == "sap-1d"
@@ -155,7 +155,7 @@ def test_a_simulation_shows_what_it_has_done_and_stays_as_it_is():
     shown = view._repr_html_()
     assert shown.startswith('<iframe title="2 discs" sandbox="allow-scripts" srcdoc="&lt;!DOCTYPE html&gt;')
     assert "<script" not in shown
-    assert kt.Simulation(scene, "naive").view(0.25).page.recordings[0].end == 2**50
+    assert kt.view(kt.Simulation(scene, "naive"), 0.25).page.recordings[0].end == 2**50
 
 
 @needs_node

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 import kinetile as kt
-from kinetile.show.player import structure, view_scene
+from kinetile.show.player import recording, view_scene
 from player_pages import SCENES, ask_node, needs_node, record
 
 
 @pytest.fixture(autouse=True)
 def no_structure(monkeypatch):
     """What is drawn is for another file: it takes its time."""
-    monkeypatch.setattr(structure, "MOST_LOOKS", 0)
+    monkeypatch.setattr(recording, "MOST_LOOKS", 0)
 
 
 STATE = """

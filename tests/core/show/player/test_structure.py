@@ -9,8 +9,8 @@ import pytest
 
 import kinetile as kt
 from kinetile.plugin.drawing import At, Box, Entry, Item, Link, Segment
-from kinetile.show.player import structure, view_scene
-from kinetile.show.player.columns import decode, encode
+from kinetile.show.player import recording, view_scene
+from kinetile.show.player.page import decode, encode
 from player_pages import SCENES, ask_node, needs_node
 
 DRAWN = """
@@ -71,7 +71,7 @@ def test_who_comes_and_goes(tmp_path):
 
 
 def test_a_shape_that_stands_is_written_once():
-    log = structure.StructureLog()
+    log = recording.StructureLog()
     link, other = Link("pair", 0, 1), Link("pair", 0, 2)
     for done, items in enumerate([[link], [link], [link, other], [other], [link]]):
         log.see(done, items)
@@ -86,7 +86,7 @@ def test_a_shape_that_stands_is_written_once():
 
 
 def test_too_much_of_it_is_said(monkeypatch):
-    monkeypatch.setattr(structure, "MOST_LOOKS", 100)
+    monkeypatch.setattr(recording, "MOST_LOOKS", 100)
     page = view_scene(SCENES["grid"], [("naive", {})], until=0.3).page
     assert page.all_notes == ["The structure is shown up to event 0: there is too much of it for a page."]
 
@@ -110,14 +110,14 @@ def test_the_matrix_of_two_axes_has_the_pairs_where_both_overlap():
 
 
 def test_what_is_only_scheduled_anew_is_not_fresh():
-    log = structure.StructureLog()
+    log = recording.StructureLog()
     tile, later = Box("tile", (0.0, 0.0), (1.0, 1.0), 5), Box("tile", (0.0, 0.0), (1.0, 1.0), 9)
     log.see(0, [tile, Entry("bound", 0, 1, label="x")])
     log.see(1, [later, Link("pair", 0, 1), Entry("pair", 0, 1, label="both")])
     columns = log.columns()
     assert columns is not None
     come = columns["first"] == 1
-    shapes = [structure.SHAPES[number].__name__ for number in columns["shape"][come]]
+    shapes = [recording.SHAPES[number].__name__ for number in columns["shape"][come]]
     assert dict(zip(shapes, columns["fresh"][come].tolist(), strict=True)) == {
         "Box": 0,
         "Link": 1,

@@ -1,31 +1,39 @@
-"""The keys of a scene file and the types of their values.
+"""Tables of a scene file: from bytes to TOML of bounded size and depth, with known keys and types.
 
-pydantic compares a file's tables with the models below, strictly: no text for a number, no true for 1, whole
-numbers where numbers are wanted, and no key that is not here. What it finds becomes mistakes in the words
-of the file, one for each key.
+tomllib reads well-meant files well. It does not end in a sensible time on keys of many thousand parts, which
+it looks up anew from the root for each, and what it returns may be nested as deeply as the stack is. So a
+file is measured before it is read, its keys before they are parsed, and its tables before they are walked
+through.
+
+Then pydantic compares the tables with the models below, strictly: no text for a number, no true for 1, whole
+numbers where numbers are wanted, and no key that is not here. Its findings become mistakes in the words of
+the file, one for each key.
 """
 
 from __future__ import annotations
 
+import errno
+import os
 import re
+import stat
+import tomllib
 from collections import Counter
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Annotated, Any, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from kinetile.errors import Mistake, nearest, one_of
-from kinetile.scene.checks import LIMIT, shown
-
-__all__ = ["Place", "expected", "find_faults", "written"]
+from kinetile.errors import BadOption, Mistake, SceneError, nearest, one_of
+from kinetile.scene.checks import LIMIT, abridged, shown
 
 _PLAIN = re.compile(r"[A-Za-z0-9_-]{1,60}")
 
 Place: TypeAlias = tuple[str | int, ...]
-"""Where a value stands in a file: ("bodies", 3, "radius")."""
+"""The place of a value in a file: ("bodies", 3, "radius")."""
 
 _MOST = 100
-"""How many entries a table of options or parameters, and a list of phases, may have."""
+"""The most entries of a table of options or parameters, and of a list of phases."""
 
 _LISTS = ("bodies", "turns", "commands", "responses")
 
@@ -34,7 +42,7 @@ _Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
 _Moment = Annotated[list[int], Field(min_length=3, max_length=3)]
 
 
-class _Table(BaseModel):
+class _FileTable(BaseModel):
     model_config = ConfigDict(
         extra="forbid", strict=True, alias_generator=lambda name: name.replace("_", "-"), defer_build=True
     )
@@ -43,12 +51,12 @@ class _Table(BaseModel):
 _Kind: TypeAlias = Any  # which values are kinds is for the scene to say
 
 
-class _Turn(_Table):
+class _Turn(_FileTable):
     time: float
     velocity: _Pair
 
 
-class _Body(_Table):
+class _Body(_FileTable):
     position: _Pair
     velocity: _Pair = [0.0, 0.0]
     radius: float
@@ -57,7 +65,7 @@ class _Body(_Table):
     turns: list[_Turn] = []
 
 
-class _Insertion(_Table):
+class _Insertion(_FileTable):
     position: _Pair
     velocity: _Pair = [0.0, 0.0]
     radius: float
@@ -66,7 +74,7 @@ class _Insertion(_Table):
     kind: _Kind | None = None
 
 
-class _Command(_Table):
+class _Command(_FileTable):
     time: float
     at: _Moment | None = None
     insert: _Insertion | None = None
@@ -75,13 +83,13 @@ class _Command(_Table):
     velocity: _Pair | None = None
 
 
-class _Response(_Table):
+class _Response(_FileTable):
     between: Annotated[list[_Kind], Field(min_length=2, max_length=2)]
     response: str
     options: Annotated[dict[str, Any], _Few] = {}
 
 
-class _File(_Table):
+class _File(_FileTable):
     arena: _Pair | None = None
     start: float = 0.0
     until: float | None = None
@@ -131,12 +139,12 @@ _EXPECTED = {
 
 
 def expected(key: str) -> str:
-    """Return what is expected of the value of a key."""
+    """Returns what is expected of the value of a key."""
     return _EXPECTED[key]
 
 
 def find_faults(tables: Mapping[str, Any]) -> tuple[list[Mistake], set[Place]]:
-    """Compare a file's tables with what a scene may hold.
+    """Compares a file's tables with what a scene may hold.
 
     Returns the mistakes, and the places of the values that are missing or of a wrong type, and so of no use.
     """
@@ -179,7 +187,7 @@ def find_faults(tables: Mapping[str, Any]) -> tuple[list[Mistake], set[Place]]:
 
 
 def written(place: Place) -> str:
-    """Return a place as messages write it: ``bodies[3].radius``; keys that are no plain ones are quoted."""
+    """Returns a place as messages write it: ``bodies[3].radius``; keys that are no plain ones are quoted."""
     text = ""
     for step in place:
         if isinstance(step, int):
@@ -191,20 +199,20 @@ def written(place: Place) -> str:
 
 
 def _wrong_value(kind: str, place: Place, value: Any) -> tuple[str, str]:
-    """Return what was found at a place, and what was expected."""
+    """Returns what was found at a place, and what was expected."""
     if kind == "too_long" and place[0] in ("narrow-phases", "options", "parameters"):
         return f"{len(value):,} entries", f"at most {_MOST}"
     return shown(value), _expected(place)
 
 
 def _whole_value(place: Place) -> Place:
-    """Return the place of the value that the message is about: a position, not its second number."""
+    """Returns the place of the value that the message is about: a position, not its second number."""
     return place[:-1] if isinstance(place[-1], int) and place[-2] not in _LISTS else place
 
 
 def _keys(place: Place) -> list[str]:
-    """Return the keys of the table in which the last step of ``place`` stands."""
-    model: type[_Table] = _File
+    """Returns the keys of the table in which the last step of ``place`` stands."""
+    model: type[_FileTable] = _File
     if len(place) > 1:
         model = _Turn if "turns" in place[:-1] else _Body
     if place[0] == "commands" and len(place) > 1:
@@ -224,3 +232,106 @@ def _at(tables: Any, place: Place) -> Any:
     for step in place:
         tables = tables[step]
     return tables
+
+
+MOST_BYTES = 64 * 2**20
+"""The largest scene file, unless its reader says otherwise: about 400,000 bodies."""
+
+DEEPEST = 32
+"""The most tables and lists in each other, and the most parts of a key."""
+
+MOST_BITS = 8192
+"""The bits of the largest whole number: Python still writes it out."""
+
+_LIMIT = "KINETILE_MAX_SCENE_BYTES"
+_PART = r"""(?:[A-Za-z0-9_-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')"""
+_DEEP_KEY = re.compile(rf"(?:^|[\[{{,])[ \t]*+(?:{_PART}[ \t]*+\.[ \t]*+){{{DEEPEST}}}", re.MULTILINE)
+_WHERE = re.compile(r"(.*) \(at (?:line (\d+), column (\d+)|end of document)\)", re.DOTALL)
+
+
+def read_bytes(path: str | os.PathLike[str], max_bytes: int | None) -> bytes:
+    """Returns what a regular file holds; ``max_bytes`` is None for the limit that holds otherwise.
+
+    Raises OSError if it is no regular file (a pipe or a device may never end) or cannot be read, SceneError
+    if it is larger, and BadOption if the environment's limit is no number.
+    """
+    mode = Path(path).stat().st_mode
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), os.fspath(path))
+    if not stat.S_ISREG(mode):
+        raise OSError(errno.EINVAL, "it is no regular file, so it is not read", os.fspath(path))
+    most = _most_bytes() if max_bytes is None else max_bytes
+    with open(path, "rb") as file:
+        data = file.read(most + 1)
+    if len(data) > most:
+        raise SceneError([Mistake("the file", f"more than {most:,} bytes", _larger(most))], os.fspath(path))
+    return data
+
+
+def _most_bytes() -> int:
+    text = os.environ.get(_LIMIT, "").strip()
+    if text and not (text.isascii() and text.isdigit() and len(text) < 19):
+        raise BadOption(f"the environment variable {_LIMIT} is {shown(text)}; expected a number of bytes")
+    return int(text or MOST_BYTES)
+
+
+def _larger(most: int) -> str:
+    return f"at most so many; max_bytes of load_scene, or the environment variable {_LIMIT}, allows more"
+
+
+def read_tables(text: str, source: str | None) -> dict[str, Any]:
+    """Returns the tables of a TOML text; ``source`` is what messages call it. Raises SceneError."""
+    deep = _DEEP_KEY.search(text)
+    if deep:
+        line = text.count("\n", 0, deep.end()) + 1
+        found = f"a key of more than {DEEPEST} parts"
+        raise SceneError([Mistake(f"line {line}", found, "the keys of a scene")], source)
+    try:
+        tables = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise SceneError([_syntax_mistake(text, str(error))], source) from error
+    except RecursionError as error:
+        raise SceneError([_too_deep("the file")], source) from error
+    except ValueError as error:  # of Python itself, which reads no number of more than some thousand digits
+        found = "a whole number of too many digits to be read"
+        raise SceneError([Mistake("the file", found, _SMALLER)], source) from error
+    mistakes = _beyond_bounds(tables)
+    if mistakes:
+        raise SceneError(abridged(mistakes), source)
+    return tables
+
+
+_SMALLER = f"a whole number of at most {MOST_BITS:,} bits"
+
+
+def _too_deep(where: str) -> Mistake:
+    return Mistake(where, f"tables or lists in each other, more than {DEEPEST} deep", "the keys of a scene")
+
+
+def _beyond_bounds(tables: dict[str, Any]) -> list[Mistake]:
+    """Returns the places of tables and lists that lie too deep, and of whole numbers that are too large."""
+    mistakes = []
+    open_places: list[tuple[Place, Any]] = [((), tables)]
+    while open_places:
+        place, value = open_places.pop()
+        if len(place) > DEEPEST:
+            mistakes.append(_too_deep(written(place[:1])))
+            continue
+        for key, child in value.items() if isinstance(value, dict) else enumerate(value):
+            if isinstance(child, (dict, list)):
+                open_places.append(((*place, key), child))
+            elif isinstance(child, int) and child.bit_length() > MOST_BITS:
+                found = f"a whole number of {child.bit_length():,} bits"
+                mistakes.append(Mistake(written((*place, key)), found, _SMALLER))
+    return mistakes
+
+
+def _syntax_mistake(text: str, message: str) -> Mistake:
+    """Turns tomllib's message into a mistake that shows the line."""
+    match = _WHERE.fullmatch(message)
+    what, line, column = match.groups() if match else (message, None, None)
+    lines = text.splitlines()
+    number = int(line or len(lines))
+    where = f"line {number}" + (f", column {column}" if column else "")
+    found = shown(lines[number - 1]) if 0 < number <= len(lines) else "the end of the file"
+    return Mistake(where, found, f"TOML ({what})")

@@ -2,7 +2,7 @@
 
 A file either lists its bodies, with the turns of each under it, or names a recipe and its parameters; beside
 that it may say how the scene wants to be run. Reading goes in three steps, so that every mistake in a file is
-reported at once: the syntax (``kinetile.scene.text.toml``), the keys and the types (pydantic), and what the
+reported at once: the syntax (``kinetile.scene.schema``), the keys and the types (pydantic), and what the
 numbers mean (the same checks that every Scene passes). What fails one step is left out of the next, and all
 the rest goes on.
 
@@ -17,7 +17,7 @@ import json
 import os
 import re
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from typing import Any, Protocol
 
@@ -25,45 +25,40 @@ import numpy as np
 
 from kinetile.errors import BadOption, Mistake, SceneError, printable
 from kinetile.kernel.clock import Clock
-from kinetile.scene.checks import abridged, check_bodies, check_frame, check_turn, shown
-from kinetile.scene.commands import Turn
-from kinetile.scene.responses import read_rules
-from kinetile.scene.scene import Scene, Settings, check_end, kinds_of_inserted
+from kinetile.scene.bodies import check_bodies
+from kinetile.scene.checks import ANY, WALL, abridged, check_frame, check_turn, is_kind, shown
+from kinetile.scene.commands import Command, Insert, Remove, Turn, kinds_of_inserted
+from kinetile.scene.responses import Pair, Response, read_rules
+from kinetile.scene.scene import Scene, Settings, check_end, relabelled, with_commands
+from kinetile.scene.schema import Place, expected, find_faults, read_bytes, read_tables, written
 from kinetile.scene.targets import replacing, writable_target
-from kinetile.scene.text.commands import read_commands, written_commands
-from kinetile.scene.text.responses import read_response_tables, written_responses
-from kinetile.scene.text.schema import Place, find_faults, written
-from kinetile.scene.text.toml import read_bytes, read_tables
-from kinetile.scene.variants import relabelled, with_commands
-
-__all__ = ["Names", "dumps_scene", "read_file", "read_text", "save_scene"]
 
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
 
 class Names(Protocol):
-    """Whoever knows what a file can choose by name: phases with options, recipes with parameters."""
+    """Names that a file can choose from: phases with options, recipes with parameters."""
 
     def mistakes(self, where: str, name: str, *kinds: Any) -> list[Mistake]:
-        """Return the mistake of naming something that none of these kinds has ("broad phase", "narrow
+        """Returns the mistake of naming something that none of these kinds has ("broad phase", "narrow
         phase", "scene"), if it is one."""
         ...
 
     def option_mistakes(self, name: str, options: Mapping[str, Any]) -> list[Mistake]:
-        """Return the options that a phase does not have; if it has them all, why it cannot use a value."""
+        """Returns the options that a phase does not have; if it has them all, why it cannot use a value."""
         ...
 
     def parameter_mistakes(self, name: str, parameters: Mapping[str, Any]) -> list[Mistake]:
-        """Return what is wrong with these parameters for a recipe."""
+        """Returns what is wrong with these parameters for a recipe."""
         ...
 
     def make(self, name: str, parameters: Mapping[str, Any]) -> Scene:
-        """Return the scene that a recipe makes."""
+        """Returns the scene that a recipe makes."""
         ...
 
 
 def read_file(path: str | os.PathLike[str], names: Names, max_bytes: int | None = None) -> Scene:
-    """Read a scene from a TOML file of at most ``max_bytes`` (see ``load_scene``).
+    """Reads a scene from a TOML file of at most ``max_bytes`` (see ``load_scene``).
 
     Raises OSError if the file cannot be read, and SceneError, with every mistake in it, if it is no scene.
     """
@@ -81,7 +76,7 @@ def read_file(path: str | os.PathLike[str], names: Names, max_bytes: int | None 
 
 
 def read_text(text: str, source: str | None, names: Names) -> Scene:
-    """Read a scene from TOML text; ``source`` is what messages call it. Raises SceneError."""
+    """Reads a scene from TOML text; ``source`` is what messages call it. Raises SceneError."""
     text = text.removeprefix("\ufeff")
     tables = read_tables(text, source)
     mistakes, faults = find_faults(tables)
@@ -103,7 +98,7 @@ def read_text(text: str, source: str | None, names: Names) -> Scene:
 
 
 def save_scene(scene: Scene, path: str | os.PathLike[str]) -> None:
-    """Write a scene to a TOML file, from which ``load_scene`` makes an equal one.
+    """Writes a scene to a TOML file, from which ``load_scene`` makes an equal one.
 
     The text goes to a new file in the same folder, which then takes the place of the old one. Raises OSError
     if it cannot be written (what stood there before stays), and BadOption for an option that TOML has no form
@@ -118,7 +113,7 @@ def save_scene(scene: Scene, path: str | os.PathLike[str]) -> None:
 
 
 def dumps_scene(scene: Scene) -> str:
-    """Return a scene as TOML text. Raises BadOption for an option that TOML has no form for."""
+    """Returns a scene as TOML text. Raises BadOption for an option that TOML has no form for."""
     settings = scene.settings
     lines = []
     if "recipe" in scene.origin:
@@ -172,7 +167,7 @@ def dumps_scene(scene: Scene) -> str:
 def _read_settings(
     tables: Mapping[str, Any], faults: set[Place], mistakes: list[Mistake], names: Names
 ) -> Settings:
-    """Return what the file says about running the scene; append the phases that do not exist."""
+    """Returns what the file says about running the scene; appends the phases that do not exist."""
     usable = {key: value for key, value in tables.items() if (key,) not in faults}
     broad: str | None = usable.get("broad-phase")
     narrow: list[str] | None = usable.get("narrow-phases")
@@ -193,7 +188,7 @@ def _read_settings(
 def _follow_recipe(
     tables: Mapping[str, Any], faults: set[Place], mistakes: list[Mistake], names: Names
 ) -> Scene | None:
-    """Return the scene that the file's recipe makes; append what keeps it from being made."""
+    """Returns the scene that the file's recipe makes; appends what keeps it from being made."""
     for key in ("arena", "start", "bodies", "unit"):
         if key in tables:
             mistakes.append(
@@ -225,7 +220,7 @@ def _follow_recipe(
 def _read_bodies(
     tables: Mapping[str, Any], faults: set[Place], mistakes: list[Mistake], names: Names
 ) -> Scene | None:
-    """Return the scene that the file's bodies make; append everything that is wrong with them."""
+    """Returns the scene that the file's bodies make; appends everything that is wrong with them."""
     if "parameters" in tables:
         mistakes.append(Mistake("parameters", "parameters without a recipe", "a recipe beside them, by name"))
     rows = [] if ("bodies",) in faults else tables["bodies"]
@@ -267,7 +262,7 @@ def _read_bodies(
 
 
 def _turns(body: int, row: Any, faults: set[Place]) -> Iterator[tuple[Place, Turn]]:
-    """Yield the turns of one body, with their places; what of them cannot be read is NaN."""
+    """Yields the turns of one body, with their places; what of them cannot be read is NaN."""
     if ("bodies", body) in faults or ("bodies", body, "turns") in faults:
         return
     for k, turn in enumerate(row.get("turns", ())):
@@ -287,7 +282,7 @@ def _quoted(text: str) -> str:
 
 
 def _toml(value: Any, where: str = "") -> str:
-    """Return a value as TOML; raise BadOption if it has no form there."""
+    """Returns a value as TOML; raises BadOption if it has no form there."""
     if isinstance(value, np.generic):
         value = value.item()
     if isinstance(value, bool):
@@ -301,3 +296,108 @@ def _toml(value: Any, where: str = "") -> str:
     if isinstance(value, Mapping):
         return f"{{ {', '.join(f'{_key(key)} = {_toml(each, where)}' for key, each in value.items())} }}"
     raise BadOption(f"{where} is {shown(value)}; expected a number, text, a list or a table to write to TOML")
+
+
+_KINDS = ("turn", "insert", "remove")
+
+
+def read_commands(tables: Mapping[str, Any], faults: set[Place], mistakes: list[Mistake]) -> list[Command]:
+    """Returns the commands of a file's tables; appends to ``mistakes`` those with no action or several.
+
+    What cannot be read is left out: its mistake is there already.
+    """
+    if ("commands",) in faults:
+        return []
+    found: list[Command] = []
+    for k, row in enumerate(tables.get("commands", ())):
+        if any(place[:2] == ("commands", k) for place in faults):
+            continue
+        where = f"commands[{k}]"
+        given = [kind for kind in _KINDS if kind in row]
+        if len(given) != 1:
+            said = " and ".join(given) or "none of them"
+            mistakes.append(Mistake(where, said, f"one of {', '.join(_KINDS)}"))
+        elif ("velocity" in row) != (given == ["turn"]):
+            there = "velocity" in row
+            wanted = "none beside this: that of a new body stands in insert" if there else "[vx, vy]"
+            mistakes.append(Mistake(f"{where}.velocity", "a velocity" if there else "nothing", wanted))
+        else:
+            found.append(_command(row))
+    return found
+
+
+def _command(row: Mapping[str, Any]) -> Command:
+    time = row["time"]
+    at = tuple(row["at"]) if "at" in row else None
+    if "remove" in row:
+        return Remove(row["remove"], time, at)
+    if "turn" in row:
+        return Turn(row["turn"], time, tuple(row["velocity"]), at)
+    new = {"velocity": (0.0, 0.0), "mass": 1.0, "body": -1} | row["insert"]
+    place, flies = tuple(new["position"]), tuple(new["velocity"])
+    return Insert(time, place, flies, new["radius"], new["mass"], new["body"], at, new.get("kind"))
+
+
+def written_commands(scene: Scene, toml: Callable[[Any], str]) -> list[str]:
+    """Returns the lines for a scene's commands; none where all are turns that stand with their bodies.
+
+    ``toml`` writes a value.
+    """
+    turns = [each for each in scene.commands if isinstance(each, Turn) and each.at is None]
+    sorted_turns = sorted(turns, key=lambda turn: (turn.time, turn.body))  # as they are read with bodies
+    if len(turns) == len(scene.commands) and turns == sorted_turns:
+        return []
+    lines = []
+    for each in scene.commands:
+        lines += ["", "[[commands]]", f"time = {toml(each.time)}"]
+        if each.at is not None:
+            lines.append(f"at = {toml(list(each.at))}")
+        if isinstance(each, Remove):
+            lines.append(f"remove = {toml(each.body)}")
+        elif isinstance(each, Turn):
+            lines += [f"turn = {toml(each.body)}", f"velocity = {toml(each.velocity)}"]
+        else:
+            fields = ["position", "velocity", "radius", "mass", "body"]
+            fields += ["kind"] if each.kind is not None else []
+            inside = ", ".join(f"{name} = {toml(getattr(each, name))}" for name in fields)
+            lines.append(f"insert = {{ {inside} }}")
+    return lines
+
+
+def read_response_tables(
+    tables: Mapping[str, Any], faults: set[Place], mistakes: list[Mistake], names: Names
+) -> dict[Pair, Response]:
+    """Returns the rules of a file's tables; appends what is wrong with them. What cannot be read is left
+    out."""
+    if ("responses",) in faults:
+        return {}
+    found: dict[Pair, Response] = {}
+    for number, row in enumerate(tables.get("responses", ())):
+        if any(place[:2] == ("responses", number) for place in faults):
+            continue
+        where = f"responses[{number}]"
+        name, options = row["response"], row.get("options", {})
+        wrong = names.mistakes(f"{where}.response", name, "response")
+        wrong = wrong or names.option_mistakes(name, options)
+        pair: Pair = (row["between"][0], row["between"][1])
+        if not all(is_kind(each) or each in (WALL, ANY) for each in pair):
+            mistakes.append(Mistake(f"{where}.between", shown(row["between"]), expected("between")))
+            continue
+        response = Response(name, **options)
+        response.found = True  # or its mistake is told here, in the place of the file
+        if found.setdefault(pair, response) != response:
+            wrong.append(
+                Mistake(f"{where}.between", repr(list(pair)), "two kinds that nothing is said of yet")
+            )
+        mistakes += wrong
+    return found
+
+
+def written_responses(scene: Scene, toml: Callable[..., str]) -> list[str]:
+    """Returns the lines for a scene's responses; ``toml`` writes a value."""
+    lines = []
+    for pair, response in scene.responses:
+        lines += ["", "[[responses]]", f"between = {toml(list(pair))}", f"response = {toml(response.name)}"]
+        if response.options:
+            lines.append(f"options = {toml(response.options, f'responses.{response.name}')}")
+    return lines

@@ -11,10 +11,18 @@ from collections.abc import Iterable, Iterator
 from html import escape
 
 from kinetile.plugin.drawing import Box, Item, Polygon, Segment
-from kinetile.show.picture.looks import DARK, LIGHT, LOOKS, NEXT, ORDER, Paper, arrow_scale
-from kinetile.show.picture.moment import Disc, Picture, corners_of
-
-__all__ = ["as_svg"]
+from kinetile.show.picture import (
+    DARK,
+    LIGHT,
+    LOOKS,
+    NEXT,
+    ORDER,
+    Paper,
+    Picture,
+    PlacedDisc,
+    arrow_scale,
+    corners_of,
+)
 
 SIZE = 640.0
 """The longer side of what is shown, in units of the file: points on a page, pixels on a screen."""
@@ -32,7 +40,7 @@ _READABLE = 8.0
 
 
 def as_svg(picture: Picture, velocities: bool = False) -> bytes:
-    """Return a picture as an SVG file, with an arrow for each velocity if they are asked for."""
+    """Returns a picture as an SVG file, with an arrow for each velocity if they are asked for."""
     sheet = _Sheet(picture)
     roles = [role for role in ORDER if any(shape.role == role for shape in picture.shapes)]
     under = [role for role in roles if not LOOKS[role].over]
@@ -65,7 +73,7 @@ def as_svg(picture: Picture, velocities: bool = False) -> bytes:
 
 
 class _Sheet:
-    """Where the scene's points are on the sheet: y goes down there."""
+    """The sheet, and the places of the scene's points on it: y goes down there."""
 
     def __init__(self, picture: Picture) -> None:
         (left, bottom), (right, top) = picture.low, picture.high
@@ -74,13 +82,13 @@ class _Sheet:
         self.wide, self.tall = (right - left) * self.scale, (top - bottom) * self.scale
 
     def at(self, x: float, y: float) -> tuple[str, str]:
-        """Return where a point of the scene is."""
+        """Returns where a point of the scene is."""
         (left, _), (_, top) = self.picture.low, self.picture.high
         return _n(MARGIN + (x - left) * self.scale), _n(MARGIN + (top - y) * self.scale)
 
 
 def _n(value: float) -> str:
-    """Return a number with as many digits as can be seen."""
+    """Returns a number with as many digits as can be seen."""
     text = f"{value:.2f}".rstrip("0").rstrip(".")
     return "0" if text == "-0" else text
 
@@ -90,7 +98,7 @@ def _size(wide: float, tall: float) -> str:
 
 
 def _layers(sheet: _Sheet, roles: Iterable[str]) -> Iterator[str]:
-    """Yield the shapes role by role; of one role, what fails next last."""
+    """Yields the shapes role by role; of one role, what fails next last."""
     picture = sheet.picture
     for role in roles:
         shapes = [shape for shape in picture.shapes if shape.role == role]
@@ -129,7 +137,7 @@ def _discs(sheet: _Sheet) -> Iterator[str]:
 
 
 def _numbers(sheet: _Sheet) -> Iterator[str]:
-    """Yield the numbers of the discs in which there is room."""
+    """Yields the numbers of the discs in which there is room."""
     yield '<g class="number">'
     for disc in sheet.picture.discs:
         x, y = sheet.at(*disc.at)
@@ -139,7 +147,7 @@ def _numbers(sheet: _Sheet) -> Iterator[str]:
 
 
 def _arrows(sheet: _Sheet) -> Iterator[str]:
-    """Yield an arrow from the centre of each disc that moves."""
+    """Yields an arrow from the centre of each disc that moves."""
     discs = sheet.picture.discs
     time = arrow_scale([math.hypot(*disc.velocity) for disc in discs], [disc.radius for disc in discs])
     yield '<g class="velocity">'
@@ -147,7 +155,7 @@ def _arrows(sheet: _Sheet) -> Iterator[str]:
     yield "</g>"
 
 
-def _arrow(sheet: _Sheet, disc: Disc, time: float) -> str:
+def _arrow(sheet: _Sheet, disc: PlacedDisc, time: float) -> str:
     (x, y), (vx, vy) = disc.at, disc.velocity
     tip = (x + vx * time, y + vy * time)
     back = 0.25 * time
@@ -157,7 +165,7 @@ def _arrow(sheet: _Sheet, disc: Disc, time: float) -> str:
 
 
 def _legend(sheet: _Sheet, roles: list[str], fails: bool) -> tuple[list[str], int]:
-    """Return what is below the caption, and of how many lines: a swatch and a word for each role."""
+    """Returns what is below the caption, and of how many lines: a swatch and a word for each role."""
     names = [*roles, *(["fails next"] if fails else [])]
     found, x, line = [], MARGIN, 1
     for name in names:
@@ -173,7 +181,7 @@ def _legend(sheet: _Sheet, roles: list[str], fails: bool) -> tuple[list[str], in
 
 
 def _style(roles: Iterable[str]) -> str:
-    """Return the style sheet, light and dark."""
+    """Returns the style sheet, light and dark."""
     rules = [
         "text{font:12px system-ui,sans-serif}",
         ".number text{font-size:10px;text-anchor:middle;dominant-baseline:central}",

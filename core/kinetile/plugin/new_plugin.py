@@ -1,7 +1,8 @@
-"""A new plugin: a complete package with a broad phase that works, to be changed into one's own.
+"""New plugins: a complete package with a broad phase that works, to be changed into one's own.
 
-What is written stands beside this file, as text; what comes of it is held to what kinetile's own code is held
-to.
+The texts stand in ``templates/``, with ``$name``, ``$package`` and ``$distribution`` where the plugin's names
+go. ``phase.txt`` is a broad phase that works as it stands; it is copied with the name of its class changed,
+and passes the same checks as kinetile's own code.
 """
 
 from __future__ import annotations
@@ -19,11 +20,9 @@ from typing import NamedTuple
 from kinetile.errors import BadOption
 from kinetile.plugin.registry import registry
 
-__all__ = ["new_plugin"]
-
 
 class _Names(NamedTuple):
-    """What a plugin's parts are called."""
+    """The names of a plugin's parts."""
 
     name: str
     distribution: str
@@ -32,7 +31,7 @@ class _Names(NamedTuple):
 
 
 def new_plugin(name: str, into: str | os.PathLike[str] = ".") -> Path:
-    """Write the package kinetile-NAME into a folder, and return the package's own folder.
+    """Writes the package kinetile-NAME into a folder, and returns the package's own folder.
 
     Args:
         name: what the broad phase is to be called: letters, digits and dashes; upper case and underscores are
@@ -61,7 +60,7 @@ def new_plugin(name: str, into: str | os.PathLike[str] = ".") -> Path:
 
 
 def _names(name: str) -> _Names:
-    """Fold a name, and derive the others from it; raise BadOption where it cannot be used."""
+    """Folds a name, and derives the others from it; raises BadOption where it cannot be used."""
     folded = re.sub(r"[-_]+", "-", name.strip().lower())
     stem = folded.replace("-", "_")
     if not (stem.isascii() and stem.isidentifier() and stem.strip("_") == stem):
@@ -80,7 +79,7 @@ def _names(name: str) -> _Names:
 
 
 def _contents(names: _Names) -> dict[str, str]:
-    """Return the files of the package, by their paths in it."""
+    """Returns the files of the package, by their paths in it."""
     words = names._asdict() | {
         "key": names.package.removeprefix("kinetile_"),
         "version": version("kinetile"),
@@ -88,10 +87,10 @@ def _contents(names: _Names) -> dict[str, str]:
     }
 
     def filled(template: str) -> str:
-        text = (files("kinetile.plugin.templates") / template).read_text(encoding="utf-8")
+        text = (files("kinetile.plugin") / "templates" / template).read_text(encoding="utf-8")
         return Template(text).substitute(words)
 
-    phase = (files("kinetile.plugin.templates") / "phase.txt").read_text(encoding="utf-8")
+    phase = (files("kinetile.plugin") / "templates" / "phase.txt").read_text(encoding="utf-8")
     return {
         "pyproject.toml": filled("pyproject.txt"),
         "README.md": filled("readme.txt"),

@@ -13,9 +13,8 @@ from hypothesis import strategies as st
 
 import kinetile as kt
 from kinetile.errors import RecordError
-from kinetile.records import row_log
-from kinetile.records.reserved_file import ReservedFile
-from kinetile.records.row_log import SIGNATURE, LogReader, LogWriter, holds_nothing
+from kinetile.records import log as row_log
+from kinetile.records.log import SIGNATURE, LogReader, LogWriter, ReservedFile, holds_nothing
 
 MANY = settings(max_examples=300)
 SIZES = (0, 3, 1, 40, 2)

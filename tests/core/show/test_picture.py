@@ -12,9 +12,9 @@ import pytest
 import kinetile as kt
 from kinetile.errors import MissingExtra
 from kinetile.plugin.drawing import ROLES
-from kinetile.show.picture import as_printed, as_svg, take_picture
-from kinetile.show.picture.looks import LOOKS
-from kinetile.show.picture.svg import MARGIN, SIZE
+from kinetile.show.picture import LOOKS, take_picture
+from kinetile.show.printed import as_printed
+from kinetile.show.svg import MARGIN, SIZE, as_svg
 
 SVG = "{http://www.w3.org/2000/svg}"
 

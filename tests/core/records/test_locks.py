@@ -14,11 +14,11 @@ import pytest
 
 import kinetile as kt
 from kinetile.errors import RecordError
-from kinetile.records import EventRecorder, one_writer, read_events, recover
+from kinetile.records import EventRecorder, locks, read_events, recover
 
 pytest.importorskip("pyarrow")
 
-locks = pytest.mark.skipif(one_writer.flock is None, reason="there are no locks here")
+needs_locks = pytest.mark.skipif(locks.flock is None, reason="there are no locks here")
 SCENE = kt.Scene([[1.0, 1.0], [3.0, 1.0]], [[1.0, 0.0], [-1.0, 0.0]], 0.5)
 
 
@@ -80,7 +80,7 @@ def test_a_name_that_is_none(tmp_path):
             EventRecorder(path, SCENE)
 
 
-@locks
+@needs_locks
 def test_two_runs_wrote_one_file_and_the_second_was_not_told(tmp_path):
     path = tmp_path / "e.parquet"
     link = tmp_path / "link"
@@ -101,7 +101,7 @@ def test_two_runs_wrote_one_file_and_the_second_was_not_told(tmp_path):
 WRITE = """
     import sys, time
     sys.path.insert(0, {tests!r})
-    import test_one_writer as made
+    import test_locks as made
     from kinetile.records import EventRecorder, events
 
     events._ROWS_A_BATCH = {batch}
@@ -128,7 +128,7 @@ def kill_a_run(path, batch: int) -> None:
             process.kill()
 
 
-@locks
+@needs_locks
 def test_what_a_killed_run_has_left_was_written_over_unasked(tmp_path):
     path = tmp_path / "e.parquet"
     kill_a_run(path, batch=1)
@@ -148,7 +148,7 @@ def test_what_a_killed_run_has_left_was_written_over_unasked(tmp_path):
     assert names(tmp_path) == ["e.parquet"]
 
 
-@locks
+@needs_locks
 def test_a_killed_run_that_has_written_no_row_is_not_in_the_way(tmp_path):
     path = tmp_path / "e.parquet"
     kill_a_run(path, batch=1000)
@@ -157,7 +157,7 @@ def test_a_killed_run_that_has_written_no_row_is_not_in_the_way(tmp_path):
     assert names(tmp_path) == ["e.parquet"]
 
 
-@locks
+@needs_locks
 def test_whatever_else_is_called_so_is_not_written_over(tmp_path):
     path, partial = tmp_path / "e.parquet", tmp_path / "e.parquet.partial"
     partial.write_text("precious")
@@ -180,7 +180,7 @@ def _no_lock_here(descriptor, operation):
 def test_without_locks_a_partial_file_is_refused_until_it_is_taken_away(tmp_path, monkeypatch, flock):
     from kinetile.records import events
 
-    monkeypatch.setattr(one_writer, "flock", flock)
+    monkeypatch.setattr(locks, "flock", flock)
     path = tmp_path / "e.parquet"
     monkeypatch.setattr(events, "_ROWS_A_BATCH", 5)
     with EventRecorder(path, SCENE) as one:
@@ -198,10 +198,10 @@ def test_without_locks_a_partial_file_is_refused_until_it_is_taken_away(tmp_path
     assert names(tmp_path) == ["copy.parquet", "e.parquet"]
 
 
-@locks
+@needs_locks
 def test_a_file_that_gets_its_name_while_another_run_opens_it_is_left_alone(tmp_path, monkeypatch):
     path = tmp_path / "e.parquet"
-    opened = one_writer._open
+    opened = locks._open
     one = EventRecorder(path, SCENE).__enter__()
     one(rows(5))
 
@@ -211,7 +211,7 @@ def test_a_file_that_gets_its_name_while_another_run_opens_it_is_left_alone(tmp_
         one.close()
         return found
 
-    monkeypatch.setattr(one_writer, "_open", open_late)
+    monkeypatch.setattr(locks, "_open", open_late)
     with pytest.raises(RecordError, match="is there already"), EventRecorder(path, SCENE):
         pass
     assert read_events(path).rows.tobytes() == rows(5).tobytes()

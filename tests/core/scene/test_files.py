@@ -16,8 +16,8 @@ from hypothesis import strategies as st
 
 from kinetile import Scene, Settings, Turn, load_scene, make_scene, save_scene
 from kinetile.errors import BadOption, SceneError
-from kinetile.plugin.by_name import loads_scene
-from kinetile.scene.text.files import dumps_scene
+from kinetile.scene.by_name import loads_scene
+from kinetile.scene.files import dumps_scene
 
 EIGHT_MISTAKES = """
 arena = [1.0, 1.0]
@@ -324,7 +324,7 @@ plain = anything | st.booleans() | st.integers() | st.text(st.characters(exclude
 def read_with_any_options(text: str) -> Scene:
     """Read a scene as if every phase had every option."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("kinetile.plugin.by_name.Registered.option_mistakes", lambda *given: [])
+        patch.setattr("kinetile.scene.by_name.Registered.option_mistakes", lambda *given: [])
         return loads_scene(text)
 
 

@@ -14,8 +14,8 @@ import broken_phases
 import kinetile as kt
 from kinetile.errors import MissedContactError, ZenoError
 from kinetile.plugin.drawing import ROLES
-from kinetile.show.display import things
-from kinetile.show.display.tables import facts, grid, paragraph
+from kinetile.show import html
+from kinetile.show.html import facts, grid, paragraph
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -63,7 +63,7 @@ class Read(HTMLParser):
 
 
 def shown(thing) -> Read:
-    return Read(thing._repr_html_())
+    return Read(kt.as_html(thing))
 
 
 def shapes(svg) -> int:
@@ -128,7 +128,7 @@ def test_a_scene_says_what_it_is_and_shows_its_bodies():
     (picture,) = found.pictures
     assert circles(picture) == 3
     assert found.words == ["Picture: a scene: 3 discs at time 0"]
-    assert scene._repr_svg_().encode() == picture
+    assert kt.as_svg(scene).encode() == picture
 
 
 @pytest.mark.parametrize("scene", [kt.Scene([], [], []), kt.Scene([[0.0, 0.0]], [[0.0, 0.0]], 1.0)])
@@ -150,7 +150,7 @@ def test_a_simulation_shows_the_structure_that_is_built_and_builds_none():
     assert after["broad phase"] == "sweep-tiling"
     assert after["time"] == "0 to 0.25"
     assert after["fingerprint"] == sim.fingerprint
-    assert sim._repr_svg_().encode() == after.pictures[0]
+    assert kt.as_svg(sim).encode() == after.pictures[0]
 
 
 def test_to_be_shown_changes_nothing():
@@ -186,8 +186,8 @@ def test_readings_are_the_lines_of_the_command():
 @pytest.mark.parametrize(
     ("bodies", "said", "pictures"),
     [
-        (things.MOST_STRUCTURE + 1, "Without the structure: it is drawn here of up to 250 bodies.", 1),
-        (things.MOST_BODIES + 1, "No picture: of more than 2,000 bodies none is drawn here.", 0),
+        (html.MOST_STRUCTURE + 1, "Without the structure: it is drawn here of up to 250 bodies.", 1),
+        (html.MOST_BODIES + 1, "No picture: of more than 2,000 bodies none is drawn here.", 0),
     ],
 )
 def test_of_many_bodies_less_is_drawn_and_that_is_said(bodies, said, pictures):
@@ -198,8 +198,8 @@ def test_of_many_bodies_less_is_drawn_and_that_is_said(bodies, said, pictures):
     found = shown(sim)
     assert (found.said, len(found.pictures)) == ([said], pictures)
     assert len(shown(scene).pictures) == pictures
-    assert (scene._repr_svg_() is None) == (pictures == 0)
-    assert len(sim._repr_html_()) < 60_000 * pictures + 4_000
+    assert (kt.as_svg(scene) is None) == (pictures == 0)
+    assert len(kt.as_html(sim)) < 60_000 * pictures + 4_000
 
 
 def test_a_structure_of_many_shapes_is_left_out():
@@ -253,9 +253,9 @@ def test_a_draw_that_is_wrong_costs_the_structure_and_nothing_else(monkeypatch):
 
 def test_whatever_goes_wrong_is_said_instead(monkeypatch):
     scene = random()
-    monkeypatch.setattr(things, "picture_of_scene", lambda scene: 1 / 0)
+    monkeypatch.setattr(html, "picture_of_scene", lambda scene: 1 / 0)
     assert shown(scene).said == ["Scene: cannot be shown: ZeroDivisionError: division by zero"]
-    assert scene._repr_svg_() is None
+    assert kt.as_svg(scene) is None
 
 
 def test_a_run_in_another_thread_is_not_drawn_in_the_middle_of_a_step():

@@ -18,10 +18,10 @@ from hypothesis import strategies as st
 import kinetile as kt
 from kinetile.errors import BadOption, KinetileError
 from kinetile.kernel.clock import TICKS, Clock
-from kinetile.plugin.by_name import loads_scene
 from kinetile.records.reading import read_with_scene
-from kinetile.scene.text.files import dumps_scene
-from kinetile_conformance.strategies.ruled import ruled_scenes
+from kinetile.scene.by_name import loads_scene
+from kinetile.scene.files import dumps_scene
+from kinetile_conformance.strategies.commands import ruled_scenes
 
 ARRAYS = ("position", "velocity", "radius", "mass", "kind_numbers")
 VALUES = ("arena", "commands", "turns", "start", "unit", "time_unit", "kind", "kinds", "responses", "meets")
@@ -89,7 +89,7 @@ ONE_KIND = two(kind="ball", responses={("ball", "ball"): "stop"})
     ],
 )
 def test_what_was_lost_or_came_back_as_something_else(scene, monkeypatch):
-    monkeypatch.setattr("kinetile.plugin.by_name.Registered.option_mistakes", lambda *given: [])
+    monkeypatch.setattr("kinetile.scene.by_name.Registered.option_mistakes", lambda *given: [])
     assert everything(again(scene)) == everything(scene)
     assert again(scene) == scene
     assert pickle.loads(pickle.dumps(scene)) == copy.deepcopy(scene) == scene
@@ -256,7 +256,7 @@ def test_every_field_comes_back(path, scene):
     check_that_it_comes_back(scene, path)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @settings(max_examples=20_000, deadline=None)
 @given(scene=scenes())
 def test_every_field_of_twenty_thousand_scenes_comes_back(path, scene):

@@ -9,10 +9,7 @@ from typing import Any
 
 from kinetile.errors import MissingExtra
 from kinetile.plugin.drawing import Item, Segment
-from kinetile.show.picture.looks import LIGHT, LOOKS, NEXT, ORDER, arrow_scale
-from kinetile.show.picture.moment import Picture, corners_of
-
-__all__ = ["as_printed", "check_printing"]
+from kinetile.show.picture import LIGHT, LOOKS, NEXT, ORDER, Picture, arrow_scale, corners_of
 
 INCHES = 6.9
 """The longer side of what is shown: the text width of an A4 page."""
@@ -22,7 +19,7 @@ _READABLE = 0.09
 
 
 def check_printing() -> None:
-    """Raise MissingExtra where pictures cannot be printed."""
+    """Raises MissingExtra where pictures cannot be printed."""
     try:
         import_module("matplotlib")
     except ImportError as error:
@@ -30,8 +27,7 @@ def check_printing() -> None:
 
 
 def as_printed(picture: Picture, form: str, velocities: bool = False) -> bytes:
-    """Return a picture as a file of a form, "png" or "pdf", with an arrow for each velocity if they are asked
-    for.
+    """Returns a picture as a file of a form, "png" or "pdf", with an arrow for each velocity if wanted.
 
     Raises MissingExtra without matplotlib.
     """

@@ -1,4 +1,4 @@
-"""One writer a file: while somebody writes FILE.partial, nobody else begins to.
+"""Locks: a file that is being written has one writer.
 
 The writer holds a lock (``flock``) on the file that it writes, from before the first byte until FILE has its
 name. The lock is the open file's and not a thing on disk: a process that is killed holds it no longer, and
@@ -25,10 +25,7 @@ except ImportError:  # Windows
     flock = None  # type: ignore[assignment]
 
 from kinetile.errors import RecordError
-from kinetile.records.reserved_file import ReservedFile
-from kinetile.records.row_log import SIGNATURE, holds_nothing
-
-__all__ = ["alone", "open_alone", "open_left"]
+from kinetile.records.log import SIGNATURE, ReservedFile, holds_nothing
 
 _RECOVER = "`kinetile recover"
 _NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EINVAL, errno.EOPNOTSUPP, errno.ENOTSUP}
@@ -37,7 +34,7 @@ _FLAGS = os.O_RDWR | _BINARY | getattr(os, "O_NOFOLLOW", 0)
 
 
 def open_alone(partial: Path, overwrite: bool, *, as_it_is: bool = False) -> ReservedFile:
-    """Open FILE.partial, empty and for nobody else; or ``as_it_is``.
+    """Opens FILE.partial, empty and for nobody else; or ``as_it_is``.
 
     Raises RecordError where somebody else is writing it, or where it holds events of a run that was killed,
     or anything else (unless ``overwrite``); OSError where it cannot be opened.
@@ -69,7 +66,7 @@ def open_alone(partial: Path, overwrite: bool, *, as_it_is: bool = False) -> Res
 
 
 def _check_contents(file: ReservedFile, partial: Path) -> None:
-    """Raise RecordError where a file holds what would be lost if it were written over."""
+    """Raises RecordError where a file holds what would be lost if it were written over."""
     with file.reader() as content:
         if holds_nothing(content):
             return
@@ -82,7 +79,7 @@ def _check_contents(file: ReservedFile, partial: Path) -> None:
 
 
 def open_left(partial: Path) -> tuple[BinaryIO, bool]:
-    """Open FILE.partial to read it; return it, and whether it is certain that nobody is writing it.
+    """Opens FILE.partial to read it; returns it, and whether it is certain that nobody is writing it.
 
     Raises RecordError where somebody is; OSError where it cannot be opened. Others may read it meanwhile, and
     nobody begins to write it.
@@ -126,7 +123,7 @@ def alone(path: Path) -> Iterator[None]:
 
 
 def _open(partial: Path) -> tuple[int, bool]:
-    """Open a file, or make it; return its descriptor and whether it is new."""
+    """Opens a file, or makes it; returns its descriptor and whether it is new."""
     while True:
         with suppress(FileExistsError):
             return os.open(partial, _FLAGS | os.O_CREAT | os.O_EXCL, 0o666), True
@@ -135,7 +132,7 @@ def _open(partial: Path) -> tuple[int, bool]:
 
 
 def _lock(descriptor: int, partial: Path, *, shared: bool = False) -> bool:
-    """Lock a file; return whether there are locks. Raises RecordError where somebody else holds this one."""
+    """Locks a file; returns whether there are locks. Raises RecordError where another run holds this one."""
     if flock is None:
         return False
     try:

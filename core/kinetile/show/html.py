@@ -1,28 +1,29 @@
-"""What there is to see of a scene, a simulation and readings, as HTML and as SVG.
+"""HTML of a scene, a simulation and readings: a small table, and the picture of the moment beside it.
 
 The picture is that of ``kinetile draw``. Of more than ``MOST_STRUCTURE`` bodies the structure is left out, as
 is one of more than ``MOST_SHAPES`` shapes; of more than ``MOST_BODIES`` there is no picture. To show a
-simulation changes nothing and compiles nothing: a structure that is not built yet is left out, too. What is
-left out is said, and so is what goes wrong on the way.
+simulation changes nothing and compiles nothing: a structure that is not built yet is left out, too. The HTML
+says what is left out and what went wrong; it raises nothing.
+
+All text is escaped, and there is no script and no style sheet. Styles stand in the tags and name no colour,
+so a table is as readable on a dark page as on a light one.
 """
 
 from __future__ import annotations
 
 import math
+from base64 import b64encode
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from html import escape
 from typing import Any, NamedTuple
 
 from kinetile.errors import BusyError
-from kinetile.run.readings import Readings
-from kinetile.run.readings.lines import reading_lines
+from kinetile.run.readings import Readings, reading_lines
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Insert, Remove, Scene
-from kinetile.show.display.tables import facts, figure, paragraph
 from kinetile.show.picture import Picture, picture_of_scene, take_picture
-from kinetile.show.picture import as_svg as picture_as_svg
-
-__all__ = ["MOST_BODIES", "MOST_SHAPES", "MOST_STRUCTURE", "as_html", "as_svg"]
+from kinetile.show.svg import as_svg as picture_as_svg
 
 MOST_BODIES = 2000
 """A picture is of so many bodies at most."""
@@ -50,7 +51,7 @@ class _Seen(NamedTuple):
 
 
 def as_html(thing: Thing) -> str:
-    """Return what a notebook shows of a scene, a simulation or readings: a table, and the picture of the
+    """Returns what a notebook shows of a scene, a simulation or readings: a table, and the picture of the
     moment. Raises nothing: what goes wrong is said in it."""
     try:
         if isinstance(thing, Readings):
@@ -67,7 +68,7 @@ def as_html(thing: Thing) -> str:
 
 
 def as_svg(thing: Scene | Simulation) -> str | None:
-    """Return the picture of a scene at its start, or of a simulation now, as SVG; None where there is none,
+    """Returns the picture of a scene at its start, or of a simulation now, as SVG; None where there is none,
     for one of the reasons that ``as_html`` gives. Raises nothing."""
     try:
         svg = _seen(thing).svg
@@ -77,7 +78,7 @@ def as_svg(thing: Scene | Simulation) -> str | None:
 
 
 def _seen(thing: Scene | Simulation) -> _Seen:
-    """Return the picture of a thing now."""
+    """Returns the picture of a thing now."""
     count = len(thing if isinstance(thing, Scene) else thing.bodies)
     if count > MOST_BODIES:
         return _Seen(None, f"no picture: of more than {MOST_BODIES:,} bodies none is drawn here")
@@ -122,7 +123,7 @@ def _of_simulation(sim: Simulation) -> str:
 
 
 def _scene_lines(scene: Scene) -> Iterator[tuple[str, str]]:
-    """Yield what a scene has, each with the word in front of it."""
+    """Yields what a scene has, each with the word in front of it."""
     named = _name(scene)
     if named:
         yield "from", " ".join(named)
@@ -185,3 +186,54 @@ def _counted(count: int, one: str, many: str) -> str:
 def _range(low: float, high: float) -> str:
     least, most = f"{low:.4g}", f"{high:.4g}"
     return least if least == most else f"{least} to {most}"
+
+
+_LABEL = "text-align:left;vertical-align:top;padding:.15em .8em .15em 0;white-space:nowrap"
+_CELL = "text-align:{side};vertical-align:top;padding:.15em .8em .15em 0"
+_TABLE = '<table style="border-collapse:collapse;margin:.3em 0">'
+_CAPTION = '<caption style="text-align:left;caption-side:top;padding:.2em 0;font-weight:bold">{}</caption>'
+
+
+def facts(caption: str, rows: Iterable[tuple[str, str]]) -> str:
+    """Returns a table of what is so: a word in front of each line, and what is to be said of it."""
+    lines = (
+        f'<tr><th scope="row" style="{_LABEL}">{escape(label)}</th>'
+        f'<td style="{_CELL.format(side="left")};overflow-wrap:anywhere">{escape(text)}</td></tr>'
+        for label, text in rows
+    )
+    return "\n".join([_TABLE, _CAPTION.format(escape(caption)), *lines, "</table>"])
+
+
+def grid(caption: str, heads: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequence[bool]) -> str:
+    """Returns a table with a head for each column; those of numbers stand at the right. It scrolls sideways
+    where it is too wide."""
+    sides = ["right" if number else "left" for number in numbers]
+
+    def line(tag: str, texts: Sequence[str]) -> str:
+        cells = (
+            f'<{tag} style="{_CELL.format(side=side)}">{escape(text)}</{tag.split()[0]}>'
+            for text, side in zip(texts, sides, strict=True)
+        )
+        return f"<tr>{''.join(cells)}</tr>"
+
+    body = "\n".join([line('th scope="col"', heads), *(line("td", row) for row in rows)])
+    return (
+        f'<div style="overflow-x:auto">{_TABLE}\n{_CAPTION.format(escape(caption))}\n{body}\n</table></div>'
+    )
+
+
+def paragraph(text: str) -> str:
+    """Returns a sentence, its lines as they are."""
+    return f'<p style="margin:.3em 0;white-space:pre-wrap;text-align:left">{escape(text)}</p>'
+
+
+def figure(svg: bytes, words: str, width: int = 480) -> str:
+    """Returns a picture, at most so many pixels wide, with words for those who cannot see it.
+
+    It is an image of its own: its style sheet and its names are no part of the page.
+    """
+    data = b64encode(svg).decode("ascii")
+    return (
+        f'<img alt="{escape(words)}" style="width:100%;max-width:{width}px;height:auto" '
+        f'src="data:image/svg+xml;base64,{data}">'
+    )

@@ -1,4 +1,9 @@
-"""What a picture shows: discs and shapes with plain coordinates, at one moment."""
+"""Picture of a moment of a run: discs and shapes with plain coordinates, and the look of each role.
+
+Colours are those that colour-blind people tell apart (Okabe and Ito). A role is told from others by more than
+its colour: by its layer, by the width of its line, by dashes. The same picture gives the same bytes, as SVG
+(``svg``) and as PNG or PDF (``printed``).
+"""
 
 from __future__ import annotations
 
@@ -6,7 +11,7 @@ from collections.abc import Collection
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import PurePath
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -17,14 +22,12 @@ from kinetile.plugin.drawing import ROLES, At, Box, Coordinate, Entry, Item, Lin
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene
 
-__all__ = ["Disc", "Picture", "corners_of", "picture_of_scene", "take_picture"]
-
 Place = tuple[float, float]
 Array = npt.NDArray[Any]
 
 
 @dataclass(frozen=True)
-class Disc:
+class PlacedDisc:
     """A body: where it is, how fast, its radius and its number."""
 
     number: int
@@ -51,13 +54,13 @@ class Picture:
     low: Place
     high: Place
     arena: bool
-    discs: tuple[Disc, ...]
+    discs: tuple[PlacedDisc, ...]
     shapes: tuple[Item, ...]
     next: int | None
     times: dict[int, float]
 
     def told(self, shape: Item) -> str:
-        """Return what a shape is, in words: its role, its label, when it fails."""
+        """Returns what a shape is, in words: its role, its label, when it fails."""
         words = [": ".join(filter(None, (shape.role, printable(shape.label))))]
         if shape.fails is not None:
             words.append(f"fails at {self.times[shape.fails]:.6g}")
@@ -65,7 +68,7 @@ class Picture:
 
 
 def take_picture(sim: Simulation, roles: Collection[str] | None = None, structure: bool = True) -> Picture:
-    """Return the picture of a simulation now; with ``roles``, of shapes only those that have one of them.
+    """Returns the picture of a simulation now; with ``roles``, of shapes only those that have one of them.
 
     Without ``structure`` there are none, and the broad phase is asked for nothing: neither compiled nor
     built. Raises ValueError for a role that there is not.
@@ -94,16 +97,16 @@ def take_picture(sim: Simulation, roles: Collection[str] | None = None, structur
 
 
 def picture_of_scene(scene: Scene) -> Picture:
-    """Return the picture of a scene at its start: its bodies and its arena, under no broad phase."""
+    """Returns the picture of a scene at its start: its bodies and its arena, under no broad phase."""
     discs = _discs(np.arange(len(scene)), scene.position, scene.velocity, scene.radius)
     low, high = _extent(scene, discs, ())
     caption = f"{_counted(scene, len(scene))} at time {scene.start:.6g}"
     return Picture(caption, low, high, scene.arena is not None, discs, (), None, {})
 
 
-def _discs(numbers: Array, positions: Array, velocities: Array, radii: Array) -> tuple[Disc, ...]:
+def _discs(numbers: Array, positions: Array, velocities: Array, radii: Array) -> tuple[PlacedDisc, ...]:
     rows = zip(numbers.tolist(), positions.tolist(), velocities.tolist(), radii.tolist(), strict=True)
-    return tuple(Disc(number, (x, y), (vx, vy), radius) for number, (x, y), (vx, vy), radius in rows)
+    return tuple(PlacedDisc(number, (x, y), (vx, vy), radius) for number, (x, y), (vx, vy), radius in rows)
 
 
 def _counted(scene: Scene, count: int) -> str:
@@ -112,7 +115,7 @@ def _counted(scene: Scene, count: int) -> str:
 
 
 def corners_of(shape: Item) -> list[Place]:
-    """Return the corners of a shape whose coordinates are numbers, in their order; none of a link's."""
+    """Returns the corners of a shape whose coordinates are numbers, in their order; none of a link's."""
     if isinstance(shape, Segment):
         points: tuple[Point, ...] = (shape.a, shape.b)
     elif isinstance(shape, Box):
@@ -130,7 +133,7 @@ def _number(value: Coordinate) -> float:
 
 
 def _placed(item: Segment | Box | Polygon | Link, places: dict[int, Place]) -> Item:
-    """Return a shape with every coordinate where it is now; a link as a segment."""
+    """Returns a shape with every coordinate where it is now; a link as a segment."""
 
     def placed(point: Point) -> Point:
         x, y = (
@@ -148,8 +151,8 @@ def _placed(item: Segment | Box | Polygon | Link, places: dict[int, Place]) -> I
     return Segment(item.role, places[item.a], places[item.b], item.fails, item.label)
 
 
-def _extent(scene: Scene, discs: tuple[Disc, ...], shapes: tuple[Item, ...]) -> tuple[Place, Place]:
-    """Return the corners of the arena; without one, of all there is."""
+def _extent(scene: Scene, discs: tuple[PlacedDisc, ...], shapes: tuple[Item, ...]) -> tuple[Place, Place]:
+    """Returns the corners of the arena; without one, of all there is."""
     if scene.arena is not None:
         width, height = scene.arena
         return (0.0, 0.0), (width, height)
@@ -162,3 +165,55 @@ def _extent(scene: Scene, discs: tuple[Disc, ...], shapes: tuple[Item, ...]) -> 
     across, up = zip(*points, strict=True)
     low, high = (min(across), min(up)), (max(across), max(up))
     return (low, high) if low != high else (low, (low[0] + 1.0, low[1] + 1.0))
+
+
+class Look(NamedTuple):
+    """Look of a role: colour of line and filling, opacity of the filling, width and dashes of the line in
+    points, and whether it lies over the discs."""
+
+    colour: str
+    filled: float
+    width: float
+    dashes: tuple[float, ...] = ()
+    over: bool = False
+
+
+LOOKS = {
+    "cell": Look("#009E73", 0.10, 0.8, (4.0, 2.0)),
+    "tile": Look("#56B4E9", 0.16, 0.5),
+    "axis": Look("#808080", 0.0, 4.0),
+    "bound": Look("#0072B2", 0.0, 1.1),
+    "pair": Look("#CC79A7", 0.0, 1.4, (), True),
+    "certificate": Look("#D55E00", 0.0, 2.0, (), True),
+}
+"""The roles, those below first."""
+
+ORDER = tuple(LOOKS)
+
+NEXT = Look("#D55E00", 0.30, 2.2)
+"""The look of what fails next, whatever its role is."""
+
+FRESH = Look("#E69F00", 0.40, 2.2, (6.0, 3.0))
+"""The look of what has come with the last event: dashed, to be told from what fails next."""
+
+
+class Paper(NamedTuple):
+    """Colours of a picture: the paper, what is written on it, a disc and its edge."""
+
+    back: str
+    ink: str
+    disc: str
+    edge: str
+
+
+LIGHT = Paper("#ffffff", "#000000", "#e6e6e6", "#404040")
+DARK = Paper("#14181d", "#f0f0f0", "#39424c", "#c0c6cc")
+
+
+def arrow_scale(speeds: list[float], radii: list[float]) -> float:
+    """Returns the time by which velocities are multiplied to be arrows: the fastest is as long as two median
+    radii; 0 where no body moves."""
+    fastest = max(speeds, default=0.0)
+    if fastest == 0.0:
+        return 0.0
+    return 2.0 * sorted(radii)[len(radii) // 2] / fastest

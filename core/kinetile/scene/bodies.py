@@ -1,0 +1,334 @@
+"""Bodies of a scene as arrays: read from whatever was given, and checked against each other and the arena.
+
+Overlaps are found in time proportional to the discs and the overlaps. Discs are sorted into levels by the
+power of two above their radius; a level's cells are twice that power wide, so a disc can only overlap discs
+of its own or a lower level that lie in its own cell or in one of the eight around it. Cells are kept as a
+sorted array of hashed cell numbers, and whole arrays of discs are looked up at once. Where discs do not
+overlap, a cell holds few of them and the search is linear; where they do, pairs come out in chunks of bounded
+size, and the caller stops when it has enough.
+
+The cell width is a power of two, so the division that finds the cell is exact: no rounding can put two
+overlapping discs into cells that are not neighbours.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from kinetile.errors import Mistake
+from kinetile.scene.checks import HEAVIEST, LARGEST, LIMIT, RANGE, REACH, SMALLEST, TOLERANCE, shown
+
+Floats = npt.NDArray[np.float64]
+
+Numbers: TypeAlias = Sequence[float] | npt.NDArray[Any]
+"""A point, a velocity, a disc or a box as it is given: a tuple, a list or an array."""
+
+
+def read_arrays(
+    position: npt.ArrayLike,
+    velocity: npt.ArrayLike,
+    radius: npt.ArrayLike,
+    mass: npt.ArrayLike,
+    mistakes: list[Mistake],
+) -> tuple[tuple[Floats, Floats, Floats, Floats], dict[str, npt.NDArray[np.bool_]]]:
+    """Copies the bodies' fields to arrays that fit together; reports, and marks as unknown, what cannot be
+    read."""
+    given = {"position": position, "velocity": velocity, "radius": radius, "mass": mass}
+    read: dict[str, Floats] = {}
+    for name, value in given.items():
+        array, wrong = _numbers(value)
+        vectors = name in ("position", "velocity")
+        if array is None:
+            mistakes.append(Mistake(name, *wrong))
+        elif vectors and array.shape == (0,):
+            read[name] = array.reshape(0, 2)
+        elif (array.ndim != 2 or array.shape[1] != 2) if vectors else array.ndim > 1:
+            right = "(n, 2), a row for each body" if vectors else "(n,), or one number for all"
+            mistakes.append(Mistake(name, f"an array of shape {array.shape}", f"an array of shape {right}"))
+        else:
+            read[name] = array
+    sized = [len(array) for array in read.values() if array.ndim]
+    bodies = sized[0] if sized else 0
+    unknown: dict[str, npt.NDArray[np.bool_]] = {}
+    for name in given:
+        array = read.get(name)
+        if array is not None and array.ndim and len(array) != bodies:
+            what = f"{len(array)} {'row' if array.ndim == 2 else 'number'}{'s' if len(array) != 1 else ''}"
+            mistakes.append(Mistake(name, what, f"one for each of the {bodies} bodies"))
+            array = None
+        shape = (bodies, 2) if name in ("position", "velocity") else (bodies,)
+        if array is None:
+            unknown[name] = np.ones(bodies, dtype=np.bool_)
+            array = np.array(np.nan)
+        read[name] = np.array(np.broadcast_to(array, shape), dtype=np.float64, order="C")
+    return (read["position"], read["velocity"], read["radius"], read["mass"]), unknown
+
+
+def _numbers(value: npt.ArrayLike) -> tuple[Floats | None, tuple[str, str]]:
+    """Returns ``value`` as an array of float64 or None, and what was found and expected where it is None."""
+    nothing = "", ""
+    if _is_masked(value):
+        return None, ("a masked array, some of whose numbers are not to be used", "numbers without a mask")
+    try:
+        array = np.asarray(value)
+    except (TypeError, ValueError):
+        array = np.array(None)
+    if array.dtype.kind not in "fiu":
+        what = shown(value) if array.dtype.kind == "O" else f"{shown(value)}, of the type {array.dtype}"
+        return None, (what, "an array of numbers")
+    with np.errstate(over="ignore", invalid="ignore"):
+        floats = array.astype(np.float64)
+    changed = _first_rounded(array, floats)
+    if changed is not None:
+        return None, (f"{changed}, of the type {array.dtype}", "numbers that float64 holds without rounding")
+    return floats, nothing
+
+
+def _is_masked(value: object) -> bool:
+    """Whether numbers are masked in an array, or in one of the rows of which a sequence consists."""
+    if isinstance(value, (list, tuple)):
+        return any(_is_masked(each) for each in value if isinstance(each, (list, tuple, np.ma.MaskedArray)))
+    return isinstance(value, np.ma.MaskedArray) and bool(np.ma.is_masked(value))
+
+
+def _first_rounded(array: npt.NDArray[Any], floats: Floats) -> str | None:
+    """Returns the first number of an array of a wider type that is not the same as float64; None: all are."""
+    if array.dtype.kind in "iu" and array.dtype.itemsize == 8:
+        far = np.flatnonzero(np.abs(floats) >= 2.0**53)
+        return next((str(n) for k in far if (n := int(array.flat[k])) != int(floats.flat[k])), None)
+    if array.dtype.kind == "f" and array.dtype.itemsize > 8:
+        other = np.flatnonzero((floats != array) & ~np.isnan(array))
+        return str(array.flat[other[0]]) if len(other) else None
+    return None
+
+
+Bools = npt.NDArray[np.bool_]
+_ENOUGH_CHUNKS = 8  # how long overlaps are counted on once there are more than LIMIT
+
+
+def check_bodies(
+    position: Floats,
+    velocity: Floats,
+    radius: Floats,
+    mass: Floats,
+    arena: tuple[float, float] | None,
+    unknown: Mapping[str, Bools] | None = None,
+    passing: tuple[npt.NDArray[np.int64], Bools] | None = None,
+) -> list[Mistake]:
+    """Checks n bodies: position and velocity (n, 2), radius and mass (n,).
+
+    Pass None as the arena where there is none, or none that can be judged by. ``unknown`` maps a field's name
+    to an (n,) mask of the bodies of which that field is not to be judged. ``passing`` are (n,) the kinds of
+    the bodies and (kinds, kinds) which pass through each other, and so may overlap; None: no one does.
+    """
+    nothing = np.zeros(len(position), dtype=np.bool_)
+    unknown = unknown or {}
+    mistakes: list[Mistake] = []
+    right: dict[str, Bools] = {}
+    for name, vectors in (("position", position), ("velocity", velocity)):
+        finite = np.asarray(np.isfinite(vectors).all(axis=1))
+        right[name] = np.asarray((np.abs(vectors) <= LARGEST).all(axis=1))
+        told = ~unknown.get(name, nothing)
+        mistakes += _spell_out(~finite & told, name, vectors, "[x, y], two finite numbers")
+        mistakes += _spell_out(finite & ~right[name] & told, name, vectors, f"[x, y], each {REACH} in size")
+    for name, numbers in (("radius", radius), ("mass", mass)):
+        still = np.asarray(np.isinf(numbers) if name == "mass" else nothing)
+        positive = np.asarray((np.isfinite(numbers) | still) & (numbers > 0.0))
+        right[name] = np.asarray((numbers >= SMALLEST) & ((numbers <= LARGEST) | still))
+        told = ~unknown.get(name, nothing)
+        what = "a number greater than 0, or inf" if name == "mass" else "a finite number greater than 0"
+        mistakes += _spell_out(~positive & told, name, numbers, what)
+        mistakes += _spell_out(positive & ~right[name] & told, name, numbers, f"a number {RANGE}")
+    movable = np.asarray(right["mass"] & np.isfinite(mass))
+    mistakes += _check_masses(mass, np.flatnonzero(movable & ~unknown.get("mass", nothing)))
+    placed = right["position"] & right["radius"]
+    placed &= ~unknown.get("position", nothing) & ~unknown.get("radius", nothing)
+    if arena is not None:
+        mistakes += _check_inside(position, radius, arena, placed)
+    return mistakes + _check_apart(position, radius, np.flatnonzero(placed), passing)
+
+
+def _check_masses(mass: Floats, bodies: npt.NDArray[np.intp]) -> list[Mistake]:
+    """Checks that the heaviest of these bodies is not beyond all measure heavier than the lightest."""
+    if not len(bodies):
+        return []
+    light = int(bodies[np.argmin(mass[bodies])])
+    heavy = int(bodies[np.argmax(mass[bodies])])
+    if mass[heavy] / mass[light] <= HEAVIEST:
+        return []
+    found = f"{mass[light]:.6g} and {mass[heavy]:.6g}"
+    expected = f"no body more than 2**100 ({HEAVIEST:.1e}) times as heavy as another"
+    return [Mistake(f"bodies[{light}].mass and bodies[{heavy}].mass", found, expected)]
+
+
+def _spell_out(
+    wrong: Bools, field: str, found: Floats | Callable[[int], str], expected: str
+) -> list[Mistake]:
+    """Turns a mask of wrong bodies into mistakes, LIMIT of them and a last one that counts the others."""
+    bodies = np.flatnonzero(wrong)
+    mistakes = []
+    for i in bodies[:LIMIT].tolist():
+        what = found(i) if callable(found) else shown(found[i].tolist())
+        mistakes.append(Mistake(f"bodies[{i}].{field}", what, expected))
+    if len(bodies) > LIMIT:
+        more = f"the same in {len(bodies) - LIMIT:,} more bodies"
+        mistakes.append(Mistake(f"bodies[...].{field}", more, expected))
+    return mistakes
+
+
+def _check_inside(
+    position: Floats, radius: Floats, arena: tuple[float, float], placed: Bools
+) -> list[Mistake]:
+    allowed = TOLERANCE * radius
+    with np.errstate(invalid="ignore", over="ignore"):
+        beyond = {
+            "left": radius - position[:, 0],
+            "right": (position[:, 0] - arena[0]) + radius,
+            "bottom": radius - position[:, 1],
+            "top": (position[:, 1] - arena[1]) + radius,
+        }
+        outside = {wall: placed & (depth > allowed) for wall, depth in beyond.items()}
+
+    def found(i: int) -> str:
+        walls = [f"{beyond[wall][i]:.6g} beyond the {wall} wall" for wall in beyond if outside[wall][i]]
+        return (
+            f"{shown(position[i].tolist())} with radius {radius[i]:.6g}, which reaches {' and '.join(walls)}"
+        )
+
+    expected = f"the whole disc inside the arena, [0, {arena[0]!r}] x [0, {arena[1]!r}]"
+    return _spell_out(np.logical_or.reduce(list(outside.values())), "position", found, expected)
+
+
+def _check_apart(
+    position: Floats,
+    radius: Floats,
+    bodies: npt.NDArray[np.intp],
+    passing: tuple[npt.NDArray[np.int64], Bools] | None,
+) -> list[Mistake]:
+    """Reports the first LIMIT overlapping pairs among ``bodies``, and how many more there are."""
+    first: list[tuple[int, int]] = []
+    count, counted_all = 0, True
+    for chunk, found in enumerate(overlapping_pairs(position[bodies], radius[bodies], TOLERANCE)):
+        if passing is not None:
+            kind, passes = passing
+            one, two = kind[bodies[found]].T
+            found = found[~passes[one, two]]
+        count += len(found)
+        if len(found):
+            order = np.lexsort((found[:, 1], found[:, 0]))[:LIMIT]
+            first = sorted([*first, *((int(a), int(b)) for a, b in bodies[found[order]])])[:LIMIT]
+        if count > LIMIT and chunk >= _ENOUGH_CHUNKS:
+            counted_all = False
+            break
+    expected = "discs that touch at most"
+    mistakes = [
+        Mistake(f"bodies[{a}] and bodies[{b}]", _overlap(position, radius, a, b), expected) for a, b in first
+    ]
+    if count > LIMIT:
+        more = f"{'' if counted_all else 'at least '}{count - LIMIT:,} more pairs that overlap"
+        mistakes.append(Mistake("bodies", more, expected))
+    return mistakes
+
+
+def _overlap(position: Floats, radius: Floats, a: int, b: int) -> str:
+    apart = math.dist(position[a].tolist(), position[b].tolist())
+    together = radius[a].item() + radius[b].item()
+    return f"an overlap of {together - apart:.6g} (distance {apart:.6g}, sum of the radii {together:.6g})"
+
+
+Ints = npt.NDArray[np.int64]
+
+CHUNK = 1 << 20
+"""Pairs that are compared at a time (a single disc may bring as many more as there are discs)."""
+
+_STRIDES = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F], dtype=np.uint64)
+_FARTHEST_CELL = 2.0**61  # beyond, cells merge: more to compare, never less
+_SMALLEST, _LARGEST = -1000, 1000  # exponents; keeps every quantity below from over- and underflowing
+_AROUND = [(x, y) for y in (-1, 0, 1) for x in (-1, 0, 1)]
+_HALF_AROUND = [(1, 0), (-1, 1), (0, 1), (1, 1)]
+
+
+class _Cells(NamedTuple):
+    """Discs in the order of their cells: numbers, places, radii, cells, and the cells' hashes."""
+
+    disc: Ints
+    position: Floats
+    radius: Floats
+    cell: Ints
+    key: npt.NDArray[np.uint64]
+
+
+def distance(apart: Floats) -> Floats:
+    """Returns the lengths of (n, 2) differences: the same bits everywhere, which np.hypot's are not."""
+    exponent = np.frexp(np.abs(apart).max(axis=1))[1]
+    scaled = np.ldexp(apart, -exponent[:, np.newaxis])  # so that no square over- or underflows
+    return np.asarray(np.ldexp(np.sqrt(scaled[:, 0] * scaled[:, 0] + scaled[:, 1] * scaled[:, 1]), exponent))
+
+
+def overlapping_pairs(position: Floats, radius: Floats, tolerance: float = 0.0) -> Iterator[Ints]:
+    """Yields the pairs of discs whose distance is less than (1 - tolerance) times the sum of their radii.
+
+    ``position`` is (n, 2) and ``radius`` (n,), all finite, radii > 0. Each yield is a (k, 2) array with
+    a < b in each row, possibly empty, for at most about CHUNK + n compared pairs; each pair comes once, in no
+    particular order.
+    """
+    exponent = np.maximum(np.frexp(radius)[1].astype(np.int64), _SMALLEST)
+    if len(radius) and exponent.max() > _LARGEST:
+        position, radius, exponent = position * 2.0**-30, radius * 2.0**-30, exponent - 30
+    for level in np.unique(exponent):
+        width = float(np.ldexp(1.0, int(level) + 1))
+        own = _sorted_into_cells(position, radius, np.flatnonzero(exponent == level), width)
+        rest = np.searchsorted(own.key, own.key, side="right")
+        yield from _compare(own, own, np.arange(1, len(own.disc) + 1), rest, (0, 0), tolerance)
+        for step in _HALF_AROUND:
+            yield from _look_up(own, own, step, tolerance)
+        smaller = _sorted_into_cells(position, radius, np.flatnonzero(exponent < level), width)
+        for step in _AROUND:
+            yield from _look_up(smaller, own, step, tolerance)
+
+
+def _sorted_into_cells(position: Floats, radius: Floats, disc: Ints, width: float) -> _Cells:
+    with np.errstate(over="ignore"):
+        place = np.floor(position[disc] / width)
+    cell = np.clip(place, -_FARTHEST_CELL, _FARTHEST_CELL).astype(np.int64)
+    key = (cell.view(np.uint64) * _STRIDES).sum(axis=1, dtype=np.uint64)
+    order = np.argsort(key, kind="stable")
+    disc = disc[order]
+    return _Cells(disc, position[disc], radius[disc], cell[order], key[order])
+
+
+def _look_up(asking: _Cells, asked: _Cells, step: tuple[int, int], tolerance: float) -> Iterator[Ints]:
+    """Compares each disc of ``asking`` with the discs of ``asked`` that are ``step`` cells away."""
+    there = asking.key + (np.array(step).view(np.uint64) * _STRIDES).sum(dtype=np.uint64)
+    begin = np.searchsorted(asked.key, there, side="left")
+    end = np.searchsorted(asked.key, there, side="right")
+    yield from _compare(asking, asked, begin, end, step, tolerance)
+
+
+def _compare(
+    asking: _Cells, asked: _Cells, begin: Ints, end: Ints, step: tuple[int, int], tolerance: float
+) -> Iterator[Ints]:
+    """Compares the i-th disc of ``asking`` with begin[i] to end[i] of ``asked``, a chunk at a time."""
+    rows = np.flatnonzero(end > begin)
+    count = (end - begin)[rows]
+    total = np.cumsum(count)
+    first = 0
+    while first < len(rows):
+        before = total[first - 1] if first else 0
+        last = max(first + 1, int(np.searchsorted(total, before + CHUNK, side="right")))
+        part, size = rows[first:last], count[first:last]
+        one = np.repeat(part, size)
+        other = np.arange(len(one)) + np.repeat(begin[part] - (total[first:last] - size - before), size)
+        with np.errstate(over="ignore"):
+            apart = asking.position[one] - asked.position[other]
+            reach = (asking.radius[one] + asked.radius[other]) * (1.0 - tolerance)
+            close = np.flatnonzero(distance(apart) < reach)
+        one, other = one[close], other[close]
+        really = (asked.cell[other] - asking.cell[one] == step).all(axis=1)  # and not by a chance hash
+        yield np.sort(np.stack([asking.disc[one[really]], asked.disc[other[really]]], axis=1), axis=1)
+        first = last

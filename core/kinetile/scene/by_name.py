@@ -1,0 +1,253 @@
+"""Scenes by name: recipes that plugins provide, and files that name recipes and phases.
+
+A recipe is a function that makes a scene, and its keyword arguments are the scene's parameters. Its signature
+is all there is to know about it: names, types (``int``, ``float``, ``str`` or ``bool``) and defaults are read
+from it, to check what a user gives and to list what can be given.
+"""
+
+from __future__ import annotations
+
+import inspect
+import operator
+import os
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, NamedTuple
+
+from kinetile.errors import BadOption, KinetileError, Mistake, PhaseError, UnknownName, one_of
+from kinetile.plugin.calling import calling
+from kinetile.plugin.registry import registry
+from kinetile.plugin.specs import Kind
+from kinetile.scene.checks import is_number, shown
+from kinetile.scene.scene import Scene, relabelled
+
+REQUIRED = inspect.Parameter.empty
+"""Stands where a parameter has no default."""
+
+_NEEDED = {"int": "a whole number", "float": "a number", "str": "text", "bool": "true or false"}
+_WORDS = {"true": True, "yes": True, "on": True, "false": False, "no": False, "off": False}
+
+
+class Parameter(NamedTuple):
+    """A parameter of a recipe: its name, its type ("int", "float", "str", "bool" or another), its default."""
+
+    name: str
+    type: str
+    default: Any
+
+
+def make_scene(name: str, /, **parameters: Any) -> Scene:
+    """Returns the scene that the recipe ``name`` makes of these parameters (its defaults for the rest).
+
+    The scene's ``origin`` is {"recipe": name, "parameters": {...}}, defaults included. Raises UnknownName for
+    a recipe that is not there, BadOption for a parameter that it does not have or cannot use, SceneError for
+    a scene with mistakes, and PhaseError for a recipe that breaks.
+    """
+    recipe = registry().scene(name)
+    with calling("scene", name, "the recipe"):
+        mistakes = parameter_mistakes(name, parameters)
+        if mistakes:
+            raise BadOption("\n".join(f"scene {name!r}: {_as_sentence(mistake)}" for mistake in mistakes))
+        complete = complete_parameters(name, parameters)
+        scene = recipe(**{key: value for key, value in complete.items() if key in parameters})
+        if not isinstance(scene, Scene):
+            raise PhaseError(
+                f"the recipe of the scene {name!r} returned {shown(scene)}; expected a kinetile.Scene"
+            )
+        return relabelled(scene, origin={"recipe": name, "parameters": complete})
+
+
+def complete_parameters(name: str, given: Mapping[str, Any]) -> dict[str, Any]:
+    """Returns all parameters of the recipe called ``name``: the given ones, converted to their types, and
+    defaults for the rest.
+
+    The given ones must be such as it has and can use (``parameter_mistakes``). Raises UnknownName, and
+    PhaseError for a recipe whose signature hides its parameters.
+    """
+    return {
+        each.name: _convert(each, given[each.name]) if each.name in given else each.default
+        for each in recipe_parameters(name)
+    }
+
+
+def recipe_parameters(name: str) -> tuple[Parameter, ...]:
+    """Returns the parameters of the recipe called ``name``, in the order of its signature.
+
+    Raises UnknownName for a recipe that is not there, and PhaseError for one whose signature hides its
+    parameters.
+    """
+    parameters = []
+    for each in inspect.signature(registry().scene(name)).parameters.values():
+        if each.kind not in (each.KEYWORD_ONLY, each.POSITIONAL_OR_KEYWORD):
+            raise PhaseError(
+                f"the recipe of the scene {name!r} gathers its parameters in {each.name!r}; "
+                "expected parameters that can each be given by name"
+            )
+        annotation = each.annotation
+        written = (
+            annotation if isinstance(annotation, str) else getattr(annotation, "__name__", str(annotation))
+        )
+        parameters.append(Parameter(each.name, written, each.default))
+    return tuple(parameters)
+
+
+def parse_parameters(name: str, texts: Iterable[str]) -> dict[str, Any]:
+    """Returns the parameters that ``texts``, each "name=value", give to the recipe called ``name``.
+
+    Values are read as their parameter's type says. Raises UnknownName for a recipe that is not there, and
+    BadOption, with a sentence for each mistake, for what cannot be read.
+    """
+    known = {each.name: each for each in recipe_parameters(name)}
+    parameters: dict[str, Any] = {}
+    sentences = []
+    for text in texts:
+        left, equals, value = text.partition("=")
+        key = left.strip().replace("-", "_")
+        if not equals or not key:
+            sentences.append(f"a parameter is written name=value; found {text!r}")
+        elif key not in known:
+            sentences.append(_as_sentence(_unknown(left.strip(), list(known))))
+        elif key in parameters:
+            sentences.append(f"the parameter {key!r} is given twice; expected one value")
+        else:
+            parameters[key] = _parse(known[key], value.strip())
+            if parameters[key] is REQUIRED:  # which here stands for "cannot be read"
+                sentences.append(_as_sentence(_misfit(known[key], value.strip())))
+    if sentences:
+        raise BadOption("\n".join(f"scene {name!r}: {sentence}" for sentence in sentences))
+    return parameters
+
+
+def parameter_mistakes(name: str, parameters: Mapping[str, Any]) -> list[Mistake]:
+    """Returns what is wrong with these parameters for the recipe called ``name``."""
+    known = {each.name: each for each in recipe_parameters(name)}
+    mistakes = []
+    for key, value in parameters.items():
+        if key not in known:
+            mistakes.append(_unknown(key, list(known)))
+        elif _convert(known[key], value) is REQUIRED:
+            mistakes.append(_misfit(known[key], value))
+    for each in known.values():
+        if each.default is REQUIRED and each.name not in parameters:
+            needed = _NEEDED.get(each.type, "a value")
+            mistakes.append(Mistake(f"parameters.{each.name}", "nothing", f"{needed}; it has no default"))
+    return mistakes
+
+
+def _as_sentence(mistake: Mistake) -> str:
+    name = mistake.where.removeprefix("parameters.")
+    return f"parameter {name!r}: found {mistake.found}; expected {mistake.expected}"
+
+
+def _unknown(name: str, known: list[str]) -> Mistake:
+    return Mistake(f"parameters.{name}", "no parameter of this name", one_of(name, known))
+
+
+def _misfit(parameter: Parameter, value: object) -> Mistake:
+    return Mistake(f"parameters.{parameter.name}", shown(value), _NEEDED[parameter.type])
+
+
+def _convert(parameter: Parameter, value: Any) -> Any:
+    """Returns ``value`` as the parameter's type, or REQUIRED if it is not of that type."""
+    if parameter.type == "int" and not isinstance(value, bool):
+        try:
+            return operator.index(value)
+        except TypeError:
+            return REQUIRED
+    if parameter.type == "float" and is_number(value):
+        try:
+            return float(value)
+        except OverflowError:
+            return REQUIRED
+    fits = {"int": False, "float": False, "str": isinstance(value, str), "bool": isinstance(value, bool)}
+    return value if fits.get(parameter.type, True) else REQUIRED
+
+
+def _parse(parameter: Parameter, text: str) -> Any:
+    """Returns the value that ``text`` stands for, or REQUIRED if it cannot be read."""
+    try:
+        if parameter.type == "int":
+            return int(text) if text.lstrip("+-").isdigit() else _whole(float(text))
+        if parameter.type == "float":
+            return float(text)
+    except (ValueError, OverflowError):
+        return REQUIRED
+    if parameter.type == "bool":
+        return _WORDS.get(text.casefold(), REQUIRED)
+    return text
+
+
+def _whole(number: float) -> int:
+    """Returns the integer that 1e4 is; raises ValueError for 1.5."""
+    if not number.is_integer():
+        raise ValueError(number)
+    return int(number)
+
+
+def load_scene(path: str | os.PathLike[str], *, max_bytes: int | None = None) -> Scene:
+    """Reads a scene from a TOML file, a regular one of at most ``max_bytes``.
+
+    Without ``max_bytes`` that is what the environment variable KINETILE_MAX_SCENE_BYTES says, or 64 MiB.
+    Raises OSError if the file cannot be read, and SceneError, with every mistake in it, if it is no scene.
+    """
+    from kinetile.scene.files import read_file  # a run without files does without pydantic
+
+    return read_file(path, Registered(), max_bytes)
+
+
+def loads_scene(text: str, source: str | None = None) -> Scene:
+    """Reads a scene from TOML text; ``source`` is what messages call it. Raises SceneError."""
+    from kinetile.scene.files import read_text
+
+    return read_text(text, source, Registered())
+
+
+class Registered:
+    """The names that this process's registry knows (``kinetile.scene.files.Names``)."""
+
+    def mistakes(self, where: str, name: str, *kinds: Kind) -> list[Mistake]:
+        """Returns the mistake of naming something that none of these kinds has, if it is one."""
+        names: list[str] = []
+        not_loaded = ""
+        for kind in kinds:
+            try:
+                registry().spec(kind, name)
+            except UnknownName as error:
+                names += error.available
+                not_loaded = "".join(f"; not loaded: {failure}" for failure in error.failures)
+            else:
+                return []
+        found = f"{shown(name)}, which is the name of no {' and no '.join(kinds)}"
+        return [Mistake(where, found, one_of(name, names) + not_loaded)]
+
+    def option_mistakes(self, name: str, options: Mapping[str, Any]) -> list[Mistake]:
+        """Returns the options that a phase or response does not have; if it has them all, why it cannot use a
+        value."""
+        found = registry()
+        kinds: dict[Kind, Callable[[str], Any]] = {
+            "broad phase": found.broad_phase,
+            "narrow phase": found.narrow_phase,
+            "response": found.response,
+        }
+        kind: Kind = next((each for each in kinds if not self.mistakes("", name, each)), "response")
+        mistakes, what = [], "response" if kind == "response" else "phase"
+        try:
+            phase = kinds[kind](name)
+            known = [parameter for parameter in inspect.signature(phase).parameters if parameter != "self"]
+            for key in (key for key in options if key not in known):
+                mistakes.append(
+                    Mistake(f"options.{name}.{key}", "no option of this name", one_of(key, known))
+                )
+            if not mistakes:
+                with calling(kind, name, "its constructor"):
+                    phase(**options)
+        except KinetileError as error:
+            mistakes.append(Mistake(f"options.{name}", shown(options), f"what the {what} can use: {error}"))
+        return mistakes
+
+    def parameter_mistakes(self, name: str, parameters: Mapping[str, Any]) -> list[Mistake]:
+        """Returns what is wrong with these parameters for a recipe."""
+        return parameter_mistakes(name, parameters)
+
+    def make(self, name: str, parameters: Mapping[str, Any]) -> Scene:
+        """Returns the scene that a recipe makes."""
+        return make_scene(name, **parameters)

@@ -1,0 +1,46 @@
+"""Displays of a notebook: IPython is told by name which types have one, and calls ``show.html`` for it.
+
+IPython looks a type up when an object of it is shown, so a scene, a simulation and readings know nothing of
+displays, and to register imports none of them. It is done when kinetile is imported in a running IPython;
+``%load_ext kinetile.show.notebook`` does it where IPython came later.
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+TYPES = (
+    ("kinetile.scene.scene", "Scene"),
+    ("kinetile.run.simulation", "Simulation"),
+    ("kinetile.run.readings", "Readings"),
+)
+"""The modules and names of the types that have a display."""
+
+
+def load_ipython_extension(shell: Any) -> None:
+    """Registers the displays with an IPython shell."""
+    formatters = shell.display_formatter.formatters
+    for module, name in TYPES:
+        formatters["text/html"].for_type_by_name(module, name, _html)
+        if name != "Readings":  # numbers alone, no picture
+            formatters["image/svg+xml"].for_type_by_name(module, name, _svg)
+
+
+def register_where_ipython_runs() -> None:
+    """Registers the displays, if IPython runs in this process."""
+    shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
+    if shell is not None:
+        load_ipython_extension(shell)
+
+
+def _html(thing: Any) -> str:
+    from kinetile.show.html import as_html  # drawing is imported when something is drawn
+
+    return as_html(thing)
+
+
+def _svg(thing: Any) -> str | None:
+    from kinetile.show.html import as_svg
+
+    return as_svg(thing)

@@ -1,0 +1,19 @@
+"""Versions that a result depends on: kinetile's own, Python's, and those of what compiles and computes."""
+
+from __future__ import annotations
+
+__version__ = "0.1.0"
+
+
+def versions() -> dict[str, str]:
+    """Returns the versions of kinetile, Python, NumPy and Numba."""
+    import platform  # these two take longer to import than all else that `import kinetile` does
+    from importlib.metadata import PackageNotFoundError, version
+
+    found = {"python": platform.python_version()}
+    for name in ("kinetile", "numpy", "numba"):
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = "not installed"
+    return found
