@@ -5,15 +5,12 @@ This module only says what there is and where it stands; a phase's own module is
 
 from __future__ import annotations
 
-from kinetile.plugin.hookspecs import hookimpl
-from kinetile.plugin.specs import BroadPhaseSpec, NarrowPhaseSpec, ResponseSpec, SceneSpec
-
-__all__ = ["kinetile_broad_phases", "kinetile_narrow_phases", "kinetile_responses", "kinetile_scenes"]
+from kinetile.plugin.specs import BroadPhaseSpec, NarrowPhaseSpec, ResponseSpec, SceneSpec, hookimpl
 
 
 @hookimpl
 def kinetile_broad_phases() -> list[BroadPhaseSpec]:
-    """List the built-in broad phases."""
+    """Lists the built-in broad phases."""
     return [
         BroadPhaseSpec(
             "naive",
@@ -50,7 +47,7 @@ def kinetile_broad_phases() -> list[BroadPhaseSpec]:
 
 @hookimpl
 def kinetile_narrow_phases() -> list[NarrowPhaseSpec]:
-    """List the built-in narrow phases."""
+    """Lists the built-in narrow phases."""
     return [
         NarrowPhaseSpec("disc", "kinetile_plugins.disc:Disc", "disc against disc, elastic", role="pair"),
         NarrowPhaseSpec(
@@ -61,7 +58,7 @@ def kinetile_narrow_phases() -> list[NarrowPhaseSpec]:
 
 @hookimpl
 def kinetile_responses() -> list[ResponseSpec]:
-    """List the built-in responses."""
+    """Lists the built-in responses."""
     rooms = "kinetile_plugins.responses"
     return [
         ResponseSpec("elastic", f"{rooms}:Elastic", "what the narrow phases do: nothing is lost"),
@@ -73,24 +70,24 @@ def kinetile_responses() -> list[ResponseSpec]:
 
 @hookimpl
 def kinetile_scenes() -> list[SceneSpec]:
-    """List the built-in scene recipes."""
+    """Lists the built-in scene recipes."""
     rooms = "kinetile_plugins.scenes"
     return [
-        SceneSpec("grid", f"{rooms}.grid:grid", "the thesis's benchmark: discs started on a grid"),
+        SceneSpec("grid", f"{rooms}.random_discs:grid", "the thesis's benchmark: discs started on a grid"),
         SceneSpec(
             "random", f"{rooms}.random_discs:random_discs", "discs of random radii, nowhere overlapping"
         ),
         SceneSpec("lattice", f"{rooms}.lattice:lattice", "dyadic numbers: exact ties and touching starts"),
         SceneSpec(
-            "figure-10", f"{rooms}.worst_cases:figure_10", "every pair overlaps along an axis (figure 10)"
+            "figure-10", f"{rooms}.arranged:figure_10", "every pair overlaps along an axis (figure 10)"
         ),
         SceneSpec(
-            "figure-11", f"{rooms}.worst_cases:figure_11", "every pair of bounding boxes overlaps (figure 11)"
+            "figure-11", f"{rooms}.arranged:figure_11", "every pair of bounding boxes overlaps (figure 11)"
         ),
         SceneSpec(
-            "figure-16", f"{rooms}.worst_cases:figure_16", "one disc is every other's neighbour (figure 16)"
+            "figure-16", f"{rooms}.arranged:figure_16", "one disc is every other's neighbour (figure 16)"
         ),
-        SceneSpec("cradle", f"{rooms}.billiards:cradle", "a row of touching discs, struck at one end"),
-        SceneSpec("break", f"{rooms}.billiards:billiard_break", "a billiard break"),
-        SceneSpec("two-discs", f"{rooms}.billiards:two_discs", "two discs that meet"),
+        SceneSpec("cradle", f"{rooms}.arranged:cradle", "a row of touching discs, struck at one end"),
+        SceneSpec("break", f"{rooms}.arranged:billiard_break", "a billiard break"),
+        SceneSpec("two-discs", f"{rooms}.arranged:two_discs", "two discs that meet"),
     ]

@@ -2,7 +2,7 @@
 
 Contact means approach: there is none unless d.v < 0, d being the separation and v the relative velocity at
 the later of the two anchors. A pair that touches or overlaps and approaches meets at once; tangency is no
-event. The tick is exactly the one in which the discs' paths touch (``kinetile.kernel.certificates.pair``);
+event. The tick is exactly the one in which the discs' paths touch (``kinetile.kernel.certificates.contact``);
 lower bounds for many partners at once are rounded, on the safe side.
 
 The thesis decides in the same spirit by comparing with the time of closest approach (section 5.2).
@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 
-from kinetile.kernel.certificates import first_touch, last_touch
+from kinetile.kernel.certificates.contact import first_touch, last_touch
 from kinetile.kernel.vectors import (
     LANES,
     Floats,
@@ -42,8 +42,6 @@ from kinetile.toolbox import (
     since_anchor,
     since_origin,
 )
-
-__all__ = ["Disc"]
 
 
 @hook
@@ -262,7 +260,7 @@ class Disc:
     """Elastic contact of two discs."""
 
     def prepare(self, scene: Scene) -> PairParts:
-        """Return the parts; masses are left out of the loop where all are equal and stay so.
+        """Returns the parts; masses are left out of the loop where all are equal and stay so.
 
         For equal masses both forms give the same velocities, to the bit: the share of each is exactly 1.
         """

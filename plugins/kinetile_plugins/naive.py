@@ -19,8 +19,6 @@ from kinetile.errors import Refused
 from kinetile.scene import Scene
 from kinetile.toolbox import BroadPhaseParts, Item, Kernel, NoState, hook, pair_links
 
-__all__ = ["LIMIT", "Naive"]
-
 LIMIT = 4000
 """Bodies. At so many a contact asks 8,000 others, and every other phase is a hundred times as fast."""
 
@@ -35,7 +33,7 @@ def near(k: Kernel, s: NoState, body: int) -> int:
 
 
 def draw(k: Kernel, s: NoState) -> Iterator[Item]:
-    """Draw a link between every two bodies."""
+    """Draws a link between every two bodies."""
     return pair_links(combinations(np.flatnonzero(k.queue.number >= 0).tolist(), 2))
 
 
@@ -43,7 +41,7 @@ class Naive:
     """Everybody is near everybody: the reference, for small scenes."""
 
     def prepare(self, scene: Scene) -> BroadPhaseParts:
-        """Return the parts; refuse more than ``LIMIT`` bodies."""
+        """Returns the parts; refuses more than ``LIMIT`` bodies."""
         if len(scene) > LIMIT:
             raise Refused(
                 f"naive asks every body about every other and stops at {LIMIT} bodies; this scene has "

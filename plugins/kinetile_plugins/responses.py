@@ -15,14 +15,12 @@ from kinetile.errors import BadOption
 from kinetile.scene import Scene
 from kinetile.toolbox import Kernel, Records, ResponseParts, closing_speed, hook, shared, smaller
 
-__all__ = ["Elastic", "Pass", "Restitution", "Stop"]
-
 
 class Elastic:
     """What the narrow phases do: momentum and energy are kept."""
 
     def prepare(self, scene: Scene) -> ResponseParts:
-        """Return no hook: the kernel has it."""
+        """Returns no hook: the kernel has it."""
         return ResponseParts()
 
 
@@ -30,7 +28,7 @@ class Pass:
     """The two pass through each other."""
 
     def prepare(self, scene: Scene) -> ResponseParts:
-        """Return no hook: the kernel has it."""
+        """Returns no hook: the kernel has it."""
         return ResponseParts()
 
 
@@ -91,7 +89,7 @@ class Restitution:
         self.numbers = (float(e), float(contact_time or 0.0))
 
     def prepare(self, scene: Scene) -> ResponseParts:
-        """Return the parts."""
+        """Returns the parts."""
         return ResponseParts(give_back, self.numbers)
 
 
@@ -119,5 +117,5 @@ class Stop:
     """Both come to rest."""
 
     def prepare(self, scene: Scene) -> ResponseParts:
-        """Return the parts."""
+        """Returns the parts."""
         return ResponseParts(halt)

@@ -48,11 +48,7 @@ from kinetile.toolbox import (
     since_anchor,
 )
 
-from .bounds_audit import audit_bounds
-from .bounds_drawing import draw_line
-
-__all__ = ["SweepAndPrune"]
-
+from .sorted_bounds import audit_bounds, draw_line
 
 PLACE = 2
 """Where the place of a bound stands behind its tick in ``bounds``."""
@@ -70,7 +66,7 @@ class State(NamedTuple):
 
 
 def arrange(k: Kernel, s: State) -> None:
-    """Sort the bounds as they stand now, and will a moment later."""
+    """Sorts the bounds as they stand now, and will a moment later."""
     axis = int(s.axis[0])
     place = positions_now(k)[:, axis]
     speed = k.bodies.vy if axis else k.bodies.vx
@@ -242,14 +238,14 @@ def near(k: Kernel, s: State, body: int) -> int:
 
 
 def audit(k: Kernel, s: State) -> Iterator[str]:
-    """Yield what does not hold of the sorted bounds and the pairs."""
+    """Yields what does not hold of the sorted bounds and the pairs."""
     order = s.order[None, s.order != END].astype(np.int64)
     due, place = s.bounds.reshape(-1, 2, 2).swapaxes(0, 1).reshape(2, 1, -1)
     return audit_bounds(k, order >> 2 << 1 | order & 1, place - 1, due, (int(s.axis[0]),))
 
 
 def draw(k: Kernel, s: State) -> Iterator[Item]:
-    """Draw the axis, the bounds on it, and which two pass next."""
+    """Draws the axis, the bounds on it, and which two pass next."""
     order = s.order[s.order != END].astype(np.int64)
     due = s.bounds.reshape(-1, 2, 2)[:, 0].ravel()
     return draw_line(k, order >> 2 << 1 | order & 1, due, int(s.axis[0]))
@@ -268,7 +264,7 @@ class SweepAndPrune:
         self.axis = axis
 
     def prepare(self, scene: Scene) -> BroadPhaseParts:
-        """Return the parts; any scene will do."""
+        """Returns the parts; any scene will do."""
         n = scene.capacity
         state = State(
             order=np.full(2 * n + 2, END, dtype=np.int32),

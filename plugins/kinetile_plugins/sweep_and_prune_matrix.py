@@ -46,11 +46,7 @@ from kinetile.toolbox import (
     since_anchor,
 )
 
-from .bounds_audit import audit_bounds
-from .bounds_drawing import draw_boxes
-
-__all__ = ["SweepAndPruneMatrix"]
-
+from .sorted_bounds import audit_bounds, draw_boxes
 
 PLACE = 4
 """Where the place of a bound stands behind its tick in ``bounds``."""
@@ -68,7 +64,7 @@ class State(NamedTuple):
 
 
 def arrange(k: Kernel, s: State) -> None:
-    """Sort the bounds of each axis as they stand now, and will a moment later."""
+    """Sorts the bounds of each axis as they stand now, and will a moment later."""
     place = positions_now(k)
     s.order[:] = END
     body, upper = np.divmod(np.arange(2 * len(place)), 2)
@@ -249,7 +245,7 @@ def near(k: Kernel, s: State, body: int) -> int:
 
 
 def audit(k: Kernel, s: State) -> Iterator[str]:
-    """Yield what does not hold of the sorted bounds and the pairs."""
+    """Yields what does not hold of the sorted bounds and the pairs."""
     half = len(s.order) >> 1
     order = np.stack([each[each != END] for each in s.order.reshape(2, -1)]).astype(np.int64)
     due, place = s.bounds.reshape(-1, 2, 2, 2).transpose(1, 2, 0, 3).reshape(2, 2, -1)
@@ -258,7 +254,7 @@ def audit(k: Kernel, s: State) -> Iterator[str]:
 
 
 def draw(k: Kernel, s: State) -> Iterator[Item]:
-    """Draw the boxes, the pairs of those that overlap, and which two bounds pass next."""
+    """Draws the boxes, the pairs of those that overlap, and which two bounds pass next."""
     order = np.stack([each[each != END] for each in s.order.reshape(2, -1)]).astype(np.int64)
     due = s.bounds.reshape(-1, 2, 2, 2)[:, 0].swapaxes(0, 1).reshape(2, -1)
     return draw_boxes(k, order >> 3 << 1 | order & 1, due)
@@ -268,7 +264,7 @@ class SweepAndPruneMatrix:
     """Sweep-and-prune on both axes: bounding boxes."""
 
     def prepare(self, scene: Scene) -> BroadPhaseParts:
-        """Return the parts; any scene will do."""
+        """Returns the parts; any scene will do."""
         n = scene.capacity
         state = State(
             order=np.full(4 * n + 4, END, dtype=np.int32),

@@ -11,7 +11,7 @@ follows at the same tick.
 from __future__ import annotations
 
 from kinetile.errors import Refused
-from kinetile.kernel.certificates import reaches
+from kinetile.kernel.certificates.wall import reaches
 from kinetile.scene import Scene
 from kinetile.toolbox import (
     BOTTOM,
@@ -24,8 +24,6 @@ from kinetile.toolbox import (
     WallParts,
     hook,
 )
-
-__all__ = ["Wall"]
 
 
 @hook
@@ -88,7 +86,7 @@ class Wall:
     """Elastic contact of a disc with the walls of a rectangular arena."""
 
     def prepare(self, scene: Scene) -> WallParts:
-        """Return the parts; refuse a scene without an arena."""
+        """Returns the parts; refuses a scene without an arena."""
         if scene.arena is None:
             raise Refused(
                 "wall needs an arena, and this scene has none: give the scene an arena or leave wall out"

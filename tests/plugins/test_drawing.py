@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 import kinetile as kt
 from kinetile.kernel.clock import TICKS
 from kinetile.plugin.drawing import At, Box, Link, Segment
-from kinetile.show.picture import take_picture
-from kinetile.show.picture.moment import corners_of
+from kinetile.show.picture import corners_of, take_picture
 
 PHASES = ("naive", "sap-1d", "sap-1d:y", "sap-2d", "sweep-tiling", "cells")
 WITH_PAIRS = ("naive", "sap-2d", "sweep-tiling", "cells")

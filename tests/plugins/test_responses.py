@@ -14,7 +14,7 @@ import kinetile as kt
 from kinetile.errors import BadOption, KinetileError, Refused, ZenoError
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.toolbox import ResponseParts, hook
-from kinetile_conformance.strategies.ruled import ABSENT, SAME_LOOP, ruled_scenes, solid_scenes
+from kinetile_conformance.strategies.commands import ABSENT, SAME_LOOP, ruled_scenes, solid_scenes
 
 PASSING = ("naive", "cells", "sap-1d", "sap-2d")
 PHASES = (*PASSING, "sweep-tiling")
@@ -71,7 +71,7 @@ def test_all_phases_agree_where_nobody_passes(scene):
         assert answer(scene, phase, audit=1)[0] == expected
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.compiled
 @settings(max_examples=2000, deadline=None)
 @given(scene=ruled_scenes())
@@ -144,7 +144,7 @@ def test_a_bullet_through_a_thin_sensor_is_never_missed():
     assert hits > count // 2
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.compiled
 def test_a_hundred_thousand_bullets():
     hits = 0

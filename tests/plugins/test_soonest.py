@@ -18,7 +18,7 @@ from kinetile.errors import KinetileError
 from kinetile.kernel.clock import SPAN
 from kinetile.kernel.flight import note_place
 from kinetile.kernel.tables import NEVER, NOBODY, Kernel
-from kinetile.run.engine import Engine
+from kinetile.run.engine.engine import Engine
 from kinetile_plugins.disc import meet, soonest
 
 CLOSE = 2.0**-30

@@ -13,8 +13,8 @@ than the widest body by more than all rounding (docs/cells.md has the proof).
 
 One grid of cells as wide as the widest body is bad where small bodies crowd around a few large ones. Then
 there are levels, as in the hierarchical grids of computer graphics: the cells of a level are a power of two
-times as wide as those of the level below. ``hierarchy.py`` says who is near whom then, ``layout.py`` how
-widths are chosen.
+times as wide as those of the level below. ``hierarchy.py`` says who is near whom then,
+``layout.py`` how widths are chosen.
 
 What it costs: certificates n, one a body; a failure, O(1); candidates, those in nine cells. That is O(1) for
 bodies of one size spread evenly, and at worst all of them: many in one cell, be it that they come together
@@ -30,11 +30,8 @@ from kinetile.errors import BadOption, Refused
 from kinetile.scene import Scene
 from kinetile.toolbox import BroadPhaseParts
 from kinetile_plugins.cells import hierarchy, uniform
-from kinetile_plugins.cells.audit import audit
-from kinetile_plugins.cells.drawing import draw
+from kinetile_plugins.cells.audit import audit, draw
 from kinetile_plugins.cells.layout import arrange, empty, narrowest, sides_for
-
-__all__ = ["Cells"]
 
 
 class Cells:
@@ -52,7 +49,7 @@ class Cells:
         self.side = None if side is None else float(side)
 
     def prepare(self, scene: Scene) -> BroadPhaseParts:
-        """Return the parts; refuse a side that is narrower than the smallest body."""
+        """Returns the parts; refuses a side that is narrower than the smallest body."""
         if self.side is not None and len(scene) and self.side < (least := narrowest(scene)):
             raise Refused(
                 f"cells of side {self.side!r} are narrower than the smallest body of this scene: the side "

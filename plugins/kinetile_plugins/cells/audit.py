@@ -1,4 +1,4 @@
-"""The audit of the cells: slow, and from scratch.
+"""Audit of the cells, slow and from scratch, and their drawing.
 
 Between two events every body is within its home, but for rounding and for one that is about to go over; the
 table has every body in the cell that its home says and nowhere else, block before list; every body is a guest
@@ -9,24 +9,23 @@ home in its level.
 
 from __future__ import annotations
 
+import math
+from collections import defaultdict
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.kernel.certificates import FAR
-from kinetile.toolbox import NEVER, Kernel, positions_now
-from kinetile_plugins.cells.layout import cells_of, least_side
-from kinetile_plugins.cells.table import BLOCK, FULL, LISTED, State
-
-__all__ = ["audit"]
+from kinetile.kernel.certificates.structural import FAR
+from kinetile.toolbox import NEVER, Box, Item, Kernel, pair_links, positions_now
+from kinetile_plugins.cells.layout import BLOCK, FULL, LISTED, State, cells_of, least_side
 
 Whole = npt.NDArray[np.intp]
 
 
 def audit(k: Kernel, s: State) -> Iterator[str]:
-    """Yield a sentence for everything that does not hold."""
+    """Yields a sentence for everything that does not hold."""
     there = np.flatnonzero(k.queue.number >= 0)
     homes = s.homes[there]
     level = homes.level
@@ -131,3 +130,38 @@ def _guests(s: State, at: int, there: Whole) -> Iterator[str]:
             before, number = number, int(s.guests[number].next)
     if len(seen) != len(wanted):
         yield f"level {at} has {len(seen)} guests, and {len(wanted)} bodies are at home in finer ones"
+
+
+def draw(k: Kernel, s: State) -> Iterator[Item]:
+    """Yields each cell in which somebody is at home or a guest, with the tick at which the first of those at
+    home leaves it, then the pairs.
+
+    A pair is two bodies of which the smaller, at home or as a guest, stands in the cell of the larger or in
+    one of the eight around it, on the table: where the plane is wound up that may be far away.
+    """
+    there = np.flatnonzero(k.queue.number >= 0).tolist()
+    own = k.queue.own.tolist()
+    homes = s.homes.view(np.ndarray).tolist()  # (x, y, column, row, next, way, level)
+    sides, columns, rows = (s.levels[name].tolist() for name in ("side", "columns", "rows"))
+    fails: dict[tuple[int, int, int], int] = {}
+    standing = defaultdict(list)
+    for body in there:
+        x, y, *_, level = homes[body]
+        for at in range(level, len(sides)):
+            part = sides[level] / sides[at]
+            across, up = math.floor(x * part), math.floor(y * part)
+            leaves = own[body] if at == level else NEVER
+            fails[at, across, up] = min(leaves, fails.get((at, across, up), NEVER))
+            standing[at, across % columns[at], up % rows[at]].append(body)
+    for (at, across, up), tick in sorted(fails.items()):
+        side = sides[at]
+        label = f"level {at}" if len(sides) > 1 else ""
+        yield Box("cell", (across * side, up * side), ((across + 1) * side, (up + 1) * side), tick, label)
+    pairs = set()
+    for body in there:
+        _, _, column, row, _, _, level = homes[body]
+        for across in (column - 1, column, column + 1):
+            for up in (row - 1, row, row + 1):
+                for other in standing.get((level, across % columns[level], up % rows[level]), ()):
+                    pairs.add((body, other) if body < other else (other, body))
+    yield from pair_links((a, b) for a, b in pairs if a != b)

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 
 from kinetile.toolbox import Kernel, hook
-from kinetile_plugins.cells.table import (
+from kinetile_plugins.cells.layout import (
     State,
     come_home,
     folded,
@@ -23,8 +23,6 @@ from kinetile_plugins.cells.table import (
     wrapped,
 )
 from kinetile_plugins.cells.uniform import watch
-
-__all__ = ["enter", "leave", "near", "repair"]
 
 
 @hook

@@ -1,25 +1,205 @@
-"""How wide the cells are, how many there are of them, and where the bodies stand when the structure is built.
+"""The table of cells: how wide they are, which bodies are in each, and how the hooks read and change it.
+
+The plane is cut into square cells, and the cells are laid on a torus of ``columns`` x ``rows`` places: column
+c of the plane is column c mod ``columns`` of the table. With an arena the table has a column and a row more
+than the arena, so that no two cells of the arena share a place and its opposite edges are no neighbours.
+Without one the plane is wound up on the torus, and cells a whole turn apart share a place. That brings pairs
+that are far apart, which costs time and nothing else: who is near whom is read off the table alone, the same
+from both sides.
+
+A place has a block of eight integers: the numbers of seven bodies, and how many of them count, so that one
+vector copies it (``append``). Whoever finds the block full stands in the list of the cell instead, which is
+threaded through the bodies: any number of bodies fits into a cell, and nothing has to be allocated. The
+eighth integer also says whether there is a list, so that one look at those of the cells that were copied
+tells whether there is any.
 
 The narrower the cells, the fewer bodies are near each other, and the more often one goes over into another
 cell. A cell cannot be narrower than the widest body at home in it (docs/cells.md has the exact bound and its
 proof). Where bodies are far apart it is best to have two or three in a cell: ``SPACING`` times the side at
-which there is one. That is measured, and the optimum is flat. By what a cell is wider than it must be, half
-of that, a body may be outside it and stay at home (``slack``): who wanders to and fro over an edge then does
-not go over each time.
+which there is one. That is measured, and the optimum is flat. A cell is wider than it must be by twice its
+``slack``: a body may be outside its cell by as much and stay at home, so a body that moves to and fro over an
+edge does not go over each time.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from kinetile.kernel.vectors import append
 from kinetile.scene import Scene
-from kinetile.toolbox import NOBODY, Kernel, Records, positions_now
-from kinetile_plugins.cells.table import BLOCK, FULL, GUEST, HOME, LEVEL, LISTED, State
+from kinetile.toolbox import NOBODY, Kernel, Records, hook, positions_now
 
-__all__ = ["arrange", "cells_of", "empty", "least_side", "narrowest", "sides_for"]
+BLOCK = 8
+FULL = BLOCK - 1
+"""Bodies in a block, and the place of their count; of its bits, those that count them."""
+
+LISTED = 8
+"""The bit of the count that says that the cell has a list."""
+
+HOME = np.dtype(
+    [
+        ("x", "f8"),  # the body's cell in the plane: a whole number
+        ("y", "f8"),
+        ("column", "i4"),  # and in the table
+        ("row", "i4"),
+        ("next", "i4"),  # the next body in the list of a cell that is full
+        ("way", "i2"),  # the edge of its cell that it reaches next: 0 left, 1 right, 2 lower, 3 upper
+        ("level", "i2"),  # of which level its cell is
+    ]
+)
+LEVEL = np.dtype(
+    [
+        ("side", "f8"),  # of a cell, a length
+        ("slack", "f8"),  # how far a body may be outside its cell, a length
+        ("widest", "f8"),  # the greatest radius of a body at home in it, now or later
+        ("columns", "i8"),
+        ("rows", "i8"),
+        ("first", "i8"),  # the number of its first cell
+    ]
+)
+GUEST = np.dtype([("column", "i4"), ("row", "i4"), ("next", "i4"), ("prev", "i4")])
+"""Where a body stands in a coarser level, and its neighbours in the list of the cell's guests; before the
+first: -2 - cell."""
+
+
+class State(NamedTuple):
+    """The cells of all levels, and the homes of the bodies."""
+
+    blocks: Records  # (8 cells,) seven bodies and how many of them there are
+    lists: Records  # (cells,) the first of those who found the block full, or NOBODY
+    homes: Records  # (n,)
+    levels: Records  # (levels,) from the finest to the coarsest
+    guests: Records  # (n (levels - 1),) for each body one for each level above the finest
+    hosts: Records  # (cells,) the first guest of a cell, or NOBODY; empty where there is one level
+
+
+@hook
+def wrapped(place: int, size: int) -> int:
+    """Return a column or a row, at most one beyond the edge of the table, wound up."""
+    if place < 0:
+        return place + size
+    return place - size if place >= size else place
+
+
+@hook
+def move_in(s: State, body: int, level: int, column: int, row: int) -> None:
+    """Put a body into a cell. O(1)."""
+    cell = s.levels[level].first + row * s.levels[level].columns + column
+    at = cell * BLOCK
+    count = s.blocks[at + FULL]
+    if count < FULL:
+        s.blocks[at + count] = body
+        s.blocks[at + FULL] = count + 1
+    else:
+        s.homes[body].next = s.lists[cell]
+        s.lists[cell] = body
+        s.blocks[at + FULL] = FULL | LISTED
+
+
+@hook
+def folded(cell: float, size: int) -> float:
+    """Return the column or row of the table in which a column or row of the plane is."""
+    return cell - math.floor(cell / size) * size
+
+
+@hook
+def come_home(k: Kernel, s: State, body: int, level: int) -> None:
+    """Put a body that comes into the cell of a level in which it stands, by its rounded coordinates: a cell
+    is history, and its begins here."""
+    plan = k.bodies[body]
+    home = s.homes[body]
+    grid = s.levels[level]
+    home.x = math.floor(plan.x / grid.side)
+    home.y = math.floor(plan.y / grid.side)
+    home.column = int(folded(home.x, grid.columns))
+    home.row = int(folded(home.y, grid.rows))
+    home.level = level
+    home.next = NOBODY
+    move_in(s, body, level, home.column, home.row)
+
+
+@hook
+def move_out(s: State, body: int, level: int, column: int, row: int) -> None:
+    """Take a body out of a cell; the first of the cell's list takes its place in the block."""
+    cell = s.levels[level].first + row * s.levels[level].columns + column
+    at = cell * BLOCK
+    last = at + (s.blocks[at + FULL] & FULL) - 1
+    place = at
+    while place <= last and s.blocks[place] != body:
+        place += 1
+    listed = s.lists[cell]
+    if listed < 0:
+        s.blocks[place] = s.blocks[last]
+        s.blocks[at + FULL] = last - at
+        return
+    if place <= last:
+        s.blocks[place] = listed
+        s.lists[cell] = s.homes[listed].next
+    elif listed == body:
+        s.lists[cell] = s.homes[body].next
+    else:
+        while s.homes[listed].next != body:
+            listed = s.homes[listed].next
+        s.homes[listed].next = s.homes[body].next
+    if s.lists[cell] < 0:
+        s.blocks[at + FULL] = FULL
+
+
+@hook
+def _append_list(k: Kernel, s: State, cell: int, count: int) -> int:
+    """Write the bodies in the list of a cell behind ``k.near[:count]``; return the new count."""
+    body = s.lists[cell]
+    while body >= 0:
+        k.near[count] = body
+        count += 1
+        body = s.homes[body].next
+    return count
+
+
+@hook
+def _append_three(k: Kernel, s: State, one: int, two: int, three: int, count: int) -> int:
+    """Write the bodies of three cells behind ``k.near[:count]``; return the new count."""
+    first = append(s.blocks, one * BLOCK, k.near, count)
+    count += first & FULL
+    second = append(s.blocks, two * BLOCK, k.near, count)
+    count += second & FULL
+    third = append(s.blocks, three * BLOCK, k.near, count)
+    count += third & FULL
+    if (first | second | third) & LISTED != 0:
+        count = _append_list(k, s, one, count)
+        count = _append_list(k, s, two, count)
+        count = _append_list(k, s, three, count)
+    return count
+
+
+@hook
+def list_around(k: Kernel, s: State, level: int, column: int, row: int, count: int) -> int:
+    """Write the bodies at home in a cell and in the eight around it behind ``k.near[:count]``; return the new
+    count."""
+    grid = s.levels[level]
+    left = wrapped(column - 1, grid.columns)
+    right = wrapped(column + 1, grid.columns)
+    for step in range(-1, 2):
+        base = grid.first + wrapped(row + step, grid.rows) * grid.columns
+        count = _append_three(k, s, base + left, base + column, base + right, count)
+    return count
+
+
+@hook
+def list_ahead(
+    k: Kernel, s: State, level: int, column: int, row: int, right: int, up: int, count: int
+) -> int:
+    """Write the bodies at home in the three cells on one side of a cell behind ``k.near[:count]``; return the
+    new count. The side is (right, up): (-1, 0), (1, 0), (0, -1) or (0, 1)."""
+    grid = s.levels[level]
+    middle = wrapped(row + up, grid.rows) * grid.columns + wrapped(column + right, grid.columns)
+    low = wrapped(row + up - right, grid.rows) * grid.columns + wrapped(column + right - up, grid.columns)
+    high = wrapped(row + up + right, grid.rows) * grid.columns + wrapped(column + right + up, grid.columns)
+    return _append_three(k, s, grid.first + low, grid.first + middle, grid.first + high, count)
+
 
 SPACING = 1.25, 1.65
 """The side of cells that no body forces to be wider, where 1 is one body a cell: in crowds; for points."""
@@ -38,22 +218,22 @@ MOST = 8
 
 
 def least_side(radius: Any, skin: float) -> Any:
-    """Return the least side of cells in which a body of a radius may be at home; arrays will do."""
+    """Returns the least side of cells in which a body of a radius may be at home; arrays will do."""
     return 2.0 * (radius + 2.0 * skin)
 
 
 def _widths(scene: Scene) -> Any:
-    """Return how wide the cells of a body have to be, with some room for the skin."""
+    """Returns how wide the cells of a body have to be, with some room for the skin."""
     return least_side(scene.radius, 0.0) * ROOM
 
 
 def narrowest(scene: Scene) -> float:
-    """Return the least side of cells that suits any body of a scene."""
+    """Returns the least side of cells that suits any body of a scene."""
     return float(_widths(scene).min())
 
 
 def _extent(scene: Scene) -> tuple[float, float]:
-    """Return width and height of where bodies are: of the arena, or of the middle half of them, twice."""
+    """Returns width and height of where bodies are: of the arena, or of the middle half of them, twice."""
     if scene.arena is not None:
         return scene.arena
     lower, upper = np.quantile(scene.position, [0.25, 0.75], axis=0)
@@ -62,7 +242,7 @@ def _extent(scene: Scene) -> tuple[float, float]:
 
 
 def _spaced(extent: tuple[float, float], bodies: int, widest: float) -> float:
-    """Return the side of cells that are as many as ``SPACING`` says, in a thin arena too."""
+    """Returns the side of cells that are as many as ``SPACING`` says, in a thin arena too."""
     width, height = extent
     square = math.sqrt(width / bodies) * math.sqrt(height)
     one = max(square, width / bodies, height / bodies)
@@ -71,7 +251,7 @@ def _spaced(extent: tuple[float, float], bodies: int, widest: float) -> float:
 
 
 def sides_for(scene: Scene, side: float | None) -> list[float]:
-    """Return the sides of the levels' cells, from the finest to the coarsest, each a power of two times the
+    """Returns the sides of the levels' cells, from the finest to the coarsest, each a power of two times the
     first; a scene without bodies has one level.
 
     With a ``side`` it is that of the finest level, and a body that is wider is at home in the first level
@@ -100,7 +280,7 @@ def sides_for(scene: Scene, side: float | None) -> list[float]:
 
 
 def _size(scene: Scene, side: float) -> tuple[int, int]:
-    """Return columns and rows of the table of a level: three at least, so that nine cells are nine.
+    """Returns columns and rows of the table of a level: three at least, so that nine cells are nine.
 
     Where the plane is wound up both are odd, so that bodies on a lattice hardly ever fall on each other.
     """
@@ -114,7 +294,7 @@ def _size(scene: Scene, side: float) -> tuple[int, int]:
 
 
 def empty(scene: Scene, sides: list[float]) -> State:
-    """Return the state for a scene and the sides of its levels; ``arrange`` fills it."""
+    """Returns the state for a scene and the sides of its levels; ``arrange`` fills it."""
     n, coarser = scene.capacity, len(sides) - 1
     levels = np.zeros(len(sides), LEVEL).view(np.recarray)
     cells = 0
@@ -137,7 +317,7 @@ def empty(scene: Scene, sides: list[float]) -> State:
 
 
 def _aligned(dtype: np.dtype[Any], length: int) -> Records:
-    """Return zeroed memory that begins on a cache line, which no block or record then straddles."""
+    """Returns zeroed memory that begins on a cache line, which no block or record then straddles."""
     raw = np.zeros(length * dtype.itemsize + 64, np.uint8)
     at = -raw.ctypes.data % 64
     found = raw[at : at + length * dtype.itemsize].view(dtype)
@@ -145,7 +325,7 @@ def _aligned(dtype: np.dtype[Any], length: int) -> Records:
 
 
 def arrange(k: Kernel, s: State) -> None:
-    """Put every body into its cells as it stands now; the cells become wider where the skin asks for it.
+    """Puts every body into its cells as it stands now; the cells become wider where the skin asks for it.
 
     How wide they must be is not asked of those who are here: a wider one may be about to come.
     """
@@ -172,14 +352,14 @@ def arrange(k: Kernel, s: State) -> None:
 
 
 def cells_of(s: State, body: Any, right: int = 0, up: int = 0) -> Any:
-    """Return the numbers of the cells in which bodies are at home, or of cells to the right and above."""
+    """Returns the numbers of the cells in which bodies are at home, or of cells to the right and above."""
     home = s.homes[body]
     grid = s.levels[home.level]
     return grid.first + (home.row + up) % grid.rows * grid.columns + (home.column + right) % grid.columns
 
 
 def _invite(s: State, at: int, homes: Records) -> None:
-    """Make guests in a level of all who have homes in finer ones."""
+    """Makes guests in a level of all who have homes in finer ones."""
     guest, grid = s.guests, s.levels[at]
     (smaller,) = np.nonzero(homes.level < at)
     number = smaller * (len(s.levels) - 1) + at - 1
@@ -198,7 +378,7 @@ def _invite(s: State, at: int, homes: Records) -> None:
 
 
 def _queued(cell: Any) -> tuple[Any, Any, Any]:
-    """Return who stands in cells, sorted by cell, who stands before each, and how many do so in its cell."""
+    """Returns who stands in cells, sorted by cell, who stands before each, and how many do so in its cell."""
     order = np.argsort(cell, kind="stable")
     sorted_cells, where = cell[order], np.arange(len(order))
     begins = np.append(True, sorted_cells[1:] != sorted_cells[:-1])[: len(order)]

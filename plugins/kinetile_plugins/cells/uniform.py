@@ -4,11 +4,17 @@ from __future__ import annotations
 
 import math
 
-from kinetile.kernel.certificates import FAR
+from kinetile.kernel.certificates.structural import FAR
 from kinetile.toolbox import NEVER, Kernel, Records, hook, larger, schedule, smaller
-from kinetile_plugins.cells.table import State, come_home, list_ahead, list_around, move_in, move_out, wrapped
-
-__all__ = ["build", "enter", "leave", "near", "repair", "watch"]
+from kinetile_plugins.cells.layout import (
+    State,
+    come_home,
+    list_ahead,
+    list_around,
+    move_in,
+    move_out,
+    wrapped,
+)
 
 
 @hook

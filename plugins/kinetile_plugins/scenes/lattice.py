@@ -21,12 +21,9 @@ import math
 import numpy as np
 
 from kinetile import Scene, Turn
+from kinetile.scene.bodies import distance, overlapping_pairs
 from kinetile.scene.checks import TOLERANCE
-from kinetile.scene.overlaps import distance, overlapping_pairs
-from kinetile_plugins.scenes._draws import Draws, Floats
-from kinetile_plugins.scenes._terms import demand, demand_number, draws
-
-__all__ = ["lattice"]
+from kinetile_plugins.scenes.numerics import Draws, Floats, demand, demand_number, draws
 
 _LAST_TURN = 64  # in sixteenths of a time unit
 
@@ -80,7 +77,7 @@ def lattice(
 
 
 def _shape(bodies: int, random: Draws) -> tuple[int, int]:
-    """Return the columns and rows of a lattice with room for the bodies and some to spare; never a square."""
+    """Returns the columns and rows of a lattice with room for more than these bodies; never a square."""
     sites = bodies * (1.2 + (2.5 - 1.2) * float(random.uniform()))
     columns = max(2, round(math.sqrt(sites) * (0.7 + (1.4 - 0.7) * float(random.uniform()))))
     rows = math.ceil(sites / columns)
@@ -90,7 +87,7 @@ def _shape(bodies: int, random: Draws) -> tuple[int, int]:
 def _sizes(
     bodies: int, exact: bool, cell: float, for_lattice: Draws, for_bodies: Draws
 ) -> tuple[Floats, Floats]:
-    """Return radii, at most half a cell, and masses: in most of the dyadic scenes all alike."""
+    """Returns radii, at most half a cell, and masses: in most of the dyadic scenes all alike."""
     radii = cell * np.array([1.0, 2.0, 3.0, 4.0] if exact else [0.4, 1.1, 2.3, 3.3, 4.0]) / 8.0
     masses = np.array([1.0, 2.0, 4.0] if exact else [0.3, 1.0, 2.5, 7.0])
     radius = radii[for_bodies.below(len(radii), bodies)]
@@ -103,7 +100,7 @@ def _sizes(
 
 
 def _move_into_contact(position: Floats, radius: Floats, axis: int, share: float, random: Draws) -> None:
-    """Move a share of the discs along ``axis`` until they touch the one before them, or the wall."""
+    """Moves a share of the discs along ``axis`` until they touch the one before them, or the wall."""
     moved = random.uniform(len(radius)) < share
     order = np.lexsort((position[:, axis], position[:, 1 - axis]))
     line, end = math.nan, 0.0
@@ -116,7 +113,7 @@ def _move_into_contact(position: Floats, radius: Floats, axis: int, share: float
 
 
 def _without_overlap(position: Floats, radius: Floats, arena: tuple[float, float]) -> Floats:
-    """Return radii no larger than these, with which no discs overlap each other or a wall.
+    """Returns radii no larger than these, with which no discs overlap each other or a wall.
 
     Discs that overlap by no more than a scene allows stay as they are.
     """

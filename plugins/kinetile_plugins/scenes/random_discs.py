@@ -1,4 +1,5 @@
-"""Discs of random sizes at random places: the generic scene.
+"""Discs of random sizes at random places, the generic scene; equal discs on a grid, the thesis's benchmark.
+
 
 Radii are drawn evenly on a logarithmic scale and then scaled together to the density that is asked for.
 Discs are placed one after the other, the largest first, each at the first random point that has room for
@@ -20,11 +21,16 @@ import numpy as np
 from kinetile import Scene
 from kinetile.errors import BadOption
 from kinetile.scene.checks import HEAVIEST
-from kinetile_plugins.scenes._draws import Draws, Floats
-from kinetile_plugins.scenes._functions import powers
-from kinetile_plugins.scenes._terms import demand, demand_number, demand_size, draws, in_random_directions
-
-__all__ = ["random_discs"]
+from kinetile_plugins.scenes.numerics import (
+    Draws,
+    Floats,
+    demand,
+    demand_number,
+    demand_size,
+    draws,
+    in_random_directions,
+    powers,
+)
 
 _Levels: TypeAlias = list[tuple[float, dict[tuple[int, int], list[tuple[float, float, float]]]]]
 """For each size of disc, the cells' width and what lies in them: places and radii."""
@@ -65,7 +71,7 @@ def random_discs(
 
 
 def _places(radius: Floats, density: float, equal: bool, random: Draws) -> Floats:
-    """Return (n, 2) places where no two discs overlap; raise BadOption if none are found."""
+    """Returns (n, 2) places where no two discs overlap; raises BadOption if none are found."""
     order = np.argsort(-radius, kind="stable")
     tries = _TRIES + _TRIES_PER_BODY * len(radius)
     most = 0
@@ -87,7 +93,7 @@ def _places(radius: Floats, density: float, equal: bool, random: Draws) -> Float
 
 
 def _at_random(radius: list[float], tries: int, random: Draws) -> Iterator[tuple[float, float]]:
-    """Yield places for discs in descending order of radius, until all have one or the tries run out.
+    """Yields places for discs in descending order of radius, until all have one or the tries run out.
 
     Placed discs are kept by size, a power of two each, in cells of that width: a disc that is not larger than
     they are can overlap only those in the nine cells around it.
@@ -117,7 +123,7 @@ def _at_random(radius: list[float], tries: int, random: Draws) -> Iterator[tuple
 
 
 def _power_of_two_above(length: float) -> float:
-    """Return the least power of two that is not below a length."""
+    """Returns the least power of two that is not below a length."""
     part, exponent = math.frexp(length)
     return math.ldexp(1.0, exponent if part > 0.5 else exponent - 1)
 
@@ -135,7 +141,7 @@ def _has_room(x: float, y: float, r: float, levels: _Levels) -> bool:
 
 
 def _lattice(bodies: int) -> tuple[Floats, float]:
-    """Return the sites of the roomiest lattice for so many bodies, and the widest diameter that fits."""
+    """Returns the sites of the roomiest lattice for so many bodies, and the widest diameter that fits."""
     rows = np.arange(1, bodies + 1)
     columns = -(-bodies // rows)
     height = 1.0 + (rows - 1) * math.sqrt(0.75)
@@ -149,3 +155,27 @@ def _lattice(bodies: int) -> tuple[Floats, float]:
     x = (column + 0.5 + 0.5 * (row % 2)) / (across + 0.5)
     y = (row * math.sqrt(0.75) + 0.5) / height[best]
     return np.stack([x, y], axis=1), float(hexagonal[best])
+
+
+def grid(*, bodies: int = 400, density: float = 0.5, seed: int = 1, speed: float = 1.0) -> Scene:
+    """The thesis's benchmark: one disc in the middle of each square of a grid, moving in a random direction.
+
+    ``bodies`` is a square number; ``density`` is the part of the unit square that the discs cover, below
+    pi / 4, where they would touch; ``speed`` is in sides of the square per unit of time.
+    """
+    side = math.isqrt(max(bodies, 0))
+    near = " or ".join(str(each * each) for each in (side, side + 1) if each)
+    square = bodies >= 1 and side * side == bodies
+    demand(square, f"bodies is {bodies}; a grid needs a square number of bodies, such as {near}")
+    demand_number("bodies", bodies)
+    sparse = 0.0 < density < math.pi / 4
+    demand(
+        sparse, f"density is {density}; it is above 0, and below pi / 4 = 0.785, where the discs would touch"
+    )
+    radius = math.sqrt(density / (bodies * math.pi))
+    demand_size(density, radius)
+    (random,) = draws(seed, 1)
+    velocity = in_random_directions(speed, bodies, random)
+    cell = np.arange(bodies)
+    position = (np.stack([cell % side, cell // side], axis=1) + 0.5) / side
+    return Scene(position, velocity, radius, arena=(1.0, 1.0))

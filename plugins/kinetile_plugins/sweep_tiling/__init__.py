@@ -12,28 +12,49 @@ Two bodies that touch have been in sight of each other before, so their pair is 
 has the proof, and what the thesis's text has wrong). It holds only while bodies do not pass through each
 other: then what was hidden could come out unseen.
 
-Rooms: ``web`` what is stored; ``construction`` the first tiling, by a sweep line; ``events`` what happens
-    when a tile collapses; ``surgery`` how a body comes and goes; ``upkeep`` and ``watch`` the certificates;
-    ``audit`` every invariant, slowly; ``drawing`` what there is to see. This file has the hooks that the
-    kernel calls.
+Files: ``web`` what is stored; ``construction`` the first tiling, by a sweep line; ``events`` what happens
+when a tile collapses, a body comes or goes; ``certificates`` when tiles fail; ``audit`` every invariant,
+slowly. This file has the hooks that the kernel calls, and the drawing.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
+import numpy as np
+
 from kinetile.errors import Refused
 from kinetile.scene import Scene
-from kinetile.toolbox import BroadPhaseParts, Kernel, hook, offer
+from kinetile.toolbox import (
+    At,
+    Box,
+    BroadPhaseParts,
+    Coordinate,
+    Item,
+    Kernel,
+    Segment,
+    hook,
+    offer,
+    pair_links,
+)
 
-from .audit import audit
+from .audit import audit, tiles_of
+from .certificates import first_to_fail, watch_around, watch_tiles
 from .construction import arrange, construct
-from .drawing import draw
-from .events import collapse, flip
-from .surgery import enter, leave
-from .upkeep import first_to_fail, watch_around, watch_tiles
-from .walk import near
-from .web import State, body_of, bound_of, empty, fails_by_order, side_of
-
-__all__ = ["SweepTiling"]
+from .events import collapse, enter, flip, leave
+from .web import (
+    ENDS,
+    FLIPS,
+    LOWER,
+    UPPER,
+    State,
+    body_of,
+    bound_of,
+    empty,
+    fails_by_order,
+    near,
+    side_of,
+)
 
 
 @hook
@@ -77,7 +98,7 @@ class SweepTiling:
     """Sweep-tiling: the free space in tiles, candidate pairs of bodies that see each other."""
 
     def prepare(self, scene: Scene) -> BroadPhaseParts:
-        """Return the parts; refuse a scene without an arena.
+        """Returns the parts; refuses a scene without an arena.
 
         Beside a contact of two bodies a third's bound is at least .41 r^2 / R away, for radii from r to R; a
         skin of at most an eighth of r^2 / R cannot hide the contact from sight (docs/sweep-tiling.md).
@@ -106,3 +127,52 @@ class SweepTiling:
             skin_limit=float(radius.min() / (8.0 * radius.max()) * radius.min()) if n else None,
             room=3 * scene.capacity + 1,
         )
+
+
+# To the tiling a disc is the line from its leftmost to its rightmost point. A bound goes up and down from
+# there to the lines of the bodies that it meets, and a tile is a rectangle between two bounds and two such
+# lines. With the discs drawn over them, tiles seem to end at the discs. So tiles hang on bodies, at most
+# four each, and move with them between events; they cover the arena, and no two of them overlap (thesis,
+# figures 12 and 13).
+
+
+def draw(k: Kernel, s: State) -> Iterator[Item]:
+    """Yields tiles, each with the tick at which it fails, bounds, and the pairs of those that have a tile
+    between them."""
+    n = len(s.level)
+    bodies = np.flatnonzero(k.queue.number >= 0).tolist()
+    there, pairs = {*bodies, n}, set()
+    due, flips = s.due.tolist(), s.web[FLIPS:].tolist()
+    across, height = _across(k, n), _height(k, n)
+    for p, q, top, bottom in zip(*(column.tolist() for column in tiles_of(s)), strict=True):
+        owner = p >> 4
+        if owner not in there:
+            continue
+        if top < n and bottom < n:
+            pairs.add((top, bottom) if top < bottom else (bottom, top))
+        yield Box(
+            "tile",
+            (across[p >> 3], height[bottom]),
+            (across[q >> 3], height[top]),
+            due[4 * owner + (p & 3)],
+            "corner" if owner < n and flips[p] else "",
+        )
+    for body in bodies:
+        for bound in (16 * body, 16 * body + 8):
+            x = across[bound >> 3]
+            low, high = (height[int(s.web[bound + ENDS + side])] for side in (LOWER, UPPER))
+            yield Segment("bound", (x, low), (x, high), label="R" if bound & 8 else "L")
+    yield from pair_links(pairs)
+
+
+def _across(k: Kernel, n: int) -> list[Coordinate]:
+    """Returns where bounds are on the x axis, two a body, L before R; the edges are bounds of body n."""
+    found: list[Coordinate] = []
+    for body, reach in enumerate(k.bodies.reach[:n].tolist()):
+        found += [At(body, -reach), At(body, reach)]
+    return [*found, float(k.clock[0].width), 0.0]
+
+
+def _height(k: Kernel, n: int) -> list[Coordinate]:
+    """Returns the heights of the bodies, of TOP and of BOTTOM."""
+    return [*map(At, range(n)), float(k.clock[0].height), 0.0]

@@ -1,4 +1,4 @@
-"""Every invariant of the web, checked slowly, between two events.
+"""Audit of the web: every invariant, checked slowly, between two events.
 
 Structure is checked exactly: links, ends, walks, pairs, certificates, and that a sweep over the bounds, in an
 order that the links themselves allow, comes upon the same tiling again. Geometry is checked up to the skin,
@@ -17,11 +17,7 @@ import numpy.typing as npt
 
 from kinetile.toolbox import NEVER, Kernel, falls_many, positions_now
 
-from .closed_up import closed_up
-from .walk import near
-from .web import ENDS, FLIPS, LOWER, OUTER, UPPER, State
-
-__all__ = ["Tiles", "around", "audit", "tiles_of"]
+from .web import ENDS, FLIPS, LOWER, OUTER, UPPER, State, near
 
 Integers = npt.NDArray[np.int64]
 Floats = npt.NDArray[np.float64]
@@ -30,7 +26,7 @@ CELLS = 1 << 20
 """Bodies and tiles times vertical lines, compared at a time: bounds the memory of an audit."""
 
 
-class Tiles(NamedTuple):
+class AllTiles(NamedTuple):
     """All 3n + 1 tiles, in the order of their left ports."""
 
     left: Integers  # left ports
@@ -39,13 +35,13 @@ class Tiles(NamedTuple):
     bottom: Integers
 
     def name(self, tile: Any) -> str:
-        """Return a tile in words."""
+        """Returns a tile in words."""
         n = (len(self.left) - 1) // 3
         return f"the tile {_port(int(self.left[tile]), n)} - {_port(int(self.right[tile]), n)}"
 
 
 def _port(p: int, n: int) -> str:
-    """Return a port in words."""
+    """Returns a port in words."""
     if not 0 <= p < 16 * (n + 1) or p & 7 > LOWER:
         return f"place {p}, which is no port"
     side = "R" if p >> 3 & 1 else "L"
@@ -55,24 +51,24 @@ def _port(p: int, n: int) -> str:
 
 
 def _ends(web: Integers, ports: Integers) -> tuple[Integers, Integers]:
-    """Return the bodies above and below the tiles at some ports, as these ports' bounds know them."""
+    """Returns the bodies above and below the tiles at some ports, as these ports' bounds know them."""
     bound, port, body = ports & ~7, ports & 7, ports >> 4
     top = np.where(port == LOWER, body, web[bound + ENDS + UPPER])
     bottom = np.where(port == UPPER, body, web[bound + ENDS + LOWER])
     return top, bottom
 
 
-def tiles_of(s: State) -> Tiles:
-    """Return all tiles."""
+def tiles_of(s: State) -> AllTiles:
+    """Returns all tiles."""
     n = len(s.level)
     web = s.web.astype(np.int64)
     own = 16 * np.arange(n)[:, None] + np.array([UPPER, LOWER, 8 + OUTER])
     left = np.append(own.ravel(), 16 * n + 8 + OUTER)
-    return Tiles(left, web[left], *_ends(web, left))
+    return AllTiles(left, web[left], *_ends(web, left))
 
 
 def around(web: Sequence[int], body: int, side: int) -> Iterator[int]:
-    """Walk the tiles over a body (side UPPER), or under it (LOWER), from left to right; yield left ports."""
+    """Walks the tiles over a body (side UPPER), or under it (LOWER), from left to right; yield left ports."""
     p = 16 * body + side
     while True:
         yield p
@@ -84,7 +80,7 @@ def around(web: Sequence[int], body: int, side: int) -> Iterator[int]:
 
 
 def audit(k: Kernel, s: State) -> Iterator[str]:
-    """Yield a sentence for each invariant that does not hold."""
+    """Yields a sentence for each invariant that does not hold."""
     if int(k.clock[0].present) == len(s.level):
         yield from _audit(k, s)
         return
@@ -112,7 +108,7 @@ def _audit(k: Kernel, s: State) -> Iterator[str]:
     yield from _geometry(k, s, tiles)
 
 
-def _links(s: State, tiles: Tiles) -> Iterator[str]:
+def _links(s: State, tiles: AllTiles) -> Iterator[str]:
     """Each of the 3n + 1 tiles joins a left port and a right one, both ways; they agree about its ends."""
     n = len(s.level)
     web = s.web.astype(np.int64)
@@ -135,7 +131,7 @@ def _links(s: State, tiles: Tiles) -> Iterator[str]:
         yield f"there are not {3 * n + 1} tiles"
 
 
-def _pairs(k: Kernel, s: State, tiles: Tiles) -> Iterator[str]:
+def _pairs(k: Kernel, s: State, tiles: AllTiles) -> Iterator[str]:
     """The candidate pairs are the tops and bottoms of the tiles, told by both bodies, and few."""
     n = len(s.level)
     both = (tiles.top < n) & (tiles.bottom < n)
@@ -154,7 +150,7 @@ def _pairs(k: Kernel, s: State, tiles: Tiles) -> Iterator[str]:
         yield f"{seen - 1} pairs see each other, TOP and BOTTOM among them; there can be {3 * n - 1}"
 
 
-def _walks(s: State, tiles: Tiles) -> Iterator[str]:
+def _walks(s: State, tiles: AllTiles) -> Iterator[str]:
     """The walk around a body finds exactly the tiles that it bounds from below and from above."""
     n = len(s.level)
     web = s.web.tolist()
@@ -172,7 +168,7 @@ def _walks(s: State, tiles: Tiles) -> Iterator[str]:
                 yield f"the walk {where} body {body} does not find the {bounded[body]} tiles there"
 
 
-def _sweep(s: State, tiles: Tiles) -> Iterator[str]:
+def _sweep(s: State, tiles: AllTiles) -> Iterator[str]:
     """The links lead from left to right without a circle, and a sweep in their order makes the same tiling.
 
     A bound is swept when all tiles that end at it have begun, so no coordinate is asked. What the sweep line
@@ -226,7 +222,7 @@ def _sweep(s: State, tiles: Tiles) -> Iterator[str]:
         yield "the sweep does not end with one open tile at the right edge"
 
 
-def _certificates(k: Kernel, s: State, tiles: Tiles) -> Iterator[str]:
+def _certificates(k: Kernel, s: State, tiles: AllTiles) -> Iterator[str]:
     """Every tile is watched for the tick at which it fails by the plans of its bodies, and its owner is
     queued for its first."""
     n = len(s.level)
@@ -251,8 +247,8 @@ def _certificates(k: Kernel, s: State, tiles: Tiles) -> Iterator[str]:
         yield f"body {body} is queued for tick {queued[body]}, but its first tile fails at {first[body]}"
 
 
-def _failures(k: Kernel, s: State, tiles: Tiles) -> tuple[Integers, npt.NDArray[np.bool_]]:
-    """Return when each tile but the first fails by the plans as they are now, and whether by its vertical
+def _failures(k: Kernel, s: State, tiles: AllTiles) -> tuple[Integers, npt.NDArray[np.bool_]]:
+    """Returns when each tile but the first fails by the plans as they are now, and whether by its vertical
     order."""
     n, clock, bodies = len(s.level), k.clock[0], k.bodies
     p, q = tiles.left[:-1], tiles.right[:-1]
@@ -275,8 +271,8 @@ def _failures(k: Kernel, s: State, tiles: Tiles) -> tuple[Integers, npt.NDArray[
     return np.minimum(due, level), level < due
 
 
-def _geometry(k: Kernel, s: State, tiles: Tiles) -> Iterator[str]:
-    """Tiles lie where they say they lie, with nothing between top and bottom."""
+def _geometry(k: Kernel, s: State, tiles: AllTiles) -> Iterator[str]:
+    """AllTiles lie where they say they lie, with nothing between top and bottom."""
     n = len(s.level)
     if n == 0:
         return
@@ -311,7 +307,7 @@ def _geometry(k: Kernel, s: State, tiles: Tiles) -> Iterator[str]:
 
 
 def _lines(
-    tiles: Tiles, left: Floats, right: Floats, west: Floats, east: Floats, level: Floats, thin: float
+    tiles: AllTiles, left: Floats, right: Floats, west: Floats, east: Floats, level: Floats, thin: float
 ) -> Iterator[str]:
     """On every vertical line the tiles that it crosses are the gaps between the bodies that it crosses."""
     n = len(level)
@@ -336,3 +332,28 @@ def _lines(
         wanted = np.where(np.arange(n + 1) < rank[:, n, None], np.arange(n + 1), n + 1)
         for row in np.flatnonzero((gaps != wanted).any(axis=1)):
             yield f"at x = {line[row, 0]} a gap between two bodies has no tile, or two"
+
+
+def closed_up(k: Kernel, s: State, there: Any) -> tuple[Kernel, State]:
+    """Returns tables and web of the bodies in these slots alone, counted from 0: the rest of the audit need
+    not know of empty slots. A place that names an empty slot then names a body that does not exist, and
+    the audit finds it."""
+    n, m = len(s.level), len(there)
+    body = np.full(n + 2, m + 2, dtype=np.int64)
+    body[there] = np.arange(m)
+    body[n], body[n + 1] = m, m + 1
+    web = s.web.astype(np.int64).reshape(n + 1, 16)[np.append(there, n)]
+    ends = np.zeros(16, dtype=bool)
+    ends[[ENDS + UPPER, ENDS + LOWER, 8 + ENDS + UPPER, 8 + ENDS + LOWER]] = True
+    links = np.zeros(16, dtype=bool)
+    links[[0, 1, 2, 8, 9, 10]] = True
+    web[:, ends] = body[np.minimum(web[:, ends], n + 1)]
+    port = web[:, links]
+    web[:, links] = body[np.minimum(port >> 4, n + 1)] << 4 | port & 15
+    due = s.due.reshape(n + 1, 4)[np.append(there, n)]
+    bodies, queue, clock = k.bodies[there], k.queue[there], k.clock.copy()
+    clock[0].bodies = m
+    return (
+        k._replace(bodies=bodies, queue=queue, clock=clock, near=np.zeros_like(k.near)),
+        s._replace(web=web.ravel().astype(np.uint32), due=due.ravel(), level=np.zeros(m, dtype=np.int32)),
+    )

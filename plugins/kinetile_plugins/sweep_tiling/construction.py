@@ -19,11 +19,9 @@ from kinetile.toolbox import Kernel, hook, positions_now
 
 from .web import LOWER, OUTER, UPPER, State, body_of, bounds, left_bound, link, port, right_bound, set_end
 
-__all__ = ["arrange", "construct"]
-
 
 def arrange(k: Kernel, s: State) -> None:
-    """Sort bounds and bodies as they stand now, and will a moment later."""
+    """Sorts bounds and bodies as they stand now, and will a moment later."""
     bodies = k.bodies
     n = len(bodies)
     place = positions_now(k)

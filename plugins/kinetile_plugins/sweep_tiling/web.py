@@ -34,35 +34,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.toolbox import NEVER, Records, hook
-
-__all__ = [
-    "ENDS",
-    "FLIPS",
-    "LOWER",
-    "OUTER",
-    "UPPER",
-    "State",
-    "body_of",
-    "bound_of",
-    "bounds",
-    "due_of",
-    "empty",
-    "end",
-    "facing",
-    "fails_by_order",
-    "is_inner",
-    "is_right_bound",
-    "left_bound",
-    "link",
-    "opposite",
-    "own_tile",
-    "port",
-    "right_bound",
-    "set_due",
-    "set_end",
-    "side_of",
-]
+from kinetile.toolbox import NEVER, Kernel, Records, hook
 
 OUTER, UPPER, LOWER = 0, 1, 2
 """Ports of a bound, and sides of a body; also the numbers of the three tiles that a body owns: those at
@@ -89,7 +61,7 @@ class State(NamedTuple):
 
 
 def empty(bodies: int) -> State:
-    """Return a state for so many bodies, to be filled by the construction."""
+    """Returns a state for so many bodies, to be filled by the construction."""
     leaves = 1 << max(bodies - 1, 0).bit_length()
     return State(
         web=np.zeros(16 * (bodies + 1), dtype=np.uint32),
@@ -104,7 +76,7 @@ def empty(bodies: int) -> State:
 
 
 def bounds(bodies: int) -> npt.NDArray[np.int32]:
-    """Return L and R of each body, one body after the other."""
+    """Returns L and R of each body, one body after the other."""
     return np.arange(0, 16 * bodies, 8, dtype=np.int32)
 
 
@@ -210,3 +182,60 @@ def set_due(s: State, tile: int, tick: int, by_order: bool) -> None:
 def fails_by_order(s: State, tile: int) -> bool:
     """Whether a tile would fail by its vertical order."""
     return bool(s.web[tile + FLIPS])
+
+
+class Tile(NamedTuple):
+    """A tile, by the two ports that it links."""
+
+    left: int
+    right: int
+
+
+class Tiles(NamedTuple):
+    """The three new tiles of an event."""
+
+    first: Tile
+    second: Tile
+    third: Tile
+
+
+# The walk around a body goes over it and under it from left to right, tile by tile (thesis, section 5.1). It
+# finds the bodies in sight, those on the other side of these tiles. Nothing else says who is near whom.
+
+
+@hook
+def over(s: State, p: int, side: int) -> int:
+    """The body that a tile has on a side, its top or its bottom, as the bound of its left port knows it."""
+    return body_of(p) if side_of(p) == opposite(side) else end(s, bound_of(p), side)
+
+
+@hook
+def next_along(q: int, side: int) -> int:
+    """The left port of the next tile on a side of a body, after the one whose right port is ``q``.
+
+    An L bound that stands on the body is left by its other inner port, an R bound by its outer.
+    """
+    return bound_of(q) + (OUTER if is_right_bound(q) else opposite(side))
+
+
+@hook
+def near(k: Kernel, s: State, body: int) -> int:
+    """Name the bodies on the other side of the tiles over a body, then of those under it."""
+    n = len(s.level)
+    left = 3 * n + 1  # there are no more tiles: a web that is broken leads no further
+    count = 0
+    for side in (UPPER, LOWER):
+        p = own_tile(body, side)
+        last = n
+        while left > 0:
+            left -= 1
+            other = over(s, p, side)
+            if other != last and other < n:
+                k.near[count] = other
+                count += 1
+            last = other
+            q = facing(s, p)
+            if body_of(q) == body:
+                break
+            p = next_along(q, side)
+    return count

@@ -10,8 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kinetile_plugins.scenes._draws import Draws
-from kinetile_plugins.scenes._functions import cosine_and_sine, powers
+from kinetile_plugins.scenes.numerics import Draws, cosine_and_sine, powers
 
 flint = pytest.importorskip("flint")
 

@@ -10,8 +10,8 @@ import pytest
 
 from kinetile import Scene, SceneSpec, hookimpl, make_scene, registry
 from kinetile.errors import BadOption, PhaseError, UnknownName
-from kinetile.plugin.by_name import Parameter, parse_parameters, recipe_parameters
 from kinetile.plugin.registry import Registry
+from kinetile.scene.by_name import Parameter, parse_parameters, recipe_parameters
 
 NAMES = ("grid", "random", "lattice", "figure-10", "figure-11", "figure-16", "cradle", "break", "two-discs")
 
@@ -315,7 +315,7 @@ class Foreign:
 
 
 def test_recipes_of_others_are_held_to_their_signature(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("kinetile.plugin.by_name.registry", lambda: Registry([Foreign()]))
+    monkeypatch.setattr("kinetile.scene.by_name.registry", lambda: Registry([Foreign()]))
     assert recipe_parameters("needs")[1] == Parameter("flag", "bool", False)
     with pytest.raises(
         BadOption, match="parameter 'count': found nothing; expected a whole number; it has no default"

@@ -11,7 +11,7 @@ import kinetile as kt
 from kinetile.errors import AuditError
 from kinetile.kernel.tables import NEVER
 from kinetile.toolbox import schedule
-from kinetile_plugins.sweep_tiling.audit import Tiles, _pairs, _sweep, audit, tiles_of
+from kinetile_plugins.sweep_tiling.audit import AllTiles, _pairs, _sweep, audit, tiles_of
 from tilings import LOWER, OUTER, UPPER, Steps
 
 OTHER_SIDE = 5  # from a port UPPER or LOWER to the end that it looks at
@@ -137,11 +137,11 @@ def test_i12_pairs_are_few(steps):
     """No planar map has all ten pairs of five bodies; a list of tiles that says so is not believed."""
     top, bottom = np.triu_indices(5, 1)
     count = np.arange(len(top))
-    complaints = list(_pairs(steps.engine.k, steps.state, Tiles(count, count, top, bottom)))
+    complaints = list(_pairs(steps.engine.k, steps.state, AllTiles(count, count, top, bottom)))
     assert "10 pairs of bodies see each other; among 5 there can be 9" in complaints
     every = np.triu_indices(7, 1)
     count = np.arange(len(every[0]))
-    complaints = list(_pairs(steps.engine.k, steps.state, Tiles(count, count, *every)))
+    complaints = list(_pairs(steps.engine.k, steps.state, AllTiles(count, count, *every)))
     assert "20 pairs see each other, TOP and BOTTOM among them; there can be 14" in complaints
 
 

@@ -46,7 +46,7 @@ EVERY = 5
 """One mutant in five is run always, all of them with ``-m slow``: together they take minutes."""
 
 MARKED = [
-    pytest.param(name, marks=[] if at % EVERY == 0 else [pytest.mark.slow]) for at, name in enumerate(NAMES)
+    pytest.param(name, marks=[] if at % EVERY == 0 else [pytest.mark.long]) for at, name in enumerate(NAMES)
 ]
 
 
@@ -89,7 +89,7 @@ COUNTED = (
 
 
 @pytest.mark.compiled
-@pytest.mark.slow
+@pytest.mark.long
 def test_how_often_the_thesis_as_it_stands_goes_wrong(tmp_path):
     """The figures of docs/sweep-tiling.md: of 100 scenes of each kind, how many have other contacts than
     ``naive``, and on how many an audit fails that does not look at failure times."""

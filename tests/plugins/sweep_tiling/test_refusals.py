@@ -164,7 +164,7 @@ def test_up_to_the_limit_contacts_agree_and_far_beyond_they_would_not(monkeypatc
 
 
 @pytest.mark.compiled
-@pytest.mark.slow
+@pytest.mark.long
 def test_three_thousand_crevices(monkeypatch):
     take_the_limit_away(monkeypatch)
     for small in (1.2e-7, 3e-8, 1e-8):
