@@ -436,7 +436,7 @@ SWEEP_TILING_MUTANTS = [
     Mutant(
         "no corner rule",
         "sweep-tiling",
-        [instead("    if some(corner):", "    if False:", "watch")],
+        [instead("    if some(corner):", "    if False:", "certificates")],
         "a case forgotten, as in the thesis: two bodies that graze at a corner",
     ),
     Mutant(

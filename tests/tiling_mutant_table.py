@@ -136,7 +136,7 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("links are noted on one side only", (Change("web:link", "    s.web[q] = p\n", ""),)),
     Mutant(
         "no corner rule",
-        (Change("watch:failures", "by_order = level < tick", "by_order = none"),),
+        (Change("certificates:failures", "by_order = level < tick", "by_order = none"),),
     ),
     Mutant(
         "a flip relinks nothing",
@@ -174,7 +174,7 @@ MUTANTS: tuple[Mutant, ...] = (
     *(
         Mutant(
             f"an event forgets to watch its {which} tile",
-            (Change("upkeep:watch_tiles", NOTED.format(tile, lane, lane), ""),),
+            (Change("certificates:watch_tiles", NOTED.format(tile, lane, lane), ""),),
         )
         for which, tile, lane in (
             ("first", "one.left", 0),
@@ -185,7 +185,7 @@ MUTANTS: tuple[Mutant, ...] = (
     *(
         Mutant(
             f"a new plan forgets {port}",
-            (Change("upkeep:watch_around", NOTED.format(tile, lane, lane), ""),),
+            (Change("certificates:watch_around", NOTED.format(tile, lane, lane), ""),),
         )
         for port, tile, lane in (
             ("R.outer", "outer", 0),
@@ -199,14 +199,14 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant(
         "a new plan does not queue the owners of other tiles",
         tuple(
-            Change("upkeep:watch_around", f"settle(k, s, body_of({tile}))", "pass")
+            Change("certificates:watch_around", f"settle(k, s, body_of({tile}))", "pass")
             for tile in ("first", "second", "third")
         ),
     ),
     Mutant(
         "an event does not queue the owners",
         tuple(
-            Change("upkeep:watch_tiles", f"settle(k, s, body_of({tile}.left))", "pass")
+            Change("certificates:watch_tiles", f"settle(k, s, body_of({tile}.left))", "pass")
             for tile in ("one", "two", "three")
         ),
     ),
@@ -220,17 +220,17 @@ MUTANTS: tuple[Mutant, ...] = (
     ),
     Mutant(
         "the walk leaves out what is under a body",
-        (Change("walk:near", "for side in (UPPER, LOWER):", "for side in (UPPER,):"),),
+        (Change("web:near", "for side in (UPPER, LOWER):", "for side in (UPPER,):"),),
     ),
     Mutant(
         "the walk leaves out what stands on a body",
-        (Change("walk:next_along", "is_right_bound(q) else opposite(side)", "is_right_bound(q) else side"),),
+        (Change("web:next_along", "is_right_bound(q) else opposite(side)", "is_right_bound(q) else side"),),
     ),
     Mutant(
         "bounds without the skin",
         (
             Change(
-                "watch:sides",
+                "certificates:sides",
                 "    port = eight(",
                 "    reach = reach - spread(k.clock[0].skin)\n    port = eight(",
             ),

@@ -78,7 +78,7 @@ def load(mutant: Mutant) -> str:
         sys.meta_path.insert(0, Sources(package, mutant.changes))
         module = importlib.import_module(package)
         if mutant.falls is not None:
-            sys.modules[f"{package}.watch"].__dict__["falls_eight"] = mutant.falls
+            sys.modules[f"{package}.certificates"].__dict__["falls_eight"] = mutant.falls
         spec = BroadPhaseSpec(name=package, target=module.SweepTiling)
 
         class Plugin:

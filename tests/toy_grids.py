@@ -125,11 +125,3 @@ class ToyGrid:
             np.zeros(1, dtype=np.int64),
         )
         return BroadPhaseParts(near, state, build, repair, replan=watch, arrange=arrange)
-
-
-class Plugin:
-    """Brings it."""
-
-    @kt.hookimpl
-    def kinetile_broad_phases(self) -> list[kt.BroadPhaseSpec]:
-        return [kt.BroadPhaseSpec("toy-grid", ToyGrid)]

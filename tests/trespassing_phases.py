@@ -6,7 +6,6 @@ run interpreted.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
@@ -352,18 +351,3 @@ def kinetile_broad_phases() -> list[kt.BroadPhaseSpec]:
     return [
         kt.BroadPhaseSpec(name, f"trespassing_phases:{phase.__name__}") for name, phase in CLASSES.items()
     ]
-
-
-def main() -> None:
-    """Print what is seen of each phase, interpreted."""
-    import trespassing_phases
-    from kinetile_conformance.cases import Subject
-    from kinetile_conformance.watch.child import first_breach
-    from kinetile_conformance.watch.scenes import SMALL, titled
-
-    kt.registry().add(trespassing_phases)
-    print(json.dumps({name: first_breach(Subject(name, {}), titled(SMALL[:5])) for name in ALL}))
-
-
-if __name__ == "__main__":
-    main()

@@ -1,15 +1,16 @@
-"""Running one scene under several broad phases, and finding the first place where they differ.
+"""Where two runs differ: the one place that finds it: for checks, the player and the command.
 
-They must not: a broad phase may change how long a run takes, never its answer. Compared, bit for bit, are the
-contacts (time, epoch, tick, a, b) in their order, how and when the run ended, and where every body is then
-and where it flies.
+A broad phase may change how long a run takes, never its answer. So nothing is compared with a tolerance: rows
+are the same bits, or they differ, and -0.0 is not 0.0. ``first_difference`` finds the row; ``difference``
+says in a sentence where the outcome of a case differs from the reference's; ``compare`` runs one scene under
+several broad phases and keeps each divergence with its exact ticks.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,20 +18,84 @@ from numpy.typing import NDArray
 from kinetile.errors import AuditError, BadOption, MissedContactError, PhaseError, ZenoError
 from kinetile.kernel.log import WALLS
 from kinetile.plugin.choices import write_phase
-from kinetile_accuracy.answer.judgement import judged
-
-if TYPE_CHECKING:
-    from kinetile.run.simulation import Simulation
-    from kinetile.scene import Scene
-
-__all__ = ["Comparison", "Divergence", "Outcome", "compare", "describe_row"]
+from kinetile.run.simulation import Simulation
+from kinetile.scene import Scene
+from kinetile_accuracy.specification.certify import explain_difference
+from kinetile_conformance.cases import REFERENCE, RunOutcome, Tables
 
 Choice = str | tuple[str, Mapping[str, Any]]
 
 
+def first_difference(one: NDArray[Any], other: NDArray[Any]) -> int | None:
+    """Return the index of the first row in which two arrays are not the same bits; None: there is none.
+
+    Where one array goes on after the end of the other, that is its first further row.
+    """
+    shared = min(len(one), len(other))
+    unlike = np.flatnonzero((_bits(one[:shared]) != _bits(other[:shared])).any(axis=1))
+    if len(unlike):
+        return int(unlike[0])
+    return None if len(one) == len(other) else shared
+
+
+def _bits(rows: NDArray[Any]) -> NDArray[np.uint8]:
+    """Return rows as their bytes, (n, size)."""
+    size = rows.dtype.itemsize * (rows.shape[1] if rows.ndim == 2 else 1)
+    return np.ascontiguousarray(rows).view(np.uint8).reshape(len(rows), size)
+
+
+def difference(found: RunOutcome, expected: RunOutcome, name: str) -> str | None:
+    """Return where the outcome of phase ``name`` first differs from the expected one, in a sentence; None:
+    nowhere.
+
+    A run that ended otherwise is reported before contacts that are missing for that reason.
+    """
+    at = first_difference(found.contacts, expected.contacts)
+    both = min(len(found.contacts), len(expected.contacts))
+    if at is not None and at < both:
+        return f"contact {at} is {_contact(found, at)}, and should be {_contact(expected, at)}"
+    if found.ended.partition(":")[0] != expected.ended.partition(":")[0]:
+        return f"{name} ended with {found.ended}; {REFERENCE} {expected.ended}"
+    if at is not None and both == len(found.contacts):
+        return f"contact {at} is missing: {_contact(expected, at)}"
+    if at is not None:
+        return f"contact {at} is one too many: {_contact(found, at)}"
+    for which in ("positions", "velocities"):
+        mine, right = getattr(found, which), getattr(expected, which)
+        body = first_difference(mine, right)
+        if body is not None:
+            return (
+                f"at the end the {which} of body {body} are {mine[body].tolist()}, not {right[body].tolist()}"
+            )
+    if found.time != expected.time:
+        return f"the run ended at time {found.time!r}, and should have at {expected.time!r}"
+    return table_difference(found.tables, expected.tables)
+
+
+def table_difference(found: Tables, expected: Tables) -> str | None:
+    """Return the first table entry that one run left otherwise than another, in a sentence; None: there is
+    none."""
+    for name, right in expected.items():
+        mine = found.get(name, right)
+        at = first_difference(mine, right)
+        if at is None:
+            continue
+        if at >= min(len(mine), len(right)):
+            return f"at the end {name} has {len(mine)} entries, not {len(right)}"
+        whose = f" of body {at}" if len(right) > 1 or not name.startswith(("clock", "counts")) else ""
+        return f"at the end {name}{whose} is {mine[at].item()!r}, not {right[at].item()!r}"
+    return None
+
+
+def _contact(result: RunOutcome, at: int) -> str:
+    row = result.contacts[at]
+    partner = f"the {WALLS[int(row['b'])]} wall" if row["b"] < 0 else f"body {row['b']}"
+    return f"body {row['a']} with {partner} at time {float(row['time'])!r}"
+
+
 @dataclass(frozen=True)
-class Outcome:
-    """How one broad phase did: the number of contacts, ...; ``fault`` is the error that ended it, or None."""
+class PhaseOutcome:
+    """The run of one broad phase in a comparison; ``fault`` is the error that ended it, or None."""
 
     phase: str
     broad_phase: str
@@ -49,8 +114,8 @@ class Divergence:
 
     ``what`` is "contact" (``index`` counts contacts from 0), "end" or "body" (``index`` is the body, at the
     end); ``expected`` and ``found`` are rows with exact ticks, or None where there is no such contact;
-    ``before`` is the last contact on which both agree; ``judged`` says whose contact is the specification's,
-    where that can be said (``kinetile_accuracy.answer``).
+    ``before`` is the last contact on which both agree; ``judged`` says whose contact is right by the
+    specification, where that can be computed (``kinetile_accuracy.specification``).
     """
 
     reference: str
@@ -80,9 +145,10 @@ class Divergence:
 
 @dataclass(frozen=True)
 class Comparison:
-    """What came of it: an outcome for each phase, and a divergence for each that is not as the first."""
+    """The result of ``compare``: an outcome for each phase, and a divergence for each that differs from the
+    first."""
 
-    outcomes: tuple[Outcome, ...]
+    outcomes: tuple[PhaseOutcome, ...]
     divergences: tuple[Divergence, ...] = field(default=())
 
     @property
@@ -92,7 +158,7 @@ class Comparison:
 
     @property
     def fault(self) -> str | None:
-        """The fault in which every run ended, as the reference tells it; None if one came to its end."""
+        """The reference's fault, if every run ended in one; None if any run came to its end."""
         faults = [outcome.fault for outcome in self.outcomes]
         return faults[0] if faults and all(fault is not None for fault in faults) else None
 
@@ -119,7 +185,7 @@ class _Answer(NamedTuple):
     contacts: NDArray[Any]
     end: dict[str, Any]
     state: NDArray[np.float64]
-    bodies: NDArray[np.int32]  # whose state it is, row by row
+    bodies: NDArray[np.int32]  # the number of the body in each row of the state
 
 
 def compare(
@@ -130,7 +196,7 @@ def compare(
     max_contacts: int | None = None,
     narrow_phases: Sequence[str] | Mapping[str, Mapping[str, Any]] | None = None,
     start: Callable[[str, Simulation], Any] | None = None,
-    finish: Callable[[Outcome], Any] | None = None,
+    finish: Callable[[PhaseOutcome], Any] | None = None,
     progress: Callable[[Any], None] | None = None,
 ) -> Comparison:
     """Run a scene under each of at least two broad phases, and compare all with the first.
@@ -144,8 +210,6 @@ def compare(
     BadOption for fewer than two phases, and what ``Simulation`` raises for names and options that there are
     not.
     """
-    from kinetile.run.simulation import Simulation
-
     if len(broad_phases) < 2:
         raise BadOption(f"a comparison needs at least two broad phases; found {len(broad_phases)}")
     if until is None:
@@ -153,7 +217,7 @@ def compare(
     if until is None and max_contacts is None:
         until = scene.start + 1.0
     reference: _Answer | None = None
-    outcomes: list[Outcome] = []
+    outcomes: list[PhaseOutcome] = []
     divergences: list[Divergence] = []
     choices = [(choice, {}) if isinstance(choice, str) else choice for choice in broad_phases]
     simulations = [
@@ -177,12 +241,12 @@ def compare(
         if reference is None:
             reference = answer
         else:
-            difference = _first_difference(outcomes[0].phase, label, reference, answer)
-            if difference is not None and difference.what == "contact":
+            divergence = find_divergence(outcomes[0].phase, label, reference, answer)
+            if divergence is not None and divergence.what == "contact":
                 lists = {outcomes[0].phase: reference.contacts, label: answer.contacts}
-                who = judged(scene, lists, difference.index, simulation.narrow_phases)
-                difference = replace(difference, judged=who)
-            divergences += [difference] if difference else []
+                who = explain_difference(scene, lists, divergence.index, simulation.narrow_phases)
+                divergence = replace(divergence, judged=who)
+            divergences += [divergence] if divergence else []
     return Comparison(tuple(outcomes), tuple(divergences))
 
 
@@ -204,9 +268,9 @@ def _answer(simulation: Simulation, fault: str | None) -> _Answer:
     return _Answer(simulation.contacts, end, state, simulation.bodies)
 
 
-def _outcome(label: str, simulation: Simulation, answer: _Answer, fault: str | None) -> Outcome:
+def _outcome(label: str, simulation: Simulation, answer: _Answer, fault: str | None) -> PhaseOutcome:
     readings = simulation.readings
-    return Outcome(
+    return PhaseOutcome(
         phase=label,
         broad_phase=simulation.broad_phase,
         options=dict(simulation.options),
@@ -219,29 +283,20 @@ def _outcome(label: str, simulation: Simulation, answer: _Answer, fault: str | N
     )
 
 
-def _first_difference(reference: str, phase: str, expected: _Answer, found: _Answer) -> Divergence | None:
-    shared = min(len(expected.contacts), len(found.contacts))
-    unlike = np.flatnonzero((_bits(expected.contacts[:shared]) != _bits(found.contacts[:shared])).any(axis=1))
-    if len(unlike) or len(expected.contacts) != len(found.contacts):
-        index = int(unlike[0]) if len(unlike) else shared
-        here, there = _row(expected.contacts, index), _row(found.contacts, index)
-        return Divergence(
-            reference, phase, "contact", index, here, there, before=_row(expected.contacts, index - 1)
-        )
+def find_divergence(reference: str, phase: str, expected: _Answer, found: _Answer) -> Divergence | None:
+    """Return the first place where an answer differs from the reference's: contacts, end, final state."""
+    at = first_difference(expected.contacts, found.contacts)
+    if at is not None:
+        here, there = _row(expected.contacts, at), _row(found.contacts, at)
+        before = _row(expected.contacts, at - 1)
+        return Divergence(reference, phase, "contact", at, here, there, before=before)
     if expected.end != found.end:
-        return Divergence(reference, phase, "end", shared, expected.end, found.end)
-    bodies = np.flatnonzero((_bits(expected.state) != _bits(found.state)).any(axis=1))
-    if len(bodies):
-        row = int(bodies[0])
+        return Divergence(reference, phase, "end", len(expected.contacts), expected.end, found.end)
+    row = first_difference(expected.state, found.state)
+    if row is not None:
         here, there = _body(expected.state, row), _body(found.state, row)
         return Divergence(reference, phase, "body", int(expected.bodies[row]), here, there)
     return None
-
-
-def _bits(rows: NDArray[Any]) -> NDArray[np.uint8]:
-    """Return rows as their bytes, (n, size): so -0.0 is not 0.0."""
-    size = rows.dtype.itemsize * (rows.shape[1] if rows.ndim == 2 else 1)
-    return np.ascontiguousarray(rows).view(np.uint8).reshape(len(rows), size)
 
 
 def _row(contacts: NDArray[Any], index: int) -> dict[str, Any] | None:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-__all__: list[str] = []
-
 
 def test_conformance(check: Callable[[], None]) -> None:
     """Run one check on one broad phase."""

@@ -82,7 +82,7 @@ MUTANTS = [
         "sweep-tiling",
         "            offer(k, one, other)\n        above = facing",
         "            pass\n        above = facing",
-        "surgery",
+        "events",
         "those who see each other now that nobody is between them are not told",
     ),
 ]

@@ -78,7 +78,7 @@ MUTANTS = [
             instead(
                 "grid.first + middle, grid.first + high, count)",
                 "grid.first + middle, grid.first + middle, count)",
-                "table",
+                "layout",
             )
         ],
         "a newcomer left out of repair: the one in the corner ahead",

@@ -95,7 +95,7 @@ MUTANTS = [
                 LIST,
                 "    body = s.lists[cell]\n    most = count + 4\n    while body >= 0 and count < most:\n"
                 "        k.near[count] = body\n",
-                "table",
+                "layout",
             )
         ],
         "more than eleven bodies in a cell",
@@ -117,7 +117,7 @@ MUTANTS = [
             instead(
                 "    if s.lists[cell] < 0:\n        s.blocks[at + FULL] = FULL\n",
                 "    s.blocks[at + FULL] = FULL\n",
-                "table",
+                "layout",
             ),
             *CELLS,
         ],

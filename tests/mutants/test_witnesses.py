@@ -10,7 +10,7 @@ from mutants import HARMLESS, MUTANTS
 from mutants.witnesses import Differs
 from phase_mutants import Mutant
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.long
 
 
 @pytest.mark.parametrize("mutant", [m for m in MUTANTS if m.witness], ids=lambda m: m.label)

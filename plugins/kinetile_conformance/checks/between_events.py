@@ -1,6 +1,6 @@
-"""Checks between events: a run is stopped after each one, and what must hold there is looked at.
+"""Checks between events: a run is stopped after each event, and what must hold there is tested.
 
-They often see a fault long before a contact is missed, and say what it is.
+They often find a fault long before a contact is missed, and name it.
 """
 
 from __future__ import annotations
@@ -16,18 +16,10 @@ from kinetile.scene import Scene
 from kinetile_conformance.cases import CONTACTS, Subject, horizon
 from kinetile_conformance.checks.check import Disagreement, Reference, check
 
-__all__ = [
-    "its_structure_is_true",
-    "makes_progress",
-    "near_is_mutual",
-    "never_misses_a_pair",
-    "pairs_are_overlapping_boxes",
-    "structural_events_move_nothing",
-]
-
 WINDOWS = 5
 EVENTS = 20_000
-"""A phase gets on if so many events take it further than a millionth of the way; it is looked at 5 times."""
+"""A phase makes progress if so many events take it further than a millionth of the way; 5 windows are
+tested."""
 
 
 def stepped(subject: Subject, scene: Scene, most: int) -> Iterator[Simulation]:
@@ -41,7 +33,7 @@ def stepped(subject: Subject, scene: Scene, most: int) -> Iterator[Simulation]:
             if next(events, None) is None or len(sim.contacts) >= CONTACTS:
                 return
         except KinetileError:
-            return  # whether a run may end so is what the other checks compare
+            return  # whether a run may end so, the other checks compare
         yield sim
 
 
@@ -61,7 +53,7 @@ def ticks(sim: Simulation) -> int:
 
 
 AUDITED = 8
-"""A run is audited every so many contacts: what two audits have in between, the other checks look at."""
+"""A run is audited every so many contacts; other checks test what lies between two audits."""
 
 
 @check(turns=True)
@@ -75,7 +67,7 @@ def never_misses_a_pair(subject: Subject, scene: Scene, reference: Reference) ->
     except AuditError as error:
         raise Disagreement(str(error)) from error
     except KinetileError:
-        return  # whether a run may end so is what the other checks compare
+        return  # whether a run may end so, the other checks compare
 
 
 @check(turns=True, share=0.5)
@@ -125,7 +117,7 @@ def makes_progress(subject: Subject, scene: Scene, reference: Reference) -> None
     except StalledError as error:
         raise Disagreement(str(error)) from error
     except KinetileError:
-        return  # whether a run may end so is what the other checks compare
+        return  # whether a run may end so, the other checks compare
 
 
 @check(since="2.0", share=0.5)

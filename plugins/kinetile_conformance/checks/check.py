@@ -1,39 +1,45 @@
-"""What a check is: a sentence, and a function that sees whether a broad phase makes it true.
+"""A check: a sentence, and a function that raises ``Disagreement`` where a broad phase does not make it true.
 
-A check is given a subject and a scene, and raises ``Disagreement`` where the sentence does not hold. Nothing
-is compared with a tolerance.
+Nothing is compared with a tolerance.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib import import_module
 from typing import Any, Literal, Protocol
 
 import numpy as np
 
 from kinetile.errors import Refused
+from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene
-from kinetile_accuracy.answer.judgement import judged
-from kinetile_conformance.cases import CONTACTS, REFERENCE, Outcome, Subject, difference, outcome
-
-__all__ = ["Check", "Disagreement", "DoesNotApply", "Reference", "Run", "agree", "agree_by_hand", "check"]
+from kinetile_accuracy.specification.certify import explain_difference
+from kinetile_conformance.cases import CONTACTS, REFERENCE, RunOutcome, Subject, outcome
+from kinetile_conformance.compare import difference, first_difference
 
 
 class Reference(Protocol):
-    """Returns what the reference makes of a scene, in so many contacts at most."""
+    """Returns the reference's outcome of a scene."""
 
-    def __call__(self, scene: Scene, contacts: int = CONTACTS) -> Outcome:
-        """Return it."""
+    def __call__(self, scene: Scene, contacts: int = CONTACTS) -> RunOutcome:
+        """Return the outcome, with so many contacts at most."""
         ...
 
 
 JUDGED = 20
-"""Bodies up to which exact arithmetic says who is right: with hundreds it takes a second a scene."""
+"""Bodies up to which exact arithmetic decides who is right: with hundreds it takes a second a scene."""
 
 Run = Callable[[Subject, Scene, Reference], None]
 Strategy = Callable[[], Any]
-"""Returns a Hypothesis strategy of scenes; a function, for Hypothesis is imported when something is drawn."""
+"""Returns a Hypothesis strategy of scenes; a function, since Hypothesis is imported when something is
+drawn."""
+
+
+def drawn_from(module: str, name: str, **how: Any) -> Strategy:
+    """Return the strategy ``kinetile_conformance.strategies.module.name(**how)``."""
+    return lambda: getattr(import_module(f"kinetile_conformance.strategies.{module}"), name)(**how)
 
 
 class DoesNotApply(Refused):
@@ -41,9 +47,9 @@ class DoesNotApply(Refused):
 
 
 class Disagreement(AssertionError):
-    """A phase does not do what a check says; the message is what was seen.
+    """A phase does not do what a check says; the message is the observation.
 
-    ``scene`` is the one on which it was seen, where that is not the one that the check was given.
+    ``scene`` is the scene of the observation, where that is not the one that the check was given.
     """
 
     def __init__(self, said: str, scene: Scene | None = None) -> None:
@@ -56,20 +62,20 @@ class Check:
     """One thing that a broad phase must do.
 
     Attributes:
-        name: how it is called on the command line.
-        sentence: what it says.
+        name: its name on the command line.
+        sentence: what must hold.
         run: called with the subject, a scene, and the reference's outcome on that scene (made when asked
             for).
         draws: whether it is run on drawn scenes; if not, it is run once, on an empty scene.
         turns: whether the scenes that it draws have turns.
         feature: it applies only to phases that declare this feature; None: to all.
         since: the version of the kit that it came with.
-        scenes: what it draws; None: the small scenes, which are drawn once for all checks that look at them.
-        share: how many of these to one of the small ones; at least one is drawn.
-        compares: whether a failure is held against kinetile's other phases; some speak of this one alone.
-        judges: "broad" where it looks at the broad phase alone, which it does where no narrow phase is named;
-            "pair" where it looks at the narrow phase for pairs, which it does where one is named; None: at
-            all phases together.
+        scenes: what it draws; None: the small scenes, which are drawn once for all checks that use them.
+        share: how many of these for one of the small ones; at least one is drawn.
+        compares: whether a failure is compared with kinetile's other phases; some concern this phase alone.
+        judges: "broad" where it judges the broad phase alone, and applies where no narrow phase is named;
+            "pair" where it judges the narrow phase for pairs, and applies where one is named; None: it
+            judges all phases together.
         replayed_by: the check that replays a scene on which this one has failed; "": this one itself.
     """
 
@@ -93,7 +99,7 @@ class Check:
 
 
 def check(**how: Any) -> Callable[[Run], Check]:
-    """Make a check of a function: it has the function's name, and its docstring is the sentence."""
+    """Return a decorator that makes a function a check of its name, with its docstring as the sentence."""
 
     def made(function: Run) -> Check:
         sentence = " ".join((function.__doc__ or "").split())
@@ -113,23 +119,49 @@ def agree(
         raise Disagreement(f"{how}{said}{_who_is_right(subject, scene, found, expected)}", scene)
 
 
-def agree_by_hand(subject: Subject, ran: Callable[[Subject], Outcome]) -> None:
-    """Raise unless what is done by hand has the same outcome under the subject as under the reference."""
+def agree_when_commanded(subject: Subject, ran: Callable[[Subject], RunOutcome]) -> None:
+    """Raise unless commands given between runs have the same outcome under the subject as under the
+    reference."""
     expected = ran(subject.under(REFERENCE))
     said = difference(ran(subject), expected, subject.name)
     if said is not None:
         raise Disagreement(said)
 
 
-def _who_is_right(subject: Subject, scene: Scene, found: Outcome, expected: Outcome) -> str:
-    """Return a line that says whose contacts are the specification's, where they differ."""
+def near_fault(sim: Simulation) -> str | None:
+    """Return what is wrong with the phase's `near` now, in a sentence; None: nothing, or a repair is due.
+
+    Every two bodies that touch, each with its reach, must be near each other, both ways, and every number
+    must be a body's.
+    """
+    k = sim.tables
+    n = len(k.bodies)
+    if bool((k.queue.own <= k.clock[0].now).any()):
+        return None
+    named = sim.near()
+    strange = np.flatnonzero((named[:, 1] < 0) | (named[:, 1] >= n))
+    if len(strange):
+        body, other = named[strange[0]].tolist()
+        return f"{other} is near {body}, and is no body of the scene"
+    near = np.eye(n, dtype=np.bool_)
+    near[named[:, 0], named[:, 1]] = True
+    for body, other in np.argwhere(near & ~near.T).tolist():
+        return f"{other} is near {body}, but {body} is not near {other}"
+    place, radius = sim.positions(), np.asarray(k.bodies.radius)
+    apart = np.hypot(*(place[:, None] - place[None]).transpose(2, 0, 1)) - (radius[:, None] + radius)
+    for a, b in np.argwhere((apart <= k.clock[0].skin) & ~near).tolist():  # half of what their reaches leave
+        return f"bodies {a} and {b} touch (gap {apart[a, b]:.3g}) and are not near each other"
+    return None
+
+
+def _who_is_right(subject: Subject, scene: Scene, found: RunOutcome, expected: RunOutcome) -> str:
+    """Return a line that names the contacts that are right by the specification, where they differ."""
     if len(scene) > JUDGED:
         return ""
-    rows = min(len(found.contacts), len(expected.contacts))
-    parted = np.flatnonzero(found.contacts[:rows] != expected.contacts[:rows])
-    if not len(parted) and len(found.contacts) == len(expected.contacts):
+    at = first_difference(found.contacts, expected.contacts)
+    if at is None:
         return ""
     lists = {subject.name: found.contacts, REFERENCE: expected.contacts}
     narrow = list(subject.narrow_phases(scene) or ()) or None
-    said = judged(scene, lists, int(parted[0]) if len(parted) else rows, narrow)
+    said = explain_difference(scene, lists, at, narrow)
     return f"\n{said}" if said else ""

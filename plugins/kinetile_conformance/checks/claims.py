@@ -1,36 +1,30 @@
-"""Claims: what a phase says of itself, and what it must not depend on, is put to the test.
+"""Checks of claims: what a phase declares of itself, and what it must not depend on.
 
-That it is right while bodies pass through each other (``solid`` is False), up to a skin (``skin_limit``), or
-that it has a feature; and that nothing counts but the scene: not what ran before, nor who asks.
+A phase declares that it is right while bodies pass through each other (``solid`` is False), up to a skin
+(``skin_limit``), or that it has a feature. It must not depend on what ran before.
 """
 
 from __future__ import annotations
-
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from kinetile.errors import Refused
 from kinetile.plugin.registry import registry
-from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene, Settings
-from kinetile_conformance.cases import CONTACTS, Subject, brief_outcome, horizon
-from kinetile_conformance.checks.check import Disagreement, DoesNotApply, Reference, agree, check
-from kinetile_conformance.checks.views import changed
-
-if TYPE_CHECKING:
-    from hypothesis.strategies import SearchStrategy
-
-__all__ = [
-    "amiss_with_near",
-    "its_features_are_known",
-    "near_holds_while_bodies_pass",
-    "skin_limit_holds_at_its_edge",
-    "state_is_not_kept",
-]
+from kinetile_conformance.cases import CONTACTS, Subject, horizon, run_summary
+from kinetile_conformance.checks.check import (
+    Disagreement,
+    DoesNotApply,
+    Reference,
+    agree,
+    check,
+    drawn_from,
+    near_fault,
+)
+from kinetile_conformance.checks.metamorphic import changed
 
 LOOKS = 8
-"""How often it is looked at who is near whom while bodies pass."""
+"""Tests of `near` while bodies pass through each other."""
 
 FINEST = 45
 """Halvings of a scene within its arena; then its bodies are no larger than the rounding of their places."""
@@ -42,44 +36,7 @@ EDGES = 6
 """Scenes at the limit of the skin."""
 
 
-def amiss_with_near(sim: Simulation) -> str | None:
-    """Return what is wrong with who is near whom now, in a sentence; None: nothing, or a repair is due.
-
-    Every two bodies that touch, each with its reach, are near each other, both ways, and nobody else is named
-    than bodies.
-    """
-    k = sim.tables
-    n = len(k.bodies)
-    if bool((k.queue.own <= k.clock[0].now).any()):
-        return None
-    named = sim.near()
-    strange = np.flatnonzero((named[:, 1] < 0) | (named[:, 1] >= n))
-    if len(strange):
-        body, other = named[strange[0]].tolist()
-        return f"{other} is near {body}, and is no body of the scene"
-    near = np.eye(n, dtype=np.bool_)
-    near[named[:, 0], named[:, 1]] = True
-    for body, other in np.argwhere(near & ~near.T).tolist():
-        return f"{other} is near {body}, but {body} is not near {other}"
-    place, radius = sim.positions(), np.asarray(k.bodies.radius)
-    apart = np.hypot(*(place[:, None] - place[None]).transpose(2, 0, 1)) - (radius[:, None] + radius)
-    for a, b in np.argwhere((apart <= k.clock[0].skin) & ~near).tolist():  # half of what their reaches leave
-        return f"bodies {a} and {b} touch (gap {apart[a, b]:.3g}) and are not near each other"
-    return None
-
-
-def _walled() -> SearchStrategy[Scene]:
-    from hypothesis import strategies as st
-
-    from kinetile_conformance.strategies.small import box_scenes
-    from kinetile_conformance.strategies.swarms import swarm
-
-    kinds = st.sampled_from(["gas", "lattice", "giants"])
-    swarms = st.builds(swarm, kinds, st.integers(8, 120), st.integers(0, 1000), st.integers(0, 7))
-    return st.one_of(box_scenes(turns=False), box_scenes(turns=False), swarms)
-
-
-@check(scenes=_walled, share=0.5, judges="broad", since="3.0")
+@check(scenes=drawn_from("swarms", "walled_scenes"), share=0.5, judges="broad", since="3.0")
 def near_holds_while_bodies_pass(subject: Subject, scene: Scene, reference: Reference) -> None:
     """Where it does not ask for solid bodies, who touch are near each other while bodies fly through bodies.
 
@@ -97,13 +54,14 @@ def near_holds_while_bodies_pass(subject: Subject, scene: Scene, reference: Refe
     step = (horizon(scene) - scene.start) / LOOKS
     for look in range(1, LOOKS + 1):
         sim.run(until=max(scene.start + look * step, sim.time), max_contacts=CONTACTS)
-        said = amiss_with_near(sim)
+        said = near_fault(sim)
         if said is not None:
             raise Disagreement(f"while bodies pass through each other, at time {sim.time!r} {said}")
 
 
 def _cluster(seed: int, size: float) -> Scene:
-    """Return twelve bodies in the far corner of a unit square, so small and so slow as ``size`` says."""
+    """Return twelve bodies in the far corner of a unit square, with size and speed in proportion to
+    ``size``."""
     random = np.random.default_rng(seed)
     chosen = random.permutation(16)[:12]
     radius = random.uniform(0.35, 0.45, 12)
@@ -170,10 +128,10 @@ def state_is_not_kept(subject: Subject, scene: Scene, reference: Reference) -> N
     """What it did in other simulations makes no difference: neither to contacts nor to its own events."""
     from kinetile_conformance.strategies.swarms import swarm
 
-    first = brief_outcome(subject, scene)
-    brief_outcome(subject, swarm("gas" if scene.arena is not None else "cloud", 16))
-    brief_outcome(subject, changed(scene, velocity=-scene.velocity, radius=0.5 * scene.radius))
-    again = brief_outcome(subject, scene)
+    first = run_summary(subject, scene)
+    run_summary(subject, swarm("gas" if scene.arena is not None else "cloud", 16))
+    run_summary(subject, changed(scene, velocity=-scene.velocity, radius=0.5 * scene.radius))
+    again = run_summary(subject, scene)
     if again != first:
         raise Disagreement(
             f"the first run {first[0]}, with {first[2]} events; after other simulations the same run "

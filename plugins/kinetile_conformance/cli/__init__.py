@@ -5,11 +5,8 @@ from __future__ import annotations
 import typer
 
 from kinetile_conformance.cli.compare import compare
-from kinetile_conformance.cli.conform import conform
+from kinetile_conformance.cli.conform import conform, replay
 from kinetile_conformance.cli.mutate import mutate
-from kinetile_conformance.cli.replay import replay
-
-__all__ = ["app"]
 
 app = typer.Typer()
 for _command in (conform, compare, replay, mutate):

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from kinetile.cli.json_output import printed, scene_summary
 from kinetile.cli.options import (
     Csv,
     Json,
@@ -20,13 +19,12 @@ from kinetile.cli.options import (
     phase_choices,
     until_or_default,
 )
+from kinetile.cli.output import printed, scene_summary
 from kinetile.cli.terminal import DIFFERENT, FAULT, Bar, exit_codes, make_ready, notice
 
 if TYPE_CHECKING:
     from kinetile.run.simulation import Simulation
     from kinetile_conformance.compare import Comparison
-
-__all__ = ["compare"]
 
 
 def compare(
@@ -48,10 +46,10 @@ def compare(
     csv: Csv = False,
 ) -> None:
     """Run a scene under several broad phases; exit code 1, and the first difference, unless all agree."""
-    from kinetile_conformance.compare import Comparison, Outcome
+    from kinetile_conformance.compare import Comparison, PhaseOutcome
     from kinetile_conformance.compare import compare as compare_phases
 
-    done: list[Outcome] = []
+    done: list[PhaseOutcome] = []
     with exit_codes():
         this_scene = find_scene(scene, parameters)
         end = until_or_default(this_scene, until, max_contacts)
@@ -86,14 +84,14 @@ def compare(
 
 
 def _print_comparison(comparison: Comparison, head: dict[str, Any] | None, json: bool, csv: bool) -> None:
-    """Print what came of a comparison; of one that was interrupted (no head), how the finished runs went."""
-    from kinetile.records.versions import versions
+    """Print a comparison; of one that was interrupted (no head), its finished runs."""
+    from kinetile.versions import versions
 
     status = {"status": "complete" if head else "interrupted", "versions": versions()}
     found = comparison.as_dict() | ({} if head else {"identical": None})
     if printed(status | (head or {}) | found, found["phases"], json=json, csv=csv):
         return
-    from kinetile.cli.tables import comparison_table, show
+    from kinetile.cli.output import comparison_table, show
 
     show(comparison_table(comparison.outcomes))
     if head and comparison.identical:

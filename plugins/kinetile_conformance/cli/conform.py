@@ -1,4 +1,5 @@
-"""The command ``kinetile conform``: judges a broad phase, alone or with a narrow phase."""
+"""The commands ``kinetile conform``, which judges a broad phase, and ``kinetile replay``, which runs one
+check again."""
 
 from __future__ import annotations
 
@@ -10,15 +11,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from kinetile.cli.folder import try_folder
-from kinetile.cli.options import registered_phase
-from kinetile.cli.terminal import INTERRUPTED, Bar, FirstSignal, exit_codes, notice
+from kinetile.cli.files import try_folder
+from kinetile.cli.options import Json, registered_phase
+from kinetile.cli.output import as_json
+from kinetile.cli.terminal import DIFFERENT, INTERRUPTED, Bar, FirstSignal, exit_codes, notice
 from kinetile.errors import BadOption
 
 if TYPE_CHECKING:
-    from kinetile_conformance.court.report import Report, Result
-
-__all__ = ["conform"]
+    from kinetile_conformance.report import Report, Result
 
 
 class Budget(StrEnum):
@@ -89,7 +89,7 @@ def conform(
     reference itself is in doubt, 4 if it could not be judged in time."""
     with exit_codes():
         from kinetile_conformance import check_broad_phase
-        from kinetile_conformance.court.limits import SECONDS
+        from kinetile_conformance.deadline import SECONDS
 
         name, options = registered_phase(phase)
         narrow = dict(registered_phase(each, "narrow phase") for each in narrow_phase or ())
@@ -98,7 +98,7 @@ def conform(
         if seconds is not None and not seconds > 0.0:
             raise BadOption(f"--seconds {seconds:g}: expected a number of seconds above 0")
         try_folder("--save-to", save_to, keep=False)
-        show = _Show(name, options, narrow, json, junitxml)
+        show = _ReportPrinter(name, options, narrow, json, junitxml)
         count = EXAMPLES[budget] if examples is None else examples
         who = " with ".join([phase, *(narrow_phase or ())])
         notice(f"judging {who} on {count:,} scenes a check{_compiling()} ...")
@@ -136,7 +136,7 @@ def _compiling() -> str:
     return "" if INTERPRETED else "; loops that are not compiled yet are compiled first (about 10 s each)"
 
 
-class _Show:
+class _ReportPrinter:
     """Prints a report as it comes into being."""
 
     def __init__(
@@ -157,7 +157,7 @@ class _Show:
         self._junitxml = junitxml
         self._wide = max(len(check.name) for check in CHECKS)
         if junitxml is not None:
-            self._write()  # where that is not possible, say so before any work is done
+            self._write()  # an error of writing comes before any work is done
         if not json:
             typer.echo(f"{self.unfinished.head}\n")
         self.at = ""
@@ -185,7 +185,7 @@ class _Show:
         self._bar.close()
         self._write()
         if self._json:
-            from kinetile.records.versions import versions
+            from kinetile.versions import versions
 
             found = {"status": status, "versions": versions()} | report.as_dict()
             _line(found if status == "complete" else found | {"conforms": None})
@@ -196,7 +196,7 @@ class _Show:
         """Write what there is of the report as JUnit XML."""
         if self._junitxml is None:
             return
-        from kinetile_conformance.court.telling.junit import junit
+        from kinetile_conformance.report import junit
 
         try:
             self._junitxml.write_text(junit(self.unfinished), encoding="utf-8")
@@ -236,3 +236,46 @@ def _expectation(text: str) -> tuple[str, str]:
     if not equals or not reason.strip():
         raise BadOption(f"--expect-failure {text!r}: expected CHECK=REASON, such as makes-progress='issue 7'")
     return _check(check.strip()), reason.strip()
+
+
+def replay(
+    phase: Annotated[str, typer.Argument(metavar="NAME", help="The broad phase.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A scene file, such as `conform` saves.")],
+    check: Annotated[
+        str | None,
+        typer.Option(metavar="CHECK", help="The check; the one that the file names, or same-contacts."),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Run a check on a saved scene again; exit code 1 if it still fails."""
+    with exit_codes():
+        from kinetile_conformance.api import replay as judge
+
+        name, options = registered_phase(phase)
+        result = judge(name, file, check=check, options=options)
+    if json:
+        from kinetile.versions import versions
+
+        row: dict[str, Any] = {
+            "broad_phase": name,
+            "options": options,
+            "check": result.check,
+            "sentence": result.sentence,
+            "file": str(file),
+            "bodies": result.bodies,
+            "fails": not result.ok,
+            "said": result.said or None,
+            "verdict": result.verdict or None,
+            "versions": versions(),
+        }
+        typer.echo(as_json(row))
+    else:
+        bodies = f"{result.bodies} {'body' if result.bodies == 1 else 'bodies'}"
+        typer.echo(
+            f"{'passes' if result.ok else 'still fails'}: {phase}, {result.check}, {file} ({bodies})\n"
+            f"  {result.sentence}"
+        )
+        for line in [*result.said.splitlines(), *([f"verdict: {result.verdict}"] if result.verdict else [])]:
+            typer.echo(f"  {line}")
+    if not result.ok:
+        raise typer.Exit(DIFFERENT)

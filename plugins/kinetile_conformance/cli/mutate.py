@@ -1,4 +1,4 @@
-"""The command ``kinetile mutate``: changes a broad phase in one place at a time; says what nobody notices."""
+"""The command ``kinetile mutate``: changes a broad phase in one place at a time; lists what no check sees."""
 
 from __future__ import annotations
 
@@ -11,15 +11,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from kinetile.cli.json_output import as_json
 from kinetile.cli.options import Json, registered_phase
+from kinetile.cli.output import as_json
 from kinetile.cli.terminal import Bar, exit_codes, notice
 from kinetile.errors import BadOption
 
 if TYPE_CHECKING:
-    from kinetile_conformance.mutation import Finding, Findings, Mutant, Record, Round, Stage
+    from kinetile_conformance.mutation.campaign import Round
+    from kinetile_conformance.mutation.findings import CampaignFile, Finding, Findings, Stage
+    from kinetile_conformance.mutation.mutants import Mutant
 
-__all__ = ["mutate"]
 
 SECONDS = 600.0
 """How long the author's tests may take on a mutant."""
@@ -66,16 +67,10 @@ def mutate(
 ) -> None:
     """Change a broad phase in one place at a time, and list the changes that no check of the kit sees."""
     with exit_codes():
-        from kinetile_conformance.mutation import (
-            Findings,
-            Record,
-            equivalents_of,
-            head_of,
-            mutants_of,
-            sample,
-            source_of,
-            try_tests,
-        )
+        from kinetile_conformance.mutation.findings import CampaignFile, Findings, head_of
+        from kinetile_conformance.mutation.mutants import equivalents_of, mutants_of, sample
+        from kinetile_conformance.mutation.sources import source_of
+        from kinetile_conformance.mutation.writing import try_tests
 
         name, options = _one_phase(phases)
         source = source_of(name)
@@ -85,9 +80,9 @@ def mutate(
             _print_mutants(chosen, json)
             return
         how = {"audits": audits, "compiled": compiled, "seed": seed}
-        kept = Record(head_of(source, name, options, **how), mutants, record)
+        kept = CampaignFile(head_of(source, name, options, **how), mutants, record)
         findings = Findings(name, options, len(mutants), (), tuple(equivalents_of(source)))
-        show = _Show(findings, chosen, json, kept, minutes)
+        show = _CampaignPrinter(findings, chosen, json, kept, minutes)
         notice(f"judging {len(chosen)} of {len(mutants)} mutants of {' and '.join(phases)}")
         status = "complete"
         try:
@@ -120,11 +115,16 @@ def _one_phase(texts: list[str]) -> tuple[str, list[dict[str, Any]]]:
     return names[0], [options for _, options in found]
 
 
-class _Show:
+class _CampaignPrinter:
     """Judges mutants, and prints what is known when that ends, one way or the other."""
 
     def __init__(
-        self, findings: Findings, chosen: list[Mutant], json: bool, record: Record, minutes: float | None
+        self,
+        findings: Findings,
+        chosen: list[Mutant],
+        json: bool,
+        record: CampaignFile,
+        minutes: float | None,
     ) -> None:
         self.findings = findings
         self.left = chosen
@@ -135,7 +135,8 @@ class _Show:
 
     def judge(self, source: Any, examples: int, compiled: bool, seed: int, jobs: int) -> None:
         """Judge the mutants round by round, in each with all options, for as long as they survive."""
-        from kinetile_conformance.mutation import Stage, rounds_of
+        from kinetile_conformance.mutation.campaign import rounds_of
+        from kinetile_conformance.mutation.findings import Stage
 
         for number, how in enumerate(rounds_of(examples, compiled), 1):
             for place, options in enumerate(self.findings.options):
@@ -147,7 +148,7 @@ class _Show:
     ) -> None:
         """Judge what is left in one round, with one choice of options, but for what is known already."""
         from kinetile.plugin.registry import registry
-        from kinetile_conformance.mutation import campaign
+        from kinetile_conformance.mutation.campaign import campaign
 
         features = sorted(getattr(registry().spec("broad phase", self.findings.name), "features", ()))
         known = self._record.found(stage)
@@ -185,7 +186,7 @@ class _Show:
 
     def test(self, source: Any, command: str) -> None:
         """Run the author's tests on what survives."""
-        from kinetile_conformance.mutation import passes
+        from kinetile_conformance.mutation.writing import passes
 
         notice(f"{len(self.left)} mutants: {command} ...")
         with Bar("tests") as bar:
@@ -199,11 +200,11 @@ class _Show:
         """Print what is known."""
         findings = replace(self.findings, found=tuple(self._found.values()))
         if self._json:
-            from kinetile.records.versions import versions
+            from kinetile.versions import versions
 
             typer.echo(as_json({"status": status, "versions": versions()} | findings.as_dict()))
             return
-        from kinetile.cli.tables import empty_table, show
+        from kinetile.cli.output import empty_table, show
 
         table = empty_table("| fate", "> mutants")
         for fate, count in findings.counts().items():

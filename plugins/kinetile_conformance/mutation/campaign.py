@@ -1,10 +1,10 @@
-"""The campaign: mutants handed to children, in three rounds.
+"""The campaign: mutants distributed to children, in three rounds.
 
-In the first, interpreted, each mutant is shown few scenes by the checks that kill most: nearly all of those
-that can be killed die there, most in a tenth of a second. What survives is shown few scenes by the other
-checks in the second, interpreted too. The third is compiled: the first round's checks see many scenes there,
-and those whose runs are too long to be interpreted are run. Each mutant has loops of its own to be compiled,
-which takes longer than all the rest.
+In the first, interpreted, the checks that kill most see few scenes of each mutant: nearly all of those that
+can be killed die there, most in a tenth of a second. In the second, interpreted too, the other checks see few
+scenes of what survives. The third is compiled: the first round's checks see many scenes there, and those
+whose runs are too long to be interpreted are run. Each mutant has loops of its own to be compiled, which
+takes longer than all the rest.
 """
 
 from __future__ import annotations
@@ -18,13 +18,19 @@ from pathlib import Path
 from typing import Any
 
 from kinetile.errors import BadOption, Refused
-from kinetile_conformance.isolation.processes import CAN_FORK, Child, afresh
-from kinetile_conformance.mutation.judging import FIRST, LONG, STOPPED, SURE, Task, Work, order_of_checks
+from kinetile_conformance.mutation.findings import CRASHED, HANGS, KILLED, SURVIVED, Finding
+from kinetile_conformance.mutation.judging import (
+    FIRST,
+    LONG,
+    STOPPED,
+    SURE,
+    Assignment,
+    MutantTask,
+    order_of_checks,
+)
 from kinetile_conformance.mutation.mutants import Mutant
-from kinetile_conformance.mutation.report import CRASHED, HANGS, KILLED, SURVIVED, Finding
 from kinetile_conformance.mutation.sources import PhaseSource
-
-__all__ = ["FEW", "Round", "campaign", "rounds_of"]
+from kinetile_conformance.processes import CAN_FORK, Child, afresh
 
 FEW = 10
 """Scenes a check in the rounds that are interpreted."""
@@ -38,10 +44,10 @@ PROGRAM = HEAD + "from kinetile_conformance.mutation.judging import main; main()
 
 @dataclass(frozen=True)
 class Round:
-    """One round: which checks, with how many scenes, compiled or not.
+    """One round: its checks, the number of scenes for each, compiled or not.
 
-    A check may take ``at_least`` CPU seconds, however fast the phase itself is; ``whole`` is whether to see
-    how much a survivor over-reports.
+    A check may take ``at_least`` CPU seconds, however fast the phase itself is; ``whole`` is whether to
+    measure the over-reporting of a survivor.
     """
 
     checks: tuple[str, ...]
@@ -64,8 +70,8 @@ def rounds_of(examples: int, compiled: bool = False) -> tuple[Round, ...]:
 
 
 @dataclass
-class _Told:
-    """What has been told of one mutant."""
+class _Messages:
+    """The messages about one mutant so far."""
 
     task: int
     at: str = ""
@@ -76,15 +82,15 @@ class _Told:
     tightness: float | None = None
 
 
-class _Server:
-    """A child and what it has told."""
+class _Worker:
+    """A child, and its messages."""
 
-    def __init__(self, work: Work, compiled: bool) -> None:
+    def __init__(self, work: Assignment, compiled: bool) -> None:
         self.left = list(work.tasks)
         self._work = work
         self._compiled = compiled
-        self._told: _Told | None = None
-        self._words = Path(work.scratch) / f"server-{id(self)}"
+        self._messages: _Messages | None = None
+        self._words = Path(work.scratch) / f"worker-{id(self)}"
         self._child = self._start()
 
     def _start(self) -> Child:
@@ -92,31 +98,31 @@ class _Server:
         program = PROGRAM.format("0" if self._compiled else "1", str(cache))
         return afresh(program, replace(self._work, tasks=tuple(self.left)).as_dict(), self._words)
 
-    def hear(self, seconds: float) -> tuple[_Told, int | None] | None:
-        """Return what was told of a mutant that is done with, and how its process ended; None where there is
-        none yet. Raise TimeoutError after so many seconds."""
+    def hear(self, seconds: float) -> tuple[_Messages, int | None] | None:
+        """Return the messages of a mutant that is done, and how its process ended; None where none is done
+        yet. Raise TimeoutError after so many seconds."""
         message = self._child.hear(seconds)
         if message is None:
             self._child.end()
             words = self._words.read_text(encoding="utf-8", errors="replace").strip().splitlines()
             raise Refused(f"the process that judges mutants has died: {(words or ['without a word'])[-1]}")
         if "task" in message:
-            self._told = _Told(int(message["task"]))
+            self._messages = _Messages(int(message["task"]))
             return None
-        told = self._told
-        assert told is not None
+        messages = self._messages
+        assert messages is not None
         if "begin" in message:
-            told.at = str(message["begin"])
+            messages.at = str(message["begin"])
         elif "check" in message:
-            told.results.append(message)
-            told.cpu += float(message["cpu"])
+            messages.results.append(message)
+            messages.cpu += float(message["cpu"])
         elif "crashed" in message:
-            told.crashed = str(message["crashed"])
+            messages.crashed = str(message["crashed"])
         elif "end" in message:
-            told.ended, told.tightness = True, message["tightness"]
+            messages.ended, messages.tightness = True, message["tightness"]
         elif "over" in message:
             self.left.pop(0)
-            return told, message["code"]
+            return messages, message["code"]
         return None
 
     def end(self) -> None:
@@ -135,7 +141,7 @@ def campaign(
     jobs: int = 1,
     on_finding: Callable[[Finding], None] = lambda finding: None,
 ) -> float | None:
-    """Judge mutants in one round, each found told as it comes; return how much the phase itself over-reports.
+    """Judge mutants in one round, and call ``on_finding`` for each; return the phase's own over-reporting.
 
     The phase as it is is judged first, in the same way.
 
@@ -147,11 +153,11 @@ def campaign(
         raise Refused("mutants are judged in processes that are forked, which this system cannot do")
     scratch = tempfile.mkdtemp(prefix="kinetile-mutants-")
     begin = COMPILING if how.compiled else 0.0
-    work = Work(
+    work = Assignment(
         phase=phase,
         features=tuple(features),
         options=dict(options),
-        tasks=(Task(0),),
+        tasks=(MutantTask(0),),
         checks=how.checks,
         examples=how.examples,
         seed=seed,
@@ -171,61 +177,63 @@ def campaign(
     return original.tightness
 
 
-def _original(work: Work, how: Round) -> _Told:
+def _original(work: Assignment, how: Round) -> _Messages:
     """Judge the phase as it is; raise BadOption where it does not pass."""
-    server = _Server(work, how.compiled)
+    worker = _Worker(work, how.compiled)
     try:
-        while (heard := server.hear(3600.0)) is None:
+        while (heard := worker.hear(3600.0)) is None:
             pass
     finally:
-        server.end()
-    told, code = heard
-    wrong = [row for row in told.results if row["status"] in STOPPED]
-    if wrong or not told.ended:
+        worker.end()
+    messages, code = heard
+    wrong = [row for row in messages.results if row["status"] in STOPPED]
+    if wrong or not messages.ended:
         said = (
-            f"{wrong[0]['check']}: {wrong[0]['said']}" if wrong else told.crashed or f"it ended with {code}"
+            f"{wrong[0]['check']}: {wrong[0]['said']}"
+            if wrong
+            else messages.crashed or f"it ended with {code}"
         )
         raise BadOption(f"the phase as it is does not pass, so its mutants say nothing: {said}")
-    return told
+    return messages
 
 
 def _all(
-    work: Work, how: Round, mutants: Sequence[Mutant], jobs: int, on_finding: Callable[[Finding], None]
+    work: Assignment, how: Round, mutants: Sequence[Mutant], jobs: int, on_finding: Callable[[Finding], None]
 ) -> None:
-    """Hand the mutants out to so many children, and listen to them."""
-    tasks = [Task(each.number, each.place, each.change) for each in mutants]
+    """Distribute the mutants to so many children, and receive their messages."""
+    tasks = [MutantTask(each.number, each.place, each.change) for each in mutants]
     known = {each.number: each for each in mutants}
     shares = [tuple(tasks[first::jobs]) for first in range(jobs)]
-    servers = [_Server(replace(work, tasks=share), how.compiled) for share in shares if share]
+    workers = [_Worker(replace(work, tasks=share), how.compiled) for share in shares if share]
     try:
-        while servers:
-            for server in list(servers):
+        while workers:
+            for worker in list(workers):
                 try:
-                    heard = server.hear(0.2 / len(servers))
+                    heard = worker.hear(0.2 / len(workers))
                 except TimeoutError:
                     continue
                 if heard is not None:
                     on_finding(_finding(known[heard[0].task], *heard, work.skips))
-                if not server.left:
-                    servers.remove(server)
-                    server.end()
+                if not worker.left:
+                    workers.remove(worker)
+                    worker.end()
     finally:
-        for server in servers:
-            server.end()
+        for worker in workers:
+            worker.end()
 
 
-def _finding(mutant: Mutant, told: _Told, code: int | None, skips: Sequence[str]) -> Finding:
-    """Return what came of a mutant, from what was told of it."""
-    if told.ended:
-        return Finding(mutant, SURVIVED, cpu=told.cpu, tightness=told.tightness)
-    if told.crashed:
-        return Finding(mutant, CRASHED, said=told.crashed)
-    last = told.results[-1] if told.results else {"check": "", "status": "", "said": ""}
+def _finding(mutant: Mutant, messages: _Messages, code: int | None, skips: Sequence[str]) -> Finding:
+    """Return the finding on a mutant, from its messages."""
+    if messages.ended:
+        return Finding(mutant, SURVIVED, cpu=messages.cpu, tightness=messages.tightness)
+    if messages.crashed:
+        return Finding(mutant, CRASHED, said=messages.crashed)
+    last = messages.results[-1] if messages.results else {"check": "", "status": "", "said": ""}
     refused = last["status"] == "skipped" and last["check"] not in skips
-    if last["check"] == told.at and (last["status"] in STOPPED or refused):
-        return Finding(mutant, KILLED, told.at, last["said"], told.cpu)
+    if last["check"] == messages.at and (last["status"] in STOPPED or refused):
+        return Finding(mutant, KILLED, messages.at, last["said"], messages.cpu)
     import signal
 
     if code in (None, -signal.SIGXCPU, -signal.SIGKILL):
-        return Finding(mutant, HANGS, told.at, "it took too long", told.cpu)
-    return Finding(mutant, CRASHED, told.at, f"its process ended with {code}", told.cpu)
+        return Finding(mutant, HANGS, messages.at, "it took too long", messages.cpu)
+    return Finding(mutant, CRASHED, messages.at, f"its process ended with {code}", messages.cpu)

@@ -1,6 +1,6 @@
-"""What happens in a child: mutants, one after the other, each in a fork with limits.
+"""The child that judges mutants: one after the other, each in a fork with limits.
 
-The child has imported what all of them need, so a fork begins with no delay; and whatever a mutant does to
+The child has imported what all of them need, so a fork begins without delay; and whatever a mutant does to
 its process, the next one begins afresh.
 """
 
@@ -17,19 +17,16 @@ from typing import Any
 
 import kinetile as kt
 from kinetile.kernel.compiled.limits import end_after, limit_memory
-from kinetile_conformance.cases import Brought, Subject
+from kinetile_conformance.cases import PhasePlugin, Subject
 from kinetile_conformance.checks import CHECKS
-from kinetile_conformance.court.court import Court
-from kinetile_conformance.court.drawing import Drawing
-from kinetile_conformance.court.tightness import tightness
-from kinetile_conformance.court.verdicts import References
-from kinetile_conformance.isolation.deaths import GIB
-from kinetile_conformance.isolation.processes import as_a_child, forked, news_apart
-from kinetile_conformance.mutation.operators import Change
+from kinetile_conformance.drawing import Drawing
+from kinetile_conformance.judge import Judge, References
+from kinetile_conformance.mutation.operators import Edit
 from kinetile_conformance.mutation.sources import PhaseSource, Source
 from kinetile_conformance.mutation.writing import write
-
-__all__ = ["FIRST", "LONG", "SURE", "Task", "Work", "main", "order_of_checks"]
+from kinetile_conformance.processes import as_a_child, forked, news_apart
+from kinetile_conformance.rehearsal import tightness
+from kinetile_conformance.sandbox import GIB
 
 FIRST = (
     "same-contacts",
@@ -39,7 +36,7 @@ FIRST = (
     "same-contacts-as-bodies-come-and-go",
     "its-structure-is-true-as-bodies-come-and-go",
 )
-"""The checks that kill most for their time; they are run first."""
+"""The checks that kill most for their time; they run first."""
 
 LONG = (
     "same-contacts-in-a-swarm",
@@ -52,7 +49,7 @@ LONG = (
     "same-contacts-when-turned-by-hand",
     "does-not-see-who-asks",
 )
-"""The checks with too many events for interpreted hooks; they are run last."""
+"""The checks with too many events for interpreted hooks; they run last."""
 
 SURE = 5.0
 """How many times as long as the phase itself a mutant may take for a check."""
@@ -62,38 +59,38 @@ MEMORY = 4 * GIB
 
 STOPPED = {"failed", "xfailed", "died"}
 
-Tell = Callable[[dict[str, Any]], None]
+Send = Callable[[dict[str, Any]], None]
 
 
 @dataclass(frozen=True)
-class Task:
+class MutantTask:
     """One mutant: its number (0: the phase as it is), and its change in a file of the package."""
 
     number: int
     place: str = ""
-    change: Change | None = None
+    change: Edit | None = None
 
 
 @dataclass(frozen=True)
-class Work:
-    """What a child is to do.
+class Assignment:
+    """The mutants that a child judges, and how.
 
     Attributes:
         phase: the phase's source.
         features, options: what it declares, and is made with.
         tasks: the mutants.
-        checks: which checks, in this order, until one fails.
-        examples, seed: how many scenes for each, and what their drawing begins with.
+        checks: the checks, in this order, until one fails.
+        examples, seed: scenes for each check, and the seed of their drawing.
         limits: CPU seconds for each check, and for loading.
         skips: checks that do not apply to the phase as it is.
         scratch: a folder.
-        whole: whether to see how much a mutant over-reports that no check has killed.
+        whole: whether to measure the over-reporting of a mutant that no check has killed.
     """
 
     phase: PhaseSource
     features: tuple[str, ...]
     options: dict[str, Any]
-    tasks: tuple[Task, ...]
+    tasks: tuple[MutantTask, ...]
     checks: tuple[str, ...]
     examples: int
     seed: int
@@ -110,12 +107,12 @@ class Work:
         return found
 
     @classmethod
-    def of(cls, found: dict[str, Any]) -> Work:
+    def of(cls, found: dict[str, Any]) -> Assignment:
         """Return what ``as_dict`` was made of."""
         phase = found["phase"]
         modules = tuple(Source(**each | {"path": Path(each["path"])}) for each in phase["modules"])
         tasks = tuple(
-            Task(each["number"], each["place"], each["change"] and Change(**each["change"]))
+            MutantTask(each["number"], each["place"], each["change"] and Edit(**each["change"]))
             for each in found["tasks"]
         )
         phase = PhaseSource(phase["package"], phase["class_name"], modules)
@@ -128,27 +125,26 @@ def order_of_checks() -> tuple[str, ...]:
 
 
 @dataclass(frozen=True)
-class Shown:
-    """What is shown to all mutants of a child: the scenes, drawn once, and what the reference makes of
-    them."""
+class SharedScenes:
+    """The scenes for all mutants of a child, drawn once, and their outcomes under the reference."""
 
     drawing: Drawing
     references: References
 
     @classmethod
-    def of(cls, work: Work) -> Shown:
-        """Draw the small scenes; what the reference makes of them, the phase as it is will have asked."""
-        shown = cls(Drawing(work.examples, work.seed), References())
+    def of(cls, work: Assignment) -> SharedScenes:
+        """Draw the small scenes, and compute the reference's outcomes."""
+        shared = cls(Drawing(work.examples, work.seed), References())
         for turns in (False, True):
-            scenes = shown.drawing.small(turns)
-            shown.references.keep(scenes)
+            scenes = shared.drawing.small(turns)
+            shared.references.keep(scenes)
             for scene in scenes:
-                shown.references(scene)
-        return shown
+                shared.references(scene)
+        return shared
 
 
-def try_one(work: Work, task: Task, shown: Shown, tell: Tell) -> None:
-    """Load a mutant and run checks on it until one fails; tell what came of each."""
+def try_one(work: Assignment, task: MutantTask, shared: SharedScenes, send: Send) -> None:
+    """Load a mutant and run checks on it until one fails; send each result."""
     limit_memory(MEMORY)
     end_after(work.limits["load"])
     name = f"mutant_{task.number}"
@@ -158,60 +154,61 @@ def try_one(work: Work, task: Task, shown: Shown, tell: Tell) -> None:
     try:
         target = write(work.phase, folder, name, task.place, task.change)
         spec = kt.BroadPhaseSpec(name.replace("_", "-"), target, features=frozenset(work.features))
-        kt.registry().add(Brought(spec))
+        kt.registry().add(PhasePlugin(spec))
         kt.registry().broad_phase(spec.name)(**work.options)
     except Exception as error:
-        tell({"crashed": f"{type(error).__name__}: {error}"})
+        send({"crashed": f"{type(error).__name__}: {error}"})
         return
-    court = Court(
+    judge = Judge(
         Subject(spec.name, work.options),
         seconds=float("inf"),
         shrink=False,
-        drawing=shown.drawing,
-        references=shown.references,
+        drawing=shared.drawing,
+        references=shared.references,
     )
     for check in work.checks:
-        tell({"begin": check})
+        send({"begin": check})
         began = time.process_time()
         end_after(work.limits.get(check, work.limits["load"]))
-        result = court.judge(check, "a mutant")  # as if expected to fail: nobody needs a verdict
+        result = judge.judge(check, "a mutant")  # as if expected to fail: no verdict is needed
         refused = result.status == "skipped" and check not in work.skips
         spent = time.process_time() - began
-        tell({"check": check, "status": result.status, "said": result.said or result.reason, "cpu": spent})
+        send({"check": check, "status": result.status, "said": result.said or result.reason, "cpu": spent})
         if result.status in STOPPED or (refused and task.number):
             return
-    tell({"end": True, "tightness": tightness(Subject(spec.name, work.options)) if work.whole else None})
+    send({"end": True, "tightness": tightness(Subject(spec.name, work.options)) if work.whole else None})
 
 
-def serve(work: Work, tell: Tell) -> None:
-    """Try all mutants, each in a fork; tell what each has told, and how it ended."""
+def serve(work: Assignment, send: Send) -> None:
+    """Judge all mutants, each in a fork; pass on its messages, and send how it ended."""
     sys.dont_write_bytecode = True
     words = Path(work.scratch) / f"words-{os.getpid()}"
     patience = 60.0 + 10.0 * max(work.limits.values())
-    shown = Shown.of(work)
+    shared = SharedScenes.of(work)
     for task in work.tasks:
-        tell({"task": task.number})
+        send({"task": task.number})
 
-        def attempt(tasks: Iterator[dict[str, Any]], say: Tell, task: Task = task) -> None:
-            try_one(work, task, shown, say)
+        def attempt(tasks: Iterator[dict[str, Any]], forward: Send, task: MutantTask = task) -> None:
+            try_one(work, task, shared, forward)
 
         child = forked(attempt, words)
         late = False
         try:
             while (message := child.hear(patience)) is not None:
-                tell(message)
+                send(message)
         except TimeoutError:
             late = True
         code = None if late else child.ended()
         child.end()
-        tell({"over": task.number, "code": code})
+        send({"over": task.number, "code": code})
 
 
 def main() -> None:
-    """Carry out the work that stands on the first line of the standard input; tell on the standard output."""
+    """Carry out the assignment on the first line of the standard input; messages go to the standard
+    output."""
     news = news_apart()
     try:
-        as_a_child(lambda tasks, tell: serve(Work.of(next(tasks)), tell), news, 0)
+        as_a_child(lambda tasks, tell: serve(Assignment.of(next(tasks)), tell), news, 0)
     except Exception:
         os.write(2, traceback.format_exc().encode())
         raise

@@ -1,8 +1,7 @@
-"""A phase's own source: the module of its class, and the modules of the same package that this imports.
+"""Sources of a phase: the module of its class, and the modules of the same package that this imports.
 
 ``import package.module`` without ``as`` is not followed; ``from . import module``, ``from .module import
-name`` and their absolute forms are. Written elsewhere under another package's name, relative imports within
-what was found stand as they are; all others are made absolute.
+name`` and their absolute forms are.
 """
 
 from __future__ import annotations
@@ -18,8 +17,6 @@ from pathlib import Path
 
 from kinetile.errors import BadOption
 from kinetile.plugin.registry import registry
-
-__all__ = ["Import", "PhaseSource", "Source", "place_in", "source_of"]
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,9 @@
-"""Scenes to draw: small ones full of ties, swarms, marathons, and lattices by the hundred."""
+"""Hypothesis strategies for scenes: small ones full of ties, swarms, marathons, and lattices by the
+hundred."""
 
 from __future__ import annotations
 
-from kinetile_conformance.strategies.lattices import lattice_scenes
-from kinetile_conformance.strategies.marathons import marathon_scenes
+from kinetile_conformance.strategies.bulk import lattice_scenes, marathon_scenes
 from kinetile_conformance.strategies.small import (
     MOST,
     box_scenes,

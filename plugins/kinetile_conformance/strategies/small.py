@@ -18,18 +18,6 @@ from hypothesis import strategies as st
 
 from kinetile.scene import Scene, Settings, Turn
 
-__all__ = [
-    "MOST",
-    "box_scenes",
-    "grazing_scenes",
-    "line_scenes",
-    "plane_scenes",
-    "scenes",
-    "sized_scenes",
-    "sliding_scenes",
-    "wide_scenes",
-]
-
 Body = dict[str, Any]
 
 FEWEST, MOST = 2, 6

@@ -12,21 +12,18 @@ import pytest
 
 import kinetile as kt
 from kinetile.errors import Refused
-from kinetile.kernel.compiled import INTERPRETED
 from kinetile.toolbox import BroadPhaseParts, Kernel, NoState, hook
 from kinetile_conformance import check_named
-from kinetile_conformance.cases import Subject, outcome
-from kinetile_conformance.cases.tables import left_behind, left_otherwise
-from kinetile_conformance.court.court import Court
-from kinetile_conformance.court.verdicts import Seen
+from kinetile_conformance.cases import Subject, outcome, tables_after
+from kinetile_conformance.compare import table_difference
+from kinetile_conformance.judge import CheckRun, Judge
 from kinetile_conformance.strategies.swarms import swarm
 from kinetile_plugins.naive import near as everybody
+from registering import registered
 
-pytestmark = pytest.mark.skipif(
-    not INTERPRETED, reason="a loop for each of these phases: they are judged where hooks are interpreted"
-)
+pytestmark = pytest.mark.interpreted
 
-PHASES = ("naive", "sap-1d", "sap-2d", "cells", "sweep-tiling")
+BUILT_IN = ("naive", "sap-1d", "sap-2d", "cells", "sweep-tiling")
 
 
 @hook
@@ -98,33 +95,28 @@ class ClaimsAnySkin(Right):
         return BroadPhaseParts(nobody if small else everybody)
 
 
-class Plugin:
-    @kt.hookimpl
-    def kinetile_broad_phases(self) -> list[kt.BroadPhaseSpec]:
-        return [
-            kt.BroadPhaseSpec("right", Right),
-            kt.BroadPhaseSpec("flies", Right, features=frozenset({"boxes", "flies"})),
-            kt.BroadPhaseSpec("knows-the-judge", KnowsTheJudge),
-            kt.BroadPhaseSpec("looks-at-the-end", LooksAtTheEnd),
-            kt.BroadPhaseSpec("looks-at-variables", LooksAtVariables),
-            kt.BroadPhaseSpec("remembers", Remembers),
-            kt.BroadPhaseSpec("names-two", NamesTwo),
-            kt.BroadPhaseSpec("only-up-to-a-skin", OnlyUpToASkin),
-            kt.BroadPhaseSpec("claims-any-skin", ClaimsAnySkin),
-        ]
+PHASES = (
+    kt.BroadPhaseSpec("right", Right),
+    kt.BroadPhaseSpec("flies", Right, features=frozenset({"boxes", "flies"})),
+    kt.BroadPhaseSpec("knows-the-judge", KnowsTheJudge),
+    kt.BroadPhaseSpec("looks-at-the-end", LooksAtTheEnd),
+    kt.BroadPhaseSpec("looks-at-variables", LooksAtVariables),
+    kt.BroadPhaseSpec("remembers", Remembers),
+    kt.BroadPhaseSpec("names-two", NamesTwo),
+    kt.BroadPhaseSpec("only-up-to-a-skin", OnlyUpToASkin),
+    kt.BroadPhaseSpec("claims-any-skin", ClaimsAnySkin),
+)
 
 
 @pytest.fixture(autouse=True)
-def registered() -> Iterator[None]:
-    plugin = Plugin()
-    kt.registry().add(plugin)
+def _registered() -> Iterator[None]:
     Remembers.most[0] = 0
-    yield
-    kt.registry().remove(plugin)
+    with registered(*PHASES):
+        yield
 
 
 def judged(name: str, check: str, expected: str | None = None):
-    return Court(Subject(name, {}), examples=12, shrink=False).judge(check, expected)
+    return Judge(Subject(name, {}), examples=12, shrink=False).judge(check, expected)
 
 
 @pytest.mark.parametrize(
@@ -135,15 +127,15 @@ def judged(name: str, check: str, expected: str | None = None):
             "knows-the-judge",
             "does-not-see-who-asks",
             "under another name of the program",
-            marks=pytest.mark.slow,
+            marks=pytest.mark.long,
         ),
         pytest.param(
             "looks-at-variables",
             "does-not-see-who-asks",
             "under another name of the program",
-            marks=pytest.mark.slow,
+            marks=pytest.mark.long,
         ),
-        pytest.param("looks-at-the-end", "does-not-see-who-asks", "a later end", marks=pytest.mark.slow),
+        pytest.param("looks-at-the-end", "does-not-see-who-asks", "a later end", marks=pytest.mark.long),
         ("remembers", "state-is-not-kept", "after other simulations"),
         ("names-two", "near-holds-while-bodies-pass", "while bodies pass"),
         ("names-two", "same-contacts-with-loose-bounds", "with bounds as loose"),
@@ -161,8 +153,8 @@ def test_a_claim_that_does_not_hold_is_found_out(name, check, words):
     ("check", "status"),
     [
         ("its-features-are-known", "passed"),
-        ("skin-limit-holds-at-its-edge", "passed"),
-        ("state-is-not-kept", "passed"),
+        pytest.param("skin-limit-holds-at-its-edge", "passed", marks=pytest.mark.slow),
+        pytest.param("state-is-not-kept", "passed", marks=pytest.mark.slow),
     ],
 )
 def test_what_is_right_passes(check, status):
@@ -176,35 +168,35 @@ def test_a_phase_that_asks_for_solid_bodies_refuses_to_do_without_them():
 
 
 def test_the_scene_of_a_disagreement_is_the_one_on_which_it_was_seen():
-    seen = Seen(check_named("skin-limit-holds-at-its-edge"), Subject("only-up-to-a-skin", {}))
-    assert not seen.look(swarm("gas", 8))
+    seen = CheckRun(check_named("skin-limit-holds-at-its-edge"), Subject("only-up-to-a-skin", {}))
+    assert not seen.holds(swarm("gas", 8))
     assert seen.scene is not None
     assert len(seen.scene) == 12
     assert seen.scene.radius.max() < 1e-6
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["gas", "lattice", "cloud"])
 def test_what_a_run_leaves_is_a_function_of_the_scene(kind):
     scene = swarm(kind, 8, seed=2)
     left = []
-    for name in PHASES:
+    for name in BUILT_IN:
         try:
-            left.append(outcome(Subject(name, {}), scene, 60).left)
+            left.append(outcome(Subject(name, {}), scene, 60).tables)
         except Refused:
             assert (name, kind) == ("sweep-tiling", "cloud")
-    assert len(left) >= len(PHASES) - 1
+    assert len(left) >= len(BUILT_IN) - 1
     assert len(left[0]) > 20
     for other in left[1:]:
         assert set(other) == set(left[0])
-        assert left_otherwise(other, left[0]) is None
+        assert table_difference(other, left[0]) is None
 
 
 @pytest.mark.parametrize("name", ["bodies.last", "clock.tolerance", "counts.logged", "mass"])
 def test_what_is_left_otherwise_is_named(name):
     sim = kt.Simulation(swarm("gas", 8), "naive", turning=True)
     sim.run(until=0.5)
-    left = dict(left_behind(sim))
+    left = dict(tables_after(sim))
     changed = {**left, name: left[name] + np.ones(1, dtype=left[name].dtype)}
-    assert left_otherwise(left, left) is None
-    assert name in str(left_otherwise(changed, left))
+    assert table_difference(left, left) is None
+    assert name in str(table_difference(changed, left))

@@ -9,7 +9,7 @@ import pytest
 
 import kinetile as kt
 from kinetile.errors import AuditError, BadOption, UnknownName
-from kinetile_conformance.compare import Divergence, _Answer, _first_difference, compare, describe_row
+from kinetile_conformance.compare import Divergence, _Answer, compare, describe_row, find_divergence
 
 
 def three_in_a_row() -> kt.Scene:
@@ -95,20 +95,20 @@ def test_the_end_and_the_bodies_are_compared_too():
     state, bodies = np.zeros((2, 4)), np.array([3, 7])  # others have left
     reference = _Answer(contacts, end, state, bodies)
     same = _Answer(contacts.copy(), dict(end), state.copy(), bodies)
-    assert _first_difference("a", "b", reference, same) is None
-    ended = _first_difference(
+    assert find_divergence("a", "b", reference, same) is None
+    ended = find_divergence(
         "a", "b", reference, _Answer(contacts, {"time": 0.5, "fault": "ZenoError"}, state, bodies)
     )
     assert ended.what == "end"
     assert "time 0.5, fault ZenoError" in str(ended)
     negative = state.copy()
     negative[1, 2] = -0.0
-    moved = _first_difference("a", "b", reference, _Answer(contacts, end, negative, bodies))
+    moved = find_divergence("a", "b", reference, _Answer(contacts, end, negative, bodies))
     assert (moved.what, moved.index) == ("body", 7)
     assert "vx -0.0" in str(moved)
     other = contacts.copy()
     other["tick"][0] = 1
-    ticked = _first_difference("a", "b", reference, _Answer(other, end, negative, bodies))
+    ticked = find_divergence("a", "b", reference, _Answer(other, end, negative, bodies))
     assert (ticked.what, ticked.index, ticked.before) == ("contact", 0, None)
 
 

@@ -35,10 +35,10 @@ def _folder(tmp_path, monkeypatch):
 # conform
 
 
-@pytest.mark.parametrize("door", ["--in-process", "--isolated"])
-def test_a_phase_that_conforms(door, tmp_path):
+@pytest.mark.parametrize("how", ["--in-process", "--isolated"])
+def test_a_phase_that_conforms(how, tmp_path):
     result = kinetile_(
-        "conform", "naive", door, "--examples", 2, "--check", "same-contacts", "--check", "makes-progress"
+        "conform", "naive", how, "--examples", 2, "--check", "same-contacts", "--check", "makes-progress"
     )
     assert result.exit_code == 0, result.output
     head, blank, first, second, *rest = result.stdout.splitlines()
@@ -87,10 +87,10 @@ def test_what_cannot_be_judged_is_exit_code_2(arguments, said):
 
 
 @pytest.mark.parametrize("folder", ["a-file", "a-file/within", "new/" + 300 * "n"])
-@pytest.mark.parametrize("door", ["--in-process", "--isolated"])
-def test_a_folder_that_cannot_be_written_is_said_before_anything_is_judged(folder, door, tmp_path):
+@pytest.mark.parametrize("how", ["--in-process", "--isolated"])
+def test_a_folder_that_cannot_be_written_is_said_before_anything_is_judged(folder, how, tmp_path):
     (tmp_path / "a-file").touch()
-    result = kinetile_("conform", "naive", door, "--check", "rejects-unknown-options", "--save-to", folder)
+    result = kinetile_("conform", "naive", how, "--check", "rejects-unknown-options", "--save-to", folder)
     assert (result.exit_code, result.stdout) == (2, "")
     assert result.stderr.startswith(f"kinetile: --save-to {folder}: ")
     assert [path.name for path in tmp_path.iterdir()] == ["a-file"]
@@ -158,7 +158,9 @@ def blind(tmp_path_factory):
     def command(*words: object):
         return run(*words, folder=folder, paths=paths)
 
-    return SimpleNamespace(folder=folder, run=command, report=command("conform", "blind", *CHECKS))
+    return SimpleNamespace(
+        folder=folder, run=command, report=command("conform", "blind", "--examples", 40, *CHECKS)
+    )
 
 
 def test_a_phase_that_does_not_conform(blind):
@@ -177,7 +179,7 @@ def test_a_phase_that_does_not_conform(blind):
     assert "replay: kinetile replay blind conformance-failures/blind-same-contacts.toml" in lines
     assert any(line.startswith("begin with ") for line in lines)
     assert lines[-1] == "blind does not conform: same-contacts, never-misses-a-pair"
-    assert done.stderr == "judging blind on 100 scenes a check ...\n"
+    assert done.stderr == "judging blind on 40 scenes a check ...\n"
     found = {path.name for path in (blind.folder / "conformance-failures").iterdir()}
     assert found == {f"blind-{check}.{kind}" for check in CHECKS[1::2] for kind in ("toml", "svg")}
 
@@ -203,18 +205,21 @@ def test_its_scene_fails_again_and_passes_under_another(blind):
     assert json.loads(as_data.stdout)["verdict"].startswith("only blind; ")
 
 
+@pytest.mark.slow
 def test_what_is_expected_to_fail_and_does_conforms(blind):
     done = blind.run(
-        "conform", "blind", "--check", "same-contacts", "--expect-failure", "same-contacts=it is blind"
+        *("conform", "blind", "--examples", 40, "--check", "same-contacts"),
+        *("--expect-failure", "same-contacts=it is blind"),
     )
     assert done.returncode == 0, done.stdout
     assert "xfailed    same-contacts" in done.stdout
     assert "reason: it is blind" in done.stdout
 
 
+@pytest.mark.slow
 def test_cases_can_be_kept_elsewhere_and_left_as_they_are_found(blind):
     done = blind.run(
-        *("conform", "blind", "--in-process", "--check", "same-contacts"),
+        *("conform", "blind", "--in-process", "--examples", 40, "--check", "same-contacts"),
         *("--save-to", "kept", "--no-shrink", "--seed", 3, "--json"),
     )
     assert done.returncode == 1

@@ -7,7 +7,6 @@ how many bodies, may change with them: such a row is a warning, and the table is
 
 from __future__ import annotations
 
-import os
 import re
 import subprocess
 import sys
@@ -18,9 +17,10 @@ import pytest
 
 import mutants
 from kinetile_conformance import CHECKS
-from kinetile_conformance.isolation.processes import CAN_FORK
+from kinetile_conformance.processes import CAN_FORK
+from mutant_table import FIRST
 from phase_mutant_table import MUTANTS
-from phase_mutants import KILLED
+from phase_mutants import KILLED, judge
 
 TESTS = Path(__file__).parents[2]
 PAGE = (TESTS.parent / "docs" / "conformance.md").read_text(encoding="utf-8")
@@ -38,13 +38,13 @@ MORE_BODIES = {"misses one gap of a new plan", "makes its pairs at the first bui
 
 QUICK = (
     "naive-only-one-pair-a-body",
-    "naive-loses-a-pair-that-has-collided",
-    "naive-writes-into-the-scene",
+    pytest.param("naive-loses-a-pair-that-has-collided", marks=pytest.mark.slow),
+    pytest.param("naive-writes-into-the-scene", marks=pytest.mark.slow),
     "naive-crashes-with-three-bodies",
-    "sap-1d-does-not-watch-the-middle-at-the-start",
-    "sap-1d-takes-the-other-end-of-the-right-body",
-    "sap-1d-an-exchange-that-is-none",
-    "sap-2d-starts-without-its-pairs",
+    pytest.param("sap-1d-does-not-watch-the-middle-at-the-start", marks=pytest.mark.slow),
+    pytest.param("sap-1d-takes-the-other-end-of-the-right-body", marks=pytest.mark.slow),
+    pytest.param("sap-1d-an-exchange-that-is-none", marks=pytest.mark.slow),
+    pytest.param("sap-2d-starts-without-its-pairs", marks=pytest.mark.slow),
 )
 
 forks = pytest.mark.skipif(not CAN_FORK, reason="a phase of this process is judged in a fork")
@@ -58,11 +58,10 @@ def rows(text: str) -> list[list[str]]:
     return [[cell.strip() for cell in row] for row in cells]
 
 
-def judged(*labels: str, interpreted: bool) -> list[list[str]]:
+def judged(*labels: str) -> list[list[str]]:
     """Return the rows of mutants, or of all, as the program prints them."""
     done = subprocess.run(
         [sys.executable, str(TESTS / "mutant_table.py"), *labels],
-        env={**os.environ, "NUMBA_DISABLE_JIT": "1" if interpreted else "0"},
         capture_output=True,
         text=True,
         check=True,
@@ -71,13 +70,13 @@ def judged(*labels: str, interpreted: bool) -> list[list[str]]:
 
 
 @forks
+@pytest.mark.interpreted
 @pytest.mark.parametrize("label", QUICK)
-def test_a_mutant_is_killed_with_three_bodies_at_most(label):
-    """Interpreted: nothing is compiled."""
-    ((base, _, _, by, bodies),) = judged(label, interpreted=True)
-    assert label.startswith(base.strip("`"))
-    assert by.strip("`") in [check.name for check in CHECKS]
-    assert int(bodies) <= 3
+def test_a_mutant_is_killed_with_three_bodies_at_most(label, load_mutant, tmp_path):
+    result = judge(load_mutant(label), tmp_path, FIRST)
+    assert result is not None
+    assert not result.unjudged
+    assert int(result.bodies or 0) <= 3
 
 
 def test_the_table_has_every_mutant():
@@ -107,10 +106,10 @@ def test_the_tables_below_have_every_mutant(title, these):
 
 
 @forks
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.compiled
 def test_the_table_is_what_the_kit_makes_of_the_mutants():
-    found = judged(interpreted=False)
+    found = judged()
     assert [row[:3] for row in found] == [row[:3] for row in rows(SECTION)]
     for mutant, row, said in zip(MUTANTS, found, rows(SECTION), strict=True):
         *_, by, bodies = row

@@ -12,9 +12,8 @@ import time
 import pytest
 from typer.testing import CliRunner
 
-import kinetile_conformance.mutation
 from kinetile.cli import app
-from kinetile_conformance.mutation import Finding
+from kinetile_conformance.mutation.findings import Finding
 
 
 def kinetile_(*arguments: object):
@@ -38,7 +37,7 @@ def pretending(monkeypatch, *fates: str, error: type[BaseException] | None = Non
             raise error
         return 1.5
 
-    monkeypatch.setattr(kinetile_conformance.mutation, "campaign", campaign)
+    monkeypatch.setattr("kinetile_conformance.mutation.campaign.campaign", campaign)
     return rounds
 
 
@@ -46,7 +45,7 @@ def test_the_list_runs_nothing():
     result = kinetile_("mutate", "sap-1d", "--list", "--only", "dropped schedule")
     assert result.exit_code == 0
     head, before, after = result.stdout.splitlines()
-    assert head.endswith("sweep_and_prune.py:106 dropped schedule(...)")
+    assert head.endswith("sweep_and_prune.py:102 dropped schedule(...)")
     assert before == "    -     schedule(k, left >> 2, min(due, s.bounds[left ^ 1]))"
     assert after == "    +     pass"
     (row,) = json.loads(
@@ -75,7 +74,7 @@ def test_survivors_are_judged_thrice_and_shown(monkeypatch):
     result = kinetile_("mutate", "naive", "--examples", 7)
     assert result.exit_code == 0
     assert rounds == [(4, 10, False), (2, 10, False), (1, 7, True)]
-    assert "naive.py:24 constant 4000 -> 3999  (2.50 pairs an overlap, not 1.50)" in result.stdout
+    assert "naive.py:22 constant 4000 -> 3999  (2.50 pairs an overlap, not 1.50)" in result.stdout
     assert "    - LIMIT = 4000\n    + LIMIT = 3999" in result.stdout
     assert result.stdout.endswith("4 of 4 mutants judged, 1 survived\n")
 
@@ -151,7 +150,7 @@ def test_time_is_up(monkeypatch):
     assert (found["status"], found["judged"]) == ("stopped", 1)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_ctrl_c_ends_the_children_too():
     command = [sys.executable, "-m", "kinetile", "mutate", "naive", "--examples", "0", "--json"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:

@@ -9,20 +9,14 @@ import pytest
 import kinetile as kt
 from kinetile.errors import BadOption
 from kinetile_conformance import CHECKS
-from kinetile_conformance.isolation.processes import CAN_FORK
-from kinetile_conformance.mutation import (
-    Finding,
-    Findings,
-    Round,
-    campaign,
-    mutants_of,
-    passes,
-    rounds_of,
-    sample,
-    source_of,
-)
-from kinetile_conformance.mutation.campaign import FEW
+from kinetile_conformance.mutation.campaign import FEW, Round, campaign, rounds_of
+from kinetile_conformance.mutation.findings import Finding, Findings
 from kinetile_conformance.mutation.judging import FIRST, LONG, order_of_checks
+from kinetile_conformance.mutation.mutants import mutants_of, sample
+from kinetile_conformance.mutation.sources import source_of
+from kinetile_conformance.mutation.writing import passes
+from kinetile_conformance.processes import CAN_FORK
+from registering import registered
 
 pytestmark = pytest.mark.skipif(not CAN_FORK, reason="mutants are judged in forks")
 
@@ -52,7 +46,7 @@ class Toy:
     def prepare(self, scene):
         return BroadPhaseParts(near, room=len(scene) + WHOLE)
 """
-QUICK = Round(("same-contacts",), FEW, compiled=False, at_least=2.0)
+QUICK = Round(("same-contacts",), FEW, compiled=False, at_least=1.0)
 
 
 @pytest.fixture
@@ -60,15 +54,8 @@ def toy(tmp_path, monkeypatch):
     (tmp_path / "toy_phase.py").write_text(TOY, encoding="utf-8")
     monkeypatch.syspath_prepend(tmp_path)
 
-    class Plugin:
-        @kt.hookimpl
-        def kinetile_broad_phases(self) -> list[kt.BroadPhaseSpec]:
-            return [kt.BroadPhaseSpec("toy", "toy_phase:Toy")]
-
-    plugin = Plugin()
-    kt.registry().add(plugin)
-    yield source_of("toy")
-    kt.registry().remove(plugin)
+    with registered(kt.BroadPhaseSpec("toy", "toy_phase:Toy")):
+        yield source_of("toy")
     sys.modules.pop("toy_phase", None)
 
 

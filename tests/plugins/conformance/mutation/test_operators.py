@@ -8,10 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from kinetile_conformance.mutation import mutants_of, sample, source_of
-from kinetile_conformance.mutation.mutants import equivalents_of
+from kinetile_conformance.mutation.mutants import equivalents_of, mutants_of, sample
 from kinetile_conformance.mutation.operators import OPERATORS
-from kinetile_conformance.mutation.sources import PhaseSource, Source
+from kinetile_conformance.mutation.sources import PhaseSource, Source, source_of
 from kinetile_conformance.mutation.writing import changed
 
 

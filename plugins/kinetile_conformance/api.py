@@ -1,0 +1,157 @@
+"""The Python interface: judges a phase and returns a report, or replays one check on one scene."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, Unpack
+
+from kinetile.errors import BadOption, Refused, one_of
+from kinetile_conformance.cases import SavedCase, Subject, load_case
+from kinetile_conformance.checks import CHECKS
+from kinetile_conformance.judge import CheckRun, Judge, Options, Request, applicable, verdict
+from kinetile_conformance.rehearsal import rehearse, tightness
+from kinetile_conformance.report import KIT_VERSION, Report, Result
+from kinetile_conformance.sandbox import DEATHS, GIB, Sandbox
+
+MEMORY = 4 * GIB
+
+
+def check_broad_phase(
+    name: str, *, in_process: bool = False, memory: int = MEMORY, **options: Unpack[Options]
+) -> Report:
+    """Judge the broad phase registered under a name; return the report.
+
+    A child process judges it, so this one goes on whatever the phase does. A check that the child did not
+    survive has the status "died", with the cause and, as far as it can be seen, the place. After three deaths
+    the other checks are not run, and the report's notes say so.
+
+    Args:
+        name: the name under which it is registered.
+        in_process: judge in this process, for a debugger: then nothing ends an endless loop in a hook, and a
+            crash is one of this process.
+        memory: how many bytes a child may take beyond what it begins with, where the system can tell.
+        options: what else can be chosen (``Options``).
+
+    Raises:
+        UnknownName, BadOption: there is no such phase, or it has no such option.
+        NotJudged: it does not load, or its hooks do not compile; the message says where.
+        Refused: it refuses every sample of a scene; or it was added in this process, which cannot fork.
+        ValueError: a check is named that does not exist.
+        MissingExtra: Hypothesis is not installed.
+    """
+    request = Request.of(name, options)
+    if in_process:
+        return _judged_here(request)
+    notes: tuple[str, ...] = ()
+    with Sandbox(request, memory) as sandbox:
+        sandbox.rehearse()
+        results: list[Result] = []
+        for check in request.checks:
+            if sandbox.deaths >= DEATHS:
+                left = ", ".join(request.checks[len(results) :])
+                notes = (f"not run, after {sandbox.deaths} deaths: {left}",)
+                break
+            results.append(_reported(request, sandbox.judge(check)))
+        return request.report(results, _tightness(request, results, sandbox.tightness), notes)
+
+
+def _judged_here(request: Request) -> Report:
+    """Judge in this process."""
+    rehearse(request.subject)
+    judge = Judge(
+        request.subject,
+        examples=request.examples,
+        seed=request.seed,
+        seconds=request.seconds,
+        shrink=request.shrink,
+        save_to=request.save_to,
+    )
+    results = [
+        _reported(request, judge.judge(check, request.expected.get(check))) for check in request.checks
+    ]
+    return request.report(results, _tightness(request, results, lambda: tightness(request.subject)))
+
+
+def _reported(request: Request, result: Result) -> Result:
+    """Call the caller's ``on_result``, and return the result."""
+    request.on_result(result)
+    return result
+
+
+def _tightness(request: Request, results: list[Result], measured: Callable[[], float | None]) -> float | None:
+    """Return the over-reporting of a phase where all checks were run and passed; else None."""
+    whole = request.whole and len(results) == len(request.checks)
+    return measured() if whole and all(result.ok for result in results) else None
+
+
+DEFAULT_CHECK = "same-contacts"
+"""The check for a scene file that names none."""
+
+
+def replay(
+    name: str,
+    path: str | os.PathLike[str],
+    *,
+    check: str | None = None,
+    options: Mapping[str, Any] | None = None,
+) -> Result:
+    """Run a check on the scene of a file; return its result, with the verdict where it fails.
+
+    Args:
+        name: the name of the broad phase.
+        path: a scene file; one that the kit has saved names the check that failed, and the narrow phases that
+            were on request.
+        check: the name of the check; None: the one that the file names, or ``same-contacts``.
+        options: options of the broad phase; where there are none, those that the file names for this phase.
+
+    Raises:
+        UnknownName, BadOption: there is no such phase, option, file or check, or the check takes no scene.
+        SceneError: the file holds no scene.
+        Refused: the phase cannot do this scene.
+    """
+    path = Path(path)
+    case = _load(path)
+    scene = case.scene
+    wanted = check or case.check or DEFAULT_CHECK
+    each = next((known for known in CHECKS if known.name == wanted), None)
+    if each is None or not each.draws:
+        known = one_of(wanted, [known.name for known in CHECKS if known.draws])
+        where = f"{str(path)!r} names the check" if check is None else "the check is"
+        raise BadOption(f"{where} {wanted!r}; expected one that takes a scene (kit {KIT_VERSION}): {known}")
+    options = options or (case.options if name == case.name else {})
+    subject = Subject(name, dict(options), case.narrow_phases)
+    subject.simulation(scene)
+    skipped = applicable(subject, each)
+    if skipped is not None:
+        raise BadOption(f"the check {each.name!r} does not apply to {name!r}: it is {skipped}")
+    began = time.perf_counter()
+    run = CheckRun(each, subject)
+    holds = run.holds(scene)
+    if run.refused:
+        raise Refused(run.refusal)
+    return Result(
+        each.name,
+        each.sentence,
+        "passed" if holds else "failed",
+        1,
+        time.perf_counter() - began,
+        said=run.said or "",
+        verdict="" if holds else verdict(each, subject, scene),
+        bodies=len(scene),
+        case=path,
+    )
+
+
+def _load(path: Path) -> SavedCase:
+    """Return the case of a file; raise BadOption where it cannot be read."""
+    if not path.is_file():
+        raise BadOption(f"there is no scene file {str(path)!r}")
+    try:
+        return load_case(path)
+    except OSError as error:
+        raise BadOption(f"the scene file {str(path)!r} cannot be read: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise BadOption(f"the scene file {str(path)!r} is not UTF-8 text") from error

@@ -1,0 +1,263 @@
+"""A case: one scene under one phase, how far it is run, what is left of the run, and the file that keeps it.
+
+Contacts and places are what a user sees. A phase that tampers with a count, with a body's ``last`` or with
+the tolerance can leave both as they should be, and do its harm in another scene. So an outcome also has all
+of the kernel's tables that is a function of the scene alone.
+
+Left out is what phases may differ in: the numbers of candidate checks and of structural events, the calendar,
+the pair set, and since when places hold on the common clock. Within walls the skin, and what follows from it,
+is a function of the scene. Without walls it is computed anew, from how far bodies have flown, whenever a
+phase's pair set grows; there it is compared with the bodies' reach alone.
+
+A saved case is a scene in TOML that replays exactly; comments at its head name the check and the phases.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+import numpy.typing as npt
+
+from kinetile.errors import KinetileError
+from kinetile.kernel.tables import slots_taken
+from kinetile.plugin.registry import Provided, registry
+from kinetile.plugin.specs import BroadPhaseSpec, NarrowPhaseSpec, hookimpl
+from kinetile.run.simulation import Simulation
+from kinetile.scene import Scene
+from kinetile.scene.by_name import load_scene
+from kinetile.scene.files import dumps_scene
+from kinetile.toolbox import NOBODY
+
+REFERENCE = "naive"
+CONTACTS = 150
+"""The limit of contacts of a run; of a run in pieces, of each piece."""
+
+SWARM_CONTACTS = 1_500
+"""The limit for a swarm; more contacts find no more faults."""
+
+LATTICE_CONTACTS = 20_000
+"""The limit for a scene of lattices: more than it has until its end."""
+
+MARATHON_CONTACTS = 100_000
+
+UNTIL = 8.0
+"""The length of a case, in time units, where its scene has no end."""
+
+Tables = Mapping[str, npt.NDArray[np.generic]]
+
+BODIES = ("x", "y", "vx", "vy", "anchor", "radius")
+CLOCK = (
+    *("now", "tick", "per_time", "width", "height", "present", "epoch"),
+    *("window", "window_size", "window_tick", "fault"),
+)
+OF_THE_SKIN = ("skin", "theta", "tolerance", "span", "fat")
+COUNTS = (
+    *("contacts_disc", "contacts_wall", "turns", "inserted", "removed"),
+    *("logged", "deepest", "commanded_energy"),
+)
+
+
+@dataclass(frozen=True)
+class Subject:
+    """The phases under test: a broad phase with its options, alone or with narrow phases.
+
+    ``narrow`` has the options of each named narrow phase. It replaces the usual one of its role: ``disc`` for
+    pairs, ``wall`` for walls.
+    """
+
+    name: str
+    options: Mapping[str, Any]
+    narrow: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+
+    def simulation(self, scene: Scene, **more: Any) -> Simulation:
+        """Return a simulation of a scene under these phases; all cases of a kind share one compiled loop."""
+        chosen = {"narrow_phases": self.narrow_phases(scene)} | more
+        return Simulation(scene, self.name, options=self.options, turning=True, **chosen)
+
+    def narrow_phases(self, scene: Scene) -> dict[str, Mapping[str, Any]] | None:
+        """Return the narrow phases for a scene; None where none is named: the scene's own."""
+        if not self.narrow:
+            return None
+        pairs, walls = (self.of_role(role) for role in ("pair", "wall"))
+        return (pairs or {"disc": {}}) | ((walls or {"wall": {}}) if scene.arena is not None else {})
+
+    def of_role(self, role: str) -> dict[str, Mapping[str, Any]]:
+        """Return the named narrow phases of a role."""
+        found = {name: registry().spec("narrow phase", name) for name in self.narrow}
+        return {n: self.narrow[n] for n, spec in found.items() if cast(NarrowPhaseSpec, spec).role == role}
+
+    @property
+    def pair(self) -> str | None:
+        """The named narrow phase for pairs; None: it is the usual one."""
+        return next(iter(self.of_role("pair")), None)
+
+    def under(self, broad_phase: str) -> Subject:
+        """Return another broad phase with the same narrow phases."""
+        return Subject(broad_phase, {}, self.narrow)
+
+
+def provided(subject: Subject) -> tuple[Provided, ...]:
+    """Return the providers of the phases under test, the broad phase's first."""
+    narrow = (registry().provided("narrow phase", name) for name in subject.narrow)
+    return registry().provided("broad phase", subject.name), *narrow
+
+
+class PhasePlugin:
+    """A plugin that provides one phase, under the phase's name: for phases that exist in this process
+    only."""
+
+    def __init__(self, spec: BroadPhaseSpec | NarrowPhaseSpec) -> None:
+        self.__name__ = spec.name
+        self._spec = spec
+
+    @hookimpl
+    def kinetile_broad_phases(self) -> list[BroadPhaseSpec]:
+        """Return the phase, if it is a broad phase."""
+        return [self._spec] if isinstance(self._spec, BroadPhaseSpec) else []
+
+    @hookimpl
+    def kinetile_narrow_phases(self) -> list[NarrowPhaseSpec]:
+        """Return the phase, if it is a narrow phase."""
+        return [self._spec] if isinstance(self._spec, NarrowPhaseSpec) else []
+
+
+@dataclass(frozen=True)
+class RunOutcome:
+    """What is left of a run: everything that must be the same under every phase.
+
+    ``ended`` is "ran", or the error that ended the run; ``tables`` is empty after an error.
+    """
+
+    contacts: npt.NDArray[np.void]
+    ended: str
+    time: float
+    positions: npt.NDArray[np.float64]
+    velocities: npt.NDArray[np.float64]
+    tables: Tables = field(default_factory=dict)
+
+    @classmethod
+    def after(cls, sim: Simulation, run: Callable[[], object]) -> RunOutcome:
+        """Return what is left of a simulation after a run; an error of the run is part of it."""
+        ended = "ran"
+        try:
+            run()
+        except KinetileError as error:
+            ended = f"{type(error).__name__}: {error}"
+        return cls.of(sim, ended)
+
+    @classmethod
+    def of(cls, sim: Simulation, ended: str = "ran") -> RunOutcome:
+        """Return what a simulation holds now."""
+        tables = tables_after(sim) if ended == "ran" else {}
+        return cls(sim.contacts, ended, sim.time, sim.positions(), sim.velocities(), tables)
+
+
+def horizon(scene: Scene) -> float:
+    """Return the time at which a case ends."""
+    return scene.settings.until if scene.settings.until is not None else scene.start + UNTIL
+
+
+def run_summary(subject: Subject, scene: Scene, until: float | None = None) -> tuple[str, str, int]:
+    """Run a case, by default to its horizon; return how it ended, its fingerprint, and its number of events
+    of all kinds: what two runs of one phase have in common."""
+    sim = subject.simulation(scene)
+    ended = "ran"
+    try:
+        sim.run(until=horizon(scene) if until is None else until, max_contacts=CONTACTS)
+    except KinetileError as error:
+        ended = type(error).__name__
+    return ended, sim.fingerprint, sim.readings.events
+
+
+def outcome(subject: Subject, scene: Scene, contacts: int = CONTACTS, **more: Any) -> RunOutcome:
+    """Run a case; an error of the run is part of its outcome, but not one of preparing it: ``Refused`` and
+    ``BadOption`` are raised."""
+    sim = subject.simulation(scene, **more)
+    return RunOutcome.after(sim, lambda: sim.run(until=horizon(scene), max_contacts=contacts))
+
+
+def tables_after(sim: Simulation) -> Tables:
+    """Return copies of all table columns that are functions of the scene, by name: an array with a place for
+    each body, or of one number. Empty where the tables cannot be read."""
+    try:
+        k = sim.tables
+    except KinetileError:
+        return {}
+    clock = k.clock[0]
+    walled = sim.scene.arena is not None and sim.composition.wall is not None
+    lives = bool(k.counts[0].inserted + k.counts[0].removed)
+    there = slots_taken(k)
+    full = not lives and len(there) == len(k.bodies)  # a phase without `enter` has no slots to spare
+    same_skin = walled and full  # the skin depends on the number of slots
+    bodies, number = k.bodies[there], np.append(k.queue["number"], NOBODY)
+    left = {f"bodies.{name}": np.array(bodies[name]) for name in BODIES}
+    met = bodies.last
+    if lives:  # a slot with a new body does not name back: it counts as nobody
+        met = np.where((met >= 0) & (k.bodies.last[met] == there), met, NOBODY)
+    left["bodies.last"] = number[met]
+    left["mass"] = np.array(k.mass[there])
+    left["radii"] = np.array(k.radii[there])
+    left["bodies.reach is radius and skin"] = np.array(bodies.reach == bodies.radius + clock.skin)
+    if not lives:
+        left["bodies.stamp"] = np.array(bodies.stamp)  # else it depends on the slot's former body
+    if full:
+        left["clock.spin_limit"] = np.array([clock.spin_limit])  # it depends on the number of slots
+    if same_skin:
+        left["bodies.reach"] = np.array(bodies.reach)
+    for name in (*CLOCK, *(OF_THE_SKIN if same_skin else ())):
+        left[f"clock.{name}"] = np.array([clock[name]])
+    return left | {f"counts.{name}": np.array([k.counts[0][name]]) for name in COUNTS}
+
+
+@dataclass(frozen=True)
+class SavedCase:
+    """A case as it was saved: the scene, and the check, phases and options that its file names; None, where
+    it names none."""
+
+    scene: Scene
+    check: str | None
+    name: str | None
+    options: Mapping[str, Any]
+    narrow_phases: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+
+
+def save_case(scene: Scene, path: Path, check: str, subject: Subject, said: str) -> None:
+    """Write a case as a scene file; comments at its head name the check, the phases with their options, and
+    the first lines of the failure."""
+    head = [f"check: {check}", f"broad phase: {subject.name}"]
+    if subject.options:
+        head.append(f"options: {json.dumps(dict(subject.options), default=repr)}")
+    if subject.narrow:
+        head.append(f"narrow phases: {json.dumps(subject.narrow, default=repr)}")
+    head += [f"said: {line}" for line in said.splitlines()[:6]]
+    text = "".join(f"# {line}\n" for line in head)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text + dumps_scene(scene), encoding="utf-8")
+
+
+def load_case(path: Path) -> SavedCase:
+    """Read a case; any other scene file is a case that names nothing."""
+    head: dict[str, str] = {}
+    for line in path.read_text(encoding="utf-8").splitlines():
+        if not line.startswith("# "):
+            break
+        key, _, value = line[2:].partition(":")
+        head.setdefault(key, value.strip())
+    said: dict[str, Any] = {"options": {}, "narrow phases": {}}
+    if "check" in head:
+        for key in said:
+            with contextlib.suppress(ValueError):
+                said[key] = json.loads(head.get(key, "{}"))
+    check = head.get("check")
+    return SavedCase(load_scene(path), check, head.get("broad phase") if check else None, *said.values())
+
+
+def not_saved(what: str, error: OSError) -> str:
+    """Return the report's line on a file that could not be written: no fault of the phase under test."""
+    return f"(the {what} could not be saved: {error.strerror or error})"

@@ -1,0 +1,223 @@
+"""Checks of contacts: a run's contacts, its end and the final state, compared with those of another run.
+
+The other is the reference's run, or one of the phase's own that should have had the same result. The last
+checks are large and long, since six bodies and 150 contacts fill no list, no table and no counter.
+"""
+
+from __future__ import annotations
+
+from copy import deepcopy
+
+import numpy as np
+
+from kinetile.errors import BadOption, KinetileError, Refused
+from kinetile.run.simulation import Simulation
+from kinetile.scene import Scene
+from kinetile_conformance.cases import (
+    CONTACTS,
+    LATTICE_CONTACTS,
+    MARATHON_CONTACTS,
+    SWARM_CONTACTS,
+    RunOutcome,
+    Subject,
+    horizon,
+    outcome,
+    run_summary,
+)
+from kinetile_conformance.checks.check import (
+    Disagreement,
+    Reference,
+    agree,
+    agree_when_commanded,
+    check,
+    drawn_from,
+    near_fault,
+)
+from kinetile_conformance.checks.metamorphic import changed
+from kinetile_conformance.compare import difference
+
+
+@check()
+def same_contacts(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """It gives the reference's contacts, end and final state, bit for bit."""
+    agree(subject, scene, reference)
+
+
+@check(turns=True)
+def same_contacts_with_turns(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """The same while bodies turn at scheduled times."""
+    agree(subject, scene, reference)
+
+
+@check()
+def same_contacts_when_turned_by_hand(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """The same when bodies are turned by hand between runs."""
+
+    def ran(tested: Subject) -> RunOutcome:
+        sim = tested.simulation(scene)
+
+        def run() -> None:
+            for step in range(1, 4):
+                sim.run(until=scene.start + step * 0.5, max_contacts=CONTACTS)
+                if len(scene):
+                    sim.set_velocity(step % len(scene), (0.5 * step, -1.0))
+            sim.run(until=scene.start + 4.0, max_contacts=CONTACTS)
+
+        return RunOutcome.after(sim, run)
+
+    agree_when_commanded(subject, ran)
+
+
+@check(turns=True)
+def repeats_itself(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """It repeats itself: the same contacts and the same number of events, twice."""
+    runs = [run_summary(subject, scene) for _ in range(2)]
+    if runs[0] != runs[1]:
+        raise Disagreement(
+            f"the first run {runs[0][0]}, {runs[0][2]} events; the second {runs[1][0]}, {runs[1][2]}"
+        )
+
+
+@check()
+def instances_are_independent(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """Two simulations under it do not disturb each other."""
+    # As many bodies, flying the other way: state shared between the two would show.
+    both = [scene, changed(scene, velocity=-scene.velocity)]
+    alone = [outcome(subject, each) for each in both]
+    side_by_side = [subject.simulation(each) for each in both]
+    step = (horizon(scene) - scene.start) / 4
+    ended = ["ran", "ran"]
+    for quarter in range(1, 5):
+        for which, sim in enumerate(side_by_side):
+            left = CONTACTS - len(sim.contacts)
+            if ended[which] == "ran" and left:
+                try:
+                    sim.run(until=max(scene.start + quarter * step, sim.time), max_contacts=left)
+                except KinetileError as error:
+                    ended[which] = f"{type(error).__name__}: {error}"
+    for sim, end, expected in zip(side_by_side, ended, alone, strict=True):
+        if end.partition(":")[0] != expected.ended.partition(":")[0]:
+            raise Disagreement(f"side by side with another it ended with {end}; alone {expected.ended}")
+        if sim.contacts.tobytes() != expected.contacts.tobytes():
+            raise Disagreement("side by side with another it does not give the contacts that it gives alone")
+
+
+@check(turns=True)
+def leaves_the_scene_alone(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """It leaves the scene as it is."""
+    before = deepcopy(scene)
+    outcome(subject, scene)
+    if scene != before:
+        raise Disagreement("the scene is not what it was before the run")
+
+
+@check(turns=True)
+def stops_and_goes_on(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """A run that is stopped and goes on is the run that was not stopped."""
+    whole = outcome(subject, scene)
+    if whole.ended != "ran" or len(whole.contacts) >= CONTACTS:
+        return
+    sim = subject.simulation(scene)
+    for part in (0.25, 0.25, 0.5, 1.0):
+        sim.run(until=scene.start + part * (horizon(scene) - scene.start))
+        sim.candidate_pairs()
+    said = difference(RunOutcome.of(sim), whole, subject.name)
+    if said is not None:
+        raise Disagreement(f"stopped and gone on with, {said}")
+
+
+@check(turns=True)
+def survives_being_built_anew(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """Built anew in the middle of a run it goes on as before."""
+    expected = reference(scene)
+    if expected.ended != "ran" or len(expected.contacts) >= CONTACTS:
+        return
+    sim = subject.simulation(scene)
+    for part in (0.3, 0.6, 1.0):
+        sim.run(until=scene.start + part * (horizon(scene) - scene.start))
+        if part < 1.0:
+            sim.rebuild()
+    said = difference(RunOutcome.of(sim), expected, subject.name)
+    if said is not None:
+        raise Disagreement(f"built anew on the way, {said}")
+
+
+@check(draws=False, replayed_by="same-contacts")
+def survives_the_smallest_scenes(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """It runs where there is nothing, one body, or nothing that moves."""
+    nobody = np.zeros((0, 2))
+    for small in (
+        Scene(nobody, nobody, np.zeros(0), arena=(1.0, 1.0)),
+        Scene([[0.5, 0.5]], [[0.0, 0.0]], 0.25, arena=(1.0, 1.0)),
+        Scene([[0.5, 0.5]], [[1.0, 0.5]], 0.25, arena=(1.0, 1.0)),
+        Scene([[0.25, 0.5], [0.75, 0.5]], np.zeros((2, 2)), 0.25, arena=(1.0, 1.0)),
+        Scene([[0.5, 0.5], [1.5, 0.5]], [[1.0, 0.0], [1.0, 0.0]], 0.5, arena=(8.0, 1.0)),
+    ):
+        agree(subject, small, reference, f"with {len(small)} bodies, ")
+
+
+@check(draws=False, replayed_by="same-contacts")
+def same_contacts_in_the_gallery(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """The fixed gallery: gases, worst cases, billiards, lattices full of ties, a row between two bodies."""
+    from kinetile_conformance.strategies.gallery import gallery
+
+    seen = 0
+    refusal = None
+    for title, picture in gallery():
+        try:
+            agree(subject, picture, reference, f"{title}: ")
+            seen += 1
+        except Refused as error:
+            refusal = error
+        except KinetileError as error:
+            raise Disagreement(f"{title}: {type(error).__name__}: {error}", picture) from error
+    if refusal is not None and not seen:
+        raise refusal
+
+
+@check(draws=False, judges="broad")
+def rejects_unknown_options(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """An option that it does not have is refused by name."""
+    try:
+        Simulation(scene, subject.name, options={**subject.options, "no_such_option": 1})
+    except BadOption:
+        return
+    raise Disagreement("it takes an option called 'no_such_option' without a word")
+
+
+LOOKS = 4
+"""Tests of `near` over the course of a swarm."""
+
+
+@check(scenes=drawn_from("swarms", "swarm_scenes"), share=0.5, since="3.0")
+def same_contacts_in_a_swarm(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """The reference's contacts among hundreds of bodies as well, and whoever touch are near each other."""
+    agree(subject, scene, reference, contacts=SWARM_CONTACTS)
+    sim = subject.simulation(scene)
+    step = (horizon(scene) - scene.start) / LOOKS
+    for look in range(1, LOOKS + 1):
+        try:
+            sim.run(until=max(scene.start + look * step, sim.time), max_contacts=SWARM_CONTACTS // LOOKS)
+        except KinetileError:
+            return  # so did the reference's, or it would not have agreed
+        said = near_fault(sim)
+        if said is not None:
+            raise Disagreement(f"at time {sim.time!r} {said}")
+
+
+@check(scenes=drawn_from("swarms", "giant_scenes"), share=0.3, since="3.3")
+def same_contacts_beside_giants(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """The reference's contacts where few large bodies fly through many small ones that hardly move."""
+    agree(subject, scene, reference, contacts=SWARM_CONTACTS)
+
+
+@check(scenes=drawn_from("bulk", "marathon_scenes"), share=0.03, since="3.0")
+def same_contacts_in_a_marathon(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """The reference's contacts for a hundred thousand of them, while the base of the clock moves often."""
+    agree(subject, scene, reference, contacts=MARATHON_CONTACTS)
+
+
+@check(scenes=drawn_from("bulk", "lattice_scenes"), share=1.0, since="3.0")
+def same_contacts_on_lattices(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """The reference's contacts on a hundred small lattices at once, where exact ties abound."""
+    agree(subject, scene, reference, contacts=LATTICE_CONTACTS)

@@ -1,0 +1,142 @@
+"""Metamorphic checks: a transformed scene must have the transformed contacts.
+
+Scenes are mirrored, have their axes exchanged, are renumbered, enlarged, moved, slowed, begun later, or
+played backwards. All factors are powers of two and all shifts dyadic, so rounding does not make a transformed
+scene another scene; where it does, the phase is compared with the reference on that scene too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from kinetile.errors import KinetileError
+from kinetile.scene import Scene, Turn
+from kinetile_conformance.cases import Subject, horizon, outcome
+from kinetile_conformance.checks.check import Disagreement, Reference, agree, check
+
+
+def changed(scene: Scene, **fields: Any) -> Scene:
+    """Return a scene with some fields changed."""
+    names = ("position", "velocity", "radius", "mass", "arena", "turns", "start", "settings")
+    return Scene(**({name: getattr(scene, name) for name in names} | fields))
+
+
+def without(scene: Scene, body: int) -> Scene:
+    """Return a scene without one of its bodies."""
+    left = np.arange(len(scene)) != body
+    return changed(
+        scene,
+        **{name: getattr(scene, name)[left] for name in ("position", "velocity", "radius", "mass")},
+        turns=[t._replace(body=t.body - (t.body > body)) for t in scene.turns if t.body != body],
+    )
+
+
+def enlarged(scene: Scene, by: float) -> Scene:
+    """Return a scene in which all lengths, and so all speeds, are multiplied."""
+    arena = scene.arena
+    return changed(
+        scene,
+        position=scene.position * by,
+        velocity=scene.velocity * by,
+        radius=scene.radius * by,
+        arena=None if arena is None else (arena[0] * by, arena[1] * by),
+        turns=[Turn(t.body, t.time, (t.velocity[0] * by, t.velocity[1] * by)) for t in scene.turns],
+    )
+
+
+def slowed(scene: Scene, by: float) -> Scene:
+    """Return a scene in which all durations are multiplied."""
+    turns = [
+        Turn(t.body, scene.start + by * (t.time - scene.start), (t.velocity[0] / by, t.velocity[1] / by))
+        for t in scene.turns
+    ]
+    settings = replace(scene.settings, until=scene.start + by * (horizon(scene) - scene.start))
+    return changed(scene, velocity=scene.velocity / by, turns=turns, settings=settings)
+
+
+def shifted_in_time(scene: Scene, by: float) -> Scene:
+    """Return a scene that starts later."""
+    turns = [Turn(t.body, t.time + by, t.velocity) for t in scene.turns]
+    settings = replace(scene.settings, until=horizon(scene) + by)
+    return changed(scene, start=scene.start + by, turns=turns, settings=settings)
+
+
+@check(turns=True)
+def does_not_see_the_start(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """It does not see when the clock starts."""
+    late = shifted_in_time(scene, 2.0**40)
+    here, there = outcome(subject, scene), outcome(subject, late)
+    for name in ("epoch", "tick", "a", "b"):
+        if here.contacts[name].tolist() != there.contacts[name].tolist():
+            raise Disagreement(f"started at 2^40, its contacts have another {name}")
+
+
+def other_views(scene: Scene) -> Iterator[tuple[str, Scene]]:
+    """Yield (name of the transformation, transformed scene)."""
+    arena = scene.arena
+    flip = np.array([-1.0, 1.0])
+    width = np.array([arena[0] if arena else 0.0, 0.0])
+    yield (
+        "mirrored",
+        changed(
+            scene,
+            position=width + scene.position * flip,
+            velocity=scene.velocity * flip,
+            turns=[Turn(t.body, t.time, (-t.velocity[0], t.velocity[1])) for t in scene.turns],
+        ),
+    )
+    yield (
+        "with its axes exchanged",
+        changed(
+            scene,
+            position=scene.position[:, ::-1],
+            velocity=scene.velocity[:, ::-1],
+            arena=None if arena is None else (arena[1], arena[0]),
+            turns=[Turn(t.body, t.time, (t.velocity[1], t.velocity[0])) for t in scene.turns],
+        ),
+    )
+    yield (
+        "renumbered",
+        changed(
+            scene,
+            position=scene.position[::-1],
+            velocity=scene.velocity[::-1],
+            radius=scene.radius[::-1],
+            mass=scene.mass[::-1],
+            turns=[Turn(len(scene) - 1 - t.body, t.time, t.velocity) for t in scene.turns],
+        ),
+    )
+    yield "32 times as large", enlarged(scene, 32.0)
+    yield "2^40 times as small", enlarged(scene, 2.0**-40)
+    yield "256 times as slow", slowed(scene, 256.0)  # so long that the clock's base moves on
+    if arena is None and len(scene):
+        yield "moved", changed(scene, position=scene.position + np.array([2.0**12, -(2.0**9)]))
+        yield (
+            "moved to where all coordinates are negative",
+            changed(scene, position=scene.position - np.ceil(scene.position.max(axis=0))),
+        )
+
+
+@check(turns=True)
+def same_contacts_after_a_change_of_view(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """The reference's contacts on the mirrored, turned, renumbered, enlarged, moved and slowed scene as
+    well."""
+    for how, view in other_views(scene):
+        agree(subject, view, reference, f"{how}, ")
+
+
+@check()
+def same_contacts_back_in_time(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """Time reversed at the end, it still gives the reference's contacts."""
+    there = reference(scene)
+    if there.ended != "ran":
+        return
+    try:
+        back = changed(scene, position=there.positions, velocity=-there.velocities, turns=())
+    except KinetileError:
+        return  # rounding has left two touching bodies in each other: not a scene
+    agree(subject, back, reference, "back in time, ")

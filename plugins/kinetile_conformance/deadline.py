@@ -1,0 +1,79 @@
+"""Time limits of what is judged, in processor time, without that of the compiler.
+
+Wall time would judge the machine. So a check has a number of CPU seconds, and is *not judged* where it needs
+more; compiling is not counted. One scene has a limit of its own, far beyond what any needs: a phase that
+exceeds it is in an endless loop. The system enforces that limit, for no compiled loop can be interrupted: a
+signal ends the process, which is why judging in a child process is the default.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import os
+import time
+from collections.abc import Iterator
+
+from kinetile.kernel.compiled import INTERPRETED, compiling_seconds, while_compiling
+from kinetile.kernel.compiled.limits import end_after
+
+SECONDS = 600.0 if INTERPRETED else 60.0
+"""CPU seconds that a check of a hundred scenes may take, without compiling."""
+
+SCENE_SECONDS = 300.0 if INTERPRETED else 20.0
+"""CPU seconds that a check may take for one scene, of which most take a hundredth."""
+
+SILENCE = 900.0
+"""Seconds of wall time without any message after which a process is given up: it sleeps, or waits for
+something."""
+
+
+class TimeIsUp(BaseException):
+    """A check has taken all its time; no error of the phase, nor one that anybody should catch on the way."""
+
+
+def spent() -> float:
+    """Return the CPU seconds of this process, and of those it has waited for, without those of compiling."""
+    times = os.times()
+    children = times.children_user + times.children_system
+    return time.process_time() + children - compiling_seconds()
+
+
+class Deadline:
+    """A number of CPU seconds from now."""
+
+    def __init__(self, seconds: float) -> None:
+        self.seconds = seconds
+        self._began = spent()
+
+    def check(self) -> None:
+        """Raise TimeIsUp where they are over."""
+        if spent() - self._began > self.seconds:
+            raise TimeIsUp
+
+
+_limit = 0.0
+"""The CPU seconds of a scene in this process; 0: no limit is kept."""
+
+
+def limit_scenes(seconds: float) -> None:
+    """Have this process ended where ``begin_scene`` was called longer ago than so many of its CPU seconds."""
+    global _limit
+    _limit = seconds
+    while_compiling(_uncounted)
+
+
+def begin_scene() -> None:
+    """Let the time of a scene begin now, where it is limited."""
+    if _limit:
+        end_after(_limit)
+
+
+@contextlib.contextmanager
+def _uncounted() -> Iterator[None]:
+    """Within this context no time is limited; after it, that of the scene begins anew."""
+    end_after(math.inf)
+    try:
+        yield
+    finally:
+        begin_scene()

@@ -1,0 +1,332 @@
+"""Scenes for checks: drawn by Hypothesis, and minimised where they fail.
+
+Small scenes are drawn once and shown to all checks that use them: drawing one takes longer than running it.
+What is drawn depends on the seed alone, so that the scene which failed can be drawn again and minimised: all
+that come before it are passed over without being run.
+
+Hypothesis minimises a swarm by the numbers of which it is made: kind, number of bodies, seed. It cannot leave
+out the one body that has nothing to do with the failure. ``reduced`` does that in four steps, each of which
+keeps only what still fails:
+
+1. The run becomes shorter: its length is halved for as long as it fails, then the end is found by bisection.
+   All that follows costs less for it.
+2. Bodies are left out by halves, quarters, eighths, ... one by one: delta debugging (Zeller and Hildebrandt,
+   "Simplifying and isolating failure-inducing input", 2002), which leaves of n bodies a few in O(n) scenes at
+   the worst and O(log n) where a few next to each other are to blame. Halves by the order of x come
+   after those by number: bodies that meet are neighbours.
+3. Turns are left out in the same way.
+4. Numbers are rounded to ever fewer digits, all at once, then those of each body.
+
+A smaller scene that is not valid (after rounding, bodies overlap) counts as one that does not fail.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kinetile.errors import KinetileError, MissingExtra
+from kinetile.scene import Scene
+from kinetile_conformance.cases import horizon
+from kinetile_conformance.checks.check import Check
+from kinetile_conformance.checks.metamorphic import changed
+
+
+class _Fails(Exception):
+    """A scene on which the check fails: what Hypothesis is to shrink."""
+
+
+class Drawing:
+    """What is drawn for the checks of a trial.
+
+    Args:
+        examples: how many small scenes.
+        seed: what the drawing begins with; the same seed draws the same scenes.
+    """
+
+    def __init__(self, examples: int, seed: int) -> None:
+        self.examples = examples
+        self.seed = seed
+        self._small: dict[bool, list[Scene]] = {}
+
+    def count(self, each: Check) -> int:
+        """Return the number of scenes for a check."""
+        return max(1, round(each.share * self.examples))
+
+    def small(self, turns: bool) -> list[Scene]:
+        """Return the small scenes, with or without turns."""
+        if turns not in self._small:
+            drawn: list[Scene] = []
+
+            def keep(scene: Scene) -> bool:
+                drawn.append(scene)
+                return True
+
+            draw(_small(turns), keep, self.examples, self.seed, shrink=False)
+            self._small[turns] = drawn
+        return self._small[turns]
+
+    def find_failure(self, each: Check, holds: Callable[[Scene], bool], shrink: bool) -> bool:
+        """Show scenes to a check until it fails on one; then, if so wished, ever smaller ones on which it
+        does. Return whether it ever fails.
+
+        Raises FlakyError of Hypothesis where a failure does not come back.
+        """
+        if each.scenes is not None:
+            return not draw(each.scenes(), holds, self.count(each), self.seed, shrink)
+        scenes = self.small(each.turns)[: self.count(each)]
+        failed = next((at for at, scene in enumerate(scenes) if not holds(scene)), None)
+        if failed is not None and shrink:
+            draw(_small(each.turns), holds, self.count(each), self.seed, shrink, passed_over=failed)
+        return failed is not None
+
+    def find_small_failure(self, each: Check, holds: Callable[[Scene], bool], most: int) -> None:
+        """Show small scenes of so few bodies to a check, until it fails on one, and shrink that."""
+        draw(_small(each.turns, most), holds, 8 * self.examples, self.seed, shrink=True)
+
+
+def _small(turns: bool, most: int | None = None) -> Any:
+    from kinetile_conformance.strategies import MOST, scenes
+
+    return scenes(turns=turns, most=most or MOST)
+
+
+def draw(
+    strategy: Any,
+    holds: Callable[[Scene], bool],
+    examples: int,
+    seed: int,
+    shrink: bool,
+    passed_over: int = 0,
+) -> bool:
+    """Draw scenes until one does not hold; then make it smaller. Return whether all hold.
+
+    The first ``passed_over`` are taken to hold, without being looked at.
+    """
+    try:
+        from hypothesis import HealthCheck, Phase, given, settings
+        from hypothesis import seed as seeded
+    except ImportError as error:
+        raise MissingExtra("the conformance kit", "hypothesis", "conformance") from error
+
+    drawn = 0
+
+    @seeded(seed)
+    @settings(
+        max_examples=examples,
+        database=None,
+        deadline=None,
+        phases=[Phase.generate, *([Phase.shrink] if shrink else [])],
+        report_multiple_bugs=False,
+        suppress_health_check=list(HealthCheck),
+    )
+    @given(strategy)
+    def look(scene: Scene) -> None:
+        nonlocal drawn
+        drawn += 1
+        if drawn > passed_over and not holds(scene):
+            raise _Fails
+
+    try:
+        look()
+    except _Fails:
+        return False
+    return True
+
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+
+FAMILIAR = 2
+"""The fewest bodies that minimising leaves: one alone meets no other."""
+
+HALVINGS = 30
+"""How often the length of the run is halved at most."""
+
+BISECTIONS = 12
+"""Halvings between the longest run that holds and the shortest that fails."""
+
+DIGITS = (0, 1, 2, 3, 4, 6, 8, 10, 13, 17, 21, 26, 32)
+"""Binary digits after the point to which numbers are rounded, the fewest first."""
+
+
+class _Search:
+    """The smallest failing scene so far, and whether there is time to look for a smaller one."""
+
+    def __init__(self, scene: Scene, fails: Callable[[Scene], bool], seconds: float) -> None:
+        self.scene = scene
+        self.fails = fails
+        self.end = time.process_time() + seconds
+
+    @property
+    def over(self) -> bool:
+        """Whether the time is up."""
+        return time.process_time() >= self.end
+
+    def take(self, make: Callable[[], Scene]) -> bool:
+        """Make a smaller scene, and keep it if it can be and fails; return whether it was kept."""
+        if self.over:
+            return False
+        try:
+            scene = make()
+        except KinetileError:
+            return False
+        if not self.fails(scene):
+            return False
+        self.scene = scene
+        return True
+
+
+def reduced(scene: Scene, fails: Callable[[Scene], bool], seconds: float) -> Scene:
+    """Return a smaller scene for which ``fails`` is true, as it is for the one given.
+
+    ``seconds`` is a limit in CPU time of this process: no scene is begun after it. What is returned is the
+    scene itself where nothing smaller fails.
+    """
+    search = _Search(scene, fails, seconds)
+    before = None
+    while before != search.scene and not search.over:
+        before = search.scene
+        _shorten(search)
+        _leave_out_bodies(search)
+        _leave_out_turns(search)
+        _round(search)
+    return search.scene
+
+
+def _until(scene: Scene, until: float) -> Scene:
+    """Return a scene that runs until another time, without the turns after it."""
+    turns = [turn for turn in scene.turns if turn.time <= until]
+    return changed(scene, settings=replace(scene.settings, until=until), turns=turns)
+
+
+def _shorten(search: _Search) -> None:
+    """Let the run end soon after what is amiss in it can be seen."""
+    start = search.scene.start
+    if horizon(search.scene) <= start or search.take(partial(_until, search.scene, start)):
+        return
+    holds = 0.0
+    for _ in range(HALVINGS):
+        holds = (horizon(search.scene) - start) / 2.0
+        if not search.take(partial(_until, search.scene, start + holds)):
+            break
+    for _ in range(BISECTIONS):
+        length = horizon(search.scene) - start
+        middle = _simple_between(holds, length)
+        if not holds < middle < length or length - holds < 2.0**-6 * length:
+            return
+        if not search.take(partial(_until, search.scene, start + middle)):
+            holds = middle
+
+
+def _simple_between(low: float, high: float) -> float:
+    """Return about the middle of two numbers, with few binary digits."""
+    step = 2.0 ** np.floor(np.log2(high - low) - 2.0)
+    return float(np.round((low + high) / 2.0 / step) * step)
+
+
+def _leave_out_bodies(search: _Search) -> None:
+    """Leave out bodies, in order of their numbers, then in order of x."""
+    for order in (_by_number, _by_place):
+        _leave_out(search, order, _only, FAMILIAR)
+
+
+def _by_number(scene: Scene) -> Integers:
+    return np.arange(len(scene))
+
+
+def _by_place(scene: Scene) -> Integers:
+    return np.argsort(scene.position[:, 0], kind="stable")
+
+
+def _only(scene: Scene, kept: Integers) -> Scene:
+    """Return a scene with some of its bodies, under new numbers, with their turns."""
+    kept = np.sort(kept)
+    new = {int(old): number for number, old in enumerate(kept)}
+    fields = {name: getattr(scene, name)[kept] for name in ("position", "velocity", "radius", "mass")}
+    turns = [turn._replace(body=new[turn.body]) for turn in scene.turns if turn.body in new]
+    return changed(scene, **fields, turns=turns)
+
+
+def _leave_out_turns(search: _Search) -> None:
+    """Leave out turns, in order of time."""
+    if search.scene.turns and not search.take(lambda: changed(search.scene, turns=())):
+        _leave_out(search, lambda scene: np.arange(len(scene.turns)), _only_turns, 1)
+
+
+def _only_turns(scene: Scene, kept: Integers) -> Scene:
+    return changed(scene, turns=[scene.turns[turn] for turn in np.sort(kept)])
+
+
+def _leave_out(
+    search: _Search,
+    order: Callable[[Scene], Integers],
+    only: Callable[[Scene, Integers], Scene],
+    least: int,
+) -> None:
+    """Leave out parts of what ``order`` lists, ever smaller ones, for as long as what is left fails and is
+    not less than ``least``."""
+    parts = 2
+    while not search.over:
+        listed = order(search.scene)
+        if len(listed) <= least:
+            return
+        parts = min(parts, len(listed))
+        cuts: Sequence[Integers] = np.array_split(listed, parts)
+        smaller = _first_that_fails(search, listed, cuts, only, least)
+        if smaller:
+            parts = max(2, parts - 1)
+        elif parts == len(listed):
+            return
+        else:
+            parts *= 2
+
+
+def _first_that_fails(
+    search: _Search,
+    listed: Integers,
+    cuts: Sequence[Integers],
+    only: Callable[[Scene, Integers], Scene],
+    least: int,
+) -> bool:
+    """Leave out one part, and go on with the others as long as that fails; return whether one was left out.
+
+    Numbers change when bodies are left out, so parts are taken from the whole, by what is left of it.
+    """
+    whole, left, some = search.scene, listed, False
+    for cut in cuts:
+        rest = left[~np.isin(left, cut)]
+        if len(rest) >= least and search.take(partial(only, whole, rest)):
+            left, some = rest, True
+    return some
+
+
+def _round(search: _Search) -> None:
+    """Round positions, velocities and radii to few binary digits, of all bodies, then of each."""
+    for fields in (("position", "velocity", "radius"), ("velocity",), ("position",), ("radius",)):
+        _round_some(search, fields, np.ones(len(search.scene), dtype=np.bool_))
+    for body in range(len(search.scene)):
+        for name in ("velocity", "position"):
+            _round_some(search, (name,), np.arange(len(search.scene)) == body)
+
+
+def _round_some(search: _Search, fields: tuple[str, ...], which: npt.NDArray[np.bool_]) -> None:
+    """Round fields of some bodies to the fewest digits with which the scene still fails."""
+    unit = 2.0 ** np.ceil(np.log2(float(search.scene.radius.max())))
+    for digits in DIGITS:
+        new = {}
+        for name in fields:
+            old = getattr(search.scene, name)
+            chosen = which[:, None] if old.ndim == 2 else which
+            step = unit * 2.0**-digits
+            new[name] = np.where(chosen, np.round(old / step) * step, old)
+        if all(np.array_equal(new[name], getattr(search.scene, name)) for name in fields):
+            return
+        if search.take(partial(changed, search.scene, **new)):
+            return

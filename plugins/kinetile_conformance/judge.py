@@ -1,0 +1,436 @@
+"""The judge: runs checks on scenes, one check after the other, minimises what fails, and gives a verdict.
+
+``Judge`` judges one phase in this process; ``kinetile_conformance.sandbox`` runs one in a child process with
+limits. ``Options`` are what a caller may choose, in Python, in pytest and on the command line; a ``Request``
+has them checked and completed.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, TypedDict
+
+from kinetile.errors import Refused
+from kinetile.plugin.calling import NOT_AUTHORS, place_of
+from kinetile.plugin.choices import write_phase
+from kinetile.plugin.registry import registry
+from kinetile.run.compose import check_options, read_narrow_phases
+from kinetile.scene import Scene
+from kinetile_conformance.cases import (
+    CONTACTS,
+    REFERENCE,
+    RunOutcome,
+    Subject,
+    not_saved,
+    outcome,
+    provided,
+    save_case,
+)
+from kinetile_conformance.checks import CHECKS, check_named
+from kinetile_conformance.checks.check import Check, Disagreement, DoesNotApply
+from kinetile_conformance.deadline import SECONDS, Deadline, TimeIsUp, begin_scene, spent
+from kinetile_conformance.diagnosis import OFTEN, likely
+from kinetile_conformance.drawing import Drawing, reduced
+from kinetile_conformance.report import Report, Result
+from kinetile_conformance.strategies.gallery import smallest
+
+NOT_AUTHORS.add(Path(__file__).parent)
+
+EXAMPLES = 100
+"""Scenes drawn for each check by default."""
+
+FEW = 3
+"""Bodies in a scene that a reader can follow in the head."""
+
+REDUCING = 20.0
+"""CPU seconds for minimising a scene of hundreds of bodies."""
+
+AGAIN = 5
+"""Repetitions of a failed check on the scene on which it failed."""
+
+
+class Options(TypedDict, total=False):
+    """Options of a conformance run, common to Python, command line and pytest.
+
+    Attributes:
+        options: the phase's options.
+        narrow_phases: narrow phases that are judged with it, by name, perhaps with options; each takes the
+            place of the usual one of its role. None: the broad phase is judged alone.
+        examples: scenes drawn for each check; ``EXAMPLES``.
+        checks: names of the checks to run; None: all that apply.
+        expected_failures: checks that are known to fail, each with the reason. They are run, and their
+            failures are not minimised; one that passes makes the report not ok.
+        save_to: a folder for the scenes that fail, as TOML, and their pictures; None: they are not saved.
+        shrink: whether to search for the smallest scene that fails; True.
+        seed: the seed of the drawing; the same seed draws the same scenes; 0.
+        seconds: CPU seconds for a check of up to ``EXAMPLES`` scenes, without compiling; for more scenes in
+            proportion. A check that needs more is not judged; ``SECONDS``.
+        on_result: called after each check, with its result.
+        on_scene: called with the name of the check and its number of scenes so far, for each scene; not
+            called where the phase is judged in the calling process.
+    """
+
+    options: Mapping[str, Any] | None
+    narrow_phases: Mapping[str, Mapping[str, Any]] | Sequence[str] | None
+    examples: int
+    checks: Sequence[str] | None
+    expected_failures: Mapping[str, str] | None
+    save_to: str | os.PathLike[str] | None
+    shrink: bool
+    seed: int
+    seconds: float
+    on_result: Callable[[Result], None] | None
+    on_scene: Callable[[str, int], None] | None
+
+
+@dataclass(frozen=True)
+class Request:
+    """The options of a conformance run, checked and completed, and the phases under test."""
+
+    subject: Subject
+    checks: tuple[str, ...]
+    whole: bool
+    expected: Mapping[str, str]
+    examples: int
+    save_to: Path | None
+    shrink: bool
+    seed: int
+    seconds: float
+    on_result: Callable[[Result], None]
+    on_scene: Callable[[str, int], None]
+    began: float
+
+    @classmethod
+    def of(cls, name: str, options: Options) -> Request:
+        """Return the request for a phase.
+
+        Raises UnknownName, BadOption, and ValueError for a check that does not exist.
+        """
+        expected = dict(options.get("expected_failures") or {})
+        chosen = options.get("checks")
+        for known in [*expected, *(chosen or ())]:
+            check_named(known)
+        examples = options.get("examples", EXAMPLES)
+        return cls(
+            subject=_subject(name, options),
+            checks=tuple([each.name for each in CHECKS] if chosen is None else chosen),
+            whole=chosen is None,
+            expected=expected,
+            examples=examples,
+            save_to=None if (folder := options.get("save_to")) is None else Path(folder),
+            shrink=options.get("shrink", True),
+            seed=options.get("seed", 0),
+            seconds=options.get("seconds", SECONDS) * max(1.0, examples / EXAMPLES),
+            on_result=options.get("on_result") or (lambda result: None),
+            on_scene=options.get("on_scene") or (lambda check, count: None),
+            began=time.perf_counter(),
+        )
+
+    def report(self, results: Sequence[Result], tight: float | None, notes: tuple[str, ...] = ()) -> Report:
+        """Return the report on these results."""
+        first, *_ = provided(self.subject)
+        return Report(
+            name=self.subject.name,
+            options=self.subject.options,
+            distribution=f"{first.distribution or 'this process'} {first.version or ''}".strip(),
+            narrow_phases=self.subject.narrow,
+            results=tuple(results),
+            tightness=tight,
+            seconds=time.perf_counter() - self.began,
+            notes=notes,
+        )
+
+
+def _subject(name: str, chosen: Options) -> Subject:
+    """Return the phases under test; raise UnknownName for a phase that does not exist, and BadOption for an
+    option that a narrow phase does not have. The rehearsal checks the options of the broad phase."""
+    narrow: dict[str, Mapping[str, Any]] = {}
+    for each, options in read_narrow_phases(chosen.get("narrow_phases") or ()).items():
+        check_options("narrow phase", each, registry().narrow_phase(each), options)
+        narrow[registry().spec("narrow phase", each).name] = dict(options)
+    subject = Subject(name, dict(chosen.get("options") or {}), narrow)
+    provided(subject)
+    return subject
+
+
+class References:
+    """Outcomes of scenes under the reference, with the narrow phases under test; computed once for scenes
+    that many checks share."""
+
+    def __init__(self, subject: Subject | None = None) -> None:
+        self._subject = Subject(REFERENCE, {}) if subject is None else subject.under(REFERENCE)
+        self._kept: dict[int, tuple[Scene, dict[int, RunOutcome]]] = {}
+
+    def keep(self, scenes: list[Scene]) -> None:
+        """Keep the outcomes of these scenes from now on."""
+        for scene in scenes:
+            self._kept.setdefault(id(scene), (scene, {}))
+
+    def __call__(self, scene: Scene, contacts: int = CONTACTS) -> RunOutcome:
+        """Return the reference's outcome of a scene, with so many contacts at most."""
+        _, known = self._kept.get(id(scene), (scene, {}))
+        if contacts not in known:
+            known[contacts] = outcome(self._subject, scene, contacts)
+        return known[contacts]
+
+
+def applicable(subject: Subject, each: Check) -> str | None:
+    """Return why a check does not apply to phases; None where it does."""
+    if each.judges == "broad" and subject.narrow:
+        return "for a broad phase alone: judge it without a narrow phase named"
+    if each.judges == "pair" and subject.pair is None:
+        return "for a narrow phase for pairs that is named"
+    features: frozenset[str] = getattr(registry().spec("broad phase", subject.name), "features", frozenset())
+    if each.feature is not None and each.feature not in features:
+        return f"for phases that declare the feature {each.feature!r}"
+    return None
+
+
+class CheckRun:
+    """One check on one phase, scene after scene: counts, refusals, and the last failure with its scene.
+
+    Minimising runs ever smaller scenes, so the last failure is the smallest one. ``fickle`` says that a
+    failure did not come back when the same scene was run once more.
+    """
+
+    def __init__(
+        self,
+        each: Check,
+        subject: Subject,
+        reference: References | None = None,
+        deadline: Deadline | None = None,
+    ) -> None:
+        self.each = each
+        self.subject = subject
+        self.count = 0
+        self.refused = 0
+        self.refusal = ""
+        self.inapplicable = ""
+        self.fickle = False
+        self.said: str | None = None
+        self.scene: Scene | None = None
+        self._reference = References(subject) if reference is None else reference
+        self._deadline = deadline
+
+    def holds(self, scene: Scene) -> bool:
+        """Run the check on a scene; return False where it fails. A scene that the phase refuses holds."""
+        if self._deadline is not None:
+            self._deadline.check()  # before the scene counts
+        self.count += 1
+        begin_scene()
+        try:
+            self.each.run(self.subject, scene, self._reference)
+        except Refused as error:
+            self.refused += 1
+            self.refusal = str(error)
+            if isinstance(error, DoesNotApply):
+                self.inapplicable = str(error)
+        except Disagreement as error:
+            self.said, self.scene = str(error), scene if self.each.draws else error.scene
+            return False
+        except Exception as error:  # whatever a foreign phase raises is its failure
+            self.said, self.scene = f"{type(error).__name__}: {error}{_place(error)}", scene
+            return False
+        return True
+
+
+def _place(error: Exception) -> str:
+    """Return where an error was raised; "" for kinetile's own errors, whose messages name the place."""
+    return "" if type(error).__module__ == "kinetile.errors" else place_of(error)
+
+
+def verdict(each: Check, subject: Subject, scene: Scene) -> str:
+    """Run a failing case under kinetile's own other phases; return which phase the failure speaks against.
+
+    Phases of other distributions are left out: each would have to be compiled, and could hang or crash.
+    """
+    named = ", ".join(write_phase(*each) for each in subject.narrow.items())
+    suspect = f"suspect the narrow phase, {named}" if named else "the reference is in doubt"
+    also: list[str] = []
+    fine: list[str] = []
+    for other in registry().names("broad phase"):
+        own = registry().provided("broad phase", other).distribution == "kinetile"
+        if not own or other in (subject.name, REFERENCE):
+            continue
+        if applicable(subject.under(other), each) is not None:
+            continue
+        run = CheckRun(each, subject.under(other))
+        holds = run.holds(scene)
+        if not run.refused:
+            (fine if holds else also).append(other)
+    if also and not fine:
+        return f"also {', '.join(also)}: {suspect}"
+    if also:
+        return f"also {', '.join(also)}, but not {', '.join(fine)}"
+    return f"only {subject.name}" + (f"; {', '.join(fine)} agree with the reference" if fine else "")
+
+
+class Judge:
+    """Judges one phase, in this process.
+
+    Args:
+        subject: the phase.
+        examples: the number of small scenes.
+        seed: the seed of the drawing.
+        seconds: CPU seconds for a check.
+        shrink: whether to search for the smallest scene that fails.
+        save_to: the folder for scenes that fail; None: they are not saved.
+        watched: returns a check as it is to be run here.
+        drawing, references: scenes that have been drawn before, and their outcomes under the reference.
+    """
+
+    def __init__(
+        self,
+        subject: Subject,
+        *,
+        examples: int = EXAMPLES,
+        seed: int = 0,
+        seconds: float = SECONDS,
+        shrink: bool = True,
+        save_to: Path | None = None,
+        watched: Callable[[Check], Check] | None = None,
+        drawing: Drawing | None = None,
+        references: References | None = None,
+    ) -> None:
+        self.subject = subject
+        self._drawing = Drawing(examples, seed) if drawing is None else drawing
+        self._references = References(subject) if references is None else references
+        self._seconds = seconds
+        self._shrink = shrink
+        self._save_to = save_to
+        self._watched = watched
+
+    def judge(self, name: str, expected: str | None = None) -> Result:
+        """Run the check of a name and return its result; ``expected`` is why it is known to fail."""
+        each = check_named(name)
+        if self._watched is not None:
+            each = self._watched(each)
+        skipped = applicable(self.subject, each)
+        if skipped is not None:
+            return Result(each.name, each.sentence, "skipped", 0, 0.0, reason=skipped)
+        if each.draws and each.scenes is None:
+            self._references.keep(self._drawing.small(each.turns))
+        began = spent()
+        run = CheckRun(each, self.subject, self._references, Deadline(self._seconds))
+        late = self._run(run, self._shrink and expected is None)
+        result = Result(each.name, each.sentence, "passed", run.count, 0.0)
+        if run.said is not None:
+            result = self._failed(run, result, expected)
+        elif late:
+            reason = f"{self._seconds:g} CPU s were not enough; no fault in the scenes seen until then"
+            result = replace(result, status="not judged", reason=reason)
+        elif run.count and run.refused == run.count:
+            reason = run.inapplicable or f"it refuses all scenes of this check: {run.refusal}"
+            result = replace(result, status="skipped", reason=reason)
+        elif expected is not None:
+            reason = f"was expected to fail ({expected}), and does not"
+            result = replace(result, status="xpassed", reason=reason)
+        return replace(result, seconds=spent() - began)
+
+    def _run(self, run: CheckRun, shrink: bool) -> bool:
+        """Run a check on its scenes; return whether its time was up before the last one."""
+        each = run.each
+        try:
+            if not each.draws:
+                run.holds(smallest())
+                return False
+            self._drawing.find_failure(each, run.holds, shrink)
+        except TimeIsUp:
+            if run.said is None:
+                return True
+        except Exception as error:  # Hypothesis: the failure does not come back when it is tried again
+            if run.said is None:
+                raise
+            run.said = f"{run.said}\n(not every time: {type(error).__name__})"
+            run.fickle = True
+            return False
+        if shrink and run.said is not None:
+            with suppress(TimeIsUp):  # minimising has time of its own
+                self._minimise(run)
+        return False
+
+    def _minimise(self, run: CheckRun) -> None:
+        """Search for a failing scene of fewer bodies than the one that Hypothesis has left.
+
+        Hypothesis cannot minimise scenes of hundreds by itself: their bodies are left out here. With small
+        scenes, leaving out bodies can end where no single one can be left out, and yet fewer would do. So
+        where more than a few are left, scenes of a few bodies are drawn as well.
+        """
+        if run.scene is None or len(run.scene) <= FEW:
+            return
+        if run.each.scenes is not None:
+            self._reduce(run)
+            return
+        few = CheckRun(run.each, run.subject, self._references, Deadline(self._seconds))
+        try:
+            self._drawing.find_small_failure(run.each, few.holds, FEW)
+        finally:
+            run.count += few.count
+            if few.said is not None:
+                run.said, run.scene = few.said, few.scene
+
+    def _reduce(self, run: CheckRun) -> None:
+        """Leave out of a scene what is not needed for its failure."""
+        found = CheckRun(run.each, run.subject)
+        assert run.scene is not None
+        scene = reduced(run.scene, lambda fewer: not found.holds(fewer), REDUCING)
+        again = CheckRun(run.each, run.subject)
+        run.count += found.count + 1
+        if not again.holds(scene) and again.said is not None:
+            run.said, run.scene = again.said, again.scene
+
+    def _failed(self, run: CheckRun, result: Result, expected: str | None) -> Result:
+        """Return the result of a check that has failed."""
+        each, scene = run.each, run.scene
+        said = f"{run.said}{self._how_often(run) if expected is None else ''}"
+        case = picture = None
+        if self._save_to is not None and scene is not None and each.replay:
+            path = self._save_to / f"{self.subject.name}-{each.name}.toml"
+            try:
+                save_case(scene, path, each.replay, self.subject, said)
+                case = path
+                picture = _save_picture(self.subject, scene, path, said)
+            except OSError as error:
+                said = f"{said}\n{not_saved('scene' if case is None else 'picture', error)}"
+        broad = self.subject.pair is None  # diagnoses are for broad phases
+        cause = likely(each.name, said) if expected is None and broad else ""
+        replayed = check_named(each.replay) if each.replay else each
+        compared = expected is None and each.compares
+        return replace(
+            result,
+            status="failed" if expected is None else "xfailed",
+            said=f"{said}\n{OFTEN}{cause}" if cause else said,
+            reason=expected or "",
+            verdict=verdict(replayed, self.subject, scene) if compared and scene is not None else "",
+            bodies=len(scene) if scene is not None and each.replay else None,
+            case=case,
+            picture=picture,
+        )
+
+    def _how_often(self, run: CheckRun) -> str:
+        """Repeat the check on the scene on which it failed; return a line where it does not always fail."""
+        if run.scene is None or not run.each.draws or run.fickle:
+            return ""
+        times = tried = 0
+        deadline = Deadline(self._seconds)
+        with suppress(TimeIsUp):
+            while tried < AGAIN:
+                times += not CheckRun(run.each, self.subject, None, deadline).holds(run.scene)
+                tried += 1
+        if times == tried:
+            return ""
+        return f"\n(not every time: of {tried} times more on this scene it failed {times})"
+
+
+def _save_picture(subject: Subject, scene: Scene, case: Path, said: str) -> Path:
+    """Draw the moment of disagreement beside the saved case."""
+    from kinetile_conformance.view import draw  # loads the player: only where something has failed
+
+    path = case.with_suffix(".svg")
+    path.write_text(draw(subject, scene, said), encoding="utf-8")
+    return path

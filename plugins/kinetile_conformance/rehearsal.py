@@ -1,0 +1,100 @@
+"""Runs outside of any check: the rehearsal before all of them, and the over-reporting of a phase after them.
+
+A rehearsal loads a phase, compiles its loop and runs one scene. What fails there is no matter of conformance:
+a module with a syntax error, a hook that the compiler refuses, a part that raises. The report names it once,
+with the author's own file and line, and nothing is judged.
+
+The samples are two bodies each, with walls and without, of one size and of two: the choices for which loops
+differ. A conformance run compiles these and no others, but for what a phase itself composes otherwise.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+
+import numpy as np
+
+from kinetile.errors import BadOption, KinetileError, MissingExtra, NotJudged, Refused, UnknownName
+from kinetile.scene import Scene, Settings
+from kinetile.scene.by_name import make_scene
+from kinetile_conformance.cases import REFERENCE, Subject
+from kinetile_conformance.deadline import begin_scene
+
+
+def _sample(radius: float, arena: tuple[float, float] | None) -> Scene:
+    return Scene(
+        [[1.0, 1.0], [3.0, 1.25]],
+        [[1.0, 0.5], [-1.0, 0.0]],
+        [0.5, radius],
+        arena=arena,
+        settings=Settings(until=2.0),
+    )
+
+
+SAMPLES = tuple(_sample(radius, arena) for arena in ((4.0, 4.0), None) for radius in (0.5, 0.015625))
+
+
+def rehearse(subject: Subject) -> None:
+    """Load a phase, compile it for the first sample that it does not refuse, and run it on that.
+
+    What becomes of the run is a matter of the checks.
+
+    Raises:
+        NotJudged: it does not load, a part of it raises, or its hooks do not compile.
+        UnknownName, BadOption: there is no such phase, or it has no such option.
+        Refused: it refuses all samples.
+    """
+    refusal: Refused | None = None
+    for scene in SAMPLES:
+        begin_scene()
+        try:
+            compiled(subject, scene)
+        except Refused as error:
+            refusal = refusal or error
+        except (UnknownName, BadOption, MissingExtra):
+            raise
+        except KinetileError as error:
+            raise NotJudged(str(error)) from error
+        else:
+            return
+    assert refusal is not None
+    raise refusal
+
+
+def fresh(subject: Subject) -> list[int]:
+    """Return the numbers of the samples for which something is still to be compiled."""
+    return [number for number, scene in enumerate(SAMPLES) if _is_fresh(subject, scene)]
+
+
+def _is_fresh(subject: Subject, scene: Scene) -> bool:
+    try:
+        return any(each.simulation(scene).cached is False for each in (subject, subject.under(REFERENCE)))
+    except KinetileError:
+        return False
+
+
+def compiled(subject: Subject, scene: Scene) -> None:
+    """Compile all that a check may need of a phase, and of the reference, on such a scene; run it once."""
+    for each in (subject, subject.under(REFERENCE)):
+        sim = each.simulation(scene)
+        sim.compile()
+        with suppress(KinetileError):
+            sim.run()
+            sim.audit()
+
+
+def tightness(subject: Subject) -> float | None:
+    """Return the candidate pairs for each pair whose bounding boxes overlap, in a dense gas: what a phase
+    costs, and no fault. None where it refuses that gas or fails there, and where no boxes overlap."""
+    held = needed = 0
+    try:
+        sim = subject.simulation(make_scene("grid", bodies=100, density=0.5))
+        for step in range(1, 11):
+            sim.run(until=0.1 * step)
+            place = sim.positions()
+            gap = np.abs(place[:, None] - place[None]).max(axis=2) - 2.0 * float(sim.scene.radius[0])
+            needed += int(np.triu(gap <= 0.0, 1).sum())
+            held += len(sim.candidate_pairs())
+    except KinetileError:  # no check needs so many bodies
+        return None
+    return held / needed if needed else None

@@ -1,0 +1,238 @@
+"""The report: what was checked, what was seen, and what to do with it.
+
+A report as JUnit XML, which services that run tests know how to show.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+from kinetile.plugin.choices import write_phase
+from kinetile.show.html import grid, paragraph
+
+KIT_VERSION = "3.6"
+"""The version of the set of checks; ``Check.since`` is the first version with a check."""
+
+
+@dataclass(frozen=True)
+class Result:
+    """What came of one check.
+
+    ``status`` is one of passed, failed, skipped, xfailed (failed as expected), xpassed (expected to fail, and
+    did not), died (the process did not survive it), not judged (its time was up). ``seconds`` are CPU seconds
+    without compiling, by the clock where it died. ``verdict`` says whom a failure is to be laid to.
+    """
+
+    check: str
+    sentence: str
+    status: str
+    scenes: int
+    seconds: float
+    said: str = ""
+    reason: str = ""
+    verdict: str = ""
+    bodies: int | None = None
+    case: Path | None = None
+    picture: Path | None = None
+
+    @property
+    def ok(self) -> bool:
+        """Whether this is as it should be."""
+        return self.status in ("passed", "skipped", "xfailed")
+
+    @property
+    def unjudged(self) -> bool:
+        """Whether the check came to no result."""
+        return self.status == "not judged"
+
+
+@dataclass(frozen=True)
+class Report:
+    """All results of one broad phase, alone or with narrow phases.
+
+    ``exit_code`` is 0 where the phase conforms, 1 where it does not, 3 where the reference itself is in
+    doubt, 4 where no fault was seen and not everything was judged.
+    """
+
+    name: str
+    options: Mapping[str, Any]
+    distribution: str
+    results: tuple[Result, ...]
+    tightness: float | None = None
+    seconds: float = 0.0
+    kit: str = KIT_VERSION
+    notes: tuple[str, ...] = field(default=())
+    narrow_phases: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+
+    @property
+    def ok(self) -> bool:
+        """Whether the phase conforms."""
+        return all(result.ok for result in self.results)
+
+    @property
+    def in_doubt(self) -> bool:
+        """Whether some failure is as much the reference's as the phase's."""
+        return any("in doubt" in result.verdict for result in self.results)
+
+    @property
+    def exit_code(self) -> int:
+        """0, 1, 3 or 4."""
+        if self.failed:
+            return 3 if self.in_doubt else 1
+        return 0 if self.ok else 4
+
+    @property
+    def failed(self) -> tuple[Result, ...]:
+        """The results that are not as they should be."""
+        return tuple(result for result in self.results if not (result.ok or result.unjudged))
+
+    @property
+    def conforms(self) -> bool | None:
+        """Whether the phase conforms; None where no fault was seen and not everything was judged."""
+        return False if self.failed else True if self.ok else None
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the report, fit for JSON."""
+        return {
+            "kit": self.kit,
+            "broad_phase": self.name,
+            "options": dict(self.options),
+            "narrow_phases": {name: dict(options) for name, options in self.narrow_phases.items()},
+            "distribution": self.distribution,
+            "conforms": self.conforms,
+            "reference_in_doubt": self.in_doubt,
+            "tightness": self.tightness,
+            "seconds": self.seconds,
+            "checks": [self.row(result) for result in self.results],
+            "notes": list(self.notes),
+        }
+
+    @staticmethod
+    def row(result: Result) -> dict[str, Any]:
+        """Return a result, fit for JSON."""
+        row = {key: value for key, value in vars(result).items() if value not in (None, "")}
+        return {key: str(value) if isinstance(value, Path) else value for key, value in row.items()}
+
+    def __str__(self) -> str:
+        wide = max((len(result.check) for result in self.results), default=0)
+        each = [line for result in self.results for line in self.lines(result, wide)]
+        return "\n".join([self.head, "", *each, "", self.foot])
+
+    def _repr_html_(self) -> str:
+        """Return the report as a notebook shows it: a row for each check, then what was seen of those that
+        did not pass."""
+        heads = ("check", "status", "scenes", "CPU s", "what must hold")
+        rows = [(r.check, r.status, f"{r.scenes:,}", f"{r.seconds:.2f}", r.sentence) for r in self.results]
+        table = grid(self.head, heads, rows, (False, False, True, True, False))
+        told = [(result, self.details(result)) for result in self.results if result.status != "passed"]
+        said = ["\n".join([f"{result.check}: {result.status}", *lines]) for result, lines in told if lines]
+        foot = "\n".join(line.strip() for line in self.foot.splitlines())
+        return "\n".join([table, *map(paragraph, said), paragraph(foot)])
+
+    @property
+    def label(self) -> str:
+        """The broad phase and its options, as the command line takes them."""
+        return write_phase(self.name, self.options)
+
+    @property
+    def who(self) -> str:
+        """What is on trial: the broad phase, and the narrow phases that are named."""
+        return " with ".join([self.name, *(write_phase(*each) for each in self.narrow_phases.items())])
+
+    @property
+    def head(self) -> str:
+        """The line above the results."""
+        narrow = [repr(write_phase(*each)) for each in self.narrow_phases.items()]
+        beside = f" with narrow phase{'s' * (len(narrow) > 1)} {' and '.join(narrow)}" if narrow else ""
+        return f"conformance kit {self.kit}: broad phase {self.label!r}{beside}, of {self.distribution}"
+
+    @property
+    def foot(self) -> str:
+        """What stands below the results: how much is over-reported, notes, and whether the phase conforms."""
+        lines = [f"  {note}" for note in self.notes]
+        if self.tightness is not None:
+            ratio = f"{self.tightness:.2f} candidate pairs for each overlap of boxes"
+            lines.insert(0, f"  over-reporting: {ratio}")
+        saved = [result for result in self.failed if result.case is not None]
+        if saved:
+            simplest = min(saved, key=lambda result: result.bodies or 0)
+            lines.append(f"  begin with {simplest.check}: kinetile replay {self.label} {simplest.case}")
+        unjudged = [result.check for result in self.results if result.unjudged]
+        if self.failed:
+            lines.append(f"{self.who} does not conform: {', '.join(result.check for result in self.failed)}")
+        elif unjudged:
+            lines.append(f"{self.who} is not judged: no fault was seen, and {', '.join(unjudged)} not ended")
+        else:
+            spent = sum(result.seconds for result in self.results)
+            lines.append(f"{self.who} conforms ({spent:.0f} CPU s, {self.seconds:.0f} s)")
+        return "\n".join(lines)
+
+    def lines(self, result: Result, wide: int) -> list[str]:
+        """Return the lines of one result, the name of its check padded to a width."""
+        scenes = f"{result.scenes:7,} {'scene ' if result.scenes == 1 else 'scenes'}"
+        spent = f"{scenes}  {result.seconds:6.2f} s"
+        first = f"  {result.status:10} {result.check:{wide}}  {spent}  {result.sentence}"
+        return [first, *(f"             {line}" for line in self.details(result))]
+
+    def details(self, result: Result) -> list[str]:
+        """Return the lines of a result below its status."""
+        details = result.said.splitlines()
+        if result.bodies is not None:
+            bodies = f"{result.bodies} {'body' if result.bodies == 1 else 'bodies'}"
+            details.append(f"smallest scene found: {bodies}")
+        if result.verdict:
+            details.append(f"verdict: {result.verdict}")
+        if result.reason:
+            details.append(f"reason: {result.reason}")
+        if result.case is not None:
+            details.append(f"replay: kinetile replay {self.label} {result.case}")
+            details.append(f"see it: kinetile view {result.case}")
+        if result.picture is not None:
+            details.append(f"picture: {result.picture}")
+        return details
+
+
+def junit(report: Report) -> str:
+    """Return a report as JUnit XML: a test case for each check."""
+    results = report.results
+    suite = ElementTree.Element(
+        "testsuite",
+        name=" --narrow-phase ".join(
+            [
+                f"kinetile conform {report.label}",
+                *(write_phase(*each) for each in report.narrow_phases.items()),
+            ]
+        ),
+        tests=str(len(results)),
+        failures=str(len(report.failed)),
+        errors=str(sum(result.unjudged for result in results)),
+        skipped=str(sum(result.status in ("skipped", "xfailed") for result in results)),
+        time=f"{sum(result.seconds for result in results):.3f}",
+    )
+    for result in results:
+        suite.append(_case(report, result))
+    ElementTree.indent(suite)
+    return '<?xml version="1.0" encoding="utf-8"?>\n' + ElementTree.tostring(suite, encoding="unicode") + "\n"
+
+
+def _case(report: Report, result: Result) -> ElementTree.Element:
+    """Return the test case of a check."""
+    case = ElementTree.Element(
+        "testcase",
+        classname=f"kinetile_conformance.{report.name}",
+        name=result.check,
+        time=f"{result.seconds:.3f}",
+    )
+    if result.unjudged:
+        ElementTree.SubElement(case, "error", message=result.reason)
+    elif result.status in ("skipped", "xfailed"):
+        ElementTree.SubElement(case, "skipped", message=result.reason)
+    elif not result.ok:
+        first = (result.said or result.reason).partition("\n")[0]
+        failure = ElementTree.SubElement(case, "failure", message=first, type=result.status)
+        failure.text = "\n".join(report.lines(result, 0))
+    return case

@@ -1,0 +1,120 @@
+"""Lattices by the hundred, and marathons: many exact ties in one scene, and many contacts in one run.
+
+A simulation costs a few milliseconds before anything has happened, however small it is. So, to test ties in
+bulk, a hundred lattices of two to nine bodies stand in one scene, so far apart that no body comes from one to
+the other. Places, radii and velocities are small dyadic numbers, the shifts from lattice to lattice are
+dyadic as well, and a lattice is the same to the last bit wherever it stands. Phases that need an arena have
+the lattices in cells of one: there walls are far, and nothing else changes.
+
+A marathon has few bodies and a hundred thousand contacts, so slow that the base of the clock moves often. A
+counter of 16 bits overflows, a tick that is kept and not named in ``ticks`` is out of date, and what is
+rounded a little wrong at each event has become visible at the end.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from hypothesis import strategies as st
+
+from kinetile.kernel.clock import SPAN, TICKS
+from kinetile.scene import Scene, Settings
+from kinetile_conformance.cases import MARATHON_CONTACTS
+
+LATTICES = 100
+"""Lattices in a scene."""
+
+APART = (16, 10)
+"""From lattice to lattice: farther than most fly, or so near that at last they meet."""
+
+FEWEST, MOST = 2, 9
+"""Bodies of a lattice, and of a marathon."""
+
+UNTIL = 6.0
+
+SHAPES = np.array([(4, 4), (3, 3), (9, 1), (1, 9), (5, 2), (2, 5)])
+"""Columns and rows of unit squares."""
+
+
+def lattices(count: int, seed: int, arena: bool, apart: int = APART[0]) -> Scene:
+    """Return lattices in one scene, ``apart`` from each other, with or without an arena around them all."""
+    random = np.random.default_rng(seed)
+    bodies = random.integers(FEWEST, MOST + 1, count)
+    shape = SHAPES[random.integers(0, len(SHAPES), count)]
+    # Arrays have a row for each lattice and a place for each body that it could have.
+    squares = np.where(np.arange(16) < shape.prod(axis=1)[:, None], random.random((count, 16)), 2.0)
+    chosen = np.argsort(squares, axis=1)[:, :MOST]
+    place = np.stack([chosen % shape[:, :1], chosen // shape[:, :1]], axis=2) + 0.5 - shape[:, None] / 2.0
+    own, common = random.integers(1, 5, (count, MOST)), random.integers(1, 5, (count, 1))
+    radius = np.where(_some(random, count, 0.3)[:, :, 0], own, common) / 8.0
+    # Against a side of their squares many touch at the start.
+    aside = (0.5 - radius)[:, :, None] * random.integers(-1, 2, (count, MOST, 1))
+    axis = random.integers(0, 2, (count, 1, 1)) == np.arange(2)
+    place = place + np.where(axis & _some(random, count, 0.5), aside, 0.0)
+    steps = random.choice([1, 2, 4], (count, 1, 1))
+    velocity = random.integers(-steps, steps + 1, (count, MOST, 2)) / steps
+    # Along the lattice's lines numbers stay simple; towards the middle many come together.
+    along = _some(random, count, 0.6) | (shape.min(axis=1) == 1)[:, None, None]
+    rests = np.where((shape == 1).any(axis=1)[:, None], shape[:, :1] == 1, random.random((count, MOST)) < 0.5)
+    across = np.stack([rests, ~rests], axis=2)
+    velocity = np.where(along & across, 0.0, velocity)
+    inwards = _some(random, count, 0.7) & (place * velocity > 0.0)
+    velocity = np.where(inwards, -velocity, velocity)
+    side = int(np.ceil(np.sqrt(count)))
+    at = np.arange(count)
+    corner = apart / 2.0 if arena else -apart * float(side // 2)
+    place = place + (apart * np.column_stack([at % side, at // side]) + corner)[:, None]
+    there = np.arange(MOST) < np.minimum(bodies, shape.prod(axis=1))[:, None]
+    return Scene(
+        place[there],
+        velocity[there],
+        radius[there],
+        arena=(float(apart * side), float(apart * side)) if arena else None,
+        settings=Settings(until=UNTIL),
+    )
+
+
+def _some(random: np.random.Generator, count: int, share: float) -> npt.NDArray[np.bool_]:
+    """Return a random choice of so large a share of the lattices, (count, 1, 1)."""
+    return random.random((count, 1, 1)) < share
+
+
+def _numbered_lattices(number: int) -> Scene:
+    """Return the hundred lattices of a number."""
+    return lattices(LATTICES, number, bool(number & 1), APART[number >> 1 & 1])
+
+
+def lattice_scenes() -> st.SearchStrategy[Scene]:
+    """Return scenes of a hundred lattices."""
+    return st.integers(0, 2**24 - 1).map(_numbered_lattices)
+
+
+BASES = 40
+"""How often the base of the clock moves in a marathon, or more often."""
+
+
+def marathon(bodies: int, seed: int) -> Scene:
+    """Return bodies in a small box, which meet each other and the walls for a long time."""
+    random = np.random.default_rng(seed)
+    columns, rows = random.permutation([3, 4])
+    chosen = random.choice(12, bodies, replace=False)
+    radius = random.choice([0.25, 0.375, 0.4375], bodies)
+    place = np.column_stack([chosen % columns, chosen // columns]) + 0.5
+    place += (0.5 - radius)[:, None] * random.uniform(-1.0, 1.0, (bodies, 2))
+    velocity = random.normal(size=(bodies, 2))
+    # A body meets a wall or another about once in the time in which it flies 1: in all a contact each
+    # 1 / (bodies speed). The speed is such that so many last for so many spans of the clock.
+    speed = MARATHON_CONTACTS / (bodies * BASES * (SPAN // TICKS))
+    velocity *= speed / np.sqrt((velocity**2).sum(axis=1).mean())
+    until = float(4 * BASES * (SPAN // TICKS))
+    return Scene(place, velocity, radius, arena=(float(columns), float(rows)), settings=Settings(until=until))
+
+
+def _numbered_marathon(number: int) -> Scene:
+    """Return the marathon of a number."""
+    return marathon(FEWEST + number % (MOST - FEWEST + 1), number)
+
+
+def marathon_scenes() -> st.SearchStrategy[Scene]:
+    """Return the marathons."""
+    return st.integers(0, 2**24 - 1).map(_numbered_marathon)

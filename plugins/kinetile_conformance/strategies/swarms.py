@@ -1,0 +1,363 @@
+"""Swarms: scenes of many bodies, each of a kind that fills places, lists and counters of a phase.
+
+What a phase keeps in a list overflows in a crowd, what it keeps in a table collides when there are many, a
+number of 8 bits ends at 256 bodies, and truncation is not floor left of the origin. None of that shows with
+six bodies. A swarm is made with NumPy from its kind, its number of bodies, a seed, and a variation of its
+kind; one drawn number gives all four. ``kinetile_conformance.drawing`` minimises a failing one body by body.
+
+Every body begins in a slot of its own, so that none overlap. All masses are equal, since each case of the
+loop is compiled; kinds without an arena keep together by turns.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from hypothesis import strategies as st
+
+from kinetile.scene import Scene, Settings, Turn
+from kinetile_conformance.strategies.small import box_scenes
+
+Floats = npt.NDArray[np.float64]
+
+
+class Swarm(NamedTuple):
+    """Bodies, (n, 2) and (n,), their arena, their turns and until when they run."""
+
+    position: Floats
+    velocity: Floats
+    radius: Floats
+    arena: tuple[float, float] | None
+    until: float
+    turns: list[Turn]
+
+    @property
+    def scene(self) -> Scene:
+        """The scene."""
+        return Scene(
+            self.position,
+            self.velocity,
+            self.radius,
+            arena=self.arena,
+            turns=self.turns,
+            settings=Settings(until=self.until),
+        )
+
+
+def slots(random: np.random.Generator, bodies: int, columns: int, rows: int) -> Floats:
+    """Return the middles of different unit squares of a lattice, one for each body, (n, 2)."""
+    chosen = random.choice(columns * rows, bodies, replace=False)
+    middles: Floats = np.column_stack([chosen % columns, chosen // columns]).astype(np.float64) + 0.5
+    return middles
+
+
+def square(bodies: int, room: float) -> int:
+    """Return the side of a square lattice with ``room`` places for each body."""
+    return int(np.ceil(np.sqrt(room * bodies)))
+
+
+def radii(random: np.random.Generator, bodies: int, variation: int) -> Floats:
+    """Return radii of at most .45: all alike, of two sizes, or of any."""
+    ratio = (1.0, 0.5, 0.125, 2.0**-6)[variation % 4]
+    small: npt.NDArray[np.bool_] = random.random(bodies) < 0.75
+    fills = np.ones(bodies) if variation < 4 else random.uniform(0.5, 1.0, bodies)
+    radius: Floats = np.where(small, 0.45 * ratio, 0.45) * fills
+    return radius
+
+
+def jitter(random: np.random.Generator, radius: Floats) -> Floats:
+    """Return displacements with which bodies stay in their unit squares, (n, 2)."""
+    return (0.499 - radius)[:, None] * random.uniform(-1.0, 1.0, (len(radius), 2))
+
+
+def anyhow(random: np.random.Generator, bodies: int) -> Floats:
+    """Return velocities in all directions, (n, 2)."""
+    return random.normal(size=(bodies, 2))
+
+
+def moments_of(bodies: int) -> tuple[float, ...]:
+    """Return when a cloud turns: the more often, the fewer its bodies are."""
+    return tuple(2.0 * (turn + 1) for turn in range(1 + 300 // bodies))
+
+
+def back_and_forth(velocity: Floats, moments: tuple[float, ...]) -> list[Turn]:
+    """Return turns with which each body flies back, and forth again."""
+    there, back = velocity.tolist(), (-velocity).tolist()
+    return [
+        Turn(body, moment, (vx, vy))
+        for turn, moment in enumerate(moments)
+        for body, (vx, vy) in enumerate(there if turn % 2 else back)
+    ]
+
+
+# Kinds in an arena.
+
+
+def gas(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
+    """Bodies of one or several sizes in a square."""
+    side = square(bodies, 1.2)
+    radius = radii(random, bodies, variation)
+    place = slots(random, bodies, side, side) + jitter(random, radius)
+    return Swarm(place, anyhow(random, bodies), radius, (float(side), float(side)), 40.0, [])
+
+
+def lattice(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
+    """Columns and rows: bodies with one coordinate in common, dyadic numbers, ties in bulk."""
+    columns = (2, 4, square(bodies, 1.3), square(bodies, 3.0))[variation % 4]
+    rows = -(-int(1.4 * bodies) // columns)
+    radius = np.full(bodies, 0.25 if variation < 4 else 0.5)
+    velocity = random.integers(-2, 3, (bodies, 2)) / 2.0
+    velocity[np.arange(bodies), random.integers(0, 2, bodies)] = 0.0
+    place, arena = slots(random, bodies, columns, rows), (float(columns), float(rows))
+    if variation & 1:
+        return Swarm(place[:, ::-1], velocity[:, ::-1], radius, arena[::-1], 100.0, [])
+    return Swarm(place, velocity, radius, arena, 100.0, [])
+
+
+def shear(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
+    """Rows that fly past each other, touching or just not, as trains."""
+    side = square(bodies, 1.5)
+    place = slots(random, bodies, side, side)
+    speed = np.where(place[:, 1] % 2 < 1, 1.0, -1.0) * (1.0 + variation % 2)
+    radius = np.full(bodies, (0.5, 0.375, 0.5 - 2.0**-30, 0.25)[variation % 4])
+    velocity = np.column_stack([speed, np.zeros(bodies)])
+    velocity[random.integers(0, bodies), 1] = 0.5
+    return Swarm(place, velocity, radius, (float(side), float(side)), 50.0, [])
+
+
+def corridor(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
+    """An arena a thousand times as long as it is wide."""
+    length = 1024
+    radius = 0.5 * radii(random, bodies, variation % 4)
+    place = slots(random, bodies, length, 1) + jitter(random, radius)
+    velocity = anyhow(random, bodies) * np.array([30.0, 1.0])
+    arena = (float(length), 1.0)
+    if variation & 1:
+        return Swarm(place[:, ::-1], velocity[:, ::-1], radius, arena[::-1], 10.0, [])
+    return Swarm(place, velocity, radius, arena, 10.0, [])
+
+
+def resting(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
+    """Bodies at rest, and a few fast ones among them."""
+    swarm = gas(random, bodies, variation)
+    fast = random.random(bodies) < 2.0 ** -(2 + variation % 4)
+    fast[0] = True
+    return swarm._replace(velocity=np.where(fast[:, None], 8.0 * swarm.velocity, 0.0))
+
+
+def burst(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
+    """All in the middle, and off at one moment in all directions."""
+    side = square(bodies, 1.2)
+    radius = radii(random, bodies, variation)
+    inside = slots(random, bodies, side, side) + jitter(random, radius) - side / 2.0
+    wide = 3.0 * side
+    return Swarm(inside + wide / 2.0, inside * (2.0, 8.0)[variation & 1], radius, (wide, wide), 8.0, [])
+
+
+def crossings(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
+    """Small and fast, with much room: hardly any contact, and thousands of places passed."""
+    side = square(bodies, 1.2)
+    radius = np.full(bodies, (0.125, 2.0**-5, 2.0**-7, 0.25)[variation % 4])
+    place = slots(random, bodies, side, side) + jitter(random, radius)
+    velocity = side * anyhow(random, bodies)
+    return Swarm(place, velocity, radius, (float(side), float(side)), 512.0 / bodies, [])
+
+
+# Kinds without an arena, which keep together by turns.
+
+
+def cloud(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
+    """Without an arena, about the origin: bodies that fly together, or anywhere, and back."""
+    side = square(bodies, 1.5)
+    radius = radii(random, bodies, variation)
+    place = slots(random, bodies, side, side) + jitter(random, radius) - side / 2.0
+    velocity = -place * random.uniform(0.8, 1.2, (bodies, 1)) + 0.1 * anyhow(random, bodies)
+    if random.random() < 0.5:
+        velocity = anyhow(random, bodies)
+    moments = moments_of(bodies)
+    return Swarm(place, velocity, radius, None, moments[-1] + 2.0, back_and_forth(velocity, moments))
+
+
+def far(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
+    """A cloud far from the origin, so fine that its lanes have numbers beyond 2^31."""
+    swarm = cloud(random, bodies, 0 if variation < 4 else 1)
+    scale = 2.0 ** (-10 if variation & 1 else 0)
+    away = (2.0**33, 2.0**12, 2.0**20, 2.0**32)[variation % 4] * random.choice([-1.0, 1.0], 2)
+    velocity = scale * swarm.velocity
+    return swarm._replace(
+        position=scale * (away + swarm.position),
+        velocity=velocity,
+        radius=scale * swarm.radius,
+        turns=back_and_forth(velocity, moments_of(bodies)),
+    )
+
+
+def returning(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
+    """Without an arena: bodies leave for far away, and come back."""
+    side = square(bodies, 1.5)
+    radius = radii(random, bodies, variation)
+    place = slots(random, bodies, side, side) + jitter(random, radius) - side / 2.0
+    velocity = place * (2.0, 16.0)[variation & 1]
+    # At 4 they are where they began, and fly on through each other's midst.
+    return Swarm(place, velocity, radius, None, 7.0, back_and_forth(velocity, (2.0, 5.0)))
+
+
+# Kinds of few large bodies and many small ones: they use every level of a phase that has levels for sizes.
+
+
+def _octaves(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
+    """Sizes over eight octaves, and most of them the smallest: what has levels for sizes has three of them.
+
+    A large body fills most of the arena, four of a third of its size stand beside it, and small ones of four
+    sizes begin in a strip between.
+    """
+    large = min(5, bodies - 3)
+    width, height, strip = 6.0, 4.5, (4.05, 0.5)
+    radius, place = np.empty(bodies), np.empty((bodies, 2))
+    radius[0], place[0] = 1.95, (2.0, 2.25)
+    radius[1:large] = 0.55
+    place[1:large, 0], place[1:large, 1] = 5.35, 0.5625 + 1.125 * np.arange(large - 1)
+    small = bodies - large
+    columns = max(int(np.sqrt(1.3 * small * strip[1] / height)), 1)
+    rows = -(-int(1.3 * small + 1) // columns)
+    pitch = np.array([strip[1] / columns, height / rows])
+    place[large:] = np.array([strip[0], 0.0]) + pitch * slots(random, small, columns, rows)
+    radius[large:] = 0.45 * min(pitch.min(), 0.0625) * 2.0 ** -random.integers(0, 4, small)
+    velocity = anyhow(random, bodies)
+    velocity[:large] *= (variation & 1, 0.25)[variation >> 1 & 1]
+    return Swarm(place, velocity, radius, (width, height), 12.0, [])
+
+
+def crowd(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
+    """All small bodies in the place of one large one, of which some stand about; or bodies of all sizes."""
+    if variation >= 4:
+        return _octaves(random, bodies, variation)
+    small = bodies - 3
+    side = square(small, 1.3)
+    pitch = 1.5 / side
+    radius = np.full(bodies, 0.4 * pitch)
+    radius[:3] = 1.0
+    place = np.empty((bodies, 2))
+    place[:3] = np.array([[1.5, 5.5], [5.5, 1.5], [6.5, 6.5]])
+    place[3:] = 0.25 + pitch * slots(random, small, side, side)
+    velocity = 0.1 * (1 + variation % 4) * anyhow(random, bodies)
+    velocity[:3] *= 0.5 * (variation & 1)
+    return Swarm(place, velocity, radius, (8.0, 8.0), 30.0, [])
+
+
+def giants(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
+    """Fine beside coarse: few large bodies, many that are up to a thousand times smaller between them; or
+    bodies of all sizes."""
+    if variation >= 4:
+        return _octaves(random, bodies, variation)
+    large = 4
+    side = square(bodies, 1.2)
+    radius = np.full(bodies, 2.0 ** -(4 + 2 * (variation % 4)) * 4.0)
+    radius[:large] = 4.0
+    place = np.empty((bodies, 2))
+    place[:large] = np.array([[5.0, 5.0], [15.0, 5.0], [5.0, 15.0], [15.0, 15.0]])
+    pitch = 20.0 / side
+    fine = np.minimum(radius[large:], 0.24 * pitch)
+    place[large:] = np.array([0.0, 20.0]) + pitch * slots(random, bodies - large, side, side)
+    radius[large:] = fine
+    return Swarm(place, 2.0 * anyhow(random, bodies), radius, (20.0, 40.0), 12.0, [])
+
+
+def plough(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
+    """Four large bodies that plough through small ones at rest, one in each direction, past each other: those
+    have no new plans, so it is by the large one's certificate that they become near it, or not at all."""
+    small = bodies - 4
+    side = square(small, 1.2)
+    wide = (0.2, 0.1875, 0.175, 0.15)[variation % 4] * side
+    radius = np.append(np.full(small, 0.25), [wide] * 4)
+    field = slots(random, small, side, side) - side / 2.0
+    aside, away = 0.3 * side, side * random.uniform(0.8, 1.2)
+    ploughs = np.array([[-aside, away], [-away, -aside], [aside, -away], [away, aside]])
+    ahead = np.array([[0.0, -1.0], [1.0, 0.0], [0.0, 1.0], [-1.0, 0.0]])
+    place = np.vstack([field, ploughs]) + random.uniform(-side, side, 2) * (variation >> 2)
+    velocity = np.vstack([2.0**-8 * anyhow(random, small), ahead])
+    return Swarm(place, velocity, radius, None, 2.5 * side, [])
+
+
+def lanes(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
+    """Large bodies in lanes among few small ones that drift, beside a crowd that makes a grid fine: few
+    contacts come between two changes of place, also over the axis."""
+    large, crowd = 3, int(0.8 * (bodies - 3))
+    few = bodies - large - crowd
+    side = 0.475 * np.sqrt(bodies)
+    pitch = 0.75 / square(crowd, 1.0)
+    apart = side / square(few, 1.1)
+    radius = np.concatenate([np.ones(large), np.full(crowd, 0.4 * pitch), np.full(few, 0.03125)])
+    lanes = side * np.array([0.25, 0.5, 0.75])[random.permutation(3)]
+    start = np.column_stack([lanes, [-1.5, side + 1.5, -4.0]])
+    thick = side + 1.5 + pitch * slots(random, crowd, square(crowd, 1.0), square(crowd, 1.0))
+    thin = apart * slots(random, few, square(few, 1.1), square(few, 1.1))
+    place = np.vstack([start, thick, thin]) - side * (random.random(2) if variation & 4 else 0.5)
+    velocity = 2.0**-8 * anyhow(random, bodies) + (variation & 1) * 0.25 * random.normal(size=2)
+    velocity[:large] = np.array([[0.0, 1.0], [0.0, -1.0], [0.0, 1.0]])
+    if variation & 2:
+        place, velocity = place[:, ::-1], velocity[:, ::-1]
+    return Swarm(place, velocity, radius, None, 4.0 * side, [])
+
+
+FEWEST, MOST = 8, 400
+
+KINDS: dict[str, Callable[[np.random.Generator, int, int], Swarm]] = {
+    "gas": gas,
+    "cloud": cloud,
+    "crowd": crowd,
+    "far": far,
+    "lattice": lattice,
+    "shear": shear,
+    "corridor": corridor,
+    "giants": giants,
+    "resting": resting,
+    "burst": burst,
+    "crossings": crossings,
+    "returning": returning,
+}
+"""The kinds of swarms, the simplest first."""
+
+GIANTS: dict[str, Callable[[np.random.Generator, int, int], Swarm]] = {"plough": plough, "lanes": lanes}
+"""Kinds with few large bodies, of which one scene in four or five finds a fault: they have a check of their
+own."""
+
+
+def swarm(kind: str, bodies: int = 100, seed: int = 0, variation: int = 0) -> Scene:
+    """Return a swarm of a kind and a number of bodies (at least 8); ``variation``, from 0 to 7, is of its
+    sizes, speeds or proportions."""
+    return (KINDS | GIANTS)[kind](np.random.default_rng(seed), bodies, variation).scene
+
+
+def numbered(kinds: Iterable[str], number: int) -> Scene:
+    """Return the swarm of a number: its kind is the remainder, the rest is drawn from the quotient."""
+    names = tuple(kinds)
+    seed, kind = divmod(number, len(names))
+    random = np.random.default_rng(seed)
+    bodies, variation = random.integers(FEWEST, MOST + 1), random.integers(8)
+    return swarm(names[kind], int(bodies), seed, int(variation))
+
+
+def swarm_scenes() -> st.SearchStrategy[Scene]:
+    """Return the swarms.
+
+    They are drawn by one number: of several, Hypothesis draws the first and the last values over and over,
+    and of twelve kinds leaves out three or four in fifty scenes.
+    """
+    return st.integers(0, 2**24 - 1).map(partial(numbered, KINDS))
+
+
+def giant_scenes() -> st.SearchStrategy[Scene]:
+    """Return those with giants, drawn likewise."""
+    return st.integers(0, 2**24 - 1).map(partial(numbered, GIANTS))
+
+
+def walled_scenes() -> st.SearchStrategy[Scene]:
+    """Return scenes within walls: small ones, and swarms in which bodies may pass through each other."""
+    kinds = st.sampled_from(["gas", "lattice", "giants"])
+    swarms = st.builds(swarm, kinds, st.integers(8, 120), st.integers(0, 1000), st.integers(0, 7))
+    return st.one_of(box_scenes(turns=False), box_scenes(turns=False), swarms)

@@ -1,0 +1,128 @@
+"""The diagnosis: what authors usually did wrong ends a failure, is right of mutants, and is in the docs."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from kinetile.scene import Scene, Settings
+from kinetile_conformance import CHECKS
+from kinetile_conformance.cases import Subject
+from kinetile_conformance.checks import check_named
+from kinetile_conformance.diagnosis import OFTEN, SYMPTOMS, likely
+from kinetile_conformance.drawing import Drawing
+from kinetile_conformance.judge import CheckRun, Judge, References
+
+TESTS = Path(__file__).parents[2]
+PAGE = (TESTS.parent / "docs" / "conformance.md").read_text(encoding="utf-8")
+SECTION = re.split(r"^##+ ", PAGE.partition("\n### From symptom to cause\n")[2], flags=re.MULTILINE)[0]
+
+SEEN = (
+    ("one-sided", "naive-names-the-later-ones-only", "near-is-mutual"),
+    ("index", "naive-counts-one-too-many", "near-is-mutual"),
+    ("index", "sap-1d-writes-past-its-own-array", "writes-only-where-it-may"),
+    ("scene", "naive-writes-into-the-scene", "leaves-the-scene-alone"),
+    ("writes", "sap-1d-anchors-a-body-anew-when-its-bound-passes", "structural-events-move-nothing"),
+    ("writes", "naive-brakes-a-body-that-has-a-new-plan", "writes-only-where-it-may"),
+    pytest.param(
+        *("shared", "sap-1d-one-state-for-all-instances", "instances-are-independent"), marks=pytest.mark.slow
+    ),
+    ("shared", "sap-1d-no-two-runs-alike", "repeats-itself"),
+    ("start", "naive-tires-of-a-late-clock", "does-not-see-the-start"),
+    ("anew", "sap-1d-makes-its-pairs-at-the-first-building-only", "survives-being-built-anew"),
+    ("turns", "sap-1d-ignores-turns", "same-contacts-with-turns"),
+    pytest.param(*("stalled", "sap-1d-an-exchange-that-is-none", "makes-progress"), marks=pytest.mark.slow),
+    ("empty", "naive-cannot-do-without-bodies", "survives-the-smallest-scenes"),
+    ("pair-set", "sap-1d-adds-where-it-should-remove", "same-contacts"),
+    ("claims", "sap-1d-says-that-its-pairs-are-boxes", "pairs-are-overlapping-boxes"),
+    ("late", "sap-1d-the-true-radius", "same-contacts"),
+    ("newcomer", "naive-only-one-pair-a-body", "never-misses-a-pair"),
+)
+"""The row, a mutant, and the check that fails and ends with it."""
+
+
+def meeting() -> Scene:
+    """Return a column of three, each touching the next, of which one stands still."""
+    velocity = [[0.0, 0.5], [0.0, -0.5], [0.0, 0.0]]
+    return Scene([[0.5, 0.5], [0.5, 1.5], [0.5, 2.5]], velocity, 0.5, settings=Settings(until=1.0))
+
+
+@pytest.fixture(scope="module")
+def shared() -> tuple[Drawing, References]:
+    """Six scenes for all mutants, and their outcomes under the reference."""
+    return Drawing(6, 0), References()
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize(("row", "label", "check"), SEEN)
+def test_a_failure_ends_with_what_authors_usually_did_wrong(row, label, check, shared, load_mutant):
+    load_mutant(label)
+    drawing, references = shared
+    judge = Judge(Subject(label, {}), shrink=False, drawing=drawing, references=references)
+    assert judge.judge(check).said.splitlines()[-1] == f"{OFTEN}{often(row)}"
+
+
+@pytest.mark.interpreted
+def test_truncation_for_floor_is_named(load_mutant):
+    """Among six drawn scenes there is none that shows it, so it is run on one that does."""
+    label, check = "cells-truncates-where-it-should-round-down", "same-contacts-after-a-change-of-view"
+    load_mutant(label)
+    run = CheckRun(check_named(check), Subject(label, {}))
+    assert not run.holds(meeting())
+    assert likely(check, str(run.said)) == often("floor")
+
+
+def often(row: str) -> str:
+    """Return the text of a row."""
+    return next(each.often for each in SYMPTOMS if each.id == row)
+
+
+def test_many_rows_are_shown_on_mutants():
+    assert len({getattr(each, "values", each)[0] for each in SEEN}) >= 12
+
+
+@pytest.mark.parametrize(
+    ("row", "check", "words"),
+    [
+        (
+            "surroundings",
+            "does-not-see-who-asks",
+            "in another thread, the run ran, with 3 events; before it ran",
+        ),
+        ("ticks", "same-contacts-after-a-change-of-view", "256 times as slow, contact 4 is missing: body 0"),
+        ("long", "same-contacts-in-a-marathon", "contact 70311 is missing: body 0 with body 1"),
+        (
+            "absolute",
+            "same-contacts-after-a-change-of-view",
+            "32 times as large, contact 2 is missing: body 0",
+        ),
+        (
+            "floor",
+            "same-contacts-after-a-change-of-view",
+            "mirrored, contact 1 is missing: body 0 with body 1",
+        ),
+        ("many", "same-contacts-in-a-swarm", "contact 61 is missing: body 33 with body 34"),
+    ],
+)
+def test_other_rows_are_told_by_the_check_and_its_words(row, check, words):
+    assert likely(check, words) == often(row)
+
+
+def test_nothing_is_told_where_no_row_applies():
+    assert likely("rejects-unknown-options", "it takes an option without a word") == ""
+
+
+def test_rows_are_few_and_name_checks_that_there_are():
+    assert len({row.id for row in SYMPTOMS}) == len(SYMPTOMS) <= 20
+    assert {check for row in SYMPTOMS for check in row.checks} <= {check.name for check in CHECKS}
+
+
+def test_the_page_says_the_same():
+    lines = [line for line in SECTION.splitlines() if line.startswith("|")][2:]
+    cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
+    assert [(name, often) for name, _, often in cells] == [(f"`{row.id}`", row.often) for row in SYMPTOMS]
+    for row, (_, where, _) in zip(SYMPTOMS, cells, strict=True):
+        named = [name for name in re.findall(r"`([^`]+)`", where) if name in {each.name for each in CHECKS}]
+        assert named == list(row.checks)

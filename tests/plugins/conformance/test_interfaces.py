@@ -1,0 +1,138 @@
+"""The interfaces of the kit besides the command: a function, a decorator for pytest, a suite for pytest."""
+
+from __future__ import annotations
+
+import pytest
+
+from installing import install_blind, run
+from kinetile.errors import BadOption, UnknownName
+from kinetile_conformance import CHECKS, check_broad_phase, parametrize_with_checks
+
+NAMES = [check.name for check in CHECKS]
+SUITE = ("-p", "no:cacheprovider", "--pyargs", "kinetile_conformance.suite")
+
+TESTS = """
+from kinetile_conformance import parametrize_with_checks
+
+
+@parametrize_with_checks("blind", examples=40, expected_failures={"never-misses-a-pair": "it is blind"})
+def test_as_expected(check):
+    check()
+
+
+@parametrize_with_checks("blind", examples=2, expected_failures={"makes-progress": "it is blind"})
+def test_not_as_expected(check):
+    check()
+
+
+@parametrize_with_checks("naive", examples=2)
+def test_naive(check):
+    check()
+"""
+
+
+# The function
+
+
+def test_a_misspelt_expected_failure_is_an_error():
+    with pytest.raises(ValueError, match="there is no check 'makes-progres'"):
+        check_broad_phase("naive", expected_failures={"makes-progres": "issue 7"})
+    with pytest.raises(ValueError, match="there is no check 'makes-progres'"):
+        parametrize_with_checks("naive", expected_failures={"makes-progres": "issue 7"})
+
+
+def test_an_expected_failure_that_passes_is_not_ok():
+    check = "rejects-unknown-options"
+    report = check_broad_phase("naive", checks=[check], expected_failures={check: "issue 7"})
+    assert [result.status for result in report.results] == ["xpassed"]
+    assert not report.ok
+    assert report.exit_code == 1
+
+
+@pytest.mark.parametrize("interface", [check_broad_phase, parametrize_with_checks])
+def test_whom_it_does_not_know_it_does_not_judge(interface):
+    with pytest.raises(UnknownName, match="did you mean 'naive'"):
+        interface("nave")
+    with pytest.raises(BadOption, match="did you mean 'axis'"):
+        interface("sap-1d", options={"axes": "y"})
+    with pytest.raises(BadOption, match="axis must be"):
+        interface("sap-1d", options={"axis": "z"})
+
+
+def test_each_result_is_told_as_it_comes():
+    told = []
+    checks = ["rejects-unknown-options", "pairs-are-overlapping-boxes"]
+    report = check_broad_phase("naive", checks=checks, on_result=told.append)
+    assert tuple(told) == report.results
+    assert [result.check for result in told] == checks
+    assert [result.status for result in told] == ["passed", "skipped"]
+
+
+# The decorator
+
+
+def test_it_makes_a_test_of_each_check():
+    mark = parametrize_with_checks("naive", expected_failures={"makes-progress": "issue 7"}).mark
+    cases = {case.id: case for case in mark.args[1]}
+    assert list(cases) == NAMES
+    assert cases["same-contacts"].marks == []
+    (expected,) = cases["makes-progress"].marks
+    assert expected.name == "xfail"
+    assert expected.kwargs == {"reason": "issue 7", "strict": True}
+
+
+@pytest.fixture(scope="module")
+def blind(tmp_path_factory):
+    """A folder with an installed broad phase that misses contacts, and TESTS."""
+    folder = tmp_path_factory.mktemp("interfaces")
+    paths = install_blind(folder)
+    (folder / "test_blind.py").write_text(TESTS, encoding="utf-8")
+
+    def pytest_(*words):
+        return run("-p", "no:cacheprovider", *words, folder=folder, paths=paths, module="pytest")
+
+    return pytest_
+
+
+def test_expected_failures_are_xfailed_and_may_not_pass(blind):
+    done = blind("-rA", "test_blind.py", "-k", "makes-progress or never-misses-a-pair or boxes")
+    lines = [line.partition(" - ")[0] for line in done.stdout.splitlines()]
+    assert done.returncode == 1, done.stderr
+    for line in (
+        "PASSED test_blind.py::test_as_expected[makes-progress]",
+        "XFAIL test_blind.py::test_as_expected[never-misses-a-pair]",
+        "FAILED test_blind.py::test_not_as_expected[makes-progress]",
+        "PASSED test_blind.py::test_naive[never-misses-a-pair]",
+    ):
+        assert line in lines, done.stdout
+    assert "[XPASS(strict)] it is blind" in done.stdout
+    assert "for phases that declare the feature 'boxes'" in done.stdout
+    assert "3 skipped" in lines[-1]
+
+
+# The suite
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        pytest.param((), "needs to know whom to judge: --broad-phase NAME", marks=pytest.mark.slow),
+        (("--broad-phase", "nave"), "no broad phase is called 'nave'; did you mean 'naive'?"),
+    ],
+)
+def test_a_suite_that_cannot_judge_is_a_usage_error(words, said, tmp_path):
+    done = run(*SUITE, *words, folder=tmp_path, module="pytest")
+    assert done.returncode == pytest.ExitCode.USAGE_ERROR
+    assert said in done.stderr
+    assert "Traceback" not in done.stdout + done.stderr
+
+
+def test_the_suite_judges_as_many_as_are_named(tmp_path):
+    phases = ("--broad-phase", "naive", "--broad-phase", "sap-1d:axis=y", "--conformance-examples", "2")
+    chosen = ("-k", "makes-progress or rejects", "-v")
+    done = run(*SUITE, *phases, *chosen, folder=tmp_path, module="pytest")
+    assert done.returncode == 0, done.stdout
+    for name in ("naive", "sap-1d:axis=y"):
+        assert f"[{name}-makes-progress] PASSED" in done.stdout
+        assert f"[{name}-rejects-unknown-options] PASSED" in done.stdout
+    assert f"4 passed, {2 * len(NAMES) - 4} deselected" in done.stdout

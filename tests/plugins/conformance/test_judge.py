@@ -1,0 +1,282 @@
+"""The judge: time limits, failures that do not always come back, saved cases, what is no fault."""
+
+from __future__ import annotations
+
+import itertools
+import re
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import hostile_phases
+import kinetile as kt
+import kinetile_conformance.judge
+from kinetile.errors import PhaseError, Refused, StalledError
+from kinetile.kernel.compiled import compiling_seconds
+from kinetile.kernel.tables import BAD_PAIR, STALLED
+from kinetile.run.engine.engine import Engine
+from kinetile.run.engine.failures import failure
+from kinetile.scene import Scene
+from kinetile.toolbox import BroadPhaseParts, Kernel, NoState, hook
+from kinetile_conformance import check_broad_phase, deadline
+from kinetile_conformance.api import replay
+from kinetile_conformance.cases import Subject, load_case
+from kinetile_conformance.checks import check_named
+from kinetile_conformance.drawing import Drawing
+from kinetile_conformance.judge import Judge, References
+from kinetile_conformance.rehearsal import tightness
+from kinetile_conformance.report import Result
+from kinetile_conformance.view import draw
+from kinetile_plugins.naive import near as everybody
+from registering import registered
+
+pytestmark = pytest.mark.interpreted
+
+COUNT = itertools.count()
+
+
+@hook
+def nobody(k: Kernel, s: NoState, body: int) -> int:
+    return 0
+
+
+class Slow:
+    """Right, and takes its time."""
+
+    def prepare(self, scene: Scene) -> BroadPhaseParts:
+        until = time.process_time() + 0.02
+        while time.process_time() < until:
+            pass
+        return BroadPhaseParts(everybody)
+
+
+class Moody:
+    """Wrong every third time that it is asked."""
+
+    def prepare(self, scene: Scene) -> BroadPhaseParts:
+        return BroadPhaseParts(nobody if next(COUNT) % 3 == 0 else everybody)
+
+
+class WrongIf:
+    """Wrong where its option says so."""
+
+    def __init__(self, wrong: int = 0) -> None:
+        self.wrong = wrong
+
+    def prepare(self, scene: Scene) -> BroadPhaseParts:
+        return BroadPhaseParts(nobody if self.wrong else everybody)
+
+
+class WrongWithMany:
+    """Wrong from seven bodies on: no small scene shows it."""
+
+    def prepare(self, scene: Scene) -> BroadPhaseParts:
+        return BroadPhaseParts(nobody if len(scene) > 6 else everybody)
+
+
+class OnlyAFew:
+    """A broad phase for 20 bodies at most."""
+
+    def prepare(self, scene: Scene) -> BroadPhaseParts:
+        if len(scene) > 20:
+            raise Refused("only-a-few stops at 20 bodies")
+        return BroadPhaseParts(everybody)
+
+
+class FailsWithMany:
+    """A broad phase that fails where there are more than 20 bodies."""
+
+    def prepare(self, scene: Scene) -> BroadPhaseParts:
+        if len(scene) > 20:
+            raise IndexError("my table has 20 rows")
+        return BroadPhaseParts(everybody)
+
+
+PHASES = (
+    kt.BroadPhaseSpec("slow", Slow),
+    kt.BroadPhaseSpec("moody", Moody),
+    kt.BroadPhaseSpec("wrong-if", WrongIf),
+    kt.BroadPhaseSpec("wrong-with-many", WrongWithMany),
+    kt.BroadPhaseSpec("only-a-few", OnlyAFew),
+    kt.BroadPhaseSpec("fails-with-many", FailsWithMany),
+)
+
+
+@pytest.fixture(autouse=True)
+def _registered() -> Iterator[None]:
+    with registered(*PHASES, hostile_phases):
+        yield
+
+
+def test_out_of_time_is_not_judged() -> None:
+    judge = Judge(Subject("slow", {}), examples=40, seconds=0.5)
+    result = judge.judge("repeats-itself")
+    assert result.status == "not judged"
+    assert (result.verdict, result.case, result.bodies) == ("", None, None)
+    assert 0 < result.scenes < 40
+    assert result.reason == "0.5 CPU s were not enough; no fault in the scenes seen until then"
+
+
+def test_a_report_that_is_not_judged_is_neither_right_nor_wrong() -> None:
+    checks = ["repeats-itself", "rejects-unknown-options"]
+    report = check_broad_phase("slow", in_process=True, checks=checks, seconds=0.5)
+    assert (report.exit_code, report.conforms, report.ok) == (4, None, False)
+    assert str(report).endswith("slow is not judged: no fault was seen, and repeats-itself not ended")
+
+
+def test_compiling_is_not_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = deadline.spent()
+    monkeypatch.setattr(deadline, "compiling_seconds", lambda: compiling_seconds() + 1000.0)
+    assert deadline.spent() < before - 900.0
+
+
+def test_a_failure_that_does_not_always_come_back_says_how_often() -> None:
+    result = Judge(Subject("moody", {}), examples=30, shrink=False).judge("same-contacts")
+    assert result.status == "failed"
+    times = int(result.said.rpartition("it failed ")[2].partition(")")[0])
+    assert "(not every time: of 5 times more on this scene it failed" in result.said
+    assert 1 <= times <= 2
+
+
+def test_a_failure_that_comes_back_says_nothing_of_it() -> None:
+    result = Judge(Subject("wrong-if", {"wrong": 1}), examples=30, shrink=False).judge("same-contacts")
+    assert "not every time" not in result.said
+
+
+def test_a_saved_case_has_the_options_with_which_it_failed(tmp_path: Path) -> None:
+    judge = Judge(Subject("wrong-if", {"wrong": 1}), examples=30, shrink=False, save_to=tmp_path)
+    result = judge.judge("same-contacts")
+    assert result.case is not None
+    case = load_case(result.case)
+    assert (case.name, case.options, case.check) == ("wrong-if", {"wrong": 1}, "same-contacts")
+    assert not replay("wrong-if", result.case).ok
+    assert replay("wrong-if", result.case, options={"wrong": 0}).ok
+    assert replay("naive", result.case).ok
+
+
+def test_a_failure_in_the_gallery_is_saved_and_replayed(tmp_path: Path) -> None:
+    judge = Judge(Subject("wrong-with-many", {}), examples=10, save_to=tmp_path)
+    assert judge.judge("same-contacts").ok
+    result = judge.judge("same-contacts-in-the-gallery", "so that no verdict is needed")
+    assert (result.status, result.bodies) == ("xfailed", 26)
+    assert result.case is not None
+    assert result.picture is not None
+    case = load_case(result.case)
+    assert (case.check, len(case.scene)) == ("same-contacts", 26)
+
+
+def test_small_scenes_are_drawn_once_and_judged_by_the_reference_once() -> None:
+    drawing, references = Drawing(10, seed=3), References()
+    scenes = drawing.small(turns=False)
+    assert drawing.small(turns=False) is scenes
+    references.keep(scenes)
+    assert references(scenes[0]) is references(scenes[0])
+    assert references(scenes[0], 1) is not references(scenes[0])
+    assert scenes == Drawing(10, seed=3).small(turns=False)
+
+
+def test_what_fails_is_drawn_again_and_shrunk_without_looking_at_what_came_before() -> None:
+    seen: list[Scene] = []
+
+    def holds(scene: Scene) -> bool:
+        seen.append(scene)
+        return not any(scene.radius == 0.125)
+
+    drawing = Drawing(60, seed=1)
+    each = check_named("same-contacts")
+    assert drawing.find_failure(each, holds, shrink=True)
+    first = next(at for at, scene in enumerate(drawing.small(turns=False)) if any(scene.radius == 0.125))
+    assert seen[first + 1] == seen[first]
+    smallest = min((scene for scene in seen if any(scene.radius == 0.125)), key=len)
+    assert len(smallest) == 2
+
+
+def test_what_a_hook_raises_is_where_the_author_wrote_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Raises(Slow):
+        def prepare(self, scene: Scene) -> BroadPhaseParts:
+            raise PhaseError("as it is")
+
+    monkeypatch.setattr(Slow, "prepare", Raises.prepare)
+    result = Judge(Subject("slow", {}), examples=3, shrink=False).judge("same-contacts", "it raises")
+    assert result.said.startswith("PhaseError: as it is")
+
+
+def test_a_picture_shows_who_is_there() -> None:
+    scene = Scene(
+        [[1.0, 1.0], [3.0, 3.0]],
+        [[0.5, 0.0], [0.0, 0.0]],
+        0.25,
+        arena=(4.0, 4.0),
+        commands=[kt.Remove(0, 0.5), kt.Insert(1.0, (2.0, 2.0), (0.0, 0.0), 0.5)],
+    )
+    drawn = draw(Subject("sap-1d", {}), scene, "said")
+    assert re.findall(r">(\d+)</text>", drawn) == ["1", "2"]
+
+
+# How much is over-reported
+
+
+@pytest.mark.parametrize("name", ["only-a-few", "fails-with-many"])
+def test_a_phase_that_does_not_do_the_dense_gas_gets_its_report(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert tightness(Subject(name, {})) is None
+    monkeypatch.setattr(kinetile_conformance.judge, "CHECKS", ())  # as if it had passed them all
+    report = check_broad_phase(name, in_process=True)
+    assert (report.ok, report.tightness, report.distribution) == (True, None, "this process")
+    assert "over-reporting" not in str(report)
+
+
+# What cannot be saved
+
+
+def failing(save_to: Path) -> Result:
+    """Return the result of a check that fails on the first scene; nothing is compiled for it."""
+    judge = Judge(Subject("raises-in-arrange", {}), examples=5, save_to=save_to, shrink=False)
+    result = judge.judge("near-is-mutual", "it raises")
+    assert result.status == "xfailed"
+    assert "arrange raised KeyError: 'no such thing'" in result.said.splitlines()[0]
+    return result
+
+
+def test_a_scene_that_cannot_be_saved_is_a_line_of_the_result(tmp_path: Path) -> None:
+    (tmp_path / "a-file").touch()
+    result = failing(tmp_path / "a-file")
+    assert (result.case, result.picture) == (None, None)
+    assert result.said.splitlines()[-1].startswith("(the scene could not be saved: ")
+
+
+def test_a_picture_that_cannot_be_saved_is_a_line_of_the_result(tmp_path: Path) -> None:
+    (tmp_path / "raises-in-arrange-near-is-mutual.svg").mkdir()
+    result = failing(tmp_path)
+    assert result.picture is None
+    assert result.said.splitlines()[-1].startswith("(the picture could not be saved: ")
+    assert result.case is not None
+    assert load_case(result.case).check == "near-is-mutual"
+
+
+# A phase that does not get on
+
+
+@pytest.mark.parametrize(("fault", "status"), [(STALLED, "xfailed"), (BAD_PAIR, "xpassed")])
+def test_makes_progress_tells_one_that_stalls_from_one_that_is_wrong_by_the_type(
+    fault: int, status: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sim = kt.Simulation(kt.make_scene("grid", bodies=4), "naive")
+    tables = Kernel(*(table.copy() for table in sim.tables))
+    clock = tables.clock[0]
+    clock.fault, clock.fault_a, clock.fault_b = fault, 0, 1
+    found = failure(tables, sim.composition, 0.5)
+    assert isinstance(found, PhaseError)
+    assert isinstance(found, StalledError) == (fault == STALLED)
+    found.args = ("in other words",)
+
+    def chunk(*arguments: object, **more: object) -> int:
+        raise found
+
+    monkeypatch.setattr(Engine, "chunk", chunk)
+    result = Judge(Subject("naive", {}), examples=2).judge("makes-progress", "a reason")
+    assert result.status == status
+    assert result.said == ("in other words" if fault == STALLED else "")

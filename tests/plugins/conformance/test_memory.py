@@ -1,0 +1,242 @@
+"""Checks of memory: each trespass is named with hook and field, and what is allowed passes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+import kinetile as kt
+import trespassing_phases
+from kinetile.errors import Refused
+from kinetile.kernel.compiled import INTERPRETED
+from kinetile.kernel.tables import allocate, pair_set
+from kinetile.run.compose import Commands
+from kinetile.toolbox import BroadPhaseParts
+from kinetile_conformance import canaries
+from kinetile_conformance.cases import Subject
+from kinetile_conformance.checks import memory
+from kinetile_conformance.checks.memory import first_breach
+from kinetile_conformance.judge import CheckRun
+from kinetile_conformance.strategies.gallery import MANY, SMALL, smallest, titled
+from kinetile_conformance.watched_hooks import Breach, guarded
+
+TESTS = Path(__file__).parents[2]
+BUILT_IN = ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling", "stripes")
+
+SEEN = {
+    "uncounts": "repair wrote counts.structural (0, where 1 stood)",
+    "forgets-a-partner": "repair wrote bodies[0].stamp (7, where 0 stood)",
+    "tolerates": "repair wrote clock.tolerance (1.0, where ",
+    "brakes-another": "near used k.bodies[3], and it has 1 (",
+    "brakes-the-fourth": "near wrote bodies[3].vx (0.0625, where ",
+    "weighs": "replan wrote mass[0] (2.0, where 1.0 stood)",
+    "moves-a-place": "repair wrote places[0].x (",
+    "files-itself": "repair wrote queue[0].key (",
+    "links-itself": "repair wrote links[0].next (1, where 2 stood)",
+    "marks-itself": "repair wrote marks[0] (-1, where ",
+    "sets-its-own": "repair wrote queue[0].own, the certificate of body 0, other than by schedule",
+    "sets-anothers": "repair wrote queue[1].own, the certificate of body 1, other than by schedule",
+    "turns-no-more": "replan wrote commands[",
+    "answers-for-near": "replan wrote near[1] (0, where 1 stood)",
+    "uncounts-updates": "repair wrote queue[0].own, the certificate of body 0, other than by schedule",
+    "drops-offers": "repair wrote queue[1].own, the certificate of body 1, other than by schedule",
+    "schedules-in-near": "near wrote queue[0].own (",
+    "arranges-the-scene": "arrange wrote the scene's radius",
+    "stops-the-clock": "arrange wrote clock.spin_limit (",
+    "mends-in-audit": "audit wrote s.failed",
+    "strays": "near used s.failed[1], and it has 1 (trespassing_phases.py, line ",
+    "strays-before": "near used s.failed[-2], which is before its beginning (trespassing_phases.py, line ",
+    "asks-the-last": "near used k.bodies[-1], which is before its beginning (trespassing_phases.py, line ",
+    "asks-one-too-many": "repair used k.bodies[1], and it has 1 (trespassing_phases.py, line ",
+    "takes-in-uncounted": "enter wrote counts.structural (",
+    "lets-go-one-further": "leave used s.failed[",
+    "misspells": "replan raised AttributeError: 'record' object has no attribute 'vz' (trespassing_",
+}
+ALLOWED = ("strays-where-told", "strays-in-the-kernel", "uses-the-toolbox", "takes-in-and-lets-go")
+
+
+@pytest.fixture(autouse=True)
+def _registered(monkeypatch) -> Iterator[None]:
+    kt.registry().add(trespassing_phases)
+    if "stripes" not in kt.registry().names("broad phase"):
+        monkeypatch.syspath_prepend(TESTS / "foreign" / "kinetile-stripes")
+        import kinetile_stripes
+
+        kt.registry().add(kinetile_stripes)
+    had = [each.plugin for each in kt.registry() if each.distribution is None]
+    yield
+    for plugin in dict.fromkeys(had):
+        kt.registry().remove(plugin)
+
+
+def said_by(check, name: str, **options) -> str | None:
+    """Return what a check says of a phase, None where its sentence holds."""
+    looked = CheckRun(check, Subject(name, options))
+    looked.holds(smallest())
+    assert not looked.refused, looked.refusal
+    return looked.said
+
+
+# Interpreted
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("name", SEEN)
+def test_a_trespass_is_named_with_hook_and_field(name):
+    said = first_breach(Subject(name, {}), titled(SMALL[:5]))
+    assert said is not None
+    assert said.startswith(SEEN[name])
+    if name == "uncounts":
+        line = trespassing_phases.uncount.__code__.co_firstlineno
+        assert f"(it begins in trespassing_phases.py, line {line}), on 1 body in 2 x 2 cells" in said
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("name", ALLOWED)
+def test_what_is_allowed_passes(name):
+    assert first_breach(Subject(name, {}), titled(SMALL[:5])) is None
+
+
+def test_every_trespassing_phase_is_tested():
+    assert set(trespassing_phases.ALL) == SEEN.keys() | set(ALLOWED)
+
+
+def test_the_check_sees_a_phase_of_this_process():
+    said = said_by(memory.writes_only_where_it_may, "uncounts")
+    assert said is not None
+    assert said.startswith(SEEN["uncounts"])
+
+
+@pytest.mark.skipif(INTERPRETED, reason="then there is no need of another interpreter")
+def test_a_class_that_cannot_be_imported_is_not_judged():
+    class Local:
+        def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
+            return BroadPhaseParts(trespassing_phases.everyone)
+
+    class Plugin:
+        @kt.hookimpl
+        def kinetile_broad_phases(self) -> list[kt.BroadPhaseSpec]:
+            return [kt.BroadPhaseSpec("local", Local)]
+
+    kt.registry().add(Plugin())
+    with pytest.raises(Refused, match=r"test_memory:.*<locals>\.Local cannot be imported by another"):
+        first_breach(Subject("local", {}), titled(SMALL))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", BUILT_IN)
+def test_the_phases_that_there_are_touch_nothing_else(name):
+    assert said_by(memory.writes_only_where_it_may, name) is None
+
+
+class Arrays(NamedTuple):
+    """Some arrays."""
+
+    line: np.ndarray
+    square: np.ndarray
+
+
+def test_rows_of_rows_and_single_numbers_are_looked_at():
+    arrays = guarded(Arrays(np.arange(3), np.zeros((2, 4))), "s", strict=False)
+    assert (arrays.line[-1], arrays.square[1][3], arrays.square[-2, -4]) == (2, 0.0, 0.0)
+    assert [int(each) for each in arrays.line] == [0, 1, 2]
+    assert arrays.line[1:7].tolist() == [1, 2]
+    for use, said in (
+        (lambda: arrays.line[3], r"s\.line\[3\], and it has 3"),
+        (lambda: arrays.line[-4], r"s\.line\[-4\], which is before"),
+        (lambda: arrays.square[1][4], r"s\.square\[1\]\[4\], and it has 4"),
+        (lambda: arrays.square[0, 4], r"s\.square\[4\], and it has 4"),
+    ):
+        with pytest.raises(Breach, match=said):
+            use()
+
+
+# Between canaries
+
+
+@pytest.mark.parametrize("bodies", [0, 1, 7])
+def test_an_array_in_a_cage_is_the_same_kind_of_array(bodies):
+    k = pair_set(allocate(bodies, bodies, 8), 5)
+    k.bodies.x = np.arange(bodies)
+    inside, cages = canaries.caged(k, "k")
+    assert len(cages) == len(k)
+    for name, was, array in zip(k._fields, k, inside, strict=True):
+        assert type(array) is type(was)
+        assert (array.dtype, array.shape) == (was.dtype, was.shape), name
+        assert str(array.flags) == str(was.flags).replace("OWNDATA : True", "OWNDATA : False")
+        assert array.tobytes() == was.tobytes()
+        assert not np.may_share_memory(array, was)
+        assert (canaries.address(array) - canaries.address(was)) % canaries.LINE == 0
+    assert [cage.breach() for cage in cages] == [None] * len(cages)
+
+
+def test_arrays_that_share_memory_stay_where_they_are():
+    line = np.zeros(8)
+    inside, cages = canaries.caged(Arrays(line, line.reshape(2, 4)), "s")
+    assert inside.line is line
+    assert not cages
+
+
+@pytest.mark.parametrize(
+    ("index", "said"),
+    [(-1, "1 row before its first"), (3, "1 row behind its last"), (5, "3 rows behind its last")],
+)
+def test_what_is_written_outside_is_told_with_how_far(index, said):
+    cage = canaries.Cage.of("s.line", np.arange(3))
+    beyond = np.lib.stride_tricks.as_strided(cage.array, (8,), (8,))
+    before = np.ndarray((1,), np.int64, cage.before[-8:])
+    (before if index < 0 else beyond)[index] = 1
+    assert cage.breach() == f"s.line was written to {said}"
+
+
+@pytest.mark.long
+@pytest.mark.compiled
+@pytest.mark.parametrize(
+    ("name", "field"), [("strays-where-told", "s.failed"), ("strays-in-the-kernel", "k.mass")]
+)
+def test_what_compiled_hooks_write_outside_of_an_array_is_told(name, field):
+    check = memory.stays_within_its_arrays
+    before, behind = said_by(check, name, astray=-2), said_by(check, name, astray=1)
+    assert before is not None
+    assert behind is not None
+    assert before.startswith(f"{field} was written to 1 row before its first, on 1 body in ")
+    assert behind.startswith(f"{field} was written to 1 row behind its last, on 1 body in ")
+    assert said_by(check, name, astray=0) is None
+
+
+@pytest.mark.long
+@pytest.mark.compiled
+def test_what_a_compiled_hook_writes_as_a_body_goes_is_told():
+    said = said_by(memory.stays_within_its_arrays, "lets-go-one-further")
+    assert said is not None
+    assert said.startswith("s.failed was written to 4 rows behind its last, on ")
+    assert said_by(memory.stays_within_its_arrays, "takes-in-and-lets-go") is None
+
+
+@pytest.mark.long
+@pytest.mark.compiled
+@pytest.mark.parametrize("name", BUILT_IN)
+def test_the_phases_that_there_are_stay_within_their_arrays(name):
+    subject = Subject(name, {})
+    loops = set()
+    for kind in MANY:
+        try:
+            sim = subject.simulation(kind.scene(), live=True)
+        except Refused:
+            continue
+        sim.compile()
+        loops.add(sim.composition.loop(Commands.ALL))
+    had = sum(len(loop.signatures) for loop in loops)
+    assert said_by(memory.stays_within_its_arrays, name) is None
+    assert sum(len(loop.signatures) for loop in loops) == had, "an array in a cage is another kind of array"
+
+
+def test_scenes_are_what_they_are_called():
+    for kind in MANY:
+        scene = kind.scene()
+        assert (len(scene), scene.arena is not None) == (kind.bodies, kind.walls)
+        assert kind.scene() == scene

@@ -1,0 +1,95 @@
+"""What comes before any check: what does not load or compile is said once, with the author's file and
+line."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from installing import run
+from kinetile.kernel.compiled import INTERPRETED
+from kinetile.kernel.compiled.composer import brief
+
+HEAD = """
+import kinetile as kt
+from kinetile.toolbox import BroadPhaseParts, hook
+
+
+def helper(k):
+    return len(k.bodies)
+
+
+@hook
+def near(k, s, body):
+"""
+TAIL = """
+
+class Faulty:
+    def prepare(self, scene):
+        return BroadPhaseParts(near)
+
+
+@kt.hookimpl
+def kinetile_broad_phases():
+    return [kt.BroadPhaseSpec("faulty", "faulty_phase:Faulty")]
+"""
+
+
+def installed(folder: Path, body: str) -> list[str]:
+    """Write a phase of this body as a distribution; return what PYTHONPATH must have."""
+    (folder / "faulty_phase.py").write_text(f"{HEAD}    {body}\n{TAIL}", encoding="utf-8")
+    (folder / "faulty_plugin.py").write_text(
+        "import kinetile as kt\n\n\n@kt.hookimpl\ndef kinetile_broad_phases():\n"
+        '    return [kt.BroadPhaseSpec("faulty", "faulty_phase:Faulty")]\n',
+        encoding="utf-8",
+    )
+    info = folder / "faulty-0.1.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: faulty\nVersion: 0.1\n", "utf-8")
+    (info / "entry_points.txt").write_text("[kinetile]\nfaulty = faulty_plugin\n", "utf-8")
+    return [str(folder)]
+
+
+@pytest.mark.parametrize(
+    ("body", "interpreted", "said"),
+    [
+        ("return 0 0", True, r"SyntaxError.*faulty_phase\.py, line 12"),
+        pytest.param(
+            "return helper(k)",
+            False,
+            r"helper is a plain function, .*toolbox\.hook \(.*faulty_phase\.py, line 12\)",
+            marks=pytest.mark.slow,
+        ),
+        ("return int(k.bodies[0].vz)", False, r"vz.*faulty_phase\.py, line 12\)"),
+    ],
+)
+def test_it_is_exit_code_2_and_nothing_is_judged(
+    body: str, interpreted: bool, said: str, tmp_path: Path
+) -> None:
+    paths = installed(tmp_path, body)
+    if not interpreted and INTERPRETED:
+        pytest.skip("nothing is compiled")
+    done = run("conform", "faulty", folder=tmp_path, paths=paths, interpreted=interpreted)
+    assert done.returncode == 2, done.stdout
+    assert "failed" not in done.stdout
+    assert re.search(said, done.stderr, re.DOTALL), done.stderr
+    assert len(done.stderr.strip().splitlines()) <= 3
+
+
+def test_the_compiler_is_brief() -> None:
+    message = (
+        "Failed in nopython mode pipeline (step: nopython frontend)\n"
+        "Unknown attribute 'vz' of type Record(x[type=float64;offset=0];64;True)\n"
+        "\n"
+        'File "mine.py", line 11:\n'
+        "def near(k, s, body):\n"
+        "    n = k.bodies.vz[0]\n"
+        "    ^\n"
+        "\n"
+        "During: Pass nopython_type_inference\n"
+        'File "loop.py", line 170:\n'
+    )
+    assert brief(message) == "Unknown attribute 'vz' of type records (mine.py, line 11): n = k.bodies.vz[0]"
+    assert brief("no place") == "no place"

@@ -1,0 +1,452 @@
+"""The sandbox: plugins that do harm are named, with their distribution, and the caller goes on."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hostile_phases
+import kinetile as kt
+from installing import OWN, run
+from kinetile.errors import AuditError, BadOption, PhaseError, UnknownName
+from kinetile.kernel.compiled import INTERPRETED
+from kinetile.toolbox import BroadPhaseParts
+from kinetile_conformance import CHECKS, Report, Result, check_broad_phase, sandbox_child
+from kinetile_conformance.cases import load_case
+from kinetile_conformance.processes import CAN_FORK
+from registering import registered
+
+MIB = 1 << 20
+OWNER = r" of hostile_phases \(added in this process\)"
+HERE = r" \(hostile_phases\.py, line \d+\)"
+OLD = (
+    r": prepare raised TypeError: these are the parts of a broad phase for version 1 of the plugin API "
+    r"\(a state, a number of certificates, \.\.\.\), and this is version 2: "
+    r"docs/moving-to-api-2\.md says what to change \(hostile_phases\.py, line \d+\)"
+)
+
+OUT_OF_MEMORY = r"out of memory in check 'same-contacts': it asked for more than 0\.25 GiB"
+
+forks = pytest.mark.skipif(not CAN_FORK, reason="a phase of this process is isolated in a fork")
+
+
+@pytest.fixture(autouse=True)
+def _registered() -> Iterator[None]:
+    with registered(hostile_phases):
+        yield
+
+
+def scene() -> kt.Scene:
+    """Two discs that meet at time 0.25."""
+    return kt.Scene([[1.0, 1.0], [2.0, 1.0]], [[1.0, 0.0], [-1.0, 0.0]], 0.25, arena=(4.0, 4.0))
+
+
+def said_of(name: str) -> str:
+    return f"broad phase '{name}'{OWNER}"
+
+
+# In the process that asks
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("cannot-be-made", rf": its constructor raised OSError: no licence{HERE}"),
+        ("raises-in-prepare", rf": prepare raised RuntimeError: the moon is not full{HERE}"),
+        ("leaves-in-prepare", rf": prepare raised SystemExit: good bye{HERE}"),
+        ("returns-a-number", ": prepare returned int, not BroadPhaseParts"),
+        ("returns-old-parts", OLD),
+        ("returns-old-parts-by-name", OLD),
+        ("raises-in-arrange", rf": arrange raised KeyError: 'no such thing'{HERE}"),
+        ("leaves-in-arrange", rf": arrange raised SystemExit: 3{HERE}"),
+        (
+            "touches-bodies-in-arrange",
+            rf": arrange raised ValueError: assignment destination is read-only{HERE}",
+        ),
+    ],
+)
+def test_what_a_phase_raises_is_a_sentence_with_its_distribution_and_the_line(name: str, said: str) -> None:
+    with pytest.raises(PhaseError, match=f"^{said_of(name)}{said}$"):
+        kt.Simulation(scene(), name)
+
+
+def test_everything_that_is_wrong_with_the_parts_is_said_at_once() -> None:
+    with pytest.raises(PhaseError, match=f"^{said_of('returns-the-wrong-parts')}") as caught:
+        kt.Simulation(scene(), "returns-the-wrong-parts")
+    for said in (
+        "room is -1; expected a whole number from 0 to 2147483647",
+        "pairs is 0.5; expected a whole number",
+        "state is (1, 2); expected a NamedTuple of arrays",
+        "arrange is 7; expected a function or None",
+        "audit is 'all'; expected a function or None",
+        "expected arrays of int64",
+    ):
+        assert said in str(caught.value)
+    assert INTERPRETED or "near is a function; expected a function marked with toolbox.hook" in str(
+        caught.value
+    )
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("schedules-one-too-many", " scheduled the certificate of body 2, which is no body of the scene"),
+        pytest.param(
+            "schedules-far-too-many",
+            " scheduled the certificate of body 1000, which is no body of the scene",
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            "schedules-below-zero",
+            " scheduled the certificate of body -1, which is no body of the scene",
+            marks=pytest.mark.slow,
+        ),
+        ("offers-nobody", r" reported the pair \(-3, 1073741824\), which is not two bodies of the scene"),
+        ("names-fewer-than-none", r" said that -1 bodies are near body \d, and there is room for 2"),
+        pytest.param(
+            "names-too-many",
+            r" said that 1099511627776 bodies are near body \d, and there is room for 2",
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            "meets-fewer-than-none",
+            " said that -1 bodies are near body 0, and there is room for 2",
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            "meets-too-many",
+            " said that 1099511627776 bodies are near body 0, and there is room for 2",
+            marks=pytest.mark.slow,
+        ),
+    ],
+)
+def test_a_number_out_of_range_ends_the_run_and_spares_the_memory(name: str, said: str) -> None:
+    sim = kt.Simulation(scene(), name)
+    with pytest.raises(PhaseError, match=f"{said_of(name)}{said}"):
+        sim.run(until=1.0)
+
+
+@pytest.mark.interpreted
+def test_offers_without_end_cost_time_and_no_contact() -> None:
+    runs = [kt.Simulation(scene(), name) for name in ("naive", "offers-without-end")]
+    for sim in runs:
+        sim.run(until=4.0)
+    assert runs[0].contacts.tobytes() == runs[1].contacts.tobytes()
+
+
+@pytest.mark.skipif(INTERPRETED, reason="nothing is compiled")
+def test_a_hook_that_does_not_compile_is_named_with_its_distribution() -> None:
+    sim = kt.Simulation(scene(), "has-no-such-field")
+    with pytest.raises(
+        PhaseError, match=rf"(?s)do not compile together \({said_of('has-no-such-field')}\).*weather"
+    ):
+        sim.run(until=1.0)
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("names-a-stranger", "near names 2 for body 0, and there is no such body"),
+        ("corrupts-the-queue", r"body 1 is filed at tick \d+, but what it awaits comes at tick \d+"),
+        ("turns-bodies", "the place of body 0 at the common clock is not that of its plan"),
+        ("audits-badly", f"the audit cannot be finished: ZeroDivisionError: by nought{HERE}"),
+    ],
+)
+def test_an_audit_finds_what_is_written_where_it_should_not_be(name: str, said: str) -> None:
+    sim = kt.Simulation(scene(), name, audit=1)
+    if INTERPRETED and name == "names-a-stranger":  # an array of NumPy does not let itself be read there
+        with pytest.raises(PhaseError, match=rf"a hook of {name}.* raised IndexError"):
+            sim.run(until=0.0)
+        return
+    with pytest.raises(AuditError, match=rf"broad phase '{name}': {said}"):
+        sim.run(until=0.0)
+
+
+# In a sandbox_child
+
+
+def isolated(name: str, *checks: str, **more: object) -> Report:
+    return check_broad_phase(name, checks=checks or ("same-contacts",), examples=10, **more)  # type: ignore[arg-type]
+
+
+@forks
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("crashes-in-arrange", f"the process died of SIGSEGV in check 'same-contacts', in crashes{HERE}"),
+        pytest.param(
+            "aborts-in-arrange",
+            f"the process died of SIGABRT in check 'same-contacts', in aborts{HERE}",
+            marks=pytest.mark.slow,
+        ),
+        ("exits-in-arrange", "the process ended itself with status 7 in check 'same-contacts'"),
+        ("takes-all-memory", OUT_OF_MEMORY),
+        pytest.param("wants-too-much-room", OUT_OF_MEMORY, marks=pytest.mark.slow),
+        pytest.param("wants-too-many-pairs", OUT_OF_MEMORY, marks=pytest.mark.slow),
+    ],
+)
+def test_a_death_is_a_result_that_names_check_distribution_and_cause(name: str, said: str) -> None:
+    report = isolated(name, memory=256 * MIB)
+    (result,) = report.results
+    assert (result.status, report.exit_code) == ("died", 1)
+    assert re.fullmatch(rf"{said} \({said_of(name)}\)", result.said)
+    assert report.distribution == "this process"
+
+
+@forks
+def test_an_endless_loop_is_ended_and_located(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sandbox_child, "SCENE_SECONDS", 1.0)
+    (result,) = isolated("hangs-in-arrange").results
+    assert result.status == "died"
+    assert re.match(rf"an endless loop in hangs{HERE}, in check 'same-contacts': ", result.said)
+    assert result.verdict.startswith("only hangs-in-arrange")
+
+
+def compiled(name: str, *kinds: tuple[object, object]) -> None:
+    """Compile a phase's loops for scenes with these arenas and masses, so that a sandbox_child need not."""
+    for arena, mass in kinds:
+        still = kt.Scene([[1.0, 1.0], [2.0, 2.0]], np.zeros((2, 2)), 0.25, mass, arena)  # type: ignore[arg-type]
+        kt.Simulation(still, name, turning=True).compile()
+
+
+@forks
+@pytest.mark.skipif(INTERPRETED, reason="nothing is compiled")
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("hangs-in-a-hook", r"an endless loop in a compiled hook, in check '.*'"),
+        ("names-without-room", "died of SIG[A-Z]+ in check '.*', in a compiled hook"),
+        pytest.param(
+            "names-what-is-far-from-any-body",
+            "died of SIG[A-Z]+ in check '.*', in a compiled hook",
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            "loses-the-queue",  # what it reads where the queue ends is no more than chance
+            "died of SIG[A-Z]+ in check '.*', in a compiled hook|StalledError: .* does not get on",
+            marks=pytest.mark.slow,
+        ),
+    ],
+)
+def test_what_a_compiled_hook_does_stays_in_the_child(
+    name: str, said: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sandbox_child, "SCENE_SECONDS", 2.0)
+    compiled(name, ((4.0, 4.0), 1.0))
+    (result,) = isolated(name, "survives-the-smallest-scenes").results
+    assert not result.ok
+    assert re.search(said, result.said)
+    assert re.search(said_of(name), result.said)
+
+
+@pytest.mark.slow
+@forks
+@pytest.mark.skipif(INTERPRETED, reason="nothing is compiled")
+def test_the_scene_of_a_death_is_saved(tmp_path: Path) -> None:
+    compiled("leaves-its-arrays", (None, 1.0), ((4.0, 4.0), 1.0), ((4.0, 4.0), [1.0, 2.0]))
+    (result,) = isolated("leaves-its-arrays", "near-is-mutual", save_to=tmp_path).results
+    assert result.status == "died"
+    assert re.match("the process died of SIG[A-Z]+ in check '.*', in a compiled hook", result.said)
+    assert result.case is not None
+    case = load_case(result.case)
+    assert (case.check, len(case.scene)) == ("near-is-mutual", result.bodies)
+
+
+@forks
+def test_the_other_checks_are_run_after_a_death() -> None:
+    heard: list[Result] = []
+    report = isolated(
+        "crashes-in-arrange", "same-contacts", "rejects-unknown-options", on_result=heard.append
+    )
+    assert [result.status for result in report.results] == ["died", "passed"]
+    assert tuple(heard) == report.results
+    assert report.notes == ()
+
+
+@forks
+def test_after_three_deaths_the_rest_is_not_run() -> None:
+    names = [
+        check.name for check in CHECKS if check.compares
+    ]  # those of memory have a sandbox_child of their own
+    report = isolated("crashes-in-arrange", *names, shrink=False)
+    assert [result.status for result in report.results] == ["died"] * 3
+    assert report.notes == (f"not run, after 3 deaths: {', '.join(names[3:])}",)
+    assert names[-1] in str(report)
+    assert not report.ok
+
+
+@forks
+def test_a_death_that_was_expected_is_no_failure() -> None:
+    report = isolated("crashes-in-arrange", expected_failures={"same-contacts": "it is known to crash"})
+    (result,) = report.results
+    assert (result.status, result.reason, report.ok) == ("xfailed", "it is known to crash", True)
+
+
+class ExitsWithTwo:
+    """A broad phase that does the smallest scene, and ends the process at a larger one."""
+
+    def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
+        if len(scene) > 1:
+            os._exit(7)
+        return BroadPhaseParts(hostile_phases.everyone)
+
+
+class RaisesWithThree:
+    """A broad phase that does two bodies, and raises where there are more."""
+
+    def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
+        if len(scene) > 2:
+            raise KeyError("the third")
+        return BroadPhaseParts(hostile_phases.everyone)
+
+
+@pytest.fixture
+def _exits_with_two() -> Iterator[None]:
+    phases = {"exits-with-two": ExitsWithTwo, "raises-with-three": RaisesWithThree}
+    with registered(*(kt.BroadPhaseSpec(name, phase) for name, phase in phases.items())):
+        yield
+
+
+@forks
+@pytest.mark.usefixtures("_exits_with_two")
+@pytest.mark.parametrize(
+    ("name", "status", "said"),
+    [
+        ("exits-with-two", "died", "the process ended itself with status 7"),
+        pytest.param("raises-with-three", "failed", "PhaseError: ", marks=pytest.mark.slow),
+    ],
+)
+def test_a_scene_that_cannot_be_saved_is_no_fault_of_the_phase(
+    name: str, status: str, said: str, tmp_path: Path
+) -> None:
+    (tmp_path / "a-file").touch()
+    report = isolated(name, "near-is-mutual", save_to=tmp_path / "a-file" / "within", shrink=False)
+    (result,) = report.results
+    assert (result.status, result.case, result.picture) == (status, None, None)
+    first, *_, last = result.said.splitlines()
+    assert first.startswith(said)
+    assert last.startswith("(the scene could not be saved: ")
+
+
+@forks
+def test_what_a_phase_prints_is_nobodys_business(capfd: pytest.CaptureFixture[str]) -> None:
+    isolated("crashes-in-arrange")
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_conforming_phase_passes_in_a_child_as_it_does_here() -> None:
+    report = check_broad_phase("sap-1d", checks=["rejects-unknown-options", "survives-the-smallest-scenes"])
+    assert [result.status for result in report.results] == ["passed", "passed"]
+    assert (report.ok, report.distribution) == (True, f"kinetile {kt.__version__}")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error"),
+    [
+        ({"name": "no-such-phase"}, UnknownName),
+        ({"name": "sap-1d", "checks": ["no-such-check"]}, ValueError),
+        ({"name": "sap-1d", "options": {"axle": "x"}}, BadOption),
+    ],
+)
+def test_a_mistake_in_the_question_is_an_error(arguments: dict[str, object], error: type[Exception]) -> None:
+    with pytest.raises(error):
+        check_broad_phase(**arguments)  # type: ignore[arg-type]
+
+
+# Installed
+
+
+@pytest.fixture
+def installed(tmp_path: Path) -> list[str]:
+    """Make the hostile phases known as a distribution; return what PYTHONPATH must have."""
+    info = tmp_path / "kinetile_hostile-0.3.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: kinetile-hostile\nVersion: 0.3\n", "utf-8")
+    (info / "entry_points.txt").write_text("[kinetile]\nhostile = hostile_phases\n", "utf-8")
+    return [str(tmp_path), str(Path(str(hostile_phases.__file__)).parent)]
+
+
+INSTALLED = r"of kinetile-hostile:hostile \(kinetile-hostile 0\.3\)"
+
+
+def test_an_installed_phase_that_crashes_is_reported_by_the_command_line(
+    installed: list[str], tmp_path: Path
+) -> None:
+    check = ("--check", "same-contacts", "--json")
+    done = run("conform", "crashes-in-arrange", *check, folder=tmp_path, paths=installed)
+    report = json.loads(done.stdout.splitlines()[-1])
+    assert done.returncode == 1
+    assert report["distribution"] == "kinetile-hostile 0.3"
+    assert re.search(
+        f"died of SIGSEGV in check 'same-contacts', in crashes{HERE} .*{INSTALLED}",
+        report["checks"][0]["said"],
+    )
+    assert "Traceback" not in done.stderr
+    assert "Fatal" not in done.stderr
+
+
+@pytest.mark.parametrize("name", ["cannot-be-made", "leaves-in-arrange"])
+def test_an_installed_phase_that_fails_ends_a_run_with_one_line(
+    name: str, installed: list[str], tmp_path: Path
+) -> None:
+    done = run("run", "grid", "-s", "bodies=4", "--broad-phase", name, folder=tmp_path, paths=installed)
+    assert done.returncode == 1
+    assert re.search(f"broad phase '{name}' {INSTALLED}: ", done.stderr)
+    assert "Traceback" not in done.stderr + done.stdout
+
+
+ASK = """
+import kinetile as kt
+from kinetile_conformance import check_broad_phase
+check_broad_phase({name!r}, checks=["same-contacts"])
+"""
+
+
+def gone(pid: int) -> bool:
+    """Whether a process has ended, waiting for it a little."""
+    until = time.monotonic() + 60.0
+    while time.monotonic() < until:
+        try:
+            state = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()[0]
+        except OSError:
+            return True
+        if state == "Z":
+            return True
+        time.sleep(0.05)
+    return False
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for processes in /proc")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+def test_the_child_goes_with_whoever_asked(number: int, installed: list[str], tmp_path: Path) -> None:
+    noted = tmp_path / "pid"
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([*installed, *OWN]), "HOSTILE_PID": str(noted)}
+    asking = subprocess.Popen(
+        [sys.executable, "-c", ASK.format(name="hangs-in-arrange")],
+        env=environment,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        until = time.monotonic() + 60.0
+        while not (noted.exists() and noted.read_text(encoding="utf-8")) and time.monotonic() < until:
+            time.sleep(0.05)
+        asking.send_signal(number)
+        _, errors = asking.communicate(timeout=60)
+    finally:
+        asking.kill()
+    assert asking.returncode != 0
+    assert number != signal.SIGINT or "KeyboardInterrupt" in errors
+    assert gone(int(noted.read_text(encoding="utf-8")))
