@@ -1,4 +1,4 @@
-"""Two discs in all the ways that are hard to tell, and the truth about them in integers.
+"""Encounters of two discs that are hard to tell from misses, and their exact ticks.
 
 An encounter is a row of ``ENCOUNTER``: the arguments of ``first_touch``. A family is a function of a
 generator and a count that returns so many rows.
@@ -6,14 +6,22 @@ generator and a count that returns so many rows.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from math import isqrt
 
 import numpy as np
 
-from kinetile.kernel.certificates import first_touch, reaches
+from kinetile.kernel.certificates.contact import first_touch
+from kinetile.kernel.certificates.wall import reaches
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.kernel.tables import NEVER
+from kinetile_accuracy.specification.arithmetic import (
+    UNIT_BITS,
+    FlightPlan,
+    Frame,
+    pair_tick,
+    wall_tick,
+)
 
 FAR = 1 << 62
 ENCOUNTER = np.dtype(
@@ -79,50 +87,24 @@ def reached(table: Rows) -> list[int]:
     return found.tolist()
 
 
-def whole(value: float, bits: int) -> int:
-    """Return a double times 2^bits, a whole number."""
-    top, bottom = value.as_integer_ratio()
-    return top << (bits - bottom.bit_length() + 1)
-
-
-def places(value: float) -> int:
-    return value.as_integer_ratio()[1].bit_length() - 1
+def frame_of(tick: float, *sides: float) -> Frame:
+    """Return the frame of a clock with ticks of 2^-k, in an arena of these sides."""
+    return Frame(sides or None, 1 - math.frexp(tick)[1] - UNIT_BITS)
 
 
 def true_touch(x, y, vx, vy, elapsed, x2, y2, vx2, vy2, radius, radius2, tick) -> int:
-    """Return what ``first_touch`` must: the definition, in integers."""
-    clock = places(tick) if tick < 1.0 else 0
-    fine = max(places(v) for v in (vx, vy, vx2, vy2)) + clock
-    bits = max(fine, *(places(v) for v in (x, y, x2, y2, radius, radius2)))
-    to_speed = bits - clock
-    ax, ay = whole(vx, to_speed), whole(vy, to_speed)
-    ux, uy = whole(vx2, to_speed) - ax, whole(vy2, to_speed) - ay
-    dx = whole(x2, bits) - whole(x, bits) - ax * elapsed
-    dy = whole(y2, bits) - whole(y, bits) - ay * elapsed
-    reach = whole(radius, bits) + whole(radius2, bits)
-    a = ux * ux + uy * uy
-    b = dx * ux + dy * uy
-    c = dx * dx + dy * dy - reach * reach
-    if b >= 0:
-        return NEVER
-    if c <= 0:
-        return 0
-    inside = b * b - a * c
-    if inside <= 0:
-        return NEVER
-    found = (-b - isqrt(inside - 1) - 1) // a
-    return found if found < FAR else NEVER
+    """Return what ``first_touch`` must: rule 5 of the specification."""
+    frame = frame_of(tick)
+    one = FlightPlan(x, y, vx, vy, 0, radius, frame)
+    found = pair_tick(one, FlightPlan(x2, y2, vx2, vy2, int(elapsed), radius2, frame))
+    return NEVER if found is None else found - int(elapsed)
 
 
 def true_reach(far: float, near: float, radius: float, speed: float, tick: float) -> int:
-    """Return what ``reaches`` must."""
-    clock = places(tick)
-    bits = max(places(speed) + clock, *(places(v) for v in (far, near, radius)))
-    gap = whole(far, bits) - whole(near, bits) - whole(radius, bits)
-    if gap <= 0:
-        return 0
-    found = gap // whole(speed, bits - clock)
-    return found if found < FAR else NEVER
+    """Return what ``reaches`` must: rule 6 of the specification."""
+    frame = frame_of(tick, far, far)
+    found = wall_tick(FlightPlan(near, 0.0, speed, 0.0, 0, radius, frame), frame)
+    return NEVER if found is None else found[0]
 
 
 def rows(n: int, **columns) -> Rows:

@@ -1,42 +1,42 @@
-"""Speed against error: the certified oracle, error measures, the discrete-time baseline, and their report."""
+"""Speed against error: the certified oracle, certified logs, baselines in steps, and the report of them.
+
+Each name below is imported when it is first used: the oracle needs python-flint, the figures matplotlib.
+"""
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from kinetile_accuracy.answer.certify import CertifiedLog, certify_log
-    from kinetile_accuracy.certified.certify import Agreement, certify
-    from kinetile_accuracy.certified.oracle import CertifiedRun, oracle_contacts
-    from kinetile_accuracy.report import measure_parts, write_report
+    from kinetile_accuracy.oracle.agreement import Agreement as Agreement
+    from kinetile_accuracy.oracle.agreement import Disagreement as Disagreement
+    from kinetile_accuracy.oracle.agreement import certify as certify
+    from kinetile_accuracy.oracle.oracle import CertifiedContact as CertifiedContact
+    from kinetile_accuracy.oracle.oracle import CertifiedRun as CertifiedRun
+    from kinetile_accuracy.oracle.oracle import OracleProgress as OracleProgress
+    from kinetile_accuracy.oracle.oracle import Undecidable as Undecidable
+    from kinetile_accuracy.oracle.oracle import oracle_contacts as oracle_contacts
+    from kinetile_accuracy.report import AccuracyReport as AccuracyReport
+    from kinetile_accuracy.report import measure_parts as measure_parts
+    from kinetile_accuracy.report import write_report as write_report
+    from kinetile_accuracy.specification.certify import CertifiedLog as CertifiedLog
+    from kinetile_accuracy.specification.certify import LogProgress as LogProgress
+    from kinetile_accuracy.specification.certify import WrongLine as WrongLine
+    from kinetile_accuracy.specification.certify import certify_log as certify_log
 
 _HOMES = {
-    "Agreement": "certified.certify",
-    "CertifiedLog": "answer.certify",
-    "CertifiedRun": "certified.oracle",
-    "certify": "certified.certify",
-    "certify_log": "answer.certify",
-    "measure_parts": "report",
-    "oracle_contacts": "certified.oracle",
-    "write_report": "report",
+    "oracle.agreement": ("Agreement", "Disagreement", "certify"),
+    "oracle.oracle": ("CertifiedContact", "CertifiedRun", "OracleProgress", "Undecidable", "oracle_contacts"),
+    "report": ("AccuracyReport", "measure_parts", "write_report"),
+    "specification.certify": ("CertifiedLog", "LogProgress", "WrongLine", "certify_log"),
 }
+_HOME = {name: home for home, names in _HOMES.items() for name in names}
 
-__all__ = [
-    "Agreement",
-    "CertifiedLog",
-    "CertifiedRun",
-    "certify",
-    "certify_log",
-    "measure_parts",
-    "oracle_contacts",
-    "write_report",
-]
+__all__ = sorted(_HOME)
 
 
 def __getattr__(name: str) -> Any:
-    """Import what is asked for only then: the oracle needs python-flint, the figures matplotlib."""
-    if name not in _HOMES:
+    if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from importlib import import_module
-
-    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)

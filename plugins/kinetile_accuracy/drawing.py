@@ -1,4 +1,4 @@
-"""The look that all figures share: fit to print, legible in grey and for the colour-blind."""
+"""Figures in the look that all share: fit to print, legible in grey and for the colour-blind."""
 
 from __future__ import annotations
 
@@ -9,24 +9,11 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from kinetile_accuracy.parts import needed
+from kinetile_accuracy.sections import needed
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = [
-    "LOOKS",
-    "NARROW",
-    "WIDTH",
-    "as_svg",
-    "check_figures",
-    "curve",
-    "house_style",
-    "is_narrow",
-    "legend_below",
-    "new_figure",
-    "save_figure",
-]
 
 WIDTH = 6.9
 """Inches: the text width of an A4 page."""
@@ -57,7 +44,7 @@ _STYLE: dict[str, Any] = {
 
 
 def check_figures() -> None:
-    """Raise MissingExtra where figures cannot be drawn."""
+    """Raises MissingExtra where figures cannot be drawn."""
     _matplotlib()
 
 
@@ -69,7 +56,7 @@ def house_style(width: float = WIDTH) -> Iterator[None]:
 
 
 def new_figure(panels: int = 1, height: float = 3.2, rows: int = 1, **options: Any) -> tuple[Figure, Any]:
-    """Return a figure of the page's width with so many panels side by side, and the panel, or the flat array
+    """Returns a figure of the page's width with so many panels side by side, and the panel, or the flat array
     of them, row by row.
 
     Options are those of ``Figure.subplots``. Raises MissingExtra without matplotlib.
@@ -81,19 +68,19 @@ def new_figure(panels: int = 1, height: float = 3.2, rows: int = 1, **options: A
 
 
 def is_narrow(figure: Figure) -> bool:
-    """Whether a figure is for a narrow page."""
+    """Returns whether a figure is for a narrow page."""
     return figure.get_figwidth() < 0.5 * (NARROW + WIDTH)
 
 
 def curve(panel: Any, x: Sequence[float], y: Sequence[float], look: int, **options: Any) -> None:
-    """Draw the curve of a number in ``LOOKS``."""
+    """Draws the curve of a number in ``LOOKS``."""
     colour, marker, line = LOOKS[look]
     usual = {"marker": marker, "linestyle": line, "markersize": 4, "linewidth": 1.2}
     panel.plot(x, y, **({"color": colour} | usual | options))
 
 
 def legend_below(figure: Figure, columns: int) -> None:
-    """Set one legend of all that is drawn below the panels, in half the columns on a narrow page."""
+    """Sets one legend of all that is drawn below the panels, in half the columns on a narrow page."""
     shown = [axes.get_legend_handles_labels() for axes in figure.axes]
     unique = {
         label: handle for handles, labels in shown for label, handle in zip(labels, handles, strict=True)
@@ -103,7 +90,7 @@ def legend_below(figure: Figure, columns: int) -> None:
 
 
 def save_figure(figure: Figure, stem: Path, description: str = "") -> list[Path]:
-    """Write a figure as SVG, the same bytes for the same figure, and as PNG to print; return the paths.
+    """Writes a figure as SVG, the same bytes for the same figure, and as PNG to print; returns the paths.
 
     ``description`` is written into the metadata of the SVG, where there is one.
     """
@@ -114,7 +101,7 @@ def save_figure(figure: Figure, stem: Path, description: str = "") -> list[Path]
 
 
 def as_svg(figure: Figure, description: str = "") -> bytes:
-    """Return a figure as SVG, the same bytes for the same figure, with a description in its metadata."""
+    """Returns a figure as SVG, the same bytes for the same figure, with a description in its metadata."""
     written = BytesIO()
     figure.savefig(written, format="svg", metadata={"Date": None, "Description": description or None})
     return written.getvalue()

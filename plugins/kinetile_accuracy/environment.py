@@ -1,4 +1,4 @@
-"""Where a benchmark was measured: versions and machine."""
+"""The environment of a measurement: versions and machine."""
 
 from __future__ import annotations
 
@@ -6,12 +6,10 @@ import os
 import platform
 from typing import Any
 
-__all__ = ["environment", "processor"]
-
 
 def environment() -> dict[str, Any]:
-    """Return what every benchmark's figures depend on: versions and machine."""
-    from kinetile.records.versions import versions
+    """Returns the versions and the machine that every measured figure depends on."""
+    from kinetile.versions import versions
 
     return {
         "versions": versions(),
@@ -23,7 +21,7 @@ def environment() -> dict[str, Any]:
 
 
 def processor() -> str:
-    """Return the processor's name, as well as the system tells it."""
+    """Returns the processor's name, as far as the system gives it."""
     try:
         with open("/proc/cpuinfo", encoding="utf-8", errors="replace") as lines:
             for line in lines:

@@ -1,36 +1,46 @@
-"""The accuracy report: its parts are measured one after the other, then written as a page and as data."""
+"""The accuracy report: its parts are measured one after the other, then written as a page and as data.
+
+The page is made from ``templates`` and needs nothing else: no script, no other file. The verdict comes first,
+as a table of what must hold; then a list of the parts, and each part with its findings, figures and tables.
+Figures are in the page twice, for wide and for narrow windows.
+"""
 
 from __future__ import annotations
 
-import csv
-import json
 import os
+from base64 import b64encode
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
+from kinetile.cli.output import as_csv, as_json
 from kinetile.errors import BadOption, MissingExtra
-from kinetile.show.display.tables import figure, grid, paragraph
+from kinetile.show.html import figure, grid, paragraph
 from kinetile_accuracy.drawing import NARROW, as_svg, house_style, save_figure
-from kinetile_accuracy.page import Drawn, page, verdict
-from kinetile_accuracy.parts import Budget, Measure, Picture, Progress, Section, Table, needed
-from kinetile_accuracy.wording import cells
-
-__all__ = ["PARTS", "Report", "check_packages", "measure_parts", "section_as_dict", "write_report"]
+from kinetile_accuracy.sections import (
+    Budget,
+    Claim,
+    Measure,
+    ReportFigure,
+    ReportProgress,
+    Section,
+    Table,
+    needed,
+)
 
 PARTS: Mapping[str, str] = {
-    "chart": "kinetile_accuracy.stepped.section",
-    "queries": "kinetile_accuracy.queries.section",
-    "oracle": "kinetile_accuracy.certified.section",
-    "answer": "kinetile_accuracy.answer.section",
-    "drift": "kinetile_accuracy.long_runs.drift_section",
+    "chart": "kinetile_accuracy.stepped.chart",
+    "queries": "kinetile_accuracy.contact_times.queries",
+    "oracle": "kinetile_accuracy.oracle.horizon",
+    "specification": "kinetile_accuracy.long_runs.whole_runs",
+    "drift": "kinetile_accuracy.long_runs.drift",
     "rates": "kinetile_accuracy.long_runs.rates",
 }
 """The parts in the order of the page, each with the module whose ``measure`` does it."""
 
 
-class Report(list[Section]):
+class AccuracyReport(list[Section]):
     """The sections that were measured; a notebook shows them with their tables and figures."""
 
     def _repr_html_(self) -> str:
@@ -42,19 +52,18 @@ class Report(list[Section]):
             titled = grid(section.title, heads, held, (False, False, False))
             parts.append(titled if held else paragraph(section.title))
             parts += map(paragraph, filter(None, (section.about, *section.findings, *section.left_out)))
-            parts += [_shown(table) for table in section.tables if table.rows]
-            parts += [part for picture in section.pictures for part in _pictured(picture)]
+            parts += [_table_html(table) for table in section.tables if table.rows]
+            parts += [part for picture in section.pictures for part in _figure_html(picture)]
         return "\n".join(parts)
 
 
-def _shown(table: Table) -> str:
-    columns = {name: [getattr(row, name) for row in table.rows] for name in table.heads}
-    numbers = [not any(isinstance(value, str) for value in values) for values in columns.values()]
-    texts = list(zip(*map(cells, columns.values()), strict=True))
-    return grid(table.caption, list(table.heads.values()), texts, numbers)
+def _table_html(table: Table) -> str:
+    rows = table.cells
+    texts = [[text for text, _ in row] for row in rows]
+    return grid(table.caption, list(table.heads.values()), texts, [number for _, number in rows[0]])
 
 
-def _pictured(picture: Picture) -> list[str]:
+def _figure_html(picture: ReportFigure) -> list[str]:
     try:
         with house_style():
             drawn = as_svg(picture.draw())
@@ -67,23 +76,23 @@ def measure_parts(
     budget: Budget = "normal",
     parts: Sequence[str] | None = None,
     *,
-    progress: Progress | None = None,
+    progress: ReportProgress | None = None,
     finish: Callable[[Section], object] | None = None,
-) -> Report:
-    """Measure parts of the report.
+) -> AccuracyReport:
+    """Measures parts of the report.
 
     Args:
         budget: how much is measured.
         parts: names from ``PARTS``; None for all.
-        progress: told what is being measured, how many steps of it are done, and of how many.
-        finish: told each section when it is there; after Ctrl-C those that were told are what there is.
+        progress: called with what is being measured, how many steps of it are done, and of how many.
+        finish: called with each section when it is there; after Ctrl-C these sections are what there is.
 
     A part that needs a package which is not installed becomes a section that says so.
 
     Raises:
         BadOption: there is no such part.
     """
-    sections = Report()
+    sections = AccuracyReport()
     for name in PARTS if parts is None else parts:
         if name not in PARTS:
             raise BadOption(f"the report has no part {name!r}; its parts are {', '.join(PARTS)}")
@@ -99,11 +108,11 @@ def measure_parts(
 
 
 def _silent(what: str, done: int, total: int) -> None:
-    """Show no progress."""
+    """Shows no progress."""
 
 
 def check_packages(parts: Sequence[str] | None = None) -> None:
-    """Raise MissingExtra where the page cannot be made, or one of these parts not be measured."""
+    """Raises MissingExtra where the page cannot be made, or one of these parts not be measured."""
     needed("The report", "Jinja2", "accuracy", "jinja2")
     needed("The report", "matplotlib", "accuracy")
     if parts is None or "oracle" in parts:
@@ -117,7 +126,7 @@ def write_report(
     budget: Budget,
     conditions: Mapping[str, Any],
 ) -> list[Path]:
-    """Write the page, its figures (SVG and PNG) and the rows of its tables (CSV).
+    """Writes the page, its figures (SVG and PNG) and the rows of its tables (CSV).
 
     Args:
         sections: what was measured.
@@ -137,31 +146,31 @@ def write_report(
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     written = []
-    drawn: dict[tuple[str, str], Drawn] = {}
+    drawn: dict[tuple[str, str], _Drawn] = {}
     for section in sections:
         for table in section.tables:
-            written.append(_write_rows(table, folder / f"{section.name}-{table.name}.csv"))
+            written.append(folder / f"{section.name}-{table.name}.csv")
+            written[-1].write_text(as_csv(map(vars, table.rows)), encoding="utf-8")
         for picture in section.pictures:
             stem = folder / f"{section.name}-{picture.name}"
             with house_style():
                 written += save_figure(picture.draw(), stem, picture.description)
             with house_style(NARROW):
                 narrow = as_svg(picture.draw())
-            drawn[section.name, picture.name] = Drawn(stem.with_name(f"{stem.name}.svg").read_bytes(), narrow)
+            wide = stem.with_name(f"{stem.name}.svg").read_bytes()
+            drawn[section.name, picture.name] = _Drawn(wide, narrow)
     data = folder / "accuracy.json"
-    found = {
-        "budget": budget,
-        "conditions": dict(conditions),
-        "parts": [section_as_dict(s) for s in sections],
-    }
-    data.write_text(json.dumps(found, indent=1, default=str) + "\n", encoding="utf-8")
+    parts = [section_as_dict(section) for section in sections]
+    data.write_text(
+        as_json({"budget": budget, "conditions": dict(conditions), "parts": parts}) + "\n", "utf-8"
+    )
     target = folder / "accuracy.html"
-    target.write_text(page(sections, drawn, budget, conditions), encoding="utf-8")
+    target.write_text(_page(sections, drawn, budget, conditions), encoding="utf-8")
     return [target, data, *written]
 
 
 def section_as_dict(section: Section) -> dict[str, Any]:
-    """Return a section as what JSON can hold, its rows included."""
+    """Returns a section for ``as_json``, its rows included."""
     return {
         "name": section.name,
         "title": section.title,
@@ -169,21 +178,62 @@ def section_as_dict(section: Section) -> dict[str, Any]:
         "claims": [claim._asdict() for claim in section.claims],
         "findings": list(section.findings),
         "left_out": list(section.left_out),
-        "tables": {
-            table.name: [{name: _plain(value) for name, value in vars(row).items()} for row in table.rows]
-            for table in section.tables
-        },
+        "tables": {table.name: list(map(vars, table.rows)) for table in section.tables},
     }
 
 
-def _plain(value: Any) -> Any:
-    """Return a number that JSON has no name for as text."""
-    return str(value) if isinstance(value, float) and not abs(value) < float("inf") else value
+# The page
 
 
-def _write_rows(table: Table, path: Path) -> Path:
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(table.columns)
-        writer.writerows([getattr(row, name) for name in table.columns] for row in table.rows)
-    return path
+class _Drawn(NamedTuple):
+    """A figure as SVG, for a wide page and for a narrow one."""
+
+    wide: bytes
+    narrow: bytes
+
+
+def _page(
+    sections: Sequence[Section],
+    drawn: Mapping[tuple[str, str], _Drawn],
+    budget: Budget,
+    conditions: Mapping[str, Any],
+) -> str:
+    """Returns the page; ``drawn`` has each figure by the names of its section and picture."""
+    jinja = needed("Writing the report", "Jinja2", "accuracy", "jinja2")
+    environment = jinja.Environment(
+        loader=jinja.PackageLoader("kinetile_accuracy"),
+        autoescape=True,
+        undefined=jinja.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+
+    def image(section: Section, picture: ReportFigure, width: str) -> str:
+        svg = getattr(drawn[section.name, picture.name], width)
+        return "data:image/svg+xml;base64," + b64encode(svg).decode("ascii")
+
+    claims = [claim for section in sections for claim in section.claims]
+    text: str = environment.get_template("page.html").render(
+        sections=sections,
+        claims=claims,
+        verdict=verdict(claims),
+        command=command(budget),
+        conditions=conditions,
+        image=image,
+    )
+    return text
+
+
+def command(budget: Budget) -> str:
+    """Returns the command that measures within a budget."""
+    return "kinetile accuracy" if budget == "normal" else f"kinetile accuracy --{budget}"
+
+
+def verdict(claims: Sequence[Claim]) -> str:
+    """Returns a sentence on all claims together."""
+    fail = sum(not claim.holds for claim in claims)
+    if not claims:
+        return "Nothing was measured that could hold or fail."
+    if fail:
+        return f"{fail} of {len(claims)} statements do not hold in what was measured."
+    return f"All {len(claims)} statements hold in what was measured."

@@ -1,4 +1,4 @@
-"""Rates whose truth is known: two discs in a box exactly, many discs nearly.
+"""The part ``rates`` of the report: contacts in a unit of time, known exactly for two discs, nearly for many.
 
 Chaos forbids to compare long trajectories, and is what makes averages comparable: a billiard visits all its
 states evenly, so the rate at which two discs in a box meet each other and the walls is a ratio of volumes.
@@ -10,7 +10,7 @@ For discs of diameter d with unit masses, sum of squared speeds v^2, in a box W 
 
 (mean free time of a billiard; Zapfe, Sanders and Rodriguez-Mota, arXiv 1908.04749, treat this box.) A run is
 cut into blocks of equal time; the mean of the blocks' rates has a standard error, and the distance from the
-truth is given in standard errors.
+exact rate is given in standard errors.
 
 For many discs Enskog's theory gives the rate of a dense gas without walls, n^2/2 4r chi sqrt(pi/2) v / A with
 chi = (1 - 7 phi / 16) / (1 - phi)^2 and v the root mean square speed. It is an approximation, to some per
@@ -28,9 +28,7 @@ import numpy.typing as npt
 
 import kinetile as kt
 from kinetile_accuracy.long_runs.drift import contacts_of
-from kinetile_accuracy.parts import Budget, Claim, Column, Progress, Section, Table
-
-__all__ = ["Rate", "enskog_rate", "measure", "two_disc_rates", "two_discs"]
+from kinetile_accuracy.sections import Budget, Claim, Column, ReportProgress, Section, Table
 
 CONTACTS: dict[Budget, int] = {"quick": 2 * 10**6, "normal": 2 * 10**7, "full": 10**8}
 """Contacts of two discs in a box."""
@@ -46,20 +44,20 @@ DENSITIES = (0.5, 0.25, 0.1, 0.01)
 
 @dataclass(frozen=True)
 class Rate:
-    """A rate and its truth."""
+    """A rate, measured and in theory."""
 
     scene: Annotated[str, Column("which", "scene")]
     what: Annotated[str, Column("which contacts are counted", "contacts")]
     contacts: Annotated[int, Column("how many there were of all kinds")]
     rate: Annotated[float, Column("contacts of this kind in a unit of time", "rate")]
     error: Annotated[float, Column("standard error of the rate, from blocks", "standard error")]
-    truth: Annotated[float, Column("the rate in theory", "theory")]
+    theory: Annotated[float, Column("the rate in theory", "theory")]
     exact: Annotated[bool, Column("whether the theory is exact", "exact")]
     off: Annotated[float, Column("(rate - theory) / standard error", "standard errors off")]
 
 
 def two_disc_rates(radius: float, width: float, height: float, speed2: float) -> tuple[float, float, float]:
-    """Return the exact rates of disc-disc contacts and of both discs' contacts with the x and the y walls.
+    """Returns the exact rates of disc-disc contacts and of both discs' contacts with the x and the y walls.
 
     Args:
         radius: of both discs.
@@ -79,7 +77,7 @@ def two_disc_rates(radius: float, width: float, height: float, speed2: float) ->
 
 
 def enskog_rate(scene: kt.Scene) -> float:
-    """Return Enskog's rate of disc-disc contacts, for equal discs in an arena."""
+    """Returns Enskog's rate of disc-disc contacts, for equal discs in an arena."""
     if scene.arena is None:
         raise ValueError("Enskog's rate needs an arena")
     area = scene.arena[0] * scene.arena[1]
@@ -106,9 +104,9 @@ class _Counter:
 
 
 def _blocks(
-    sim: kt.Simulation, length: float, blocks: int, progress: Progress, label: str
+    sim: kt.Simulation, length: float, blocks: int, progress: ReportProgress, label: str
 ) -> npt.NDArray[np.float64]:
-    """Run on for blocks of equal time; return their rates, (blocks, 3)."""
+    """Runs on for blocks of equal time; returns their rates, (blocks, 3)."""
     rates = np.empty((blocks, 3))
     start = sim.time
     for block in range(blocks):
@@ -119,56 +117,58 @@ def _blocks(
     return rates
 
 
-def two_discs(radius: float, width: float, height: float, contacts: int, progress: Progress) -> list[Rate]:
-    """Run two discs in a box for about so many contacts; return their three rates."""
+def two_discs(
+    radius: float, width: float, height: float, contacts: int, progress: ReportProgress
+) -> list[Rate]:
+    """Runs two discs in a box for about so many contacts; returns their three rates."""
     scene = kt.Scene(
         position=[(0.3 * width, 0.4 * height), (0.7 * width, 0.63 * height)],
         velocity=[(0.6, math.sqrt(0.5)), (-math.sqrt(0.5), 0.8)],
         radius=radius,
         arena=(width, height),
     )
-    truths = two_disc_rates(radius, width, height, float((scene.velocity**2).sum()))
+    theories = two_disc_rates(radius, width, height, float((scene.velocity**2).sum()))
     sim = kt.Simulation(scene, "naive", keep_contacts=False)
     name = f"two discs of radius {radius:g} in {width:g} x {height:g}"
-    rates = _blocks(sim, contacts / sum(truths) / BLOCKS, BLOCKS, progress, name)
+    rates = _blocks(sim, contacts / sum(theories) / BLOCKS, BLOCKS, progress, name)
     kinds = ("disc-disc", "x walls", "y walls")
     return [
-        _rate(name, what, contacts_of(sim), rates[:, k], truths[k], exact=True)
+        _rate(name, what, contacts_of(sim), rates[:, k], theories[k], exact=True)
         for k, what in enumerate(kinds)
     ]
 
 
-def many_discs(density: float, contacts: int, progress: Progress) -> Rate:
-    """Run many discs, after they have forgotten their grid; return the rate of their contacts."""
+def many_discs(density: float, contacts: int, progress: ReportProgress) -> Rate:
+    """Runs many discs, after they have forgotten their grid; returns the rate of their contacts."""
     scene = kt.make_scene("grid", bodies=MANY, density=density, seed=1)
-    truth = enskog_rate(scene)
+    theory = enskog_rate(scene)
     sim = kt.Simulation(scene, keep_contacts=False)
     sim.run(max_contacts=20 * MANY)
     name = f"grid, {MANY} discs, density {density:g}"
     blocks = 50
-    rates = _blocks(sim, contacts / truth / blocks, blocks, progress, name)
-    return _rate(name, "disc-disc", contacts_of(sim), rates[:, 0], truth, exact=False)
+    rates = _blocks(sim, contacts / theory / blocks, blocks, progress, name)
+    return _rate(name, "disc-disc", contacts_of(sim), rates[:, 0], theory, exact=False)
 
 
 def _rate(
-    scene: str, what: str, contacts: int, rates: npt.NDArray[np.float64], truth: float, exact: bool
+    scene: str, what: str, contacts: int, rates: npt.NDArray[np.float64], theory: float, exact: bool
 ) -> Rate:
     mean = float(rates.mean())
     error = float(rates.std(ddof=1)) / math.sqrt(len(rates))
-    return Rate(scene, what, contacts, mean, error, truth, exact, (mean - truth) / error if error else 0.0)
+    return Rate(scene, what, contacts, mean, error, theory, exact, (mean - theory) / error if error else 0.0)
 
 
-def measure(budget: Budget, progress: Progress) -> Section:
-    """Measure the rates of two discs in two boxes and of many discs at four densities."""
+def measure(budget: Budget, progress: ReportProgress) -> Section:
+    """Measures the rates of two discs in two boxes and of many discs at four densities."""
     exact = [rate for box in BOXES for rate in two_discs(*box, CONTACTS[budget], progress)]
     nearly = [many_discs(density, MANY_CONTACTS[budget], progress) for density in DENSITIES]
     worst = max(exact, key=lambda rate: abs(rate.off))
     within = f"{sum(abs(rate.off) <= 3.0 for rate in exact)} of {len(exact)} rates"
     furthest = f"the furthest is {abs(worst.off):.1f} away"
-    ratios = [rate.rate / rate.truth for rate in nearly]
+    ratios = [rate.rate / rate.theory for rate in nearly]
     return Section(
         name="rates",
-        title="Rates whose truth is known",
+        title="Rates known in theory",
         about=(
             f"Two discs with unit masses in a box, sum of squared speeds 2, about {CONTACTS[budget]:,} "
             f"contacts, in {BLOCKS} blocks of equal time; and {MANY} discs after 20 contacts a disc."
@@ -176,7 +176,7 @@ def measure(budget: Budget, progress: Progress) -> Section:
         findings=(
             f"Two discs in a box: {within} are within three standard errors of the exact ones; {furthest} "
             f"({worst.scene}, {worst.what}: {worst.rate:.6f} ± {worst.error:.6f}, exactly "
-            f"{worst.truth:.6f}).",
+            f"{worst.theory:.6f}).",
             f"Many discs meet {min(ratios):.3f} to {max(ratios):.3f} times as often as Enskog's theory says, "
             "which is an approximation and knows no walls.",
         ),

@@ -129,9 +129,9 @@ def test_a_log_that_is_not_there_is_a_mistake(tmp_path):
 
 
 def test_after_an_interrupt_it_says_how_far_the_log_was_right(log, monkeypatch):
-    from kinetile_accuracy.answer.course import Course
+    from kinetile_accuracy.specification.course import Course
 
-    happen, seen = Course.happen, []
+    happen, seen = Course.carry_out, []
 
     def interrupted(self):
         seen.append(self)
@@ -139,7 +139,7 @@ def test_after_an_interrupt_it_says_how_far_the_log_was_right(log, monkeypatch):
             raise KeyboardInterrupt
         happen(self)
 
-    monkeypatch.setattr(Course, "happen", interrupted)
+    monkeypatch.setattr(Course, "carry_out", interrupted)
     found = kinetile("certify-log", "cradle", log, "--until", 5)
     assert found.exit_code == 130
     assert "the first 5 of 14 lines are right; broken off there" in found.stdout

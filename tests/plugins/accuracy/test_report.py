@@ -22,10 +22,18 @@ from kinetile.cli import app
 from kinetile.errors import BadOption, MissingExtra
 from kinetile_accuracy import report
 from kinetile_accuracy.drawing import NARROW, WIDTH, new_figure
-from kinetile_accuracy.page import command, verdict
-from kinetile_accuracy.parts import Claim, Column, Picture, Section, Table
-from kinetile_accuracy.report import PARTS, measure_parts, write_report
-from kinetile_accuracy.wording import cells, listed, number, scientific
+from kinetile_accuracy.report import PARTS, command, measure_parts, verdict, write_report
+from kinetile_accuracy.sections import (
+    Claim,
+    Column,
+    ReportFigure,
+    Section,
+    Table,
+    cells,
+    listed,
+    number,
+    scientific,
+)
 
 
 @dataclass(frozen=True)
@@ -50,7 +58,7 @@ def draw():
 
 
 def section(name: str = "queries") -> Section:
-    pictures = (Picture("depth", "What is seen.", draw),)
+    pictures = (ReportFigure("depth", "What is seen.", draw),)
     return Section(
         name,
         "A title",
@@ -62,22 +70,25 @@ def section(name: str = "queries") -> Section:
     )
 
 
-def written(folder: Path) -> str:
+def write(folder: Path, *sections: Section) -> Path:
     pytest.importorskip("matplotlib", reason="figures are drawn with matplotlib")
-    paths = write_report([section()], folder, budget="quick", conditions=CONDITIONS)
-    assert all(path.is_file() for path in paths)
-    assert {path.name for path in paths} == {
-        "accuracy.html",
-        "accuracy.json",
-        "queries-rows.csv",
-        "queries-depth.svg",
-        "queries-depth.png",
-    }
-    return paths[0].read_text(encoding="utf-8")
+    page, *_ = write_report(sections or [section()], folder, budget="quick", conditions=CONDITIONS)
+    return page
 
 
-def test_the_page_needs_nothing_else(tmp_path):
-    page = written(tmp_path)
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    return write(tmp_path_factory.mktemp("report")).parent
+
+
+@pytest.fixture(scope="module")
+def page(folder) -> str:
+    return (folder / "accuracy.html").read_text(encoding="utf-8")
+
+
+def test_the_page_needs_nothing_else(folder, page):
+    names = {"accuracy.html", "accuracy.json", "queries-rows.csv", "queries-depth.svg", "queries-depth.png"}
+    assert {path.name for path in folder.iterdir()} == names
     assert "data:image/svg+xml;base64," in page
     for outside in ("http:", "https:", "<script", 'src="queries'):
         assert outside not in page
@@ -87,17 +98,63 @@ def test_the_page_needs_nothing_else(tmp_path):
     assert "<code>kinetile accuracy --quick --part queries</code>" in page
 
 
+def test_the_page_begins_with_a_verdict_and_a_table_of_what_must_hold(page):
+    summary = page[page.index("<body>") : page.index("<nav")]
+    assert "1 of 2 statements do not hold in what was measured." in summary
+    assert '<table class="summary">' in summary
+    assert "No &lt;contact&gt; is missed" in summary
+    assert summary.count(">holds</td>") == summary.count(">does not hold</td>") == 1
+    assert "<ul" not in summary
+
+
+def test_the_page_has_contents_a_viewport_captions_and_says_what_its_columns_are(page):
+    assert '<meta name="viewport" content="width=device-width, initial-scale=1">' in page
+    contents = page[page.index("<nav") : page.index("</nav>")]
+    assert '<a href="#queries">A title</a>' in contents
+    assert '<section id="queries">' in page
+    assert "<caption" not in page, "captions stand outside of what scrolls"
+    assert page.index("Rows. All columns:") < page.index('<div class="wide"')
+    assert "<dt>error / R</dt><dd>of the time, in &lt;R&gt;</dd>" in page
+    assert "<dt>fine (in the file)</dt><dd>whether it holds</dd>" in page
+
+
+def test_figures_are_drawn_for_narrow_pages_too(page):
+    narrow, wide = (
+        b64decode(page.split(f'{attribute}="data:image/svg+xml;base64,')[1].split('"')[0]).decode()
+        for attribute in ("srcset", "src")
+    )
+    assert 'media="(max-width: 640px)"' in page
+    width_of = [float(svg.split('width="')[1].split("pt")[0]) for svg in (narrow, wide)]
+    assert width_of == pytest.approx([72 * NARROW, 72 * WIDTH])
+
+
+def test_all_columns_are_in_the_file(folder):
+    with (folder / "queries-rows.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert rows[0] == {"what": "grazing <hits>", "error": "1.25e-15", "count": "12345", "fine": "true"}
+    found = json.loads((folder / "accuracy.json").read_text(encoding="utf-8"))
+    assert found["parts"][0]["tables"]["rows"][0]["error"] == 1.25e-15
+
+
+def test_the_same_rows_make_the_same_figures_and_numbers_of_a_sentence_are_not_parted(folder, tmp_path):
+    again = write(tmp_path, replace(section(), findings=("It is 1.2e-15 R & 3 <off>.",)))
+    name = "queries-depth.svg"
+    assert (tmp_path / name).read_bytes() == (folder / name).read_bytes()
+    sentence = '<li>It is <span class="number">1.2e-15</span> R &amp; 3 &lt;off&gt;.</li>'
+    assert sentence in again.read_text(encoding="utf-8")
+
+
 def test_a_notebook_shows_what_the_page_shows(monkeypatch):
     pytest.importorskip("matplotlib", reason="figures are drawn with matplotlib")
     missing = Section("drift", "Drift", "", (), (), left_out=("needs <this>",))
-    page = report.Report([section(), missing])._repr_html_()
+    page = report.AccuracyReport([section(), missing])._repr_html_()
     assert "1 of 2 statements do not hold" in page
     for said in ("No &lt;contact&gt; is missed", "It holds &amp; stays.", "grazing &lt;hits&gt;", "1.25e-15"):
         assert said in page
     assert "needs &lt;this&gt;" in page
     assert page.count("data:image/svg+xml;base64,") == 1
-    odd = replace(section(), pictures=(Picture("depth", "What is seen.", lambda: 1 / 0),))
-    assert "depth: cannot be drawn: division by zero" in report.Report([odd])._repr_html_()
+    odd = replace(section(), pictures=(ReportFigure("depth", "What is seen.", lambda: 1 / 0),))
+    assert "depth: cannot be drawn: division by zero" in report.AccuracyReport([odd])._repr_html_()
 
 
 @pytest.mark.parametrize("budget", ["quick", "normal", "full"])
@@ -105,23 +162,21 @@ def test_the_commands_on_the_page_can_be_given(one_part, tmp_path, budget):
     words = [*command(budget).split()[1:], "--part", "rates", "--out", str(tmp_path)]
     done = CliRunner().invoke(app, words)
     assert done.exit_code == 0, done.output
+    assert "It holds & stays." in done.stdout
     assert json.loads((tmp_path / "accuracy.json").read_text(encoding="utf-8"))["budget"] == budget
 
 
 def test_a_report_is_not_written_over_unasked(one_part, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    for _ in range(3):
-        assert CliRunner().invoke(app, ["accuracy", "--part", "rates"]).exit_code == 0
-    assert sorted(path.name for path in tmp_path.iterdir()) == [
-        "accuracy-report",
-        "accuracy-report-2",
-        "accuracy-report-3",
-    ]
-
-
-def test_a_part_named_twice_is_measured_once(one_part, tmp_path):
-    words = ["accuracy", "--part", "rates", "--part", "rates", "--out", str(tmp_path), "--json"]
-    assert len(json.loads(CliRunner().invoke(app, words).stdout)["parts"]) == 1
+    for name in ("accuracy-report", "accuracy-report-2"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "accuracy.html").touch()
+    words = ["accuracy", "--part", "rates", "--part", "rates", "--json"]
+    done = CliRunner().invoke(app, words)
+    assert done.exit_code == 0
+    assert len(json.loads(done.stdout)["parts"]) == 1, "a part named twice is measured once"
+    assert (tmp_path / "accuracy-report-3" / "accuracy.html").is_file()
+    assert not (tmp_path / "accuracy-report" / "accuracy.json").exists()
 
 
 def test_a_folder_that_cannot_be_written_to_is_told_before_anything_is_measured(tmp_path, monkeypatch):
@@ -139,21 +194,12 @@ def test_what_was_measured_is_printed_when_it_cannot_be_written(one_part, tmp_pa
     def full(*words, **more):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(report, "_write_rows", full)
+    monkeypatch.setattr(report, "as_csv", full)
     words = ["accuracy", "--part", "rates", "--out", str(tmp_path), "--json"]
     done = CliRunner().invoke(app, words)
     assert done.exit_code == 2
     assert "No space left" in done.stderr
     assert json.loads(done.stdout)["parts"][0]["tables"]["rows"][0]["count"] == 12345
-
-
-def test_all_columns_are_in_the_file(tmp_path):
-    written(tmp_path)
-    with (tmp_path / "queries-rows.csv").open(encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
-    assert rows[0] == {"what": "grazing <hits>", "error": "1.25e-15", "count": "12345", "fine": "True"}
-    found = json.loads((tmp_path / "accuracy.json").read_text(encoding="utf-8"))
-    assert found["parts"][0]["tables"]["rows"][0]["error"] == 1.25e-15
 
 
 @pytest.mark.parametrize(
@@ -180,56 +226,13 @@ def test_a_missing_package_is_told_with_its_extra_before_anything_is_measured(
         assert not (tmp_path / "report").exists()
 
 
-def test_the_page_begins_with_a_verdict_and_a_table_of_what_must_hold(tmp_path):
-    page = written(tmp_path)
-    summary = page[page.index("<body>") : page.index("<nav")]
-    assert "1 of 2 statements do not hold in what was measured." in summary
-    assert '<table class="summary">' in summary
-    assert "No &lt;contact&gt; is missed" in summary
-    assert summary.count(">holds</td>") == summary.count(">does not hold</td>") == 1
-    assert "<ul" not in summary
-
-
-def test_the_page_has_contents_and_a_viewport(tmp_path):
-    page = written(tmp_path)
-    assert '<meta name="viewport" content="width=device-width, initial-scale=1">' in page
-    contents = page[page.index("<nav") : page.index("</nav>")]
-    assert '<a href="#queries">A title</a>' in contents
-    assert '<section id="queries">' in page
-
-
-def test_figures_are_drawn_for_narrow_pages_too(tmp_path):
-    page = written(tmp_path)
-    narrow, wide = (
-        b64decode(page.split(f'{attribute}="data:image/svg+xml;base64,')[1].split('"')[0]).decode()
-        for attribute in ("srcset", "src")
-    )
-    assert 'media="(max-width: 640px)"' in page
-    width_of = [float(svg.split('width="')[1].split("pt")[0]) for svg in (narrow, wide)]
-    assert width_of == pytest.approx([72 * NARROW, 72 * WIDTH])
-
-
-def test_numbers_of_a_sentence_are_not_parted(tmp_path):
-    found = replace(section(), findings=("It is 1.2e-15 R & 3 <off>.",))
-    paths = write_report([found], tmp_path, budget="quick", conditions=CONDITIONS)
-    assert '<li>It is <span class="number">1.2e-15</span> R &amp; 3 &lt;off&gt;.</li>' in paths[0].read_text(
-        encoding="utf-8"
-    )
-
-
-def test_captions_stand_outside_of_what_scrolls(tmp_path):
-    page = written(tmp_path)
-    assert "<caption" not in page
-    assert page.index("Rows. All columns:") < page.index('<div class="wide"')
-
-
 @needs_chromium
 @pytest.mark.parametrize("width", [390, 1280])
 def test_a_checker_of_accessibility_finds_nothing(width, tmp_path):
     # A table that is wider than the page could not be scrolled by keyboard.
     long = replace(ROWS[0], what="grazing" * 60)
     wide = replace(section(), tables=(Table("rows", "Rows.", (long, *ROWS)),))
-    page, *_ = write_report([wide], tmp_path, budget="quick", conditions=CONDITIONS)
+    page = write(tmp_path, wide)
     axe = install_axe(tmp_path / "axe")
     with Browser(width) as browser:
         browser.visit(page)
@@ -238,22 +241,9 @@ def test_a_checker_of_accessibility_finds_nothing(width, tmp_path):
         assert violations(browser, axe) == []
 
 
-def test_the_page_says_what_its_columns_are(tmp_path):
-    page = written(tmp_path)
-    assert "<dt>error / R</dt><dd>of the time, in &lt;R&gt;</dd>" in page
-    assert "<dt>fine (in the file)</dt><dd>whether it holds</dd>" in page
-
-
 def test_a_verdict_counts_what_fails():
     assert verdict(CLAIMS[:1]) == "All 1 statements hold in what was measured."
     assert verdict(()) == "Nothing was measured that could hold or fail."
-
-
-def test_the_same_rows_make_the_same_figures(tmp_path):
-    written(tmp_path / "one")
-    written(tmp_path / "two")
-    name = "queries-depth.svg"
-    assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()
 
 
 @pytest.mark.parametrize(
@@ -294,7 +284,7 @@ def test_words_are_listed(words, text):
 
 
 def test_a_part_that_does_not_exist_is_refused():
-    with pytest.raises(BadOption, match="its parts are chart, queries, oracle, answer, drift, rates"):
+    with pytest.raises(BadOption, match="its parts are chart, queries, oracle, specification, drift, rates"):
         measure_parts("quick", ["speed"])
 
 
@@ -331,16 +321,7 @@ def one_part(monkeypatch):
         def measure(budget, progress):
             raise KeyboardInterrupt
 
-    monkeypatch.setattr(
-        report, "import_module", lambda name: Stopped if name.endswith("drift_section") else Part
-    )
-
-
-def test_the_command_writes_and_prints(one_part, tmp_path):
-    done = CliRunner().invoke(app, ["accuracy", "--quick", "--part", "rates", "--out", str(tmp_path / "r")])
-    assert done.exit_code == 0, done.output
-    assert "It holds & stays." in done.stdout
-    assert (tmp_path / "r" / "accuracy.html").is_file()
+    monkeypatch.setattr(report, "import_module", lambda name: Stopped if name.endswith("drift") else Part)
 
 
 def test_ctrl_c_keeps_the_parts_that_are_done(one_part, tmp_path):

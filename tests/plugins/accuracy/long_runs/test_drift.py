@@ -22,9 +22,9 @@ def few(seed: int = 1) -> kt.Scene:
 
 def ledger_of(
     scene: kt.Scene, contacts: int, chunks: int = 1, change=None
-) -> tuple[drift._FromTheLog, np.ndarray]:
+) -> tuple[drift.LogReadings, np.ndarray]:
     """Return a ledger that has seen a run, in so many calls, and all its log rows."""
-    ledger, rows = drift._FromTheLog(scene), []
+    ledger, rows = drift.LogReadings(scene), []
     sim = kt.Simulation(scene)
     for _ in range(chunks):
         sim.run(max_contacts=contacts // chunks, recorder=lambda log: rows.append(log.copy()))

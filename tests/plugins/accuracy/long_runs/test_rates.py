@@ -50,7 +50,7 @@ def test_two_discs_meet_at_these_rates():
     assert [rate.what for rate in rates] == ["disc-disc", "x walls", "y walls"]
     assert all(abs(rate.off) < 4.0 and rate.error < 0.02 for rate in rates)
     counted = sum(rate.rate for rate in rates)
-    assert counted == pytest.approx(sum(rate.truth for rate in rates), rel=0.01)
+    assert counted == pytest.approx(sum(rate.theory for rate in rates), rel=0.01)
     assert rates[0].contacts == pytest.approx(300_000, rel=0.02)
 
 

@@ -1,1 +1,0 @@
-"""The certified oracle: contacts that are certain, and how far a run agrees with them."""

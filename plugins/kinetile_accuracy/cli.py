@@ -1,0 +1,394 @@
+"""The commands ``oracle``, ``certify-log`` and ``accuracy``.
+
+Each imports what it computes with only when it runs: the oracle needs python-flint, the figures matplotlib,
+and ``kinetile --help`` neither.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+from itertools import count
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+
+import typer
+
+from kinetile.cli.files import try_folder
+from kinetile.cli.options import (
+    Csv,
+    Json,
+    MaxContacts,
+    Parameters,
+    SceneName,
+    Until,
+    find_scene,
+    until_or_default,
+)
+from kinetile.cli.output import as_json, printed, scene_summary
+from kinetile.cli.terminal import DIFFERENT, FAULT, Bar, exit_codes, make_ready, notice
+from kinetile.errors import BadOption
+from kinetile.plugin.choices import read_phase
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+    from rich.table import Table
+
+    from kinetile import Scene
+    from kinetile_accuracy.oracle.agreement import Agreement
+    from kinetile_accuracy.oracle.oracle import CertifiedContact, CertifiedRun, Oracle, OracleProgress
+    from kinetile_accuracy.sections import Budget, Section
+    from kinetile_accuracy.specification.certify import CertifiedLog, LogProgress
+
+app = typer.Typer()
+_command = app.command(rich_help_panel="Accuracy")
+
+SHOWN = 20
+"""Contacts that the table of ``oracle`` shows from each end of a long list."""
+
+_PARQUET = b"PAR1"
+
+
+# kinetile oracle
+
+
+@_command
+def oracle(
+    scene: SceneName,
+    parameters: Parameters = None,
+    until: Until = None,
+    max_contacts: MaxContacts = None,
+    against: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="Say how far a run under this broad phase agrees."),
+    ] = None,
+    json: Json = False,
+    csv: Csv = False,
+) -> None:
+    """Certify the contacts of a scene in ball arithmetic; exit code 1 where a run differs."""
+    from kinetile_accuracy.oracle.oracle import Oracle
+
+    found: Agreement | None = None
+    with exit_codes():
+        this_scene = find_scene(scene, parameters)
+        end = until_or_default(this_scene, until, max_contacts)
+        options = {"until": end, "max_contacts": max_contacts, "against": against}
+        certifier = Oracle(this_scene)
+        with Bar("certifying", this_scene.start, max_contacts) as bar:
+            progress = _oracle_progress(bar, this_scene, end, max_contacts)
+            try:
+                if against is None:
+                    certifier.run(end, max_contacts=max_contacts, progress=progress)
+                else:
+                    found = _run_against(against, certifier, end, max_contacts, progress)
+            except KeyboardInterrupt:
+                bar.close()
+                _print_oracle(this_scene, options, certifier.certified, None, json, csv)
+                raise
+    certified = certifier.certified
+    _print_oracle(this_scene, options, certified, found, json, csv)
+    if found is not None and found.disagreement is not None:
+        raise typer.Exit(DIFFERENT)
+    if not (certified.complete if found is None else found.complete):
+        why = certified.ending if found is None or found.fault is None else found.fault
+        notice(f"kinetile: the end that was asked for was not reached: {why}")
+        raise typer.Exit(FAULT)
+
+
+def _run_against(
+    against: str,
+    certifier: Oracle,
+    until: float | None,
+    max_contacts: int | None,
+    progress: Callable[[OracleProgress], None],
+) -> Agreement:
+    """Runs the scene under a broad phase, and compare the run with the oracle."""
+    from kinetile import Simulation
+    from kinetile_accuracy.oracle.agreement import certify
+
+    name, options = read_phase(against)
+    simulation = Simulation(certifier.scene, name, options=options or None)
+    make_ready(simulation)
+    return certify(simulation, until=until, max_contacts=max_contacts, oracle=certifier, progress=progress)
+
+
+def _oracle_progress(
+    bar: Bar, scene: Scene, until: float | None, max_contacts: int | None
+) -> Callable[[OracleProgress], None]:
+    """Returns what shows the oracle's progress on a bar."""
+
+    def show(state: OracleProgress) -> None:
+        shares = []
+        if until is not None and until > scene.start:
+            shares.append((state.time - scene.start) / (until - scene.start))
+        if max_contacts:
+            shares.append(state.contacts / max_contacts)
+        text = f"{state.bits} bits: time {state.time:.6g}, {state.contacts:,} contacts"
+        bar.show(min(max(shares), 1.0) if shares else None, text)
+
+    return show
+
+
+def _print_oracle(
+    scene: Scene,
+    options: dict[str, Any],
+    certified: CertifiedRun,
+    found: Agreement | None,
+    json: bool,
+    csv: bool,
+) -> None:
+    if json or csv:
+        from kinetile.versions import versions
+
+        result: dict[str, Any] = {"versions": versions(), "scene": scene_summary(scene), "run": options}
+        result["oracle"] = {
+            "ended": certified.ended,
+            "why": certified.ending,
+            "bits": certified.bits,
+            "undecidable": certified.undecidable and certified.undecidable._asdict(),
+            "contacts": [_plain_contact(contact) for contact in certified.contacts],
+        }
+        result |= {} if found is None else {"agreement": found.as_dict()}
+        printed(result, result["oracle"]["contacts"], json=json, csv=csv)
+        return
+    from kinetile.cli.output import show
+
+    if found is not None:
+        show(str(found), f"the oracle: {certified}")
+    elif certified.contacts:
+        show(_contacts_table(certified.contacts), str(certified))
+    else:
+        show(str(certified))
+
+
+def _plain_contact(contact: CertifiedContact) -> dict[str, Any]:
+    """Returns a contact in plain types: its time in all certain digits, and as the nearest double."""
+    time = {"time": contact.time.decimal(40), "nearest": contact.time.nearest}
+    return time | {"a": contact.a, "b": contact.b, "tied": contact.tied, "head_on": contact.head_on}
+
+
+def _contacts_table(contacts: Sequence[CertifiedContact]) -> Table:
+    """Returns the contacts as a table; of very many, the first and the last."""
+    from kinetile.cli.output import empty_table
+    from kinetile.kernel.log import WALLS
+
+    table = empty_table("> contact", "| time", "", "> disc", "with", "> head-on")
+    left_out = range(SHOWN, len(contacts) - SHOWN)
+    for index, contact in enumerate(contacts):
+        if index in left_out:
+            if index == SHOWN:
+                table.add_row("...", f"({len(left_out):,} more)")
+            continue
+        partner = f"disc {contact.b}" if contact.b >= 0 else f"{WALLS[contact.b]} wall"
+        same = "same time" if contact.tied else ""
+        table.add_row(
+            f"{index}", contact.time.decimal(), same, f"{contact.a}", partner, f"{contact.head_on:.6f}"
+        )
+    return table
+
+
+# kinetile certify-log
+
+
+class _Log(NamedTuple):
+    """Rows to check, how far they go (None: to the last), and the fingerprint that they claim."""
+
+    rows: NDArray[Any]
+    until: float | None
+    fingerprint: str | None = None
+
+
+@_command
+def certify_log(
+    scene: SceneName,
+    log: Annotated[
+        str,
+        typer.Argument(
+            metavar="LOG",
+            help="An event file, or lines 'epoch tick a b' in a text file; -: such lines on stdin.",
+        ),
+    ],
+    parameters: Parameters = None,
+    until: Annotated[
+        float | None,
+        typer.Option(
+            help="Up to this time all contacts must be there; as in `run`, or what an event file says."
+        ),
+    ] = None,
+    max_contacts: MaxContacts = None,
+    json: Json = False,
+) -> None:
+    """Check a list of contacts by the specification; exit code 1, and the first line that is wrong."""
+    with exit_codes():
+        from kinetile_accuracy.specification.certify import LogCertifier
+
+        this_scene = find_scene(scene, parameters)
+        found = _read_log(log, this_scene, until, max_contacts)
+        certifier = LogCertifier(
+            this_scene, found.rows, found.until, max_contacts=max_contacts, fingerprint=found.fingerprint
+        )
+        with Bar("certifying") as bar:
+
+            def show(state: LogProgress) -> None:
+                bar.show(state.lines / state.total, f"{state.lines:,} lines right, time {state.time:.6g}")
+
+            try:
+                report = certifier.run(show)
+            except KeyboardInterrupt:
+                bar.close()
+                _print_certified(this_scene, log, certifier.report, json)
+                raise
+    _print_certified(this_scene, log, report, json)
+    if not report.right:
+        raise typer.Exit(DIFFERENT)
+
+
+def _read_log(log: str, scene: Scene, until: float | None, max_contacts: int | None) -> _Log:
+    """Reads a list of contacts; raises BadOption where that cannot be done."""
+    from kinetile.records.contacts import read_contacts
+    from kinetile.records.log import SIGNATURE
+
+    end = until_or_default(scene, until, max_contacts)
+    if log == "-":
+        found = read_contacts(sys.stdin, "standard input")
+        return _Log(found.rows, end, found.fingerprint)
+    try:
+        with Path(log).open("rb") as file:
+            if file.read(len(SIGNATURE)).startswith((_PARQUET, SIGNATURE)):
+                return _read_events(
+                    log, scene, end if until is not None or max_contacts is not None else None
+                )
+        with Path(log).open(encoding="utf-8", errors="replace") as lines:
+            found = read_contacts(lines, log)
+            return _Log(found.rows, end, found.fingerprint)
+    except OSError as error:
+        raise BadOption(f"the log {log!r} cannot be read: {error.strerror or error}") from error
+
+
+def _read_events(path: str, scene: Scene, end: float | None) -> _Log:
+    """Reads an event file, and how far it goes: a run that was broken off goes to its last row."""
+    from kinetile import ANSWER
+    from kinetile.records.reading import read_with_scene
+    from kinetile.scene import relabelled
+
+    (rows, metadata), its_scene = read_with_scene(path)
+    if metadata["answer"] != ANSWER:
+        raise BadOption(
+            f"{path} is of answer {metadata['answer']}, and what is checked here is answer {ANSWER}: "
+            "its contacts follow other rules"
+        )
+    if relabelled(its_scene, settings=scene.settings) != scene:
+        raise BadOption(
+            f"{path} is of another scene: the one in its metadata is not the one that is given here"
+        )
+    if end is None and metadata["status"] == "complete":
+        reached = metadata["time"]
+        end = reached if not len(rows) or reached > rows["time"][-1] else None
+    return _Log(rows, end)
+
+
+def _print_certified(scene: Scene, log: str, report: CertifiedLog, json: bool) -> None:
+    from kinetile import ANSWER
+
+    if json:
+        from kinetile.versions import versions
+
+        result = {"versions": versions(), "answer": ANSWER, "scene": scene_summary(scene), "log": log}
+        typer.echo(as_json(result | report.as_dict()))
+        return
+    typer.echo(f"{'standard input' if log == '-' else log}: {report}")
+    if report.right:
+        typer.echo(f"answer {ANSWER}, fingerprint {report.fingerprint}")
+
+
+# kinetile accuracy
+
+
+@_command
+def accuracy(
+    quick: Annotated[bool, typer.Option("--quick", help="Measure for about a minute.")] = False,
+    full: Annotated[bool, typer.Option("--full", help="Measure for half an hour or so.")] = False,
+    part: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME", help="Only this part: chart, queries, oracle, specification, drift or rates."
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="The folder for the page, its figures and the data; a new accuracy-report.",
+        ),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Report speed against error: a page with its figures, and the data behind them."""
+    from kinetile_accuracy.report import PARTS, check_packages, measure_parts
+
+    done: list[Section] = []
+    with exit_codes(), Bar("measuring") as bar:
+
+        def finish(section: Section) -> None:
+            bar.close()
+            done.append(section)
+            if not json:
+                _print_section(section)
+
+        if quick and full:
+            raise BadOption("--quick and --full cannot both be had")
+        for each in part or ():
+            if each not in PARTS:
+                raise BadOption(f"--part {each}: the parts are {', '.join(PARTS)}")
+        budget: Budget = "quick" if quick else "full" if full else "normal"
+        parts = list(dict.fromkeys(part)) if part else None
+        out = out or _free_folder()
+        check_packages(parts)
+        try_folder("--out", out, keep=True)
+        try:
+            measure_parts(
+                budget,
+                parts,
+                progress=lambda what, step, steps: bar.show(step / max(steps, 1), what),
+                finish=finish,
+            )
+        finally:
+            bar.close()
+            if done:
+                _write_page(done, out, budget, json)
+
+
+def _free_folder() -> Path:
+    """Returns the first of accuracy-report, accuracy-report-2, ... that holds no report."""
+    names = ("accuracy-report" if k == 1 else f"accuracy-report-{k}" for k in count(1))
+    return next(folder for folder in map(Path, names) if not (folder / "accuracy.html").exists())
+
+
+def _print_section(section: Section) -> None:
+    typer.echo(section.title)
+    for claim in section.claims:
+        typer.echo(f"{'holds' if claim.holds else 'DOES NOT HOLD'}: {claim.says}: {claim.measured}")
+    for sentence in section.findings:
+        typer.echo(f"- {sentence}")
+    for sentence in section.left_out:
+        typer.echo(f"- left out: {sentence}")
+    typer.echo("")
+
+
+def _write_page(done: Sequence[Section], out: Path, budget: Budget, json: bool) -> None:
+    """Writes the report of the parts that are done, and prints where, or with ``json`` all of it."""
+    from kinetile_accuracy.environment import environment
+    from kinetile_accuracy.report import section_as_dict, write_report
+
+    written: list[Path] = []
+    try:
+        written = write_report(done, out, budget=budget, conditions=environment())
+    except OSError as error:
+        raise BadOption(f"--out {out}: {error.strerror or error}") from error
+    finally:
+        if json:
+            found = {"parts": [section_as_dict(section) for section in done], "files": written}
+            typer.echo(as_json(found))
+    if json:
+        return
+    typer.echo(f"written: {written[0]}, and {len(written) - 1} files with its figures and data beside it")

@@ -1,0 +1,1 @@
+"""Times of contact of two discs: hard families of queries, and answers compared with the exact ticks."""

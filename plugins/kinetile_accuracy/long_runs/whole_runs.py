@@ -1,0 +1,65 @@
+"""The part ``specification`` of the report: whole runs, certified contact by contact to their ends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import kinetile as kt
+from kinetile_accuracy.sections import Budget, Claim, Column, ReportProgress, Section, Table, listed
+from kinetile_accuracy.specification.certify import certify_log
+
+SCENES: dict[str, tuple[str, dict[str, float | int]]] = {
+    "dense gas": ("grid", {"bodies": 100, "density": 0.5}),
+    "dilute gas": ("grid", {"bodies": 100, "density": 0.01}),
+    "lattice of ties": ("lattice", {}),
+    "many discs": ("grid", {"bodies": 400, "density": 0.25}),
+}
+"""Recipe and parameters, by what a scene is called here."""
+
+CONTACTS: dict[Budget, int] = {"quick": 2_000, "normal": 20_000, "full": 100_000}
+
+
+@dataclass(frozen=True)
+class WholeRun:
+    """A run that was certified contact by contact."""
+
+    scene: Annotated[str, Column("what is simulated", "scene")]
+    bodies: Annotated[int, Column("how many discs", "discs")]
+    contacts: Annotated[int, Column("contacts of the run", "contacts")]
+    lines: Annotated[int, Column("how many of them, from the first one on, are right", "right")]
+    right: Annotated[bool, Column("whether all are")]
+    verdict: Annotated[str, Column("the certifier's sentence", "verdict")]
+
+
+def measure(budget: Budget, progress: ReportProgress) -> Section:
+    """Certifies some runs to their ends."""
+    rows: list[WholeRun] = []
+    for name in SCENES:
+        progress("runs against the specification", len(rows), len(SCENES))
+        rows.append(certify_run(name, CONTACTS[budget]))
+    wrong = [f"{row.scene}: {row.verdict}" for row in rows if not row.right]
+    said = f"{sum(row.lines for row in rows):,} of {sum(row.contacts for row in rows):,} contacts"
+    return Section(
+        name="specification",
+        title="Certified to the end",
+        about=(
+            "The contacts of a scene are defined by a specification: exact times, rounded down to a tick, "
+            "and plans that are rounded in a fixed way. So a run in doubles can be right to its end, and "
+            "whether it is can be decided in integers, contact by contact (kinetile certify-log), without "
+            "the kernel."
+        ),
+        findings=(f"Right are {said}, in runs of {listed([row.scene for row in rows])}.", *wrong),
+        claims=(Claim("Every contact of a run is the one that the specification says", said, not wrong),),
+        tables=(Table("runs", "The runs, and what the certifier says of each.", tuple(rows)),),
+    )
+
+
+def certify_run(name: str, contacts: int) -> WholeRun:
+    """Runs a scene for so many contacts, or for as long as there are any, and certify each of them."""
+    recipe, parameters = SCENES[name]
+    scene = kt.make_scene(recipe, **parameters)
+    sim = kt.Simulation(scene)
+    sim.run(max_contacts=contacts)
+    found = certify_log(scene, sim.contacts, max_contacts=contacts, fingerprint=sim.fingerprint)
+    return WholeRun(name, len(scene), found.total, found.lines, found.right, str(found))

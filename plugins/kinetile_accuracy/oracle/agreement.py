@@ -1,0 +1,352 @@
+"""The agreement of a run with the certified oracle, contact by contact, in order and in time.
+
+The order is that of docs/one-answer.md, ties at one exact time included. A run in doubles cannot agree for
+ever: a contact multiplies what roundings have done before it, and after some ten contacts a disc the two runs
+are of different worlds. Up to which contact they agree is the run's horizon.
+
+Contacts per disc count every contact for each disc that takes part: (2 x contacts of two discs + contacts
+with walls) / discs. Collisions per disc leave the walls out: 2 x contacts of two discs / discs. Walls are
+flat and multiply nothing, so the second number is the one that chaos limits.
+"""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kinetile.errors import KinetileError, Refused
+from kinetile.kernel.log import WALLS
+from kinetile_accuracy.oracle.oracle import (
+    CAP_BITS,
+    CertifiedContact,
+    CertifiedRun,
+    Oracle,
+    OracleProgress,
+)
+from kinetile_accuracy.specification.arithmetic import UNIT_TICKS
+
+if TYPE_CHECKING:
+    from kinetile import Simulation
+
+
+SLACK = 2
+"""Ticks within which of its end a run may have another contact more or less: times are rounded to ticks."""
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Disagreement:
+    """The first contact in which a run and the oracle differ.
+
+    Attributes:
+        index: how many contacts agree before it.
+        run: what the run has there, (time, a, b); None: nothing more up to its end.
+        oracle: what is certified; None: nothing more up to the end of the run.
+        ticks_apart: time of the run's contact, or of its end, less that of the oracle's, in ticks. A tick or
+            two: the two contacts are so near that rounding has exchanged them.
+    """
+
+    index: int
+    run: tuple[float, int, int] | None
+    oracle: CertifiedContact | None
+    ticks_apart: float
+
+    def __str__(self) -> str:
+        found = (
+            "nothing more" if self.run is None else f"{_bodies_met(*self.run[1:])} at time {self.run[0]!r}"
+        )
+        certain = "nothing more up to there"
+        if self.oracle is not None:
+            certain = f"{_bodies_met(self.oracle.a, self.oracle.b)} at time {self.oracle.time.decimal()}"
+            if self.oracle.head_on < 2.0**-20:
+                certain += f", a graze: {self.oracle.head_on:.1e} of the speed is head-on"
+        apart = "" if self.oracle is None else f"; {abs(self.ticks_apart):.4g} ticks apart"
+        return f"contact {self.index}: the run has {found}, the oracle {certain}{apart}"
+
+
+@dataclass(frozen=True, eq=False)
+class Agreement:
+    """The result of comparing a run with the oracle.
+
+    Attributes:
+        bodies: how many discs there are.
+        contacts: how many contacts agree, from the first on, in order.
+        compared: how many contacts of the run were compared.
+        disc_contacts: those of two discs among the ones that agree.
+        a, b: the bodies of each contact that agrees, (contacts,).
+        ticks: how much later than the oracle the run has each of them, in ticks, (contacts,).
+        ulps: the same in units of the last place of the time, (contacts,).
+        disagreement: the first contact that differs; None: there is none as far as could be compared.
+        oracle: the certified run.
+        fault: what the run itself ended with, where that was a fault.
+    """
+
+    bodies: int
+    contacts: int
+    compared: int
+    a: npt.NDArray[np.int64]
+    b: npt.NDArray[np.int64]
+    ticks: Floats
+    ulps: Floats
+    disagreement: Disagreement | None
+    oracle: CertifiedRun
+    fault: str | None = None
+
+    @property
+    def complete(self) -> bool:
+        """Returns whether all contacts up to the given end agree, and none is missing; a fault is no end."""
+        if self.fault is not None or self.disagreement is not None:
+            return False
+        return self.contacts == self.compared and self.oracle.complete
+
+    @property
+    def disc_contacts(self) -> int:
+        """How many contacts of two discs agree."""
+        return int((self.b >= 0).sum())
+
+    @property
+    def contacts_per_disc(self) -> float:
+        """Contacts that agree per disc, those with walls included."""
+        return float(self.paces[-1]) if self.contacts else 0.0
+
+    @property
+    def collisions_per_disc(self) -> float:
+        """Contacts of two discs that agree, per disc."""
+        return 2.0 * self.disc_contacts / max(self.bodies, 1)
+
+    @property
+    def paces(self) -> Floats:
+        """Contacts per disc up to and with each contact, (contacts,)."""
+        paces: Floats = np.cumsum(np.where(self.b >= 0, 2.0, 1.0)) / max(self.bodies, 1)
+        return paces
+
+    @property
+    def worst_ticks(self) -> float:
+        """The largest error of a time, in ticks."""
+        return float(np.abs(self.ticks).max(initial=0.0))
+
+    @property
+    def worst_ulps(self) -> float:
+        """The largest error of a time, in units of the last place of the time."""
+        return float(np.abs(self.ulps).max(initial=0.0))
+
+    def as_dict(self) -> dict[str, Any]:
+        """Returns all of this in plain types."""
+        differs = self.disagreement
+        certain = None if differs is None else differs.oracle
+        return {
+            "agrees": self.complete,
+            "contacts": self.contacts,
+            "compared": self.compared,
+            "disc_contacts": self.disc_contacts,
+            "contacts_per_disc": self.contacts_per_disc,
+            "collisions_per_disc": self.collisions_per_disc,
+            "time_error_ticks": _extremes(self.ticks),
+            "time_error_ulps": _extremes(self.ulps),
+            "first_disagreement": differs
+            and {
+                "index": differs.index,
+                "run": differs.run and dict(zip(("time", "a", "b"), differs.run, strict=True)),
+                "oracle": certain and {"time": certain.time.decimal(), "a": certain.a, "b": certain.b},
+                "ticks_apart": differs.ticks_apart,
+            },
+            "oracle": {"bits": self.oracle.bits, "contacts": len(self.oracle.contacts)}
+            | {"ended": self.oracle.ended, "why": self.oracle.ending},
+            "fault": self.fault,
+        }
+
+    def __str__(self) -> str:
+        pace = f"{self.contacts_per_disc:.1f} contacts a disc, {self.collisions_per_disc:.1f} without walls"
+        lines = [f"{self.contacts:,} of {self.compared:,} contacts agree in order ({pace})"]
+        if self.contacts:
+            ticks, ulps = _extremes(self.ticks), _extremes(self.ulps)
+            lines.append(
+                f"their times are off by up to {ticks['max']:.3g} ticks ({ulps['max']:.3g} ulps), "
+                f"half of them by no more than {ticks['median']:.3g} ({ulps['median']:.3g})"
+            )
+        if self.disagreement is not None:
+            lines.append(str(self.disagreement))
+        elif not self.oracle.complete:
+            lines.append(f"the oracle goes no further: {self.oracle.ending}")
+        if self.fault is not None:
+            lines.append(f"the run ended in a fault: {self.fault}")
+        return "\n".join(lines)
+
+
+def certify(
+    sim: Simulation,
+    *,
+    until: float | None = None,
+    max_contacts: int | None = None,
+    cap_bits: int = CAP_BITS,
+    oracle: Oracle | None = None,
+    progress: Callable[[OracleProgress], None] | None = None,
+) -> Agreement:
+    """Compares a run with the certified oracle, up to the first contact in which they differ.
+
+    Args:
+        sim: the simulation, which must keep its contacts. Where ``until`` or ``max_contacts`` are
+            beyond what it has run, it is run on; if that ends in a fault, what it did before is compared.
+        until: compare contacts up to this time; None: up to the simulation's time.
+        max_contacts: compare so many contacts at most.
+        cap_bits: the highest precision that the oracle may try.
+        oracle: the oracle of the scene, for a caller that reads it after an interruption.
+        progress: called by the oracle after every few contacts.
+
+    Raises:
+        MissingExtra: python-flint is not installed.
+        Refused: the oracle cannot follow what the simulation simulates: phases of other kinds, too many
+            bodies, or turns made by hand.
+        ValueError: the simulation keeps no contacts, ``until`` is not a finite time from the scene's start
+            on, or ``max_contacts`` is negative.
+    """
+    start = sim.scene.start
+    if until is not None and not start <= until < math.inf:
+        raise ValueError(f"until must be a finite time from the scene's start on, {start}; found {until}")
+    if max_contacts is not None and max_contacts < 0:
+        raise ValueError(f"max_contacts must not be negative; found {max_contacts}")
+    _ = sim.contacts  # which refuses where none are kept: before anything is run
+    oracle = oracle or Oracle(sim.scene, sim.narrow_phases)
+    fault = _run_on(sim, until, max_contacts)
+    planned = sum(turn.time <= sim.time for turn in sim.scene.turns)
+    if sim.readings.turns > planned or sim.readings.inserted or sim.readings.removed:
+        raise Refused(
+            "bodies were turned by hand, or came or went, and the oracle knows only the turns of the scene: "
+            "put them there"
+        )
+    end = sim.time if until is None else min(until, sim.time)
+    contacts = sim.contacts
+    contacts = contacts[: np.searchsorted(contacts["time"], end, side="right")][:max_contacts]
+    a, b = contacts["a"].tolist(), contacts["b"].tolist()
+
+    def differs(index: int, one: int, two: int) -> bool:
+        return index >= len(a) or (one, two) != (a[index], b[index])
+
+    # The oracle goes on a little beyond the end: a contact just after it may be one of the run, whose times
+    # are rounded down to ticks.
+    beyond: float | None = end + 2.0**-20 * (end - start)
+    most = len(a) + 1  # is there one more, before the end?
+    if len(a) == max_contacts:
+        beyond, most = None, len(a)
+    run = oracle.run(beyond, max_contacts=most, cap_bits=cap_bits, stop=differs, progress=progress)
+    return agreement(
+        contacts,
+        run,
+        bodies=len(sim.scene),
+        start=start,
+        time_unit=sim.time_unit,
+        end=end,
+        fault=fault,
+    )
+
+
+def agreement(
+    contacts: npt.NDArray[np.void],
+    oracle: CertifiedRun,
+    *,
+    bodies: int,
+    start: float,
+    time_unit: float,
+    end: float,
+    fault: str | None = None,
+) -> Agreement:
+    """Compares a list of contacts with certified ones.
+
+    Args:
+        contacts: as ``Simulation.contacts`` has them; all up to ``end``, or up to the last of them.
+        oracle: the certified run.
+        bodies: how many discs there are.
+        start, time_unit: of the scene and its clock; a tick is 2^-52 of the unit.
+        end: the time up to which the run went.
+        fault: what the run ended with, where that was a fault.
+    """
+    listed = contacts["a"].tolist(), contacts["b"].tolist()
+    agree = 0
+    for one, two, certain in zip(*listed, oracle.contacts, strict=False):
+        if (one, two) != (certain.a, certain.b):
+            break
+        agree += 1
+    tick = Fraction(time_unit) / UNIT_TICKS
+    times = [
+        Fraction(start) + (epoch * UNIT_TICKS + fraction) * tick
+        for epoch, fraction in contacts[["epoch", "tick"]][: agree + 1].tolist()
+    ]
+    exact = [certain.time.middle for certain in oracle.contacts[:agree]]
+    errors = [time - right for time, right in zip(times, exact, strict=False)]
+    ticks = np.array([float(error / tick) for error in errors])
+    ulps = np.array([float(error / _ulp(time)) for error, time in zip(errors, exact, strict=True)])
+    # At the end one of the two may have a contact more by as much as times were off before, twice.
+    slack = max(SLACK * tick, _ulp(Fraction(end))) + 2 * max(map(abs, errors), default=Fraction(0))
+    return Agreement(
+        bodies,
+        agree,
+        len(contacts),
+        contacts["a"][:agree].astype(np.int64),
+        contacts["b"][:agree].astype(np.int64),
+        ticks,
+        ulps,
+        _first_difference(contacts, times, oracle, agree, Fraction(end), slack, tick),
+        oracle,
+        fault,
+    )
+
+
+def _first_difference(
+    contacts: npt.NDArray[np.void],
+    times: list[Fraction],
+    oracle: CertifiedRun,
+    agree: int,
+    end: Fraction,
+    slack: Fraction,
+    tick: Fraction,
+) -> Disagreement | None:
+    """Returns the first contact that differs; one that only one of them has must be well before the end."""
+    run, certain = None, None
+    if agree < len(contacts):
+        row = contacts[agree]
+        run = (float(row["time"]), int(row["a"]), int(row["b"]))
+    if agree < len(oracle.contacts):
+        certain = oracle.contacts[agree]
+    if certain is not None:
+        time = times[agree] if run is not None else end
+        apart = time - certain.time.middle
+        if run is None and apart <= slack:
+            return None
+        return Disagreement(agree, run, certain, float(apart / tick))
+    if run is None or oracle.ended not in ("until", "quiet") or end - times[agree] <= slack:
+        return None
+    return Disagreement(agree, run, None, 0.0)
+
+
+def _run_on(sim: Simulation, until: float | None, max_contacts: int | None) -> str | None:
+    """Runs a simulation on as far as is asked for; returns the fault in which that ended."""
+    more = None if max_contacts is None else max_contacts - len(sim.contacts)
+    enough = more is not None and more <= 0
+    if enough or (more is None if until is None else until <= sim.time):
+        return None
+    try:
+        sim.run(until, max_contacts=more)
+    except KinetileError as error:
+        return f"{type(error).__name__}: {error}"
+    return None
+
+
+def _ulp(time: Fraction) -> Fraction:
+    return Fraction(math.ulp(float(time)))
+
+
+def _extremes(errors: Floats) -> dict[str, float]:
+    sizes = np.abs(errors).tolist()
+    return {"max": max(sizes, default=0.0), "median": statistics.median(sizes) if sizes else 0.0}
+
+
+def _bodies_met(a: int, b: int) -> str:
+    return f"disc {a} with the {WALLS[b]} wall" if b in WALLS else f"discs {a} and {b}"

@@ -1,0 +1,288 @@
+"""The certified oracle: the list of contacts as it is in exact arithmetic, or as far as that can be proved.
+
+An event-driven simulator of its own, which shares nothing with the kernel but the scene as data. It computes
+with balls, intervals that are certain to hold the true number, and leaves nothing out: after each contact its
+bodies are compared with every other body and every wall. Whatever decides the order is certified. What does
+not come out is tried again from the start with twice the bits; what ties exactly is settled in rational
+arithmetic where the bodies still fly on rational lines (walls, lanes, contacts in line, and whatever flies
+there for the first time); and what neither settles is reported as undecidable, with the time and the bodies.
+Nothing is guessed.
+
+Contacts at one time come in the order that docs/one-answer.md gives: turns, then walls, then pairs, by the
+numbers of the bodies. Contact means approach; tangency is no contact, and bodies that touch and approach meet
+at once.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from decimal import Context
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+from kinetile.errors import Refused
+from kinetile.scene import Scene
+from kinetile_accuracy.sections import needed
+
+if TYPE_CHECKING:
+    from kinetile_accuracy.oracle.attempt import Attempt, BallContact
+
+
+CAP_BITS = 1 << 13
+"""Bits at which the oracle gives up, if nothing else is said."""
+
+FIRST_BITS = 1 << 7
+STUCK = 4
+"""Precisions in a row at which the same comparison may fail: after that it is taken for an exact tie."""
+
+MOST_BODIES = 1000
+
+Ending = Literal["until", "contacts", "quiet", "stopped", "undecidable", "jammed", "interrupted"]
+"""Why a certified run ended: at the given time, after so many contacts, because nothing can
+happen any more, because the caller had seen enough, because an order could not be decided, because contacts
+followed each other without end at one time, or because it was interrupted."""
+
+
+class Enclosure(NamedTuple):
+    """A number that is certain to lie within ``radius`` of ``middle``; both exact."""
+
+    middle: Fraction
+    radius: Fraction
+
+    @property
+    def nearest(self) -> float:
+        """The double nearest to the middle."""
+        return float(self.middle)
+
+    def decimal(self, digits: int = 25) -> str:
+        """Returns the number in up to so many digits: as many as are known, the last to within one."""
+        if self.radius:
+            size = max(abs(self.middle), self.radius)
+            digits = max(1, min(digits, math.floor(math.log10(size / self.radius))))
+        context = Context(prec=digits)
+        return str(context.divide(self.middle.numerator, self.middle.denominator))
+
+
+class CertifiedContact(NamedTuple):
+    """A contact of body ``a`` with body ``b`` > a, or with a wall (-1 left, -2 right, -3 bottom, -4 top).
+
+    ``time`` is the scene's; ``tied`` is whether the contact before it was at the very same time; ``head_on``
+    is about which part of the relative velocity is along the line of centres, or across the wall: near 0 it
+    is a graze (and 1 for discs that overlapped before they approached each other).
+    """
+
+    time: Enclosure
+    a: int
+    b: int
+    tied: bool
+    head_on: float
+
+
+class Undecidable(NamedTuple):
+    """What could not be decided, about when, and for which bodies."""
+
+    what: str
+    time: float
+    bodies: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class CertifiedRun:
+    """What is certain about a scene.
+
+    Attributes:
+        contacts: the contacts in order; none is missing before the last.
+        bits: the precision in which they were computed.
+        ended: why there are no more.
+        until: the time at which it was to end.
+        undecidable: what could not be decided, where that is why.
+    """
+
+    contacts: tuple[CertifiedContact, ...]
+    bits: int
+    ended: Ending
+    until: float | None = None
+    undecidable: Undecidable | None = None
+
+    @property
+    def complete(self) -> bool:
+        """Returns whether the run came to the end that it was given."""
+        return self.ended in ("until", "contacts", "quiet", "stopped")
+
+    def __str__(self) -> str:
+        return f"{len(self.contacts):,} contacts certified in {self.bits} bits; {self.ending}"
+
+    @property
+    def ending(self) -> str:
+        """Why it ended, in words."""
+        if self.undecidable is not None:
+            what, time, bodies = self.undecidable
+            which = ", ".join(map(str, bodies))
+            said = f"{what} (near time {time:.17g}, bodies {which})"
+            return f"not decidable at {self.bits} bits: {said}"
+        return {
+            "until": f"complete up to time {self.until!r}",
+            "contacts": "complete up to the last of them",
+            "quiet": "nothing happens after that",
+            "stopped": "complete up to the last of them",
+            "jammed": "the bodies are jammed: contacts follow each other without end at one time",
+            "interrupted": "interrupted",
+        }.get(self.ended, self.ended)
+
+
+class OracleProgress(NamedTuple):
+    """How far a run of the oracle is: its precision, the contacts so far at it, and the scene's time."""
+
+    bits: int
+    contacts: int
+    time: float
+
+
+class Oracle:
+    """The oracle of one scene.
+
+    Args:
+        scene: what is simulated, taken as data.
+        narrow_phases: which contacts there are: of discs ("disc"), with walls ("wall"), both or none. None:
+            what the scene says, or both.
+
+    Raises:
+        MissingExtra: python-flint is not installed.
+        Refused: a narrow phase is neither of the two, or there are too many bodies to compute all pairs.
+
+    ``certified`` is what is certain so far; after an interruption too.
+    """
+
+    def __init__(self, scene: Scene, narrow_phases: Sequence[str] | None = None) -> None:
+        _flint()
+        names = narrow_phases if narrow_phases is not None else scene.settings.narrow_phases
+        if names is None:
+            names = ("disc", "wall")
+        strange = [name for name in names if name not in ("disc", "wall")]
+        if strange:
+            raise Refused(
+                f"the oracle knows the narrow phases disc and wall, and not {', '.join(strange)}: certify "
+                "what those two do"
+            )
+        if len(scene) > MOST_BODIES:
+            raise Refused(
+                f"the oracle looks at all pairs after each contact and takes up to {MOST_BODIES} bodies, and "
+                f"this scene has {len(scene)}: certify a smaller one"
+            )
+        self.scene = scene
+        self.certified = CertifiedRun((), FIRST_BITS, "interrupted")
+        self._discs = "disc" in names
+        self._walls = "wall" in names
+        self._start = Fraction(scene.start)
+
+    def run(
+        self,
+        until: float | None = None,
+        *,
+        max_contacts: int | None = None,
+        cap_bits: int = CAP_BITS,
+        stop: Callable[[int, int, int], bool] | None = None,
+        progress: Callable[[OracleProgress], None] | None = None,
+    ) -> CertifiedRun:
+        """Finds the contacts from the start on, certified; returns them.
+
+        Args:
+            until: up to and at which time; None: the scene's own ``until``, unless ``max_contacts`` is given.
+            max_contacts: up to how many contacts.
+            cap_bits: the highest precision to try.
+            stop: called with the index, a and b of each contact; True: that is enough.
+            progress: called after every few contacts.
+        """
+        from kinetile_accuracy.oracle.attempt import Attempt
+        from kinetile_accuracy.oracle.event_queue import Undecided
+
+        if until is None and max_contacts is None:
+            until = self.scene.settings.until
+            if until is None:
+                raise ValueError("the oracle needs an end: until=, max_contacts= or an until in the scene")
+        if until is not None and not self.scene.start <= until < math.inf:
+            raise ValueError(f"until must be a time from the scene's start on; found {until}")
+        self.certified = CertifiedRun((), FIRST_BITS, "interrupted", until)
+        most = math.inf if max_contacts is None else max_contacts
+        end = None if until is None else _rational(Fraction(until) - self._start)
+        bits, failures = FIRST_BITS, []
+        while True:
+            found: list[CertifiedContact] = []
+            ended: Ending = "interrupted"
+            undecidable = None
+            with _flint().ctx.workprec(bits):
+                try:
+                    attempt = Attempt(self.scene, end, self._discs, self._walls)
+                    ended = self._carry_out(attempt, found, most, bits, stop, progress)
+                except Undecided as doubt:
+                    # What stays undecided at the same contact is an exact tie: no number of bits settles it.
+                    failures.append((len(found), doubt.what))
+                    stuck = failures[-STUCK:] == failures[-1:] * STUCK
+                    if stuck or 2 * bits > max(cap_bits, FIRST_BITS):
+                        ended = "undecidable"
+                        time = float(self._start + Fraction(doubt.time))
+                        undecidable = Undecidable(doubt.what, time, doubt.bodies)
+                finally:  # an interrupted attempt may have come less far than the one before it
+                    if ended != "interrupted" or len(found) >= len(self.certified.contacts):
+                        self.certified = CertifiedRun(tuple(found), bits, ended, until, undecidable)
+            if ended != "interrupted":
+                return self.certified
+            bits *= 2
+
+    def _carry_out(
+        self,
+        attempt: Attempt,
+        found: list[CertifiedContact],
+        most: float,
+        bits: int,
+        stop: Callable[[int, int, int], bool] | None,
+        progress: Callable[[OracleProgress], None] | None,
+    ) -> Ending:
+        """Runs an attempt to its end, adding to what was found."""
+        crowd = 200 * len(self.scene) + 2000  # contacts at one time that are taken for a jam
+        while len(found) < most:
+            attempt.step()
+            if attempt.ended is not None:
+                return "until" if attempt.ended == "until" else "quiet"
+            if len(attempt.met) == len(found):
+                continue
+            found.append(self._contact(attempt.met[-1]))
+            if stop is not None and stop(len(found) - 1, found[-1].a, found[-1].b):
+                return "stopped"
+            if attempt.crowd > crowd:
+                return "jammed"
+            if progress is not None and len(found) % 16 == 0:
+                progress(OracleProgress(bits, len(found), found[-1].time.nearest))
+        return "contacts"
+
+    def _contact(self, met: BallContact) -> CertifiedContact:
+        time = Enclosure(self._start + _fraction(met.ball.mid()), _fraction(met.ball.rad()))
+        return CertifiedContact(time, met.a, met.b, met.tied, met.head_on)
+
+
+def oracle_contacts(
+    scene: Scene,
+    until: float | None = None,
+    *,
+    max_contacts: int | None = None,
+    cap_bits: int = CAP_BITS,
+    narrow_phases: Sequence[str] | None = None,
+) -> CertifiedRun:
+    """Returns the certified contacts of a scene: see ``Oracle``."""
+    return Oracle(scene, narrow_phases).run(until, max_contacts=max_contacts, cap_bits=cap_bits)
+
+
+def _flint() -> Any:
+    return needed("The certified oracle", "python-flint", "exact", "flint")
+
+
+def _rational(number: Fraction) -> Any:
+    return _flint().fmpq(number.numerator, number.denominator)
+
+
+def _fraction(exact: Any) -> Fraction:
+    """Returns an exact ball as a fraction."""
+    mantissa, exponent = map(int, exact.man_exp())
+    return Fraction(mantissa << exponent) if exponent >= 0 else Fraction(mantissa, 1 << -exponent)

@@ -1,0 +1,204 @@
+"""Sections of the accuracy report, the rows behind them, and how they write numbers and words.
+
+A part measures something and returns a ``Section``. Its claims are what must hold, with what was found; its
+findings are sentences made from the rows, so that they say what was found this time, whichever way it went.
+The rows are the data behind the tables and the pictures, and are written beside the page. What a column is
+called and means stands once, at the field of the row::
+
+    @dataclass(frozen=True)
+    class LateClock:
+        start: Annotated[float, Column("when the clock begins", "clock begins at")]
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, fields
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeVar, get_type_hints
+
+from kinetile.errors import MissingExtra
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+Budget = Literal["quick", "normal", "full"]
+"""How much is measured: for the whole report in about a minute, in some minutes, or in half an hour or so."""
+
+ReportProgress = Callable[[str, int, int], None]
+"""Called with what is being measured, how many steps of it are done, and how many there are."""
+
+
+class Column(NamedTuple):
+    """What a field of a row means, and its heading on the page; without one it is in the file alone."""
+
+    meaning: str
+    head: str = ""
+
+
+def columns_of(row: type) -> dict[str, Column]:
+    """Returns the columns of a class of rows, by the names of its fields."""
+    hints = get_type_hints(row, include_extras=True)
+    return {field.name: hints[field.name].__metadata__[0] for field in fields(row)}
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of one kind.
+
+    Attributes:
+        name: the stem of the file that they are written to.
+        caption: what they are, in a sentence.
+        rows: instances of one frozen dataclass whose fields are text, numbers, truths or None, each annotated
+            with its ``Column``.
+    """
+
+    name: str
+    caption: str
+    rows: tuple[Any, ...]
+
+    @property
+    def columns(self) -> dict[str, Column]:
+        """All columns, by the names of the fields."""
+        return columns_of(type(self.rows[0])) if self.rows else {}
+
+    @property
+    def heads(self) -> dict[str, str]:
+        """The headings of the fields that the page shows."""
+        return {name: column.head for name, column in self.columns.items() if column.head}
+
+    @property
+    def cells(self) -> list[list[tuple[str, bool]]]:
+        """The rows as they are shown: each cell as text, and whether its column is one of numbers."""
+        columns = []
+        for name in self.heads:
+            values = [getattr(row, name) for row in self.rows]
+            numbers = any(isinstance(value, int | float) and not isinstance(value, bool) for value in values)
+            columns.append([(text, numbers) for text in cells(values)])
+        return [list(row) for row in zip(*columns, strict=True)]
+
+
+@dataclass(frozen=True)
+class ReportFigure:
+    """A figure drawn from the rows.
+
+    Attributes:
+        name: the stem of its file.
+        caption: what is seen, in a sentence or two.
+        draw: returns the figure, as wide as ``kinetile_accuracy.drawing.house_style`` says.
+        description: what its rows are of, for the metadata of the file.
+    """
+
+    name: str
+    caption: str
+    draw: Callable[[], Figure]
+    description: str = ""
+
+
+class Claim(NamedTuple):
+    """A statement that must hold, what was measured, and whether it holds in that."""
+
+    says: str
+    measured: str
+    holds: bool
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of the report.
+
+    Attributes:
+        name: the part's name, as in ``--part``.
+        title: its heading.
+        about: what was measured and how, in a paragraph.
+        findings: sentences made from the rows.
+        tables, pictures: what to show.
+        claims: what must hold, for the summary.
+        left_out: what could not be measured, each with its reason.
+    """
+
+    name: str
+    title: str
+    about: str
+    findings: tuple[str, ...]
+    tables: tuple[Table, ...]
+    pictures: tuple[ReportFigure, ...] = ()
+    claims: tuple[Claim, ...] = ()
+    left_out: tuple[str, ...] = ()
+
+
+Measure = Callable[[Budget, ReportProgress], Section]
+"""A part: measures within a budget."""
+
+Row = TypeVar("Row")
+
+
+def grouped(rows: Iterable[Row], *names: str) -> dict[Any, list[Row]]:
+    """Returns rows by the value of a field, or by the values of several, in the order in which they come."""
+    found: dict[Any, list[Row]] = {}
+    for row in rows:
+        key = tuple(getattr(row, name) for name in names)
+        found.setdefault(key[0] if len(names) == 1 else key, []).append(row)
+    return found
+
+
+def needed(purpose: str, package: str, extra: str, module: str = "") -> Any:
+    """Returns the module of an optional package; MissingExtra where it is not installed."""
+    try:
+        return import_module(module or package)
+    except ImportError as error:
+        raise MissingExtra(purpose, package, extra) from error
+
+
+# Numbers and words: one notation on the page, in its tables and in its sentences
+
+LEAST, MOST = 1e-3, 1e6
+"""Numbers from the one to below the other are written as decimals."""
+
+
+def number(value: float, digits: int = 2) -> str:
+    """Returns a number in so many digits: as a decimal, 0.25 or 1,200, or very small or large as 2.5e-15."""
+    if value == 0.0:
+        return "0"
+    if not math.isfinite(value):
+        return "–"
+    if not LEAST <= abs(value) < MOST:
+        return scientific(value, digits)
+    places = max(digits - 1 - math.floor(math.log10(abs(value))), 0)
+    return _without_zeros(f"{value:,.{places}f}")
+
+
+def scientific(value: float, digits: int = 2) -> str:
+    """Returns a number in so many digits times a power of ten: 2.5e-15."""
+    if value == 0.0 or not math.isfinite(value):
+        return number(value)
+    digits_, exponent = f"{value:.{digits - 1}e}".split("e")
+    return f"{_without_zeros(digits_)}e{int(exponent)}"
+
+
+def cells(values: Sequence[Any]) -> list[str]:
+    """Returns a column of a table as people read it, all its fractions in one notation, to three digits."""
+    sizes = [abs(value) for value in values if isinstance(value, float) and value and math.isfinite(value)]
+    write = scientific if sizes and not LEAST <= min(sizes) <= max(sizes) < MOST else number
+    return [_cell(value, write) for value in values]
+
+
+def listed(words: Sequence[str]) -> str:
+    """Returns words as a list in a sentence: a, b and c."""
+    return " and ".join(part for part in (", ".join(words[:-1]), *words[-1:]) if part)
+
+
+def _cell(value: Any, write: Any) -> str:
+    if value is None:
+        return "–"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, int):
+        return f"{value:,}"
+    return str(write(value, 3)) if isinstance(value, float) else str(value)
+
+
+def _without_zeros(text: str) -> str:
+    return text.rstrip("0").rstrip(".") if "." in text else text

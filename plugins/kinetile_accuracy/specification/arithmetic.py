@@ -1,0 +1,234 @@
+"""Rules 1 to 6 and 9 of docs/specification.md: times of contact in integers, plans and exchanges in doubles.
+
+*Exact.* A double is an integer over a power of two, and so is the length of a tick. So a plan is written once
+as integers of one fineness: its coordinates, and how far it flies in a tick, in units of 2^-bits of the
+length. Where two bodies are at some tick, and the coefficients of the quadratic for the distance of their
+centres, are then integers too, with the time counted in ticks::
+
+    a T^2 + 2 b T + c,   a = |v|^2,  b = d . v,  c = |d|^2 - R^2
+
+The first root is (-b - sqrt(D)) / a with D = b^2 - a c. Its floor is the floor of floor(-b - sqrt(D)) / a,
+and floor(-b - sqrt(D)) is -b - r with the integer square root r of D, or one less where D is no square. So
+one ``isqrt`` and one division give the tick of contact, and nothing is rounded before.
+
+*Rounded.* Python's float is a double, each of its operations rounds once, to nearest and ties to even, and
+nothing is contracted; ``float(n)`` of an integer and the quotient of two integers are rounded correctly as
+well. So rules 4 and 9 are the same expressions here, in the order of the rules.
+
+Nothing here is shared with the kernel.
+"""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+from kinetile.kernel.log import BOTTOM, LEFT, RIGHT, TOP
+
+if TYPE_CHECKING:
+    from kinetile import Scene
+
+UNIT_BITS = 52
+"""A unit has 2^52 ticks."""
+
+UNIT_TICKS = 1 << UNIT_BITS
+
+SPAN = 1 << 61
+"""Ticks after which the clock anchors bodies that have flown on one plan all the while (rule 8)."""
+
+HORIZON = 1 << 62
+"""A contact so many ticks after the later anchor, or later, is none (rules 5 and 6)."""
+
+Vector = tuple[float, float]
+
+
+def unit_bits(scene: Scene) -> int:
+    """Returns e of the time unit 2^-e of a scene (rule 3)."""
+    if len(scene) == 0:
+        return 0
+    velocities = [*scene.velocity.tolist(), *(turn.velocity for turn in scene.turns)]
+    largest = max(vx * vx + vy * vy for vx, vy in velocities)
+    if scene.arena is not None:
+        extent = max(scene.arena)
+    else:
+        farthest = max(abs(place) for row in scene.position.tolist() for place in row)
+        extent = farthest + max(scene.radius.tolist())
+    crossings = math.sqrt(largest) / extent * (1.0 - 2.0**-20)
+    return next((e for e in range(900) if crossings < 2.0**e), 900)
+
+
+def tick_of(time: float, start: float, bits: int) -> int:
+    """Returns the tick of a time (rule 3), where the unit is 2^-bits."""
+    return math.floor((Fraction(time) - Fraction(start)) * (1 << (UNIT_BITS + bits)))
+
+
+class Frame:
+    """What all plans of a scene have in common: the arena (width, height) or None, and the unit 2^-bits."""
+
+    def __init__(self, arena: tuple[float, float] | None, bits: int) -> None:
+        self.arena = arena and tuple(map(_ratio, arena))
+        self.fine = UNIT_BITS + bits
+        self.finest = max((fine for _, fine in self.arena or ()), default=0)
+
+
+class FlightPlan:
+    """The flight plan (rule 4) of a disc, as doubles and as integers.
+
+    Attributes:
+        x, y, vx, vy: the doubles.
+        anchor: the tick at which the body is at (x, y).
+        bits: how fine the integers are: they count 2^-bits of the length.
+        place, step, radius: x and y, the way of a tick along each axis, and the radius, as integers.
+    """
+
+    __slots__ = ("anchor", "bits", "place", "radius", "step", "vx", "vy", "x", "y")
+
+    def __init__(
+        self, x: float, y: float, vx: float, vy: float, anchor: int, radius: float, frame: Frame
+    ) -> None:
+        self.x, self.y, self.vx, self.vy, self.anchor = x, y, vx, vy, anchor
+        lengths = [_ratio(x), _ratio(y), _ratio(radius)]
+        speeds = [(number, fine + frame.fine) for number, fine in (_ratio(vx), _ratio(vy))]
+        self.bits = bits = max(frame.finest, *(fine for _, fine in lengths), *(fine for _, fine in speeds))
+        px, py, self.radius = (number << (bits - fine) for number, fine in lengths)
+        wx, wy = (number << (bits - fine) for number, fine in speeds)
+        self.place = px, py
+        self.step = wx, wy
+
+    def exact_place(self, tick: int, bits: int) -> tuple[int, int]:
+        """Returns where the body is at a tick, exactly, at a fineness of at least its own."""
+        (x, y), (wx, wy) = self.place, self.step
+        elapsed, finer = tick - self.anchor, bits - self.bits
+        return (x + wx * elapsed) << finer, (y + wy * elapsed) << finer
+
+    def rounded_place(self, tick: int, tick_length: float) -> Vector:
+        """Returns where the body is once it is anchored at a tick (rule 4)."""
+        elapsed = tick - self.anchor
+        return anchored(self.x, self.vx, elapsed, tick_length), anchored(
+            self.y, self.vy, elapsed, tick_length
+        )
+
+
+class PairQuadratic:
+    """The squared distance of two discs less that of their contact: a T^2 + 2 b T + c, in integers.
+
+    T counts ticks from ``since``, the later of the anchors; lengths count 2^-bits.
+
+    Attributes:
+        since, bits: see above.
+        dx, dy, vx, vy: the separation at ``since``, and how it changes in a tick.
+        reach: the sum of the radii, R.
+        a, b, c: the coefficients.
+    """
+
+    __slots__ = ("a", "b", "bits", "c", "dx", "dy", "reach", "since", "vx", "vy")
+
+    def __init__(self, one: FlightPlan, two: FlightPlan) -> None:
+        self.since = max(one.anchor, two.anchor)
+        self.bits = max(one.bits, two.bits)
+        x, y = one.exact_place(self.since, self.bits)
+        other_x, other_y = two.exact_place(self.since, self.bits)
+        self.dx, self.dy = other_x - x, other_y - y
+        finer, other_finer = self.bits - one.bits, self.bits - two.bits
+        self.vx = (two.step[0] << other_finer) - (one.step[0] << finer)
+        self.vy = (two.step[1] << other_finer) - (one.step[1] << finer)
+        self.reach = (one.radius << finer) + (two.radius << other_finer)
+        self.a = self.vx * self.vx + self.vy * self.vy
+        self.b = self.dx * self.vx + self.dy * self.vy
+        self.c = self.dx * self.dx + self.dy * self.dy - self.reach * self.reach
+
+    def tick(self) -> int | None:
+        """Returns the tick of contact (rule 5); None: there is none."""
+        if self.b >= 0:
+            return None
+        if self.c <= 0:
+            return self.since
+        discriminant = self.b * self.b - self.a * self.c
+        if discriminant <= 0:
+            return None
+        root = math.isqrt(discriminant)
+        wait = (-self.b - root - (root * root != discriminant)) // self.a
+        return self.since + wait if wait < HORIZON else None
+
+
+def pair_tick(one: FlightPlan, two: FlightPlan) -> int | None:
+    """Returns the tick of contact of two bodies by their plans (rule 5); None: none."""
+    return PairQuadratic(one, two).tick()
+
+
+def wall_tick(plan: FlightPlan, frame: Frame) -> tuple[int, int] | None:
+    """Returns (tick, wall) of the contact of a body with a wall by its plan (rule 6); None: none."""
+    if frame.arena is None:
+        return None
+    first: tuple[int, int] | None = None
+    sides = ((LEFT, RIGHT), (BOTTOM, TOP))
+    for place, step, (extent, fine), (low, high) in zip(
+        plan.place, plan.step, frame.arena, sides, strict=True
+    ):
+        if step == 0:
+            continue
+        gap = place if step < 0 else (extent << (plan.bits - fine)) - place
+        gap -= plan.radius
+        wait = 0 if gap <= 0 else gap // abs(step)
+        if wait < HORIZON and (first is None or plan.anchor + wait < first[0]):
+            first = plan.anchor + wait, low if step < 0 else high
+    return first
+
+
+def anchored(place: float, speed: float, ticks: int, tick: float) -> float:
+    """Returns one coordinate, so many ticks of a length later (rule 4)."""
+    elapsed = float(ticks) * tick
+    return place + speed * elapsed
+
+
+def product_error(a: float, b: float) -> float:
+    """Returns E(a, b) of rule 1: how much the product of two doubles loses by rounding, rounded."""
+    (n, d), (m, e), (p, f) = a.as_integer_ratio(), b.as_integer_ratio(), (a * b).as_integer_ratio()
+    return (n * m * f - p * d * e) / (d * e * f)
+
+
+def exchanged(
+    places: tuple[Vector, Vector],
+    velocities: tuple[Vector, Vector],
+    masses: tuple[float, float] | None,
+) -> tuple[Vector, Vector]:
+    """Returns the velocities of two bodies after their contact (rule 9).
+
+    ``places`` are their centres; ``masses`` is None where all bodies of the scene have one mass.
+    """
+    (xa, ya), (xb, yb) = places
+    (vxa, vya), (vxb, vyb) = velocities
+    dx, dy = xb - xa, yb - ya
+    length = math.sqrt(dx * dx + dy * dy)
+    nx, ny = dx / length, dy / length
+    ux, uy = vxb - vxa, vyb - vya
+    xx, yy = nx * nx, ny * ny
+    excess = ((xx - 0.5) + (yy - 0.5)) + (product_error(nx, nx) + product_error(ny, ny))
+    px, py = ux * nx, uy * ny
+    total = px + py
+    part = total - px
+    low = ((px - (total - part)) + (py - part)) + (product_error(ux, nx) + product_error(uy, ny))
+    speed = total + (low - total * excess)
+    ga = gb = speed
+    if masses is not None:
+        ga, gb = _share(masses[0], masses[1], speed), _share(masses[1], masses[0], speed)
+    return (vxa + ga * nx, vya + ga * ny), (vxb - gb * nx, vyb - gb * ny)
+
+
+def _share(mass: float, other: float, speed: float) -> float:
+    """Returns the change of velocity of the body of ``mass``: 2 other / (mass + other) of the speed."""
+    both = mass + other
+    part = both - mass
+    low = (mass - (both - part)) + (other - part)
+    share = 2 * other / both
+    back = share * both
+    rest = ((2 * other - back) - product_error(share, both) - low * share) / both
+    taken = share * speed
+    return taken + (product_error(share, speed) + rest * speed)
+
+
+def _ratio(number: float) -> tuple[int, int]:
+    """Returns a double as (n, k), which is n 2^-k."""
+    numerator, denominator = number.as_integer_ratio()
+    return numerator, denominator.bit_length() - 1

@@ -1,0 +1,117 @@
+"""Lower bounds of contact times in doubles, so that few pairs have to be computed exactly.
+
+``ContactBounds`` has a row for each body's plan. At a tick before which no contact can come any more, and not
+before any anchor, it gives for one body and every other a tick before which the two do not meet. It decides
+nothing: a bound that has come to the head of the queue is replaced by the exact tick
+(``arithmetic.pair_tick``).
+
+The bound. Let u = 2^-53; X the largest of all coordinates of plans and of places at that tick; R the sum of
+two radii, r the largest radius; d and v separation and relative velocity of two bodies at the tick, in exact
+arithmetic; t the time from there to their contact, at which the distance is at most R. Until then they fly
+|v| t <= |d| + R <= L with L = 4 X + 2 r, since |d| <= 2 sqrt(2) X.
+
+1. *Places.* A place is x + v s. The time s is a difference of integers, rounded; with the product and the sum
+   three roundings, of numbers below 2 X, X for the sum: at most 5.1 u X. A coordinate of d is the difference
+   of two: off by less than 13 u X, so d by less than 19 u X. The relative velocity is off by u |v|, which
+   until t comes to u L. So along the line of the doubles the distance at t is at most R + e with
+   e = 19 u X + u L.
+2. *The line.* For the doubles d and v, exactly: p = -d.v / |v| is how far the closest point is ahead, h =
+   |d x v| / |v| how close it is. The distance falls to rho after a way of s(rho) = p - sqrt(rho^2 - h^2), and
+   never if h > rho. Since ds/drho <= -1, s(rho + f) <= s(rho) - f for f >= 0.
+3. *Roundings.* h and p are computed with errors of at most 6 u |d|: two products and a sum, none above
+   |d| |v|, two roundings' worth for |v|, one for the quotient. An error f of h is made good by f more of rho,
+   because (rho + f)^2 - (h + f)^2 >= rho^2 - h^2 for h <= rho. The root of (rho - h)(rho + h) is off by
+   3 u rho, rho itself by 2 u rho, the difference p - root by u L. With e that is, in all, less than
+   70 u X + 20 u r. So with
+
+       rho = R + fat,  fat = 2^-45 (X + r) = 256 u (X + r)
+
+   the computed way is at most the exact one to the contact, and where the computed h is above rho there is no
+   contact. Where the way is not positive, the contact may be now. Where p < -fat, d.v > 0 in exact arithmetic
+   too: the two part, and never meet.
+4. *The tick.* The way divided by |v| and by a tick has six roundings: 1 - 2^-48 is less than they can lose.
+   Rounded down and added to the present tick, which is an integer, it is a bound of the floor of the
+   contact's.
+
+Underflow: |v|^2 below 2^-900 decides nothing, unless v is 0, and v = 0 is exact: then the two never meet.
+Above that, what underflows in a product is below 2^-1074, and divided by |v| below 2^-624, where fat is at
+least 2^-245 (radii are at least 2^-200). What overflows becomes infinite or not a number, and that is a bound
+of now; an infinite X makes fat infinite, and everything is computed exactly.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetile_accuracy.specification.arithmetic import FlightPlan
+
+_FAT = 2.0**-45
+_LESS = 1.0 - 2.0**-48
+_SLOWEST = 2.0**-900
+
+Floats = NDArray[np.float64]
+
+
+class ContactBounds:
+    """Rows of all bodies' plans: place, velocity, anchor.
+
+    ``origin`` is what anchors are counted from, so that 64 bits hold them: it is moved on in time
+    (``rebase``), and all anchors are within 2^62 ticks of the present one.
+    """
+
+    def __init__(self, radius: Floats, fine: int) -> None:
+        count = len(radius)
+        self.origin = 0
+        self._radius = radius
+        self._largest = float(radius.max(initial=0.0))
+        self._plans = np.zeros((4, count))
+        self._anchor = np.zeros(count, np.int64)
+        self._extent = 0.0
+        self._tick = 2.0**-fine
+        self._ticks = 2.0**fine
+
+    def put(self, body: int, plan: FlightPlan) -> None:
+        """Writes a body's row."""
+        self._plans[:, body] = plan.x, plan.y, plan.vx, plan.vy
+        self._anchor[body] = plan.anchor - self.origin
+        self._extent = max(self._extent, abs(plan.x), abs(plan.y))
+
+    def rebase(self, origin: int) -> None:
+        """Counts anchors from another tick."""
+        self._anchor -= origin - self.origin
+        self.origin = origin
+
+    def waits(self, bodies: list[int], now: int) -> Floats:
+        """Returns (len(bodies), n): ticks from ``now`` on in which a body does not meet another.
+
+        Infinite where they never do on these plans, and for the body itself.
+        """
+        with np.errstate(all="ignore"):
+            x, y, vx, vy = self._plans
+            elapsed = (now - self.origin - self._anchor) * self._tick
+            place_x = x + vx * elapsed
+            place_y = y + vy * elapsed
+            extent = max(self._extent, float(np.abs(place_x).max()), float(np.abs(place_y).max()))
+            fat = _FAT * (extent + self._largest)
+            which = np.array(bodies)[:, None]
+            dx = place_x - place_x[which]
+            dy = place_y - place_y[which]
+            dvx = vx - vx[which]
+            dvy = vy - vy[which]
+            reach = self._radius + (self._radius[which] + fat)
+            speed2 = dvx * dvx + dvy * dvy
+            speed = np.sqrt(speed2)
+            ahead = -(dx * dvx + dy * dvy) / speed
+            miss = np.abs(dx * dvy - dy * dvx) / speed
+            way = ahead - np.sqrt((reach - miss) * (reach + miss))
+            # What is not a number (overflow, a root of less than 0) becomes a bound of now: fmax drops it.
+            wait: Floats = np.fmax(way / speed * (self._ticks * _LESS), 0.0)
+            passes = (miss > reach) | (ahead < -fat)
+            wait[passes] = np.inf
+            odd = ~(speed2 >= _SLOWEST)
+            if np.count_nonzero(odd) > len(bodies):  # each body itself is one of them
+                still = (dvx == 0.0) & (dvy == 0.0)
+                wait[odd] = np.where(still, np.inf, 0.0)[odd]
+            wait[np.arange(len(bodies)), bodies] = np.inf
+        return wait

@@ -1,0 +1,428 @@
+"""A list of contacts checked against docs/specification.md, line by line, in exact arithmetic.
+
+The certifier runs the scene itself (``course.Course``: integers, no tolerance, nothing of the kernel's
+contact times) and compares each line with what happens next. So a list is right to the end or wrong at one
+line; what is behind that line is not judged. It is not bound to how far two arithmetics agree before chaos
+parts them: the specification fixes every rounding.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetile.errors import BadOption, Refused
+from kinetile.kernel.log import REANCHORED, TURNED, WALLS
+from kinetile.scene import only_turns
+from kinetile_accuracy.specification.arithmetic import (
+    UNIT_BITS,
+    UNIT_TICKS,
+    pair_tick,
+    tick_of,
+    unit_bits,
+    wall_tick,
+)
+from kinetile_accuracy.specification.course import Course, CourseEvent
+
+if TYPE_CHECKING:
+    from kinetile import Scene
+
+_OFTEN = 256
+"""Lines between two calls of ``progress``."""
+
+_PLAN = ("x", "y", "vx", "vy")
+_NAMES = ["epoch", "tick", "a", "b"]
+_ENTRY = np.dtype([("epoch", "<i8"), ("tick", "<i8"), ("a", "<i4"), ("b", "<i4")])
+_AT_ONCE = 1 << 14
+
+_FARTHEST = 20_000
+"""Contacts before a difference up to which ``explain_difference`` certifies: that takes some seconds."""
+
+Line = tuple[int, int, int, int]
+"""A line of a list: epoch, tick, a, b."""
+
+
+class LogProgress(NamedTuple):
+    """How far a certifier is: lines found right, of how many; time of the last."""
+
+    lines: int
+    total: int
+    time: float
+
+
+@dataclass(frozen=True)
+class WrongLine:
+    """The first line that is not as the specification has it.
+
+    Attributes:
+        index: its place, counted from 0; the number of lines where one is missing at the end.
+        found: what it says, as (epoch, tick, a, b); None where it is missing.
+        expected: what should stand there; None where nothing should.
+        why: the reason, in a sentence.
+    """
+
+    index: int
+    found: Line | None
+    expected: Line | None
+    why: str
+
+
+@dataclass(frozen=True)
+class CertifiedLog:
+    """The result of a check.
+
+    Attributes:
+        lines: how many lines are right, from the first one on.
+        total: how many there are.
+        until: the time up to and at which there must be no further contact; None: the lines alone were
+            checked.
+        finished: False where the check was broken off.
+        wrong: the first line that is wrong, or None.
+        fingerprint: the digest of the contacts (rule 10), where all lines are right.
+    """
+
+    lines: int
+    total: int
+    until: float | None
+    finished: bool
+    wrong: WrongLine | None = None
+    fingerprint: str | None = None
+
+    @property
+    def right(self) -> bool:
+        """Returns whether all lines are right, and none is missing up to ``until``."""
+        return self.finished and self.wrong is None
+
+    def __str__(self) -> str:
+        if self.wrong is not None:
+            return f"line {self.wrong.index + 1:,} is wrong: {self.wrong.why}"
+        if not self.finished:
+            return f"the first {self.lines:,} of {self.total:,} lines are right; broken off there"
+        end = "what comes after them was not asked" if self.until is None else f"to time {self.until!r}"
+        return f"all lines are right: {self.total:,}, {end}"
+
+    def as_dict(self) -> dict[str, Any]:
+        """Returns everything in plain types, fit for JSON."""
+        wrong = self.wrong and vars(self.wrong)
+        return {**vars(self), "right": self.right, "wrong": wrong, "sentence": str(self)}
+
+
+class LogCertifier:
+    """A check under way; ``report`` says how far it is at any moment.
+
+    See ``certify_log`` for the arguments and errors.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        contacts: NDArray[Any],
+        until: float | None = None,
+        *,
+        max_contacts: int | None = None,
+        fingerprint: str | None = None,
+    ) -> None:
+        names = contacts.dtype.names or ()
+        if contacts.ndim != 1 or not set(_NAMES) <= set(names):
+            raise BadOption(
+                "a list of contacts is an array with the fields epoch, tick, a and b, such as sim.contacts; "
+                f"found an array of shape {contacts.shape}, fields {', '.join(names) or 'none'}"
+            )
+        if until is not None and not scene.start <= until < float("inf"):
+            raise BadOption(f"until is {until!r}; expected a time from the scene's start on, {scene.start!r}")
+        self.scene = scene
+        self._rows = contacts
+        self._whole = {"ax", "ay", "avx", "avy", "bx", "by", "bvx", "bvy"} <= set(names)
+        self._until = until
+        self._most = max_contacts
+        self._claimed = fingerprint
+        self._print: str | None = None
+        self._lines = 0
+        self._finished = False
+        self._wrong: WrongLine | None = None
+
+    @property
+    def report(self) -> CertifiedLog:
+        """What has been found so far."""
+        found = self._lines, len(self._rows), self._until, self._finished, self._wrong, self._print
+        return CertifiedLog(*found)
+
+    def run(self, progress: Callable[[LogProgress], None] | None = None) -> CertifiedLog:
+        """Goes through all lines, or to the first that is wrong."""
+        self._wrong = self._first_wrong(progress)
+        self._finished = True
+        return self.report
+
+    def _first_wrong(self, progress: Callable[[LogProgress], None] | None) -> WrongLine | None:
+        """Returns the first line that is wrong."""
+        scene, bits = self.scene, unit_bits(self.scene)
+        course = Course(scene)
+        end = None if self._until is None else tick_of(self._until, scene.start, bits)
+        before, contacts = None, 0
+        for index, found in enumerate(self._plain_lines()):
+            epoch, tick, a, b = found
+            line = CourseEvent((epoch << UNIT_BITS) + tick, a, b)
+            if progress is not None and index % _OFTEN == 0:
+                progress(LogProgress(index, len(self._rows), scene.start + course.now * course.tick))
+            contacts += b > TURNED
+            if self._most is not None and contacts > self._most:
+                return WrongLine(index, found, None, f"there are to be {self._most:,} contacts and no more")
+            due = self._due(course, line.tick if end is None else end)
+            if due != line or not 0 <= tick < UNIT_TICKS:
+                why, due = _reason(course, found, due, before, self._rows[_NAMES][index + 1 :], end)
+                return WrongLine(index, found, due and _line_of(due), why)
+            course.carry_out()
+            if self._whole and (why_not := self._wrong_plan(course, index, line)):
+                return WrongLine(index, found, found, why_not)
+            before = line
+            self._lines = index + 1
+        due = None if end is None or contacts == self._most else self._due(course, end)
+        if due is not None:
+            why = f"there is one more before the end: {_named(due)} at {_when(due.tick)}"
+            return WrongLine(len(self._rows), None, _line_of(due), why)
+        self._print = _fingerprint(self._rows)
+        if self._claimed not in (None, self._print):
+            why = f"the fingerprint of the lines before it is {self._print}, and not {self._claimed}"
+            return WrongLine(len(self._rows), None, None, why)
+        return None
+
+    def _plain_lines(self) -> Iterator[Line]:
+        """Yields the lines in plain numbers."""
+        for first in range(0, len(self._rows), _AT_ONCE):
+            some = self._rows[first : first + _AT_ONCE]
+            yield from zip(*(some[name].tolist() for name in _NAMES), strict=True)
+
+    def _due(self, course: Course, end: int) -> CourseEvent | None:
+        """Returns the next event that the list must have; events that it leaves out are carried out."""
+        due = course.next(end)
+        while due is not None and due.b <= TURNED and not self._whole:
+            course.carry_out()
+            due = course.next(end)
+        return due
+
+    def _wrong_plan(self, course: Course, index: int, line: CourseEvent) -> str | None:
+        """Returns where a row's plans are not those of rule 9; the sign of a zero does not count."""
+        row = self._rows[index]
+        for side, body in (("a", line.a), ("b", line.b)):
+            for name in _PLAN:
+                right = float("nan") if body < 0 else getattr(course.plans[body], name)
+                found = float(row[side + name])
+                if found != right and not (body < 0 and np.isnan(found)):
+                    what = f"{name} of body {body} after {_named(line)} is {found!r}"
+                    return f"{what}; by rules 4 and 9 it is {right!r}"
+        return None
+
+
+def certify_log(
+    scene: Scene,
+    contacts: NDArray[Any],
+    until: float | None = None,
+    *,
+    max_contacts: int | None = None,
+    fingerprint: str | None = None,
+    progress: Callable[[LogProgress], None] | None = None,
+) -> CertifiedLog:
+    """Checks that a list of contacts is the one that docs/specification.md gives a scene.
+
+    Args:
+        scene: what was simulated, by discs that exchange momentum and walls that reflect.
+        contacts: (m,) rows with the fields epoch, tick, a, b, in their order, such as ``sim.contacts``. Where
+            rows have the fields of ``kinetile.LOG``, turns are among them, and the plans after each event are
+            compared.
+        until: the time up to and at which all contacts must be there, and after which none; None: the lines
+            are checked, and not what comes after the last.
+        max_contacts: the list is of a run that was ended after so many contacts, if not before.
+        fingerprint: what the list says is its own; None: it says none.
+        progress: called now and then with how far the check is.
+
+    Returns:
+        All lines are right, or the first that is wrong, and why.
+
+    Raises:
+        BadOption: the array has other fields, or ``until`` is before the start.
+    """
+    certifier = LogCertifier(scene, contacts, until, max_contacts=max_contacts, fingerprint=fingerprint)
+    return certifier.run(progress)
+
+
+def explain_difference(
+    scene: Scene, lists: Mapping[str, NDArray[Any]], index: int, narrow_phases: Sequence[str] | None = None
+) -> str:
+    """Returns whose contacts are right where lists of them first differ, in a sentence.
+
+    The specification decides, not a majority.
+
+    Args:
+        scene: the scene.
+        lists: contacts as ``sim.contacts`` has them, by the name of who gave them.
+        index: where they first differ, counted from 0.
+        narrow_phases: how bodies meet; None: as the scene says.
+
+    Returns:
+        The sentence; an empty one where the specification does not say how bodies meet in this scene, or
+        where the difference is too far on.
+    """
+    names = scene.settings.narrow_phases if narrow_phases is None else narrow_phases
+    known = {"disc"} if scene.arena is None else {"disc", "wall"}
+    try:
+        only_turns(scene, "the certifier")
+    except Refused:
+        return ""
+    if index > _FARTHEST or (names is not None and set(names) != known):
+        return ""
+    there = [contacts[index] for contacts in lists.values() if len(contacts) > index]
+    latest = max(((int(each["epoch"]), int(each["tick"])) for each in there), default=None)
+    until = None if latest is None else _just_after(scene, *latest)
+
+    def verdict(contacts: NDArray[Any]) -> str:
+        """Returns whether contacts are right; up to ``until``, where the list has ended before."""
+        found = certify_log(scene, contacts[: index + 1], until=None if len(contacts) > index else until)
+        if found.wrong is None:
+            return "is right there"
+        return f"is wrong in contact {found.wrong.index}: {found.wrong.why}"
+
+    return "by the specification " + "; ".join(
+        f"{name} {verdict(contacts)}" for name, contacts in lists.items()
+    )
+
+
+def _just_after(scene: Scene, epoch: int, tick: int) -> float:
+    """Returns a time hardly after a tick, and not before it."""
+    ticks = Fraction((epoch << UNIT_BITS) + tick, 1 << (UNIT_BITS + unit_bits(scene)))
+    return math.nextafter(float(Fraction(scene.start) + ticks), math.inf)
+
+
+def _fingerprint(rows: NDArray[Any]) -> str:
+    """Returns the fingerprint of rule 10, of the contacts among rows."""
+    contacts = rows[rows["b"] > TURNED]
+    exact = np.zeros(len(contacts), _ENTRY)
+    for name in _NAMES:
+        exact[name] = contacts[name]
+    return hashlib.sha256(exact.tobytes()).hexdigest()
+
+
+# Why a line is wrong, from what the specification says of the bodies that it names
+
+
+def _line_of(event: CourseEvent) -> Line:
+    """Returns an event as a line."""
+    return event.tick >> UNIT_BITS, event.tick & (UNIT_TICKS - 1), event.a, event.b
+
+
+def _when(tick: int) -> str:
+    """Returns a tick as a line has it."""
+    return f"epoch {tick >> UNIT_BITS}, tick {tick & (UNIT_TICKS - 1)}"
+
+
+def _named(event: CourseEvent) -> str:
+    """Returns who meets, or what else happens."""
+    _, a, b = event
+    if b in (TURNED, REANCHORED):
+        return f"a turn of body {a}" if b == TURNED else f"the anchoring of body {a} by the clock"
+    return f"body {a} with body {b}" if b >= 0 else f"body {a} with the {WALLS[b]} wall"
+
+
+def _reason(
+    course: Course,
+    found: Line,
+    due: CourseEvent | None,
+    before: CourseEvent | None,
+    rest: NDArray[Any],
+    end: int | None,
+) -> tuple[str, CourseEvent | None]:
+    """Returns why a line is wrong, and what should stand there (None: nothing that is known).
+
+    Args:
+        course: the scene after all lines before this one; it may be moved on.
+        found: the line.
+        due: what comes next up to ``end``, or without an end up to the line's tick; None: nothing.
+        before: the line before it, which is right.
+        rest: the lines behind it, with the fields epoch, tick, a, b.
+        end: the tick of the end, or None.
+    """
+    amiss = _malformed(course, found)
+    if amiss is not None:
+        return amiss, due
+    line = CourseEvent((found[0] << UNIT_BITS) + found[1], *found[2:])
+    own, why_not = _own_tick(course, line)
+    if due is None and own is not None and end is None:
+        due = course.next(own)
+    if due is not None and due[1:] == line[1:]:
+        off = abs(line.tick - due.tick)
+        how = f"{off:,} tick{'s' if off > 1 else ''} {'earlier' if line.tick > due.tick else 'later'}"
+        return f"{_named(line)}: its tick should be {_when(due.tick)}, {how}", due
+    at = f"{_named(line)} at {_when(line.tick)}"
+    if due is not None:
+        first = f"{_named(due)}, at {_when(due.tick)}"
+        follows = _place_in(rest, due)
+        if follows is None and (own == line.tick or due.tick < line.tick):
+            return f"{at}: before that comes {first}, and that is not in the log", due
+        if own == line.tick or (follows == 0 and _follows(course, due, line)):
+            place = "the next line" if follows == 0 else f"{(follows or 0) + 1:,} lines further on"
+            return f"{at} is in the wrong order: before it comes {first}, which is {place}", due
+    if before is not None and line.tick < before.tick:
+        return f"{at} is earlier than the line before it, at {_when(before.tick)}", due
+    if due is None and end is not None and line.tick > end:
+        return f"{at} is after the end, which is at {_when(end)}", due
+    return f"{at}: {why_not}" + ("" if due is None else f"; what comes next is {first}"), due
+
+
+def _malformed(course: Course, found: Line) -> str | None:
+    """Returns why no list of this scene can have a line; None where one can."""
+    _, tick, a, b = found
+    count = len(course.plans)
+    for body in (a, max(b, 0)):
+        if not 0 <= body < count:
+            return f"there is no body {body}: the scene has {count:,}"
+    if not 0 <= tick < UNIT_TICKS:
+        return f"a tick is from 0 to 2^52 - 1, and this one is {tick}"
+    if b >= 0:
+        return None if a < b else f"the bodies {a} and {b} are not in ascending order"
+    if b not in (*WALLS, TURNED, REANCHORED):
+        return f"there is no wall {b}: the walls are -1 to -4"
+    return "the scene has no walls" if b in WALLS and course.frame.arena is None else None
+
+
+def _own_tick(course: Course, line: CourseEvent) -> tuple[int | None, str]:
+    """Returns when the bodies of a line meet by their present plans, or None; and that in words."""
+    tick, a, b = line
+    if b < 0:
+        if b not in WALLS:
+            here = b == TURNED and course.will_turn(a, tick)
+            return tick if here else None, "nothing of the kind happens then"
+        met = wall_tick(course.plans[a], course.frame)
+        if met is None:
+            return None, "it flies towards no wall"
+        if met[1] != b:
+            return None, f"the wall that it meets first is the {WALLS[met[1]]} one, at {_when(met[0])}"
+        own: int | None = met[0]
+    elif course.barred(a, b):
+        since = _when(course.plans[a].anchor)
+        return None, f"these two are barred: they met at {since}, and neither has had another plan since"
+    else:
+        own = pair_tick(course.plans[a], course.plans[b])
+    if own is None:
+        return None, "by their present plans these two do not meet"
+    return own, f"by the present plans that is at {_when(own)}"
+
+
+def _place_in(rest: NDArray[Any], event: CourseEvent) -> int | None:
+    """Returns where an event stands in lines."""
+    same = np.ones(len(rest), np.bool_)
+    for name, value in zip(_NAMES, _line_of(event), strict=True):
+        same &= rest[name] == value
+    return int(same.argmax()) if same.any() else None
+
+
+def _follows(course: Course, due: CourseEvent, line: CourseEvent) -> bool:
+    """Returns whether a line is right after what comes next has happened."""
+    course.next(due.tick)
+    course.carry_out()
+    return course.next(line.tick) == line

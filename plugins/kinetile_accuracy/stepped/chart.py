@@ -1,0 +1,438 @@
+"""The part ``chart`` of the report: what a unit of simulated time costs, and what a method gets wrong in it.
+
+Kinetic methods have no step: each is a point. Methods in steps are curves: a shorter step costs more and errs
+less. There is no one error, so two are shown, and chaos hides neither:
+
+- *the deepest overlap* of two discs that the method itself sees in a unit of time, in radii;
+- *first encounters missed*: of the encounters between discs that have touched nothing before, the share that
+  the method does not have as such (``methods``), pooled over many scenes.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import pairwise
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+
+from kinetile.errors import MissingExtra
+from kinetile_accuracy.drawing import is_narrow, legend_below, new_figure
+from kinetile_accuracy.sections import (
+    Budget,
+    Claim,
+    Column,
+    ReportFigure,
+    ReportProgress,
+    Section,
+    Table,
+    grouped,
+    number,
+)
+from kinetile_accuracy.stepped.engines import ENGINES, TITLES, engine_settings
+from kinetile_accuracy.stepped.methods import ROUNDS, UNTIL, Method, SpeedError, measure_rows
+from kinetile_accuracy.stepped.snapshots import Finder
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+BEST = "sweep-tiling"
+"""The kinetic method that the others are compared with."""
+
+ROUNDING = 1e-10
+"""Overlaps below this, in radii, are roundings, and belong to the strip beyond the chart's break."""
+
+KINETIC = ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling")
+"""Every broad phase that comes with kinetile."""
+SCENE = ("bodies", "density")
+"""The fields of a row that say which scenes it is of."""
+FINDERS: tuple[Finder, ...] = ("sweep", "cells")
+_STEPS = (3e-2, 1e-2, 3e-3, 1e-3, 3e-4)
+_SCENES = ((100, 0.25), (400, 0.25), (100, 0.5), (400, 0.5))
+
+NAMES = {"sweep": "the snapshot method (sweep)", "cells": "the snapshot method (cells)"} | TITLES
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What an engine is set to, in words."""
+
+    engine: Annotated[str, Column("its name", "engine")]
+    configured: Annotated[str, Column("all that it is set to", "set to")]
+
+
+class Effort(NamedTuple):
+    """What is measured within a budget.
+
+    Attributes:
+        scenes: (bodies, density) of the recipe ``grid``.
+        seeds: how many scenes of each kind are timed.
+        encounters: how many first encounters are looked for in each kind, about.
+        steps, engine_steps: lengths of the step, for snapshots and for engines.
+    """
+
+    scenes: tuple[tuple[int, float], ...]
+    seeds: int
+    encounters: int
+    steps: tuple[float, ...]
+    engine_steps: tuple[float, ...]
+
+
+EFFORTS: dict[Budget, Effort] = {
+    "quick": Effort(_SCENES[:1], 2, 2000, (*_STEPS, 1e-4, 3e-5, 1e-5), _STEPS),
+    "normal": Effort(_SCENES, 3, 6000, (*_STEPS, 1e-4, 3e-5), _STEPS[:4]),
+    "full": Effort(_SCENES, 5, 12000, (*_STEPS, 1e-4, 3e-5, 1e-5), (*_STEPS, 1e-4)),
+}
+
+
+def measure(budget: Budget, progress: ReportProgress) -> Section:
+    """Measures all methods; returns the part of the report that shows speed against error."""
+    effort = EFFORTS[budget]
+    engines, left_out = _installed()
+    methods = [Method("kinetic", name) for name in KINETIC]
+    methods += [Method("snapshots", finder, dt) for finder in FINDERS for dt in effort.steps]
+    methods += [Method("engine", engine, dt) for engine in engines for dt in effort.engine_steps]
+    rows: list[SpeedError] = []
+    pictures = []
+    for k, (bodies, density) in enumerate(effort.scenes):
+
+        def show(
+            done: int, total: int, before: int = k, what: str = f"{bodies} discs at {density:g}"
+        ) -> None:
+            progress(f"speed against error, {what}", before * total + done, len(effort.scenes) * total)
+
+        new = measure_rows(
+            methods, bodies, density, seeds=effort.seeds, encounters=effort.encounters, progress=show
+        )
+        pictures.append(_picture(new))
+        rows += new
+    tables = [Table("methods", "What a unit of simulated time costs, and how wrong it is.", tuple(rows))]
+    if engines:
+        tables.append(Table("engines", "What the engines are set to.", tuple(engines.values())))
+    return Section(
+        name="chart",
+        title="Speed against error",
+        about=_about(effort),
+        findings=findings(rows),
+        claims=claims(rows),
+        tables=tuple(tables),
+        pictures=tuple(pictures),
+        left_out=left_out,
+    )
+
+
+def _installed() -> tuple[dict[str, Setting], tuple[str, ...]]:
+    """Returns the engines that are installed, and what is left out and why."""
+    engines: dict[str, Setting] = {}
+    left_out: dict[str, None] = {}
+    for engine in ENGINES:
+        try:
+            engines[engine] = Setting(NAMES[engine], engine_settings(engine))
+        except MissingExtra as error:
+            left_out[str(error)] = None
+    return engines, tuple(left_out)
+
+
+def _about(effort: Effort) -> str:
+    return (
+        "Discs on a grid are set off at the same speed in random directions (recipe grid). Cost is the "
+        f"CPU time of the loop for a unit of simulated time (runs go to {UNTIL:g}): the median of at least "
+        f"{ROUNDS} runs on each of {effort.seeds} scenes, garbage collector off, set-up and compilation "
+        "apart. Snapshots are the pseudo-dynamic method, in compiled Python as the kinetic methods are: "
+        "every dt all discs are moved, and pairs that overlap and approach get the elastic impulse; pairs "
+        "are found by static sweep-and-prune with insertion sort (sweep) or by a grid (cells); walls are "
+        "exact. The deepest overlap is that of two discs, in radii, as far as the method itself sees it: "
+        "at its snapshots, or at contacts for kinetic methods. First encounters are contacts of two discs "
+        "that have touched neither disc nor wall before, taken from the kinetic run with all pairs; a "
+        "method misses one that it does not have as the first contact of both discs, where contacts of "
+        "one snapshot count as simultaneous (which favours long steps). The table says how many of them "
+        "have no impulse at all (the only snapshots that see the overlap see the discs part), and how many "
+        "are unseen; what is missed besides is of another order in time."
+    )
+
+
+def _picture(rows: Sequence[SpeedError]) -> ReportFigure:
+    bodies, density = rows[0].bodies, rows[0].density
+    return ReportFigure(
+        f"{bodies}-discs-{density:.0%}".replace("%", "-percent"),
+        f"{bodies} discs at density {density:g}: further down is faster, further left is truer. Kinetic "
+        "methods are points; methods in steps are curves, from a short step at the top to a long one. The "
+        "shaded strips lie beyond a break of the axis: overlaps of the size of rounding, and none missed of "
+        f"{rows[0].encounters} first encounters (one missed is {1 / max(rows[0].encounters, 1):.2%}). The "
+        f"line is at the cost of {BEST}.",
+        partial(draw_speed_error, tuple(rows)),
+        json.dumps(described(rows)),
+    )
+
+
+def described(rows: Sequence[SpeedError]) -> dict[str, Any]:
+    """Returns what a chart of these rows is of: the scenes, what each phase does in a unit of time, and the
+    steps of each other method; nothing that a clock has measured.
+
+    It stands in the chart's metadata: a chart that is of other phases than there are now is found out.
+    """
+    kinetic = [row for row in rows if row.kind == "kinetic"]
+    steps = {
+        kind: {name: [row.dt for row in some] for name, some in grouped(of_kind, "method").items()}
+        for kind, of_kind in grouped([row for row in rows if row.kind != "kinetic"], "kind").items()
+    }
+    return {
+        "bodies": rows[0].bodies,
+        "density": rows[0].density,
+        "encounters": rows[0].encounters,
+        "kinetic": {row.method: {"contacts": row.contacts, "events": row.events} for row in kinetic},
+        "steps": steps,
+    }
+
+
+class Crossing(NamedTuple):
+    """Where a method in steps costs as much as another method: its step there, and its errors."""
+
+    dt: float
+    deepest: float
+    missed_share: float
+
+
+def crossing(curve: Sequence[SpeedError], cost: float) -> Crossing | None:
+    """Returns where a method in steps has this cost, between two of its rows; None where it never has.
+
+    Step, cost and overlap are interpolated by their logarithms, the share that is missed linearly in that of
+    the step.
+    """
+    rows = sorted(curve, key=lambda row: row.dt or 0.0)
+    for fine, coarse in pairwise(rows):
+        if fine.cost >= cost >= coarse.cost and fine.cost > coarse.cost:
+            part = math.log(fine.cost / cost) / math.log(fine.cost / coarse.cost)
+            return Crossing(
+                _between(fine.dt or 0.0, coarse.dt or 0.0, part),
+                _between(fine.deepest, coarse.deepest, part),
+                fine.missed_share + part * (coarse.missed_share - fine.missed_share),
+            )
+    return None
+
+
+def claims(rows: Sequence[SpeedError]) -> tuple[Claim, ...]:
+    """Returns what must hold of the kinetic methods, and what was found."""
+    kinetic = [row for row in rows if row.kind == "kinetic"]
+    missed, deepest = max(row.missed for row in kinetic), max(row.deepest_high for row in kinetic)
+    each = sum(row.encounters for row in kinetic if row.method == BEST)
+    fast, true, both = (len(some) for some in _rivals(rows))
+    stepped = sum(row.kind != "kinetic" for row in rows)
+    return (
+        Claim("Kinetic methods miss no first encounter", f"{missed:,} of {each:,}", not missed),
+        Claim(
+            f"Overlaps of kinetic methods are roundings: no deeper than {number(ROUNDING)} radii",
+            f"{number(deepest)} radii",
+            deepest <= ROUNDING,
+        ),
+        Claim(
+            f"No method in steps is both as fast as {BEST} and as true",
+            f"of {stepped} measurements {fast} are as fast, {true} as true, {both} both",
+            not both,
+        ),
+    )
+
+
+def findings(rows: Sequence[SpeedError]) -> tuple[str, ...]:
+    """Returns what the rows say, in sentences."""
+    return (
+        _of_kinetic([row for row in rows if row.kind == "kinetic"]),
+        *(said for some in grouped(rows, *SCENE).values() for said in _of_scene(some)),
+        _of_rivals(rows),
+    )
+
+
+def _rivals(rows: Sequence[SpeedError]) -> tuple[list[SpeedError], list[SpeedError], list[SpeedError]]:
+    """Returns the rows of methods in steps that are as fast as BEST, that are as true, and that are both."""
+    best = {(row.bodies, row.density): row for row in rows if row.method == BEST}
+    beside = [(row, best[row.bodies, row.density]) for row in rows if row.kind != "kinetic"]
+    fast = [row for row, its in beside if row.cost <= its.cost]
+    true = [row for row, its in beside if row.deepest <= its.deepest]
+    return fast, true, [row for row in fast if row in true]
+
+
+def _of_kinetic(rows: Sequence[SpeedError]) -> str:
+    missed, encounters = max(row.missed for row in rows), sum(row.encounters for row in rows)
+    methods = ", ".join(dict.fromkeys(row.method for row in rows))
+    deepest = max(row.deepest_high for row in rows)
+    return f"Kinetic methods ({methods}): the deepest overlap is {number(deepest)} radii; " + (
+        "none of the first encounters is missed."
+        if not missed
+        else f"up to {missed} first encounters are missed (of {encounters} in all)."
+    )
+
+
+def _of_scene(rows: Sequence[SpeedError]) -> list[str]:
+    """Compares each method in steps with BEST on scenes of one kind."""
+    best = next(row.cost for row in rows if row.method == BEST)
+    head = f"{rows[0].bodies} discs at density {rows[0].density:g} ({BEST}: {number(best * 1e3)} ms)"
+    sentences = []
+    for method, some in grouped([row for row in rows if row.kind != "kinetic"], "method").items():
+        curve = sorted(some, key=lambda row: row.dt or 0.0)
+        cheapest = min(curve, key=lambda row: row.cost)
+        equal = crossing(curve, best)
+        said = (
+            f"at dt = {number(cheapest.dt or 0.0)}, where it is fastest, {NAMES[method]} takes "
+            f"{number(cheapest.cost / best)} times as long as {BEST}, {_errors(cheapest)}"
+        )
+        if equal is not None:
+            said += f"; it takes as long at dt = {number(equal.dt)}, {_errors(equal)}"
+        if cheapest is not curve[0]:
+            finest = curve[0]
+            said += (
+                f"; at dt = {number(finest.dt or 0.0)}, {number(finest.cost / best)} times, {_errors(finest)}"
+            )
+        sentences.append(f"{head}: {said}.")
+    return sentences
+
+
+def _errors(at: SpeedError | Crossing) -> str:
+    share = at.missed_share
+    missed = (
+        "no first encounters"
+        if share == 0.0
+        else f"{share:.{1 if share >= 0.01 else 2}%} of first encounters"
+    )
+    return f"with overlaps up to {number(at.deepest)} radii and {missed} missed"
+
+
+def _of_rivals(rows: Sequence[SpeedError]) -> str:
+    """Says what in steps is as fast as BEST, and what is as true."""
+    stepped = [row for row in rows if row.kind != "kinetic"]
+    as_fast, as_true, both = _rivals(rows)
+    complete = sum(row.missed == 0 for row in as_fast)
+    said = f"Of {len(stepped)} measurements of methods in steps, {len(as_fast) or 'none'}"
+    said += f" are as fast as {BEST}"
+    if as_fast:
+        truest = min(as_fast, key=lambda row: row.deepest)
+        said += f" (of these the least deepest overlap is {number(truest.deepest)} radii: {_called(truest)})"
+    said += f", {len(as_true) or 'none'} overlap as little"
+    if stepped:
+        truest = min(stepped, key=lambda row: row.deepest)
+        best = next(row for row in grouped(rows, *SCENE)[truest.bodies, truest.density] if row.method == BEST)
+        times = truest.cost / best.cost
+        cost = f"at {number(times)} times the time: {_called(truest)}"
+        said += f" (the least is {number(truest.deepest)} radii, {cost})"
+    return (
+        f"{said}, and {len(both) or 'none'} are both. Of those as fast, {complete or 'none'} have every "
+        "first encounter that was looked for."
+    )
+
+
+def _called(row: SpeedError) -> str:
+    return f"{NAMES[row.method]}, dt = {number(row.dt or 0.0)}, {row.bodies} discs at {row.density:g}"
+
+
+def _between(fine: float, coarse: float, part: float) -> float:
+    """Returns the value ``part`` of the way from fine to coarse, by logarithms where both are positive."""
+    if fine > 0.0 and coarse > 0.0:
+        return float(fine * (coarse / fine) ** part)
+    return fine + part * (coarse - fine)
+
+
+# The chart: two panels, one for each error, over one axis of cost. Down is faster, left is truer. The kinetic
+# methods' errors are so far from the others that each panel has a strip beyond a break of its axis: for
+# overlaps of the size of rounding, and for "none missed", which a logarithm has no place for. A line at the
+# cost of sweep-tiling parts what is faster from what is slower. Markers and lines differ, also in grey.
+
+
+class _Look(NamedTuple):
+    name: str
+    colour: str
+    marker: str
+    line: str
+
+
+_LOOKS = {
+    ("kinetic", "naive"): _Look("naive", "#0072B2", "s", ""),
+    ("kinetic", "cells"): _Look("cells", "#0072B2", "*", ""),
+    ("kinetic", "sap-1d"): _Look("sap-1d", "#0072B2", "^", ""),
+    ("kinetic", "sap-2d"): _Look("sap-2d", "#0072B2", "X", ""),
+    ("kinetic", "sweep-tiling"): _Look("sweep-tiling", "#0072B2", "o", ""),
+    ("snapshots", "sweep"): _Look("snapshots, sweep", "#000000", "o", "-"),
+    ("snapshots", "cells"): _Look("snapshots, cells", "#777777", "s", "--"),
+    ("engine", "chipmunk"): _Look("Chipmunk", "#009E73", "D", "-."),
+    ("engine", "box2d"): _Look("Box2D 2.3, no bullets", "#D55E00", "v", ":"),
+    ("engine", "box2d-bullets"): _Look("Box2D 2.3, bullets", "#D55E00", "P", "-"),
+}
+"""By kind and name: a phase and a way to find pairs in snapshots may have one name."""
+
+_LINE = _LOOKS["kinetic", BEST].colour
+
+
+def draw_speed_error(rows: Sequence[SpeedError]) -> Figure:
+    """Returns the chart of the rows of one kind of scene."""
+    figure, panels = new_figure(4, 4.4, sharey=True, width_ratios=(3, 7, 3, 7))
+    if is_narrow(figure):
+        figure, panels = new_figure(2, 8.0, rows=2, sharey=True, width_ratios=(3, 7))
+    figure.supylabel("CPU seconds for one unit of simulated time", fontsize="medium")
+    panels[0].set(yscale="log", ylim=(0.6 * min(r.cost for r in rows), 1.7 * max(r.cost for r in rows)))
+    for strip, main, error in ((*panels[:2], "deepest"), (*panels[2:], "missed_share")):
+        _lay_out(strip, main, error, rows)
+        for some in grouped(rows, "kind", "method").values():
+            _draw_method(strip, main, error, some)
+        best = next(row.cost for row in rows if row.method == BEST)
+        for panel in (strip, main):
+            panel.axhline(best, color=_LINE, linewidth=0.9, zorder=1)
+        for said, side, up in (("slower", "bottom", 2), ("faster", "top", -2)):
+            _write(main, said, (main.get_xlim()[0], best), (2, up), va=side, color=_LINE)
+    for row in rows:
+        if row.method == "sweep":
+            said = f"dt = {number(row.dt or 0.0)}"
+            _write(panels[1], said, (row.deepest, row.cost), (-4, -2), va="top", ha="right", color="0.25")
+    legend_below(figure, 4)
+    return figure
+
+
+def _write(panel: Any, text: str, at: tuple[float, float], shift: tuple[int, int], **look: Any) -> None:
+    """Writes beside a point, ``shift`` in points of print."""
+    options = {"xytext": shift, "textcoords": "offset points", "fontsize": 6.5}
+    panel.annotate(text, at, **(options | look)).set_in_layout(False)
+
+
+def _lay_out(strip: Any, main: Any, error: str, rows: Sequence[SpeedError]) -> None:
+    """Sets the axes of a panel and its strip, and mark the break between them."""
+    values = [getattr(row, error) for row in rows if getattr(row, error) > ROUNDING]
+    least, most = min(values, default=1e-3), max(values, default=1.0)
+    main.set(xscale="log")
+    if error == "deepest":
+        main.set(xlim=(least / 20.0, most * 2.5), xlabel="deepest overlap of two discs, in radii")
+        strip.set(xscale="log", xlim=(2e-16, ROUNDING), xticks=[1e-15, 1e-12])
+    else:
+        main.set(xlim=(least / 6.0, most * 3.0), xlabel=f"first encounters missed (of {rows[0].encounters})")
+        ticks = [10.0**k for k in range(-6, 1) if 1.5 * main.get_xlim()[0] <= 10.0**k <= main.get_xlim()[1]]
+        main.set_xticks(ticks, [f"{100 * tick:g} %" for tick in ticks])
+        strip.set(xlim=(-1.0, 1.0))
+        strip.set_xticks([0.0], ["none"])
+    strip.set(facecolor="#EEF5FA")
+    main.set(facecolor="none")
+    main.spines["left"].set_visible(False)
+    main.tick_params(axis="y", length=0, labelleft=False)
+    look: dict[str, Any] = {"marker": [(-1, -2), (1, 2)], "markersize": 7, "color": "0.3", "clip_on": False}
+    for panel, end in ((strip, 1.0), (main, 0.0)):
+        panel.minorticks_off()
+        panel.grid(True, axis="y")
+        (mark,) = panel.plot([end], [0.0], transform=panel.transAxes, **look)
+        mark.set_in_layout(False)
+
+
+def _draw_method(strip: Any, main: Any, error: str, rows: Sequence[SpeedError]) -> None:
+    """Draws the points of a method, joined where it has steps; those beyond the break go to the strip."""
+    look = _LOOKS.get((rows[0].kind, rows[0].method)) or _Look(rows[0].method, "#56B4E9", "X", ":")
+    rows = sorted(rows, key=lambda row: row.dt or 0.0)
+    style: dict[str, Any] = {"color": look.colour, "marker": look.marker, "clip_on": False}
+    kinetic = rows[0].kind == "kinetic"
+    # A white edge parts a marker from another that it lies over.
+    solid = {"markersize": 7.0, "markeredgecolor": "white", "markeredgewidth": 0.6}
+    style |= solid if kinetic else {"markersize": 4.0, "markerfacecolor": "white"}
+    style["label"] = look.name
+    beyond = [row for row in rows if getattr(row, error) <= ROUNDING]
+    if beyond:
+        places = [max(row.deepest, 2e-16) if error == "deepest" else 0.0 for row in beyond]
+        strip.plot(places, [row.cost for row in beyond], linestyle="", zorder=4, **style)
+    if len(beyond) < len(rows):
+        x = [value if (value := getattr(row, error)) > ROUNDING else math.nan for row in rows]
+        main.plot(x, [row.cost for row in rows], linestyle=look.line, linewidth=1.2, zorder=3, **style)

@@ -1,0 +1,306 @@
+"""Engines that people use, on the same scenes: Chipmunk (through pymunk), and Box2D 2.3 with and without
+bullets, which is what it calls bodies whose contacts with each other are detected continuously.
+
+Both are driven as fairly as their interfaces allow: no gravity, friction, damping or sleeping, restitution 1,
+bodies that cannot rotate, nothing that pushes overlaps apart where it can be turned off, walls that cannot be
+crossed. ``engine_settings`` says in words what each is set to.
+
+A timed run does nothing but call the engine's step (from Python: about a microsecond a call). What is found
+is taken from other runs, which are watched: the engine calls back at each overlap that begins and at each
+impulse, and where depths are wanted, all positions are read after each step. The processor time of such a run
+says nothing.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any, Literal, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from kinetile import Scene
+from kinetile.errors import Refused
+from kinetile.toolbox import BOTTOM, LEFT, RIGHT, TOP
+from kinetile_accuracy.sections import needed
+from kinetile_accuracy.stepped.snapshots import (
+    STEPPED,
+    SteppedRun,
+    deepest_overlap,
+    kinetic_energy,
+    steps_until,
+)
+
+Floats = npt.NDArray[np.float64]
+Point = tuple[float, float]
+EngineName = Literal["chipmunk", "box2d", "box2d-bullets"]
+Watched = Literal["not", "contacts", "depths"]
+"""What is noted beside the processor time: nothing, overlaps, or these and how deep they are."""
+
+TITLES: dict[EngineName, str] = {
+    "chipmunk": "Chipmunk",
+    "box2d": "Box2D 2.3 without bullets",
+    "box2d-bullets": "Box2D 2.3 with bullets",
+}
+ENGINES = tuple(TITLES)
+
+_ITERATIONS = 10  # Chipmunk's default; 30 change nothing that shows, 1 loses energy
+_VELOCITY_ITERATIONS, _POSITION_ITERATIONS = 8, 3  # what Box2D's manual suggests
+_LARGEST = 5.0  # metres: Box2D is made for moving bodies of .1 to 10 m
+_FARTHEST = 2.0  # metres: Box2D slows down what would fly farther in a step
+_FASTEST = 5.0  # times the root mean square of the speeds: in equilibrium, 1 disc in 10^10 is faster
+_PACE = 1e4  # metres a second: that mean; Box2D lets no pair bounce that approaches at less than 1 m/s
+
+
+class _World(Protocol):
+    """A scene in an engine; positions and velocities, (n, 2), are in the scene's units."""
+
+    def advance(self, steps: int) -> None:
+        """Takes so many steps."""
+
+    def positions(self) -> Floats:
+        """Returns where the bodies are."""
+
+    def velocities(self) -> Floats:
+        """Returns how they move."""
+
+
+OnOverlap = Callable[[int, int, bool], None]
+"""Called with the numbers of two bodies, or of a wall and a body, and with False where an overlap begins,
+True where there was an impulse."""
+
+
+def run_engine(
+    name: EngineName, scene: Scene, dt: float, until: float, *, watched: Watched = "not"
+) -> SteppedRun:
+    """Runs a scene in steps of ``dt`` to ``until``, or to the first step after it, in an engine.
+
+    What is not watched is missing from the result: overlaps, or depths, which are then NaN. The depth of a
+    contact is what is left of it after its step; ``deepest`` is over all pairs and steps.
+
+    Raises:
+        MissingExtra: the engine is not installed.
+        Refused: the scene has turns, or no arena, or no bodies.
+        ValueError: as ``run_snapshots``.
+    """
+    if scene.commands or scene.arena is None or not len(scene):
+        raise Refused("the engines are given scenes with bodies, an arena and no turns; this one is not such")
+    steps = steps_until(scene, dt, until)
+    met: list[tuple[int, int, bool]] = []
+    on_overlap = None if watched == "not" else lambda a, b, acted: met.append((max(a, b), min(a, b), acted))
+    package = engine_module(name)
+    world: _World
+    if name == "chipmunk":
+        world = _Chipmunk(package, scene, dt, on_overlap)
+    else:
+        world = _Box2D(package, scene, dt, on_overlap, bullets=name == "box2d-bullets")
+    overlaps = np.empty(0, STEPPED)
+    deepest = math.nan
+    began = time.thread_time()
+    if watched == "not":
+        world.advance(steps)
+    else:
+        overlaps, deepest = _watch(world, scene, steps, met, watched == "depths")
+    cpu_seconds = time.thread_time() - began
+    velocity = world.velocities()
+    before = kinetic_energy(scene.mass, scene.velocity)
+    drift = abs(kinetic_energy(scene.mass, velocity) - before) / before if before > 0.0 else 0.0
+    return SteppedRun(dt, steps, world.positions(), velocity, overlaps, deepest, drift, cpu_seconds)
+
+
+def engine_module(name: EngineName) -> Any:
+    """Returns the engine's module; MissingExtra where it is not installed."""
+    return needed(f"Comparing with {TITLES[name].partition(' with')[0]}", _package(name), "peers")
+
+
+def engine_settings(name: EngineName) -> str:
+    """Returns the settings of an engine in words, and its version; MissingExtra where it is not installed."""
+    engine_module(name)
+    try:
+        number = version(_package(name))
+    except PackageNotFoundError:
+        number = "of unknown version"
+    return f"{_package(name)} {number}: " + _SETTINGS[name]
+
+
+def _package(name: EngineName) -> str:
+    return "pymunk" if name == "chipmunk" else "Box2D"
+
+
+_OF_BOX2D = (
+    f"warm starting on; {_VELOCITY_ITERATIONS} velocity and {_POSITION_ITERATIONS} position iterations. The "
+    f"scene is scaled: the largest disc has a radius of {_LARGEST:g} m, or as much as lets a disc at "
+    f"{_FASTEST:g} times the mean speed fly the {_FARTHEST:g} m a step that the engine allows; time is "
+    f"scaled so that the mean speed is {_PACE:,.0f} m/s, since pairs that approach at less than "
+    "b2_velocityThreshold = 1 m/s, which cannot be set, do not bounce. b2_linearSlop = 0.005 m cannot be set "
+    "either: continuous detection lets discs overlap by three of it. Numbers are in single precision."
+)
+_SETTINGS: dict[EngineName, str] = {
+    "chipmunk": (
+        "elasticity 1, friction 0, damping 1 (none), no gravity, infinite moments, no sleeping; "
+        f"{_ITERATIONS} iterations; collision_slop 0 and collision_bias 1, so that nothing but the elastic "
+        "impulse parts an overlap; its default tree of boxes; walls are segments half an arena thick. It "
+        "has no continuous detection."
+    ),
+    "box2d": (
+        "restitution 1, friction 0, no damping, gravity or sleeping, fixed rotation; no disc is a bullet, so "
+        "that contacts with walls are detected continuously, and those of two discs after each step; "
+        + _OF_BOX2D
+    ),
+    "box2d-bullets": (
+        "restitution 1, friction 0, no damping, gravity or sleeping, fixed rotation; every disc is a bullet, "
+        "so that all contacts are detected continuously; " + _OF_BOX2D
+    ),
+}
+
+
+def _watch(
+    world: _World, scene: Scene, steps: int, met: list[tuple[int, int, bool]], depths: bool
+) -> tuple[npt.NDArray[np.void], float]:
+    """Takes the steps one by one; returns the overlaps, and the deepest of two discs in radii."""
+    rows: list[tuple[int, int, int, bool, float]] = []
+    deepest = 0.0 if depths else math.nan
+    radius = scene.radius
+    for step in range(1, steps + 1):
+        world.advance(1)
+        if depths:
+            position = world.positions()
+            deepest = max(deepest, deepest_overlap(position, radius))
+        for high, low, acted in met:
+            a, b = (low, high) if low >= 0 else (high, low)
+            depth = math.nan if b >= 0 and not depths else 0.0
+            if b >= 0 and depths:
+                overlap = radius[a] + radius[b] - math.dist(position[a], position[b])
+                depth = max(overlap, 0.0) / min(radius[a], radius[b])
+            rows.append((step, a, b, acted, depth))
+        met.clear()
+    return np.array(rows, STEPPED), deepest
+
+
+def _walls(width: float, height: float, out: float) -> Iterator[tuple[int, Point, Point]]:
+    """Yields each wall's number, and the ends of a line so far outside of it."""
+    yield LEFT, (-out, 0.0), (-out, height)
+    yield RIGHT, (width + out, 0.0), (width + out, height)
+    yield BOTTOM, (0.0, -out), (width, -out)
+    yield TOP, (0.0, height + out), (width, height + out)
+
+
+class _Chipmunk:
+    """A scene in a pymunk Space."""
+
+    def __init__(self, pymunk: Any, scene: Scene, dt: float, on_overlap: OnOverlap | None) -> None:
+        assert scene.arena is not None
+        self._space = space = pymunk.Space()
+        self._dt = dt
+        space.gravity = (0.0, 0.0)
+        space.damping = 1.0
+        space.iterations = _ITERATIONS
+        space.collision_slop = 0.0
+        space.collision_bias = 1.0
+        self._bodies = []
+        for k, (position, velocity) in enumerate(zip(scene.position, scene.velocity, strict=True)):
+            body = pymunk.Body(float(scene.mass[k]), math.inf)
+            body.position, body.velocity = position.tolist(), velocity.tolist()
+            self._add(pymunk.Circle(body, float(scene.radius[k])), k, body)
+            self._bodies.append(body)
+        width, height = scene.arena
+        t = 0.5 * max(width, height)  # half the thickness of a wall
+        for wall, start, end in _walls(width, height, t):
+            self._add(pymunk.Segment(space.static_body, start, end, t), wall)
+        if on_overlap is not None:
+            space.on_collision(None, None, **_callbacks(on_overlap))
+
+    def _add(self, shape: Any, number: int, *bodies: Any) -> None:
+        shape.elasticity, shape.friction, shape.number = 1.0, 0.0, number
+        self._space.add(*bodies, shape)
+
+    def advance(self, steps: int) -> None:
+        step, dt = self._space.step, self._dt
+        for _ in range(steps):
+            step(dt)
+
+    def positions(self) -> Floats:
+        return np.array([body.position for body in self._bodies], dtype=float).reshape(-1, 2)
+
+    def velocities(self) -> Floats:
+        return np.array([body.velocity for body in self._bodies], dtype=float).reshape(-1, 2)
+
+
+def _callbacks(on_overlap: OnOverlap) -> dict[str, Any]:
+    """Returns what Chipmunk calls where an overlap begins, and after its response."""
+
+    def begin(arbiter: Any, *_: Any) -> None:
+        a, b = (shape.number for shape in arbiter.shapes)
+        on_overlap(a, b, False)
+
+    def post_solve(arbiter: Any, *_: Any) -> None:
+        if arbiter.total_impulse.length > 0.0:
+            a, b = (shape.number for shape in arbiter.shapes)
+            on_overlap(a, b, True)
+
+    return {"begin": begin, "post_solve": post_solve}
+
+
+class _Box2D:
+    """A scene in a b2World, scaled in length and time."""
+
+    def __init__(
+        self, box2d: Any, scene: Scene, dt: float, on_overlap: OnOverlap | None, bullets: bool
+    ) -> None:
+        assert scene.arena is not None
+        speed = math.sqrt(2.0 * kinetic_energy(scene.mass, scene.velocity) / float(scene.mass.sum()) or 1.0)
+        self._length = min(_LARGEST / float(scene.radius.max()), _FARTHEST / (_FASTEST * speed * dt))
+        self._speed = _PACE / speed
+        self._dt = dt * self._length / self._speed
+        self._listener = _listener(box2d, on_overlap) if on_overlap is not None else None
+        more = {"contactListener": self._listener} if self._listener is not None else {}
+        self._world = world = box2d.b2World(gravity=(0.0, 0.0), doSleep=False, **more)
+        world.continuousPhysics = world.warmStarting = True
+        self._bodies = []
+        for k, (position, velocity) in enumerate(zip(scene.position, scene.velocity, strict=True)):
+            radius = float(scene.radius[k]) * self._length
+            shape = box2d.b2CircleShape(radius=radius)
+            density = float(scene.mass[k]) / (math.pi * radius**2)
+            body = world.CreateDynamicBody(
+                position=(position * self._length).tolist(),
+                linearVelocity=(velocity * self._speed).tolist(),
+                bullet=bullets,
+                fixedRotation=True,
+                allowSleep=False,
+                linearDamping=0.0,
+                angularDamping=0.0,
+                fixtures=box2d.b2FixtureDef(shape=shape, density=density, friction=0.0, restitution=1.0),
+                userData=k,
+            )
+            self._bodies.append(body)
+        width, height = (side * self._length for side in scene.arena)
+        for wall, start, end in _walls(width, height, 0.0):
+            edge = world.CreateStaticBody(userData=wall)
+            edge.CreateEdgeFixture(vertices=[start, end], friction=0.0, restitution=1.0)
+
+    def advance(self, steps: int) -> None:
+        step, dt = self._world.Step, self._dt
+        for _ in range(steps):
+            step(dt, _VELOCITY_ITERATIONS, _POSITION_ITERATIONS)
+
+    def positions(self) -> Floats:
+        return np.array([tuple(body.position) for body in self._bodies]).reshape(-1, 2) / self._length
+
+    def velocities(self) -> Floats:
+        return np.array([tuple(body.linearVelocity) for body in self._bodies]).reshape(-1, 2) / self._speed
+
+
+def _listener(box2d: Any, on_overlap: OnOverlap) -> Any:
+    """Returns what Box2D calls where an overlap begins, and after its response."""
+
+    def begin(self: Any, contact: Any) -> None:
+        on_overlap(contact.fixtureA.body.userData, contact.fixtureB.body.userData, False)
+
+    def post_solve(self: Any, contact: Any, impulse: Any) -> None:
+        if any(normal > 0.0 for normal in impulse.normalImpulses):
+            on_overlap(contact.fixtureA.body.userData, contact.fixtureB.body.userData, True)
+
+    return type("Listener", (box2d.b2ContactListener,), {"BeginContact": begin, "PostSolve": post_solve})()

@@ -1,0 +1,355 @@
+"""Methods of the chart of speed against error, measured on scenes of one kind: their cost and their errors.
+
+*First encounters* are the contacts by which a method in steps can be judged without chaos having a part in
+it. After a few contacts a disc, two runs that differ by a rounding have different contacts, so counting
+contacts says little about a method: what it misses and what it makes up cancel. Here only contacts count in
+which *neither of the two discs has touched anything before*, no disc and no wall: both have flown straight
+from the scene's start, where all methods agree. A method has such an encounter if it, too, has it as the
+first contact of both discs, at whatever time; to be a contact, it has to be acted on. Contacts found at the
+same snapshot have no order, and each of them may be the first. Two weaker counts are taken as well: whether
+there is such a contact at all, and whether at least an overlap was seen.
+
+Times are processor time of the loop alone (static construction included, set-up and compilation apart), the
+median of at least five runs, with Python's garbage collector off; the methods take turns, so that a machine
+that slows down slows all of them. Errors are taken from other runs than the times.
+"""
+
+from __future__ import annotations
+
+import gc
+import math
+import statistics
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+import kinetile as kt
+from kinetile_accuracy.sections import Column
+from kinetile_accuracy.stepped.engines import Watched, run_engine
+from kinetile_accuracy.stepped.snapshots import SteppedRun, run_snapshots
+
+UNTIL = 1.0
+"""How long is simulated where costs and overlaps are measured."""
+
+ROUNDS = 5
+"""Each method has at least so many timed runs on a scene."""
+
+_SPACINGS = 4.0  # first encounters are looked for until a disc has flown so many times the grid's spacing
+_ENOUGH = 0.01  # CPU seconds of a method on a scene, at least ...
+_MOST = 20  # ... unless that takes more runs than this in a round
+
+Kind = Literal["kinetic", "snapshots", "engine"]
+
+_NEVER = np.iinfo(np.int64).max
+
+
+@dataclass(frozen=True)
+class Missed:
+    """How many first encounters there are, and how many of them a method misses.
+
+    Attributes:
+        encounters: how many there are.
+        missed: of them, those that are not the first contact of both discs.
+        passed: those that are no contact at all: there is no impulse.
+        unseen: those that are not even seen as an overlap.
+    """
+
+    encounters: int
+    missed: int
+    passed: int
+    unseen: int
+
+    @property
+    def share(self) -> float:
+        """The share that is missed; NaN without encounters."""
+        return self.missed / self.encounters if self.encounters else math.nan
+
+    @property
+    def error(self) -> float:
+        """The standard error of the share, encounters taken as independent."""
+        return math.sqrt(self.share * (1.0 - self.share) / self.encounters) if self.encounters else math.nan
+
+    def __add__(self, other: Missed) -> Missed:
+        return Missed(
+            self.encounters + other.encounters,
+            self.missed + other.missed,
+            self.passed + other.passed,
+            self.unseen + other.unseen,
+        )
+
+
+def first_encounters(contacts: npt.NDArray[np.void], bodies: int) -> npt.NDArray[np.int64]:
+    """Returns which contacts (their numbers) are first encounters of two discs.
+
+    ``contacts`` has fields ``a`` and ``b`` (negative for walls), and is in the order of time; ``bodies`` is
+    how many there are.
+    """
+    first = _first(np.arange(len(contacts)), contacts, bodies)
+    number = np.arange(len(contacts))
+    pairs = contacts["b"] >= 0
+    other = np.where(pairs, contacts["b"], contacts["a"])
+    return np.flatnonzero(pairs & (first[contacts["a"]] == number) & (first[other] == number))
+
+
+def missed_of(
+    pairs: npt.NDArray[np.integer[Any]],
+    bodies: int,
+    contacts: npt.NDArray[np.void],
+    step: npt.NDArray[np.int64],
+    overlaps: npt.NDArray[np.void],
+) -> Missed:
+    """Returns how many of the first encounters ``pairs``, (k, 2), a method misses.
+
+    ``contacts`` are those that it acts on, each found at ``step``; ``overlaps`` all that it sees.
+    """
+    return Missed(
+        encounters=len(pairs),
+        missed=int((~found(pairs, contacts, bodies, step)).sum()),
+        passed=int((~found(pairs, contacts, bodies)).sum()),
+        unseen=int((~found(pairs, overlaps, bodies)).sum()),
+    )
+
+
+def found(
+    pairs: npt.NDArray[np.integer[Any]],
+    contacts: npt.NDArray[np.void],
+    bodies: int,
+    step: npt.NDArray[np.int64] | None = None,
+) -> npt.NDArray[np.bool_]:
+    """Returns which of the ``pairs``, (k, 2), are among the contacts, (k,).
+
+    ``contacts`` has fields ``a`` and ``b``. Where ``step`` says at which snapshot each was found, only those
+    contacts count that are the first of both discs.
+    """
+    discs = contacts["b"] >= 0
+    a, b = contacts["a"][discs].astype(np.int64), contacts["b"][discs].astype(np.int64)
+    if step is not None:
+        first = _first(step, contacts, bodies)
+        when = step[discs]
+        as_first = (first[a] == when) & (first[b] == when)
+        a, b = a[as_first], b[as_first]
+    wanted = np.sort(np.asarray(pairs, dtype=np.int64).reshape(-1, 2), axis=1)
+    return np.isin(wanted[:, 0] * bodies + wanted[:, 1], np.minimum(a, b) * bodies + np.maximum(a, b))
+
+
+def _first(step: npt.NDArray[np.int64], contacts: npt.NDArray[np.void], bodies: int) -> npt.NDArray[np.int64]:
+    """Returns at which step each body has its first contact."""
+    first = np.full(bodies, _NEVER)
+    np.minimum.at(first, contacts["a"], step)
+    discs = contacts["b"] >= 0
+    np.minimum.at(first, contacts["b"][discs], step[discs])
+    return first
+
+
+@dataclass(frozen=True)
+class SpeedError:
+    """One method on one kind of scene; costs and overlaps: the median over the timed scenes."""
+
+    bodies: Annotated[int, Column("of the scenes", "discs")]
+    density: Annotated[float, Column("of the scenes", "density")]
+    kind: Annotated[Kind, Column("kinetic, snapshots or engine")]
+    method: Annotated[str, Column("broad phase, how snapshots find pairs, or engine", "method")]
+    dt: Annotated[float | None, Column("the step, in the scene's time; kinetic methods have none", "dt")]
+    cost: Annotated[float, Column("median run of a unit of simulated time", "CPU s per unit of time")]
+    cost_low: Annotated[float, Column("of the cheapest of the scenes")]
+    cost_high: Annotated[float, Column("of the dearest of the scenes")]
+    deepest: Annotated[float, Column("of two discs, in radii", "deepest overlap / r")]
+    deepest_low: Annotated[float, Column("the least of the scenes")]
+    deepest_high: Annotated[float, Column("the greatest of the scenes")]
+    depth_median: Annotated[
+        float | None, Column("when found, in radii (engines: after that step)", "median overlap / r")
+    ]
+    energy_drift: Annotated[float, Column("relative change of the kinetic energy, at most", "energy drift")]
+    contacts: Annotated[float, Column("of two discs in a unit of time, the mean", "contacts of discs")]
+    events: Annotated[float | None, Column("of a kinetic method in a unit of time, the mean", "events")]
+    encounters: Annotated[int, Column("how many were looked for", "first encounters")]
+    missed: Annotated[int, Column("of them, those that are not the first contact of both discs", "missed")]
+    passed: Annotated[int, Column("of them, those that get no impulse", "without an impulse")]
+    unseen: Annotated[int, Column("of them, those that are not even seen as an overlap", "unseen")]
+    missed_share: Annotated[float, Column("missed / first encounters", "share missed")]
+    missed_error: Annotated[float, Column("standard error of that share")]
+
+
+class ReferenceRun(NamedTuple):
+    """A scene, the pairs of its first encounters, (k, 2), and the time of the last of them."""
+
+    scene: kt.Scene
+    pairs: npt.NDArray[np.int64]
+    last: float
+
+
+class Observation(NamedTuple):
+    """What a run found: contacts, with the snapshot of each, or its place in the order; all overlaps; and
+    readings."""
+
+    contacts: npt.NDArray[np.void]
+    order: npt.NDArray[np.int64]
+    overlaps: npt.NDArray[np.void]
+    deepest: float
+    depth_median: float | None
+    energy_drift: float
+    events: int | None
+
+
+@dataclass(frozen=True)
+class Method:
+    """A way to simulate: a broad phase, snapshots, or an engine; the latter two with a step ``dt``."""
+
+    kind: Kind
+    name: str
+    dt: float | None = None
+
+    def cost(self, scene: kt.Scene) -> float:
+        """Returns the CPU seconds of a unit of simulated time."""
+        if self.kind != "kinetic":
+            return self._stepped(scene, scene.start + UNTIL, "not").cpu_seconds / UNTIL
+        simulation = kt.Simulation(scene, self.name, keep_contacts=False)
+        simulation.compile()
+        simulation.run(scene.start + UNTIL)
+        return simulation.readings.cpu_seconds / UNTIL
+
+    def observe(self, scene: kt.Scene, until: float, watched: Watched = "depths") -> Observation:
+        """Returns what the method finds until a time."""
+        if self.kind != "kinetic":
+            run = self._stepped(scene, until, watched)
+            contacts, order = run.contacts, run.contacts["step"]
+            return Observation(
+                contacts, order, run.overlaps, run.deepest, run.median_depth, run.energy_drift, None
+            )
+        simulation = kt.Simulation(scene, self.name)
+        simulation.run(until)
+        contacts, readings = simulation.contacts, simulation.readings
+        order = np.arange(len(contacts))
+        found = readings.deepest_overlap, None, readings.energy_drift, readings.events
+        return Observation(contacts, order, contacts, *found)
+
+    def _stepped(self, scene: kt.Scene, until: float, watched: Watched) -> SteppedRun:
+        name: Any = self.name
+        if self.kind == "engine":
+            return run_engine(name, scene, self.dt or 0.0, until, watched=watched)
+        return run_snapshots(scene, self.dt or 0.0, until, finder=name, parting=watched != "not")
+
+
+def measure_rows(
+    methods: Sequence[Method],
+    bodies: int,
+    density: float,
+    *,
+    seeds: int,
+    encounters: int,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> list[SpeedError]:
+    """Returns a row for each method, on scenes of the recipe ``grid``.
+
+    ``seeds`` scenes are timed; about so many first ``encounters`` are looked for, in as many scenes as that
+    takes. ``progress`` is called with how many steps are done, and how many there are.
+    """
+    scenes = [kt.make_scene("grid", bodies=bodies, density=density, seed=seed + 1) for seed in range(seeds)]
+    total = seeds + len(methods)
+    progress(0, total)
+    observed: list[list[Observation]] = [[] for _ in methods]
+    costs: list[list[float]] = [[] for _ in methods]
+    for k, scene in enumerate(scenes):
+        for found_by, method in zip(observed, methods, strict=True):
+            found_by.append(method.observe(scene, scene.start + UNTIL))
+        for cost_of, cost in zip(costs, _costs(methods, scene), strict=True):
+            cost_of.append(cost)
+        progress(k + 1, total)
+    known = reference_runs(bodies, density, encounters)
+    rows = []
+    for k, method in enumerate(methods):
+        rows.append(_row(bodies, density, method, costs[k], observed[k], _missed(method, known)))
+        progress(seeds + k + 1, total)
+    return rows
+
+
+def reference_runs(bodies: int, density: float, encounters: int) -> list[ReferenceRun]:
+    """Returns scenes that together have at least so many first encounters, by the run with all pairs."""
+    known: list[ReferenceRun] = []
+    count, seed = 0, 0
+    while count < encounters and seed < 10 * encounters:
+        seed += 1
+        scene = kt.make_scene("grid", bodies=bodies, density=density, seed=seed)
+        simulation = kt.Simulation(scene, "naive")
+        simulation.run(scene.start + _SPACINGS / math.sqrt(bodies))
+        contacts = simulation.contacts
+        first = contacts[first_encounters(contacts, bodies)]
+        pairs = np.column_stack([first["a"], first["b"]]).astype(np.int64)
+        if len(pairs):
+            known.append(ReferenceRun(scene, pairs, float(first["time"].max())))
+            count += len(pairs)
+    return known
+
+
+def _missed(method: Method, known: Sequence[ReferenceRun]) -> Missed:
+    """Returns how many first encounters a method misses."""
+    total = Missed(0, 0, 0, 0)
+    for scene, pairs, last in known:
+        run = method.observe(scene, last + 2.0 * (method.dt or 0.0), "contacts")
+        total += missed_of(pairs, len(scene), run.contacts, run.order, run.overlaps)
+    return total
+
+
+def _costs(methods: Sequence[Method], scene: kt.Scene) -> list[float]:
+    """Returns the cost of each method on a scene, the median of runs in which the methods take turns."""
+    runs: list[list[float]] = [[] for _ in methods]
+    with _no_collector():
+        batches = [
+            min(math.ceil(_ENOUGH / ROUNDS / max(method.cost(scene), 1e-9)), _MOST) for method in methods
+        ]
+        for _ in range(ROUNDS):
+            for k, method in enumerate(methods):
+                runs[k] += [method.cost(scene) for _ in range(batches[k])]
+    return [statistics.median(each) for each in runs]
+
+
+@contextmanager
+def _no_collector() -> Iterator[None]:
+    gc.collect()
+    was_on = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_on:
+            gc.enable()
+
+
+def _row(
+    bodies: int,
+    density: float,
+    method: Method,
+    costs: Sequence[float],
+    observed: Sequence[Observation],
+    missed: Missed,
+) -> SpeedError:
+    deepest = [observe.deepest for observe in observed]
+    events = [observe.events for observe in observed if observe.events is not None]
+    medians = [observe.depth_median for observe in observed if observe.depth_median is not None]
+    return SpeedError(
+        bodies=bodies,
+        density=density,
+        kind=method.kind,
+        method=method.name,
+        dt=method.dt,
+        cost=statistics.median(costs),
+        cost_low=min(costs),
+        cost_high=max(costs),
+        deepest=statistics.median(deepest),
+        deepest_low=min(deepest),
+        deepest_high=max(deepest),
+        depth_median=statistics.median(medians) if medians else None,
+        energy_drift=max(observe.energy_drift for observe in observed),
+        contacts=statistics.mean(float((observe.contacts["b"] >= 0).sum()) for observe in observed) / UNTIL,
+        events=statistics.mean(events) / UNTIL if events else None,
+        encounters=missed.encounters,
+        missed=missed.missed,
+        passed=missed.passed,
+        unseen=missed.unseen,
+        missed_share=missed.share,
+        missed_error=missed.error,
+    )

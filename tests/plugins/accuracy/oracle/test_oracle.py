@@ -1,0 +1,564 @@
+"""The certified oracle against closed forms, and against rational arithmetic that shares nothing with it."""
+
+from __future__ import annotations
+
+import ast
+import json
+import sys
+from collections.abc import Iterable
+from decimal import Decimal, localcontext
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import kinetile as kt
+from kinetile.cli import app
+from kinetile.errors import MissingExtra, Refused
+from kinetile_accuracy import cli
+from kinetile_accuracy.oracle import oracle as oracle_module
+from kinetile_accuracy.oracle.oracle import CertifiedRun, Enclosure, Oracle, oracle_contacts
+
+flint = pytest.importorskip("flint", reason="the certified oracle needs python-flint")
+
+from kinetile_accuracy.oracle.flights import Line, Root, first_contact, first_root, same  # noqa: E402
+
+SCENES = Path(__file__).parents[3] / "scenes"
+LEFT, RIGHT, BOTTOM, TOP = -1, -2, -3, -4
+
+
+def scene_of(name: str) -> kt.Scene:
+    return kt.load_scene(SCENES / f"{name}.toml")
+
+
+def listed(run: CertifiedRun) -> list[tuple[int, int]]:
+    return [(contact.a, contact.b) for contact in run.contacts]
+
+
+def surely(time: Enclosure, truth: Fraction) -> bool:
+    """Whether a number lies in an enclosure that is worth its name."""
+    return abs(time.middle - truth) <= time.radius <= Fraction(1, 2**80) * max(truth, Fraction(1, 2**20))
+
+
+# Closed forms
+
+
+def test_head_on() -> None:
+    scene = kt.Scene([[0.25, 0.5], [0.75, 0.5]], [[1.0, 0.0], [-0.5, 0.0]], 0.125, [1.0, 3.0], (1.0, 1.0))
+    run = oracle_contacts(scene, 0.2)
+    # The gap of 1/4 closes at speed 3/2; v0 = 1 - 2 * 3/4 * 3/2 = -5/4, v1 = -1/2 + 2 * 1/4 * 3/2 = 1/4.
+    assert listed(run) == [(0, 1)]
+    assert surely(run.contacts[0].time, Fraction(1, 6))
+    assert run.contacts[0].head_on == 1.0
+    after = oracle_contacts(scene, max_contacts=3)
+    x0, x1 = Fraction(1, 4) + Fraction(1, 6), Fraction(3, 4) - Fraction(1, 12)
+    expected = {
+        (0, LEFT): Fraction(1, 6) + (x0 - Fraction(1, 8)) / Fraction(5, 4),
+        (1, RIGHT): Fraction(1, 6) + (Fraction(7, 8) - x1) / Fraction(1, 4),
+    }
+    assert listed(after)[:2] == [(0, 1), (0, LEFT)]
+    assert surely(after.contacts[1].time, expected[0, LEFT])
+
+
+def test_an_oblique_contact_to_sixty_digits() -> None:
+    ((time, a, b, tied, head_on),) = oracle_contacts(scene_of("H08a"), 0.5).contacts
+    assert (a, b, tied) == (0, 1, False)
+    with localcontext() as context:
+        context.prec = 60
+        dy = Decimal(float(scene_of("H08a").position[1, 1])) - Decimal("0.375")
+        truth = (Decimal("0.5") - (Decimal("0.0625") - dy * dy).sqrt()) / 2
+        assert abs(time.middle - Fraction(truth)) <= time.radius + Fraction(1, 10**58)
+        assert head_on == pytest.approx(float((1 - (dy / Decimal("0.25")) ** 2).sqrt()), rel=1e-12)
+    assert Decimal(time.decimal(20)) == round(truth, 20)
+    assert time.nearest == float(truth)
+
+
+def test_walls_alone() -> None:
+    scene = kt.Scene([[0.3, 0.4]], [[0.3, -0.7]], 0.1, arena=(1.0, 2.0))
+    run = oracle_contacts(scene, 20.0)
+    r, speeds = Fraction(0.1), (Fraction(0.3), Fraction(0.7))
+    expected = []
+    for axis, side, start, speed, walls in (
+        (0, Fraction(1), Fraction(0.3), speeds[0], (RIGHT, LEFT)),
+        (1, Fraction(2), Fraction(0.4), speeds[1], (BOTTOM, TOP)),
+    ):
+        first = (side - r - start) / speed if axis == 0 else (start - r) / speed
+        bounce = (side - 2 * r) / speed
+        k = 0
+        while first + k * bounce <= 20:
+            expected.append((first + k * bounce, 0, walls[k % 2]))
+            k += 1
+    expected.sort(key=lambda each: each[0])
+    assert listed(run) == [each[1:] for each in expected]
+    assert all(surely(c.time, time) for c, (time, _, _) in zip(run.contacts, expected, strict=True))
+    assert run.ended == "until"
+
+
+def test_the_clock_may_start_late() -> None:
+    early = kt.make_scene("grid", bodies=9, seed=4)
+    late = kt.Scene(early.position, early.velocity, early.radius, arena=early.arena, start=2.0**40)
+    one, two = (oracle_contacts(scene, max_contacts=50) for scene in (early, late))
+    assert listed(one) == listed(two)
+    shifts = {b.time.middle - a.time.middle for a, b in zip(one.contacts, two.contacts, strict=True)}
+    assert shifts == {Fraction(2**40)}
+
+
+# Rational arithmetic
+
+
+def in_fractions(scene: kt.Scene, until: Fraction) -> list[tuple[Fraction, int, int]]:
+    """Return the contacts of discs of one mass in rows along x, in rational arithmetic, by brute force."""
+    n, width = len(scene), Fraction(scene.arena[0]) if scene.arena else None
+    x = [Fraction(p) for p in scene.position[:, 0].tolist()]
+    v = [Fraction(p) for p in scene.velocity[:, 0].tolist()]
+    r = [Fraction(p) for p in scene.radius.tolist()]
+    rows = scene.position[:, 1].tolist()
+    now, found = Fraction(0), []
+    while True:
+        events: list[tuple[Fraction, int, int, int]] = []
+        for a in range(n):
+            if width is not None and v[a] < 0:
+                events.append((max((x[a] - r[a]) / -v[a], Fraction(0)), 0, a, LEFT))
+            if width is not None and v[a] > 0:
+                events.append((max((width - r[a] - x[a]) / v[a], Fraction(0)), 0, a, RIGHT))
+            for b in range(a + 1, n):
+                if rows[a] == rows[b] and (x[b] - x[a]) * (v[b] - v[a]) < 0:
+                    gap = abs(x[b] - x[a]) - r[a] - r[b]
+                    events.append((max(gap / abs(v[b] - v[a]), Fraction(0)), 1, a, b))
+        if not events:
+            return found
+        wait, _, a, b = min(events)
+        if now + wait > until:
+            return found
+        now += wait
+        x = [place + speed * wait for place, speed in zip(x, v, strict=True)]
+        found.append((now, a, b))
+        if b < 0:
+            v[a] = -v[a]
+        else:
+            v[a], v[b] = v[b], v[a]
+
+
+def rows_of_discs(seed: int, exact: bool) -> kt.Scene:
+    """Return equal rows of discs, so that there are ties, with places and speeds that are dyadic or not."""
+    random = np.random.default_rng(seed)
+    part = 64.0 if exact else 60.0
+    per_row, rows = 4, 3
+    gaps = random.integers(0, 5, per_row) / part  # some touch
+    radius = 4.0 / part
+    x = np.cumsum(gaps + 2.0 * radius) - radius
+    position = [[place, (row + 0.5) / rows] for row in range(rows) for place in x]
+    speeds = random.integers(-3, 4, per_row) / (4.0 if exact else 3.0)
+    velocity = [[speed, 0.0] for _ in range(rows) for speed in speeds]
+    order = random.permutation(len(position))
+    return kt.Scene(np.array(position)[order], np.array(velocity)[order], radius, arena=(x[-1] + 0.25, 1.0))
+
+
+@pytest.mark.parametrize("exact", [True, False])
+@pytest.mark.parametrize("seed", range(8))
+def test_rows_agree_with_fractions_ties_and_all(seed: int, exact: bool) -> None:
+    scene = rows_of_discs(seed, exact)
+    if not scene.velocity.any():
+        scene = kt.Scene(
+            scene.position, scene.velocity + np.array([0.5, 0.0]), scene.radius, arena=scene.arena
+        )
+    expected = in_fractions(scene, Fraction(2))
+    run = oracle_contacts(scene, 2.0)
+    assert listed(run) == [(a, b) for _, a, b in expected]
+    assert run.ended == "until"
+    times = [time for time, _, _ in expected]
+    assert [c.tied for c in run.contacts] == [k > 0 and times[k] == times[k - 1] for k in range(len(times))]
+    assert sum(c.tied for c in run.contacts) > len(times) // 3
+    for contact, time in zip(run.contacts, times, strict=True):
+        assert contact.time.radius == 0 == time or surely(contact.time, time) or contact.time.middle == time
+
+
+@pytest.mark.parametrize("name", ["H05", "H06", "H11", "H12", "H14"])
+def test_named_ties_have_exact_times(name: str) -> None:
+    run = oracle_contacts(scene_of(name))
+    sim = kt.Simulation(scene_of(name), "naive")
+    sim.run()
+    assert [(c.time.middle, c.a, c.b) for c in run.contacts] == [
+        (Fraction(row["time"]), row["a"], row["b"]) for row in sim.contacts
+    ]
+    assert all(c.time.radius == 0 for c in run.contacts)
+
+
+def test_a_cluster_that_touches_and_overlaps_bursts_as_in_fractions() -> None:
+    scene = scene_of("H19")  # nineteen discs in rounded places: some overlap by a rounding, some do not touch
+    n = len(scene)
+    p = [tuple(map(Fraction, place)) for place in scene.position.tolist()]
+    v = [list(map(Fraction, each)) for each in scene.velocity.tolist()]
+    r, m = (list(map(Fraction, each.tolist())) for each in (scene.radius, scene.mass))
+    expected = []
+
+    def meeting() -> tuple[int, int] | None:
+        for a in range(n):
+            for b in range(a + 1, n):
+                d = [p[b][i] - p[a][i] for i in (0, 1)]
+                w = [v[b][i] - v[a][i] for i in (0, 1)]
+                near = d[0] ** 2 + d[1] ** 2 <= (r[a] + r[b]) ** 2
+                if near and d[0] * w[0] + d[1] * w[1] < 0:
+                    return a, b
+        return None
+
+    while (met := meeting()) is not None:
+        a, b = met
+        expected.append(met)
+        d = [p[b][i] - p[a][i] for i in (0, 1)]
+        dot = sum(d[i] * (v[b][i] - v[a][i]) for i in (0, 1))
+        share = 2 * dot / ((d[0] ** 2 + d[1] ** 2) * (m[a] + m[b]))
+        for i in (0, 1):
+            v[a][i] += m[b] * share * d[i]
+            v[b][i] -= m[a] * share * d[i]
+    at_once = [c for c in oracle_contacts(scene, max_contacts=60).contacts if c.time.middle == 0]
+    assert [(c.a, c.b) for c in at_once] == expected
+    assert len(expected) > 20
+
+
+def test_two_roots_are_compared_by_squaring() -> None:
+    def root(p: Any, q: Any) -> Root:
+        return Root(flint.fmpq(p), flint.fmpq(q))
+
+    assert same(root(3, 4), root(2, 1))
+    assert same(root(1, 0), root(2, 1))
+    assert same(root(1, 2), root(1, 2))
+    assert not same(root(0, 4), root(1, 1)), "the squares of both sides are equal, and their signs are not"
+    assert not same(root(3, 4), root(0, 1)), "3 is the sum of the square roots, not their difference"
+    assert not same(root(0, 2), root(flint.fmpq(1, 10**80), 2))
+    assert not same(root(0, 2), root(0, 2 + flint.fmpq(1, 10**80)))
+    assert root(3, flint.fmpq(4, 9)).rational == flint.fmpq(7, 3)
+    assert root(3, 2).rational is None
+
+
+def test_first_contacts_of_lines() -> None:
+    def line(x: int, y: int, vx: int, vy: int) -> Line:
+        return Line((flint.fmpq(x), flint.fmpq(y)), (flint.fmpq(vx), flint.fmpq(vy)))
+
+    rest, now, reach = line(0, 0, 0, 0), flint.fmpq(0), flint.fmpq(2)
+    assert first_contact(rest, line(5, 0, -1, 0), reach, now) == Root(flint.fmpq(5), flint.fmpq(4))
+    assert first_contact(rest, line(5, 2, -1, 0), reach, now) is None, "tangency"
+    assert first_contact(rest, line(2, 0, 0, 1), reach, now) is None, "touching, sliding"
+    assert first_contact(rest, line(2, 0, -1, 5), reach, now) == (0, 0), "touching, approaching"
+    assert first_contact(rest, line(2, 0, 1, 5), reach, now) is None, "touching, parting"
+    assert first_root(rest, line(5, 1, -1, 0), reach) == Root(flint.fmpq(5), flint.fmpq(3))
+
+
+# Ties, grazes, touches
+
+
+def congruent(order: Iterable[int]) -> kt.Scene:
+    """Return two pairs, one a copy of the other farther up: they meet obliquely at one irrational time."""
+    position = np.array([[0.25, 0.25], [0.75, 0.3125], [0.25, 1.25], [0.75, 1.3125]])
+    velocity = np.array([[1.0, 0.0], [-1.0, 0.0]] * 2)
+    chosen = list(order)
+    return kt.Scene(position[chosen], velocity[chosen], 0.125)
+
+
+@pytest.mark.parametrize(
+    ("order", "expected"),
+    [((0, 1, 2, 3), [(0, 1), (2, 3)]), ((2, 0, 1, 3), [(0, 3), (1, 2)]), ((3, 2, 1, 0), [(0, 1), (2, 3)])],
+)
+def test_a_tie_of_irrational_times_is_settled(
+    order: tuple[int, ...], expected: list[tuple[int, int]]
+) -> None:
+    run = oracle_contacts(congruent(order), 1.0)
+    assert listed(run) == expected
+    assert [c.tied for c in run.contacts] == [False, True]
+    assert run.bits == oracle_module.FIRST_BITS
+
+
+def test_a_tie_with_one_disc_in_both_contacts() -> None:
+    run = oracle_contacts(
+        scene_of("H13")
+    )  # after the first contact nothing is rational, but they still touch
+    assert listed(run) == [(0, 1), (0, 2)]
+    assert run.contacts[1].tied
+    assert run.ended == "until"
+
+
+def test_a_near_tie_is_told_from_a_tie() -> None:
+    scene = congruent(range(4))
+    position = scene.position.copy()
+    position[3, 0] = np.nextafter(position[3, 0], 0.0)  # they meet 2^-54 earlier
+    run = oracle_contacts(kt.Scene(position, scene.velocity, scene.radius), 1.0)
+    assert listed(run) == [(2, 3), (0, 1)]
+    assert not run.contacts[1].tied
+
+
+@pytest.mark.parametrize("name", ["H07", "H08b", "H09", "H23", "H25", "H27", "H32"])
+def test_tangency_is_no_contact(name: str) -> None:
+    run = oracle_contacts(scene_of(name))
+    assert run.contacts == ()
+    assert run.ended == "until"
+
+
+def test_order_within_one_moment() -> None:
+    """At time 1/4 disc 0 would meet disc 1, but turns; disc 2 meets a wall, and discs 3 and 4 each other."""
+    position = [[1.25, 0.5], [1.75, 0.5], [0.375, 1.0], [1.0, 1.5], [1.5, 1.5]]
+    velocity = [[0.5, 0.0], [-0.5, 0.0], [-1.0, 0.0], [0.5, 0.0], [-0.5, 0.0]]
+    turns = [(0, 0.25, (0.0, 0.0)), (1, 0.25, (0.0, 0.0))]
+    scene = kt.Scene(position, velocity, 0.125, arena=(4.0, 4.0), turns=turns)
+    run = oracle_contacts(scene, 0.5)
+    assert listed(run) == [(2, LEFT), (3, 4)]
+    assert [c.time.middle for c in run.contacts] == [Fraction(1, 4)] * 2
+    turns[1] = (1, 0.25, (-1.0, 0.0))
+    run = oracle_contacts(kt.Scene(position, velocity, 0.125, arena=(4.0, 4.0), turns=turns), 0.25)
+    assert listed(run) == [(2, LEFT), (0, 1), (3, 4)], "they touch and still approach"
+
+
+def test_discs_that_overlap_at_the_start() -> None:
+    overlap = 2.0**-44  # allowed: less than 1e-12 of the radii
+    position = [[0.5, 0.5], [0.75 - overlap, 0.5]]
+    scene = kt.Scene(position, [[0.5, 0.0], [-0.25, 0.0]], 0.125, arena=(1.0, 1.0))
+    run = oracle_contacts(scene, 1.0)
+    assert listed(run)[:2] == [(0, 1), (1, RIGHT)]
+    assert run.contacts[0].time == (0, 0)
+    gap = Fraction(1) - Fraction(1, 8) - Fraction(position[1][0])
+    assert run.contacts[1].time.middle == gap / Fraction(0.5), "velocities are exchanged, to the last bit"
+    apart = kt.Scene(position, [[-0.5, 0.0], [0.25, 0.0]], 0.125, arena=(1.0, 1.0))
+    assert listed(oracle_contacts(apart, 0.4)) == []
+
+
+@pytest.mark.parametrize(("speed", "expected"), [(-1.0, [(0, LEFT)]), (1.0, []), (0.0, [])])
+@pytest.mark.parametrize("overlap", [0.0, 2.0**-45])
+def test_a_wall_touched_at_the_start(speed: float, expected: list[Any], overlap: float) -> None:
+    scene = kt.Scene([[0.125 - overlap, 0.5]], [[speed, 0.0]], 0.125, arena=(1.0, 1.0))
+    run = oracle_contacts(scene, 0.5)
+    assert listed(run) == expected
+    assert all(c.time == (0, 0) for c in run.contacts)
+    first = 0 if speed < 0.0 else (0.75 + overlap) / max(speed, 1e-9)
+    then = oracle_contacts(scene, 1.0).contacts[len(expected) :]
+    if speed < 0.0:  # back from where it was
+        first = 0.75 + overlap
+    assert [c.time.middle for c in then] == ([Fraction(first)] if speed else [])
+
+
+def test_a_disc_at_rest_that_touches_is_hit_at_an_irrational_time() -> None:
+    """Disc 1 rests against the wall and against disc 2 when disc 0 comes: both touches are still known."""
+    position = np.array([[32.0, 48.0], [5.0, 40.0], [11.0, 32.0]]) / 64.0
+    scene = kt.Scene(position, [[-1.0, -0.25], [0.0, 0.0], [0.0, 0.0]], 5.0 / 64.0, arena=(1.0, 1.0))
+    run = oracle_contacts(scene, 0.5)
+    assert run.ended == "until"
+    assert listed(run) == [(0, 1), (1, LEFT), (0, 1), (1, 2), (1, LEFT)]
+    assert [c.tied for c in run.contacts] == [False, True, True, True, True]
+    assert run.bits == oracle_module.FIRST_BITS
+    # The same in doubles that take near for touching: walls before pairs, by the numbers of the discs.
+    v = scene.velocity.copy()
+    p = scene.position + v * run.contacts[0].time.nearest
+    found: list[tuple[int, int]] = []
+    while True:
+        if near := [a for a in range(3) if abs(p[a, 0] - 5.0 / 64.0) < 1e-9 and v[a, 0] < -1e-9]:
+            found.append((near[0], LEFT))
+            v[near[0], 0] *= -1.0
+            continue
+        pairs = ((a, b) for a, b in ((0, 1), (0, 2), (1, 2)) if np.hypot(*(p[a] - p[b])) < 10.0 / 64.0 + 1e-9)
+        if not (met := [(a, b) for a, b in pairs if (p[b] - p[a]) @ (v[b] - v[a]) < -1e-9]):
+            break
+        a, b = met[0]
+        normal = (p[b] - p[a]) / np.hypot(*(p[b] - p[a]))
+        gain = ((v[b] - v[a]) @ normal) * normal
+        v[a], v[b] = v[a] + gain, v[b] - gain
+        found.append((a, b))
+    assert listed(run) == found
+
+
+# What cannot be decided
+
+
+def test_what_is_undecidable_is_reported_and_never_guessed() -> None:
+    """Disc 7, struck at an irrational time, flies straight into a corner; that is exact, but not in balls."""
+    scene = kt.make_scene("lattice", bodies=9, seed=11)
+    run = oracle_contacts(scene, 3.0)
+    assert run.ended == "undecidable"
+    assert not run.complete
+    assert run.undecidable is not None
+    assert run.undecidable.bodies == (7,)
+    assert run.undecidable.time == pytest.approx(0.30255, abs=1e-5)
+    assert "disc 7 and the left wall" in run.undecidable.what
+    assert f"not decidable at {run.bits} bits" in str(run)
+    assert run.bits >= 8 * oracle_module.FIRST_BITS
+    sim = kt.Simulation(scene, "naive")
+    sim.run(max_contacts=len(run.contacts))
+    assert listed(run) == list(zip(sim.contacts["a"], sim.contacts["b"], strict=True))
+
+
+def test_more_bits_give_more_contacts_and_the_same_ones() -> None:
+    scene = kt.make_scene("grid", bodies=16, seed=0)
+    short = oracle_contacts(scene, max_contacts=600, cap_bits=256)
+    whole = oracle_contacts(scene, max_contacts=600)
+    assert (short.ended, short.bits) == ("undecidable", 256)
+    assert (whole.ended, whole.bits) == ("contacts", 512)
+    assert 200 < len(short.contacts) < 600
+    assert listed(short) == listed(whole)[: len(short.contacts)]
+    for one, two in zip(short.contacts, whole.contacts, strict=False):
+        assert abs(one.time.middle - two.time.middle) <= one.time.radius + two.time.radius
+        assert one.time.radius <= Fraction(1, 2**80) * one.time.middle
+
+
+@pytest.mark.parametrize(
+    ("seed", "what"),
+    [(13, "graze or contact at a standstill of discs 1 and 3"), (25, "disc 1 and the right wall meet")],
+)
+def test_what_may_be_a_contact_is_not_passed_over(seed: int, what: str) -> None:
+    run = oracle_contacts(kt.make_scene("lattice", bodies=9, seed=seed), 3.0)
+    assert run.ended == "undecidable"
+    assert run.undecidable is not None
+    assert what in run.undecidable.what
+    assert run.undecidable.time >= run.contacts[-1].time.nearest * (1.0 - 2.0**-40)
+
+
+@pytest.mark.parametrize("kind", ["dyadic", "non-dyadic"])
+def test_the_precision_it_begins_with_does_not_matter(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    for seed in range(12):
+        scene = kt.make_scene("lattice", bodies=9, kind=kind, turns=12, seed=seed)
+        runs = []
+        for bits in (64, 128, 2048):
+            monkeypatch.setattr(oracle_module, "FIRST_BITS", bits)
+            runs.append(oracle_contacts(scene, max_contacts=40))
+        shortest = min(len(run.contacts) for run in runs)
+        assert shortest == 40 or any(run.ended == "undecidable" for run in runs)
+        ties = [[(c.a, c.b, c.tied) for c in run.contacts[:shortest]] for run in runs]
+        assert ties[0] == ties[1] == ties[2]
+
+
+def test_a_jam_is_reported() -> None:
+    run = oracle_contacts(scene_of("H18"), 1.0)
+    assert run.ended == "jammed"
+    assert {c.time.middle for c in run.contacts} == {0}
+
+
+def test_endings() -> None:
+    scene = kt.Scene([[0.0, 0.0], [1.0, 0.0]], [[1.0, 0.0], [-1.0, 0.0]], 0.25)
+    assert oracle_contacts(scene, 5.0).ended == "until"
+    assert oracle_contacts(scene, max_contacts=5).ended == "quiet"
+    assert oracle_contacts(scene, max_contacts=1).ended == "contacts"
+    assert listed(oracle_contacts(scene, 0.25)) == [(0, 1)], "the end itself belongs to the run"
+    assert listed(oracle_contacts(scene, np.nextafter(0.25, 0.0))) == []
+    assert Oracle(scene).run(5.0, stop=lambda index, a, b: True).ended == "stopped"
+    with pytest.raises(ValueError, match="needs an end"):
+        oracle_contacts(scene)
+    with pytest.raises(ValueError, match="start on"):
+        oracle_contacts(scene, -1.0)
+
+
+def test_narrow_phases_are_those_of_the_scene_or_those_asked_for() -> None:
+    scene = kt.make_scene("grid", bodies=9, seed=1)
+    discs = oracle_contacts(scene, 1.0, narrow_phases=["disc"])
+    walls = oracle_contacts(scene, 1.0, narrow_phases=["wall"])
+    assert all(b >= 0 for _, b in listed(discs))
+    assert all(b < 0 for _, b in listed(walls))
+    assert listed(discs)
+    assert listed(walls)
+
+
+def test_what_it_does_not_do_is_refused() -> None:
+    scene = kt.make_scene("grid", bodies=9, seed=1)
+    with pytest.raises(Refused, match="springs"):
+        Oracle(scene, ["springs"])
+    with pytest.raises(Refused, match="1000 bodies"):
+        Oracle(kt.make_scene("grid", bodies=1024, density=0.1))
+
+
+def test_without_python_flint_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "flint", None)
+    with pytest.raises(MissingExtra, match=r"kinetile\[exact\]"):
+        oracle_contacts(kt.make_scene("grid", bodies=4), 1.0)
+
+
+def test_an_interruption_keeps_what_was_certified() -> None:
+    scene = kt.make_scene("grid", bodies=16, seed=0)
+    truth = Oracle(scene)
+
+    def enough(state: oracle_module.OracleProgress) -> None:
+        if state.contacts >= 96:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        truth.run(1.0, progress=enough)
+    assert truth.certified.ended == "interrupted"
+    assert len(truth.certified.contacts) == 96
+    assert listed(truth.certified) == listed(oracle_contacts(scene, max_contacts=96))
+    assert flint.ctx.prec == 53, "the precision of others is theirs again"
+
+
+def test_decimal_strings_have_only_digits_that_are_known() -> None:
+    assert Enclosure(Fraction(1, 3), Fraction(0)).decimal(5) == "0.33333"
+    assert Enclosure(Fraction(1, 3), Fraction(1, 10**4)).decimal() == "0.333"
+    assert Enclosure(Fraction(3, 8), Fraction(0)).decimal() == "0.375"
+    assert Enclosure(Fraction(10**6), Fraction(1, 2)).decimal() == "1.00000E+6"
+
+
+def test_it_shares_no_code_with_the_kernel() -> None:
+    allowed = {
+        "kinetile.errors",
+        "kinetile.scene",
+        "kinetile_accuracy.oracle.attempt",
+        "kinetile_accuracy.oracle.event_queue",
+        "kinetile_accuracy.oracle.flights",
+        "kinetile_accuracy.sections",
+    }
+    for name in ("oracle", "attempt", "event_queue", "flights"):
+        tree = ast.parse(Path(oracle_module.__file__).with_name(f"{name}.py").read_text("utf-8"))
+        names = {node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
+        assert {each for each in names if each.startswith("kinetile")} <= allowed
+
+
+# The command
+
+
+def command(*words: str) -> Any:
+    return CliRunner().invoke(app, ["oracle", *words])
+
+
+def test_command_lists_contacts() -> None:
+    done = command(str(SCENES / "H12.toml"))
+    assert done.exit_code == 0
+    assert done.stdout.count("same time") == 5
+    assert "6 contacts certified" in done.stdout
+    assert "more)" in command("grid", "-s", "bodies=16", "--until", "0.2").stdout
+
+
+def test_command_prints_json() -> None:
+    done = command(str(SCENES / "H13.toml"), "--max-contacts", "1", "--json")
+    found = json.loads(done.stdout)["oracle"]
+    assert done.exit_code == 0
+    assert found["ended"] == "contacts"
+    (contact,) = found["contacts"]
+    assert contact["time"].startswith("0.783493649053890338309")
+    assert (contact["a"], contact["b"], contact["nearest"]) == (0, 1, 0.7834936490538903)
+
+
+def test_command_certifies_a_run() -> None:
+    words = ("grid", "-s", "bodies=9", "-s", "seed=3", "--until", "0.5", "--against", "naive", "--json")
+    done = command(*words)
+    found = json.loads(done.stdout)["agreement"]
+    assert done.exit_code == 0
+    assert found["agrees"]
+    assert found["contacts"] == found["compared"] > 20
+
+
+@pytest.mark.compiled
+def test_command_fails_where_a_run_departs_or_it_cannot_decide() -> None:
+    departs = command("grid", "-s", "bodies=16", "-s", "density=0.01", "--until", "20", "--against", "naive")
+    assert departs.exit_code == 1
+    assert "the run has" in departs.stdout
+    assert "the oracle" in departs.stdout
+    undecided = command("lattice", "-s", "bodies=9", "-s", "seed=11", "--until", "3")
+    assert undecided.exit_code == 1
+    assert "14 contacts certified" in undecided.stdout
+    assert "not decidable" in undecided.stderr
+
+
+def test_command_keeps_what_was_certified_at_an_interruption(monkeypatch: pytest.MonkeyPatch) -> None:
+    def pressed(self: Any, share: float | None, text: str) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cli.Bar, "show", pressed)
+    done = command("grid", "-s", "bodies=16", "--until", "1")
+    assert done.exit_code == 130
+    assert "16 contacts certified" in done.stdout
+    assert "interrupted" in done.stdout

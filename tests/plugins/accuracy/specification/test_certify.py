@@ -1,0 +1,373 @@
+"""Lists of contacts: right ones are found right to the end, wrong ones at their first wrong line, and why."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import kinetile as kt
+from kinetile.errors import BadOption
+from kinetile.kernel.log import LOG
+from kinetile.records.contacts import CONTACT_LINE
+from kinetile_accuracy import certify_log
+from kinetile_accuracy.specification import certify
+from kinetile_accuracy.specification.arithmetic import tick_of, unit_bits
+from kinetile_accuracy.specification.certify import LogCertifier, explain_difference
+from kinetile_accuracy.specification.course import Course
+
+VECTORS = Path(__file__).parents[3] / "vectors"
+UNTIL = 1.0
+RUNS = [
+    (path.stem, number, run["name"])
+    for path in sorted((VECTORS / "runs").glob("*.json"))
+    for number, run in enumerate(json.loads(path.read_text())["runs"])
+]
+
+
+def contacts_of(scene, until, most=10**6):
+    """Return the contacts of a scene by the certifier's own course, so many of them at most."""
+    course, found = Course(scene), []
+    end = tick_of(until, scene.start, unit_bits(scene))
+    while len(found) < most and (event := course.next(end)) is not None:
+        course.carry_out()
+        if event.b >= -4:
+            found.append((event.tick >> 52, event.tick & (2**52 - 1), event.a, event.b))
+    return np.array(found, CONTACT_LINE)
+
+
+@pytest.fixture(scope="module")
+def gas():
+    scene = kt.make_scene("grid", bodies=25, density=0.5)
+    return scene, contacts_of(scene, UNTIL)
+
+
+def wrong(scene, log, until=UNTIL):
+    """Return the number of the line that is wrong, and why."""
+    found = certify_log(scene, log, until)
+    assert not found.right
+    assert found.finished
+    assert found.fingerprint is None
+    assert found.wrong.index == found.lines
+    return found.wrong.index, found.wrong.why
+
+
+# Right ones
+
+
+def test_all_lines_are_right(gas):
+    scene, log = gas
+    found = certify_log(scene, log, UNTIL)
+    assert found.right
+    assert found.lines == found.total == len(log) > 500
+    assert str(found) == f"all lines are right: {len(log)}, to time 1.0"
+    assert json.loads(json.dumps(found.as_dict()))["right"] is True
+
+
+def test_a_list_may_be_a_beginning(gas):
+    scene, log = gas
+    assert certify_log(scene, log[:100]).right
+    assert certify_log(scene, log[:100], UNTIL, max_contacts=100).right
+    assert certify_log(scene, log[:0]).right
+    assert not certify_log(scene, log[:0], UNTIL).right
+
+
+@pytest.mark.parametrize(("file", "number", "name"), RUNS)
+def test_whole_runs_of_the_vectors_are_right(file, number, name):
+    run = json.loads((VECTORS / "runs" / f"{file}.json").read_text())["runs"][number]
+    scene, until = scene_of(run["scene"])
+    log = contacts_of(scene, until, run["count"] + 1)
+    begun = [[int(each) for each in contact] for contact in run["contacts"]]
+    assert log[: len(begun)].tolist() == list(map(tuple, begun))
+    found = certify_log(scene, log, until, fingerprint=run["fingerprint"])
+    assert found.right, str(found)
+    assert found.total == run["count"]
+
+
+def scene_of(given):
+    """Return the scene of a vector, and its end."""
+    number = float.fromhex
+    bodies = given["bodies"]
+    turns = [
+        (body, number(turn["time"]), tuple(map(number, turn["velocity"])))
+        for body, each in enumerate(bodies)
+        for turn in each.get("turns", ())
+    ]
+    scene = kt.Scene(
+        np.array([list(map(number, each["position"])) for each in bodies]).reshape(-1, 2),
+        np.array([list(map(number, each["velocity"])) for each in bodies]).reshape(-1, 2),
+        [number(each["radius"]) for each in bodies],
+        [number(each["mass"]) for each in bodies],
+        arena=given.get("arena") and tuple(map(number, given["arena"])),
+        turns=turns,
+        start=number(given["start"]),
+    )
+    return scene, number(given["until"])
+
+
+# Wrong ones
+
+
+@pytest.mark.parametrize("by", [-5, -1, 1, 7, 10**12])
+def test_a_tick_that_is_another(gas, by):
+    scene, log = gas
+    log = log.copy()
+    log["tick"][100] += by
+    index, why = wrong(scene, log)
+    assert index == 100
+    assert "its tick should be epoch 0, tick" in why
+    assert f"{abs(by):,} tick{'' if abs(by) == 1 else 's'} {'earlier' if by > 0 else 'later'}" in why
+    assert wrong(scene, log, None) == (index, why)
+
+
+@pytest.mark.parametrize("at", range(200, 240, 5))
+def test_two_contacts_in_the_wrong_order(gas, at):
+    scene, log = gas
+    log = log.copy()
+    log[[at, at + 1]] = log[[at + 1, at]]
+    index, why = wrong(scene, log)
+    assert index == at
+    assert "is in the wrong order" in why
+    assert "which is the next line" in why
+
+
+@pytest.mark.parametrize("at", range(300, 340, 5))
+def test_a_contact_that_is_left_out(gas, at):
+    scene, log = gas
+    index, why = wrong(scene, np.delete(log, at))
+    assert index == at
+    assert "and that is not in the log" in why
+    assert f"tick {log['tick'][at]}" in why
+
+
+def test_a_contact_that_is_invented(gas):
+    scene, log = gas
+    invented = np.insert(log, 50, log[50])
+    invented["a"][50], invented["b"][50] = 0, 24
+    index, why = wrong(scene, invented)
+    assert index == 50
+    assert "by their present plans these two do not meet; what comes next is body" in why
+
+
+def test_a_contact_that_is_there_twice(gas):
+    scene, log = gas
+    pair, wall = (int(np.flatnonzero(which)[20]) for which in (log["b"] >= 0, log["b"] < 0))
+    index, why = wrong(scene, np.insert(log, pair, log[pair]))
+    assert index == pair + 1
+    assert "these two are barred: they met at" in why
+    assert wrong(scene, np.insert(log, wall, log[wall]))[0] == wall + 1
+
+
+def test_a_wall_other_than_the_one_met(gas):
+    scene, log = gas
+    at = int(np.flatnonzero(log["b"] == -1)[3])
+    log = log.copy()
+    log["b"][at] = -4
+    index, why = wrong(scene, log)
+    assert index == at
+    assert "with the top wall" in why
+    assert "the wall that it meets first is the left one" in why
+
+
+def test_the_end(gas):
+    scene, log = gas
+    index, why = wrong(scene, log[:-1])
+    assert index == len(log) - 1
+    assert "there is one more before the end" in why
+    index, why = wrong(scene, log, 0.5)
+    assert "is after the end" in why
+    assert log["tick"][index - 1] <= 2**51 < log["tick"][index]
+    assert "there are to be 7 contacts" in str(certify_log(scene, log, max_contacts=7))
+
+
+@pytest.mark.parametrize(
+    ("line", "why"),
+    [
+        ((0, 2**52, 1, 2), "a tick is from 0 to"),
+        ((0, -1, 1, 2), "a tick is from 0 to"),
+        ((0, 5, 25, -1), "there is no body 25: the scene has 25"),
+        ((0, 5, 1, 25), "there is no body 25"),
+        ((0, 5, -1, 2), "there is no body -1"),
+        ((0, 5, 7, 7), "not in ascending order"),
+        ((0, 5, 7, 3), "not in ascending order"),
+        ((0, 5, 7, -7), "there is no wall -7"),
+        ((0, 5, 7, -5), "nothing of the kind happens then"),
+    ],
+)
+def test_what_no_line_can_be(gas, line, why):
+    scene, log = gas
+    log = log[:3].copy()
+    log[1] = line
+    log["tick"][1] += log["tick"][0] * (line[1] == 5)  # between the first two
+    index, said = wrong(scene, log, None)
+    assert index == 1
+    assert why in said
+
+
+def test_walls_where_there_are_none():
+    scene = kt.Scene([[0.0, 0.0], [3.0, 0.0]], [[1.0, 0.0], [0.0, 0.0]], 1.0)
+    assert certify_log(scene, np.array([(1, 0, 0, 1)], CONTACT_LINE), 5.0).right
+    assert "no walls" in wrong(scene, np.array([(1, 0, 0, -1)], CONTACT_LINE), 5.0)[1]
+
+
+def test_a_fingerprint_is_that_of_the_lines(gas):
+    scene, log = gas
+    right = certify_log(scene, log, UNTIL).fingerprint
+    assert certify_log(scene, log, UNTIL, fingerprint=right).right
+    found = certify_log(scene, log, UNTIL, fingerprint="0" * 64)
+    index, why = found.wrong.index, found.wrong.why
+    assert index == len(log)
+    assert right in why
+
+
+# Rows with plans
+
+
+def whole_rows(scene, until):
+    """Return what an event file of a scene would hold, by the certifier's own course."""
+    course, rows = Course(scene), []
+    end = tick_of(until, scene.start, unit_bits(scene))
+    while (event := course.next(end)) is not None:
+        course.carry_out()
+        a = course.plans[event.a]
+        b = course.plans[event.b] if event.b >= 0 else None
+        plans = [a.x, a.y, a.vx, a.vy, *([b.x, b.y, b.vx, b.vy] if b else [np.nan] * 4)]
+        rows.append((0.0, event.tick >> 52, event.tick & (2**52 - 1), event.a, event.b, *plans))
+    return np.array(rows, LOG)
+
+
+@pytest.fixture(scope="module")
+def turning():
+    scene = kt.make_scene("grid", bodies=9, density=0.3)
+    turns = [(3, 0.25, (0.5, -0.5)), (4, 0.25, (-0.5, 0.0)), (3, 0.5, (0.0, 1.0))]
+    scene = kt.Scene(scene.position, scene.velocity, scene.radius, arena=scene.arena, turns=turns)
+    return scene, whole_rows(scene, UNTIL)
+
+
+def test_rows_with_plans_are_right(turning):
+    scene, rows = turning
+    assert (rows["b"] == -5).sum() == 3
+    assert certify_log(scene, rows, UNTIL).right
+    rows = rows.copy()
+    at = int(np.flatnonzero(rows["b"] >= 0)[0])
+    rows["avx"][rows["avx"] == 0.0] = -0.0  # the sign of a zero is no part of the answer
+    assert certify_log(scene, rows, UNTIL).right
+    rows["bvy"][at] = np.nextafter(rows["bvy"][at], 9.0)
+    index, why = wrong(scene, rows)
+    assert index == at
+    assert f"vy of body {rows['b'][at]} after" in why
+    assert "by rules 4 and 9 it is" in why
+
+
+def test_a_turn_that_is_left_out_or_is_another(turning):
+    scene, rows = turning
+    at = int(np.flatnonzero(rows["b"] == -5)[0])
+    index, why = wrong(scene, np.delete(rows, at))
+    assert index == at
+    assert "before that comes a turn of body 3" in why
+    other = rows.copy()
+    other["avx"][at] = 0.75
+    assert wrong(scene, other) == (
+        at,
+        "vx of body 3 after a turn of body 3 is 0.75; by rules 4 and 9 it is 0.5",
+    )
+    invented = np.insert(rows, 2, rows[at])
+    invented["tick"][2] = rows["tick"][1] + 1
+    assert "nothing of the kind happens then" in wrong(scene, invented)[1]
+
+
+# Whoever asks
+
+
+def test_a_check_that_is_broken_off_says_how_far_it_is(gas):
+    scene, log = gas
+
+    def enough(state):
+        assert state.total == len(log)
+        if state.lines > 300:
+            raise KeyboardInterrupt
+
+    certifier = LogCertifier(scene, log, UNTIL)
+    with pytest.raises(KeyboardInterrupt):
+        certifier.run(enough)
+    assert 300 < certifier.report.lines < len(log)
+    assert not certifier.report.right
+    assert "broken off there" in str(certifier.report)
+
+
+def test_what_is_no_list_of_contacts_is_refused(gas):
+    scene, log = gas
+    with pytest.raises(BadOption, match="with the fields epoch, tick, a and b"):
+        certify_log(scene, np.zeros(3))
+    with pytest.raises(BadOption, match="from the scene's start on"):
+        certify_log(scene, log, -1.0)
+
+
+def changes(log, at):
+    """Yield a log with a tick changed, two contacts exchanged, one left out, one invented."""
+    other = log.copy()
+    other["tick"][at] += 1
+    yield other
+    other = log.copy()
+    other[[at, at + 1]] = other[[at + 1, at]]
+    yield other
+    yield np.delete(log, at)
+    other = np.insert(log, at, log[at - 1])
+    yield other
+
+
+@pytest.mark.parametrize(
+    ("bodies", "contacts"), [(25, 1_000), pytest.param(100, 100_000, marks=pytest.mark.long)]
+)
+def test_a_run_of_kinetile_is_right_to_its_end(bodies, contacts):
+    scene = kt.make_scene("grid", bodies=bodies, density=0.5, seed=4)
+    sim = kt.Simulation(scene, "cells")
+    sim.run(max_contacts=contacts)
+    log = sim.contacts
+    found = certify_log(scene, log, max_contacts=contacts, fingerprint=sim.fingerprint)
+    assert found.right, str(found)
+    at = len(log) * 9 // 10
+    for other in changes(log, at):
+        found = certify_log(scene, other)
+        assert not found.right
+        assert found.wrong.index == at
+
+
+# Which of two lists is right
+
+
+@pytest.fixture
+def three_in_a_row():
+    """Disc 2 meets disc 1 at 0.5; disc 0 meets disc 1 later."""
+    scene = kt.Scene([[1.0, 1.0], [3.0, 1.0], [4.0, 1.0]], [[0.0, 0.0], [0.0, 0.0], [-1.0, 0.0]], 0.25)
+    return scene, np.array([(0, 2**51, 1, 2), (2, 0, 0, 1)], CONTACT_LINE)
+
+
+def test_the_one_that_is_as_the_specification_says_is_right(three_in_a_row):
+    scene, right = three_in_a_row
+    late = right.copy()
+    late["tick"][1] = 5
+    said = explain_difference(scene, {"one": right, "other": late}, 1)
+    assert said.startswith("by the specification one is right there; other is wrong in contact 1: body 0")
+    assert "its tick should be epoch 2, tick 0, 5 ticks earlier" in said
+    said = explain_difference(scene, {"one": late[:1], "other": right}, 1)
+    assert said.startswith("by the specification one is wrong in contact 1: ")
+    assert said.endswith("; other is right there")
+
+
+def test_the_reference_may_be_the_one_that_is_wrong(three_in_a_row):
+    scene, right = three_in_a_row
+    said = explain_difference(scene, {"phase": right, "naive": right[1:]}, 0)
+    assert "phase is right there; naive is wrong in contact 0" in said
+
+
+def test_where_the_specification_does_not_say_it_says_nothing(three_in_a_row, monkeypatch):
+    scene, right = three_in_a_row
+    lists = {"one": right, "other": right[:1]}
+    assert explain_difference(scene, lists, 1, ["disc"])
+    assert not explain_difference(scene, lists, 1, ["sticky"])
+    assert not explain_difference(scene, lists, 1, ["disc", "wall"])  # and no walls to meet
+    monkeypatch.setattr(certify, "_FARTHEST", 0)
+    assert not explain_difference(scene, lists, 1)

@@ -1,0 +1,285 @@
+"""The chart of speed against error: what is counted, what is said, and that it is drawn."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import sys
+from dataclasses import replace
+from html import unescape
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+import kinetile as kt
+from kinetile_accuracy.stepped import chart as speed_error
+from kinetile_accuracy.stepped.chart import EFFORTS, FINDERS, Effort, crossing, described, findings, measure
+from kinetile_accuracy.stepped.chart import KINETIC as KINETIC_NAMES
+from kinetile_accuracy.stepped.engines import ENGINES
+from kinetile_accuracy.stepped.methods import (
+    Kind,
+    Method,
+    Missed,
+    SpeedError,
+    first_encounters,
+    found,
+    measure_rows,
+    missed_of,
+    reference_runs,
+)
+from kinetile_accuracy.stepped.snapshots import STEPPED
+
+CHART = Path(__file__).parents[4] / "docs" / "speed-against-error.svg"
+
+SILENT: Any = lambda *_: None  # noqa: E731
+
+
+def contacts(*rows: tuple[int, int, int]) -> npt.NDArray[np.void]:
+    """Return contacts of (step, a, b)."""
+    return np.array([(step, a, b, True, 0.0) for step, a, b in rows], STEPPED)
+
+
+def row(method: str, dt: float | None = None, **more: Any) -> SpeedError:
+    kinds: dict[str, Kind] = {
+        "sweep": "snapshots",
+        "cells": "snapshots",
+        "chipmunk": "engine",
+        "box2d": "engine",
+        "box2d-bullets": "engine",
+    }
+    plain = SpeedError(
+        bodies=100,
+        density=0.25,
+        kind=kinds.get(method, "kinetic"),
+        method=method,
+        dt=dt,
+        cost=1e-3,
+        cost_low=1e-3,
+        cost_high=1e-3,
+        deepest=1e-15,
+        deepest_low=1e-15,
+        deepest_high=1e-15,
+        depth_median=None,
+        energy_drift=0.0,
+        contacts=1000.0,
+        events=None,
+        encounters=2000,
+        missed=0,
+        passed=0,
+        unseen=0,
+        missed_share=0.0,
+        missed_error=0.0,
+    )
+    return replace(plain, **more)
+
+
+KINETIC = (row("naive", cost=3e-3), row("sap-1d", cost=2e-3), row("sweep-tiling", cost=1e-3))
+CURVE = (
+    row("sweep", 1e-2, cost=1e-4, deepest=1.0, missed=200, missed_share=0.1),
+    row("sweep", 1e-3, cost=5e-4, deepest=0.1, missed=20, missed_share=0.01),
+    row("sweep", 1e-4, cost=2e-3, deepest=0.01, missed=0),
+)
+
+
+def test_first_encounters_are_those_of_discs_that_touched_nothing() -> None:
+    seen = contacts((0, 0, 1), (1, 2, -1), (2, 1, 3), (3, 2, 4), (4, 5, 6), (5, 0, 1))
+    # 0-1 and 5-6 only: 3 meets a disc that has collided, 4 one that has been at a wall.
+    assert first_encounters(seen, 7).tolist() == [0, 4]
+    assert first_encounters(contacts(), 7).tolist() == []
+
+
+def test_an_encounter_is_found_as_the_first_contact_of_both() -> None:
+    pairs = np.array([(0, 1), (2, 3), (4, 5)])
+    late = contacts((7, 0, 1), (8, 3, 2), (9, 4, 5))
+    assert found(pairs, late, 6, late["step"]).all()
+    instead = contacts((7, 0, 2), (8, 2, 3), (9, 4, -2), (9, 4, 5), (10, 0, 1))
+    # 2 has met 0 before, and 0 has met 2; 4 is at a wall at the same snapshot, which has no order.
+    assert found(pairs, instead, 6, instead["step"]).tolist() == [False, False, True]
+    assert found(pairs, instead, 6).all()
+
+
+def test_three_ways_to_miss() -> None:
+    seen = contacts((1, 0, 1), (2, 2, 4), (3, 2, 3), (4, 4, 5))
+    seen["acted"][3] = False
+    acted = seen[seen["acted"]]
+    pairs = np.array([(0, 1), (2, 3), (4, 5), (6, 7)])
+    missed = missed_of(pairs, 8, acted, acted["step"], seen)
+    assert missed == Missed(encounters=4, missed=3, passed=2, unseen=1)
+    assert missed.share == 0.75
+    assert (missed + missed).encounters == 8
+    assert math.isnan(Missed(0, 0, 0, 0).share)
+
+
+def test_where_two_methods_cost_the_same() -> None:
+    at = crossing(CURVE, 1e-3)
+    assert at is not None
+    assert at.dt == pytest.approx(10**-3.5)  # 1e-3 is half way from 5e-4 to 2e-3, by logarithms
+    assert at.deepest == pytest.approx(10**-1.5)
+    assert at.missed_share == pytest.approx(0.005)
+    assert crossing(CURVE, 5e-4) == pytest.approx((1e-3, 0.1, 0.01))
+    assert crossing(CURVE, 1.0) is None
+    assert crossing(CURVE, 1e-6) is None
+    assert crossing(CURVE[:1], 1e-4) is None
+
+
+def test_the_sentences_say_what_the_rows_say() -> None:
+    first, of_sweep, last = findings([*KINETIC, *CURVE])
+    assert "naive, sap-1d, sweep-tiling" in first
+    assert "none of the first encounters is missed" in first
+    assert "0.1 times as long as sweep-tiling, with overlaps up to 1 radii and 10.0% of first" in of_sweep
+    assert "it takes as long at dt = 3.2e-4, with overlaps up to 0.032 radii and 0.50% of first" in of_sweep
+    assert "2 times, with overlaps up to 0.01 radii and no first encounters missed" in of_sweep
+    assert "2 are as fast as sweep-tiling" in last
+    assert "none overlap as little" in last
+    assert "and none are both. Of those as fast, none have every first encounter" in last
+
+
+def test_the_sentences_turn_round_with_the_rows() -> None:
+    slower = [row("box2d-bullets", dt, cost=cost, deepest=0.01) for dt, cost in ((1e-2, 5e-3), (1e-3, 9e-3))]
+    said = findings([*KINETIC, *slower])
+    assert "Box2D 2.3 with bullets takes 5 times as long" in said[1]
+    assert "it takes as long" not in said[1]
+    assert "none are as fast as sweep-tiling" in said[-1]
+    truer = row("cells", 1e-3, cost=5e-4, deepest=1e-16)
+    assert "and 1 are both. Of those as fast, 1 have every" in findings([*KINETIC, truer])[-1]
+    lossy = replace(KINETIC[2], missed=7, missed_share=7 / 2000, deepest_high=0.2)
+    said = findings([*KINETIC[:2], lossy])
+    assert "the deepest overlap is 0.2 radii; up to 7 first encounters are missed" in said[0]
+
+
+@pytest.mark.compiled
+def test_kinetic_methods_agree_and_snapshots_err_less_with_shorter_steps() -> None:
+    methods = [Method("kinetic", name) for name in ("sap-1d", "sweep-tiling")]
+    methods += [Method("snapshots", "sweep", dt) for dt in (0.05, 0.01, 0.001)]
+    told: list[tuple[int, int]] = []
+    rows = measure_rows(
+        methods, 25, 0.25, seeds=2, encounters=100, progress=lambda done, total: told.append((done, total))
+    )
+    assert [(row.missed, row.passed, row.unseen) for row in rows[:2]] == [(0, 0, 0)] * 2
+    assert all(row.deepest_high < 1e-13 for row in rows[:2])
+    assert all(row.encounters >= 100 for row in rows)
+    coarse, middle, fine = rows[2:]
+    assert coarse.missed > middle.missed >= fine.missed
+    assert coarse.deepest > 2 * middle.deepest > 4 * fine.deepest > 0.0
+    assert all(row.unseen <= row.passed <= row.missed for row in rows)
+    assert all(row.cost_low <= row.cost <= row.cost_high for row in rows)
+    assert told[0] == (0, 7)
+    assert told[-1] == (7, 7)
+
+
+def test_enough_encounters_are_gathered() -> None:
+    known = reference_runs(9, 0.25, 12)
+    assert sum(len(truth.pairs) for truth in known) >= 12
+    assert all(truth.last > 0.0 for truth in known)
+
+
+@pytest.fixture
+def small(monkeypatch: pytest.MonkeyPatch) -> None:
+    effort = Effort(((16, 0.25),), 1, 5, (1e-1, 1e-2), (1e-1,))
+    monkeypatch.setitem(speed_error.EFFORTS, "quick", effort)
+
+
+@pytest.mark.compiled
+@pytest.mark.usefixtures("small")
+def test_the_section_holds_together(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pymunk", None)
+    monkeypatch.setitem(sys.modules, "Box2D", None)
+    section = measure("quick", SILENT)
+    assert section.name == "chart"
+    assert len(section.left_out) == 2, "each package once"
+    assert all("kinetile[peers]" in reason for reason in section.left_out)
+    (table,) = section.tables
+    assert len(table.rows) == 5 + 2 * 2
+    assert all(hasattr(table.rows[0], head) for head in table.heads)
+    assert {row.method for row in table.rows} == {*KINETIC_NAMES, "sweep"}
+    assert [row.kind for row in table.rows if row.method == "cells"] == ["kinetic", *["snapshots"] * 2]
+    (picture,) = section.pictures
+    said = json.loads(picture.description)
+    assert list(said["kinetic"]) == list(KINETIC_NAMES)
+    assert said["steps"] == {"snapshots": {"sweep": [1e-1, 1e-2], "cells": [1e-1, 1e-2]}}
+    assert section.findings
+
+
+def test_the_chart_is_drawn_and_names_every_method() -> None:
+    pytest.importorskip("matplotlib")
+    from kinetile_accuracy.stepped.chart import draw_speed_error
+
+    engines = (
+        row("chipmunk", 1e-2, cost=2e-3, deepest=0.9, missed_share=0.01),
+        row("box2d", 1e-2, cost=7e-3, deepest=0.2),
+        row("box2d-bullets", 1e-2, cost=9e-3),
+    )
+    both = (row("cells", 1e-2, deepest=0.5), row("cells", kind="kinetic", cost=5e-4), row("sap-2d"))
+    figure = draw_speed_error((*KINETIC, *CURVE, *engines, *both))
+    said = {text.get_text() for axes in figure.axes for text in axes.texts}
+    said |= {text.get_text() for text in figure.legends[0].get_texts()}
+    for name in (
+        *KINETIC_NAMES,
+        "snapshots, sweep",
+        "snapshots, cells",
+        "Chipmunk",
+        "Box2D 2.3, no bullets",
+    ):
+        assert name in said
+    assert {"slower", "faster", "dt = 1e-4"} <= said
+    assert [axes.get_yscale() for axes in figure.axes] == ["log"] * 4
+    assert figure.axes[2].get_xticklabels()[0].get_text() == "none"
+
+
+def test_the_description_of_a_chart_is_of_its_rows() -> None:
+    rows = (*(replace(each, events=1500.0) for each in KINETIC), *CURVE, row("box2d", 1e-2))
+    assert described(rows) == {
+        "bodies": 100,
+        "density": 0.25,
+        "encounters": 2000,
+        "kinetic": {
+            name: {"contacts": 1000.0, "events": 1500.0} for name in ("naive", "sap-1d", "sweep-tiling")
+        },
+        "steps": {"snapshots": {"sweep": [1e-2, 1e-3, 1e-4]}, "engine": {"box2d": [1e-2]}},
+    }
+
+
+def test_every_phase_that_comes_with_kinetile_is_measured() -> None:
+    ours = [each for each in kt.registry() if each.plugin == "kinetile:builtin"]
+    built_in = {each.spec.name for each in ours if each.kind == "broad phase"}
+    assert set(KINETIC_NAMES) == built_in
+
+
+def committed() -> dict[str, Any]:
+    """Return what the chart of README says that it is of."""
+    (text,) = re.findall(r"<dc:description>(.*?)</dc:description>", CHART.read_text(encoding="utf-8"))
+    said: dict[str, Any] = json.loads(unescape(text))
+    return said
+
+
+def test_the_chart_of_readme_has_the_methods_that_there_are() -> None:
+    # It was of three phases, of which one had become ten times as fast, and nothing said so.
+    effort, said = EFFORTS["normal"], committed()
+    assert (said["bodies"], said["density"]) == (400, 0.25)
+    assert list(said["kinetic"]) == list(KINETIC_NAMES)
+    assert said["steps"] == {
+        "snapshots": {finder: list(effort.steps) for finder in FINDERS},
+        "engine": {peer: list(effort.engine_steps) for peer in ENGINES},
+    }
+
+
+@pytest.mark.compiled
+def test_the_chart_of_readme_has_the_counts_that_there_are() -> None:
+    effort, said = EFFORTS["normal"], committed()
+    bodies, density = said["bodies"], said["density"]
+    assert said["encounters"] == sum(len(t.pairs) for t in reference_runs(bodies, density, effort.encounters))
+    for phase, counts in said["kinetic"].items():
+        found = [
+            Method("kinetic", phase).observe(
+                kt.make_scene("grid", bodies=bodies, density=density, seed=seed + 1), 1.0
+            )
+            for seed in range(effort.seeds)
+        ]
+        contacts = [int((observed.contacts["b"] >= 0).sum()) for observed in found]
+        assert counts["contacts"] == np.mean(contacts)
+        # A tenth is less than the width of a mark; beyond, the phase has to be measured anew.
+        assert counts["events"] == pytest.approx(np.mean([each.events for each in found]), rel=0.1)

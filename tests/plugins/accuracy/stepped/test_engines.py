@@ -1,0 +1,135 @@
+"""The engines: that they run the scene they are given, and tell what they find."""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+import pytest
+
+import kinetile as kt
+from kinetile.errors import MissingExtra, Refused
+from kinetile_accuracy.stepped.engines import (
+    ENGINES,
+    TITLES,
+    EngineName,
+    engine_module,
+    engine_settings,
+    run_engine,
+)
+from kinetile_accuracy.stepped.snapshots import SteppedRun
+
+PACKAGES = {"chipmunk": "pymunk", "box2d": "Box2D", "box2d-bullets": "Box2D"}
+
+
+@pytest.fixture(params=ENGINES)
+def peer(request: pytest.FixtureRequest) -> EngineName:
+    name: EngineName = request.param
+    pytest.importorskip(PACKAGES[name])
+    return name
+
+
+def listed(run: SteppedRun) -> list[tuple[int, int]]:
+    """Return (a, b) of a run's contacts, each of several steps once."""
+    return list(dict.fromkeys((int(row["a"]), int(row["b"])) for row in run.contacts))
+
+
+def test_two_discs_exchange_their_velocities(peer: EngineName) -> None:
+    scene = kt.Scene([(1.0, 2.0), (4.0, 2.0)], [(1.0, 0.0), (-1.0, 0.0)], 1.0, arena=(5.0, 4.0))
+    run = run_engine(peer, scene, 0.01, 1.0, watched="depths")
+    assert listed(run) == [(0, 1)]
+    assert 50 <= run.contacts["step"][0] <= 52
+    np.testing.assert_allclose(run.velocity, [(-1.0, 0.0), (1.0, 0.0)], atol=1e-3)
+    np.testing.assert_allclose(run.position, [(1.0, 2.0), (4.0, 2.0)], atol=0.05)
+    assert 0.0 <= run.deepest < 0.03
+    assert run.steps == 100
+    assert run.cpu_seconds > 0.0
+
+
+def test_masses_count(peer: EngineName) -> None:
+    scene = kt.Scene([(1.0, 2.0), (4.0, 2.0)], [(1.0, 0.0), (-1.0, 0.0)], 1.0, [3.0, 1.0], (5.0, 4.0))
+    run = run_engine(peer, scene, 0.01, 0.7)
+    np.testing.assert_allclose(run.velocity, [(0.0, 0.0), (2.0, 0.0)], atol=2e-3)
+
+
+def test_walls_reflect_and_are_named(peer: EngineName) -> None:
+    scene = kt.Scene([(0.3, 0.3)], [(1.0, -0.9)], 0.1, arena=(1.0, 1.2))
+    simulation = kt.Simulation(scene)
+    simulation.run(3.0)
+    run = run_engine(peer, scene, 1e-3, 3.0, watched="depths")
+    assert sorted(listed(run)) == sorted({(int(row["a"]), int(row["b"])) for row in simulation.contacts})
+    np.testing.assert_allclose(run.position, simulation.positions(), atol=0.03)
+    assert run.energy_drift < 1e-3
+
+
+def test_slow_pairs_bounce_as_well(peer: EngineName) -> None:
+    slow = 1e-3
+    scene = kt.Scene([(1.0, 2.0), (4.0, 2.0)], [(slow, 0.0), (-slow, 0.0)], 1.0, arena=(5.0, 4.0))
+    run = run_engine(peer, scene, 0.01 / slow, 1.0 / slow)
+    np.testing.assert_allclose(run.velocity, [(-slow, 0.0), (slow, 0.0)], atol=1e-3 * slow)
+
+
+@pytest.mark.compiled
+def test_many_discs_keep_their_energy_and_stay_inside(peer: EngineName) -> None:
+    scene = kt.make_scene("grid", bodies=100, density=0.25, seed=1)
+    simulation = kt.Simulation(scene)
+    simulation.run(1.0)
+    run = run_engine(peer, scene, 1e-3, 1.0, watched="depths")
+    assert run.energy_drift < 0.01
+    assert (run.position > 0.0).all()
+    assert (run.position < 1.0).all()
+    discs = (run.contacts["b"] >= 0).sum()
+    assert discs == pytest.approx(simulation.readings.contacts_disc, rel=0.2)
+    assert run.deepest < (0.01 if peer == "box2d-bullets" else 0.3)
+    assert len(run.overlaps) > len(run.contacts)
+
+
+@pytest.mark.compiled
+def test_bullets_are_an_engine_of_their_own_and_overlap_less() -> None:
+    pytest.importorskip("Box2D")
+    scene = kt.make_scene("grid", bodies=100, density=0.25, seed=1)
+    plain, bullets = (
+        run_engine(name, scene, 1e-3, 0.3, watched="depths").deepest for name in ("box2d", "box2d-bullets")
+    )
+    assert bullets < 0.01 < 0.05 < plain
+    assert "Box2D 2.3" in TITLES["box2d"]
+    assert "no disc is a bullet" in engine_settings("box2d")
+    assert "every disc is a bullet" in engine_settings("box2d-bullets")
+
+
+def test_what_is_not_watched_is_missing(peer: EngineName) -> None:
+    scene = kt.make_scene("grid", bodies=9, density=0.25, seed=1)
+    timed = run_engine(peer, scene, 0.01, 1.0)
+    assert len(timed.overlaps) == 0
+    assert np.isnan(timed.deepest)
+    seen = run_engine(peer, scene, 0.01, 1.0, watched="contacts")
+    assert len(seen.contacts) > 0
+    assert np.isnan(seen.deepest)
+    np.testing.assert_array_equal(seen.position, timed.position)
+
+
+def test_it_says_what_it_is_set_to(peer: EngineName) -> None:
+    text = engine_settings(peer)
+    assert text.startswith(PACKAGES[peer])
+    assert any(letter.isdigit() for letter in text.partition(":")[0])
+    for word in ("friction 0", "iterations", "continuous"):
+        assert word in text
+
+
+def test_scenes_that_an_engine_is_not_given(peer: EngineName) -> None:
+    still = [(0.5, 0.5)], [(0.0, 0.0)], 0.1
+    with pytest.raises(Refused):
+        run_engine(peer, kt.Scene(*still), 0.01, 1.0)
+    with pytest.raises(Refused):
+        run_engine(peer, kt.Scene(*still, arena=(1.0, 1.0), turns=[(0, 1.0, (0.0, 1.0))]), 0.01, 1.0)
+    with pytest.raises(ValueError, match="dt"):
+        run_engine(peer, kt.Scene(*still, arena=(1.0, 1.0)), 0.0, 1.0)
+    assert run_engine(peer, kt.Scene(*still, arena=(1.0, 1.0)), 0.01, 1.0).energy_drift == 0.0
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_an_engine_that_is_not_installed(name: EngineName, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, PACKAGES[name], None)
+    for call in (engine_module, engine_settings):
+        with pytest.raises(MissingExtra, match=rf"{PACKAGES[name]}.*kinetile\[peers\]"):
+            call(name)

@@ -1,0 +1,228 @@
+"""The pseudo-dynamic method: that it is what it says, no better and no worse."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+import kinetile as kt
+from kinetile.errors import Refused
+from kinetile_accuracy.stepped import snapshots
+from kinetile_accuracy.stepped.methods import missed_of
+from kinetile_accuracy.stepped.snapshots import Finder, SteppedRun, deepest_overlap, run_snapshots
+
+FINDERS: tuple[Finder, ...] = ("sweep", "cells")
+
+
+def mixed(bodies: int = 30, seed: int = 1) -> kt.Scene:
+    """Discs of different sizes and masses in an arena that is not square, at random directions."""
+    random = np.random.default_rng(seed)
+    side = math.ceil(math.sqrt(bodies))
+    cell = np.arange(bodies)
+    position = (np.stack([cell % side, cell // side], axis=1) + 0.5) / side * (1.5, 1.0)
+    velocity = random.normal(size=(bodies, 2))
+    return kt.Scene(
+        position,
+        velocity,
+        random.uniform(0.2, 0.45, bodies) / side,
+        random.uniform(0.5, 4.0, bodies),
+        (1.5, 1.0),
+    )
+
+
+def by_all_pairs(scene: kt.Scene, dt: float, steps: int) -> list[tuple[int, int, int]]:
+    """Return (step, a, b) of contacts by the plainest loop: all pairs at each snapshots, left to right."""
+    x, v, r, m = scene.position.copy(), scene.velocity.copy(), scene.radius, scene.mass
+    contacts = []
+    for step in range(1, steps + 1):
+        x += v * dt
+        for i in range(len(x)):
+            for axis, side in enumerate(scene.arena or ()):
+                if x[i, axis] < r[i] and v[i, axis] < 0.0:
+                    contacts.append((step, i, -1 - 2 * axis))
+                    x[i, axis] = 2.0 * r[i] - x[i, axis]
+                    v[i, axis] = -v[i, axis]
+                elif x[i, axis] > side - r[i] and v[i, axis] > 0.0:
+                    contacts.append((step, i, -2 - 2 * axis))
+                    x[i, axis] = 2.0 * (side - r[i]) - x[i, axis]
+                    v[i, axis] = -v[i, axis]
+        order = np.argsort(x[:, 0] - r, kind="stable")
+        for place, i in enumerate(order):
+            for j in order[place + 1 :]:
+                dx, dy = x[j] - x[i]
+                square = dx * dx + dy * dy
+                if square < (r[i] + r[j]) ** 2:
+                    approach = dx * (v[j, 0] - v[i, 0]) + dy * (v[j, 1] - v[i, 1])
+                    if approach < 0.0:
+                        v_i = m[j] / (m[i] + m[j]) * 2.0 * approach / square
+                        v_j = m[i] / (m[i] + m[j]) * 2.0 * approach / square
+                        v[i] += (v_i * dx, v_i * dy)
+                        v[j] -= (v_j * dx, v_j * dy)
+                        contacts.append((step, int(min(i, j)), int(max(i, j))))
+    return contacts
+
+
+def listed(run: SteppedRun) -> list[tuple[int, int, int]]:
+    """Return (step, a, b) of a run's contacts."""
+    return [(int(row["step"]), int(row["a"]), int(row["b"])) for row in run.contacts]
+
+
+def test_the_sorted_sweep_finds_the_pairs_that_all_pairs_find() -> None:
+    scene = mixed()
+    run = run_snapshots(scene, 0.01, 1.0)
+    expected = by_all_pairs(scene, 0.01, run.steps)
+    assert len(expected) > 100
+    # Walls are written body by body in the order of rows, which the sweep moves.
+    assert sorted(listed(run)) == sorted(expected)
+    assert [c for c in listed(run) if c[2] >= 0] == [c for c in expected if c[2] >= 0]
+
+
+def test_cells_find_the_pairs_that_the_sweep_finds() -> None:
+    scene = mixed(seed=3)
+    sweep, cells = (run_snapshots(scene, 0.001, 0.4, finder=finder) for finder in FINDERS)
+    assert len(sweep.contacts) > 20
+    assert sorted(listed(sweep)) == sorted(listed(cells))
+    np.testing.assert_array_equal(sweep.position, cells.position)
+
+
+@pytest.mark.parametrize("finder", FINDERS)
+def test_energy_is_kept_at_any_step(finder: Finder) -> None:
+    scene = mixed(seed=2)
+    for dt in (0.1, 0.01):
+        run = run_snapshots(scene, dt, 2.0, finder=finder)
+        before, after = (
+            0.5 * (scene.mass * (v**2).sum(axis=1)).sum() for v in (scene.velocity, run.velocity)
+        )
+        assert run.energy_drift < 1e-13
+        assert after == pytest.approx(before, rel=1e-13)
+        assert not np.allclose(run.velocity, scene.velocity)
+
+
+def test_a_contact_is_seen_at_the_next_snapshot() -> None:
+    # The gap of 1 closes at speed 2, so at 0.5; the next snapshots is at 0.6, where they overlap by 0.2.
+    scene = kt.Scene([(1.0, 1.0), (4.0, 1.0)], [(1.0, 0.0), (-1.0, 0.0)], 1.0)
+    run = run_snapshots(scene, 0.2, 1.0)
+    assert listed(run) == [(3, 0, 1)]
+    assert run.deepest == pytest.approx(0.2)
+    assert run.median_depth == run.deepest
+    np.testing.assert_allclose(run.velocity, [(-1.0, 0.0), (1.0, 0.0)], atol=1e-15)
+    np.testing.assert_allclose(run.position, [(1.2, 1.0), (3.8, 1.0)], atol=1e-15)
+
+
+def test_walls_are_exact() -> None:
+    scene = kt.Scene([(0.3, 0.6)], [(1.3, -0.7)], 0.1, arena=(1.0, 2.0))
+    simulation = kt.Simulation(scene)
+    simulation.run(20.0)
+    run = run_snapshots(scene, 0.01, 20.0)
+    np.testing.assert_allclose(run.position, simulation.positions(), atol=1e-11)
+    assert [int(row["b"]) for row in run.contacts] == [int(row["b"]) for row in simulation.contacts]
+
+
+def test_it_converges_to_the_kinetic_result() -> None:
+    scene = kt.make_scene("grid", bodies=16, density=0.25, seed=4)
+    simulation = kt.Simulation(scene)
+    simulation.run(0.3)
+    contacts = sorted((int(row["a"]), int(row["b"])) for row in simulation.contacts)
+    errors = []
+    for dt in (1e-3, 1e-4, 1e-5):
+        run = run_snapshots(scene, dt, 0.3)
+        errors.append(float(np.abs(run.position - simulation.positions()).max()))
+    assert sorted((int(row["a"]), int(row["b"])) for row in run.contacts) == contacts
+    assert len(contacts) > 20
+    assert errors[2] < 1e-3
+    assert errors[2] < errors[1] / 5 < errors[0] / 25
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize(("step", "published"), [(0.3, 3.75e-3), (1.0, 0.0435), (2.0, 0.215), (4.0, 0.607)])
+def test_single_encounters_are_unseen_as_often_as_theory_says(step: float, published: float) -> None:
+    unseen, passed = single_encounters(step)
+    assert unseen == pytest.approx(theory(step), rel=0.02)
+    assert unseen == pytest.approx(published, rel=0.02)
+    assert passed == pytest.approx(theory(2.0 * step), rel=0.02)
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("step", [0.05, 0.1])
+def test_with_short_steps_the_shares_are_the_steps_square_over_24_and_6(step: float) -> None:
+    unseen, passed = single_encounters(step, least=0.99)
+    assert unseen == pytest.approx(step**2 / 24, rel=0.02)
+    assert passed == pytest.approx(step**2 / 6, rel=0.02)
+
+
+def theory(step: float) -> float:
+    """Return the mean of max(0, 1 - 2 sqrt(1 - u^2) / step) over impact parameters u from 0 to 1 (in sigma).
+
+    That is the probability that no snapshots falls into an overlap of that length. The discs approach during
+    the first half of it only, so with twice the step it is that of no impulse.
+    """
+    u = (np.arange(1_000_000) + 0.5) / 1_000_000
+    return float(np.maximum(0.0, 1.0 - 2.0 * np.sqrt(1.0 - u**2) / step).mean())
+
+
+def single_encounters(step: float, least: float = 0.0, pairs: int = 20_000) -> tuple[float, float]:
+    """Return the shares of encounters not seen, and without an impulse, with v dt = ``step`` sigma.
+
+    Pairs stand far apart, one disc at rest and one that flies past it, with impact parameters from ``least``
+    to 1 (below which all are seen and acted on, if step < sqrt(1 - least^2)) and phases spread evenly.
+    """
+    k = np.arange(pairs)
+    u = least + (1.0 - least) * (k + 0.5) / pairs
+    phase = (k * (math.sqrt(5.0) - 1.0) / 2.0) % 1.0
+    target = np.stack([k * (8.0 + 2.0 * step), np.zeros(pairs)], axis=1)
+    flying = target + np.stack([u, -1.0 - (phase + 1.0) * step], axis=1)
+    position = np.concatenate([target, flying])
+    velocity = np.concatenate([np.zeros((pairs, 2)), np.tile([0.0, step], (pairs, 1))])
+    scene = kt.Scene(position, velocity, 0.5)
+    steps = math.ceil(2.0 / step + 3.0)
+    run = run_snapshots(scene, 1.0, float(steps), parting=True)
+    missed = missed_of(
+        np.stack([k, k + pairs], axis=1), 2 * pairs, run.contacts, run.contacts["step"], run.overlaps
+    )
+    return missed.unseen / pairs * (1.0 - least), missed.passed / pairs * (1.0 - least)
+
+
+def test_a_log_that_is_too_short_is_made_longer(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = mixed()
+    whole = run_snapshots(scene, 0.01, 1.0)
+    monkeypatch.setattr(snapshots, "_ROOM", 3)
+    again = run_snapshots(scene, 0.01, 1.0)
+    assert listed(again) == listed(whole)
+    np.testing.assert_array_equal(again.position, whole.position)
+
+
+def test_the_deepest_overlap_is_that_of_all_pairs() -> None:
+    random = np.random.default_rng(5)
+    position: npt.NDArray[np.float64] = random.uniform(size=(40, 2))
+    radius = random.uniform(0.01, 0.1, 40)
+    a, b = np.triu_indices(40, 1)
+    depth = (radius[a] + radius[b] - np.hypot(*(position[a] - position[b]).T)) / np.minimum(
+        radius[a], radius[b]
+    )
+    assert deepest_overlap(position, radius) == pytest.approx(depth.max(), rel=1e-14)
+    assert deepest_overlap(position, radius * 1e-3) == 0.0
+
+
+def test_no_bodies_and_no_time() -> None:
+    empty = kt.Scene(np.empty((0, 2)), np.empty((0, 2)), 1.0, arena=(1.0, 1.0))
+    for finder in FINDERS:
+        assert len(run_snapshots(empty, 0.1, 1.0, finder=finder).contacts) == 0
+    assert run_snapshots(mixed(), 0.1, 0.0).steps == 0
+    assert run_snapshots(mixed(), 0.1, 1.0).steps == 10
+    assert run_snapshots(mixed(), 0.3, 1.0).steps == 4
+
+
+def test_what_it_cannot_do_it_refuses() -> None:
+    turning = kt.Scene([(0.5, 0.5)], [(1.0, 0.0)], 0.1, turns=[(0, 1.0, (0.0, 1.0))])
+    with pytest.raises(Refused, match="without turns"):
+        run_snapshots(turning, 0.1, 1.0)
+    with pytest.raises(Refused, match="arena"):
+        run_snapshots(kt.Scene([(0.5, 0.5)], [(1.0, 0.0)], 0.1), 0.1, 1.0, finder="cells")
+    for dt in (0.0, -1.0, math.nan, math.inf):
+        with pytest.raises(ValueError, match="dt is a length of time"):
+            run_snapshots(mixed(), dt, 1.0)
+    with pytest.raises(ValueError, match="before the scene's start"):
+        run_snapshots(mixed(), 0.1, -1.0)
