@@ -12,13 +12,16 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import installing
+
 
 @contextmanager
 def cluster(
     folder: Path, paths: Sequence[Sequence[str]], *, interpreted: bool = True
 ) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]:
     """A scheduler, and a worker for each of some PYTHONPATHs; yields its address and the workers."""
-    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    environment = dict(os.environ)
+    environment["PYTHONPATH"] = os.pathsep.join(installing.OWN)
     environment["NUMBA_DISABLE_JIT"] = "1" if interpreted else "0"
     file = folder / "scheduler.json"
     common = ["--scheduler-file", str(file), "--host", "tcp://127.0.0.1", "--no-dashboard"]
@@ -42,7 +45,7 @@ def cluster(
             started.append(
                 subprocess.Popen(
                     [*dask, "worker", *common, "--nthreads", "1", "--no-nanny", *scratch],
-                    env={**environment, "PYTHONPATH": os.pathsep.join(path)},
+                    env={**environment, "PYTHONPATH": os.pathsep.join([*path, *installing.OWN])},
                     **how,
                 )
             )

@@ -1,4 +1,4 @@
-"""Studies for tests: small ones, run as a user runs them, in processes that can be killed."""
+"""Studies for tests: small ones, run in this process, or by commands in processes that can be killed."""
 
 from __future__ import annotations
 
@@ -13,9 +13,13 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
+from typer.testing import CliRunner
+
 import installing
+from kinetile.cli import app
 from kinetile_bench import Study
-from kinetile_bench.study.store.rows import Store
+from kinetile_bench.store import Store
+from kinetile_bench.study_run import StudyStatus
 
 STUDY = """
 phases = ["naive", "cells"]
@@ -26,7 +30,17 @@ until = 0.1
 recipe = "grid"
 parameters = { bodies = [9, 25], density = [0.5, 0.05] }
 """
-"""64 tasks, each of which takes some hundredths of a second, interpreted."""
+
+TASKS = 64
+"""Tasks of STUDY, each of which takes some hundredths of a second, interpreted."""
+
+
+def kinetile(*arguments: object) -> Any:
+    """Run a command in this process; return exit code and output."""
+    result = CliRunner().invoke(app, [str(argument) for argument in arguments])
+    if result.exception is not None and not isinstance(result.exception, SystemExit):
+        raise result.exception
+    return result
 
 
 def write(folder: Path, text: str = STUDY) -> Path:
@@ -37,8 +51,30 @@ def write(folder: Path, text: str = STUDY) -> Path:
     return path
 
 
+def status_here(study: Study, **how: Any) -> StudyStatus:
+    """Run a study in this process, where registered phases are known; return how it stands."""
+    with ThreadPoolExecutor(1) as threads:
+        return study.run(threads, workers=1, **how)
+
+
+def run_here(study: Study, **how: Any) -> Study:
+    """Do the same; return the study."""
+    status_here(study, **how)
+    return study
+
+
+def stop_after(rows: int) -> Any:
+    """Return a ``progress`` that ends a run when there are so many rows."""
+
+    def progress(state: Any) -> None:
+        if state.done >= rows:
+            raise KeyboardInterrupt
+
+    return progress
+
+
 def study(*words: object, folder: Path, paths: Sequence[str] = ()) -> subprocess.CompletedProcess[str]:
-    """Run ``kinetile study``, interpreted."""
+    """Run ``kinetile study`` in a process of its own, interpreted."""
     return installing.run("study", *words, folder=folder, paths=paths)
 
 
@@ -46,7 +82,7 @@ def begin(
     *words: object, folder: Path, paths: Sequence[str] = (), interpreted: bool = True
 ) -> subprocess.Popen[str]:
     """Begin ``kinetile study`` in a process that leads its session."""
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(paths)}
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([*paths, *installing.OWN])}
     environment["NUMBA_DISABLE_JIT"] = "1" if interpreted else "0"
     return subprocess.Popen(
         [sys.executable, "-m", "kinetile", "study", *map(str, words)],
@@ -59,10 +95,11 @@ def begin(
     )
 
 
-def rows_there(results: Path) -> int:
-    """Return how many rows a folder has at the moment."""
-    table = Store(results).read(["key"])
-    return 0 if table is None else int(table.num_rows)
+def ended(process: subprocess.Popen[str], code: int = 0) -> tuple[str, str]:
+    """Return the output of a study that ends with an exit code."""
+    out, error = process.communicate(timeout=1200)
+    assert process.returncode == code, (out, error)
+    return out, error
 
 
 def wait_for_rows(process: subprocess.Popen[str], results: Path, count: int) -> None:
@@ -74,18 +111,29 @@ def wait_for_rows(process: subprocess.Popen[str], results: Path, count: int) -> 
         time.sleep(0.01)
 
 
-def children(pid: int) -> list[int]:
-    """Return the processes that a process has started and that are still there."""
-    text = Path(f"/proc/{pid}/task/{pid}/children").read_text()
-    return [int(word) for word in text.split()]
+def rows_there(results: Path) -> int:
+    """Return how many rows a folder has at the moment."""
+    table = Store(results).read(["key"])
+    return 0 if table is None else int(table.num_rows)
 
 
 def workers_of(pid: int) -> list[int]:
     """Return the worker processes of a study that runs."""
-    return [child for child in children(pid) if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes()]
+    children = map(int, Path(f"/proc/{pid}/task/{pid}/children").read_text().split())
+    return [child for child in children if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes()]
 
 
-def is_alive(pid: int) -> bool:
+def all_end(pids: Sequence[int], seconds: float = 20.0) -> bool:
+    """Whether all of some processes end within so many seconds."""
+    until = time.monotonic() + seconds
+    while any(map(_is_alive, pids)):
+        if time.monotonic() > until:
+            return False
+        time.sleep(0.02)
+    return True
+
+
+def _is_alive(pid: int) -> bool:
     """Whether a process is there and is no zombie."""
     try:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
@@ -98,16 +146,15 @@ def kill(pid: int) -> None:
     os.kill(pid, signal.SIGKILL)
 
 
-def sorted_rows(path: Path, folder: Path, paths: Sequence[str] = ()) -> bytes:
-    """Return the rows of a study as the command writes them, but for timings."""
-    out = folder / "rows.csv"
-    done = study("table", path, "--rows", out, "--no-timings", folder=folder, paths=paths)
-    assert done.returncode == 0, done.stderr
-    return out.read_bytes()
+def table(path: Path) -> list[dict[str, Any]]:
+    """Return the rows of a study without what depends on times and machine, compiled or not."""
+    rows = Study(path).rows(timings=False)
+    found: list[dict[str, Any]] = rows.drop_columns(["compiled"]).to_pylist()
+    return found
 
 
 def all_rows(path: Path) -> dict[str, dict[str, Any]]:
-    """Return the rows of a study by their keys."""
+    """Return the rows of a study by their keys, with all columns."""
     return {row["key"]: row for row in Study(path).rows().to_pylist()}
 
 
@@ -115,10 +162,3 @@ def said(process: subprocess.CompletedProcess[str]) -> dict[str, Any]:
     """Return what a command has printed as JSON."""
     found: dict[str, Any] = json.loads(process.stdout)
     return found
-
-
-def run_here(study: Study, **how: Any) -> Study:
-    """Run a study in this process, where registered phases are known; return it."""
-    with ThreadPoolExecutor(1) as threads:
-        study.run(threads, workers=1, **how)
-    return study

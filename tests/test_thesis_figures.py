@@ -266,6 +266,7 @@ def test_with_the_right_rule_the_package_has_sweep_tilings_run(runs):
     assert runs["meeting:sweep-tiling"]["fingerprint"] == runs["meeting:naive"]["fingerprint"]
 
 
+@pytest.mark.slow
 def test_the_commands_about_the_wrong_rule_say_what_is_shown(known, tmp_path):
     (block,) = [b for b in read_blocks(PAGE) if b.language == "console" and b.mark == "not run"]
     (tmp_path / "thesis").mkdir()

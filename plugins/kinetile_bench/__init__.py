@@ -1,4 +1,4 @@
-"""Benchmarks and studies: how fast broad phases are, on scenes of the thesis and on scenes of one's own.
+"""Benchmarks and studies: how fast broad phases are, on scenes of the thesis and on the user's own.
 
 A study is a table of scenes, phases and seeds that is run task by task, on one machine or on many, and that
 goes on where it was stopped. The benchmarks of the thesis are studies that come with this package.
@@ -9,15 +9,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from kinetile_bench.study.study import Study as Study
+    from kinetile_bench.study import Study as Study
 
 __all__ = ["Study"]
 
 
 def __getattr__(name: str) -> Any:
-    """Import the class when it is first used: it needs the extra ``records``."""
+    """Imports the class when it is first used: a worker process must not import what computes so early."""
     if name != "Study":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from kinetile_bench.study.study import Study
+    from kinetile_bench.study import Study
 
     return Study

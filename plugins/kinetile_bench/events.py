@@ -1,4 +1,4 @@
-"""How fast the broad phases are: events a CPU second on the thesis's twelve scenes, a study that ships.
+"""Speed of the broad phases: events a CPU second on the thesis's twelve scenes, a study that ships.
 
 Each phase gets, on each scene, runs of about the same CPU time, always from the scene's start, with the
 repeats of the phases taking turns, so that a machine that slows down slows all of them; the median counts.
@@ -14,12 +14,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from kinetile import registry
+from kinetile.plugin.choices import write_phase
 from kinetile_accuracy.environment import environment
-from kinetile_bench.choices import Choice, phase_label, phases_with_options
-from kinetile_bench.display import Displayed
-from kinetile_bench.study.study import Study, shipped_tables
-
-__all__ = ["BODIES", "COUNTED", "DENSITIES", "Bench", "BenchRow", "events_study", "read_events"]
+from kinetile_bench.benchmark import Choice, Measured, phases_with_options
+from kinetile_bench.study import Study, shipped_tables
 
 BODIES = (25, 100, 400)
 DENSITIES = (0.5, 0.25, 0.125, 0.01)
@@ -52,8 +51,8 @@ class BenchRow:
         slowest, fastest: events a CPU second of the slowest and the fastest repeat.
         events_per_contact: structural and all other events, over contacts.
         of_fastest: contacts a CPU second, over those of the phase that had the most on this scene.
-        asked_per_contact, computed_per_contact: partners that a body looked at, and contact times worked out
-            exactly, over contacts, as the counts have them.
+        asked_per_contact, computed_per_contact: candidate checks, and exact solves, over contacts, as the
+            counts have them.
         contacts: how many a timed run has, the median.
         cpu_seconds: of each repeat.
         counts: readings after COUNTED contacts a disc, the same on every machine.
@@ -76,15 +75,11 @@ class BenchRow:
 
 
 @dataclass(frozen=True)
-class Bench(Displayed):
+class Bench(Measured):
     """All rows, and where and with what they were measured."""
 
     rows: tuple[BenchRow, ...]
     conditions: Mapping[str, Any]
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return everything in plain types, fit for JSON."""
-        return {"conditions": dict(self.conditions), "rows": [vars(row) for row in self.rows]}
 
 
 def events_study(
@@ -97,18 +92,16 @@ def events_study(
     repeats: int = 5,
     seed: int = 1,
 ) -> Study:
-    """Return the study ``events``, or a part of it; its rows are in the folder ``results``.
+    """Returns the study ``events``, or a part of it; its rows are in the folder ``results``.
 
     Broad phases (all that are registered, if None) run scenes of the recipe ``grid``. ``seconds`` is the CPU
     time of one run, about; ``repeats`` how often each is done.
 
     Raises StudyError for what cannot be run.
     """
-    from kinetile.plugin.registry import registry
-
     chosen = phases_with_options(registry().names("broad phase") if phases is None else phases)
     tables = shipped_tables("events") | {
-        "phases": [phase_label(*each) for each in chosen],
+        "phases": [write_phase(*each) for each in chosen],
         "seeds": [seed],
         "repeats": repeats,
         "seconds": seconds,
@@ -125,7 +118,7 @@ def events_study(
 
 
 def read_events(study: Study) -> Bench:
-    """Return what the rows of ``events_study`` come to, and how they were measured."""
+    """Returns what the rows of ``events_study`` come to, and how they were measured."""
     runs: dict[tuple[float, int], dict[str, list[Mapping[str, Any]]]] = {}
     for row in study.rows().to_pylist():
         if row["status"] == "done":
@@ -146,7 +139,7 @@ def read_events(study: Study) -> Bench:
 
 
 def _row(runs: Sequence[Mapping[str, Any]], most: float) -> BenchRow:
-    """Return a phase's row; ``most`` is the rate of contacts of the fastest phase on the scene."""
+    """Returns a phase's row; ``most`` is the rate of contacts of the fastest phase on the scene."""
     counts = {name: runs[0][name] for name in _COUNTS}
     counted = max(counts["contacts_disc"] + counts["contacts_wall"], 1)
     rates = [run["events_per_cpu_second"] for run in runs]
@@ -171,5 +164,5 @@ def _row(runs: Sequence[Mapping[str, Any]], most: float) -> BenchRow:
 
 
 def _contact_rate(runs: Sequence[Mapping[str, Any]]) -> float:
-    """Return the contacts a CPU second of a phase's runs on a scene, the median."""
+    """Returns the contacts a CPU second of a phase's runs on a scene, the median."""
     return float(statistics.median(run["contacts_per_cpu_second"] for run in runs))

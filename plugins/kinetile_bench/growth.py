@@ -1,8 +1,8 @@
-"""How a broad phase grows: CPU time for a unit of simulated time, and memory, against the number of discs.
+"""Growth of a broad phase: CPU time for a unit of simulated time, and memory, over the number of discs.
 
-A study that ships: each number of discs has a process of its own, which notes time and memory stage by stage
-(``kinetile_bench.study.work.stages``). From its peak of memory that of the same process with four discs is
-taken off; what is left is the discs'.
+It is a study that ships: each number of discs has a process of its own, which measures time and memory stage
+by stage (``kinetile_bench.runner``). The peak of memory of the same process with four discs is subtracted
+from its own; the rest belongs to the discs.
 """
 
 from __future__ import annotations
@@ -15,17 +15,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from kinetile.plugin.choices import write_phase
 from kinetile_accuracy.environment import environment
-from kinetile_bench.choices import Choice, phase_label, phases_with_options
-from kinetile_bench.display import Displayed
-from kinetile_bench.measures import fit_exponent
-from kinetile_bench.study.study import Study, shipped_tables
-from kinetile_bench.study.work.stages import WARM_UP
-
-__all__ = ["Growth", "GrowthRow", "growth_study", "read_growth", "square_at_least"]
+from kinetile_bench.benchmark import Choice, Measured, phases_with_options
+from kinetile_bench.results import fit_exponent
+from kinetile_bench.runner import WARM_UP
+from kinetile_bench.study import Study, shipped_tables
 
 TINY = 4
-"""Discs of the process whose memory is taken off."""
+"""Discs of the process whose memory is subtracted."""
 
 _NOTICEABLE = 4 << 20  # bytes: less than this is within what two equal processes differ by
 
@@ -35,7 +33,7 @@ class GrowthRow:
     """One number of discs.
 
     Attributes:
-        bodies: how many: the smallest square number that is at least what was asked for.
+        bodies: their number: the smallest square number that is at least the one that was given.
         setup_seconds: time to make scene and tables, construct and predict, compilation and loading apart.
         cpu_seconds_per_time: CPU seconds in the loop for one unit of simulated time; median of the stretches.
         slowest, fastest: of the stretches.
@@ -43,7 +41,7 @@ class GrowthRow:
         events_per_contact: structural and all other events, over contacts.
         simulated: how much time was simulated in the stretches together.
         peak_bytes_per_body: most memory, less that of the same process with four discs; None where that is
-            too little to be told apart, or the system does not tell.
+            too little to be significant, or the system gives no peak.
         stage_bytes_per_body: the same at the end of each stage: scene, tables, construction, run.
         table_bytes_per_body: what scene, kernel and broad phase keep in arrays, the log apart.
         arrays: those arrays, in bytes a body.
@@ -64,7 +62,7 @@ class GrowthRow:
 
 
 @dataclass(frozen=True)
-class Growth(Displayed):
+class Growth(Measured):
     """All rows, and where and with what they were measured."""
 
     phase: str
@@ -86,7 +84,7 @@ class Growth(Displayed):
         return fit_exponent([row.bodies for row in rows], [row.cpu_seconds_per_time for row in rows])
 
     def as_dict(self) -> dict[str, Any]:
-        """Return everything in plain types, fit for JSON."""
+        """Returns everything in plain types, fit for JSON."""
         found = {"phase": self.phase, "density": self.density, "exponent": self.exponent}
         rows = [asdict(row) for row in self.rows]
         return (
@@ -104,7 +102,7 @@ def growth_study(
     repeats: int = 1,
     seed: int = 1,
 ) -> Study:
-    """Return the study ``growth`` of one broad phase; its rows are in the folder ``results``.
+    """Returns the study ``growth`` of one broad phase; its rows are in the folder ``results``.
 
     ``seconds`` is the CPU time that is measured of each number of discs in each of so many processes
     (``repeats``), at least. The phase must be one that another process finds.
@@ -112,7 +110,7 @@ def growth_study(
     Raises StudyError for what cannot be run.
     """
     ((name, options),) = phases_with_options([phase])
-    tables = shipped_tables("growth") | {"phases": [phase_label(name, options)], "seconds": seconds}
+    tables = shipped_tables("growth") | {"phases": [write_phase(name, options)], "seconds": seconds}
     sizes = sorted({TINY} | {square_at_least(n) for n in bodies})
     tables |= {"seeds": [seed], "repeats": repeats}
     tables["scenes"] = [{"recipe": "grid", "parameters": {"density": density, "bodies": sizes}}]
@@ -120,12 +118,12 @@ def growth_study(
 
 
 def square_at_least(n: int) -> int:
-    """Return the smallest square number that is at least ``n``: what the recipe ``grid`` can make."""
+    """Returns the smallest square number that is at least ``n``: what the recipe ``grid`` can make."""
     return (math.isqrt(max(n, 1) - 1) + 1) ** 2
 
 
 def read_growth(study: Study) -> Growth:
-    """Return what the rows of ``growth_study`` come to, and how they were measured."""
+    """Returns what the rows of ``growth_study`` come to, and how they were measured."""
     plan = study.plan
     seed, density = (plan.scenes[0].combinations[0][name] for name in ("seed", "density"))
     rows: dict[int, list[Mapping[str, Any]]] = {}
@@ -136,11 +134,11 @@ def read_growth(study: Study) -> Growth:
     found = tuple(_row(n, runs, tiny) for n, runs in rows.items())
     conditions = environment() | {"seconds": plan.seconds, "repeats": plan.repeats, "seed": seed}
     conditions |= {"contacts_before": WARM_UP}
-    return Growth(phase_label(*plan.phases[0]), density, found, conditions)
+    return Growth(write_phase(*plan.phases[0]), density, found, conditions)
 
 
 def _row(n: int, runs: Sequence[Mapping[str, Any]], tiny: Mapping[str, Any]) -> GrowthRow:
-    """Return the row of so many discs: times of the stretches of all processes, memory of the first."""
+    """Returns the row of ``n`` discs: times of the stretches of all processes, memory of the first."""
     found, stretches = runs[0], [each for run in runs for each in run["stretches"]]
     costs = [each["cpu_seconds"] / each["simulated"] for each in stretches]
     known = [name for name, peak in found["peaks"].items() if peak is not None and name in tiny]

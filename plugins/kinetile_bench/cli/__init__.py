@@ -8,18 +8,8 @@ import typer
 from typer.core import TyperGroup
 
 from kinetile.cli.options import is_file_name
-from kinetile_bench.cli.choose import choose
-from kinetile_bench.cli.events import events
-from kinetile_bench.cli.frames import frames
-from kinetile_bench.cli.growth import growth
-from kinetile_bench.cli.scene import scene
-from kinetile_bench.cli.study.plot import study_plot
-from kinetile_bench.cli.study.run import run_study
-from kinetile_bench.cli.study.status import study_status
-from kinetile_bench.cli.study.table import study_table
-from kinetile_bench.cli.thesis import thesis
-
-__all__ = ["app"]
+from kinetile_bench.cli.bench import choose, events, frames, growth, scene, thesis
+from kinetile_bench.cli.study import run_study, study_plot, study_status, study_table
 
 _PANEL = "Speed"
 

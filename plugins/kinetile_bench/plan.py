@@ -1,0 +1,528 @@
+"""Plan of a study: what a study file may hold, and what its values mean.
+
+A file is read as scenes are: first the syntax, then the keys and the types of their values (by pydantic,
+strictly), then what the values mean: ranges, recipes and their parameters, phases and their options, seeds,
+ends. What fails one step is left out of the next and all the rest goes on, so one error lists every mistake
+of the file, each with its place.
+
+A range is a table: ``{ from = 10, to = 50, step = 10 }``, or ``{ from = 100, to = 10000, count = 5, scale =
+"log" }``. Its numbers are computed from how they are written, so that 0.1 to 0.5 by 0.1 has 0.3 in it and no
+neighbour of it.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from itertools import product
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from kinetile import registry
+from kinetile.errors import BadOption, Mistake, SceneError, StudyError, one_of
+from kinetile.plugin.choices import read_phase
+from kinetile.scene.by_name import Registered, complete_parameters, loads_scene, recipe_parameters
+from kinetile.scene.checks import abridged, is_finite, shown
+from kinetile.scene.schema import Place, read_bytes, read_tables, written
+
+MEASURES = {
+    "timings": "the run is done again until there is enough CPU time to measure",
+    "rate": "a run of so many seconds of CPU time is done, and its events and contacts a second are noted",
+    "stages": "time and memory of another run are noted stage by stage, in a process of its own",
+    "pairs": "candidate pairs are counted at 17 moments of the run",
+    "construction": "what the static construction did is counted apart",
+    "certified": "the list of contacts is checked by the specification, in exact arithmetic",
+}
+"""What can be measured beside the readings, which every row has."""
+
+AXES = ("bodies", "density")
+"""The parameters that a figure's axis and a fit prefer, where a study has them."""
+
+_Texts = Annotated[list[str], Field(min_length=1, max_length=1000)]
+
+
+class _Keys(BaseModel):
+    """Keys of a table; the description of a field is what messages say was expected."""
+
+    model_config = ConfigDict(
+        extra="forbid", strict=True, alias_generator=lambda name: name.replace("_", "-"), defer_build=True
+    )
+
+
+def _key(expected: str, **limits: Any) -> Any:
+    return Field(description=expected, **limits)
+
+
+_Until = Annotated[float | None, _key("a finite number")]
+_Contacts = Annotated[int | None, _key("a whole number, at least 1", ge=1)]
+
+
+class SceneTable(_Keys):
+    """``[[scenes]]``: a recipe, with values, lists and ranges of its parameters; or a scene file."""
+
+    recipe: Annotated[str | None, _key("the name of a recipe")] = None
+    file: Annotated[str | None, _key("the name of a scene file")] = None
+    parameters: Annotated[dict[str, Any], _key("a table of the recipe's parameters", max_length=100)] = {}
+    together: Annotated[
+        list[_Texts], _key('lists of parameters that go together, such as [["bodies", "density"]]')
+    ] = []
+    until: _Until = None
+    contacts: _Contacts = None
+
+
+class FigureTable(_Keys):
+    """``[[figures]]``: a figure of the rows."""
+
+    name: Annotated[str, _key("the name of the figure's file, without its ending")]
+    kind: Annotated[Literal["lines", "shares"], _key('"lines" or "shares"')] = "lines"
+    y: Annotated[str, _key("the name of a column")] = "cpu_seconds"
+    x: Annotated[str | None, _key("the name of a parameter")] = None
+    logarithmic: Annotated[bool, _key("true or false")] = True
+    title: Annotated[str | None, _key("text")] = None
+
+
+class StudyTable(_Keys):
+    """A whole study file."""
+
+    results: Annotated[str | None, _key("the name of a folder")] = None
+    phases: Annotated[_Texts, _key('a list of broad phases, such as ["naive", "sap-1d:axis=y"]')]
+    seeds: Any = None
+    repeats: Annotated[int, _key("a whole number, at least 1", ge=1, le=1_000_000)] = 1
+    until: _Until = None
+    contacts: _Contacts = None
+    measure: Annotated[list[str], _key(f"a list of some of {', '.join(MEASURES)}", max_length=100)] = []
+    seconds: Annotated[
+        float, _key("a number greater than 0, at most 3600", gt=0, le=3600, allow_inf_nan=False)
+    ] = 0.05
+    limit: Annotated[float | None, _key("CPU seconds, greater than 0", gt=0, allow_inf_nan=False)] = None
+    scenes: Annotated[list[SceneTable], _key("[[scenes]] tables", min_length=1, max_length=1000)]
+    figures: Annotated[list[FigureTable], _key("[[figures]] tables", max_length=100)] = []
+
+
+def find_faults(tables: Mapping[str, Any]) -> tuple[list[Mistake], set[Place]]:
+    """Compares a file's tables with what a study may hold.
+
+    Returns the mistakes, and the places of the values that are missing or of a wrong type, and so of no use.
+    """
+    try:
+        StudyTable.model_validate(tables)
+        return [], set()
+    except ValidationError as error:
+        found = error.errors(include_url=False, include_input=False)
+    mistakes: dict[Place, Mistake] = {}
+    faults: set[Place] = set()
+    for detail in found:
+        kind, place = detail["type"], detail["loc"]
+        if kind == "extra_forbidden":
+            expected = one_of(str(place[-1]), _fields(place))
+            mistakes[place] = Mistake(written(place), "a key that is not known here", expected)
+            continue
+        while isinstance(place[-1], int) and (len(place) > 2 or place[0] not in ("scenes", "figures")):
+            place = place[:-1]  # the whole list is meant, not its second entry
+        faults.add(place)
+        expected = "a table" if isinstance(place[-1], int) else _fields(place)[str(place[-1])]
+        value = "nothing" if kind == "missing" else shown(_at(tables, place))
+        mistakes[place] = Mistake(written(place), value, expected)
+    return list(mistakes.values()), faults
+
+
+def _fields(place: Place) -> dict[str, str]:
+    """Returns the keys of the table in which ``place`` ends, each with what is expected there."""
+    models: dict[str | int, type[_Keys]] = {"scenes": SceneTable, "figures": FigureTable}
+    model = models.get(place[0], StudyTable) if len(place) > 1 else StudyTable
+    return {field.alias or name: field.description or "" for name, field in model.model_fields.items()}
+
+
+def _at(tables: Any, place: Place) -> Any:
+    for step in place:
+        tables = tables[step]
+    return tables
+
+
+MOST = 100_000
+"""How many values a list or range may have."""
+
+_KEYS = ("from", "to", "step", "count", "scale")
+_FORM = "{ from, to, step } or { from, to, count, scale }"
+
+
+def values_of(given: Any, where: str, mistakes: list[Mistake], *, whole: bool = False) -> list[Any]:
+    """Returns the values that were given for a parameter; appends what is wrong with them.
+
+    ``whole``: numbers of a logarithmic range are rounded to whole ones.
+    """
+    if isinstance(given, Mapping):
+        return _range(given, where, mistakes, whole)
+    if not isinstance(given, list):
+        return [given]
+    if not given:
+        mistakes.append(Mistake(where, "an empty list", f"a value, a list of values, or a range {_FORM}"))
+    if len(given) > MOST:
+        mistakes.append(Mistake(where, f"{len(given):,} values", f"at most {MOST:,}"))
+        return []
+    kept = list({(type(each), repr(each)): each for each in given}.values())
+    if len(kept) < len(given):
+        mistakes.append(Mistake(where, "a value that is there twice", "each value once"))
+    return kept
+
+
+def _range(given: Mapping[str, Any], where: str, mistakes: list[Mistake], whole: bool) -> list[Any]:
+    known = len(mistakes)
+    for key in given:
+        if key not in _KEYS:
+            mistakes.append(Mistake(f"{where}.{key}", "a key that is not known here", one_of(key, _KEYS)))
+    for key in ("from", "to", "step"):
+        if key in given and not is_finite(given[key]):
+            mistakes.append(Mistake(f"{where}.{key}", shown(given[key]), "a finite number"))
+        elif key not in given and key != "step":
+            mistakes.append(Mistake(f"{where}.{key}", "nothing", f"a finite number, as in {_FORM}"))
+    count: Any = given.get("count")
+    scale = given.get("scale", "linear")
+    if count is not None and (isinstance(count, bool) or not isinstance(count, int) or not 1 < count <= MOST):
+        mistakes.append(Mistake(f"{where}.count", shown(count), f"a whole number from 2 to {MOST:,}"))
+    if scale not in ("linear", "log"):
+        mistakes.append(Mistake(f"{where}.scale", shown(scale), '"linear" or "log"'))
+    if "step" in given and ("count" in given or "scale" in given):
+        mistakes.append(Mistake(where, "step beside count or scale", f"one of {_FORM}"))
+    if len(mistakes) > known:
+        return []
+    first, last = Fraction(repr(given["from"])), Fraction(repr(given["to"]))
+    if first >= last or (scale == "log" and first <= 0):
+        expected = "from below to" + (", both above 0" if scale == "log" else "")
+        mistakes.append(Mistake(where, f"from {given['from']!r} to {given['to']!r}", expected))
+        return []
+    if scale == "log" and count is None:
+        mistakes.append(Mistake(f"{where}.count", "nothing", "a whole number: how many values there are"))
+        return []
+    if scale == "log":
+        ratio = float(last) / float(first)
+        if not math.isfinite(ratio):
+            found = f"from {given['from']!r} to {given['to']!r}"
+            mistakes.append(Mistake(where, found, "numbers whose ratio is at most 1.8e308"))
+            return []
+        numbers = [float(first) * math.pow(ratio, k / (count - 1)) for k in range(count)]
+        numbers[-1] = float(last)
+        return list(dict.fromkeys(map(round, numbers))) if whole else numbers
+    step = Fraction(repr(given.get("step", 1)))
+    if count is not None:
+        step = (last - first) / (count - 1)
+    if step <= 0 or (last - first) / step >= MOST:
+        mistakes.append(Mistake(f"{where}.step", shown(given.get("step")), f"at most {MOST:,} steps upwards"))
+        return []
+    exact = [first + k * step for k in range(math.floor((last - first) / step) + 1)]
+    integers = all(isinstance(given.get(key, 1), int) for key in ("from", "to", "step"))
+    return [int(each) if integers and each.denominator == 1 else float(each) for each in exact]
+
+
+_MOST_TASKS = 200_000
+"""All tasks of a study are in memory while it runs: some hundred megabytes."""
+
+_CONTROL = re.compile(r"[\x00-\x1f\x7f]")
+
+
+@dataclass(frozen=True)
+class SceneSet:
+    """Scenes of one recipe: ``combinations`` are all the parameters of each, defaults among them.
+
+    Or one scene, of a file: ``recipe`` is the file's name as the study has it, ``combinations`` has one entry
+    without parameters, ``content`` is the file's text, ``made_by`` the recipe that the text names.
+    """
+
+    recipe: str
+    combinations: tuple[dict[str, Any], ...]
+    varied: tuple[str, ...]
+    until: float | None
+    contacts: int | None
+    content: str | None = None
+    made_by: str | None = None
+
+
+@dataclass(frozen=True)
+class StudyPlan:
+    """The content of a study file.
+
+    Attributes:
+        source: the file, or None.
+        results: the folder of the rows, as the file has it, or None.
+        scenes: the scenes.
+        phases: (name, options) of each broad phase.
+        repeats: how often each run is done.
+        measure: what is measured beside the readings.
+        seconds: CPU seconds of the runs of a task whose timings are measured, at least.
+        limit: CPU seconds that a task may take, or None.
+        figures: the figures to draw.
+    """
+
+    source: str | None
+    results: str | None
+    scenes: tuple[SceneSet, ...]
+    phases: tuple[tuple[str, Mapping[str, Any]], ...]
+    repeats: int = 1
+    measure: tuple[str, ...] = ()
+    seconds: float = 0.05
+    limit: float | None = None
+    figures: tuple[FigureTable, ...] = field(default=())
+
+    @property
+    def size(self) -> int:
+        """The number of tasks."""
+        return sum(len(each.combinations) for each in self.scenes) * len(self.phases) * self.repeats
+
+
+def read_plan_file(path: str | os.PathLike[str]) -> StudyPlan:
+    """Reads a study from a TOML file.
+
+    Raises OSError if the file cannot be read, and StudyError, with every mistake in it, if it is no study.
+    """
+    source = os.fspath(path)
+    try:
+        text = read_bytes(path, None).decode("utf-8-sig")
+        tables = read_tables(text, source)
+    except UnicodeDecodeError as error:
+        mistake = Mistake(
+            f"byte {error.start}", f"bytes that are not UTF-8 ({error.reason})", "a file in UTF-8"
+        )
+        raise StudyError([mistake], source) from error
+    except SceneError as error:  # what reads TOML for scenes
+        raise StudyError(error.mistakes, source) from error
+    return read_plan(tables, source)
+
+
+def read_plan(tables: Mapping[str, Any], source: str | None = None) -> StudyPlan:
+    """Reads a study from a file's tables; ``source`` is what messages call it. Raises StudyError."""
+    return _PlanReader(tables, source).plan()
+
+
+class _PlanReader:
+    """Reads the values of a study file whose keys and types have been compared, and collects mistakes.
+
+    A method that finds a mistake adds it to ``mistakes``; what it returns then is of no use.
+    """
+
+    def __init__(self, tables: Mapping[str, Any], source: str | None) -> None:
+        self.source = source
+        self.mistakes, self.faults = find_faults(tables)
+        self.tables = {key: value for key, value in tables.items() if (key,) not in self.faults}
+        self.names = Registered()
+        self.seeds: list[int] | None = None
+
+    def wrong(self, where: str, found: str, expected: str) -> None:
+        self.mistakes.append(Mistake(where, found, expected))
+
+    def plan(self) -> StudyPlan:
+        """Returns the plan. Raises StudyError with all mistakes."""
+        tables = self.tables
+        phases = self.phases(tables.get("phases", []))
+        for k, name in enumerate(tables.get("measure", [])):
+            if name not in MEASURES:
+                self.wrong(f"measure[{k}]", shown(name), one_of(name, MEASURES))
+        self.seeds = self.read_seeds(tables.get("seeds"))
+        scenes = [
+            self.scenes(k) for k in range(len(tables.get("scenes", []))) if ("scenes", k) not in self.faults
+        ]
+        seeded = any(each is None or "seed" in each.varied for each in scenes)
+        if self.seeds is not None and scenes and not seeded:
+            self.wrong("seeds", "seeds", "a recipe with a parameter 'seed', or no seeds")
+        results = tables.get("results")
+        if results is not None and (not results or _CONTROL.search(results)):
+            self.wrong("results", shown(results), "the name of a folder")
+        self.check_figures(tables.get("figures", []))
+        if self.mistakes:
+            raise StudyError(abridged(self.mistakes), self.source)
+        plan = StudyPlan(
+            self.source,
+            results,
+            tuple(each for each in scenes if each is not None),
+            tuple(phases),
+            tables.get("repeats", 1),
+            tuple(dict.fromkeys(tables.get("measure", ()))),
+            float(tables.get("seconds", 0.05)),
+            tables.get("limit"),
+            tuple(FigureTable.model_validate(each) for each in tables.get("figures", [])),
+        )
+        if plan.size > _MOST_TASKS:
+            self.wrong("scenes", f"{plan.size:,} tasks in all", f"at most {_MOST_TASKS:,}")
+            raise StudyError(self.mistakes, self.source)
+        return plan
+
+    def phases(self, texts: list[str]) -> list[tuple[str, Mapping[str, Any]]]:
+        """Returns name and options of each phase."""
+        found: dict[str, tuple[str, Mapping[str, Any]]] = {}
+        for k, text in enumerate(texts):
+            where = f"phases[{k}]"
+            try:
+                name, options = read_phase(text)
+            except BadOption as error:
+                self.wrong(where, shown(text), f"a phase ({error})")
+                continue
+            mistakes = self.names.mistakes(where, name, "broad phase")
+            if not mistakes:
+                name = registry().spec("broad phase", name).name
+                mistakes = [
+                    each._replace(where=f"{where}: {each.where}")
+                    for each in self.names.option_mistakes(name, options)
+                ]
+            if repr((name, options)) in found:
+                mistakes = [Mistake(where, f"{shown(text)}, which is there already", "each phase once")]
+            found[repr((name, options))] = name, options
+            self.mistakes += mistakes
+        return list(found.values())
+
+    def read_seeds(self, given: Any) -> list[int] | None:
+        """Returns the seeds, None without any."""
+        if given is None:
+            return None
+        known = len(self.mistakes)
+        seeds = values_of(given, "seeds", self.mistakes, whole=True)
+        for seed in seeds:
+            if isinstance(seed, bool) or not isinstance(seed, int):
+                self.wrong("seeds", shown(seed), "whole numbers, a list of them, or a range")
+                return None
+        return seeds if len(self.mistakes) == known else None
+
+    def scenes(self, k: int) -> SceneSet | None:
+        """Returns the scenes of one table, None where it has mistakes."""
+        known, where = len(self.mistakes), f"scenes[{k}]"
+        table = {key: value for key, value in self.tables["scenes"][k].items() if value is not None}
+        clean = {key: value for key, value in table.items() if ("scenes", k, key) not in self.faults}
+        ended = not any((*of, "until") in self.faults for of in ((), ("scenes", k)))
+        if not {"recipe", "file"} & table.keys():
+            self.wrong(where, "neither recipe nor file", "one of the two")
+            return None
+        found = (self.scene_file if "file" in table else self.recipe)(clean, where, ended)
+        return found if len(self.mistakes) == known else None
+
+    def recipe(self, table: Mapping[str, Any], where: str, ended: bool) -> SceneSet | None:
+        """Returns the scenes of a recipe."""
+        known = len(self.mistakes)
+        until, contacts = self.end(table, where, None, ended)
+        if "recipe" not in table:  # or of a wrong type, which is a mistake already
+            return None
+        recipe = table["recipe"]
+        if mistakes := self.names.mistakes(f"{where}.recipe", recipe, "scene"):
+            self.mistakes += mistakes
+            return None
+        types = {each.name: each.type for each in recipe_parameters(recipe)}
+        given = dict(table.get("parameters", {}))
+        if self.seeds is not None and "seed" in types:
+            if "seed" in given:
+                self.wrong(f"{where}.parameters.seed", "a seed beside seeds", "one of the two")
+            given["seed"] = self.seeds
+        lists: dict[str, list[Any]] = {}
+        for key, value in given.items():
+            place = f"{where}.parameters.{key}"
+            lists[key] = values_of(value, place, self.mistakes, whole=types.get(key) == "int")
+            for each in lists[key]:
+                self.mistakes += [
+                    mistake._replace(where=f"{where}.{mistake.where}")
+                    for mistake in self.names.parameter_mistakes(recipe, {key: each})
+                    if mistake.where == f"parameters.{key}"
+                ]
+        missing = [each for each in self.names.parameter_mistakes(recipe, {}) if each.where[11:] not in given]
+        self.mistakes += [each._replace(where=f"{where}.{each.where}") for each in missing]
+        if len(self.mistakes) == known:
+            for key, values in lists.items():  # as the types of the parameters have them
+                lists[key] = [complete_parameters(recipe, {key: each})[key] for each in values]
+        combined = self.combined(lists, table.get("together", []), where)
+        if len(self.mistakes) > known:
+            return None
+        varied = tuple(key for key, values in lists.items() if len(values) > 1 or key == "seed")
+        defaults = complete_parameters(recipe, {})
+        return SceneSet(recipe, tuple({**defaults, **each} for each in combined), varied, until, contacts)
+
+    def scene_file(self, table: Mapping[str, Any], where: str, ended: bool) -> SceneSet | None:
+        """Returns the scene of a file, with its text."""
+        known, place = len(self.mistakes), f"{where}.file"
+        for key in ("recipe", "parameters", "together"):
+            if key in table:
+                found = "a file beside a recipe" if key == "recipe" else f"{key} of a file"
+                at = place if key == "recipe" else f"{where}.{key}"
+                self.wrong(at, found, "a file alone, or a recipe with its parameters")
+        if "file" not in table or len(self.mistakes) > known:
+            return None
+        name, expected = table["file"], "the name of a scene file"
+        if _CONTROL.search(name):
+            self.wrong(place, shown(name), expected)
+            return None
+        try:
+            text = read_bytes(Path(self.source or "").parent / name, None).decode("utf-8-sig")
+            scene = loads_scene(text, name)
+        except OSError as error:
+            self.wrong(place, f"{shown(name)}, which cannot be read ({error.strerror or error})", expected)
+            return None
+        except UnicodeDecodeError as error:
+            reason = f"which is not UTF-8 ({error.reason} at byte {error.start})"
+            self.wrong(place, f"{shown(name)}, {reason}", expected)
+            return None
+        except SceneError as error:
+            self.mistakes += [each._replace(where=f"{place}: {each.where}") for each in error.mistakes]
+            return None
+        until, contacts = self.end(table, where, scene.settings.until, ended)
+        return SceneSet(name, ({},), (), until, contacts, text, scene.origin.get("recipe"))
+
+    def end(
+        self, table: Mapping[str, Any], where: str, of_scene: float | None, ended: bool
+    ) -> tuple[float | None, int | None]:
+        """Returns until and contacts of a table's runs: the table's, the file's, or the scene's own.
+
+        ``ended`` False: there is an end of a wrong type, which is a mistake already.
+        """
+        file = self.tables
+        until, contacts = (table.get(key, file.get(key)) for key in ("until", "contacts"))
+        if until is None and contacts is None:
+            until = of_scene
+        if until is not None and not is_finite(until):
+            self.wrong(f"{where}: until", shown(until), "a finite number")
+        if until is None and ended:
+            if "pairs" in file.get("measure", ()):
+                self.wrong(f"{where}.until", "nothing", "a time: pairs are counted at moments up to it")
+            elif contacts is None:
+                self.wrong(f"{where}.until", "nothing", "until or contacts, here or for all scenes")
+        return None if until is None else float(until), contacts
+
+    def combined(
+        self, lists: Mapping[str, list[Any]], together: list[list[str]], where: str
+    ) -> list[dict[str, Any]]:
+        """Returns all combinations of values; lists that go together are gone through side by side."""
+        group_of: dict[str, tuple[str, ...]] = {}
+        for k, group in enumerate(together):
+            place = f"{where}.together[{k}]"
+            for name in group:
+                if name not in lists:
+                    self.wrong(place, shown(name), one_of(name, lists))
+                elif name in group_of:
+                    self.wrong(place, f"{shown(name)} a second time", "each parameter once")
+                group_of[name] = tuple(group)
+            lengths = {len(lists[name]) for name in group if lists.get(name)}
+            if len(lengths) > 1:
+                found = f"lists of {', '.join(map(str, sorted(lengths)))} values"
+                self.wrong(place, found, "as many in each")
+        groups = list(dict.fromkeys(group_of.get(name, (name,)) for name in lists))
+        if any(name not in lists for group in groups for name in group):
+            return []
+        choices = [
+            [dict(zip(g, row, strict=False)) for row in zip(*map(lists.get, g), strict=False)] for g in groups
+        ]
+        size = math.prod(map(len, choices))
+        if size > _MOST_TASKS:
+            self.wrong(where, f"{size:,} scenes", f"at most {_MOST_TASKS:,}")
+            return []
+        return [{key: value for part in parts for key, value in part.items()} for parts in product(*choices)]
+
+    def check_figures(self, figures: list[Any]) -> None:
+        """Compares the names of the figures: each is that of a file."""
+        seen: set[str] = set()
+        for k, figure in enumerate(figures):
+            if not {("figures", k), ("figures", k, "name")} & self.faults:
+                name = figure["name"]
+                if not name or Path(name).name != name or _CONTROL.search(name) or name in seen:
+                    self.wrong(
+                        f"figures[{k}].name", shown(name), "a name for a file, another for each figure"
+                    )
+                seen.add(name)

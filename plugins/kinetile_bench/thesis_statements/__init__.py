@@ -1,1 +1,0 @@
-"""What the thesis says of its benchmark, held against a run of it."""

@@ -1,0 +1,310 @@
+"""Benchmarks of a user's scene: every broad phase on it (``bench_scene``), and which to take (``choose``).
+
+What counts is the CPU time of the whole run as a program would call it, from the scene's start to its end:
+the loop, what is done between its chunks, and tables that grow where a body comes. Compiling and the
+structure at the start are outside. The repeats of the phases take turns, so that a machine that slows down
+slows all of them; the median counts.
+
+``choose`` first runs each phase for a few hundred contacts. Those that are not hopelessly slow then run for
+some thousands, as above. That is a fraction of a second of CPU time a phase, compiling apart, and it covers
+the beginning of a run only: where a scene changes later, as when all discs end on one heap, measure it whole
+(``kinetile bench FILE.toml``). Among phases that differ by less than the repeats of one do, the one that
+takes the least memory is named.
+"""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from kinetile import Simulation, registry
+from kinetile.errors import AuditError, KinetileError, MissedContactError, PhaseError, Refused, ZenoError
+from kinetile.plugin.choices import write_phase
+from kinetile_accuracy.environment import environment
+from kinetile_bench.benchmark import Choice, PhasesMeasured, phases_with_options
+from kinetile_bench.runner import arrays_of
+
+MOST_RUNS = 1000
+"""Runs of one repeat, at most."""
+
+_ENDS = (Refused, ZenoError, MissedContactError, PhaseError, AuditError)
+
+
+@dataclass(frozen=True)
+class SceneRow:
+    """One phase on the scene.
+
+    Attributes:
+        phase: the broad phase, with its options.
+        ended_by: the error that ended its run, or that refused the scene; None: it came to its end.
+        cpu_seconds: of the run, median of the repeats; None where the phase refused the scene.
+        slowest, fastest: of the repeats.
+        contacts_per_cpu_second: contacts over the median.
+        of_fastest: its rate, over that of the fastest phase.
+        structural_per_contact: structural events for each contact.
+        contacts, commands: how many there were.
+        fingerprint: of the contacts.
+    """
+
+    phase: str
+    ended_by: str | None = None
+    cpu_seconds: float | None = None
+    slowest: float | None = None
+    fastest: float | None = None
+    contacts_per_cpu_second: float | None = None
+    of_fastest: float | None = None
+    structural_per_contact: float | None = None
+    contacts: int | None = None
+    commands: int | None = None
+    fingerprint: str | None = None
+
+
+@dataclass(frozen=True)
+class SceneBench(PhasesMeasured):
+    """All rows, and where and with what they were measured."""
+
+    rows: tuple[SceneRow, ...]
+    conditions: Mapping[str, Any]
+
+
+def bench_scene(
+    scene: Any,
+    phases: Sequence[Choice] | None = None,
+    until: float | None = None,
+    *,
+    max_contacts: int | None = None,
+    narrow_phases: Mapping[str, Mapping[str, Any]] | None = None,
+    repeats: int = 3,
+    seconds: float = 0.0,
+    start: Callable[[str, Any], Any] | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> SceneBench:
+    """Measures broad phases (all that are registered, if None) on a scene, up to a time or for so many
+    contacts, as ``Simulation.run`` has them. A run is repeated until the runs have taken so many CPU
+    ``seconds`` together; their median is one of so many ``repeats``.
+
+    ``start`` is called with a label and a simulation before a phase first runs, ``progress`` with the runs
+    done and their total. Raises what ``Simulation`` raises, but for Refused, which is a row.
+    """
+    chosen = phases_with_options(registry().names("broad phase") if phases is None else phases)
+    runs: list[list[tuple[float, Any]]] = [[] for _ in chosen]
+    ended: list[str | None] = [None for _ in chosen]
+    for repeat in range(repeats):
+        for k, (name, options) in enumerate(chosen):
+            try:
+                spent: list[float] = []
+                refuses = ended[k] is not None and not runs[k]  # then it does not run again
+                while not refuses and (not spent or (sum(spent) < seconds and len(spent) < MOST_RUNS)):
+                    sim = Simulation(
+                        scene, name, options=options, narrow_phases=narrow_phases, keep_contacts=False
+                    )
+                    if start is not None and repeat == 0 and not spent:
+                        start(write_phase(name, options), sim)
+                    sim.build()
+                    taken, ended[k] = _timed(sim, until, max_contacts)
+                    spent.append(taken)
+                if spent:
+                    runs[k].append((statistics.median(spent), sim.readings.as_dict()))
+            except Refused as refused:
+                ended[k] = str(refused)
+            if progress is not None:
+                progress(repeat * len(chosen) + k + 1, repeats * len(chosen))
+    rows = [_row(write_phase(*choice), runs[k], ended[k]) for k, choice in enumerate(chosen)]
+    most = max((row.contacts_per_cpu_second or 0.0 for row in rows), default=0.0)
+    conditions = environment() | {"repeats": repeats, "seconds": seconds}
+    conditions |= {"until": until, "max_contacts": max_contacts}
+    return SceneBench(tuple(_beside(row, most) for row in rows), conditions)
+
+
+def _timed(sim: Any, until: float | None, max_contacts: int | None) -> tuple[float, str | None]:
+    """Returns the CPU seconds of a run, and the error that ended it."""
+    error: str | None = None
+    began = time.thread_time()
+    try:
+        sim.run(until, max_contacts=max_contacts)
+    except _ENDS as fault:
+        error = f"{type(fault).__name__}: {fault}"
+    return time.thread_time() - began, error
+
+
+def _row(phase: str, runs: Sequence[tuple[float, dict[str, Any]]], ended_by: str | None) -> SceneRow:
+    if not runs:
+        return SceneRow(phase, ended_by)
+    seconds = [spent for spent, _ in runs]
+    found, median = runs[0][1], statistics.median(seconds)
+    contacts = found["contacts_disc"] + found["contacts_wall"]
+    return SceneRow(
+        phase=phase,
+        ended_by=ended_by,
+        cpu_seconds=median,
+        slowest=max(seconds),
+        fastest=min(seconds),
+        contacts_per_cpu_second=contacts / median if median > 0.0 else None,
+        structural_per_contact=found["structural_events"] / contacts if contacts else None,
+        contacts=contacts,
+        commands=found["turns"] + found["inserted"] + found["removed"],
+        fingerprint=found["fingerprint"],
+    )
+
+
+def _beside(row: SceneRow, most: float) -> SceneRow:
+    """Returns a row with its rate over that of the fastest."""
+    rate = row.contacts_per_cpu_second
+    return row if rate is None or most == 0.0 else SceneRow(**(vars(row) | {"of_fastest": rate / most}))
+
+
+PILOT = 300
+"""Contacts of the first, short run of each phase."""
+
+HOPELESS = 0.25
+"""The share of the fastest rate below which a phase is not measured further."""
+
+CONTACTS = 4000
+"""Contacts of a measured run, at least: more, where they take less than SECONDS."""
+
+SECONDS, REPEATS, MOST = 0.1, 5, 50_000
+"""CPU seconds of a measured run of the fastest, about; how often each is run; contacts of a run, at most."""
+
+CLOSE = 0.05
+"""The relative difference below which two rates count as the same."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One broad phase on the scene.
+
+    Attributes:
+        row: as it was measured; of the pilot alone where ``hopeless``.
+        hopeless: it was not measured further, being slow from the beginning.
+        memory: bytes of the arrays of scene, kernel and phase, the log apart; None: it refuses the scene.
+    """
+
+    row: SceneRow
+    hopeless: bool
+    memory: int | None
+
+    @property
+    def rate(self) -> float:
+        """Contacts a CPU second; 0 where it cannot do the scene."""
+        return self.row.contacts_per_cpu_second or 0.0
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """The recommendation.
+
+    Attributes:
+        phase: the broad phase to take, with its options as ``NAME:KEY=VALUE``; None: none can do the scene.
+        reason: why, in a sentence.
+        candidates: the fastest first.
+        identical: whether all gave the same contacts.
+        conditions: where and with what it was measured.
+    """
+
+    phase: str | None
+    reason: str
+    candidates: tuple[Candidate, ...]
+    identical: bool
+    conditions: Mapping[str, Any]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Returns everything in plain types, fit for JSON."""
+        rows = [
+            vars(each.row) | {"hopeless": each.hopeless, "memory": each.memory} for each in self.candidates
+        ]
+        found = {"phase": self.phase, "reason": self.reason, "identical": self.identical}
+        return found | {"conditions": dict(self.conditions), "candidates": rows}
+
+
+def choose(
+    scene: Any,
+    phases: Sequence[Choice] | None = None,
+    *,
+    until: float | None = None,
+    seconds: float = SECONDS,
+    repeats: int = REPEATS,
+    start: Callable[[str, Any], Any] | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Chosen:
+    """Tries broad phases (all that are registered, if None) on a scene, and recommends one.
+
+    No run goes beyond ``until``; None: the scene's own end, or, where it has neither that nor walls, when the
+    fastest body could have crossed it twice: by then they have flown apart.
+
+    ``seconds`` is the CPU time of a measured run of the fastest, about; ``repeats`` is how often each is run.
+
+    ``start`` is called with a label and a simulation before a phase first runs, ``progress`` with the runs
+    done and their total. Raises what ``Simulation`` raises, but for Refused, which is a row.
+    """
+    named = registry().names("broad phase") if phases is None else phases
+    choices = {write_phase(*choice): choice for choice in phases_with_options(named)}
+    until = _end_of(scene) if until is None else until
+    pilot = bench_scene(scene, [*choices.values()], until, max_contacts=PILOT, repeats=1, start=start)
+    best = max((row.contacts_per_cpu_second or 0.0 for row in pilot.rows), default=0.0)
+    good = [
+        choices[row.phase]
+        for row in pilot.rows
+        if row.cpu_seconds is not None and (row.contacts_per_cpu_second or 0.0) >= HOPELESS * best
+    ]
+    contacts = min(max(int(best * seconds), CONTACTS), MOST)
+    measured = bench_scene(scene, good, until, max_contacts=contacts, repeats=repeats, progress=progress)
+    rows = {row.phase: row for row in measured.rows}
+    candidates = sorted(
+        (
+            Candidate(rows.get(row.phase, row), row.phase not in rows, _memory(scene, choices[row.phase]))
+            for row in pilot.rows
+        ),
+        key=lambda each: (each.hopeless, -each.rate, each.row.phase),
+    )
+    phase, reason = _recommendation(candidates)
+    rated = tuple(_of_fastest(each, candidates[0].rate) for each in candidates)
+    identical = pilot.identical and measured.identical
+    return Chosen(phase, reason, rated, identical, dict(measured.conditions))
+
+
+def _end_of(scene: Any) -> float | None:
+    if not len(scene):
+        return float(scene.start)
+    if scene.settings.until is not None or scene.arena is not None:
+        return None
+    widest = float(np.ptp(scene.position, axis=0).max() + 2.0 * scene.radius.max())
+    fastest = float(np.hypot(*scene.velocity.T).max())
+    return float(scene.start + (2.0 * widest / fastest if fastest else 1.0))
+
+
+def _of_fastest(candidate: Candidate, most: float) -> Candidate:
+    ratio = candidate.rate / most if most and candidate.rate else None
+    return replace(candidate, row=replace(candidate.row, of_fastest=ratio))
+
+
+def _memory(scene: Any, choice: tuple[str, Mapping[str, Any]]) -> int | None:
+    try:
+        return sum(arrays_of(Simulation(scene, choice[0], options=choice[1], keep_contacts=False)).values())
+    except KinetileError:
+        return None
+
+
+def _recommendation(candidates: Sequence[Candidate]) -> tuple[str | None, str]:
+    """Returns the phase to take, and why; the candidates come with the fastest first."""
+    able = [each for each in candidates if each.memory is not None]
+    if not able:
+        return None, "no phase can do this scene; each says why"
+    if not able[0].rate:
+        return able[0].row.phase, "nothing collides here within reach: any phase that does the scene will do"
+    fastest = able[0]
+    alike = [each for each in able if not each.hopeless and each.rate >= (1.0 - CLOSE) * fastest.rate]
+    taken = min(alike, key=lambda each: each.memory or 0)
+    name = taken.row.phase
+    if len(alike) > 1:
+        others = ", ".join(each.row.phase for each in alike if each is not taken)
+        return name, f"{name} and {others} differ by less than {CLOSE:.0%}; {name} takes the least memory"
+    rest = [each for each in able if each is not taken and each.rate]
+    if not rest:
+        return name, f"{name} is the only one that can do this scene"
+    times, behind = taken.rate / rest[0].rate, rest[0].row.phase
+    return name, f"{name} has {times:.2g} times the contacts a CPU second of {behind}, which comes next"

@@ -1,0 +1,192 @@
+"""Benchmarks of a user's scene: every phase on a recording of a program, and which phase is recommended."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+import kinetile as kt
+from kinetile_bench.user_scene import (
+    CLOSE,
+    Candidate,
+    SceneBench,
+    SceneRow,
+    _recommendation,
+    bench_scene,
+    choose,
+)
+from studies import kinetile
+
+
+@pytest.fixture
+def trace(tmp_path):
+    """Return the file of a recording, and the simulation that was recorded."""
+    sim = kt.Simulation(kt.make_scene("grid", bodies=16, density=0.25, seed=3), "cells", live=True)
+    for frame in range(1, 9):
+        sim.run(max_contacts=4)  # so that commands come among the contacts of a tick as well
+        sim.set_velocities([1, 2, 3], (0.25 * frame, 1.0))
+        if frame == 4:
+            place = sim.positions()[-1]
+            sim.remove(15)
+            sim.insert(place, (0.5, 0.5), 0.01, mass=3.0)
+    path = tmp_path / "trace.toml"
+    kt.save_scene(sim.recorded(), path)
+    return path, sim
+
+
+def test_a_recording_runs_under_all_phases_to_the_contacts_of_the_program(trace):
+    path, sim = trace
+    found = bench_scene(kt.load_scene(path), ["cells", ("sap-1d", {"axis": "y"})], repeats=2)
+    assert found.identical
+    for row in found.rows:
+        assert row.ended_by is None
+        assert row.fingerprint == sim.fingerprint
+        assert (row.contacts, row.commands) == (len(sim.contacts), 26)
+        assert row.fastest <= row.cpu_seconds <= row.slowest
+    assert max(row.of_fastest for row in found.rows) == 1.0
+
+
+def test_a_short_run_is_done_again_until_it_has_the_seconds_that_are_asked_for(monkeypatch):
+    times = iter([0.25, 0.5, 0.5, 2.0, 0.125, 0.25, 0.75])
+    monkeypatch.setattr("kinetile_bench.user_scene._timed", lambda *_: (next(times), "ZenoError: jammed"))
+    (row,) = bench_scene(kt.make_scene("cradle"), ["naive"], 1.0, repeats=3, seconds=1.0).rows
+    assert (row.fastest, row.cpu_seconds, row.slowest) == (0.25, 0.5, 2.0)
+    assert row.ended_by == "ZenoError: jammed"
+    assert list(times) == []
+
+
+def test_a_phase_that_refuses_is_named_and_a_fault_too():
+    plane = kt.Scene([[0.0, 0.0], [2.0, 0.0]], [[1.0, 0.0], [-1.0, 0.0]], 0.25)
+    found = bench_scene(plane, ["sweep-tiling", "cells"], 1.0, repeats=2)
+    refused, ran = found.rows
+    assert "arena" in refused.ended_by
+    assert refused.cpu_seconds is None
+    assert (ran.contacts, ran.ended_by) == (1, None)
+    assert found.identical
+    full = [kt.Insert(0.125, (0.1, 0.0), (0.0, 0.0), 0.25)]
+    blocked = kt.Scene(plane.position, plane.velocity, 0.25, commands=full)
+    (row,) = bench_scene(blocked, ["cells"], 1.0, repeats=1).rows
+    assert row.ended_by.startswith("Refused: at time 0.125 there is no room for body 2")
+
+
+def test_bench_of_a_file_needs_no_name_of_a_benchmark(trace):
+    path, sim = trace
+    arguments = (path, "--phases", "cells,sweep-tiling", "--repeats", "1")
+    printed = kinetile("bench", *arguments).stdout
+    assert f"identical: {len(sim.contacts):,} contacts, the same under all 2 phases" in printed
+    found = json.loads(kinetile("bench", *arguments, "--json").stdout)
+    assert found["scene"]["bodies"] == 16
+    assert [row["fingerprint"] for row in found["rows"]] == [sim.fingerprint] * 2
+    assert json.loads(kinetile("bench", "scene", *arguments, "--json").stdout)["identical"] is True
+    assert kinetile("bench", "nothing.toml").exit_code == 2
+    assert kinetile("bench", "nothing").exit_code == 2
+    assert kinetile("bench", path, "--phases", "").exit_code == 2
+    compared = kinetile("compare", path, "--broad-phases", "naive,sap-1d,sap-2d")
+    assert compared.exit_code == 0
+    assert f"identical: {len(sim.contacts):,} contacts" in compared.stdout
+
+
+def test_phases_that_differ_are_exit_code_1(trace, monkeypatch):
+    rows = [SceneRow(name, None, 1.0, 1.0, 1.0, 5.0, 1.0, 0.0, 5, 0, name) for name in ("one", "other")]
+    differing = SceneBench(tuple(rows), {"processor": "none", "repeats": 1})
+    monkeypatch.setattr("kinetile_bench.user_scene.bench_scene", lambda *_, **__: differing)
+    printed = kinetile("bench", trace[0])
+    assert printed.exit_code == 1
+    assert "NOT identical" in printed.stdout
+
+
+def test_a_notebook_shows_a_row_for_each_phase_and_the_columns_that_are_filled_in():
+    rows = (
+        SceneRow("sap-1d:axis=<y>", None, 0.25, contacts=1200),
+        SceneRow("cells", None, 0.5, contacts=1200),
+    )
+    page = SceneBench(rows, {"processor": "a & b", "repeats": 1})._repr_html_()
+    assert page.count("<tr>") == 3
+    for said in (">sap-1d:axis=&lt;y&gt;<", ">cpu seconds<", ">0.25<", ">1,200<", "processor a &amp; b"):
+        assert said in page
+    assert "fingerprint" not in page
+    assert "<table" in SceneBench((), {})._repr_html_()
+
+
+def candidate(name: str, rate: float | None, memory: int | None = 1000, hopeless: bool = False) -> Candidate:
+    return Candidate(SceneRow(name, contacts_per_cpu_second=rate), hopeless, memory)
+
+
+def test_the_fastest_is_named_with_how_far_the_next_is_behind():
+    found = [candidate("a", 300.0), candidate("b", 150.0, hopeless=True), candidate("c", None, None)]
+    assert _recommendation(found) == ("a", "a has 2 times the contacts a CPU second of b, which comes next")
+
+
+def test_of_those_that_do_not_differ_the_smallest_is_named():
+    alike = 300.0 * (1.0 - CLOSE / 2.0)
+    found = [candidate("a", 300.0, 2000), candidate("b", alike, 1000), candidate("c", 100.0, 10)]
+    name, reason = _recommendation(found)
+    assert name == "b"
+    assert reason == "b and a differ by less than 5%; b takes the least memory"
+
+
+def test_a_phase_alone_and_none_at_all_are_told():
+    assert _recommendation([candidate("a", 3.0), candidate("b", None, None)]) == (
+        "a",
+        "a is the only one that can do this scene",
+    )
+    assert _recommendation([candidate("a", None, None)])[0] is None
+
+
+def test_a_scene_without_walls_is_left_when_all_have_flown_apart():
+    plane = kt.Scene([[0.0, 0.0], [2.0, 0.0]], [[1.0, 0.0], [-1.0, 0.0]], 0.25)
+    found = choose(plane, ["naive", "cells", "sweep-tiling"])
+    assert found.identical
+    assert found.phase in ("naive", "cells")
+    assert [each.row.contacts for each in found.candidates] == [1, 1, None]
+    assert found.candidates[-1].memory is None
+    assert "arena" in found.candidates[-1].row.ended_by
+
+
+@pytest.mark.parametrize("position", [[], [[0.0, 0.0], [4.0, 0.0]]])
+def test_where_nothing_collides_any_phase_will_do(position):
+    found = choose(kt.Scene(position, [[0.0, 0.0]] * len(position), 0.5), ["naive", "cells"])
+    assert found.phase in ("cells", "naive")
+    assert "any phase that does the scene will do" in found.reason
+
+
+def test_the_command_prints_the_candidates_and_what_to_take():
+    printed = kinetile("choose", "grid", "-s", "bodies=16", "--phases", "naive,cells")
+    assert printed.exit_code == 0
+    assert printed.stdout.splitlines()[-1].startswith("take ")
+    found = json.loads(kinetile("choose", "grid", "-s", "bodies=16", "--phases", "cells", "--json").stdout)
+    assert found["phase"] == "cells"
+    assert found["candidates"][0]["memory"] > 0
+
+
+UNLIKE = {
+    "dense": ("grid", {"bodies": 400, "density": 0.5}, 2.0),
+    "thin": ("grid", {"bodies": 400, "density": 0.01}, 20.0),
+    "few": ("grid", {"bodies": 9, "density": 0.25}, 50.0),
+    "many": ("grid", {"bodies": 4096, "density": 0.25}, 0.2),
+    "sizes": ("random", {"bodies": 500, "density": 0.3, "radius_ratio": 16.0, "seed": 2}, 2.0),
+    "masses": ("random", {"bodies": 200, "density": 0.3, "mass_ratio": 100.0, "seed": 3}, 4.0),
+    "ties": ("lattice", {"bodies": 36}, 60.0),
+    "one axis": ("figure-10", {"bodies": 200}, 10.0),
+    "boxes": ("figure-11", {"bodies": 100}, 10.0),
+    "a giant": ("figure-16", {"bodies": 200}, 10.0),
+}
+"""Recipes, parameters, and until when they are measured whole."""
+
+
+@pytest.mark.long
+@pytest.mark.compiled
+def test_of_ten_unlike_scenes_at_most_one_is_wrong_by_more_than_a_fifth():
+    wrong = {}
+    for title, (recipe, parameters, until) in UNLIKE.items():
+        scene = kt.make_scene(recipe, **parameters)
+        chosen = choose(scene)
+        able = [row.phase for row in (each.row for each in chosen.candidates) if row.cpu_seconds is not None]
+        whole = bench_scene(scene, able, until, max_contacts=200_000)
+        rates = {row.phase: row.contacts_per_cpu_second or 0.0 for row in whole.rows}
+        lost = 1.0 - rates[chosen.phase] / max(rates.values())
+        print(f"{title}: {chosen.phase}, {lost:.0%} behind {max(rates, key=rates.__getitem__)}")
+        if lost > 0.2:
+            wrong[title] = (chosen.phase, rates)
+    assert len(wrong) <= 1, wrong
