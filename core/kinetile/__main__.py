@@ -1,7 +1,7 @@
 """``kinetile``, and ``python -m kinetile`` where that command is not on the path: the command line.
 
-What the command line is made of is imported here and not above, for that takes most of a second, in which
-Ctrl-C may come as well.
+The modules of the command line are imported inside ``main``: that takes most of a second, and Ctrl-C may come
+in it as well.
 """
 
 from __future__ import annotations
@@ -9,8 +9,6 @@ from __future__ import annotations
 import signal
 import sys
 from contextlib import suppress
-
-__all__ = ["main"]
 
 
 def main() -> None:
@@ -20,7 +18,7 @@ def main() -> None:
 
         command()
     except KeyboardInterrupt:
-        with suppress(OSError, AttributeError):  # stderr may be closed, or not be there at all
+        with suppress(OSError, AttributeError):  # stderr may be closed or missing
             sys.stderr.write("kinetile: interrupted\n")
         raise SystemExit(128 + signal.SIGINT) from None
 

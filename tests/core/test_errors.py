@@ -16,12 +16,12 @@ import kinetile as kt
 from kinetile import errors
 from kinetile.kernel.compiled import NotCompiled
 from kinetile.plugin.registry import Failure
-from kinetile_accuracy.certified.agenda import Undecided
-from kinetile_bench.study.engines.engine import EngineError
-from kinetile_bench.study.work.identity import VersionsDiffer
+from kinetile_accuracy.oracle.event_queue import Undecided
+from kinetile_bench.pool import PoolError
+from kinetile_bench.task import VersionsDiffer
 from kinetile_conformance.checks.check import Disagreement, DoesNotApply
-from kinetile_conformance.court.limits import TimeIsUp
-from kinetile_conformance.watch.bounds import Breach
+from kinetile_conformance.deadline import TimeIsUp
+from kinetile_conformance.watched_hooks import Breach
 
 PLACED = {"time": 2.5, "bodies": [3, 1]}
 RAISED: list[BaseException] = [
@@ -49,7 +49,7 @@ RAISED: list[BaseException] = [
     Breach("an index"),
     Disagreement("another contact"),
     DoesNotApply("no such claim"),
-    EngineError("no workers"),
+    PoolError("no workers"),
     NotCompiled("a hook"),
     TimeIsUp(),
     VersionsDiffer("stripes is 1.0 there, 2.0 here", "the worker tcp://a:1"),
@@ -69,17 +69,25 @@ class Unwilling(Exception):
         raise RuntimeError("not to be pickled")
 
 
+PACKAGES = ("kinetile", "kinetile_plugins", "kinetile_conformance", "kinetile_accuracy", "kinetile_bench")
+
+
+def modules() -> Iterator[str]:
+    for package in PACKAGES:
+        for module in pkgutil.walk_packages(importlib.import_module(package).__path__, f"{package}."):
+            if module.name.split(".")[-1] != "__main__" and ".templates" not in module.name:
+                yield module.name
+
+
 def error_classes() -> Iterator[type[BaseException]]:
-    """All exception classes that modules of kinetile define, once each module has been imported."""
-    for module in pkgutil.walk_packages(kt.__path__, "kinetile."):
-        if module.name.split(".")[-1] == "__main__" or ".templates" in module.name:
-            continue
-        importlib.import_module(module.name)
-        for value in vars(sys.modules[module.name]).values():
+    """All exception classes that modules of the project define, once each module has been imported."""
+    for module in modules():
+        importlib.import_module(module)
+        for value in vars(sys.modules[module]).values():
             if (
                 isinstance(value, type)
                 and issubclass(value, BaseException)
-                and value.__module__ == module.name
+                and value.__module__ == module
                 and not value.__name__.startswith("_")  # caught where they are raised
             ):
                 yield value

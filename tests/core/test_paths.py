@@ -9,11 +9,11 @@ import pytest
 
 import kinetile as kt
 from kinetile.errors import BadOption, RecordError
-from kinetile.plugin.templates.new_plugin import new_plugin
+from kinetile.plugin.new_plugin import new_plugin
 from kinetile.records import EventRecorder, Trajectory, positions_at, read_events, recover
 from kinetile.records.contacts import write_contacts
 from kinetile.show.player.view import view_file, view_scene
-from kinetile_conformance.replay import replay
+from kinetile_conformance.api import replay
 
 
 class Named:

@@ -1,10 +1,10 @@
 """The command ``kinetile``.
 
-Results go to stdout, as a table or (``--json``) as JSON; everything else goes to stderr. Exit codes: 0; 1 for
-a divergence, a list of contacts that is wrong, a fault in the run or a phase that does not conform; 2 for
-what cannot be done as it was asked for; 3 where the conformance kit's reference itself is in doubt; 4 where
-the kit ran out of time; 130 after Ctrl-C (143 after SIGTERM, 129 after SIGHUP), when what was done until then
-has been printed.
+Results go to stdout, as a table or (``--json``) as JSON; everything else goes to stderr. Exit codes: 0 for
+success; 1 for a divergence, a wrong list of contacts, a fault in the run or a phase that does not conform; 2
+for a command that cannot be carried out as given; 3 where the conformance kit's reference itself is in doubt;
+4 where the kit ran out of time; 130 after Ctrl-C (143 after SIGTERM, 129 after SIGHUP), after the partial
+result has been printed.
 
 The commands of the framework are imported here. Further commands come from plugins: an entry point of the
 group ``kinetile.commands`` names a ``typer.Typer``, whose commands join these. Plugins are imported only for
@@ -20,19 +20,9 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from kinetile import __version__
-from kinetile.cli.commands import (
-    new_plugin,
-    plugins,
-    recover,
-    resume,
-    run,
-    scenes,
-)
-from kinetile.cli.commands.showing import draw, view
+from kinetile.cli import cache, plugins, run, show
 from kinetile.cli.terminal import results_on_stdout
-
-__all__ = ["COMMANDS_GROUP", "app", "main"]
+from kinetile.versions import __version__
 
 COMMANDS_GROUP = "kinetile.commands"
 """The entry points by which plugins bring commands."""
@@ -104,13 +94,14 @@ def _kinetile(
 
 
 _PANELS: dict[str, tuple[Callable[..., None], ...]] = {
-    "Run": (run.run, resume.resume, recover.recover),
-    "Show": (draw.draw, view.view),
-    "Plugins and scenes": (scenes.scenes, plugins.plugins, new_plugin.new_plugin),
+    "Run": (run.run, run.resume, run.recover),
+    "Show": (show.draw, show.view),
+    "Plugins and scenes": (plugins.scenes, plugins.plugins, plugins.new_plugin),
 }
 for _panel, _commands in _PANELS.items():
     for _command in _commands:
         app.command(rich_help_panel=_panel)(_command)
+app.add_typer(cache.app, name="cache", rich_help_panel="Compiled loops")
 
 
 def main() -> None:

@@ -1,4 +1,4 @@
-"""The options that commands have in common: how they are declared, and what is made of them."""
+"""Options that commands share: their declarations, and the scenes, phases and numbers read from them."""
 
 from __future__ import annotations
 
@@ -9,33 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from kinetile.errors import BadOption
-from kinetile.plugin.choices import read_phase, read_phases
+from kinetile.plugin.choices import read_assignments, read_phase, read_phases
 
 if TYPE_CHECKING:
-    from kinetile.plugin.discovery import Kind
+    from kinetile.plugin.specs import Kind
     from kinetile.scene import Scene
-
-__all__ = [
-    "Csv",
-    "Json",
-    "MaxContacts",
-    "NarrowPhases",
-    "Parameters",
-    "Phases",
-    "Plain",
-    "Repeats",
-    "SceneName",
-    "Seconds",
-    "Until",
-    "find_scene",
-    "is_file_name",
-    "narrow_choice",
-    "phase_choices",
-    "read_numbers",
-    "registered_phase",
-    "some_phases",
-    "until_or_default",
-]
 
 SceneName = Annotated[
     str, typer.Argument(metavar="SCENE", help="A recipe's name (see `kinetile scenes`) or a .toml file.")
@@ -43,17 +21,22 @@ SceneName = Annotated[
 Parameters = Annotated[
     list[str] | None, typer.Option("--set", "-s", metavar="KEY=VALUE", help="A parameter of the recipe.")
 ]
+BroadPhase = Annotated[
+    str | None, typer.Option(metavar="NAME", help="The broad phase, with options if needed: sap-1d:axis=y.")
+]
+Options = Annotated[
+    list[str] | None,
+    typer.Option("--option", "-o", metavar="KEY=VALUE", help="An option of the broad phase."),
+]
 NarrowPhases = Annotated[
     list[str] | None,
     typer.Option("--narrow-phase", metavar="NAME", help="A narrow phase, instead of those the scene needs."),
 ]
 Until = Annotated[
-    float | None, typer.Option(help="Run until this time; the scene's own `until`, or one time unit.")
+    float | None,
+    typer.Option(help="Run until this time; by default the scene's own `until`, or one time unit."),
 ]
 MaxContacts = Annotated[int | None, typer.Option(min=0, help="Stop after so many contacts.")]
-Plain = Annotated[
-    bool, typer.Option("--plain", help="Draw nothing on a terminal: the same lines as without one.")
-]
 
 
 def _one_form(context: typer.Context, asked: bool) -> bool:
@@ -68,11 +51,12 @@ Csv = Annotated[
     bool, typer.Option("--csv", help="Print the rows as CSV, with every digit.", callback=_one_form)
 ]
 Phases = Annotated[
-    str | None, typer.Option("--phases", metavar="A,B,...", help="Broad phases; all that are installed.")
+    str | None,
+    typer.Option("--phases", metavar="A,B,...", help="Broad phases; by default all that are installed."),
 ]
-Seconds = Annotated[float, typer.Option(min=0.0, help="CPU seconds of one measured run, about.")]
+Seconds = Annotated[float, typer.Option(min=0.0, help="CPU seconds of one measured run, approximately.")]
 Repeats = Annotated[
-    int, typer.Option(min=1, metavar="N", help="How often each is measured, by turns; medians count.")
+    int, typer.Option(min=1, metavar="N", help="How often each is measured, in turn; medians count.")
 ]
 
 
@@ -84,7 +68,7 @@ def is_file_name(name: str) -> bool:
 def find_scene(name: str, parameters: Sequence[str] | None) -> Scene:
     """Return the scene of a TOML file (a name that ends in .toml, or has a slash in it) or of a recipe."""
     if is_file_name(name):
-        from kinetile.plugin.by_name import load_scene
+        from kinetile.scene.by_name import load_scene
 
         if parameters:
             raise BadOption(
@@ -97,7 +81,7 @@ def find_scene(name: str, parameters: Sequence[str] | None) -> Scene:
             return load_scene(name)
         except OSError as error:
             raise BadOption(f"the scene file {name!r} cannot be read: {error.strerror}") from error
-    from kinetile.plugin.by_name import make_scene, parse_parameters
+    from kinetile.scene.by_name import make_scene, parse_parameters
 
     return make_scene(name, **parse_parameters(name, parameters or ()))
 
@@ -118,6 +102,12 @@ def until_or_default(scene: Scene, until: float | None, max_contacts: int | None
     return scene.start + 1.0
 
 
+def broad_choice(text: str | None, options: Sequence[str] | None) -> tuple[str | None, dict[str, Any]]:
+    """Return the broad phase of ``--broad-phase`` (None: not chosen) and its options, with ``--option``."""
+    name, chosen = (None, {}) if text is None else read_phase(text)
+    return name, chosen | read_assignments(options or (), "--option")
+
+
 def narrow_choice(texts: Sequence[str] | None) -> dict[str, dict[str, Any]] | None:
     """Return the narrow phases of ``--narrow-phase``, each with its options; None where none is named."""
     return dict(map(read_phase, texts or ())) or None
@@ -129,7 +119,7 @@ def phase_choices(text: str) -> list[tuple[str, dict[str, Any]]]:
 
 
 def some_phases(text: str) -> list[tuple[str, dict[str, Any]]]:
-    """Return the same of ``--phases``, which has to name one at least."""
+    """Return the broad phases of ``--phases``, with their options; it must name at least one."""
     chosen = phase_choices(text)
     if not chosen:
         raise BadOption("--phases names no phase; expected names, with commas between")

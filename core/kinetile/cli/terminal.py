@@ -1,4 +1,4 @@
-"""What is said on stderr while a command works, and the exit code when it ends; stdout is for results."""
+"""Messages on stderr, progress, signals and exit codes of all commands; stdout is for results."""
 
 from __future__ import annotations
 
@@ -25,35 +25,21 @@ from kinetile.errors import (
 if TYPE_CHECKING:
     from kinetile.run.simulation import Progress, Simulation
 
-__all__ = [
-    "DIFFERENT",
-    "FAULT",
-    "FAULTS",
-    "INTERRUPTED",
-    "USAGE",
-    "Bar",
-    "FirstSignal",
-    "exit_codes",
-    "make_ready",
-    "notice",
-    "results_on_stdout",
-]
-
 FAULT = 1
 DIFFERENT = 1
 USAGE = 2
 INTERRUPTED = 128 + signal.SIGINT
 FAULTS = (ZenoError, MissedContactError, PhaseError, RecordError, AuditError)
-"""What can go wrong in a run that was asked for correctly."""
+"""Errors of a run whose command was correct."""
 
-PATIENCE = 2.0
+BAR_DELAY = 2.0
 """Seconds a run may take before its progress is shown."""
 
 _COMPILING = "about 10 s"
 
 
 def notice(text: str) -> None:
-    """Write a line to stderr; where that cannot be done, a result is worth more than the line."""
+    """Write a line to stderr. A closed or full stderr is no error: the result matters more than the line."""
     if sys.stderr is None:
         return
     try:
@@ -64,10 +50,9 @@ def notice(text: str) -> None:
 
 @contextmanager
 def results_on_stdout() -> Iterator[None]:
-    """Within this context results are printed; where they cannot be, say so and end with exit code 1.
+    """Within this context results are printed; where they cannot be, an error message and exit code 1 follow.
 
-    Without any stdout that is said before any work is done. A reader that has seen enough is no mishap to
-    speak of.
+    A closed stdout is reported before any work is done. A pipe whose reader has gone is no error.
     """
     if sys.stdout is None:
         notice("kinetile: the result cannot be printed: stdout is closed")
@@ -86,7 +71,7 @@ def results_on_stdout() -> Iterator[None]:
 
 
 def _give_up(stream: TextIO) -> None:
-    """Let what is left in a stream that cannot be written go nowhere, and not complain at the very end."""
+    """Send the rest of a stream that cannot be written to the null device: Python flushes it at exit."""
     with suppress(OSError):
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, stream.fileno())
@@ -107,7 +92,7 @@ def exit_codes() -> Iterator[None]:
 
 
 def make_ready(simulation: Simulation, label: str = "") -> None:
-    """Compile a simulation's loop; say so when that takes long, which is once for each choice of phases."""
+    """Compile a simulation's loop; print a notice when that takes long, once for each choice of phases."""
     fresh = simulation.cached is False
     if fresh:
         what = label or ", ".join([simulation.broad_phase, *simulation.narrow_phases])
@@ -118,8 +103,8 @@ def make_ready(simulation: Simulation, label: str = "") -> None:
 
 
 class FirstSignal:
-    """A context in which the first Ctrl-C, SIGTERM or SIGHUP raises KeyboardInterrupt, and no other one
-    disturbs what this begins: the closing of a file, say.
+    """A context in which the first Ctrl-C, SIGTERM or SIGHUP raises KeyboardInterrupt, and later ones are
+    ignored, so that they cannot interrupt the closing of a file.
 
     ``number`` is that signal's, or None.
     """
@@ -132,7 +117,7 @@ class FirstSignal:
     def __enter__(self) -> Self:
         for number in (signal.SIGTERM, signal.SIGINT, getattr(signal, "SIGHUP", signal.SIGINT)):
             if number not in self._before and signal.getsignal(number) not in (None, signal.SIG_IGN):
-                self._before[number] = signal.signal(number, self._come)
+                self._before[number] = signal.signal(number, self._receive)
         return self
 
     def __exit__(
@@ -142,27 +127,27 @@ class FirstSignal:
             signal.signal(number, handler)
 
     def check(self) -> None:
-        """Raise KeyboardInterrupt if a signal has come: one that came in a callback may be lost there."""
+        """Raise KeyboardInterrupt if a signal has come: one raised in a callback may be lost there."""
         if self.number is not None:
             raise KeyboardInterrupt
 
     @contextmanager
     def another_ends(self) -> Iterator[None]:
-        """Within this context another signal raises KeyboardInterrupt too: for what may be given up."""
+        """Within this context another signal raises KeyboardInterrupt too: for work that may be abandoned."""
         self._another_ends = True
         try:
             yield
         finally:
             self._another_ends = False
 
-    def _come(self, number: int, frame: FrameType | None) -> None:
+    def _receive(self, number: int, frame: FrameType | None) -> None:
         if self.number is None or self._another_ends:
             self.number = self.number or number
             raise KeyboardInterrupt
 
 
 class Bar:
-    """A progress bar on stderr, for a terminal, once PATIENCE is over; elsewhere, nothing."""
+    """A progress bar on stderr, on a terminal, after BAR_DELAY seconds; elsewhere, nothing."""
 
     def __init__(self, what: str, start: float = 0.0, max_contacts: int | None = None) -> None:
         self.what = what
@@ -180,13 +165,13 @@ class Bar:
         self.close()
 
     def close(self) -> None:
-        """Take the bar off the terminal, if it is there."""
+        """Remove the bar from the terminal, if it is shown."""
         if self._bar is not None:
             self._bar.stop()
             self._bar = None
 
     def __call__(self, progress: Progress) -> None:
-        """Show how far a run is: the progress that ``Simulation.run`` hands out."""
+        """Show how far a run is, from the progress that ``Simulation.run`` reports."""
         shares = []
         if progress.until is not None and progress.until > self.start:
             shares.append((progress.time - self.start) / (progress.until - self.start))
@@ -199,18 +184,18 @@ class Bar:
         )
 
     def count(self, done: int, total: int) -> None:
-        """Show that so many steps of a total are done."""
+        """Show how many steps of a total are done."""
         self.show(done / total, f"{done} of {total} runs")
 
     def show(self, share: float | None, text: str) -> None:
-        """Show a share of the whole (None: not known) and a text."""
+        """Show a share of the whole (None: unknown) and a text."""
         total, completed = (None, 0.0) if share is None else (1.0, share)
         if self._bar is not None:
             self._bar.update(0, total=total, completed=completed, text=text)
             return
         if self._began is None:
             self._began = time.monotonic()
-        if time.monotonic() - self._began > PATIENCE and sys.stderr is not None and sys.stderr.isatty():
+        if time.monotonic() - self._began > BAR_DELAY and sys.stderr is not None and sys.stderr.isatty():
             self._bar = _bar()
             self._bar.add_task(self.what, total=total, completed=completed, text=text)
             self._bar.start()

@@ -16,13 +16,11 @@ from pathlib import Path
 
 import pytest
 import typer
-from rich.console import Console
 from typer.testing import CliRunner
 
 import kinetile as kt
-from kinetile.cli import app, json_output
+from kinetile.cli import app
 from kinetile.cli.options import read_numbers
-from kinetile.cli.tables import empty_table, plugins_table, show
 from kinetile.cli.terminal import Bar, notice
 from kinetile.errors import AuditError, BadOption
 from kinetile.plugin.choices import read_assignments, read_phase, read_phases, read_value
@@ -314,13 +312,13 @@ def test_a_saved_scene_took_the_place_of_any_file_unasked(tmp_path):
 
 def test_a_second_run_into_a_file_that_is_being_written_was_not_told(tmp_path):
     pytest.importorskip("pyarrow")
-    from kinetile.records import EventRecorder, one_writer, read_events
+    from kinetile.records import EventRecorder, locks, read_events
 
     path = tmp_path / "e.parquet"
     with EventRecorder(path, kt.make_scene("two-discs")):
         result = kinetile("run", "-s", "bodies=4", "--events", path, "--overwrite")
         assert (result.exit_code, result.stdout) == (2, "")
-        said = "is being written by another run" if one_writer.flock else "another run is writing it"
+        said = "is being written by another run" if locks.flock else "another run is writing it"
         assert said in result.stderr
     assert len(read_events(path).rows) == 0
 
@@ -565,90 +563,6 @@ def test_no_progress_is_shown_where_stderr_is_closed(monkeypatch):
     notice("nobody reads this")
 
 
-def test_a_narrow_terminal_cuts_no_name_without_a_mark():
-    table = plugins_table(
-        {
-            "provided": [
-                {
-                    "kind": "broad phase",
-                    "name": "sweep-tiling",
-                    "summary": "s",
-                    "aliases": (),
-                    "features": (),
-                    "distribution": "kinetile",
-                    "version": "1",
-                }
-            ]
-        }
-    )
-    console = Console(width=20, file=io.StringIO())
-    console.print(table)
-    (row,) = [line for line in console.file.getvalue().splitlines() if line.lstrip().startswith("b")]
-    assert row.count("…") == 3
-
-
-def test_a_narrow_terminal_breaks_no_number(monkeypatch):
-    # Numbers stood on end: 4,950.0 was "4,", "95", "0." and "0" in four lines.
-    monkeypatch.setenv("COLUMNS", "40")
-    monkeypatch.setattr("sys.stdout", terminal := io.StringIO())
-    monkeypatch.setattr(terminal, "isatty", lambda: True, raising=False)
-    table = empty_table("what it is of", *["> number of things"] * 8)
-    table.add_row("a phase whose name is long", *["123,456.7"] * 8)
-    show(table)
-    assert terminal.getvalue().count("123,456.7") == 8
-
-
-def wide_table():
-    table = empty_table("what it is of", *["> number of things"] * 8, "fingerprint")
-    table.add_row("a phase whose name is long", *["123,456.7"] * 8, "0123456789abcdef" * 4)
-    return table
-
-
-@pytest.mark.parametrize("columns", [None, "40", "80", "500"])
-def test_where_there_is_no_terminal_nothing_is_broken_into_lines(monkeypatch, columns):
-    # A fingerprint was broken after 63 characters, and the numbers and heads of a table of a study.
-    if columns:
-        monkeypatch.setenv("COLUMNS", columns)
-    monkeypatch.setattr("sys.stdout", pipe := io.StringIO())
-    text = empty_table("| one", "another")
-    text.add_row("x" * 300, "a sentence of some words " * 20)
-    show(wide_table(), text)
-    lines = pipe.getvalue().splitlines()
-    assert len([line for line in lines if line.strip()]) == 6
-    assert lines[0].count("number of things") == 8
-    assert "123,456.7" in lines[2]
-    assert "0123456789abcdef" * 4 in lines[2]
-    assert "a sentence of some words " * 19 in lines[-1]
-
-
-@pytest.mark.parametrize("columns", [40, 100, 300])
-def test_a_terminal_is_as_wide_as_it_says_but_for_tables_of_numbers(monkeypatch, columns):
-    monkeypatch.setenv("COLUMNS", str(columns))
-    monkeypatch.setattr("sys.stdout", terminal := io.StringIO())
-    monkeypatch.setattr(terminal, "isatty", lambda: True, raising=False)
-    text = empty_table("one", "another")
-    text.add_row("a sentence of some words " * 20, "b")
-    show(text)
-    lines = re.sub(r"\x1b\[\d*m", "", terminal.getvalue()).splitlines()
-    assert columns / 2 < max(map(len, lines)) <= columns
-    show(wide_table())
-    assert terminal.getvalue().splitlines()[-1].count("123,456.7") == 8
-    assert terminal.getvalue().splitlines()[-1].endswith("0123456789abcdef" * 4)
-
-
-def test_rows_as_csv_have_every_digit_a_column_for_each_entry_and_nothing_for_what_is_not_there():
-    rows = [
-        {"phase": "a,b", "rate": 1 / 3, "parts": {"run": 1.5, "turns": 2}, "first": (1.0, 2.0), "ok": True},
-        {"phase": 'c"d', "rate": float("inf"), "parts": None, "first": (), "ok": False},
-    ]
-    assert json_output.as_csv(rows).splitlines() == [
-        "phase,rate,parts.run,parts.turns,first,ok",
-        '"a,b",0.3333333333333333,1.5,2,"[1.0, 2.0]",true',
-        '"c""d",,,,[],false',
-    ]
-    assert json_output.as_csv([]) == ""
-
-
 @pytest.mark.parametrize(
     "words",
     [
@@ -692,6 +606,7 @@ OWN = {  # what one command alone has, and nobody else may call otherwise
 
 def test_the_options_of_benchmarks_are_those_that_the_documentation_lists():
     root = typer.main.get_command(app)
+    root.list_commands(None)  # now the commands of plugins are there as well
     commands = {
         f"{group} {name}": each
         for group in ("bench", "study")
@@ -742,13 +657,19 @@ def test_json_and_csv_at_once_are_refused(words):
     ("redirection", "code", "out", "err"),
     [
         ("2>&-", 0, "fingerprint", ""),
-        ("2>/dev/full", 0, "fingerprint", ""),
+        pytest.param("2>/dev/full", 0, "fingerprint", "", marks=pytest.mark.slow),
         (">&-", 1, "", "kinetile: the result cannot be printed: stdout is closed\n"),
         (">/dev/full", 1, "", "kinetile: the result cannot be printed: No space left on device\n"),
-        ("--json >/dev/full", 1, "", "kinetile: the result cannot be printed: No space left on device\n"),
+        pytest.param(
+            "--json >/dev/full",
+            1,
+            "",
+            "kinetile: the result cannot be printed: No space left on device\n",
+            marks=pytest.mark.slow,
+        ),
     ],
 )
-@pytest.mark.parametrize("unbuffered", ["", "1"])
+@pytest.mark.parametrize("unbuffered", ["", pytest.param("1", marks=pytest.mark.slow)])
 def test_closed_or_full_outputs_are_one_sentence_at_most(redirection, code, out, err, unbuffered):
     if "/dev/full" in redirection and not os.path.exists("/dev/full"):
         pytest.skip("there is no /dev/full")
@@ -765,9 +686,7 @@ def test_the_package_is_a_command_too():
     assert ended.stdout == f"kinetile {kt.__version__}\n"
 
 
-@pytest.mark.parametrize(
-    "module", ["kinetile.cli", "typer", "kinetile.cli.commands.showing.view", "numpy", "numba"]
-)
+@pytest.mark.parametrize("module", ["kinetile.cli", "typer", "kinetile.cli.show", "numpy", "numba"])
 def test_ctrl_c_while_modules_are_imported_was_a_traceback(module):
     script = f"""
         import importlib.abc, runpy, signal, sys
@@ -802,7 +721,7 @@ def test_a_run_imports_only_what_it_needs():
             app(["run", "-s", "bodies=4", "--broad-phase", "naive", "--json"])
         except SystemExit as end:
             assert not end.code
-        unwanted = {"pyarrow", "rich", "kinetile.scene.text.files", "kinetile.records.events"}
+        unwanted = {"pyarrow", "rich", "kinetile.scene.files", "kinetile.records.events"}
         assert not unwanted & set(sys.modules), unwanted & set(sys.modules)
     """
     subprocess.run([sys.executable, "-c", textwrap.dedent(script)], check=True, stdout=subprocess.DEVNULL)
@@ -825,6 +744,16 @@ def test_to_help_nothing_heavy_is_imported():
     subprocess.run([sys.executable, "-c", textwrap.dedent(script)], check=True, stdout=subprocess.DEVNULL)
 
 
+def test_compiling_is_reported_on_stderr_and_stdout_stays_clean(monkeypatch):
+    monkeypatch.setattr(kt.Simulation, "cached", property(lambda simulation: False))
+    result = kinetile("run", "-s", "bodies=4", "--broad-phase", "naive", "--json")
+    lines = result.stderr.splitlines()
+    assert lines[0].startswith("compiling the loop for naive, disc, wall (once for this choice of phases")
+    assert re.fullmatch(r"compiled in \d+\.\d CPU s", lines[1])
+    assert json.loads(result.stdout)["run"]["status"] == "complete"
+
+
+@pytest.mark.slow
 def test_the_first_run_says_that_it_compiles_and_stdout_stays_clean(tmp_path):
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path), "NUMBA_DISABLE_JIT": "0"}
     arguments = [*COMMAND, "run", "-s", "bodies=4", "--broad-phase", "naive", "--json"]
@@ -837,7 +766,10 @@ def test_the_first_run_says_that_it_compiles_and_stdout_stays_clean(tmp_path):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="sends POSIX signals")
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+@pytest.mark.parametrize(
+    ("number", "code"),
+    [(signal.SIGINT, 130), pytest.param(signal.SIGTERM, 143, marks=pytest.mark.slow)],
+)
 def test_a_run_that_is_stopped_prints_and_keeps_what_was_done(tmp_path, number, code):
     pytest.importorskip("pyarrow")
     from kinetile.records import read_events

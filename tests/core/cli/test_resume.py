@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 import kinetile as kt
 from kinetile.cli import app
 from kinetile.kernel.compiled import INTERPRETED
-from kinetile.run.saving import whole_file
+from kinetile.run.saving import files
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="sends POSIX signals")
 
@@ -174,7 +174,7 @@ def test_a_full_disk_is_told_of_and_the_old_checkpoint_stands(saved, monkeypatch
             raise OSError(28, "No space left on device")
         write(descriptor)
 
-    monkeypatch.setattr(whole_file.os, "fsync", full)
+    monkeypatch.setattr(files.os, "fsync", full)
     every = "0" if moment < 0.3 else "1000"
     result = kinetile("resume", saved, "--until", "0.5", "--every", every, "--json")
     assert result.exit_code == 1
@@ -212,7 +212,13 @@ def begun(path) -> None:
 
 
 @posix
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT])
+@pytest.mark.parametrize(
+    "number",
+    [
+        signal.SIGTERM,
+        *(pytest.param(each, marks=pytest.mark.slow) for each in (signal.SIGHUP, signal.SIGINT)),
+    ],
+)
 @pytest.mark.usefixtures("hanging_up")
 def test_a_signal_saves_and_ends(tmp_path, number):
     path = tmp_path / "c.kt"
@@ -233,6 +239,7 @@ def test_a_signal_saves_and_ends(tmp_path, number):
 
 
 @posix
+@pytest.mark.slow
 def test_ctrl_c_twice_ends_and_what_is_there_is_whole(tmp_path):
     for wait in (0.0, 0.001, 0.01):
         path = tmp_path / f"{wait}.kt"
@@ -259,7 +266,8 @@ def test_two_processes_ran_on_one_checkpoint(tmp_path):
             assert f"{path} is being written by another run, which holds {path}.lock" in result.stderr
         assert kt.resume(path).time > 0.0  # it can be read
     assert found("resume", path, "--max-contacts", "5", "--json")["run"]["status"] == "complete"
-    assert sorted(each.name for each in tmp_path.iterdir()) == ["c.kt", "link"]
+    there = {each.name for each in tmp_path.iterdir() if each.suffix != ".part"}  # of a save that was killed
+    assert there == {"c.kt", "link"}
 
 
 def test_another_signal_gives_up_the_saving(saved, monkeypatch):
@@ -273,7 +281,7 @@ def test_another_signal_gives_up_the_saving(saved, monkeypatch):
         replace(descriptor)
 
     calls: list[int] = [0, 0]  # the save at the beginning goes through
-    monkeypatch.setattr(whole_file.os, "fsync", slow)
+    monkeypatch.setattr(files.os, "fsync", slow)
 
     def interrupt(self, *args, **kwargs):
         calls[:] = [0]

@@ -9,7 +9,8 @@ from typer.testing import CliRunner
 
 import kinetile as kt
 from kinetile.cli import app
-from kinetile.show.picture import as_svg, take_picture
+from kinetile.show.picture import take_picture
+from kinetile.show.svg import as_svg
 
 SCENE = ("random", "-s", "bodies=6", "-s", "seed=2")
 

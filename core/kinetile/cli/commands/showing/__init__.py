@@ -1,5 +1,0 @@
-"""Commands that show: draw."""
-
-from __future__ import annotations
-
-__all__: list[str] = []

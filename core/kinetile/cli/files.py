@@ -1,0 +1,71 @@
+"""Files and folders that a command will write, checked before anything is computed.
+
+A run of an hour must not end with the message that its result cannot be written, and no file of the user's is
+replaced unless that was asked for.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Mapping
+from contextlib import suppress
+from itertools import combinations
+from pathlib import Path
+
+from kinetile.errors import BadOption
+
+
+def check_files(files: Mapping[str, Path | None], overwrite: bool) -> None:
+    """Raise BadOption unless the files of the command line, by their options, have names, are different and
+    may be written. Those of ``--contacts`` and ``--save-scene`` may exist only to be overwritten."""
+    given = [(what, path) for what, path in files.items() if path is not None]
+    for what, path in given:
+        if not path.name:
+            raise BadOption(f"{what} names no file: expected the path of a file")
+    for (one, path), (other, its_path) in combinations(given, 2):
+        if {"--events", "--contacts", "--checkpoint"} & {one, other} and _same_file(path, its_path):
+            raise BadOption(f"{one} and {other} are one file, {path}: expected two, for one would be lost")
+    for what, path in given:
+        if what in ("--contacts", "--save-scene"):
+            check_new(what, path, overwrite)
+
+
+def check_new(option: str, path: Path, overwrite: bool) -> None:
+    """Raise BadOption unless a file can be made, or replaced where ``overwrite`` is given."""
+    from kinetile.scene.targets import writable_target
+
+    try:
+        target = writable_target(path)
+    except OSError as error:
+        raise BadOption(f"{option} {path}: {error.strerror}") from error
+    if target.exists() and not overwrite:
+        raise BadOption(f"{option}: {path} is there already: choose another name, or say --overwrite")
+    if not target.parent.is_dir():
+        raise BadOption(f"{option} {path}: there is no folder {str(target.parent)!r}")
+
+
+def _same_file(one: Path, other: Path) -> bool:
+    try:
+        return one.samefile(other)
+    except OSError:  # one of them does not exist yet
+        return os.path.realpath(one) == os.path.realpath(other)
+
+
+def try_folder(option: str, folder: Path, *, keep: bool) -> None:
+    """Make a folder and try to write to it; unless it is to be kept, leave nothing there.
+
+    Raises BadOption, with the option that names the folder, where it cannot be made or written to.
+    """
+    made: list[Path] = []
+    try:
+        made += [each for each in (folder, *folder.parents) if not keep and not each.exists()]
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise BadOption(f"{option} {folder}: {error.strerror or error}") from error
+    finally:
+        for each in made:  # the innermost comes first
+            with suppress(OSError):
+                each.rmdir()

@@ -1,0 +1,188 @@
+"""Results on stdout, one set of rows in three forms: tables for people, JSON and CSV for programs.
+
+A table is rounded and as wide as the terminal; ``--json`` and ``--csv`` have every digit. Rich, which draws
+the tables, is imported when a table is drawn: a run that prints JSON should not wait for it.
+"""
+
+from __future__ import annotations
+
+import csv as csv_format
+import dataclasses
+import io
+import json as json_format
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from kinetile.scene import Scene
+
+_ENDLESS = 100_000
+
+
+def printed(result: Any, rows: Iterable[Any], *, json: bool, csv: bool) -> bool:
+    """Print a result as JSON, or its rows as CSV, where one of them is asked for; return whether it was."""
+    if json:
+        typer.echo(as_json(result))
+    elif csv:
+        sys.stdout.write(as_csv(rows))
+    return json or csv
+
+
+def as_json(result: Any) -> str:
+    """Return a result as JSON text; JSON has no numbers that are not finite: they become null."""
+    return json_format.dumps(_plain(result), indent=2, allow_nan=False)
+
+
+def as_csv(rows: Iterable[Any]) -> str:
+    """Return rows (mappings, dataclasses or named tuples) as CSV text, with every digit.
+
+    An entry that is a table itself has a column for each of its entries (``outer.inner``); a list becomes
+    JSON, and a value that is missing an empty field.
+    """
+    flat = [dict(_flat(_plain(_fields(row)))) for row in rows]
+    names = dict.fromkeys(name for row in flat for name in row)
+    kept = [name for name in names if not any(other.startswith(f"{name}.") for other in names)]
+    text = io.StringIO()
+    writer = csv_format.DictWriter(text, kept, extrasaction="ignore", lineterminator="\n")
+    if kept:
+        writer.writeheader()
+    writer.writerows(flat)
+    return text.getvalue()
+
+
+def _flat(row: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
+    for name, value in row.items():
+        if isinstance(value, dict) and value:
+            yield from _flat(value, f"{before}{name}.")
+        else:
+            as_text = isinstance(value, bool | list | dict)
+            yield before + name, json_format.dumps(value) if as_text else value
+
+
+def _fields(row: Any) -> dict[str, Any]:
+    """Return the fields of a row by name."""
+    if dataclasses.is_dataclass(row):
+        return {field.name: getattr(row, field.name) for field in dataclasses.fields(row)}
+    return dict(row._asdict() if hasattr(row, "_asdict") else row)
+
+
+def _plain(value: Any) -> Any:
+    """Return a value in the types of JSON; a dataclass becomes a table, any other object its text."""
+    if dataclasses.is_dataclass(value):
+        value = _fields(value)
+    if isinstance(value, dict):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple | set | frozenset):
+        return [_plain(item) for item in value]
+    if isinstance(value, float):
+        return float(value) if abs(value) < float("inf") else None
+    return value if value is None or isinstance(value, str | int) else str(value)
+
+
+def scene_summary(scene: Scene) -> dict[str, Any]:
+    """Return where a scene comes from and how large it is, in plain types."""
+    return {
+        "file": scene.origin.get("file"),
+        "recipe": scene.origin.get("recipe"),
+        "parameters": dict(scene.origin.get("parameters", {})),
+        "bodies": len(scene),
+        "arena": scene.arena and list(scene.arena),
+        "start": scene.start,
+        "turns": len(scene.turns),
+    }
+
+
+def show(*parts: Any) -> None:
+    """Print tables and lines to stdout: as wide as the terminal, and unbroken where there is none, because a
+    program would have to join the pieces again.
+
+    A table with columns of numbers is unbroken on any terminal: nobody can read a number over three lines.
+    """
+    from rich.console import Console
+    from rich.measure import Measurement
+    from rich.table import Table
+
+    wide = Console().width if sys.stdout.isatty() else _ENDLESS
+    console = Console(highlight=False, markup=False)
+    with console.capture() as captured:
+        for part in parts:
+            console.width = _ENDLESS
+            if not isinstance(part, Table) or all(each.justify != "right" for each in part.columns):
+                console.width = wide
+            elif wide < _ENDLESS:
+                console.width = max(wide, Measurement.get(console, console.options, part).maximum)
+            console.print(part, soft_wrap=isinstance(part, str))
+    lines = [line.rstrip() for line in captured.get().splitlines()]
+    sys.stdout.write("\n".join(lines).strip("\n") + "\n")
+
+
+def table_of(rows: Iterable[Any], columns: Mapping[str, Callable[[Any], str]], shared: int = 0) -> Table:
+    """Return rows as a table: ``columns`` maps the head of each to a function from a row to its text."""
+    return rows_table(list(columns), [[text(row) for text in columns.values()] for row in rows], shared)
+
+
+def rows_table(heads: Sequence[str], rows: Iterable[Sequence[str]], shared: int = 0) -> Table:
+    """Return rows of texts as a table, with heads as in ``empty_table``.
+
+    Rows that have the same in their first ``shared`` columns show it once; a line divides them from others.
+    """
+    table = empty_table(*heads)
+    last: list[str] | None = None
+    for row in rows:
+        first = list(row[:shared])
+        if last not in (None, first):
+            table.add_section()
+        table.add_row(*([""] * shared if first == last else first), *row[shared:])
+        last = first
+    return table
+
+
+def empty_table(*heads: str) -> Table:
+    """Return an empty table; ``>`` begins the head of a column of numbers, ``|`` of one that never wraps."""
+    from rich import box
+    from rich.table import Table
+
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for head in heads:
+        mark, _, text = head.partition(" ") if head[:2] in ("> ", "| ") else ("", "", head)
+        whole = mark == "|"  # on a narrow terminal such a text is cut, and ends in a mark that says so
+        table.add_column(
+            text,
+            justify="right" if mark == ">" else "left",
+            no_wrap=whole,
+            overflow="ellipsis" if whole else "fold",
+        )
+    return table
+
+
+def label_table(lines: Iterable[tuple[str, str]]) -> Table:
+    """Return lines of a label and a text as a table without heads."""
+    from rich.table import Table
+
+    table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
+    table.add_column(style="bold", no_wrap=True)
+    table.add_column(overflow="fold")
+    for label, text in lines:
+        table.add_row(label, text)
+    return table
+
+
+def comparison_table(outcomes: Iterable[Any]) -> Table:
+    """Return how each phase did, one row a phase."""
+    return table_of(
+        outcomes,
+        {
+            "broad phase": lambda each: each.phase,
+            "> contacts": lambda each: f"{each.contacts:,}",
+            "> time": lambda each: f"{each.time:.10g}",
+            "> events": lambda each: f"{each.events:,}",
+            "> CPU s": lambda each: f"{each.cpu_seconds:.3g}",
+            "fingerprint": lambda each: each.fingerprint[:16],
+            "ended by": lambda each: (each.fault or "").partition(":")[0],
+        },
+    )

@@ -1,0 +1,125 @@
+"""The commands about plugins: ``kinetile plugins`` and ``scenes`` list what can be chosen by name, and
+``new-plugin`` writes a package with a broad phase to begin with."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from kinetile.cli.options import Csv, Json
+from kinetile.cli.output import printed, rows_table, show, table_of
+from kinetile.cli.terminal import exit_codes
+from kinetile.errors import KinetileError
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+
+def plugins(json: Json = False, csv: Csv = False) -> None:
+    """List the phases and recipes that are installed, and the plugins that failed to load."""
+    from kinetile.plugin.registry import registry
+
+    with exit_codes():
+        listing = registry().as_dicts()
+        failures = [str(failure) for failure in registry().failures]
+    if not printed(listing, listing["provided"], json=json, csv=csv):
+        show(plugins_table(listing), *(f"not loaded: {failure}" for failure in failures))
+
+
+def plugins_table(listing: Mapping[str, Sequence[Mapping[str, Any]]]) -> Table:
+    """Return every phase and recipe that can be chosen by name, and the package that it comes from."""
+    rows = []
+    for row in sorted(listing["provided"], key=lambda row: str(row["kind"]).split()[::-1]):
+        notes = [f"also called {', '.join(row['aliases'])}"] if row["aliases"] else []
+        notes += [f"features: {', '.join(row['features'])}"] if row["features"] else []
+        summary = " ".join([row["summary"], *(f"({note})" for note in notes)])
+        source = f"{row['distribution']} {row['version'] or ''}" if row["distribution"] else "this process"
+        rows.append((row["kind"], row["name"], summary, source))
+    return rows_table(("| kind", "| name", "what it does", "| from"), rows, shared=1)
+
+
+def scenes(
+    name: Annotated[str | None, typer.Argument(help="Show the parameters of this recipe.")] = None,
+    json: Json = False,
+    csv: Csv = False,
+) -> None:
+    """List the recipes for scenes and their parameters."""
+    from kinetile.plugin.registry import registry
+    from kinetile.scene.by_name import recipe_parameters
+
+    with exit_codes():
+        if name is None:
+            recipes = [_recipe(each) for each in registry().names("scene")]
+        else:
+            recipe_parameters(name)  # raises for a recipe that is unknown or cannot be imported
+            recipes = [_recipe(registry().spec("scene", name).name)]
+    result, rows = (recipes, recipes) if name is None else (recipes[0], recipes[0]["parameters"])
+    if printed(result, rows, json=json, csv=csv):
+        return
+    if name is None:
+        show(
+            _recipes_table(recipes), "`kinetile scenes NAME` shows a recipe's parameters: types and defaults."
+        )
+        return
+    (recipe,) = recipes
+    parameters = recipe["parameters"]
+    show(f"{recipe['name']}: {recipe['summary']}", _parameters_table(parameters))
+    settings = "".join(f" -s {each['name']}={each.get('default', '...')}" for each in parameters[:2])
+    show(f"for example: kinetile run {recipe['name']}{settings}")
+
+
+def _recipe(name: str) -> dict[str, Any]:
+    """Return a recipe's listing; one that cannot be imported is listed with its error."""
+    from kinetile.plugin.registry import registry
+    from kinetile.scene.by_name import REQUIRED, recipe_parameters
+
+    spec = registry().spec("scene", name)
+    listing: dict[str, Any] = {"name": name, "summary": spec.summary, "aliases": list(spec.aliases)}
+    try:
+        known = recipe_parameters(name)
+    except KinetileError as error:
+        return listing | {"parameters": [], "error": str(error)}
+    parameters = []
+    for each in known:
+        required = each.default is REQUIRED
+        parameters.append({"name": each.name, "type": each.type, "required": required})
+        parameters[-1] |= {} if required else {"default": each.default}
+    return listing | {"parameters": parameters}
+
+
+def _recipes_table(recipes: Sequence[Mapping[str, Any]]) -> Table:
+    def parameters(recipe: Mapping[str, Any]) -> str:
+        return str(recipe.get("error", ", ".join(each["name"] for each in recipe["parameters"])))
+
+    columns = {"| recipe": lambda each: each["name"], "what it makes": lambda each: each["summary"]}
+    return table_of(recipes, {**columns, "parameters": parameters})
+
+
+def _parameters_table(parameters: Sequence[Mapping[str, Any]]) -> Table:
+    return table_of(
+        parameters,
+        {
+            "| parameter": lambda each: each["name"],
+            "| type": lambda each: each["type"],
+            "default": lambda each: str(each.get("default", "(none: must be given)")),
+        },
+    )
+
+
+def new_plugin(
+    name: Annotated[str, typer.Argument(help="The name of the broad phase.")],
+    into: Annotated[Path, typer.Option(metavar="DIR", help="The folder to write the package into.")] = Path(),
+) -> None:
+    """Write a package with a broad phase that works, to begin your own with."""
+    with exit_codes():
+        from kinetile.plugin.new_plugin import new_plugin as write_package
+
+        folder = write_package(name, into)
+    written = sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
+    typer.echo(f"{folder}: {', '.join(written)}")
+    typer.echo("to make its broad phase known here, and judge it:")
+    typer.echo(f"  cd {shlex.quote(str(folder))}\n  pip install -e '.[test]'\n  pytest")

@@ -1,0 +1,310 @@
+"""The commands that run: ``kinetile run``, ``resume`` (from a checkpoint) and ``recover`` (after a kill)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from kinetile.cli.files import check_files
+from kinetile.cli.options import (
+    BroadPhase,
+    Json,
+    MaxContacts,
+    NarrowPhases,
+    Options,
+    Parameters,
+    SceneName,
+    Until,
+    broad_choice,
+    find_scene,
+    narrow_choice,
+    until_or_default,
+)
+from kinetile.cli.output import as_json
+from kinetile.cli.runner import (
+    EVERY,
+    Checkpoint,
+    check_checkpoint,
+    leave,
+    narrow_phases,
+    only_writer,
+    phases_of,
+    run_to_end,
+)
+from kinetile.cli.terminal import exit_codes, notice
+from kinetile.errors import BadOption, RecordError
+from kinetile.plugin.choices import read_phase
+
+if TYPE_CHECKING:
+    from kinetile.records.events import EventRecorder
+    from kinetile.run.simulation import Simulation
+    from kinetile.scene import Scene, Settings
+
+Every = Annotated[
+    float | None,
+    typer.Option(min=0.0, metavar="SECONDS", help=f"How often --checkpoint saves; {EVERY:g} s."),
+]
+
+
+def run(
+    scene: SceneName = "grid",
+    parameters: Parameters = None,
+    broad_phase: BroadPhase = None,
+    option: Options = None,
+    narrow_phase: NarrowPhases = None,
+    until: Until = None,
+    max_contacts: MaxContacts = None,
+    events: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write every event to a new Parquet file.")
+    ] = None,
+    contacts: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write the contacts to a new text file: epoch tick a b a line."),
+    ] = None,
+    checkpoint: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Save the run regularly to a file, for `kinetile resume`."),
+    ] = None,
+    every: Every = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace the files that the options name.")
+    ] = False,
+    save_scene: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Save the scene with these phases and this end as a TOML file."),
+    ] = None,
+    explain: Annotated[
+        bool, typer.Option("--explain", help="Print what is modelled and what is left out; run nothing.")
+    ] = False,
+    audit: Annotated[
+        int | None,
+        typer.Option(metavar="N", min=1, help="Check all invariants every N contacts (slow)."),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Run a scene and print what happened."""
+    with exit_codes(), only_writer(checkpoint):
+        from kinetile.run.simulation import Simulation
+
+        written = {"--events": events, "--contacts": contacts, "--checkpoint": checkpoint}
+        source = Path(scene) if scene.lower().endswith(".toml") else None
+        check_files({**written, "--save-scene": save_scene, "the scene": source}, overwrite)
+        check_checkpoint(checkpoint, every, overwrite)
+        this_scene = find_scene(scene, parameters)
+        name, options = broad_choice(broad_phase, option)
+        simulation = Simulation(
+            this_scene,
+            name,
+            options=options or None,
+            narrow_phases=narrow_choice(narrow_phase),
+            keep_contacts=contacts is not None,
+            audit=audit,
+        )
+        end = until_or_default(this_scene, until, max_contacts)
+        asked = {"until": end, "max_contacts": max_contacts}
+        recorder = None
+        if events is not None and not explain:
+            recorder = _recorder(simulation, events, asked, overwrite=overwrite)
+        if save_scene is not None:
+            settings = _settings(simulation, bool(name or options), bool(narrow_phase), until)
+            _save(this_scene, save_scene, settings)
+        if explain:
+            _explain(simulation, json)
+            return
+        saves = None
+        if checkpoint is not None:
+            saves = Checkpoint(simulation, recorder, checkpoint, every, asked)
+        ending = run_to_end(
+            simulation,
+            asked,
+            max_contacts,
+            recorder=recorder,
+            checkpoint=saves,
+            contacts=contacts,
+            json=json,
+        )
+    leave(ending)
+
+
+def resume(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="The file of `run --checkpoint FILE`.")],
+    until: Annotated[
+        float | None, typer.Option(help="Run until this time, instead of the end asked for before.")
+    ] = None,
+    max_contacts: Annotated[
+        int | None,
+        typer.Option(min=0, help="Stop after so many more contacts, instead of the end asked for before."),
+    ] = None,
+    broad_phase: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="Go on under this broad phase, with a structure built anew."),
+    ] = None,
+    events: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write every event to this file, instead of the one before."),
+    ] = None,
+    contacts: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write all contacts to a new text file, if the run kept them."),
+    ] = None,
+    checkpoint: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Save to another file from here on.")
+    ] = None,
+    every: Every = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the file of --contacts.")] = False,
+    json: Json = False,
+) -> None:
+    """Continue a run from its checkpoint, and go on saving it there."""
+    with exit_codes(), only_writer(checkpoint or file):
+        try:
+            simulation, note = _load(file, broad_phase)
+        except RecordError as error:
+            raise BadOption(str(error)) from error
+        if contacts is not None and not simulation.keeps_contacts:
+            raise BadOption(
+                "--contacts: this run keeps no contacts: expected `kinetile run --contacts` before"
+            )
+        if events is None and isinstance(note.get("events"), str):
+            events = Path(note["events"])
+        check_files(
+            {"--events": events, "--contacts": contacts, "--checkpoint": checkpoint or file}, overwrite
+        )
+        read = simulation.readings
+        done = read.contacts_disc + read.contacts_wall
+        asked = _asked(simulation, note, done, until, max_contacts)
+        recorder = None if events is None else _resumed_recorder(simulation, events, asked)
+        saves = Checkpoint(simulation, recorder, checkpoint or file, every or note.get("every"), asked)
+        most = asked["max_contacts"]
+        ending = run_to_end(
+            simulation,
+            asked,
+            None if most is None else max(most - done, 0),
+            recorder=recorder,
+            checkpoint=saves,
+            contacts=contacts,
+            json=json,
+        )
+    leave(ending)
+
+
+def recover(
+    partial: Annotated[
+        Path, typer.Argument(metavar="FILE.partial", help="What a run with --events FILE has left.")
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="The event file to make; without it FILE, and FILE.partial goes."),
+    ] = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace an event file that exists.")
+    ] = False,
+    json: Json = False,
+) -> None:
+    """Make an event file from what a killed run has left."""
+    with exit_codes():
+        from kinetile.records.finishing import recover as make
+
+        try:
+            made = make(partial, out, overwrite=overwrite)
+        except RecordError as error:
+            raise BadOption(str(error)) from error
+    if made.left_over:
+        notice(
+            f"kinetile: the last {made.left_over:,} bytes of {partial} are no whole batch of rows: a write "
+            "that was cut off, or damage; they are not in the event file"
+        )
+    if json:
+        typer.echo(as_json(made._asdict()))
+        return
+    typer.echo(f"{made.path}: {made.rows:,} events, to time {made.time:.10g} ({made.status})")
+    if made.kept:
+        typer.echo(f"{partial} is still there")
+
+
+def _settings(simulation: Simulation, broad: bool, narrow: bool, until: float | None) -> Settings:
+    """Return the scene's settings, with the broad phase, narrow phases and end that were chosen instead."""
+    from kinetile.scene import Settings
+
+    settings = simulation.scene.settings
+    options = {name: dict(given) for name, given in settings.options.items()}
+    if broad:
+        options[simulation.broad_phase] = dict(simulation.options)
+    if narrow:
+        options |= narrow_phases(simulation)
+    return Settings(
+        simulation.broad_phase if broad else settings.broad_phase,
+        simulation.narrow_phases if narrow else settings.narrow_phases,
+        {name: given for name, given in options.items() if given},
+        settings.until if until is None else until,
+    )
+
+
+def _save(scene: Scene, path: Path, settings: Settings) -> None:
+    """Save a scene with other settings."""
+    from kinetile.scene import relabelled
+    from kinetile.scene.files import save_scene
+
+    try:
+        save_scene(relabelled(scene, settings=settings), path)
+    except OSError as error:
+        raise BadOption(f"--save-scene {path}: {error.strerror}") from error
+
+
+def _explain(simulation: Simulation, json: bool) -> None:
+    from kinetile.run.readings import explanation_lines
+
+    found = simulation.explain()
+    typer.echo(as_json(found) if json else "\n".join(explanation_lines(found)))
+
+
+def _recorder(simulation: Simulation, events: Path, asked: dict[str, Any], **options: Any) -> EventRecorder:
+    """Return a recorder of a run, whose file names the phases and the end that was asked for."""
+    from kinetile.records.events import EventRecorder
+
+    try:
+        return EventRecorder(events, simulation.scene, phases_of(simulation) | asked, **options)
+    except RecordError as error:
+        raise BadOption(f"--events: {error}") from error
+
+
+def _resumed_recorder(simulation: Simulation, events: Path, asked: dict[str, Any]) -> EventRecorder:
+    """Return a recorder that continues the file of the run so far, where that file exists."""
+    recorder = _recorder(simulation, events, asked, behind=simulation)
+    if simulation.rows and not recorder.goes_on:
+        notice(
+            f"kinetile: nothing of this run is in {events} yet: it will hold the events from time "
+            f"{simulation.time:.10g} on, and say that {simulation.rows:,} are missing"
+        )
+    return recorder
+
+
+def _load(file: Path, broad_phase: str | None) -> tuple[Simulation, dict[str, Any]]:
+    """Return the simulation of a checkpoint, and the note that the command left in it."""
+    from kinetile.run.saving.files import note, read_whole
+    from kinetile.run.simulation import resume
+
+    name, options = (None, None) if broad_phase is None else read_phase(broad_phase)
+    return resume(file, name, options=options), note(read_whole(file), str(file))
+
+
+def _asked(
+    simulation: Simulation, note: dict[str, Any], done: int, until: float | None, max_contacts: int | None
+) -> dict[str, Any]:
+    """Return the end of a resumed run: as asked for now, else as before, else as the scene has it.
+
+    ``max_contacts`` is counted from the start of the run, of which ``done`` are there.
+    """
+    if until is not None and until < simulation.time:
+        raise BadOption(f"--until is {until!r}, and the checkpoint is of time {simulation.time!r}")
+    if until is not None or max_contacts is not None:
+        return {"until": until, "max_contacts": None if max_contacts is None else done + max_contacts}
+    end = {"until": note.get("until"), "max_contacts": note.get("max_contacts")}
+    if end == {"until": None, "max_contacts": None}:
+        end["until"] = simulation.scene.settings.until
+    if end == {"until": None, "max_contacts": None}:
+        raise BadOption(
+            "this checkpoint does not say how far the run is to go: expected --until, or --max-contacts"
+        )
+    return end

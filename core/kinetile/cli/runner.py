@@ -1,0 +1,305 @@
+"""Runner of ``kinetile run`` and ``kinetile resume``: progress, signals, checkpoints, and the printed result.
+
+Whatever ends a run (its end, a fault, a signal, a full disk), the events file is closed, the checkpoint says
+where to go on, and what was done until then is printed.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from time import monotonic
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import typer
+
+from kinetile.cli.output import as_json, label_table, scene_summary, show
+from kinetile.cli.terminal import FAULT, FAULTS, Bar, FirstSignal, make_ready, notice
+from kinetile.errors import BadOption, RecordError
+
+if TYPE_CHECKING:
+    from kinetile.records.events import EventRecorder
+    from kinetile.run.simulation import Progress, Simulation
+
+EVERY = 60.0
+"""Seconds between two checkpoints, unless ``--every`` says otherwise."""
+
+
+class Ending(NamedTuple):
+    """How a run ended: a word, an exit code, and the message that goes with a code other than 0."""
+
+    status: str
+    code: int = 0
+    message: str = ""
+
+
+def run_to_end(
+    simulation: Simulation,
+    asked: Mapping[str, Any],
+    max_contacts: int | None,
+    *,
+    recorder: EventRecorder | None,
+    checkpoint: Checkpoint | None,
+    contacts: Path | None,
+    json: bool,
+) -> Ending:
+    """Run, write the contacts where that is asked for, print the result, and return how all of it ended.
+
+    ``asked`` is the end that was asked for, its contacts counted from the start of the run; ``max_contacts``
+    is how many more of them this process runs.
+    """
+    ending = _carry_out(simulation, recorder, asked["until"], max_contacts, checkpoint)
+    if contacts is not None:
+        ending = _write_contacts(simulation, contacts, ending)
+    found = _result(simulation, recorder, asked, ending.status)
+    if json:
+        typer.echo(as_json(found))
+    else:
+        show(label_table(_lines(found)))
+    return ending
+
+
+def leave(ending: Ending) -> None:
+    """Print why a run ended badly, if it did, and leave with its exit code."""
+    if ending.code:
+        notice(f"kinetile: {ending.message}")
+        raise typer.Exit(ending.code)
+
+
+def _carry_out(
+    simulation: Simulation,
+    recorder: EventRecorder | None,
+    until: float | None,
+    max_contacts: int | None,
+    checkpoint: Checkpoint | None,
+) -> Ending:
+    """Run, save where that is asked for, and close the events file whatever happens."""
+    said = ""
+    if checkpoint is not None:
+        checkpoint.begin()
+    with FirstSignal() as signals, ExitStack() as stack:
+        if recorder is not None:
+            try:
+                stack.enter_context(recorder)
+            except RecordError as error:
+                raise BadOption(f"--events: {error}") from error
+        try:
+            with stack, Bar("running", simulation.scene.start, max_contacts) as bar:
+
+                def progress(state: Progress) -> None:
+                    bar(state._replace(until=until))
+                    signals.check()
+                    if checkpoint is not None:
+                        checkpoint.save_if_due()
+
+                try:
+                    make_ready(simulation)
+                    simulation.run(until, max_contacts=max_contacts, progress=progress, recorder=recorder)
+                except KeyboardInterrupt:
+                    if checkpoint is not None:
+                        said = checkpoint.save_after(signals)
+                    raise
+                if checkpoint is not None:
+                    checkpoint.save()
+        except KeyboardInterrupt:
+            number = signals.number or signal.SIGINT
+            return Ending("interrupted", 128 + number, f"interrupted at time {simulation.time:.10g}{said}")
+        except FAULTS as error:
+            return Ending(f"fault: {type(error).__name__}", FAULT, str(error))
+    return Ending("complete")
+
+
+def _write_contacts(simulation: Simulation, path: Path, ending: Ending) -> Ending:
+    """Write the contacts as text; return how the run ended, or that they could not be written."""
+    from kinetile.records.contacts import write_contacts
+
+    try:
+        write_contacts(path, simulation.contacts, simulation.fingerprint)
+    except OSError as error:
+        return Ending(ending.status, FAULT, f"--contacts {path}: {error.strerror or error}")
+    return ending
+
+
+# Checkpoints
+
+
+@contextmanager
+def only_writer(path: Path | None) -> Iterator[None]:
+    """Within this context no other process runs on this checkpoint; BadOption where one does already."""
+    if path is None or not path.name:
+        yield
+        return
+    from kinetile.records.locks import alone
+
+    with ExitStack() as stack:
+        try:
+            stack.enter_context(alone(path))
+        except RecordError as error:
+            raise BadOption(f"--checkpoint: {error}") from error
+        yield
+
+
+def check_checkpoint(path: Path | None, every: float | None, overwrite: bool) -> None:
+    """Raise BadOption where a new checkpoint may not be written: it would replace an old one, or a file that
+    is no checkpoint."""
+    from kinetile.run.saving.files import check_target
+
+    if path is None:
+        if every is not None:
+            raise BadOption("--every says how often --checkpoint saves, and there is none: expected its FILE")
+        return
+    try:
+        target = check_target(path)
+    except RecordError as error:
+        raise BadOption(f"--checkpoint: {error}") from error
+    if target.exists() and not overwrite:
+        raise BadOption(
+            f"--checkpoint: {path} is there already: `kinetile resume {path}` goes on from it; choose "
+            "another name, or say --overwrite"
+        )
+
+
+class Checkpoint:
+    """Saves a simulation to a file: when a run begins, every so many seconds, and at its end.
+
+    ``note`` is what ``kinetile resume`` needs besides. A checkpoint that cannot be written is reported and
+    does not end the run: the one before is still valid.
+    """
+
+    def __init__(
+        self,
+        simulation: Simulation,
+        recorder: EventRecorder | None,
+        path: Path,
+        every: float | None,
+        note: Mapping[str, Any],
+    ) -> None:
+        self.path = path
+        self._simulation = simulation
+        self._recorder = recorder
+        self._every = EVERY if every is None else every
+        events = None if recorder is None else os.path.abspath(recorder.path)
+        self._note = {**note, "every": self._every, "events": events}
+        self._saved = monotonic()
+        self._time: float | None = None
+
+    def begin(self) -> None:
+        """Save before anything is run or recorded, so that a failure is reported now, by BadOption."""
+        try:
+            self._save()
+        except RecordError as error:
+            raise BadOption(f"--checkpoint: {error}") from error
+
+    def save(self) -> None:
+        """Save now. Raises RecordError.
+
+        The rows of the events file are on the disk before the checkpoint that counts them.
+        """
+        if self._recorder is not None:
+            self._recorder.sync()
+        self._save()
+
+    def _save(self) -> None:
+        self._simulation.save(self.path, self._note)
+        self._time = self._simulation.time
+        self._saved = monotonic()
+
+    def save_if_due(self) -> None:
+        """Save when the interval is over; report a failure and go on."""
+        if monotonic() - self._saved < self._every:
+            return
+        try:
+            self.save()
+        except RecordError as error:
+            self._saved = monotonic()
+            notice(f"kinetile: --checkpoint: {error} ({self._last_state})")
+
+    def save_after(self, signals: FirstSignal) -> str:
+        """Save because a signal came, unless another one cancels that; return the end of the message."""
+        try:
+            with signals.another_ends():
+                self.save()
+        except RecordError as error:
+            return f"; {error} ({self._last_state})"
+        except KeyboardInterrupt:
+            return f"; not saved any more ({self._last_state})"
+        return f"; `kinetile resume {self.path}` goes on from there"
+
+    @property
+    def _last_state(self) -> str:
+        if self._time is None:
+            return "there is no checkpoint of this run"
+        return f"{self.path} is of time {self._time:.10g}"
+
+
+# The result
+
+
+def narrow_phases(simulation: Simulation) -> dict[str, dict[str, Any]]:
+    """Return the narrow phases of a simulation with their options."""
+    return {name: dict(options) for name, options in simulation.composition.narrow_phases.items()}
+
+
+def phases_of(simulation: Simulation) -> dict[str, Any]:
+    """Return the phases of a simulation with their options, in plain types."""
+    return {
+        "broad_phase": simulation.broad_phase,
+        "options": dict(simulation.options),
+        "narrow_phases": narrow_phases(simulation),
+    }
+
+
+def _result(
+    simulation: Simulation, recorder: EventRecorder | None, asked: Mapping[str, Any], status: str
+) -> dict[str, Any]:
+    """Return the whole result of a run, in plain types."""
+    from kinetile.kernel.log import ANSWER
+    from kinetile.versions import versions
+
+    reached = {"time": simulation.time, "time_unit": simulation.time_unit, "status": status}
+    return {
+        "versions": versions(),
+        "answer": ANSWER,
+        "scene": scene_summary(simulation.scene),
+        **phases_of(simulation),
+        "run": {**asked, **reached},
+        "readings": simulation.readings.as_dict(),
+        "events_file": recorder
+        and {"path": str(recorder.path), "rows": recorder.rows, "status": recorder.status},
+    }
+
+
+def _lines(result: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
+    """Yield the result of a run in words: the scene, the phases, counts, accuracy and cost, with units."""
+    from kinetile.run.readings import reading_lines
+
+    scene, run = result["scene"], result["run"]
+    walls = f"in {scene['arena'][0]:g} x {scene['arena'][1]:g}" if scene["arena"] else "without walls"
+    narrow = ", ".join(_phase(name, options) for name, options in result["narrow_phases"].items())
+    yield "scene", f"{_origin(scene)}: {scene['bodies']:,} discs {walls}"
+    yield (
+        "phases",
+        f"{_phase(result['broad_phase'], result['options'])}; {narrow or 'no narrow phase'}",
+    )
+    yield "time", f"{scene['start']:g} to {run['time']:.10g}: {run['status']}"
+    yield from reading_lines(result["readings"])
+    if result["events_file"]:
+        written = result["events_file"]
+        yield (
+            "events file",
+            f"{written['path']}: {written['rows']:,} events ({written['status'].partition(':')[0]})",
+        )
+
+
+def _origin(scene: Mapping[str, Any]) -> str:
+    if scene["file"]:
+        return str(scene["file"])
+    return _phase(scene["recipe"], scene["parameters"]) if scene["recipe"] else "arrays"
+
+
+def _phase(name: str, options: Mapping[str, Any]) -> str:
+    """Return a name with its options or parameters behind it."""
+    return f"{name} ({', '.join(f'{key}={value}' for key, value in options.items())})" if options else name

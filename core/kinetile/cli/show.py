@@ -1,0 +1,179 @@
+"""The commands that show: ``kinetile draw`` (a moment as a picture) and ``view`` (a run as a page)."""
+
+from __future__ import annotations
+
+from importlib import metadata
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from kinetile.cli.files import check_new
+from kinetile.cli.options import BroadPhase, Options, Parameters, SceneName, broad_choice, find_scene
+from kinetile.cli.terminal import Bar, exit_codes, make_ready, notice
+from kinetile.errors import BadOption, RecordError
+from kinetile.plugin.choices import read_phase
+
+if TYPE_CHECKING:
+    from kinetile.run.simulation import Simulation
+    from kinetile.show.player import View
+
+VIEWS_GROUP = "kinetile.views"
+"""Entry points by which plugins show scene files of their own kind: each is a function of a path, a broad
+phase (or None) and ``until``, and returns a View, or None for a file that is not of its kind."""
+
+FORMS = ("svg", "png", "pdf")
+"""File formats of ``kinetile draw``."""
+
+
+def draw(
+    scene: SceneName,
+    out: Annotated[Path, typer.Option(metavar="FILE", help="A new file that ends in .svg, .png or .pdf.")],
+    parameters: Parameters = None,
+    at: Annotated[
+        float | None, typer.Option(metavar="TIME", help="The moment; without it, the start.")
+    ] = None,
+    broad_phase: BroadPhase = None,
+    option: Options = None,
+    roles: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ROLE,...", help="Only these parts of the structure: bound, tile, cell, pair, ..."
+        ),
+    ] = None,
+    velocities: Annotated[bool, typer.Option("--velocities", help="Draw velocities as arrows.")] = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the file of --out.")] = False,
+) -> None:
+    """Draw a moment of a scene with the structure of its broad phase: bounds, tiles, cells, pairs."""
+    with exit_codes():
+        form = out.suffix.lower().lstrip(".")
+        if form not in FORMS:
+            raise BadOption(f"--out is {str(out)!r}; expected a name that ends in .svg, .png or .pdf")
+        check_new("--out", out, overwrite)
+        if form != "svg":
+            from kinetile.show.printed import check_printing
+
+            check_printing()
+        this_scene = find_scene(scene, parameters)
+        if at is not None and not this_scene.start <= at < float("inf"):
+            raise BadOption(
+                f"--at is {at!r}; expected a time from the scene's start on, {this_scene.start!r}"
+            )
+        name, options = broad_choice(broad_phase, option)
+
+        from kinetile.run.simulation import Simulation
+
+        simulation = Simulation(this_scene, name, options=options or None)
+        wanted = None if roles is None else [role.strip() for role in roles.split(",")]
+        _run_to(simulation, at)
+        _write(out, _drawn(simulation, wanted, form, velocities))
+
+
+def _run_to(simulation: Simulation, at: float | None) -> None:
+    make_ready(simulation)
+    if at is not None and at > simulation.scene.start:
+        with Bar("running", simulation.scene.start, None) as bar:
+            simulation.run(until=at, progress=bar)
+
+
+def _drawn(simulation: Simulation, roles: list[str] | None, form: str, velocities: bool) -> bytes:
+    from kinetile.show.picture import take_picture
+    from kinetile.show.printed import as_printed
+    from kinetile.show.svg import as_svg
+
+    try:
+        picture = take_picture(simulation, roles)
+    except ValueError as error:
+        raise BadOption(f"--roles: {error}") from error
+    return as_svg(picture, velocities) if form == "svg" else as_printed(picture, form, velocities)
+
+
+def _write(out: Path, drawn: bytes) -> None:
+    try:
+        out.write_bytes(drawn)
+    except OSError as error:
+        raise BadOption(f"--out {out}: {error.strerror or error}") from error
+
+
+def view(
+    scene: Annotated[
+        str,
+        typer.Argument(
+            metavar="SCENE",
+            help="A recipe's name, a .toml file (a scene, or a case that `kinetile conform` saved), or an "
+            "event file (.parquet).",
+        ),
+    ] = "grid",
+    parameters: Parameters = None,
+    broad_phase: BroadPhase = None,
+    beside: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="A second broad phase, beside the first, on the same clock."),
+    ] = None,
+    begin: Annotated[
+        float | None,
+        typer.Option("--from", metavar="TIME", help="Show from this time on; without it, the start."),
+    ] = None,
+    until: Annotated[
+        float | None, typer.Option(help="Show until this time; the scene's own `until`, or one time unit.")
+    ] = None,
+    steps: Annotated[
+        bool,
+        typer.Option("--steps/--no-steps", help="Include every step of the broad phase between contacts."),
+    ] = True,
+    out: Annotated[Path, typer.Option(metavar="FILE", help="A new .html file.")] = Path("view.html"),
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the file of --out.")] = False,
+    show: Annotated[bool, typer.Option("--open", help="Open the page in the browser.")] = False,
+) -> None:
+    """Write an interactive page in which a run plays: one file, exact at any moment, event by event."""
+    with exit_codes():
+        if out.suffix.lower() not in (".html", ".htm"):
+            raise BadOption(f"--out is {str(out)!r}; expected a name that ends in .html")
+        check_new("--out", out, overwrite)
+        page = _view(scene, parameters, broad_phase, beside, begin, until, steps)
+        for note in page.notes:
+            notice(f"kinetile: {note}")
+        path = page.save(out, overwrite=overwrite)
+    typer.echo(f"{path}: {path.stat().st_size / 1e6:.2f} MB")
+    if show:
+        typer.launch(path.resolve().as_uri())
+
+
+def _view(
+    scene: str,
+    parameters: list[str] | None,
+    broad_phase: str | None,
+    beside: str | None,
+    begin: float | None,
+    until: float | None,
+    steps: bool,
+) -> View:
+    phases: list[tuple[str | None, dict[str, Any]]] = [
+        read_phase(each) for each in (broad_phase, beside) if each is not None
+    ]
+    if beside is not None and broad_phase is None:
+        raise BadOption("--beside is for a second broad phase: name the first with --broad-phase")
+    if scene.lower().endswith(".parquet"):
+        from kinetile.show.player import view_file
+
+        if phases or parameters:
+            raise BadOption(
+                f"{scene} is shown as it was recorded: --broad-phase, --beside and --set are for scenes"
+            )
+        try:
+            return view_file(scene, begin=begin, until=until)
+        except RecordError as error:
+            raise BadOption(str(error)) from error
+    path = Path(scene)
+    if scene.lower().endswith(".toml") and path.is_file() and not beside:
+        for point in metadata.entry_points(group=VIEWS_GROUP):
+            view: View | None = point.load()(path, phases[0] if phases else None, until=until)
+            if view is not None:
+                if begin is not None or parameters:
+                    raise BadOption(f"{scene} is a saved case, and plays from its start: no --from, no --set")
+                return view
+    from kinetile.show.player import view_scene
+
+    found = find_scene(scene, parameters)
+    title = path.name if path.is_file() else None
+    return view_scene(found, phases or [(None, {})], begin=begin, until=until, steps=steps, title=title)

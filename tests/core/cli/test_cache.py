@@ -1,0 +1,144 @@
+"""``kinetile cache``: what it shows, removes and finds damaged, and what it leaves alone."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import time
+
+import llvmlite
+import numba
+import pytest
+from typer.testing import CliRunner
+
+import kinetile as kt
+from kinetile.cli import app
+from kinetile.kernel.compiled import INTERPRETED
+
+HERE = f"numba-{numba.__version__}-llvmlite-{llvmlite.__version__}"
+OTHER = "numba-0.1.0-llvmlite-0.2.0"
+
+
+def cache(*arguments: object):
+    """Run a command in this process."""
+    result = CliRunner().invoke(app, ["cache", *map(str, arguments)])
+    if result.exception is not None and not isinstance(result.exception, SystemExit):
+        raise result.exception
+    return result
+
+
+def found(*arguments: object) -> dict:
+    result = cache(*arguments, "--json")
+    assert result.exit_code == 0, result.stderr
+    return json.loads(result.stdout)
+
+
+def write(path, days=0.0, content=b"machine code", whole=True):
+    path.parent.mkdir(exist_ok=True)
+    path.write_bytes(content + (hashlib.sha256(content).digest() if whole else b"x" * 32))
+    moment = time.time() - days * 86400.0
+    os.utime(path, (moment, moment))
+    return path
+
+
+@pytest.fixture
+def place(tmp_path, monkeypatch):
+    """A cache with an entry in use, an old one of other versions, and files that are not the cache's."""
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    write(tmp_path / HERE / "loop.advance_a-95.py311.nbi")
+    write(tmp_path / HERE / "loop.advance_a-95.py311.1.nbc", content=b"y" * 1000)
+    write(tmp_path / OTHER / "loop.advance_b-95.py311.nbi", days=40)
+    write(tmp_path / OTHER / "loop.advance_b-95.py311.1.nbc", days=40)
+    (tmp_path / "mine.nbi").write_text("somebody else's")
+    (tmp_path / HERE / "notes.txt").write_text("somebody else's")
+    return tmp_path
+
+
+def left(place):
+    return sorted(path.name for path in place.rglob("*") if path.is_file())
+
+
+def test_show_lists_versions_entries_bytes_and_last_use(place):
+    result = found("show")
+    assert result["folder"] == str(place)
+    other, here = result["versions"]
+    assert (other["numba"], other["llvmlite"], other["used_here"]) == ("0.1.0", "0.2.0", False)
+    assert (here["numba"], here["used_here"], here["entries"], here["files"]) == (
+        numba.__version__,
+        True,
+        1,
+        2,
+    )
+    assert here["bytes"] == 1000 + 32 + 12 + 32
+    assert result["bytes"] == here["bytes"] + other["bytes"]
+    assert other["last_used"] < here["last_used"]
+    text = cache("show").stdout
+    assert str(place) in text
+    assert "in use by this installation" in text
+    assert cache("show", "--csv").stdout.startswith(
+        "numba,llvmlite,entries,files,bytes,last_used,used_here\n"
+    )
+
+
+def test_an_empty_cache_is_no_error(tmp_path, monkeypatch):
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "nothing"))
+    assert "nothing is kept" in cache("show").stdout
+    assert found("show")["versions"] == []
+    assert "removed from" in cache("clean").stdout
+    assert "0 files, 0.0 MB: all whole" in cache("verify").stdout
+    assert not (tmp_path / "nothing").exists()
+
+
+def test_clean_removes_what_is_unused_or_damaged_and_nothing_else(place):
+    write(place / HERE / "loop.advance_c-95.py311.nbi", whole=False)
+    write(place / HERE / "loop.advance_d-95.py311.nbi.tmp.0123abcd", days=1)
+    fresh = write(place / HERE / "loop.advance_e-95.py311.nbi.tmp.4567abcd")
+    before = left(place)
+    dry = found("clean", "--dry-run")
+    assert left(place) == before
+    result = found("clean")
+    assert result["removed"] == dry["removed"]
+    assert {each["file"]: each["why"] for each in result["removed"]} == {
+        f"{OTHER}/loop.advance_b-95.py311.1.nbc": "not used for 30 days",
+        f"{OTHER}/loop.advance_b-95.py311.nbi": "not used for 30 days",
+        f"{HERE}/loop.advance_c-95.py311.nbi": "damaged",
+        f"{HERE}/loop.advance_d-95.py311.nbi.tmp.0123abcd": "left by a write that was cut off",
+    }
+    assert not (place / OTHER).exists()
+    assert left(place) == sorted(
+        ["loop.advance_a-95.py311.nbi", "loop.advance_a-95.py311.1.nbc", "mine.nbi", "notes.txt", fresh.name]
+    )
+
+
+def test_clean_by_days_and_clean_all(place):
+    assert "removed from" in cache("clean", "--unused", 50).stdout
+    assert len(left(place)) == 6
+    text = cache("clean", "--all").stdout
+    assert "--all: 4 files" in text
+    assert left(place) == ["mine.nbi", "notes.txt"]
+
+
+def test_verify_names_each_damaged_file_and_exits_with_1(place):
+    assert "4 files, 0.0 MB: all whole" in cache("verify").stdout
+    bad = write(place / HERE / "loop.advance_c-95.py311.1.nbc", whole=False)
+    empty = place / HERE / "loop.advance_c-95.py311.nbi"
+    empty.write_bytes(b"")  # as a power cut leaves a file
+    result = cache("verify")
+    assert result.exit_code == 1
+    assert f"{bad}: its content does not match its checksum\n" in result.stdout
+    assert f"{empty}: its content does not match its checksum\n" in result.stdout
+    assert "6 files" in result.stdout
+    assert "2 damaged" in result.stdout
+    assert "cache clean" in result.stderr
+    rows = json.loads(cache("verify", "--json").stdout)["damaged"]
+    assert [each["file"] for each in rows] == [str(bad), str(empty)]
+
+
+@pytest.mark.skipif(INTERPRETED, reason="nothing is compiled")
+def test_what_a_run_loads_is_in_the_cache_that_is_shown(tmp_path):
+    sim = kt.Simulation(kt.make_scene("grid", bodies=4), "naive")
+    sim.compile()
+    assert sim.cached
+    (here,) = [each for each in found("show")["versions"] if each["used_here"]]
+    assert here["entries"] >= 1
