@@ -1,4 +1,4 @@
-"""How Sphinx makes a site of these documents: ``sphinx-build -W --keep-going -n -b html docs build/site``."""
+"""How Sphinx makes a site of these pages: ``sphinx-build -W --keep-going -n -b html docs build/site``."""
 
 from __future__ import annotations
 
@@ -50,9 +50,10 @@ maximum_signature_line_length = 88
 nitpick_ignore_regex = [
     ("py:.*", r"(collections|concurrent|numpy|pathlib|os|pluggy|hypothesis|np|npt|typing)\..*"),
     ("py:.*", r"ArrayLike|NDArray|Floats|Path|PluginManager.*"),
-    ("py:.*", r"float64|int64|int32|void|Kind|Spec|VersionsDiffer|EngineError|agreement\.Disagreement"),
-    ("py:.*", r"kinetile\.(run|kernel)\..*\.(Command|Composition|Entries|F|Held|Phases)"),
-    ("py:.*", r"kinetile\..*\.(Disagreement|Enclosure|Oracle|Page|Reference|Section|Subject)"),
+    ("py:.*", r"float64|int64|int32|void|Kind|Spec|VersionsDiffer|PoolError|RowDisagreement"),
+    ("py:.*", r"kinetile\.(run|kernel)\..*\.(Command|Composition|Entries|F|Held|Parts|Phases)"),
+    ("py:.*", "Numbers"),
+    ("py:.*", r"kinetile[\w.]*\.(Disagreement|Enclosure|Oracle|Page|Reference|Section|Subject)"),
 ]
 
 # Notebooks are kept without what they print: they are run here, and what they raise is an error.

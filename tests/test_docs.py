@@ -1,4 +1,4 @@
-"""The documents are true: their Python runs, their commands run, and what they quote stands where they say.
+"""Documentation is true: its Python runs, its commands run, and quotations are in the files that it names.
 
 In docs/*.md and README.md:
 
@@ -8,7 +8,8 @@ In docs/*.md and README.md:
   anything, and a line of nothing else for any lines;
 * there, ``$ pip install -e FOLDER`` makes the package in a folder known to the commands that follow, and
   ``NAME=value`` before a command goes into its environment;
-* a comment before a block says otherwise: ``<!-- not run: the reason -->``; ``<!-- part of some/file -->``
+* a comment before a block says otherwise: ``<!-- not run: the reason -->``; ``<!-- slow: the reason -->`` for
+  a block that runs only with ``pytest -m slow``, with all others of its page; ``<!-- part of some/file -->``
   for a quotation, which must stand in that file, word for word; ``<!-- file: some/file -->`` for what is to
   be written into a file, the first block of a page in place of what stands there, the next ones after it;
   outside a folder that a command has made it may be a new one.
@@ -26,18 +27,20 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import pytest
+from typer.testing import CliRunner
 
 import kinetile as kt
 from installing import install
+from kinetile.cli import app
 
 ROOT = Path(__file__).parents[1]
 PAGES = [*sorted((ROOT / "docs").glob("*.md")), ROOT / "README.md"]
 LINKED = [*sorted((ROOT / "docs").rglob("*.md")), *sorted(ROOT.glob("*.md"))]
 FENCE = re.compile(r"```(\w*|\{[\w:-]+\}.*)")
-COMMENT = re.compile(r"<!--\s*(not run|part of|file):?\s+(\S.*?)\s*-->")
+COMMENT = re.compile(r"<!--\s*(not run|slow|part of|file):?\s+(\S.*?)\s*-->")
 SETTING = re.compile(r"[A-Z_]+=\S*")
 CODE = re.compile(r"\s+# exit code (\d+)$")
 
@@ -69,8 +72,17 @@ def read_blocks(page: Path) -> Iterator[Block]:
         place += 1
 
 
-def pages_with(language: str) -> list[Path]:
-    return [page for page in PAGES if any(b.language == language and not b.mark for b in read_blocks(page))]
+def pages_with(language: str) -> list[Any]:
+    """Return (page, marks) to run: each page that has blocks to run, and again, marked slow, with those that
+    are slow as well."""
+    found = []
+    for page in PAGES:
+        marks = {block.mark for block in read_blocks(page) if block.language == language}
+        if "" in marks:
+            found.append(pytest.param(page, ("",), id=page.name))
+        if "slow" in marks:
+            found.append(pytest.param(page, ("", "slow"), id=f"all-{page.name}", marks=pytest.mark.slow))
+    return found
 
 
 @pytest.fixture
@@ -85,14 +97,14 @@ def plugin_folder(monkeypatch):
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize("page", pages_with("python"), ids=lambda page: page.name)
-def test_the_python_runs(page, tmp_path, monkeypatch, plugin_folder):
+@pytest.mark.parametrize(("page", "marks"), pages_with("python"))
+def test_the_python_runs(page, marks, tmp_path, monkeypatch, plugin_folder):
     # A module of its own: Numba names a state's class by its module in the cache.
     module = ModuleType(f"page_{page.stem.replace('-', '_')}")
     monkeypatch.setitem(sys.modules, module.__name__, module)
     monkeypatch.chdir(tmp_path)
     for block in read_blocks(page):
-        if block.language == "python" and not block.mark:
+        if block.language == "python" and block.mark in marks:
             code = compile("\n" * (block.line - 1) + block.text, str(page), "exec")
             exec(code, module.__dict__)
 
@@ -132,32 +144,43 @@ def write(block: Block, folder: Path, begun: set[Path]) -> None:
 
 
 def assert_runs(words: list[str], environment: dict[str, str], folder: Path, code: int, where: str) -> str:
-    """Assert that a kinetile command ends with an exit code; return what it has printed."""
+    """Assert that a kinetile command ends with an exit code; return what it has printed.
+
+    In this process, unless the command needs another environment: to start one takes a second.
+    """
     settings = {}
     while SETTING.fullmatch(words[0]):
         name, _, value = words.pop(0).partition("=")
         settings[name] = value
-    done = subprocess.run(
-        [sys.executable, "-m", "kinetile", *words[1:]],
-        cwd=folder,
-        env=environment | settings,
-        capture_output=True,
-        text=True,
-        timeout=1800,  # a guard against hanging, not a limit: a machine may be busy
-    )
-    assert done.returncode == code, f"{where} ended with {done.returncode}\n{done.stdout}{done.stderr}"
-    return done.stdout if code == 0 else done.stdout + done.stderr
+    if environment | settings == dict(os.environ):
+        result = CliRunner().invoke(app, words[1:])
+        if result.exception is not None and not isinstance(result.exception, SystemExit):
+            raise result.exception
+        ended, out, err = result.exit_code, result.stdout, result.stderr
+    else:
+        done = subprocess.run(
+            [sys.executable, "-m", "kinetile", *words[1:]],
+            cwd=folder,
+            env=environment | settings,
+            capture_output=True,
+            text=True,
+            timeout=1800,  # a guard against hanging, not a limit: a machine may be busy
+        )
+        ended, out, err = done.returncode, done.stdout, done.stderr
+    assert ended == code, f"{where} ended with {ended}\n{out}{err}"
+    return out if code == 0 else out + err
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize("page", pages_with("console"), ids=lambda page: page.name)
-def test_the_commands_run(page, tmp_path):
+@pytest.mark.parametrize(("page", "marks"), pages_with("console"))
+def test_the_commands_run(page, marks, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     environment = dict(os.environ)
     begun: set[Path] = set()
     for block in read_blocks(page):
         if block.mark == "file":
             write(block, tmp_path, begun)
-        if block.language != "console" or block.mark:
+        if block.language != "console" or block.mark not in marks:
             continue
         for command, code, shown in commands(block):
             words = shlex.split(command, comments=True)

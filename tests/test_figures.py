@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shlex
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
@@ -14,7 +15,10 @@ ROOT = Path(__file__).parents[1]
 FOLDERS = ("figures", "thesis")
 PHOTOGRAPHS = ROOT / "docs" / "figures"
 MOST = 30_000
-"""Bytes of a picture."""
+"""Bytes of a picture of one moment."""
+
+MOVING = ROOT / "docs" / "figures" / "moving.svg"
+MOST_MOVING = 90_000
 
 
 def commands(folder: str) -> list[list[str]]:
@@ -55,9 +59,28 @@ def test_a_picture_is_what_its_command_draws(name, drawn):
     assert len(committed) < MOST
 
 
+def test_the_moving_picture_is_what_its_script_writes(tmp_path):
+    done = run(tmp_path / "again.svg", folder=tmp_path, paths=[str(MOVING.parent)], module="moving")
+    assert done.returncode == 0, done.stderr
+    committed = MOVING.read_bytes()
+    assert (tmp_path / "again.svg").read_bytes() == committed, "cd docs/figures; python moving.py moving.svg"
+    assert len(committed) < MOST_MOVING
+
+
+def test_the_moving_picture_goes_through_its_values_in_order_and_only_then_begins_again():
+    animated = ElementTree.parse(MOVING).getroot().iter("{http://www.w3.org/2000/svg}animate")
+    for each in animated:
+        times = [float(time) for time in each.attrib["keyTimes"].split(";")]
+        assert (times[0], times[-1]) == (0.0, 1.0)
+        assert times == sorted(times)
+        values = each.attrib["values"].split(";")
+        assert len(values) == len(times)
+        assert len({len(value.split()) for value in values}) == 1  # else it cannot be interpolated
+
+
 @pytest.mark.parametrize("folder", FOLDERS)
 def test_every_picture_has_its_command(folder):
-    there = [path.name for path in (ROOT / "docs" / folder).glob("*.svg")]
+    there = [path.name for path in (ROOT / "docs" / folder).glob("*.svg") if path != MOVING]
     assert sorted(map(name_of, commands(folder))) == sorted(there)
 
 

@@ -40,7 +40,13 @@ def test_a_notebook_is_kept_as_it_is_written(path):
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path",
+    [
+        pytest.param(path, id=path.stem, marks=[] if path.stem == "first-steps" else pytest.mark.slow)
+        for path in NOTEBOOKS
+    ],
+)
 def test_a_notebook_runs_from_its_first_cell_to_its_last(path, tmp_path):
     reason = "notebooks are executed with nbclient and ipykernel: pip install 'kinetile[notebooks]'"
     nbformat = pytest.importorskip("nbformat", reason=reason)

@@ -17,13 +17,15 @@ from kinetile.errors import BadOption
 from kinetile.toolbox import BroadPhaseParts, Kernel, hook
 from kinetile_plugins.sweep_tiling import SweepTiling
 from kinetile_plugins.sweep_tiling import repair as repair_right
-from kinetile_plugins.sweep_tiling.events import Tile, Tiles, stands_above
-from kinetile_plugins.sweep_tiling.upkeep import first_to_fail, watch_tiles
+from kinetile_plugins.sweep_tiling.certificates import first_to_fail, watch_tiles
+from kinetile_plugins.sweep_tiling.events import stands_above
 from kinetile_plugins.sweep_tiling.web import (
     LOWER,
     OUTER,
     UPPER,
     State,
+    Tile,
+    Tiles,
     body_of,
     bound_of,
     facing,
