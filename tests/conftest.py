@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import os
 import signal
+from contextlib import contextmanager
 
 import pytest
 from hypothesis import HealthCheck, settings
 
-from kinetile.kernel.compiled import INTERPRETED
+from interpreting import pytest_runtest_logreport, pytest_runtest_protocol
+from kinetile.kernel.compiled import INTERPRETED, composer
+
+__all__ = ["pytest_runtest_logreport", "pytest_runtest_protocol"]
 
 settings.register_profile(
     "any machine",
@@ -15,6 +20,37 @@ settings.register_profile(
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
 )
 settings.load_profile("any machine")  # a busy machine is no failure: no test judges the time that it takes
+
+
+def _compiled_apart(here):
+    """Have a loop compiled in a fork, from whose cache this process loads it: the compiler leaves some 50 MB
+    a loop behind, which a process that composes dozens of them would keep."""
+
+    @contextmanager
+    def apart():
+        child = os.fork()
+        if child == 0:
+            try:
+                with here():
+                    yield
+            finally:
+                os._exit(0)
+        os.waitpid(child, 0)
+        with here():
+            yield
+
+    return apart
+
+
+_HERE = composer._compiling
+if hasattr(os, "fork") and not INTERPRETED:
+    composer._compiling = _compiled_apart(_HERE)
+
+
+@pytest.fixture
+def compiled_here(monkeypatch):
+    """Let one test's loops be compiled in this process."""
+    monkeypatch.setattr(composer, "_compiling", _HERE)
 
 
 @pytest.fixture(autouse=True)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import kinetile
 import kinetile_plugins
-from kinetile.plugin.templates.new_plugin import new_plugin
+from kinetile.plugin.new_plugin import new_plugin
 
 OWN = tuple(str(Path(str(module.__file__)).parents[1]) for module in (kinetile, kinetile_plugins))
 """Where this process has kinetile from: a child has the same, wherever else one is installed."""

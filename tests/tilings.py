@@ -18,7 +18,7 @@ from kinetile.errors import SceneError, ZenoError
 from kinetile.kernel.flight import positions_now
 from kinetile.kernel.loop import BUDGET_SPENT
 from kinetile.kernel.tables import NEVER, STRUCTURAL
-from kinetile.run.engine import UNLIMITED
+from kinetile.run.engine.engine import UNLIMITED
 from kinetile_plugins.sweep_tiling import SweepTiling
 
 OUTER, UPPER, LOWER = 0, 1, 2
