@@ -14,7 +14,6 @@ a name that the framework does not have and for ``--help``, because a run should
 from __future__ import annotations
 
 from collections.abc import Callable
-from importlib import metadata
 from typing import Annotated, Any
 
 import typer
@@ -47,25 +46,22 @@ class _WithPlugins(TyperGroup):
         if self._complete:
             return
         self._complete = True
-        points = metadata.entry_points(group=COMMANDS_GROUP)
-        for point in sorted(points, key=lambda each: (not _is_own(each), each.name)):
+        from kinetile.plugin.registry import installed
+
+        for plugin in installed(COMMANDS_GROUP):
             try:
-                offered = point.load()
+                offered = plugin.load()
                 if not isinstance(offered, typer.Typer):
                     raise TypeError(f"it is a {type(offered).__name__}; expected a typer.Typer")
                 found = typer.main.get_group(offered).commands
             except Exception as error:  # of somebody else's code: the other commands go on working
-                typer.echo(f"kinetile: no commands from {point.value}: {error}", err=True)
+                typer.echo(f"kinetile: no commands from {plugin.plugin}: {error}", err=True)
                 continue
             for name, command in found.items():
                 if name in self.commands:
-                    typer.echo(f"kinetile: {point.value} has a command {name!r} as well", err=True)
+                    typer.echo(f"kinetile: {plugin.plugin} has a command {name!r} as well", err=True)
                 else:
                     self.commands[name] = command
-
-
-def _is_own(point: metadata.EntryPoint) -> bool:
-    return point.dist is not None and point.dist.name == "kinetile"
 
 
 app = typer.Typer(

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from importlib import metadata
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
@@ -166,8 +165,10 @@ def _view(
             raise BadOption(str(error)) from error
     path = Path(scene)
     if scene.lower().endswith(".toml") and path.is_file() and not beside:
-        for point in metadata.entry_points(group=VIEWS_GROUP):
-            view: View | None = point.load()(path, phases[0] if phases else None, until=until)
+        from kinetile.plugin.registry import installed
+
+        for plugin in installed(VIEWS_GROUP):
+            view: View | None = cast(Any, plugin.load())(path, phases[0] if phases else None, until=until)
             if view is not None:
                 if begin is not None or parameters:
                     raise BadOption(f"{scene} is a saved case, and plays from its start: no --from, no --set")

@@ -338,9 +338,10 @@ class Installed(NamedTuple):
     load: Callable[[], object]
 
 
-def installed() -> list[Installed]:
-    """Returns the plugins that are installed, kinetile's own first and the others in alphabetical order."""
-    return sorted(_entry_points(), key=_built_in_first)
+def installed(group: str = _GROUP) -> list[Installed]:
+    """Returns what is installed under a group of entry points, kinetile's own first and the others in
+    alphabetical order."""
+    return sorted(_entry_points(group), key=_built_in_first)
 
 
 def offers(plugin: object) -> list[tuple[Kind, Spec]]:
@@ -401,14 +402,14 @@ def _call(caller: pluggy.HookCaller, spec_type: type[Spec]) -> Iterator[Spec]:
             yield spec
 
 
-def _entry_points() -> Iterator[Installed]:
-    """Yields the entry points of kinetile's group; of two distributions of one name, of the first."""
+def _entry_points(group: str) -> Iterator[Installed]:
+    """Yields the entry points of a group; of two distributions of one name, of the first."""
     seen: set[str] = set()
     for distribution in metadata.distributions():
         try:
-            found = [(point.name, point.load) for point in distribution.entry_points.select(group=_GROUP)]
+            found = [(point.name, point.load) for point in distribution.entry_points.select(group=group)]
         except Exception as error:  # one damaged line anywhere in the file
-            if f"[{_GROUP}]" not in (distribution.read_text("entry_points.txt") or ""):
+            if f"[{group}]" not in (distribution.read_text("entry_points.txt") or ""):
                 continue
             found = [("entry_points.txt", partial(_refuse, error))]
         if found:
