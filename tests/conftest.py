@@ -22,6 +22,13 @@ settings.register_profile(
 settings.load_profile("any machine")  # a busy machine is no failure: no test judges the time that it takes
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add --compiled."""
+    parser.addoption(
+        "--compiled", action="store_true", help="compile the loops of tests marked small, as users do"
+    )
+
+
 def _compiled_apart(here):
     """Have a loop compiled in a fork, from whose cache this process loads it: the compiler leaves some 50 MB
     a loop behind, which a process that composes dozens of them would keep."""

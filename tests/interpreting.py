@@ -1,8 +1,13 @@
-"""Tests marked ``interpreted``: phases that are written to be wrong, run with plain Python hooks.
+"""Tests that run with plain Python hooks, in one child; their reports are repeated here.
 
-Each such phase would have a loop of its own to be compiled, which takes 8 to 14 CPU seconds, for a run of
-some milliseconds. So these tests run in one child with NUMBA_DISABLE_JIT=1, and their reports are repeated
-here as their own. Where hooks are interpreted already, they run as any other test.
+Each choice of phases, commands and responses has a loop of its own, which takes 8 to 17 CPU seconds to
+compile: too much for a test of some milliseconds. So the child has NUMBA_DISABLE_JIT=1. It runs
+
+- ``interpreted``: phases that are written to be wrong, which can end a process when they are compiled;
+- ``small``: few events, with a loop that hardly any other test needs. ``pytest -m small --compiled`` runs
+  them compiled, as users do; CI's second lane does, too.
+
+Where hooks are interpreted already, all of them run as any other test.
 """
 
 from __future__ import annotations
@@ -28,7 +33,7 @@ _reports: dict[str, list[dict[str, Any]]] = {}
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> bool | None:
     """Repeat the reports of a marked test from the child of its file."""
-    if INTERPRETED or item.get_closest_marker("interpreted") is None:
+    if INTERPRETED or not _is_marked(item):
         return None
     if item.nodeid not in _reports:
         _run_interpreted([each for each in item.session.items if _shares(each, item)])
@@ -44,10 +49,15 @@ def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> 
     return True
 
 
+def _is_marked(item: pytest.Item) -> bool:
+    """Return whether a test is to run in the child."""
+    small = item.get_closest_marker("small") is not None and not item.config.getoption("--compiled")
+    return small or item.get_closest_marker("interpreted") is not None
+
+
 def _shares(one: pytest.Item, other: pytest.Item) -> bool:
     """Return whether two tests share a child: marked ones do, and under pytest-xdist those of one file."""
-    marked = one.get_closest_marker("interpreted") is not None
-    return marked and (one.path == other.path or not hasattr(other.config, "workerinput"))
+    return _is_marked(one) and (one.path == other.path or not hasattr(other.config, "workerinput"))
 
 
 def _run_interpreted(items: list[pytest.Item]) -> None:

@@ -72,16 +72,32 @@ def read_blocks(page: Path) -> Iterator[Block]:
         place += 1
 
 
+PHASES_OF_THEIR_OWN = {
+    "conformance.md",
+    "kernel.md",
+    "responses.md",
+    "studies.md",
+    "writing-a-broad-phase.md",
+}
+"""Pages whose Python has a dozen loops for few events: see ``interpreting``."""
+
+
 def pages_with(language: str) -> list[Any]:
     """Return (page, marks) to run: each page that has blocks to run, and again, marked slow, with those that
     are slow as well."""
     found = []
     for page in PAGES:
         marks = {block.mark for block in read_blocks(page) if block.language == language}
+        small = language == "python" and page.name in PHASES_OF_THEIR_OWN
         if "" in marks:
-            found.append(pytest.param(page, ("",), id=page.name))
+            lane = pytest.mark.small if small else pytest.mark.compiled
+            found.append(pytest.param(page, ("",), id=page.name, marks=lane))
         if "slow" in marks:
-            found.append(pytest.param(page, ("", "slow"), id=f"all-{page.name}", marks=pytest.mark.slow))
+            found.append(
+                pytest.param(
+                    page, ("", "slow"), id=f"all-{page.name}", marks=[pytest.mark.slow, pytest.mark.compiled]
+                )
+            )
     return found
 
 
@@ -96,7 +112,6 @@ def plugin_folder(monkeypatch):
         kt.registry().remove(plugin)
 
 
-@pytest.mark.compiled
 @pytest.mark.parametrize(("page", "marks"), pages_with("python"))
 def test_the_python_runs(page, marks, tmp_path, monkeypatch, plugin_folder):
     # A module of its own: Numba names a state's class by its module in the cache.
@@ -171,7 +186,6 @@ def assert_runs(words: list[str], environment: dict[str, str], folder: Path, cod
     return out if code == 0 else out + err
 
 
-@pytest.mark.compiled
 @pytest.mark.parametrize(("page", "marks"), pages_with("console"))
 def test_the_commands_run(page, marks, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

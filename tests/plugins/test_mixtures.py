@@ -20,7 +20,7 @@ def mixture(bodies: int, ratio: float, power: int, density: float, seed: int) ->
     return kt.Scene(plain.position, plain.velocity, plain.radius, mass, plain.arena)
 
 
-@pytest.fixture(scope="module", params=[2, 3])
+@pytest.fixture(scope="module", params=[2, pytest.param(3, marks=pytest.mark.slow)])
 def ordinary(request) -> kt.Scene:
     """4,000 bodies, radii a thousand apart, masses as discs or as balls."""
     return mixture(4000, 1000.0, request.param, 0.25, 1)

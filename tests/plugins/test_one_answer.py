@@ -11,6 +11,7 @@ import kinetile as kt
 from agreement import PHASES, assert_one_answer, lattice_scene
 from kinetile.errors import KinetileError
 from kinetile.kernel import skin
+from kinetile.kernel.compiled import INTERPRETED
 from lanes import first
 
 THESIS = [(n, density) for n in (25, 100, 400) for density in (0.5, 0.25, 0.125, 0.01)]
@@ -44,6 +45,7 @@ def test_two_hundred_random_scenes_of_all_sizes_and_masses(block):
         assert_one_answer(random_scene(seed), max_contacts=400)
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 @pytest.mark.parametrize("name", ["figure-10", "figure-11", "figure-16", "break", "two-discs", "cradle"])
 def test_the_worst_cases_and_the_billiards(name):
@@ -64,6 +66,7 @@ def assert_lattice_agrees(seed: int) -> str:
     return ends
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 @pytest.mark.parametrize("block", first(4, range(16)))
 def test_a_sample_of_the_lattices(block):
@@ -121,9 +124,9 @@ def tie_scenes(draw):
     return kt.Scene(position, velocity, radius, mass, arena, turns=turns)
 
 
-@pytest.mark.compiled
+@pytest.mark.small
 @given(tie_scenes())
-@settings(max_examples=150)
+@settings(max_examples=15 if INTERPRETED else 150)
 def test_small_dyadic_scenes(scene):
     reference = kt.Simulation(scene, "naive")
     try:
@@ -149,6 +152,7 @@ def wide_scenes(draw):
     return kt.Scene(position, velocity, radius, draw(st.sampled_from([1.0, 3.0])))
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 @given(wide_scenes())
 @settings(max_examples=100)
@@ -173,6 +177,7 @@ def test_a_run_repeats_itself(phase, options):
     assert len(prints) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_without_the_skin_ties_part(monkeypatch):
     """The lattices are hard enough to tell: with bodies no fatter than they are, phases part on some."""

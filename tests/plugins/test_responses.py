@@ -19,7 +19,7 @@ from kinetile_conformance.strategies.commands import ABSENT, SAME_LOOP, ruled_sc
 PASSING = ("naive", "cells", "sap-1d", "sap-2d")
 PHASES = (*PASSING, "sweep-tiling")
 LOSSY = kt.Response("restitution", e=0.5, contact_time=1e-6)
-SOME = 4 if INTERPRETED else 40
+SOME = 2 if INTERPRETED else 40
 
 
 def ruled(*columns, responses=None, **more) -> kt.Scene:
@@ -52,6 +52,7 @@ def balanced(sim: kt.Simulation) -> bool:
     return begun - ended == int(sim.tables.clock[0].passings)
 
 
+@pytest.mark.small
 @settings(max_examples=SOME, deadline=None)
 @given(scene=ruled_scenes())
 def test_all_phases_agree_on_who_passes_stops_and_loses(scene):
@@ -63,6 +64,7 @@ def test_all_phases_agree_on_who_passes_stops_and_loses(scene):
         kt.Simulation(scene, "sweep-tiling")
 
 
+@pytest.mark.slow
 @settings(max_examples=SOME, deadline=None)
 @given(scene=solid_scenes())
 def test_all_phases_agree_where_nobody_passes(scene):
@@ -137,6 +139,7 @@ def missed_or_wrong(scene: kt.Scene, count: int) -> tuple[int, int]:
     return hits, wrong
 
 
+@pytest.mark.small
 def test_a_bullet_through_a_thin_sensor_is_never_missed():
     count = 60 if INTERPRETED else 500
     hits, wrong = missed_or_wrong(bullets(1, count), count)
@@ -155,6 +158,7 @@ def test_a_hundred_thousand_bullets():
     assert hits > 50_000
 
 
+@pytest.mark.small
 @pytest.mark.parametrize("phase", PHASES)
 def test_restitution_gives_back_a_share(phase):
     lines = ruled([[1.0, 1.0], [3.0, 1.0]], [[1.0, 0.0], [0.0, 0.0]], 0.5, 1.0, (6.0, 2.0), responses=LOSSY)
@@ -164,6 +168,7 @@ def test_restitution_gives_back_a_share(phase):
     assert sim.readings.energy_drift == 0.0
 
 
+@pytest.mark.small
 def test_a_wall_gives_back_a_share_and_contacts_close_together_lose_nothing():
     ball = {"position": [[1.0, 1.0]], "velocity": [[0.0, -1.0]], "radius": 0.5, "arena": (2.0, 2.0)}
     for contact_time, speeds in ((1e-6, [0.5, 0.25]), (10.0, [0.5, 0.5])):
@@ -197,6 +202,7 @@ def test_restitution_says_what_it_needs(options, said):
     assert isinstance(error.value, BadOption) or not options
 
 
+@pytest.mark.small
 @pytest.mark.parametrize("phase", PHASES)
 def test_stop_brings_both_to_rest(phase):
     scene = ruled(
@@ -208,6 +214,7 @@ def test_stop_brings_both_to_rest(phase):
     assert len(sim.contacts) == 1
 
 
+@pytest.mark.small
 @pytest.mark.parametrize("phase", PHASES)
 def test_a_body_of_infinite_mass_is_moved_by_nobody(phase):
     scene = ruled([[1.0, 1.0], [3.0, 1.0]], [[1.0, 0.0], [-0.5, 0.0]], 0.5, [1.0, math.inf], (6.0, 2.0))
@@ -217,6 +224,7 @@ def test_a_body_of_infinite_mass_is_moved_by_nobody(phase):
     assert sim.readings.energy_drift == 0.0
 
 
+@pytest.mark.small
 def test_walls_turn_an_immovable_body_and_bodies_of_finite_mass_do_not():
     """Under five phases it meets the walls that it meets alone, and its velocity is the same to the bit."""
     heavy = ([1.0, 1.0], [0.75, 0.5], 0.5, math.inf)
@@ -237,6 +245,7 @@ def test_walls_turn_an_immovable_body_and_bodies_of_finite_mass_do_not():
     assert len(found) == 1
 
 
+@pytest.mark.small
 @pytest.mark.parametrize("phase", PHASES)
 def test_one_that_is_pushed_faster_than_anybody_was_is_still_met(phase):
     """Two that nothing can move close on a ball between them: its speed has no bound known before the run."""
@@ -255,6 +264,7 @@ def test_one_that_is_pushed_faster_than_anybody_was_is_still_met(phase):
     assert abs(sim.velocities()[1]).max() > 20.0
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 @pytest.mark.parametrize("phase", PHASES)
 def test_a_narrowing_corridor_ends_with_the_typed_error(phase):
@@ -275,6 +285,7 @@ def test_a_narrowing_corridor_ends_with_the_typed_error(phase):
     assert sim.time == pytest.approx(7.0, abs=1e-9)
 
 
+@pytest.mark.small
 @pytest.mark.parametrize("phase", PASSING)
 def test_who_is_inside_at_the_start_or_comes_inside_begins_there_and_ends_when_one_goes(phase):
     scene = ruled(
@@ -294,6 +305,7 @@ def test_who_is_inside_at_the_start_or_comes_inside_begins_there_and_ends_when_o
     assert balanced(sim)
 
 
+@pytest.mark.small
 def test_a_recording_of_passings_is_a_whole_trajectory(tmp_path):
     pytest.importorskip("pyarrow")
     scene = bullets(3, 5)
@@ -307,6 +319,7 @@ def test_a_recording_of_passings_is_a_whole_trajectory(tmp_path):
     assert there.tolist() == sim.positions().tolist()
 
 
+@pytest.mark.small
 def test_a_foreign_response_is_a_plugin_with_one_hook():
     registry = kt.registry()
     registry.add(Bumpers)

@@ -39,6 +39,7 @@ def places_of(sim: kt.Simulation, bounds: np.ndarray) -> np.ndarray:
     return bounds + module.PLACE
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 @pytest.mark.parametrize(("phase", "options"), [("sap-1d", {}), ("sap-1d", {"axis": "y"}), ("sap-2d", {})])
 @pytest.mark.parametrize("block", first(1, range(4)))

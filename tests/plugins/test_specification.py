@@ -282,6 +282,7 @@ def may_be_tiled(run: dict[str, Any]) -> bool:
     return "arena" in said and all(each["response"] != "pass" for each in said.get("responses", ()))
 
 
+@pytest.mark.small
 @pytest.mark.parametrize("name", CLAUSES)
 def test_a_clause_is_followed(name: str) -> None:
     assert_follows(CLAUSES[name], *PHASES[0])
@@ -371,6 +372,7 @@ def test_a_run_has_them_under_every_other_phase(name: str) -> None:
             assert_runs(run, *TILING[0])
 
 
+@pytest.mark.slow
 def test_the_vectors_are_what_is_made() -> None:
     command = [sys.executable, str(VECTORS / "make.py"), "--check"]
     done = subprocess.run(command, capture_output=True, text=True)

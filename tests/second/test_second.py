@@ -170,6 +170,7 @@ def test_what_computes_runs_in_a_browser_too() -> None:
         assert thin or (all(name.startswith("./") for name in ours) and "process." not in file.read_text())
 
 
+@pytest.mark.small
 @pytest.mark.parametrize("name", SCENES)
 def test_it_prints_the_list_that_kinetile_finds(name: str, tmp_path: Path) -> None:
     tables, until = SCENES[name]

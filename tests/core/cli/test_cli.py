@@ -75,6 +75,7 @@ def test_run_prints_a_table_with_units():
         assert part in result.stdout
 
 
+@pytest.mark.small
 def test_run_takes_options_of_the_phases():
     one = found("run", "-s", "bodies=4", "--broad-phase", "sap-1d:axis=y", "--narrow-phase", "disc")
     two = found("run", "-s", "bodies=4", "--broad-phase", "sap-1d", "-o", "axis=y", "--narrow-phase", "disc")
@@ -102,6 +103,7 @@ def test_a_saved_scene_is_the_same_run_again(tmp_path):
     assert (other["broad_phase"], other["options"], other["run"]["time"]) == ("naive", {}, 0.25)
 
 
+@pytest.mark.small
 def test_the_default_end_is_one_unit_after_the_start(tmp_path):
     scene = kt.Scene([[1.0, 1.0]], [[0.0, 0.0]], 0.5, start=100.0)
     kt.save_scene(scene, tmp_path / "late.toml")
@@ -356,6 +358,7 @@ def test_compare_says_that_all_agree():
     assert data["scene"]["bodies"] == 9
 
 
+@pytest.mark.small
 def test_compare_shows_the_first_difference_with_exact_ticks(blind, tmp_path):
     path = tmp_path / "meet.toml"
     kt.save_scene(kt.Scene([[1.0, 1.0], [3.0, 1.0]], [[0.5, 0.0], [-0.5, 0.0]], 0.25), path)

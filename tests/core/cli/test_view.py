@@ -84,6 +84,7 @@ def test_what_is_refused(tmp_path):
     assert held(tmp_path / "there.html")["end"][0] == 0
 
 
+@pytest.mark.small
 def test_a_saved_case_opens_where_the_phase_is_wrong(blind, tmp_path):
     scene = kt.Scene([[0.3, 0.5], [0.7, 0.5]], [[1.0, 0.0], [-1.0, 0.0]], 0.1, arena=(1.0, 1.0))
     save_case(scene, tmp_path / "case.toml", "same-contacts", Subject(blind, {}), "contact 0 is missing")
@@ -101,6 +102,7 @@ def test_a_saved_case_opens_where_the_phase_is_wrong(blind, tmp_path):
     assert "The check that failed: same-contacts." in result.stderr
 
 
+@pytest.mark.small
 def test_a_case_under_a_phase_that_is_right(blind, tmp_path):
     scene = kt.Scene([[0.3, 0.5], [0.7, 0.5]], [[1.0, 0.0], [-1.0, 0.0]], 0.1, arena=(1.0, 1.0))
     save_case(scene, tmp_path / "case.toml", "same-contacts", Subject(blind, {}), "contact 0 is missing")

@@ -174,6 +174,7 @@ def compiled_once(tmp_path_factory) -> tuple[Path, str]:
     return cache, run_loaded(cache, False, [str(package.parent) for package in PACKAGES])
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(compiled.INTERPRETED, reason="nothing is compiled")
 def test_each_new_environment_compiled_everything_anew(compiled_once, tmp_path):
     """The same sources at another path, with other dates, load what was compiled for the first, and what
@@ -188,6 +189,7 @@ def test_each_new_environment_compiled_everything_anew(compiled_once, tmp_path):
     assert written(cache) == files
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(compiled.INTERPRETED, reason="nothing is compiled")
 def test_a_loop_from_the_disk_cache_has_lost_what_it_calls(compiled_once):
     """It is compiled anew, and the loop is not."""

@@ -115,6 +115,7 @@ def demo(tmp_path_factory):
     return SimpleNamespace(folder=folder, package=package, phase=phase, run=command)
 
 
+@pytest.mark.slow
 def test_its_tests_pass_at_once(demo):
     chosen = ("-k", "makes-progress or rejects")
     done = demo.run("-q", "-p", "no:cacheprovider", "kinetile-demo", *chosen, module="pytest")

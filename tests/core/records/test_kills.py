@@ -83,7 +83,7 @@ def kills(folder, number: int) -> None:
 
 
 def test_a_killed_run_lost_everything(tmp_path):
-    kills(tmp_path, 3)
+    kills(tmp_path, 1)
 
 
 @pytest.mark.long
@@ -170,7 +170,7 @@ def test_a_second_ctrl_c_made_event_files_that_were_not_true(rounds, tmp_path, h
     scene = kt.make_scene("grid", bodies=100, seed=7)
     chance = random.Random(11)
     written = 0
-    for number in range(30):
+    for number in range(10 if how == "command" else 30):
         path = tmp_path / f"{number}.parquet"
         rounds.stdin.write(f"{how} {path}\n")
         rounds.stdin.flush()

@@ -315,7 +315,10 @@ GOES_ON = """
 
 
 @pytest.mark.skipif(os.name == "nt", reason="kills a process")
-@pytest.mark.parametrize("there", ["e.parquet", "e.parquet.partial", "nothing"])
+@pytest.mark.parametrize(
+    "there",
+    ["nothing", *(pytest.param(f"e.parquet{end}", marks=pytest.mark.slow) for end in ("", ".partial"))],
+)
 def test_a_resume_that_was_killed_while_it_copied_had_made_its_run_no_beginning(tmp_path, left, whole, there):
     """At each step at which it can be: of a copy of FILE, of a log with the checkpoint within a batch, of a
     log that begins."""

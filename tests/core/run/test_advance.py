@@ -54,6 +54,7 @@ def test_steps_are_the_run_event_by_event(phase, options):
     assert all((event.certificate is not None) == (event.kind == "structural") for event in events)
 
 
+@pytest.mark.small
 @settings(max_examples=15, deadline=None)
 @given(scene=scenes())
 def test_the_next_event_is_the_one_that_comes(scene):
@@ -205,6 +206,7 @@ def stops(sim: kt.Simulation, stop: kt.StopAt, until: float) -> list[kt.Event]:
     return found
 
 
+@pytest.mark.small
 @pytest.mark.parametrize("before", [False, True])
 def test_it_stops_at_every_contact_of_a_kind_at_its_exact_time(before):
     sim = kt.Simulation(three(), "cells")
@@ -221,6 +223,7 @@ def test_it_stops_at_every_contact_of_a_kind_at_its_exact_time(before):
     assert sim.fingerprint == straight.fingerprint
 
 
+@pytest.mark.small
 @pytest.mark.parametrize("before", [False, True])
 @settings(max_examples=8, deadline=None)
 @given(data=st.data())
@@ -250,6 +253,7 @@ def test_stopping_everywhere_changes_nothing_and_misses_nothing(before, data):
     )
 
 
+@pytest.mark.small
 @pytest.mark.parametrize("phase", PHASES[:4])
 def test_what_is_commanded_before_a_contact_can_avert_it(phase):
     sim = kt.Simulation(three(), phase, live=True)
@@ -264,6 +268,7 @@ def test_what_is_commanded_before_a_contact_can_avert_it(phase):
     assert again.fingerprint == sim.fingerprint
 
 
+@pytest.mark.small
 def test_a_body_that_comes_during_the_run_is_of_its_kind():
     sim = kt.Simulation(three(commands=[kt.Insert(1.0, (8.0, 8.0), (0.0, 2.0), 0.5, kind="late")]))
     event = sim.run(until=6.0, stop_at=kt.StopAt(kinds=["late"]))
@@ -271,6 +276,7 @@ def test_a_body_that_comes_during_the_run_is_of_its_kind():
     assert sim.run(until=6.0) is None
 
 
+@pytest.mark.small
 @pytest.mark.parametrize(
     ("stop", "said"),
     [

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import kinetile as kt
+import lanes
 from kinetile.errors import AuditError, UnawaitedContactError
 from kinetile.kernel.loop.calendar import move
 from kinetile.kernel.tables import GUESS, NEVER, NOBODY, PAIR, STRUCTURAL, Kernel
@@ -101,6 +102,7 @@ def first(found: Engine) -> int:
 # Runs
 
 
+@pytest.mark.small
 @pytest.mark.parametrize("phase", PHASES)
 def test_runs_of_every_phase_pass(phase):
     scene = kt.make_scene("random", bodies=8, density=0.3, radius_ratio=3.0, mass_ratio=4.0, seed=2)
@@ -109,6 +111,7 @@ def test_runs_of_every_phase_pass(phase):
     assert sim.readings.contacts_disc > 10
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 @pytest.mark.parametrize("phase", PHASES)
 def test_runs_with_turns_pass(phase):
@@ -119,21 +122,21 @@ def test_runs_with_turns_pass(phase):
 
 @pytest.mark.compiled
 @pytest.mark.parametrize("phase", PHASES)
-def test_between_any_two_events_everything_holds(phase):
+@pytest.mark.parametrize("seed", lanes.first(1, range(4)))
+def test_between_any_two_events_everything_holds(seed, phase):
     """Structural failures of the very tick included, and guesses that ran ahead of the clock."""
-    for seed in range(4):
-        sim = kt.Simulation(kt.make_scene("lattice", bodies=9, seed=seed, turns=6), phase)
-        for number, _ in enumerate(sim.steps(until=1.5)):
+    sim = kt.Simulation(kt.make_scene("lattice", bodies=9, seed=seed, turns=6), phase)
+    for number, _ in enumerate(sim.steps(until=1.5)):
+        sim.audit()
+        if number % 5 == 0:
+            assert sim.next_event is not None
             sim.audit()
-            if number % 5 == 0:
-                assert sim.next_event is not None
-                sim.audit()
-            if number % 11 == 0:
-                sim.set_velocity(number % 9, (0.5, -0.25))
-                sim.audit()
-            if number % 17 == 0:
-                sim.rebuild()
-                sim.audit()
+        if number % 11 == 0:
+            sim.set_velocity(number % 9, (0.5, -0.25))
+            sim.audit()
+        if number % 17 == 0:
+            sim.rebuild()
+            sim.audit()
 
 
 @pytest.mark.compiled
@@ -404,6 +407,7 @@ def test_an_audit_blames_nobody():
 # Who is near
 
 
+@pytest.mark.interpreted
 def test_two_bodies_that_touch_and_are_no_candidates():
     position = [[0.25, 0.5], [0.5, 0.5]]
     sim = kt.Simulation(kt.Scene(position, np.zeros((2, 2)), 0.125, arena=(1.0, 1.0)), "all-pairs")
@@ -413,6 +417,7 @@ def test_two_bodies_that_touch_and_are_no_candidates():
         sim._engine.audit()
 
 
+@pytest.mark.interpreted
 def test_who_is_near_one_side_only():
     sim = kt.Simulation(kt.make_scene("grid", bodies=4), "one-sided")
     with pytest.raises(AuditError, match="body 1 is near body 0, but body 0 is not near body 1"):
@@ -422,6 +427,7 @@ def test_who_is_near_one_side_only():
 # The pair set
 
 
+@pytest.mark.small
 def test_the_number_of_pairs():
     found = engine("all-pairs")
     found.k.clock[0].pairs += 1
@@ -429,6 +435,7 @@ def test_the_number_of_pairs():
         found.audit()
 
 
+@pytest.mark.small
 def test_the_lookup():
     found = engine("all-pairs")
     found.k.lookup[:] = -1
@@ -436,6 +443,7 @@ def test_the_lookup():
         found.audit()
 
 
+@pytest.mark.small
 def test_the_lists_of_the_bodies():
     found = engine("all-pairs")
     found.k.firsts[3] = np.flatnonzero((found.k.pairs.a == 0) & (found.k.pairs.b == 1))[0]
@@ -447,6 +455,7 @@ def test_the_lists_of_the_bodies():
         found.audit()
 
 
+@pytest.mark.small
 def test_the_lists_read_backwards():
     found = engine("all-pairs")
     live = np.flatnonzero(found.k.pairs.a >= 0)
@@ -456,6 +465,7 @@ def test_the_lists_read_backwards():
         found.audit()
 
 
+@pytest.mark.small
 def test_the_free_records():
     found = engine("all-pairs")
     found.k.clock[0].free = -1

@@ -13,6 +13,7 @@ from kinetile_accuracy.specification.certify import explain_difference
 from kinetile_conformance.cases import Subject, outcome
 from kinetile_conformance.compare import difference
 from kinetile_conformance.strategies.commands import living_scenes
+from lanes import examples
 
 PHASES = ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling")
 LIVING = PHASES[1:]
@@ -29,6 +30,7 @@ def table(sim: kt.Simulation) -> list[bytes]:
     return [sim.positions().tobytes(), sim.velocities().tobytes(), sim.bodies.tobytes(), *state]
 
 
+@pytest.mark.small
 @pytest.mark.parametrize("phase", PHASES)
 def test_a_body_comes_meets_and_goes(phase):
     sim = kt.Simulation(box(), phase)
@@ -69,6 +71,7 @@ def test_a_number_is_never_used_twice_and_a_slot_is(phase):
         sim.remove("two")
 
 
+@pytest.mark.small
 @pytest.mark.parametrize("phase", PHASES)
 def test_more_come_than_there_was_room_for(phase):
     sim = kt.Simulation(box(), phase)
@@ -103,6 +106,7 @@ def test_who_has_no_room_is_refused_and_nothing_has_changed(phase, where, radius
     assert sim.insert((2.0, 2.0), (0.0, 0.0), 0.25) == 2, "the number was not used"
 
 
+@pytest.mark.small
 def test_who_touches_has_room():
     sim = kt.Simulation(box(), "sweep-tiling")
     assert sim.insert((1.5, 1.0), (0.0, 0.0), 0.25) == 2
@@ -182,6 +186,7 @@ def test_who_goes_takes_its_schedule_along():
     assert (sim.readings.turns, sim.readings.removed) == (1, 1)
 
 
+@pytest.mark.small
 @pytest.mark.parametrize("phase", PHASES)
 def test_what_was_done_by_hand_is_a_scene_with_the_same_contacts(phase):
     sim = kt.Simulation(kt.make_scene("grid", bodies=9, density=0.3, seed=2), phase)
@@ -202,6 +207,7 @@ def test_what_was_done_by_hand_is_a_scene_with_the_same_contacts(phase):
         assert (again.positions() == sim.positions()).all()
 
 
+@pytest.mark.small
 def test_a_command_between_two_contacts_of_one_tick_comes_there_again():
     """Five discs meet four others at one tick; after two of the contacts a body goes."""
     x = np.arange(8.0)
@@ -221,6 +227,7 @@ def test_a_command_between_two_contacts_of_one_tick_comes_there_again():
     assert again.fingerprint == sim.fingerprint
 
 
+@pytest.mark.small
 @pytest.mark.parametrize("phase", LIVING)
 def test_a_body_of_another_mass_in_a_slot_that_was_left(phase):
     """All had one mass, and the loop was one for equal masses."""
@@ -235,7 +242,8 @@ def test_a_body_of_another_mass_in_a_slot_that_was_left(phase):
     assert ends[0] == [[-1.5, 0.0], [-0.5, 0.0]]
 
 
-@settings(max_examples=15, deadline=None)
+@pytest.mark.small
+@settings(max_examples=examples(15), deadline=None)
 @given(living_scenes())
 def test_all_phases_agree_while_bodies_come_and_go(scene):
     expected = None
@@ -280,7 +288,8 @@ def test_when_bodies_are_jammed_does_not_depend_on_the_phase(phase):
     assert len(set(limits[0])) > 1
 
 
-@settings(max_examples=10, deadline=None)
+@pytest.mark.small
+@settings(max_examples=examples(10), deadline=None)
 @given(living_scenes())
 def test_what_a_run_leaves_does_not_depend_on_the_phase(scene):
     expected = outcome(Subject("naive", {}), scene)

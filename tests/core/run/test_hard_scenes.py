@@ -70,6 +70,7 @@ def test_no_scene_is_left_out() -> None:
     assert {path.stem for path in SCENES.glob("H*.toml")} == set(EXACT) | TOLD_BELOW
 
 
+@pytest.mark.small
 @pytest.mark.parametrize("name", sorted(EXACT))
 def test_the_answer_is_exact(name: str) -> None:
     sim = assert_one_answer(scene_of(name))
@@ -99,6 +100,7 @@ def test_h08a_grazes_and_keeps_its_energy() -> None:
     assert abs(one[1]) == pytest.approx(math.sin(2.0 * math.acos(1.0 - 4e-9)), rel=1e-6)
 
 
+@pytest.mark.small
 def test_h13_is_decided_by_the_numbers_of_the_discs() -> None:
     sim = assert_one_answer(scene_of("H13"))
     first, second = listed(sim)
@@ -178,6 +180,7 @@ def test_h21_has_a_radius_ratio_of_30000_and_a_mass_ratio_of_1e9() -> None:
     assert sim.readings.deepest_overlap < 1e-10  # of the smallest radius, which is 1e-5
 
 
+@pytest.mark.small
 def test_h25_all_pairs_are_candidates_where_the_bounds_meet() -> None:
     sim = kt.Simulation(scene_of("H25"), "sap-1d", options={"axis": "x"})
     sim.run(until=0.25)
@@ -242,6 +245,7 @@ def test_h30_bodies_renumbered() -> None:
     assert listed(one) == renumbered
 
 
+@pytest.mark.small
 def test_the_clock_may_start_late() -> None:
     for name in ("H05", "H12", "H19"):
         scene = scene_of(name)

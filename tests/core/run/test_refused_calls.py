@@ -89,6 +89,7 @@ CALLS = {
 }
 
 
+@pytest.mark.small
 @settings(deadline=None)
 @given(BAD_NUMBERS, st.sampled_from(sorted(CALLS)), st.sampled_from(PHASES), st.booleans(), st.booleans())
 def test_a_number_that_no_body_was_given_was_accepted(number, call, phase, live, one_has_gone):
@@ -162,6 +163,7 @@ def everything(sim: kt.Simulation) -> tuple:
 # The law, broken without a word: a turn that was refused had been made all the same.
 
 
+@pytest.mark.interpreted
 def test_a_turn_refused_for_its_skin_had_turned_the_body():
     sim = kt.Simulation(grid(), "thin-skinned", turning=True)
     sim.run(until=0.3)
@@ -196,6 +198,7 @@ REFUSED_CALLS = {
 }
 
 
+@pytest.mark.small
 @settings(max_examples=30, deadline=None)
 @given(st.lists(st.sampled_from(sorted(REFUSED_CALLS)), min_size=1, max_size=4))
 def test_a_refused_call_changed_the_simulation(names):
@@ -232,6 +235,7 @@ def test_an_empty_scene_took_for_ever_to_reach_a_late_time():
     assert sim.time == 1e200
 
 
+@pytest.mark.interpreted
 def test_a_phase_that_failed_while_it_was_built_anew_was_gone_on_with():
     sim = kt.Simulation(grid(), "stumbling")
     sim.run(until=0.1)
@@ -345,6 +349,7 @@ def test_contacts_that_were_handed_out_change_while_the_run_goes_on():
 # Who is blamed
 
 
+@pytest.mark.interpreted
 def test_the_broad_phase_was_blamed_for_a_narrow_phase_that_lets_bodies_pass():
     scene = kt.make_scene("grid", bodies=16, density=0.5, seed=1)
     sim = kt.Simulation(scene, "naive", narrow_phases=["ghosts", "wall"])

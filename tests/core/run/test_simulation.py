@@ -87,6 +87,7 @@ def test_a_clock_far_beyond_64_bits_of_ticks():
     assert len(sim.contacts) > 600_000
 
 
+@pytest.mark.small
 def test_a_body_that_flies_for_ever_is_anchored_anew_and_still_met():
     scene = kt.Scene([[0, 0], [10, 0.1], [0.5, 30.0]], [[1e-3, 0], [0, 0], [0, 0]], 0.5)
     sim = assert_one_answer(scene, until=50_000.0)
@@ -162,6 +163,7 @@ def test_tables_grow_without_the_user_noticing():
     assert len(sim.tables.pairs) >= sim.readings.pairs_max
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_tables_grow_in_the_middle_of_a_run():
     # A row of discs, each over all others on x only once the columns have closed up.
@@ -248,6 +250,7 @@ def test_phases_follow_from_the_scene_unless_named():
     assert kt.Simulation(grid(settings=settings), "naive").options == {}
 
 
+@pytest.mark.small
 def test_without_the_disc_phase_bodies_pass_through_each_other():
     sim = kt.Simulation(grid(), narrow_phases=["wall"])
     sim.run(until=1.0)
@@ -299,6 +302,7 @@ def test_what_is_not_there_is_refused_in_a_sentence():
         sim.set_velocity(2, (0.0, float("inf")))
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_a_run_without_end_in_time_ends_when_nothing_can_happen():
     scene = kt.Scene([[0.0, 0.0], [5.0, 0.0]], [[-1.0, 0.0], [1.0, 0.0]], 0.5)

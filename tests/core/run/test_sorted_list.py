@@ -29,6 +29,7 @@ def example():
     del sys.modules["sorted_list"]
 
 
+@pytest.mark.small
 def test_the_example_prints_the_order_and_its_events(example, capsys):
     example.main()
     assert capsys.readouterr().out.splitlines() == [
@@ -40,6 +41,7 @@ def test_the_example_prints_the_order_and_its_events(example, capsys):
     ]
 
 
+@pytest.mark.small
 def test_it_stays_sorted_and_swaps_once_an_inversion(example):
     if "sorted-list" not in kt.registry().names("broad phase"):
         kt.registry().add(example.Plugin())

@@ -132,6 +132,7 @@ def test_the_kinds_of_those_that_come_are_kinds_as_well():
         scene(kind="ball", commands=come, responses=MISSPELT)
 
 
+@pytest.mark.small
 def test_kinds_that_are_declared_may_come_by_hand():
     world = scene(kinds=["ball", "bullet"], responses={("ball", "bullet"): "pass"})
     assert (world.kind, world.kinds) == (("ball",) * 3, ("ball", "bullet"))

@@ -101,6 +101,7 @@ def contacts_of(scene: kt.Scene) -> tuple[int, str]:
     return len(sim.contacts), sim.fingerprint
 
 
+@pytest.mark.small
 def test_one_kind_for_all_has_the_same_contacts_after_saving_recording_and_in_an_event_file(tmp_path):
     expected = contacts_of(ONE_KIND)
     assert expected[0] == 1, "they stop, and then nobody meets anybody"
@@ -115,6 +116,7 @@ def test_one_kind_for_all_has_the_same_contacts_after_saving_recording_and_in_an
     assert read_with_scene(tmp_path / "run.parquet")[1] == ONE_KIND
 
 
+@pytest.mark.small
 @settings(max_examples=5, deadline=None)
 @given(scene=ruled_scenes())
 def test_a_run_has_the_same_contacts_after_a_file(scene):

@@ -85,6 +85,7 @@ def test_measures_fill_their_columns(tmp_path):
     assert rows == {row["fingerprint"] for row in study.rows().to_pylist()}
 
 
+@pytest.mark.small
 def test_two_lists_of_contacts_of_one_scene_are_told_at_once(tmp_path, blind):
     scene = {"recipe": "cradle"}
     tables = {"phases": ["naive", blind, "cells"], "contacts": 4, "scenes": [scene]}

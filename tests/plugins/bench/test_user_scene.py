@@ -56,6 +56,7 @@ def test_a_short_run_is_done_again_until_it_has_the_seconds_that_are_asked_for(m
     assert list(times) == []
 
 
+@pytest.mark.small
 def test_a_phase_that_refuses_is_named_and_a_fault_too():
     plane = kt.Scene([[0.0, 0.0], [2.0, 0.0]], [[1.0, 0.0], [-1.0, 0.0]], 0.25)
     found = bench_scene(plane, ["sweep-tiling", "cells"], 1.0, repeats=2)

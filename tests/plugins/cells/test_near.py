@@ -24,6 +24,7 @@ def lists(sim: kt.Simulation) -> list[list[int]]:
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 @settings(max_examples=40)
 @given(
@@ -43,6 +44,7 @@ def test_near_is_complete_while_bodies_move(seed, bodies, ratio, arena, narrow):
         sim.run(until=0.05 * (step + 1))
 
 
+@pytest.mark.small
 @pytest.mark.parametrize("arena", [True, False])
 @pytest.mark.parametrize(("small", "ratio"), [(0, 1.0), (40, 5.0), (200, 1000.0)])
 def test_near_is_symmetric_and_names_nobody_twice(arena, small, ratio):

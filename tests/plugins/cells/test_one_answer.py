@@ -30,6 +30,7 @@ def assert_naives(
     return sim
 
 
+@pytest.mark.small
 def test_small_scenes_with_an_audit_at_every_contact():
     scene = kt.make_scene("random", bodies=9, density=0.3, radius_ratio=3.0, mass_ratio=4.0, seed=2)
     for options in ({}, {"side": float(2.1 * scene.radius.min())}, {"side": 3.0}):
@@ -40,6 +41,7 @@ def test_small_scenes_with_an_audit_at_every_contact():
             assert sims[0].contacts.tobytes() == sims[1].contacts.tobytes()
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 @settings(max_examples=60)
 @given(
@@ -69,6 +71,7 @@ def test_cells_that_the_skin_had_widened_were_narrower_than_a_body_by_a_rounding
     assert sim.state.levels.slack[0] >= 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 @pytest.mark.parametrize("block", first(2, range(8)))
 def test_lattices(block):
@@ -85,6 +88,7 @@ def test_hard_scenes(path):
     assert_naives(kt.load_scene(path), contacts=200)
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 @pytest.mark.parametrize("name", ["figure-10", "figure-11", "figure-16", "break", "two-discs", "cradle"])
 def test_worst_cases_and_billiards(name):
@@ -109,6 +113,7 @@ def test_thin_arenas(arena):
     assert_naives(kt.Scene(position, velocity, 0.03, arena=arena), contacts=600, until=100.0)
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 @pytest.mark.parametrize(("ratio", "seed"), [(10.0, 0), (100.0, 1), (1000.0, 2), (1000.0, 3)])
 def test_few_wide_bodies_among_many_small_ones(ratio, seed):
@@ -153,6 +158,7 @@ def test_a_turn_that_asks_for_a_thicker_skin():
     assert len(sims[0].contacts) > 100
 
 
+@pytest.mark.small
 def test_without_a_name_cells_do_any_scene():
     """With walls or without, bodies that part and bodies that pass, and nobody at all."""
     place, flight = [[0.25, 0.25], [0.75, 0.25]], [[1.0, 0.0], [-1.0, 0.5]]

@@ -221,6 +221,7 @@ def compiled(name: str, *kinds: tuple[object, object]) -> None:
         kt.Simulation(still, name, turning=True).compile()
 
 
+@pytest.mark.slow
 @forks
 @pytest.mark.skipif(INTERPRETED, reason="nothing is compiled")
 @pytest.mark.parametrize(

@@ -135,6 +135,7 @@ def test_giants_are_drawn_for_which_cells_has_two_levels() -> None:
     assert sum(len(sides_for(scene, None)) > 1 for scene in some(GIANTS, 30)) >= 20
 
 
+@pytest.mark.small
 def test_sizes_over_octaves_have_one_answer() -> None:
     scene = swarm("giants", 140, 3, 5)
     assert len(sides_for(scene, None)) == 3

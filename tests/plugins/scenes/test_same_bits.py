@@ -106,6 +106,7 @@ def test_runs_have_the_fingerprints_that_are_promised() -> None:
     assert recipe_bits.fingerprints() == RUNS
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_runs_have_these_fingerprints_with_fewer_features_of_the_processor() -> None:
     assert bits("run", NPY_DISABLE_CPU_FEATURES=" ".join(dispatched()))["runs"] == RUNS

@@ -44,6 +44,7 @@ def test_one_tile_is_destroyed_and_one_is_made_at_each_event(name):
         before = after
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 @pytest.mark.parametrize("make", [lattice, columns], ids=["lattices", "columns"])
 def test_there_are_3n_plus_1_tiles_through_all_ties(make):

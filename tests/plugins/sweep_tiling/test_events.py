@@ -48,6 +48,7 @@ def test_hard_scenes_are_right_after_every_event(name):
     audited_events(dict(hard_scenes())[name], 200)
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 @pytest.mark.parametrize(
     "make", [lambda seed: lattice(seed, False), lambda seed: lattice(seed, True), columns]
@@ -58,6 +59,7 @@ def test_ties_are_right_after_every_event(make, block):
         audited_events(make(seed), 100)
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 @pytest.mark.parametrize("jitter", [False, True])
 @pytest.mark.parametrize("block", first(1, range(5)))
@@ -94,6 +96,7 @@ def test_worst_cases_and_billiards_are_right_after_every_event(name):
     audited_events(kt.make_scene(name), 300)
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_bodies_may_leave_an_arena_that_has_no_walls():
     left = 0

@@ -62,6 +62,7 @@ def verdicts(request: pytest.FixtureRequest) -> dict[str, dict[str, Any]]:
     return found
 
 
+@pytest.mark.slow
 def test_what_is_not_changed_is_not_noticed(verdicts):
     line = verdicts[UNCHANGED]
     assert line["contacts"] == line["audit"] == line["work"] == ""

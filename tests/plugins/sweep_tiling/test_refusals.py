@@ -23,6 +23,7 @@ def can(sentence: str) -> list[str]:
     return [name for name in ("naive", "cells", "sap-1d", "sap-2d") if name in sentence]
 
 
+@pytest.mark.small
 def test_a_scene_without_an_arena():
     with pytest.raises(Refused) as caught:
         kt.Simulation(OPEN, "sweep-tiling")
@@ -33,6 +34,7 @@ def test_a_scene_without_an_arena():
         kt.Simulation(OPEN, name).run(until=0.5)
 
 
+@pytest.mark.small
 @pytest.mark.parametrize("narrow", [(), ("wall",)])
 def test_bodies_that_pass_through_each_other(narrow):
     with pytest.raises(Refused) as caught:
@@ -56,6 +58,7 @@ def as_squares(name: str, **options: str) -> kt.Simulation:
     return kt.Simulation(scene, name, narrow_phases={"squares": options, "wall": {}})
 
 
+@pytest.mark.small
 @pytest.mark.usefixtures("_squares")
 def test_squares_lost_a_contact_without_a_word():
     """Squares come closer than the sum of their radii: of 56 contacts there were 55, and no fault."""
@@ -73,6 +76,7 @@ def test_squares_lost_a_contact_without_a_word():
     assert len({sim.fingerprint for sim in runs}) == 1
 
 
+@pytest.mark.small
 @pytest.mark.usefixtures("_squares")
 def test_a_pair_phase_is_taken_at_its_word():
     as_squares("sweep-tiling", says="sum of radii")
@@ -121,6 +125,7 @@ def leaving(radius: float) -> kt.Scene:
     return kt.Scene(POSITION, [[1.0, 0.0], [1.0, 0.5]], radius, arena=(1.0, 1.0))
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_a_run_refused_on_its_way_had_gone_on_half():
     """It is refused before anything changes, and again at the next try; other phases go on."""

@@ -70,6 +70,7 @@ def test_commands_by_hand_stand_behind_those_of_their_tick_and_before_all_others
         given_so_far += many
 
 
+@pytest.mark.small
 def test_hundreds_by_hand_among_those_of_the_scene():
     """More than there are free rows in front, one by one and in one call, beside what is scheduled."""
     scene = kt.make_scene("grid", bodies=25, density=0.2, seed=2)
@@ -78,14 +79,15 @@ def test_hundreds_by_hand_among_those_of_the_scene():
     scene = kt.Scene(scene.position, scene.velocity, scene.radius, 1.0, scene.arena, commands=planned)
     sim = kt.Simulation(scene, "cells", live=True)
     random = np.random.default_rng(5)
-    for frame in range(6):
+    frames = 2 if INTERPRETED else 6
+    for frame in range(frames):
         for body in random.integers(5, 20, 90).tolist():
             sim.set_velocity(body, tuple(random.normal(size=2)))
         sim.set_velocities(np.arange(300) % 25, random.normal(size=(300, 2)))
         sim.run(until=0.2 * (frame + 1))
     sim.remove(4)  # and with it, what was scheduled for it
     sim.run(until=1.5)
-    assert sim.readings.turns == 6 * 390 + 4
+    assert sim.readings.turns == frames * 390 + 4
     for phase in ("naive", "sap-1d"):
         again = kt.Simulation(sim.recorded(), phase)
         again.run(until=1.5)
@@ -250,6 +252,7 @@ def same(one: kt.Simulation, other: kt.Simulation) -> None:
     assert (other.velocities() == one.velocities()).all()
 
 
+@pytest.mark.small
 @pytest.mark.parametrize("phase", PHASES)
 def test_a_command_for_a_third_body_ran_the_contact_that_it_was_to_avert(phase):
     scene = kt.Scene([[1, 1], [2, 1], [3, 3]], [[0.5, 0], [-0.5, 0], [0, 0]], 0.25, 1.0, (4, 4))
@@ -277,6 +280,7 @@ def test_a_removal_at_the_very_start_ran_the_contacts_of_touching_bodies(phase):
     assert sim.contacts[["a", "b"]].tolist() == [(2, 3), (4, 5)]
 
 
+@pytest.mark.small
 @pytest.mark.parametrize("phase", PHASES)
 def test_one_command_after_two_contacts_gave_four(phase):
     sim = kt.Simulation(row_of_touching_bodies(), phase, live=True)
@@ -374,6 +378,7 @@ def squeezed() -> kt.Scene:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 @pytest.mark.parametrize("phase", PHASES)
 def test_a_jam_ended_the_game(phase):
@@ -405,6 +410,7 @@ def test_a_jam_ended_the_game(phase):
         same(sim, replayed(sim.recorded(), other))
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 @pytest.mark.parametrize("phase", ["naive", "cells"])
 def test_a_command_in_a_jam_was_carried_out_and_lost(phase):
@@ -420,6 +426,7 @@ def test_a_command_in_a_jam_was_carried_out_and_lost(phase):
     assert sim.bodies.tolist() == [0, 1]
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_a_jam_is_saved_and_gone_on_from(tmp_path):
     sim = kt.Simulation(squeezed(), "cells", live=True)
@@ -435,6 +442,7 @@ def test_a_jam_is_saved_and_gone_on_from(tmp_path):
     same(sim, again)
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_where_a_jam_is_does_not_depend_on_commands_that_come_later():
     """The bound on the speed, and the smallest radius, of a scene know its commands beforehand; of a run with
@@ -452,6 +460,7 @@ def test_where_a_jam_is_does_not_depend_on_commands_that_come_later():
     assert (again.exact_time, len(again.contacts)) == jammed
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_a_fault_names_bodies_by_their_numbers():
     """It named their slots: after a body had gone, those of others."""

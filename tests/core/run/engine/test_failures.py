@@ -101,6 +101,7 @@ def test_a_turn_into_another_body_is_named():
     assert [(c["a"], c["b"], c["time"]) for c in sim.contacts[:1]] == [(0, 1, 0.0)]
 
 
+@pytest.mark.interpreted
 def test_what_was_done_before_a_fault_stays():
     rows = []
     sim = kt.Simulation(head_on(partner=True), "adds-when-deep")
@@ -110,6 +111,7 @@ def test_what_was_done_before_a_fault_stays():
     assert sim.readings.contacts_disc == len(sim.contacts)
 
 
+@pytest.mark.interpreted
 @pytest.mark.parametrize("phase", ["naive", "sap-1d", "cells"])
 def test_discs_that_met_on_one_place_went_on_at_no_place(phase):
     scene = kt.Scene([[1048577.0, 0.0], [1048577.75, 0.0]], [[1.0, 0.0], [-1.0, 0.0]], 1e-20)

@@ -86,6 +86,7 @@ def test_anchors_are_rows_so_nothing_is_skipped_where_rows_are_recorded(monkeypa
     assert len(rows) > 2 * 90
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(
     st.lists(st.tuples(*[st.floats(-1.0, 1.0)] * 2), min_size=2, max_size=5),

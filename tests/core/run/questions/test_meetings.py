@@ -97,6 +97,7 @@ def test_the_next_contact_of_the_run_is_the_first_that_is_scheduled(scene):
                 assert WALLS[first.b] == step.wall
 
 
+@pytest.mark.small
 @settings(max_examples=10, deadline=None)
 @given(scene=scenes())
 def test_the_first_of_a_body_is_the_first_of_its_pairs(scene):
@@ -117,6 +118,7 @@ def test_the_first_of_a_body_is_the_first_of_its_pairs(scene):
                 assert sim.next_contact(first.b, first.a, scheduled=True) == scheduled
 
 
+@pytest.mark.small
 @settings(max_examples=8, deadline=None)
 @given(scene=scenes(), until=st.sampled_from([0.25, 1.0]))
 def test_answers_are_the_same_under_every_phase(scene, until):
@@ -250,6 +252,7 @@ def test_a_disc_that_is_cast_from_a_body_leaves_it_and_meets_it_the_other_way():
     assert sim.cast((1.0, 1.0, 0.5), (0.0, 0.0)) is None
 
 
+@pytest.mark.small
 def test_where_bodies_pass_through_each_other_they_never_meet():
     scene = row(1.0, -1.0, arena=(4.0, 4.0))
     sim = Asked(scene, "naive", narrow_phases=("wall",))

@@ -141,6 +141,7 @@ def test_a_state_that_is_laid_out_otherwise_is_refused(path, monkeypatch):
         kt.resume(path)
 
 
+@pytest.mark.small
 def test_a_phase_without_a_version_goes_by_its_code(tmp_path, blind):
     sim = kt.Simulation(kt.make_scene("two-discs"), blind)
     sim.save(tmp_path / "s.kt")
@@ -299,6 +300,7 @@ def test_numpy_reads_a_file_and_a_pickle_in_one_is_refused(path):
         kt.resume(path)
 
 
+@pytest.mark.interpreted
 def test_what_has_ended_with_a_fault_is_not_saved(tmp_path, request):
     plugin = broken_phases.Plugin()
     kt.registry().add(plugin)
@@ -433,6 +435,7 @@ def test_only_a_saved_simulation_is_replaced(tmp_path):
         kt.resume(tmp_path / "nothing")
 
 
+@pytest.mark.small
 @pytest.mark.parametrize(
     "names", [("cells", "sweep-tiling"), pytest.param(("sap-2d", "naive"), marks=pytest.mark.slow)]
 )

@@ -89,6 +89,7 @@ def test_it_plays_without_a_message_or_a_request(width, height, tmp_path):
         assert browser.asked_for() == {path.as_uri()}
 
 
+@pytest.mark.small
 @pytest.mark.parametrize("name", [*SCENES, *HARD])
 def test_places_are_those_of_the_trajectory(name, browser, tmp_path):
     _, trajectory, page, times = case_of(name)

@@ -241,6 +241,7 @@ def test_walls_have_the_names_that_they_have_elsewhere(monkeypatch: pytest.Monke
     assert "disc 3 with the western wall at" in str(Disagreement(0, (0.5, 3, -1), None, 0.0))
 
 
+@pytest.mark.small
 def test_phases_for_contacts_are_the_run_s() -> None:
     scene = kt.make_scene("grid", bodies=9, seed=3)
     found = certify(kt.Simulation(scene, "naive", narrow_phases=["wall"]), until=1.0)
@@ -286,6 +287,7 @@ def half_way() -> Iterator[str]:
     kt.registry().remove(plugin)
 
 
+@pytest.mark.interpreted
 def test_a_run_that_ends_in_a_fault_does_not_agree(half_way: str) -> None:
     sim = kt.Simulation(kt.make_scene("grid", bodies=9, seed=3), half_way)
     found = certify(sim, until=1.0)
@@ -303,6 +305,7 @@ def test_a_run_that_ends_in_a_fault_does_not_agree(half_way: str) -> None:
     assert certify(sim, until=0.25).complete, "what it did before can be asked for"
 
 
+@pytest.mark.small
 def test_command_fails_where_the_run_ends_in_a_fault(half_way: str) -> None:
     arguments = ["oracle", "grid", "-s", "bodies=9", "-s", "seed=3", "--until", "1", "--against", half_way]
     result = CliRunner().invoke(app, arguments)

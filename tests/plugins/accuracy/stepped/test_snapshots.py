@@ -101,6 +101,7 @@ def test_energy_is_kept_at_any_step(finder: Finder) -> None:
         assert not np.allclose(run.velocity, scene.velocity)
 
 
+@pytest.mark.small
 def test_a_contact_is_seen_at_the_next_snapshot() -> None:
     # The gap of 1 closes at speed 2, so at 0.5; the next snapshots is at 0.6, where they overlap by 0.2.
     scene = kt.Scene([(1.0, 1.0), (4.0, 1.0)], [(1.0, 0.0), (-1.0, 0.0)], 1.0)
