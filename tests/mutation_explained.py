@@ -171,9 +171,9 @@ SWEEP_TILING = {
     "s.at_level[:n] = np.lexsort((np.arange(n), bodies.vy, place[:, 1]))": (
         "equivalent: two bodies that are level are beside each other, and never both on the sweep line"
     ),
-    "tie = max(2.0**-46 * max(float(clock.width), float(clock.height)), float(clock.skin))": MARGIN,
+    "tie = max(2.0**-46 * max(float(limits.width), float(limits.height)), float(limits.skin))": MARGIN,
     (
-        "s.limits[:] = tie, max(tie, 4.0 * float(clock.skin), "
+        "s.limits[:] = tie, max(tie, 4.0 * float(limits.skin), "
         "2.0**-30 * float(bodies.radius.min()) if n else 0.0)"
     ): MARGIN,
     "while at > 1:": ROOT,

@@ -94,7 +94,7 @@ def judged_too_early(k: Any, since: Any, gap: Any, rate: Any) -> Any:
     clock = k.clock[0]
     zero = spread(0.0)
     ahead = to_floats(spread_ticks(clock.now) - since) * spread(clock.tick)
-    deep = choose(rate < zero, zero < zero, gap + rate * ahead < spread(-clock.theta))
+    deep = choose(rate < zero, zero < zero, gap + rate * ahead < spread(-clock.limits.theta))
     return choose(deep, spread_ticks(clock.now), nothing_is_repaired(k, since, gap, rate))
 
 
@@ -232,7 +232,7 @@ MUTANTS: tuple[Mutant, ...] = (
             Change(
                 "certificates:sides",
                 "    port = eight(",
-                "    reach = reach - spread(k.clock[0].skin)\n    port = eight(",
+                "    reach = reach - spread(k.clock[0].limits.skin)\n    port = eight(",
             ),
             Change(
                 "construction:arrange",

@@ -80,7 +80,7 @@ def forget_partner(k: Kernel, s: State, body: int) -> int:
 
 @hook
 def tolerate(k: Kernel, s: State, body: int) -> int:
-    k.clock[0].tolerance = 1.0
+    k.clock[0].limits.tolerance = 1.0
     return wait_on(k, s, body)
 
 
@@ -140,8 +140,8 @@ def set_anothers(k: Kernel, s: State, body: int) -> int:
 
 @hook
 def turn_no_more(k: Kernel, s: State, body: int) -> None:
-    if k.clock[0].commands > 0:
-        k.commands[k.clock[0].commands - 1].vx = 0.0
+    if k.clock[0].lists.commands > 0:
+        k.commands[k.clock[0].lists.commands - 1].vx = 0.0
 
 
 @hook
@@ -159,7 +159,7 @@ def count_updates(k: Kernel, s: State, body: int) -> int:
 @hook
 def drop_offers(k: Kernel, s: State, body: int) -> int:
     schedule(k, (body + 1) % len(k.bodies), k.clock[0].now + STEP + body)
-    k.clock[0].offered = 0
+    k.clock[0].lists.offered = 0
     return wait_on(k, s, body)
 
 
@@ -175,7 +175,7 @@ def arrange_the_scene(k: Kernel, s: State) -> None:
 
 
 def stop_the_clock(k: Kernel, s: State) -> None:
-    k.clock[0].spin_limit = 2**60
+    k.clock[0].jam.spin_limit = 2**60
 
 
 def audit_and_mend(k: Kernel, s: State) -> Iterator[str]:

@@ -25,7 +25,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.errors import KinetileError
-from kinetile.kernel.tables import slots_taken
+from kinetile.kernel.tables import column, slots_taken
 from kinetile.plugin.registry import Provided, registry
 from kinetile.plugin.specs import BroadPhaseSpec, NarrowPhaseSpec, hookimpl
 from kinetile.run.simulation import Simulation
@@ -53,10 +53,10 @@ Tables = Mapping[str, npt.NDArray[np.generic]]
 
 BODIES = ("x", "y", "vx", "vy", "anchor", "radius")
 CLOCK = (
-    *("now", "tick", "per_time", "width", "height", "present", "epoch"),
-    *("window", "window_size", "window_tick", "fault"),
+    *("now", "tick", "per_time", "limits.width", "limits.height", "present", "epoch"),
+    *("jam.window", "jam.window_size", "jam.window_tick", "fault.code"),
 )
-OF_THE_SKIN = ("skin", "theta", "tolerance", "span", "fat")
+OF_THE_SKIN = ("limits.skin", "limits.theta", "limits.tolerance", "limits.span", "limits.fat")
 COUNTS = (
     *("contacts_disc", "contacts_wall", "turns", "inserted", "removed"),
     *("logged", "deepest", "commanded_energy"),
@@ -203,15 +203,15 @@ def tables_after(sim: Simulation) -> Tables:
     left["bodies.last"] = number[met]
     left["mass"] = np.array(k.mass[there])
     left["radii"] = np.array(k.radii[there])
-    left["bodies.reach is radius and skin"] = np.array(bodies.reach == bodies.radius + clock.skin)
+    left["bodies.reach is radius and skin"] = np.array(bodies.reach == bodies.radius + clock.limits.skin)
     if not lives:
         left["bodies.stamp"] = np.array(bodies.stamp)  # else it depends on the slot's former body
     if full:
-        left["clock.spin_limit"] = np.array([clock.spin_limit])  # it depends on the number of slots
+        left["clock.jam.spin_limit"] = np.array([clock.jam.spin_limit])  # it depends on the number of slots
     if same_skin:
         left["bodies.reach"] = np.array(bodies.reach)
     for name in (*CLOCK, *(OF_THE_SKIN if same_skin else ())):
-        left[f"clock.{name}"] = np.array([clock[name]])
+        left[f"clock.{name}"] = column(k.clock, name).copy()
     return left | {f"counts.{name}": np.array([k.counts[0][name]]) for name in COUNTS}
 
 

@@ -36,6 +36,7 @@ import numpy as np
 from kinetile.errors import KinetileError, Refused
 from kinetile.kernel import vectors
 from kinetile.kernel.log import TURNED
+from kinetile.kernel.tables import column, fields_in
 from kinetile.plugin.calling import NOT_AUTHORS, line_of_author, place_of
 from kinetile.run.advance import End, advance
 from kinetile.run.arguments import read_turns
@@ -147,7 +148,7 @@ def guarded(tables: Tables, called: str, strict: bool) -> Tables:
     return type(tables)(*views)
 
 
-FAULT = {"fault", "fault_a", "fault_b"}
+FAULT = {"fault.code", "fault.a", "fault.b"}
 EVERYTHING: set[str] = set()
 """Stands for all fields of a table."""
 
@@ -157,7 +158,7 @@ TOOLBOX = {
     "pairs": EVERYTHING,
     "lookup": EVERYTHING,
     "firsts": EVERYTHING,
-    "clock": {"offered", "pairs", "free", "wanted", *FAULT},
+    "clock": {"lists.offered", "lists.pairs", "lists.free", "lists.wanted", *FAULT},
     "counts": {"updated", "pairs_max", "late"},
 }
 ONLY_NAMES = {"near": EVERYTHING, "clock": FAULT, "counts": {"late"}}
@@ -174,7 +175,7 @@ HOOKS = {
 }
 """What each hook may change of the kernel's tables; of none but the state it may change anything else."""
 
-ONLY_GROW = {"clock": ("offered", "wanted"), "counts": ("updated", "pairs_max", "late")}
+ONLY_GROW = {"clock": ("lists.offered", "lists.wanted"), "counts": ("updated", "pairs_max", "late")}
 
 OF_SCENE = ("position", "velocity", "radius", "mass")
 
@@ -193,7 +194,7 @@ class HookSnapshot(NamedTuple):
         may = HOOKS[hook]
         tables = {name: _copy(t) for name, t in k._asdict().items() if may.get(name) is not EVERYTHING}
         for name, used in (("offers", "offered"), ("met", "logged"), ("log", "written")):
-            tables[name] = _copy(getattr(k, name)[: int(k.clock[0][used])])
+            tables[name] = _copy(getattr(k, name)[: int(k.clock[0].lists[used])])
         state = {name: array.copy() for name, array in s._asdict().items()} if hook == "audit" else {}
         return cls(tables, bytes_of(scene), state)
 
@@ -211,8 +212,10 @@ def breaches(hook: str, before: HookSnapshot, k: Kernel, s: Any, scene: Scene) -
         if was.tobytes() != table.tobytes():
             yield from _changed(name, was, table, may.get(name, set()) if name != "offers" else set())
     for name, fields in ONLY_GROW.items():
-        was, is_now = before.tables[name][0], getattr(k, name)[0]
-        yield from (f"{name}.{field} (it has become less)" for field in fields if is_now[field] < was[field])
+        was, is_now = before.tables[name], getattr(k, name)
+        for field in fields:
+            if column(is_now, field)[0] < column(was, field)[0]:
+                yield f"{name}.{field} (it has become less)"
     if "queue" in may:
         yield from _not_scheduled(before, k)
     for name, held in bytes_of(scene).items():
@@ -235,10 +238,10 @@ def _copy(table: Any) -> Any:
 
 def _changed(name: str, was: Any, table: Any, may: set[str]) -> Iterator[str]:
     """Yield, for each field that may not change and has, the first row in which it did."""
-    for field in table.dtype.names or (None,):
+    for field in fields_in(table.dtype) or (None,):
         if field in may:
             continue
-        old, new = (was, table) if field is None else (was[field], table[field])
+        old, new = (was, table) if field is None else (column(was, field), column(table, field))
         if old.tobytes() != new.tobytes():
             row = next(row for row in range(len(new)) if old[row].tobytes() != new[row].tobytes())
             which = name if name in ("clock", "counts") else f"{name}[{row}]"
@@ -249,7 +252,7 @@ def _changed(name: str, was: Any, table: Any, may: set[str]) -> Iterator[str]:
 def _not_scheduled(before: HookSnapshot, k: Kernel) -> Iterator[str]:
     """Yield certificates that have changed, and not by ``schedule``."""
     clock = k.clock[0]
-    first, last, hand = len(before.tables["offers"]), int(clock.offered), int(clock.hand)
+    first, last, hand = len(before.tables["offers"]), int(clock.lists.offered), int(clock.hand)
     if not first <= last <= len(k.offers):
         return  # the list overflowed: every body is settled anew
     left = _plain(k.offers)[first:last]

@@ -74,7 +74,7 @@ def meet(k: Kernel, a: int, b: int) -> int:
         dx = two.x - (one.x + one.vx * time)
         dy = two.y - (one.y + one.vy * time)
         reach = one.radius + two.radius
-        if reach - math.sqrt(dx * dx + dy * dy) > clock.tolerance + 1e-9 * reach:
+        if reach - math.sqrt(dx * dx + dy * dy) > clock.limits.tolerance + 1e-9 * reach:
             blame(k, TOO_DEEP, a, b)
     return int(since + delay)
 
@@ -124,7 +124,7 @@ def not_before(k: Kernel, body: int, other: int, at: int) -> float:
     """Return what ``soonest`` does for one partner alone."""
     one = k.places[body]
     two = k.places[other]
-    fat = k.clock[0].fat
+    fat = k.clock[0].limits.fat
     elapsed = since_origin(k, at)
     reach = k.radii[other] + (k.radii[body] + fat)
     vx = two.vx - one.vx
@@ -146,8 +146,8 @@ def not_before(k: Kernel, body: int, other: int, at: int) -> float:
 def soonest(k: Kernel, body: int, count: int, barred: int, known: int, at: int) -> tuple[float, float, int]:
     """Return bounds below the first contact of a body with ``k.near[:count]``, the second, and with whom.
 
-    Eight at a time, on the common clock, with discs fattened by more than all rounding (``clock.fat``, and a
-    little of the distance), so that they touch before the discs do. The bounds are delays after tick
+    Eight at a time, on the common clock, with discs fattened by more than all rounding (``limits.fat``, and
+    a little of the distance), so that they touch before the discs do. The bounds are delays after tick
     ``at``; infinite where there is no contact. docs/one-answer.md proves that they are bounds.
     """
     if count == 1:
@@ -162,8 +162,8 @@ def soonest(k: Kernel, body: int, count: int, barred: int, known: int, at: int) 
     y = spread(place.y)
     vx = spread(place.vx)
     vy = spread(place.vy)
-    fat2 = spread(k.clock[0].fat * k.clock[0].fat)
-    own_reach = spread(k.radii[body] + k.clock[0].fat)
+    fat2 = spread(k.clock[0].limits.fat * k.clock[0].limits.fat)
+    own_reach = spread(k.radii[body] + k.clock[0].limits.fat)
     zero = spread(0.0)
     never = spread(math.inf)
     less = spread(1.0 - 2.0**-46)

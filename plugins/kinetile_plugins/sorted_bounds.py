@@ -96,7 +96,7 @@ def _order(k: Kernel, order: Whole, due: Whole, axis: int) -> Iterator[str]:
         yield f"the last bound on {'xy'[axis]} has no neighbour, but is watched {_tick(due[order[-1]])}"
     then = positions_now(k)[:, axis] + speed * clock.tick  # events of this tick have happened, to its end
     edge = then[order >> 1] + np.where(order & 1, bodies.reach[order >> 1], -bodies.reach[order >> 1])
-    wrong = (np.diff(edge) < -2.0 * clock.theta) & (noted > clock.now)
+    wrong = (np.diff(edge) < -2.0 * clock.limits.theta) & (noted > clock.now)
     for gap in np.flatnonzero(wrong):
         by = edge[gap] - edge[gap + 1]
         yield f"{_names(left[gap], right[gap], axis)} stand in the wrong order, by {by}"
@@ -149,7 +149,7 @@ def draw_line(k: Kernel, order: Whole, due: Whole, axis: int) -> Iterator[Item]:
         return
     there = np.sort(order[order & 1 == 0] >> 1)
     place, reach = positions_now(k)[there], k.bodies.reach[there][:, None]
-    size = (float(k.clock[0].width), float(k.clock[0].height))
+    size = (float(k.clock[0].limits.width), float(k.clock[0].limits.height))
     low, high = (place - reach).min(axis=0), (place + reach).max(axis=0)
     if size[axis]:  # who touches a wall reaches a skin beyond it, and only for a moment
         low, high = np.zeros(2), np.array(size)

@@ -37,16 +37,16 @@ def after(k: Kernel, body: Records, far: float, near: float, speed: float) -> in
 @hook
 def reach_wall(k: Kernel, body: Records) -> tuple[int, int]:
     """Return (tick, wall) of the first contact of a body with a wall; ``NEVER`` where there is none."""
-    clock = k.clock[0]
+    limits = k.clock[0].limits
     tick = NEVER
     wall = LEFT
     if body.vx != 0.0:
         left = body.vx < 0.0
-        tick = after(k, body, body.x if left else clock.width, 0.0 if left else body.x, body.vx)
+        tick = after(k, body, body.x if left else limits.width, 0.0 if left else body.x, body.vx)
         wall = LEFT if left else RIGHT
     if body.vy != 0.0:
         low = body.vy < 0.0
-        other = after(k, body, body.y if low else clock.height, 0.0 if low else body.y, body.vy)
+        other = after(k, body, body.y if low else limits.height, 0.0 if low else body.y, body.vy)
         if other < tick:
             tick = other
             wall = BOTTOM if low else TOP
@@ -56,30 +56,30 @@ def reach_wall(k: Kernel, body: Records) -> tuple[int, int]:
 @hook
 def bounce(k: Kernel, body: Records, wall: int) -> float:
     """Turn the velocity away from the wall; return how deep the body is in it."""
-    clock = k.clock[0]
+    limits = k.clock[0].limits
     if wall == LEFT:
         body.vx = -body.vx
         return float(body.radius - body.x)
     if wall == RIGHT:
         body.vx = -body.vx
-        return float(body.radius - (clock.width - body.x))
+        return float(body.radius - (limits.width - body.x))
     body.vy = -body.vy
     if wall == BOTTOM:
         return float(body.radius - body.y)
-    return float(body.radius - (clock.height - body.y))
+    return float(body.radius - (limits.height - body.y))
 
 
 @hook
 def touch(k: Kernel, body: Records, wall: int) -> tuple[float, float, float]:
     """Return the normal into the wall, and how deep the body is in it."""
-    clock = k.clock[0]
+    limits = k.clock[0].limits
     if wall == LEFT:
         return -1.0, 0.0, float(body.radius - body.x)
     if wall == RIGHT:
-        return 1.0, 0.0, float(body.radius - (clock.width - body.x))
+        return 1.0, 0.0, float(body.radius - (limits.width - body.x))
     if wall == BOTTOM:
         return 0.0, -1.0, float(body.radius - body.y)
-    return 0.0, 1.0, float(body.radius - (clock.height - body.y))
+    return 0.0, 1.0, float(body.radius - (limits.height - body.y))
 
 
 class Wall:

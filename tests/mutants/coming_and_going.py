@@ -38,9 +38,9 @@ MUTANTS = [
     _mutant(
         "makes cells as wide as those who are there",
         "cells",
-        "    least = least_side(levels.widest, k.clock[0].skin)\n",
+        "    least = least_side(levels.widest, k.clock[0].limits.skin)\n",
         "    least = np.zeros(len(levels))\n"
-        "    np.maximum.at(least, level, least_side(np.asarray(k.bodies.radius), k.clock[0].skin))\n",
+        "    np.maximum.at(least, level, least_side(np.asarray(k.bodies.radius), k.clock[0].limits.skin))\n",
         "layout",
         "a wider one who comes is far from whom it touches: it has happened",
     ),

@@ -226,7 +226,7 @@ MUTANTS = [
         [
             instead(
                 "levels.slack = 0.5 * (levels.side - least)",
-                "levels.slack = 0.5 * (levels.side - least) + 4.0 * k.clock[0].skin",
+                "levels.slack = 0.5 * (levels.side - least) + 4.0 * k.clock[0].limits.skin",
                 "layout",
             ),
             *CELLS,

@@ -17,6 +17,7 @@ import numpy as np
 import kinetile as kt
 from agreement import outcome
 from kinetile.errors import AuditError, KinetileError, Refused
+from kinetile.kernel.tables import column
 
 __all__ = ["Accepts", "Audited", "Differs", "Later", "Surroundings", "Tampers", "Unlike"]
 
@@ -128,7 +129,7 @@ class Tampers:
             sim = kt.Simulation(self.scene(), phase)
             sim.run(until=self.until)
             table = getattr(sim.tables, self.table)
-            left.append(np.array(table[self.field] if self.field else table[len(sim.scene) + 8 :]))
+            left.append(np.array(column(table, self.field) if self.field else table[len(sim.scene) + 8 :]))
         if np.array_equal(*left):
             return ""
         return f"{self.table}.{self.field} is {left[1].tolist()}, and under {self.base} {left[0].tolist()}"

@@ -76,11 +76,11 @@ def test_the_unit_of_the_clock_is_the_tick_s():
 def test_a_deep_overlap_that_closes_is_a_fault_and_one_that_opens_is_none():
     at, r = ((0.0, 0.0), (0.5, 0.0)), (0.5, 0.5)
     k = tables(at, ((1.0, 0.0), (0.0, 0.0)), r, (2**50, 2**51))
-    assert (meet(k, 0, 1), k.clock[0].fault) == (2**51, TOO_DEEP)
+    assert (meet(k, 0, 1), k.clock[0].fault.code) == (2**51, TOO_DEEP)
     k = tables(at, ((-1.0, 0.0), (0.0, 0.0)), r)
-    assert (meet(k, 0, 1), k.clock[0].fault) == (NEVER, 0)
+    assert (meet(k, 0, 1), k.clock[0].fault.code) == (NEVER, 0)
     k = tables(((0.0, 0.0), (1.0, 0.0)), ((1.0, 0.0), (0.0, 0.0)), r)
-    assert (meet(k, 0, 1), k.clock[0].fault) == (0, 0)
+    assert (meet(k, 0, 1), k.clock[0].fault.code) == (0, 0)
 
 
 @pytest.mark.parametrize(("aside", "meets"), [(1.0, False), (1.0 - 2.0**-53, True), (1.0 + 2.0**-52, False)])

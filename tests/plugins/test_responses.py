@@ -49,7 +49,7 @@ def balanced(sim: kt.Simulation) -> bool:
     met = [(int(a), int(b)) for a, b in sim.contacts[["a", "b"]].tolist() if b >= 0]
     begun = sim.readings.passings
     ended = sum(b < a for a, b in met)
-    return begun - ended == int(sim.tables.clock[0].passings)
+    return begun - ended == int(sim.tables.clock[0].lists.passings)
 
 
 @pytest.mark.small

@@ -34,7 +34,7 @@ def tables(scene: kt.Scene, ahead: int = 0) -> Kernel:
 
 def move_clock(engine: Engine, ahead: int) -> None:
     clock = engine.k.clock[0]
-    clock.origin = min(ahead, int(clock.span))
+    clock.origin = min(ahead, int(clock.limits.span))
     for body in range(len(engine.k.bodies)):
         note_place(engine.k, body)
 
@@ -106,7 +106,7 @@ def hard_scenes(draw: st.DrawFn) -> kt.Scene:
 def test_no_bound_is_later_than_the_contact(scene, ahead, part):
     """Touching, grazing, at rest, far away, and at any tick within a span of the common clock's origin."""
     k = tables(scene, ahead)
-    origin, span = int(k.clock[0].origin), int(k.clock[0].span)
+    origin, span = int(k.clock[0].origin), int(k.clock[0].limits.span)
     for at in (origin, origin + int(part * span), max(origin - int(part * span), 0)):
         assert_bounds(k, at)
 

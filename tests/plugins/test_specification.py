@@ -73,7 +73,7 @@ def tables(plans: list[list[str]]) -> Kernel:
         body.x, body.y, body.vx, body.vy, body.radius = doubles(*numbers)
         body.anchor = int(anchor)
     k.bodies.last = -1
-    k.clock[0].tolerance = np.inf
+    k.clock[0].limits.tolerance = np.inf
     return k
 
 
@@ -101,8 +101,8 @@ def reach_all(k: Kernel, tick: Any, sides: Any, answers: Any) -> None:
     for i in range(len(tick)):
         k.clock[0].tick = tick[i]
         k.clock[0].per_time = 1.0 / tick[i]
-        k.clock[0].width = sides[i, 0]
-        k.clock[0].height = sides[i, 1]
+        k.clock[0].limits.width = sides[i, 0]
+        k.clock[0].limits.height = sides[i, 1]
         answers[i, 0], answers[i, 1] = reach_wall(k, k.bodies[i])
 
 

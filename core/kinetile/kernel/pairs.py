@@ -126,44 +126,45 @@ def _find(k: Kernel, a: int, b: int) -> int:
 def add_pair(k: Kernel, a: int, b: int) -> None:
     """Put {a, b} into the pair set and offer it, or hold it once more. O(1) expected."""
     clock = k.clock[0]
+    lists = clock.lists
     if b < a:
         a, b = b, a
     if a < 0 or b >= clock.bodies or a == b:
         blame(k, BAD_PAIR, a, b)
         return
     if len(k.lookup) == 0:
-        clock.wanted += 1
+        lists.wanted += 1
         return
     table = k.pairs
     slot = _find(k, a, b)
     if k.lookup[slot] >= 0:
         table[k.lookup[slot]].holds += 1
         return
-    if clock.free < 0:
-        clock.wanted += 1
+    if lists.free < 0:
+        lists.wanted += 1
         return
-    new = clock.free
+    new = lists.free
     record = table[new]
-    clock.free = record.next_a
+    lists.free = record.next_a
     k.lookup[slot] = new
     record.a = a
     record.b = b
     record.holds = 1
     link(table, k.firsts, new)
-    clock.pairs += 1
+    lists.pairs += 1
     counts = k.counts[0]
-    counts.pairs_max = larger(counts.pairs_max, clock.pairs)
+    counts.pairs_max = larger(counts.pairs_max, lists.pairs)
     to_be_settled(k, a, b)
 
 
 @hook
 def remove_pair(k: Kernel, a: int, b: int) -> None:
     """Take back one hold on {a, b}; with the last one it leaves the pair set. O(1) expected."""
-    clock = k.clock[0]
+    lists = k.clock[0].lists
     if b < a:
         a, b = b, a
     if len(k.lookup) == 0:
-        if clock.wanted == 0:
+        if lists.wanted == 0:
             blame(k, UNKNOWN_PAIR, a, b)
         return
     table = k.pairs
@@ -171,7 +172,7 @@ def remove_pair(k: Kernel, a: int, b: int) -> None:
     hole = _find(k, a, b)
     old = lookup[hole]
     if old < 0:
-        if clock.wanted == 0:
+        if lists.wanted == 0:
             blame(k, UNKNOWN_PAIR, a, b)
         return
     record = table[old]
@@ -180,9 +181,9 @@ def remove_pair(k: Kernel, a: int, b: int) -> None:
         return
     unlink(table, k.firsts, old)
     record.a = NOBODY
-    record.next_a = clock.free
-    clock.free = old
-    clock.pairs -= 1
+    record.next_a = lists.free
+    lists.free = old
+    lists.pairs -= 1
     mask = len(lookup) - 1
     probe = (hole + 1) & mask
     while lookup[probe] >= 0:  # entries that probed over the hole move back into it

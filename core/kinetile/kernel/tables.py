@@ -2,7 +2,8 @@
 
 Records, not separate arrays: a body fits one cache line, and passing many arrays by value costs more than the
 work done on them. Counts and lengths that change live in the one-record tables ``clock`` and ``counts``,
-because a named tuple cannot be changed in place.
+because a named tuple cannot be changed in place. The clock has records within it, one for each of its
+purposes: ``k.clock[0].limits.width``.
 
 The queue has one entry a body, and stands in the body's record ``queue[body]``: the first of what awaits it.
 That is the structural certificate which the broad phase has given it, its first contact with another body (a
@@ -123,58 +124,87 @@ ROW = np.dtype(
     + [(name, "f8") for name in ("ax", "ay", "avx", "avy", "bx", "by", "bvx", "bvy")],
     align=True,
 )
+LIMITS = np.dtype(
+    [
+        ("width", "f8"),  # of the arena
+        ("height", "f8"),
+        ("skin", "f8"),  # what a body's reach has over its radius
+        ("theta", "f8"),  # an inversion deeper than this at the end of a tick is repaired at once
+        ("tolerance", "f8"),  # an overlap deeper than this is a missed contact
+        ("span", "i8"),  # how far from the clock's origin the rows of places are used
+        ("fat", "f8"),  # by how much a lower bound fattens two bodies
+        ("least", "f8"),  # radii for which the broad phase was prepared, from here
+        ("widest", "f8"),  # to here
+        ("speed2", "f8"),  # the square of a speed that no body is to exceed
+        ("faster", "i8"),  # whether a response has made one faster
+    ],
+    align=True,
+)
+LISTS = np.dtype(
+    [
+        ("vacant", "i8"),  # head of the list of slots that bodies have left, or NOBODY
+        ("offered", "i8"),
+        ("pairs", "i8"),  # of the pair set
+        ("free", "i8"),  # head of the free list of its records
+        ("wanted", "i8"),  # pairs for which there was no room: grow the tables and build again
+        ("passings", "i8"),  # pairs that are passing through each other
+        ("passable", "i8"),  # head of the free list of their records
+        ("logged", "i8"),
+        ("written", "i8"),  # rows of the long log
+        ("command", "i8"),  # the next command
+        ("commands", "i8"),
+    ],
+    align=True,
+)
+CALENDAR = np.dtype(
+    [
+        ("shift", "i8"),  # a slice is 2^shift ticks long
+        ("slice", "i8"),  # the slice in which the head is sought: nothing is filed before it
+        ("filed", "i8"),  # whether the calendar stands
+    ],
+    align=True,
+)
+JAM = np.dtype(
+    [
+        ("spins", "i8"),  # structural events since the last progress of time or contact
+        ("spin_limit", "i8"),
+        ("window", "i8"),  # contacts since the last look at the rate
+        ("window_size", "i8"),
+        ("window_tick", "i8"),
+    ],
+    align=True,
+)
+STOPS = np.dtype(
+    [
+        ("before", "i8"),  # whether to stop before what is watched, and not after it
+        ("due", "i8"),  # whether to stop now, because of
+        ("tick", "i8"),  # a contact at this tick
+        ("a", "i8"),  # of these numbers
+        ("b", "i8"),
+    ],
+    align=True,
+)
+FAULTS = np.dtype([("code", "i8"), ("a", "i8"), ("b", "i8")], align=True)
 CLOCK = np.dtype(
     [
         ("now", "i8"),
         ("tick", "f8"),  # length of a tick in the scene's time
         ("per_time", "f8"),  # ticks in one unit of the scene's time
-        ("skin", "f8"),  # what a body's reach has over its radius
-        ("theta", "f8"),  # an inversion deeper than this at the end of a tick is repaired at once
-        ("tolerance", "f8"),  # an overlap deeper than this is a missed contact
-        ("width", "f8"),
-        ("height", "f8"),
+        ("epoch", "i8"),  # whole units from the start to tick 0 ("base" is an attribute of records)
+        ("origin", "i8"),  # the tick at which the rows of places hold
         ("bodies", "i8"),  # slots that have been used: behind them nobody stands
         ("present", "i8"),  # bodies that there are
-        ("vacant", "i8"),  # head of the list of slots that bodies have left, or NOBODY
-        ("epoch", "i8"),  # whole units from the start to tick 0 ("base" is an attribute of records)
+        ("kinds", "i8"),  # of bodies
         ("built", "i8"),
-        ("origin", "i8"),  # the tick at which the rows of places hold
-        ("span", "i8"),  # how far from the origin they are used
-        ("fat", "f8"),  # by how much a lower bound fattens two bodies
-        ("shift", "i8"),  # a slice of the calendar is 2^shift ticks long
-        ("slice", "i8"),  # the slice in which the head is sought: nothing is filed before it
-        ("filed", "i8"),  # whether the calendar stands
         ("hand", "i8"),  # the body whose hook is at work: it is settled after it
-        ("offered", "i8"),
-        ("pairs", "i8"),  # of the pair set
-        ("free", "i8"),  # head of the free list of its records
-        ("wanted", "i8"),  # pairs for which there was no room: grow the tables and build again
-        ("logged", "i8"),
-        ("written", "i8"),  # rows of the long log
-        ("least", "f8"),  # radii for which the broad phase was prepared, from here
-        ("widest", "f8"),  # to here
-        ("command", "i8"),  # the next command
-        ("commands", "i8"),
-        ("spins", "i8"),  # structural events since the last progress of time or contact
-        ("spin_limit", "i8"),
         ("met_tick", "i8"),  # the tick of the last contact,
         ("met_there", "i8"),  # and how many there were at it
-        ("window", "i8"),  # contacts since the last look at the rate
-        ("window_size", "i8"),
-        ("window_tick", "i8"),
-        ("kinds", "i8"),  # of bodies
-        ("passings", "i8"),  # pairs that are passing through each other
-        ("passable", "i8"),  # head of the free list of their records
-        ("speed2", "f8"),  # the square of a speed that no body is to exceed
-        ("faster", "i8"),  # whether a response has made one faster
-        ("before", "i8"),  # whether to stop before what is watched, and not after it
-        ("stopped", "i8"),  # whether to stop now, because of
-        ("stop_tick", "i8"),  # a contact at this tick
-        ("stop_a", "i8"),  # of these numbers
-        ("stop_b", "i8"),
-        ("fault", "i8"),
-        ("fault_a", "i8"),
-        ("fault_b", "i8"),
+        ("limits", LIMITS),  # the arena, and what follows from the bodies' bounds
+        ("lists", LISTS),  # how far tables are in use, and where their free records are
+        ("calendar", CALENDAR),
+        ("jam", JAM),  # the look-out for runs that do not get on
+        ("stops", STOPS),  # at contacts that are watched
+        ("fault", FAULTS),  # the first one, of bodies a and b
     ],
     align=True,
 )
@@ -285,7 +315,7 @@ def allocate(bodies: int, near: int, log_rows: int) -> Kernel:
     )
     k.queue.number = k.slots
     k.clock[0].bodies = k.clock[0].present = bodies
-    k.clock[0].vacant = NOBODY
+    k.clock[0].lists.vacant = NOBODY
     return k
 
 
@@ -302,6 +332,7 @@ def pair_set(k: Kernel, room: int) -> Kernel:
 def clear(k: Kernel) -> None:
     """Forget all that is awaited, and every pair of the pair set; bodies, clock, counts and log stay."""
     clock = k.clock[0]
+    calendar, lists = clock.calendar, clock.lists
     for name in ("key", "own", "tick", "guard"):
         k.queue[name] = NEVER
     k.queue.wall = NOT_ASKED
@@ -314,13 +345,31 @@ def clear(k: Kernel) -> None:
     k.pairs.next_a = np.arange(1, len(k.pairs) + 1)
     if len(k.pairs):
         k.pairs.next_a[-1] = -1
-    clock.free = 0 if len(k.pairs) else -1
+    lists.free = 0 if len(k.pairs) else -1
     k.lookup[:] = -1
     k.firsts[:] = -1
-    for name in ("pairs", "wanted", "offered", "built", "spins"):
-        clock[name] = 0
-    clock.filed = 1
-    clock.slice = clock.now >> clock.shift
+    lists.pairs = lists.wanted = lists.offered = 0
+    clock.built = clock.jam.spins = 0
+    calendar.filed = 1
+    calendar.slice = clock.now >> calendar.shift
+
+
+def fields_in(dtype: np.dtype[Any]) -> list[str]:
+    """Return the names of a record's fields, those of a record within it as "record.field"; none where the
+    elements are plain numbers."""
+    names = []
+    for name in dtype.names or ():
+        inner = fields_in(dtype[name])
+        names += [f"{name}.{each}" for each in inner] if inner else [name]
+    return names
+
+
+def column(table: Records, name: str) -> np.ndarray[Any, Any]:
+    """Return the column of a field, by its name as ``fields_in`` gives it: a view, not a copy."""
+    found: np.ndarray[Any, Any] = table.view(np.ndarray)
+    for each in name.split("."):
+        found = found[each]
+    return found
 
 
 def read_only(tables: Tables) -> Tables:
@@ -342,11 +391,11 @@ one is ``MY_FAULT + 1``."""
 @hook
 def blame(k: Kernel, fault: int, a: int, b: int) -> None:
     """Report a fault of bodies ``a`` and ``b``; the first one counts."""
-    clock = k.clock[0]
-    if clock.fault == 0:
-        clock.fault = fault
-        clock.fault_a = a
-        clock.fault_b = b
+    first = k.clock[0].fault
+    if first.code == 0:
+        first.code = fault
+        first.a = a
+        first.b = b
 
 
 @hook

@@ -188,7 +188,7 @@ class WallParts:
 
     ``reach_wall(k, body)``: (tick, wall) of the first contact of a body record with a wall, from its plan
     alone; wall is ``kinetile.toolbox.LEFT``, ``RIGHT``, ``BOTTOM`` or ``TOP``. The arena reaches from the
-    origin to ``k.clock[0].width`` and ``k.clock[0].height``.
+    origin to ``k.clock[0].limits.width`` and ``k.clock[0].limits.height``.
 
     ``bounce(k, body, wall)``: the body is anchored at the contact; give it a new velocity and return how deep
     it is in the wall.

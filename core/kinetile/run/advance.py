@@ -176,15 +176,16 @@ def next_event(engine: Engine) -> Event | None:
     """Returns the first event that is scheduled now; None where nothing is. A jam does not prevent it."""
     engine.build()
     clock, fields = engine.k.clock[0], engine.fields
-    command, fault = int(clock.command), fields.fault[0]
-    fields.fault[0] = 0 if fault == JAMMED else fault
+    lists = clock.lists
+    command, fault = int(lists.command), fields.fault.code[0]
+    fields.fault.code[0] = 0 if fault == JAMMED else fault
     try:  # a plan that is anchored anew is no event: what comes after it is returned
-        while clock.command < clock.commands and int(_next_command(engine).code) == REANCHORED:
-            clock.command += 1
+        while lists.command < lists.commands and int(_next_command(engine).code) == REANCHORED:
+            lists.command += 1
         head = _look(engine, int(clock.now) + 2 * SPAN)
         event = None if head is None else _event_of(engine, head)
     finally:
-        clock.command, fields.fault[0] = command, fault
+        lists.command, fields.fault.code[0] = command, fault
     planned = engine.next_command
     if planned is not None and (event is None or planned.ticks < event.epoch * TICKS + event.tick):
         return Event(*engine.clock.moment(planned.ticks), COMMANDS[planned.code], (planned.body,))
@@ -205,7 +206,7 @@ def _look(engine: Engine, until: int, quota: int = UNLIMITED) -> _Head | None:
     if engine.chunk(until, UNLIMITED, 0, quota) == TIME_REACHED:
         return None
     k = engine.k
-    clock, key = k.clock[0], np.asarray(k.queue.key)
+    lists, key = k.clock[0].lists, np.asarray(k.queue.key)
     first = np.flatnonzero(key == key.min()).tolist() if len(key) else []
     kinds, partners, number = k.queue.kind, k.queue.partner, k.queue.number
     body = min(
@@ -213,7 +214,7 @@ def _look(engine: Engine, until: int, quota: int = UNLIMITED) -> _Head | None:
         key=lambda at: rank(int(number[at]), int(key[at]), int(kinds[at]), int(number[partners[at]])),
         default=None,
     )
-    if clock.command < clock.commands:
+    if lists.command < lists.commands:
         tick = int(_next_command(engine).tick)
         if body is None or (tick, TURN) < (int(key[body]), int(k.queue[body].kind)):
             return _Head(tick, None)
@@ -222,7 +223,7 @@ def _look(engine: Engine, until: int, quota: int = UNLIMITED) -> _Head | None:
 
 def _next_command(engine: Engine) -> Any:
     """Returns the next command of the present span."""
-    return engine.k.commands[int(engine.k.clock[0].command)]
+    return engine.k.commands[int(engine.k.clock[0].lists.command)]
 
 
 def _awaited(engine: Engine) -> bool:
@@ -256,9 +257,9 @@ def _event_of(engine: Engine, head: _Head) -> Event | None:
 def _watched(engine: Engine) -> Event:
     """Returns the contact at which the loop has stopped."""
     k = engine.k
-    clock = k.clock[0]
-    a, b = int(clock.stop_a), int(clock.stop_b)
-    when = engine.clock.moment(engine.clock.total(int(clock.stop_tick)))
+    stops = k.clock[0].stops
+    a, b = int(stops.a), int(stops.b)
+    when = engine.clock.moment(engine.clock.total(int(stops.tick)))
     if b < 0:
         return Event(*when, "wall", (a,), wall=WALLS[b])
     if b < a:

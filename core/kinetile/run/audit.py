@@ -46,7 +46,7 @@ from kinetile.run.structure import named_near, pairs_of_named
 def of_calendar(k: Any) -> Iterator[str]:
     """Every body with an event stands once in the list of its slice, in order, and no other does."""
     clock = k.clock
-    keys, days = k.queue.key.tolist(), (k.queue.key >> clock.shift).tolist()
+    keys, days = k.queue.key.tolist(), (k.queue.key >> clock.calendar.shift).tolist()
     after, before, marks = k.links.next.tolist(), k.links.prev.tolist(), k.marks.tolist()
     bodies = len(k.bodies)
     ranks = _ranks(k)
@@ -72,7 +72,7 @@ def of_calendar(k: Any) -> Iterator[str]:
     if not found == await_something == counted:
         said = f"{found} bodies stand in the calendar, and {await_something} await something"
         yield f"{said}; {counted} are counted"
-    if waiting and min(days[body] for body in waiting) < clock.slice:
+    if waiting and min(days[body] for body in waiting) < clock.calendar.slice:
         yield "a body is filed before the slice in which the head is sought"
 
 
@@ -125,7 +125,7 @@ def of_pair_set(k: Any) -> Iterator[str]:
     live = np.flatnonzero(table.a >= 0)
     if not np.array_equal(np.sort(k.lookup[k.lookup >= 0]), live):
         yield f"the lookup does not hold each of the {len(live)} pairs of the pair set once"
-    yield from of_lists(table, k.firsts, "the pair set", k.clock.pairs, k.clock.free)
+    yield from of_lists(table, k.firsts, "the pair set", k.clock.lists.pairs, k.clock.lists.free)
 
 
 def of_lists(table: Any, firsts: Any, what: str, counted: int, first_free: int) -> Iterator[str]:
@@ -177,7 +177,7 @@ def of_passings(k: Kernel, columns: Any, composition: Composition, place: Any) -
     if composition.rules is None or composition.pair is None or not composition.rules.passing:
         return
     table, clock = columns.passings, columns.clock
-    yield from of_lists(table, k.passers, "the passings", clock.passings, clock.passable)
+    yield from of_lists(table, k.passers, "the passings", clock.lists.passings, clock.lists.passable)
     live = np.flatnonzero(table.a >= 0)
     asked, parting = k.passings[live], np.full(len(live), NEVER)
     compose(ask_when_they_part, {"part": composition.pair.part}, "parting", Kernel)(k, asked, parting)
@@ -287,10 +287,18 @@ def _columns(k: Kernel) -> Any:
         if names is None:
             tables[name] = table
         elif name in ("clock", "counts"):
-            tables[name] = SimpleNamespace(**dict(zip(names, table[0].item(), strict=True)))
+            tables[name] = _numbers(table.view(np.ndarray)[0])
         else:
             tables[name] = _Columns(table)
     return SimpleNamespace(**tables)
+
+
+def _numbers(record: Any) -> SimpleNamespace:
+    """Returns a record with its numbers, and the records in it, as attributes."""
+    values = {name: record[name] for name in record.dtype.names}
+    return SimpleNamespace(
+        **{name: _numbers(value) if value.dtype.names else value.item() for name, value in values.items()}
+    )
 
 
 def _repairs_are_due(k: Any) -> bool:

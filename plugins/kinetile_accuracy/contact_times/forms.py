@@ -113,8 +113,8 @@ def ticks_by(form: Form, queries: Queries) -> Ticks:
     k = _tables(queries)
     answers = np.zeros(len(queries), dtype=np.int64)
     _compiled(form)(k, answers, 0, len(queries))
-    if k.clock[0].fault:
-        raise RuntimeError(f"fault {k.clock[0].fault} at the bodies of query {k.clock[0].fault_a // 2}")
+    if k.clock[0].fault.code:
+        raise RuntimeError(f"fault {k.clock[0].fault.code} at the bodies of query {k.clock[0].fault.a // 2}")
     return answers
 
 

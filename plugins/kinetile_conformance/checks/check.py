@@ -149,7 +149,8 @@ def near_fault(sim: Simulation) -> str | None:
         return f"{other} is near {body}, but {body} is not near {other}"
     place, radius = sim.positions(), np.asarray(k.bodies.radius)
     apart = np.hypot(*(place[:, None] - place[None]).transpose(2, 0, 1)) - (radius[:, None] + radius)
-    for a, b in np.argwhere((apart <= k.clock[0].skin) & ~near).tolist():  # half of what their reaches leave
+    skin = k.clock[0].limits.skin  # half of what their reaches leave
+    for a, b in np.argwhere((apart <= skin) & ~near).tolist():
         return f"bodies {a} and {b} touch (gap {apart[a, b]:.3g}) and are not near each other"
     return None
 

@@ -96,10 +96,10 @@ def skin_limit_holds_at_its_edge(subject: Subject, scene: Scene, reference: Refe
                 continue
             accepted = size
             limit = sim.composition.broad.skin_limit
-            if limit is not None and limit < sim.tables.clock[0].skin:
+            if limit is not None and limit < sim.tables.clock[0].limits.skin:
                 raise Disagreement(
                     f"it declares a skin limit of {limit!r}, and runs with a skin of "
-                    f"{float(sim.tables.clock[0].skin)!r}",
+                    f"{float(sim.tables.clock[0].limits.skin)!r}",
                     _cluster(seed, size),
                 )
         edge = _cluster(seed, accepted)

@@ -24,6 +24,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
+from kinetile.kernel.tables import column, fields_in
 from kinetile.plugin.registry import registry
 from kinetile.plugin.specs import NarrowPhaseSpec
 from kinetile.run.audit import said_tick
@@ -45,7 +46,10 @@ LATER = 2**44 + 977
 """Ticks, some 1/256 of a time unit, and odd: what is computed from there is rounded otherwise."""
 
 OF_BODIES = ("bodies", "mass", "radii", "places", "queue", "traits")
-OF_THE_SCENE = ("tick", "per_time", "skin", "theta", "tolerance", "width", "height", "fat", "epoch", "kinds")
+OF_THE_SCENE = (
+    *("tick", "per_time", "epoch", "kinds"),
+    *(f"limits.{name}" for name in ("skin", "theta", "tolerance", "width", "height", "fat")),
+)
 """Fields of the clock that stay as they are, or move with all ticks alike."""
 
 
@@ -132,7 +136,7 @@ def _variants(k: Kernel, pairs: Integers) -> Iterator[tuple[str, Kernel, Integer
     bare.bodies.last = NOBODY
     bare.bodies.stamp = 0
     for name in OF_THE_SCENE:
-        bare.clock[name] = k.clock[name]
+        column(bare.clock, name)[:] = column(k.clock, name)
     yield "with nothing in the kernel's other tables", bare, pairs
     n = len(k.bodies)
     reversed_ = {name: getattr(k, name)[::-1].copy() for name in OF_BODIES}
@@ -151,8 +155,8 @@ def _changed(k: Kernel, aside: Kernel) -> str | None:
     """Return which field of which table is not as it was, but for a fault, which ``meet`` may report; None:
     none is."""
     for name, before, after in zip(k._fields, k, aside, strict=True):
-        for field in before.dtype.names or ("",):
-            one, two = (before[field], after[field]) if field else (before, after)
+        for field in fields_in(before.dtype) or [""]:
+            one, two = (column(before, field), column(after, field)) if field else (before, after)
             if one.tobytes() != two.tobytes() and not field.startswith("fault"):
                 return f"{name}.{field}" if field else name
     return None

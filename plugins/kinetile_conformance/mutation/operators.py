@@ -228,7 +228,7 @@ def count(text: SourceText, node: ast.AST) -> Iterator[Edit]:
 def other_name(text: SourceText, node: ast.AST) -> Iterator[Edit]:
     """x for y, vx for vy, width for height, and back."""
     if isinstance(node, ast.Attribute) and node.attr in NAMES:
-        if node.attr in ("width", "height") and "clock" not in text.of(node.value):
+        if node.attr in ("width", "height") and "limits" not in text.of(node.value):
             return  # not the arena's
         yield _renamed(text, node, "name", NAMES[node.attr])
 

@@ -32,7 +32,7 @@ def audit(k: Kernel, s: State) -> Iterator[str]:
     wide = np.asarray(k.bodies.radius[there]) > s.levels.widest[level]
     for body, of in zip(there[wide], level[wide], strict=True):
         yield f"body {body} is too wide for the cells of level {of}"
-    room = 0.5 * (s.levels.side - least_side(s.levels.widest, k.clock[0].skin))
+    room = 0.5 * (s.levels.side - least_side(s.levels.widest, k.clock[0].limits.skin))
     for of in np.flatnonzero((s.levels.slack > room) | (room < 0.0)):
         side, slack = s.levels.side[of], s.levels.slack[of]
         yield f"level {of} has cells of side {side}: too narrow for a slack of {slack}"
@@ -49,7 +49,7 @@ def audit(k: Kernel, s: State) -> Iterator[str]:
 def _places(k: Kernel, s: State, there: Whole) -> Iterator[str]:
     """Every body is within its cell, by its plan, but for less than two skins."""
     homes = s.homes[there]
-    side, slack = s.levels.side[homes.level], s.levels.slack[homes.level] + 2.0 * k.clock[0].skin
+    side, slack = s.levels.side[homes.level], s.levels.slack[homes.level] + 2.0 * k.clock[0].limits.skin
     waiting = np.asarray(k.queue.own[there]) > k.clock[0].now
     for name, cell, place in zip("xy", (homes.x, homes.y), positions_now(k)[there].T, strict=True):
         outside = (place < cell * side - slack) | (place > (cell + 1.0) * side + slack)

@@ -331,7 +331,7 @@ def arrange(k: Kernel, s: State) -> None:
     """
     homes, levels = s.homes[: len(k.bodies)], s.levels
     level = homes.level
-    least = least_side(levels.widest, k.clock[0].skin)
+    least = least_side(levels.widest, k.clock[0].limits.skin)
     levels.side *= max(float((least / levels.side).max()) * ABOVE, 1.0)
     levels.slack = 0.5 * (levels.side - least)
     homes.x, homes.y = np.floor(positions_now(k) / levels.side[level][:, None]).T

@@ -170,9 +170,9 @@ def _across(k: Kernel, n: int) -> list[Coordinate]:
     found: list[Coordinate] = []
     for body, reach in enumerate(k.bodies.reach[:n].tolist()):
         found += [At(body, -reach), At(body, reach)]
-    return [*found, float(k.clock[0].width), 0.0]
+    return [*found, float(k.clock[0].limits.width), 0.0]
 
 
 def _height(k: Kernel, n: int) -> list[Coordinate]:
     """Returns the heights of the bodies, of TOP and of BOTTOM."""
-    return [*map(At, range(n)), float(k.clock[0].height), 0.0]
+    return [*map(At, range(n)), float(k.clock[0].limits.height), 0.0]

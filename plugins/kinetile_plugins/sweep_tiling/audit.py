@@ -277,9 +277,10 @@ def _geometry(k: Kernel, s: State, tiles: AllTiles) -> Iterator[str]:
     if n == 0:
         return
     clock = k.clock[0]
+    limits = clock.limits
     due = np.append(s.due[4 * (tiles.left[:-1] >> 4) + (tiles.left[:-1] & 3)], NEVER)
     pending = due <= clock.now
-    thin = (8.0 if pending.any() else 4.0) * float(clock.skin)
+    thin = (8.0 if pending.any() else 4.0) * float(limits.skin)
     flown = np.column_stack([k.bodies.vx, k.bodies.vy]) * clock.tick
     place = positions_now(k) + flown  # events of this tick have happened: they are right at its end
     reach: Any = k.bodies.reach
@@ -290,7 +291,7 @@ def _geometry(k: Kernel, s: State, tiles: AllTiles) -> Iterator[str]:
     a, b = tiles.left >> 4, tiles.right >> 4
     left = np.where(tiles.left & 8, np.where(a == n, -np.inf, east[a]), west[a])
     right = np.where(tiles.right & 8, east[b], np.where(b == n, np.inf, west[b]))
-    for tile in np.flatnonzero((right - left < -2.0 * clock.theta) & ~pending):
+    for tile in np.flatnonzero((right - left < -2.0 * limits.theta) & ~pending):
         wrong = left[tile] - right[tile]
         yield f"{tiles.name(tile)} is {wrong} wider than nothing to the wrong side, and does not fail now"
     top, bottom = tiles.top, tiles.bottom

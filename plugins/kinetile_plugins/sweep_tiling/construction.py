@@ -31,9 +31,9 @@ def arrange(k: Kernel, s: State) -> None:
     s.sweep[: 2 * n] = bounds(n)[np.lexsort((body, ~right, bodies.vx[body], edge))]
     s.at_level[:n] = np.lexsort((np.arange(n), bodies.vy, place[:, 1]))
     s.level[s.at_level[:n]] = np.arange(n)
-    clock = k.clock[0]
-    tie = max(2.0**-46 * max(float(clock.width), float(clock.height)), float(clock.skin))
-    s.limits[:] = tie, max(tie, 4.0 * float(clock.skin), 2.0**-30 * float(bodies.radius.min()) if n else 0.0)
+    limits = k.clock[0].limits
+    tie = max(2.0**-46 * max(float(limits.width), float(limits.height)), float(limits.skin))
+    s.limits[:] = tie, max(tie, 4.0 * float(limits.skin), 2.0**-30 * float(bodies.radius.min()) if n else 0.0)
 
 
 @hook

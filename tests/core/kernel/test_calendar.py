@@ -65,7 +65,7 @@ def pop(k: Kernel) -> int:
 
 def tables(shift: int = 0, bodies: int = BODIES) -> Kernel:
     k = allocate(bodies, bodies, 1)
-    k.clock[0].shift = shift
+    k.clock[0].calendar.shift = shift
     clear(k)
     for body in range(min(bodies, BODIES)):
         k.queue[body].partner = PARTNERS[body]
@@ -93,7 +93,7 @@ def test_entries_leave_in_the_one_total_order(changes, shift):
     model: dict[int, tuple[int, int, int]] = {}
     for what, body, key, kind in changes:
         if what == "shift":
-            k.clock[0].shift = body
+            k.clock[0].calendar.shift = body
             calendar.file_all(k)
         elif what == "head":
             assert int(calendar.head(k)) == (min(model.values(), key=order)[0] if model else NOBODY)

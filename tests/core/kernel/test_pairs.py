@@ -35,12 +35,12 @@ def test_pairs_are_a_multiset(steps):
     k = tables()
     model = Counter()
     for adding, (a, b) in steps:
-        k.clock[0].offered = 0
+        k.clock[0].lists.offered = 0
         key = (min(a, b), max(a, b))
         if adding:
             add_pair(k, a, b)
             model[key] += 1
-            assert int(k.clock[0].offered) == (model[key] == 1)
+            assert int(k.clock[0].lists.offered) == (model[key] == 1)
             if model[key] == 1:
                 assert tuple(k.offers[0].tolist()) == key
         elif model[key] > 0:
@@ -49,12 +49,12 @@ def test_pairs_are_a_multiset(steps):
     live = +model
     table = k.pairs[k.pairs.a >= 0]
     assert {(int(r.a), int(r.b)): int(r.holds) for r in table} == dict(live)
-    assert int(k.clock[0].pairs) == len(live)
+    assert int(k.clock[0].lists.pairs) == len(live)
     for body in range(BODIES):
         partners = [b if a == body else a for a, b in live if body in (a, b)]
         assert sorted(listed(k, body)) == sorted(partners)
-    assert k.clock[0].fault == 0
-    free, at = 0, int(k.clock[0].free)
+    assert k.clock[0].fault.code == 0
+    free, at = 0, int(k.clock[0].lists.free)
     while at >= 0:
         free, at = free + 1, int(k.pairs[at].next_a)
     assert free == CAPACITY - len(live)
@@ -64,46 +64,46 @@ def test_a_full_table_asks_for_room_and_loses_count_of_nothing():
     k = tables(capacity=2)
     for a in range(5):
         add_pair(k, a, a + 1)
-    assert int(k.clock[0].pairs) == 2
-    assert int(k.clock[0].wanted) == 3
+    assert int(k.clock[0].lists.pairs) == 2
+    assert int(k.clock[0].lists.wanted) == 3
 
 
 @pytest.mark.parametrize(("a", "b"), [(-1, 2), (0, BODIES), (3, 3)])
 def test_what_is_not_a_pair_of_bodies_is_a_fault(a, b):
     k = tables()
     add_pair(k, a, b)
-    assert int(k.clock[0].fault) == BAD_PAIR
+    assert int(k.clock[0].fault.code) == BAD_PAIR
 
 
 def test_removing_what_is_not_there_is_a_fault():
     k = tables()
     add_pair(k, 1, 2)
     remove_pair(k, 1, 3)
-    assert int(k.clock[0].fault) == UNKNOWN_PAIR
-    assert (int(k.clock[0].fault_a), int(k.clock[0].fault_b)) == (1, 3)
+    assert int(k.clock[0].fault.code) == UNKNOWN_PAIR
+    assert (int(k.clock[0].fault.a), int(k.clock[0].fault.b)) == (1, 3)
 
 
 def test_without_a_pair_set_room_is_asked_for():
     k = allocate(BODIES, BODIES, 1)
     clear(k)
     add_pair(k, 0, 1)
-    assert int(k.clock[0].wanted) == 1
+    assert int(k.clock[0].lists.wanted) == 1
     assert pairs_of(k, 0) == 0
     remove_pair(k, 0, 1)  # what was wanted is not known to be missing
-    assert int(k.clock[0].fault) == 0
+    assert int(k.clock[0].fault.code) == 0
 
 
 @pytest.mark.parametrize(("a", "b"), [(-1, 2), (0, BODIES), (BODIES, 0), (3, 3)])
 def test_what_is_not_two_bodies_cannot_be_offered(a, b):
     k = tables()
     offer(k, a, b)
-    assert int(k.clock[0].fault) == BAD_PAIR
-    assert int(k.clock[0].offered) == 0
+    assert int(k.clock[0].fault.code) == BAD_PAIR
+    assert int(k.clock[0].lists.offered) == 0
 
 
 def test_more_offers_than_there_is_room_for_are_counted_and_nothing_is_overwritten():
     k = tables()
     for number in range(OFFERS + 3):
         offer(k, number % 4, 4 + number % 5)
-    assert int(k.clock[0].offered) == OFFERS + 3
+    assert int(k.clock[0].lists.offered) == OFFERS + 3
     assert [tuple(each) for each in k.offers[:2].tolist()] == [(0, 4), (1, 5)]

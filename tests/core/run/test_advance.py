@@ -176,7 +176,7 @@ def test_a_body_that_was_turned_after_a_look_ahead_was_placed_too_far_from_the_c
     assert sim.next_event is not None
     sim.set_velocity(1, (5e-4, 2.5e-4))  # so little energy that nothing is built anew
     clock = sim.tables.clock[0]
-    assert abs(int(clock.origin) - int(clock.now)) <= int(clock.span)
+    assert abs(int(clock.origin) - int(clock.now)) <= int(clock.limits.span)
     sim.audit()
 
 

@@ -282,7 +282,7 @@ def test_when_bodies_are_jammed_does_not_depend_on_the_phase(phase):
         ):
             command()
             clock = sim.tables.clock[0]
-            seen.append((int(clock.window), int(clock.window_size)))
+            seen.append((int(clock.jam.window), int(clock.jam.window_size)))
         limits.append(seen)
     assert limits[0] == limits[1]
     assert len(set(limits[0])) > 1

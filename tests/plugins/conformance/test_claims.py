@@ -192,7 +192,7 @@ def test_what_a_run_leaves_is_a_function_of_the_scene(kind):
         assert table_difference(other, left[0]) is None
 
 
-@pytest.mark.parametrize("name", ["bodies.last", "clock.tolerance", "counts.logged", "mass"])
+@pytest.mark.parametrize("name", ["bodies.last", "clock.limits.tolerance", "counts.logged", "mass"])
 def test_what_is_left_otherwise_is_named(name):
     sim = kt.Simulation(swarm("gas", 8), "naive", turning=True)
     sim.run(until=0.5)

@@ -267,7 +267,7 @@ def test_makes_progress_tells_one_that_stalls_from_one_that_is_wrong_by_the_type
     sim = kt.Simulation(kt.make_scene("grid", bodies=4), "naive")
     tables = Kernel(*(table.copy() for table in sim.tables))
     clock = tables.clock[0]
-    clock.fault, clock.fault_a, clock.fault_b = fault, 0, 1
+    clock.fault.code, clock.fault.a, clock.fault.b = fault, 0, 1
     found = failure(tables, sim.composition, 0.5)
     assert isinstance(found, PhaseError)
     assert isinstance(found, StalledError) == (fault == STALLED)

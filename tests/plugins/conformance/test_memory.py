@@ -30,7 +30,7 @@ BUILT_IN = ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling", "stripes")
 SEEN = {
     "uncounts": "repair wrote counts.structural (0, where 1 stood)",
     "forgets-a-partner": "repair wrote bodies[0].stamp (7, where 0 stood)",
-    "tolerates": "repair wrote clock.tolerance (1.0, where ",
+    "tolerates": "repair wrote clock.limits.tolerance (1.0, where ",
     "brakes-another": "near used k.bodies[3], and it has 1 (",
     "brakes-the-fourth": "near wrote bodies[3].vx (0.0625, where ",
     "weighs": "replan wrote mass[0] (2.0, where 1.0 stood)",
@@ -46,7 +46,7 @@ SEEN = {
     "drops-offers": "repair wrote queue[1].own, the certificate of body 1, other than by schedule",
     "schedules-in-near": "near wrote queue[0].own (",
     "arranges-the-scene": "arrange wrote the scene's radius",
-    "stops-the-clock": "arrange wrote clock.spin_limit (",
+    "stops-the-clock": "arrange wrote clock.jam.spin_limit (",
     "mends-in-audit": "audit wrote s.failed",
     "strays": "near used s.failed[1], and it has 1 (trespassing_phases.py, line ",
     "strays-before": "near used s.failed[-2], which is before its beginning (trespassing_phases.py, line ",

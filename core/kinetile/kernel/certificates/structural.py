@@ -55,11 +55,11 @@ def schedule(k: Kernel, body: int, tick: int) -> None:
 @hook
 def to_be_settled(k: Kernel, body: int, newcomer: int) -> None:
     """Leave a body to be settled after the hook, and a newcomer near it, or NOBODY, to be asked by it."""
-    clock = k.clock[0]
-    if clock.offered < len(k.offers):
-        k.offers[clock.offered].a = body
-        k.offers[clock.offered].b = newcomer
-    clock.offered += 1
+    lists = k.clock[0].lists
+    if lists.offered < len(k.offers):
+        k.offers[lists.offered].a = body
+        k.offers[lists.offered].b = newcomer
+    lists.offered += 1
 
 
 @hook
@@ -72,6 +72,7 @@ def falls(k: Kernel, since: int, gap: float, rate: float) -> int:
     explains (by ``theta``): then it fails now, whatever its rate.
     """
     clock = k.clock[0]
+    limits = clock.limits
     if rate < 0.0:
         ticks = gap / -rate * clock.per_time
         if not ticks < FAR:
@@ -83,7 +84,7 @@ def falls(k: Kernel, since: int, gap: float, rate: float) -> int:
             k.counts[0].late = larger(k.counts[0].late, clock.now - tick)
             return int(clock.now)
         return tick
-    if gap < -clock.theta and gap + rate * ((clock.now + 1 - since) * clock.tick) < -clock.theta:
+    if gap < -limits.theta and gap + rate * ((clock.now + 1 - since) * clock.tick) < -limits.theta:
         return int(clock.now)
     return NEVER
 
@@ -96,7 +97,7 @@ def falls_eight(k: Kernel, since: Ticks, gap: Floats, rate: Floats) -> Ticks:
     zero = spread(0.0)
     now = spread_ticks(clock.now)
     never = spread_ticks(NEVER)
-    theta = spread(-clock.theta)
+    theta = spread(-clock.limits.theta)
     falling = rate < zero
     ticks = gap / choose(falling, zero - rate, spread(1.0)) * spread(clock.per_time)
     soon = ticks < spread(FAR)
@@ -130,10 +131,11 @@ def ticks_after(k: Kernel, since: int, delay: float) -> int:
 def falls_many(k: Kernel, since: Integers, gap: Doubles, rate: Doubles) -> Integers:
     """Return what ``falls`` does, for many at once: for audits, not for hooks."""
     clock = k.clock[0]
+    limits = clock.limits
     with np.errstate(all="ignore"):
         ticks = gap / -rate * clock.per_time
         near = np.clip(np.nan_to_num(np.floor(ticks)), -FAR, FAR).astype(np.int64)
     falling = np.where(ticks <= -FAR, clock.now, np.maximum(since + near, clock.now))
     falling = np.where(ticks < FAR, falling, NEVER)
-    deep = (gap < -clock.theta) & (gap + rate * ((clock.now + 1 - since) * clock.tick) < -clock.theta)
+    deep = (gap < -limits.theta) & (gap + rate * ((clock.now + 1 - since) * clock.tick) < -limits.theta)
     return np.where(rate < 0.0, falling, np.where(deep, clock.now, NEVER))

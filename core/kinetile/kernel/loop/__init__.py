@@ -10,7 +10,8 @@ COMMAND_DUE = 6
 """A body comes or goes for which the tables, or the structure, have to be laid out anew."""
 
 BLOCKED = 7
-"""There is no room for a body that comes; ``fault_a`` and ``fault_b`` say which, and what is in its way."""
+"""There is no room for a body that comes; the clock's ``fault`` has its number (a), and what is in its way
+(b)."""
 
 CROWDED = 8
 """The table of pairs that are passing through each other is full."""

@@ -18,15 +18,15 @@ from kinetile.kernel.tables import JAMMED, NOBODY, NOT_FINITE, TOO_DEEP, Kernel,
 @hook
 def log(k: Kernel, tick: int, a: int, b: int) -> None:
     """Log an event of the body in slot a, and of the one in slot b or of what a number below 0 stands for."""
-    clock = k.clock[0]
+    lists = k.clock[0].lists
     k.counts[0].logged += 1
     first = k.queue[a].number
     second = k.queue[b].number if b >= 0 else b
     if b > TURNED:
         _log_contact(k, tick, first, second)
     if len(k.log) > 0:
-        row = k.log[clock.written]
-        clock.written += 1
+        row = k.log[lists.written]
+        lists.written += 1
         row.tick = tick
         row.a = first
         row.b = second
@@ -47,8 +47,9 @@ def log(k: Kernel, tick: int, a: int, b: int) -> None:
 def _log_contact(k: Kernel, tick: int, first: int, second: int) -> None:
     """Write down for the digest who met, by numbers, and when."""
     clock = k.clock[0]
-    met = k.met[clock.logged]
-    clock.logged += 1
+    lists = clock.lists
+    met = k.met[lists.logged]
+    lists.logged += 1
     met.epoch = clock.epoch + (tick >> 52)
     met.tick = tick & ((1 << 52) - 1)
     met.a = first
@@ -59,12 +60,12 @@ def _log_contact(k: Kernel, tick: int, first: int, second: int) -> None:
 def log_passing(k: Kernel, tick: int, a: int, b: int) -> None:
     """Log that the bodies in two slots begin to pass through each other, the elder given first, or end to,
     the younger first. No plan changes, so the long row has none."""
-    clock = k.clock[0]
+    lists = k.clock[0].lists
     k.counts[0].logged += 1
     _log_contact(k, tick, k.queue[a].number, k.queue[b].number)
     if len(k.log) > 0:
-        row = k.log[clock.written]
-        clock.written += 1
+        row = k.log[lists.written]
+        lists.written += 1
         row.tick = tick
         row.a = k.queue[a].number
         row.b = k.queue[b].number
@@ -81,9 +82,9 @@ def log_passing(k: Kernel, tick: int, a: int, b: int) -> None:
 @hook
 def log_is_full(k: Kernel, rows: int) -> bool:
     """Whether there is no room for so many rows more."""
-    clock = k.clock[0]
-    room = len(k.met) - clock.logged
-    return bool(room < rows or (len(k.log) > 0 and len(k.log) - clock.written < rows))
+    lists = k.clock[0].lists
+    room = len(k.met) - lists.logged
+    return bool(room < rows or (len(k.log) > 0 and len(k.log) - lists.written < rows))
 
 
 ANY, SOME = 1, 2
@@ -114,17 +115,17 @@ def is_watched(k: Kernel, a: int, b: int) -> bool:
 @hook
 def stop_there(k: Kernel, tick: int, a: int, b: int) -> None:
     """Write down at what the loop stops: by numbers, the younger first where a passing ends."""
-    clock = k.clock[0]
-    clock.stopped = 1
-    clock.stop_tick = tick
-    clock.stop_a = k.queue[a].number
-    clock.stop_b = k.queue[b].number if b >= 0 else b
+    stops = k.clock[0].stops
+    stops.due = 1
+    stops.tick = tick
+    stops.a = k.queue[a].number
+    stops.b = k.queue[b].number if b >= 0 else b
 
 
 @hook
 def _note_watched(k: Kernel, tick: int, a: int, b: int) -> None:
     """A contact has happened: stop after it where it is watched."""
-    if len(k.watch) > 0 and k.clock[0].before == 0 and is_watched(k, a, b):
+    if len(k.watch) > 0 and k.clock[0].stops.before == 0 and is_watched(k, a, b):
         stop_there(k, tick, a, b)
 
 
@@ -148,31 +149,31 @@ def _ticks_of_a_jam(k: Kernel) -> float:
     if squares == 0.0:
         return 0.0
     flight = 1e-13 * radius / math.sqrt(squares) * clock.per_time
-    return float(smaller(clock.window_size * flight, float(SPAN)))
+    return float(smaller(clock.jam.window_size * flight, float(SPAN)))
 
 
 @hook
 def count_row(k: Kernel, tick: int, a: int, b: int) -> None:
     """Count what has happened at a tick, see whether it is watched, and look for jams."""
     clock = k.clock[0]
+    jam = clock.jam
     _note_watched(k, tick, a, b)
     clock.met_there = clock.met_there + 1 if clock.met_tick == tick else 1
     clock.met_tick = tick
-    clock.spins = 0
-    clock.window += 1
-    if clock.window >= clock.window_size:
-        if tick - clock.window_tick <= _ticks_of_a_jam(k):
+    jam.spins = 0
+    jam.window += 1
+    if jam.window >= jam.window_size:
+        if tick - jam.window_tick <= _ticks_of_a_jam(k):
             blame(k, JAMMED, a, b)
-        clock.window = 0
-        clock.window_tick = tick
+        jam.window = 0
+        jam.window_tick = tick
 
 
 @hook
 def count_contact(k: Kernel, tick: int, a: int, b: int, depth: float, radius: float, slack: float) -> None:
     """Keep the readings of a contact and look for jams and for overlaps that rounding does not explain."""
-    clock = k.clock[0]
     counts = k.counts[0]
     counts.deepest = larger(counts.deepest, depth / radius)
-    if not depth <= clock.tolerance + 1e-9 * slack:
+    if not depth <= k.clock[0].limits.tolerance + 1e-9 * slack:
         blame(k, TOO_DEEP if depth > 0.0 else NOT_FINITE, a, b)
     count_row(k, tick, a, b)

@@ -62,9 +62,9 @@ def _slices(k: Kernel) -> int:
 @hook
 def _file(k: Kernel, body: int, key: int) -> None:
     """Put a body into the ring of its slice, in order; what is filed late comes late in most rings."""
-    clock = k.clock[0]
+    calendar = k.clock[0].calendar
     links = k.links
-    day = key >> clock.shift
+    day = key >> calendar.shift
     at = np.int64(day & (_slices(k) - 1))  # interpreted, the bit of a shorter number would be lost
     ring = len(k.bodies) + at
     before = links[ring].prev
@@ -76,7 +76,7 @@ def _file(k: Kernel, body: int, key: int) -> None:
     links[before].next = body
     links[after].prev = body
     k.marks[at >> 6] |= 1 << (at & 63)
-    clock.slice = smaller(clock.slice, day)
+    calendar.slice = smaller(calendar.slice, day)
 
 
 @hook
@@ -87,7 +87,7 @@ def _take_out(k: Kernel, body: int, key: int) -> None:
     before = links[body].prev
     links[before].next = after
     links[after].prev = before
-    at = np.int64((key >> k.clock[0].shift) & (_slices(k) - 1))
+    at = np.int64((key >> k.clock[0].calendar.shift) & (_slices(k) - 1))
     k.marks[at >> 6] &= ~(int(after == before) << (at & 63))
 
 
@@ -110,8 +110,9 @@ def move(k: Kernel, body: int, key: int) -> None:
 def file_all(k: Kernel) -> None:
     """File all bodies anew by their keys, in slices of the present length. O(n)."""
     clock = k.clock[0]
-    clock.filed = 1
-    clock.slice = clock.now >> clock.shift
+    calendar = clock.calendar
+    calendar.filed = 1
+    calendar.slice = clock.now >> calendar.shift
     for at in range(len(k.links)):
         k.links[at].next = at
         k.links[at].prev = at
@@ -143,14 +144,15 @@ def _next_marked(k: Kernel, day: int) -> int:
 def head(k: Kernel) -> int:
     """Return the body whose turn it is, or NOBODY; the slice sought in is left where it stands."""
     clock = k.clock[0]
+    calendar = clock.calendar
     queue = k.queue
     mask = _slices(k) - 1
     bodies = len(k.bodies)
-    day = clock.slice
+    day = calendar.slice
     end = day + mask
     while True:
         first = k.links[bodies + (day & mask)].next
-        if first < bodies and queue[first].key >> clock.shift == day:
+        if first < bodies and queue[first].key >> calendar.shift == day:
             break
         day = _next_marked(k, day + 1)
         if day > end:  # nothing in a whole year: look for the next entry itself
@@ -159,9 +161,9 @@ def head(k: Kernel) -> int:
                 soonest = smaller(soonest, queue[body].key)
             if soonest == NEVER:
                 return NOBODY
-            day = soonest >> clock.shift
+            day = soonest >> calendar.shift
             end = day + mask
-    clock.slice = day
+    calendar.slice = day
     return int(first)
 
 
@@ -169,7 +171,7 @@ def head(k: Kernel) -> int:
 def runner_up(k: Kernel, first: int, partner: int) -> int:
     """Return a tick before which nothing happens but to the head and its partner: the next entry of the
     slice, or the end of the slice."""
-    end = (k.clock[0].slice + 1) << k.clock[0].shift
+    end = (k.clock[0].calendar.slice + 1) << k.clock[0].calendar.shift
     second = k.links[first].next
     if second == partner:
         second = k.links[second].next
@@ -180,6 +182,7 @@ def runner_up(k: Kernel, first: int, partner: int) -> int:
 def wall_is_before(k: Kernel, h: int, tick: int) -> bool:
     """Whether a body may be at a wall at a tick or before; asks the wall only if it may."""
     clock = k.clock[0]
+    limits = clock.limits
     entry = k.queue[h]
     if entry.wall == NOT_ASKED:
         body = k.bodies[h]
@@ -187,8 +190,8 @@ def wall_is_before(k: Kernel, h: int, tick: int) -> bool:
             ahead = (tick - body.anchor) * clock.tick
             x = body.x + body.vx * ahead
             y = body.y + body.vy * ahead
-            edge = body.radius + clock.fat
-            if x > edge and y > edge and x < clock.width - edge and y < clock.height - edge:
+            edge = body.radius + limits.fat
+            if x > edge and y > edge and x < limits.width - edge and y < limits.height - edge:
                 return False
         entry.wall = reach_wall(k, body)[0]
     return bool(entry.wall <= tick)

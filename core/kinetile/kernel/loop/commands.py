@@ -60,7 +60,7 @@ def met_at(k: Kernel, tick: int) -> int:
 @hook
 def may_come(k: Kernel) -> bool:
     """Whether as many contacts have happened at the tick of the next command as it waits for."""
-    command = k.commands[k.clock[0].command]
+    command = k.commands[k.clock[0].lists.command]
     return bool(command.after <= met_at(k, command.tick))
 
 
@@ -74,8 +74,9 @@ def window_of(bodies: int) -> int:
 def has_vacancy(k: Kernel, command: Records) -> bool:
     """Whether there is a slot for a body that comes, and its radius is one that the broad phase knows of."""
     clock = k.clock[0]
-    room = clock.vacant >= 0 or clock.bodies < len(k.bodies)
-    return bool(room and clock.least <= command.radius and command.radius <= clock.widest)
+    limits = clock.limits
+    room = clock.lists.vacant >= 0 or clock.bodies < len(k.bodies)
+    return bool(room and limits.least <= command.radius and command.radius <= limits.widest)
 
 
 @template
@@ -83,16 +84,17 @@ def blocked_by(k: Kernel, command: Records) -> int:
     """Return the slot of the eldest body, or the wall, that a body would reach into if it came now; or
     FREE."""
     clock = k.clock[0]
+    limits = clock.limits
     radius = command.radius
     if WALLS:
         least = radius - ROOM * radius
         if command.x < least:
             return LEFT
-        if clock.width - command.x < least:
+        if limits.width - command.x < least:
             return RIGHT
         if command.y < least:
             return BOTTOM
-        if clock.height - command.y < least:
+        if limits.height - command.y < least:
             return TOP
     found = FREE
     for other in range(clock.bodies):
@@ -114,14 +116,15 @@ def blocked_by(k: Kernel, command: Records) -> int:
 def take_slot(k: Kernel, number: int) -> int:
     """Give the body of a number a slot that nobody has; there is one."""
     clock = k.clock[0]
-    body = clock.vacant
+    lists = clock.lists
+    body = lists.vacant
     if body >= 0:
-        clock.vacant = k.bodies[body].last
+        lists.vacant = k.bodies[body].last
     else:
         body = clock.bodies
         clock.bodies += 1
     clock.present += 1
-    clock.window_size = window_of(clock.present)
+    clock.jam.window_size = window_of(clock.present)
     k.slots[number] = body
     k.queue[body].number = number
     return int(body)
@@ -138,7 +141,7 @@ def arrive(k: Kernel, command: Records) -> int:
     new.vy = command.vy
     new.anchor = command.tick
     new.radius = command.radius
-    new.reach = command.radius + k.clock[0].skin
+    new.reach = command.radius + k.clock[0].limits.skin
     new.last = NOBODY
     k.radii[body] = command.radius
     k.mass[body] = command.mass
@@ -176,6 +179,7 @@ def depart(k: Kernel, body: int) -> None:
     numbers in the calendar, and this one is gone: so it is awaited as a guess.
     """
     clock = k.clock[0]
+    lists = clock.lists
     gone = k.bodies[body]
     k.counts[0].removed += 1
     _account(k, -k.mass[body], gone.vx * gone.vx + gone.vy * gone.vy)
@@ -201,10 +205,10 @@ def depart(k: Kernel, body: int) -> None:
     k.mass[body] = 0.0
     gone.stamp += 1
     note_place(k, body)
-    gone.last = clock.vacant
-    clock.vacant = body
+    gone.last = lists.vacant
+    lists.vacant = body
     clock.present -= 1
-    clock.window_size = window_of(clock.present)
+    clock.jam.window_size = window_of(clock.present)
 
 
 @template
@@ -225,8 +229,9 @@ def obey(k: Kernel, s: Any) -> int:
     """Carry out the next command, whose tick is now; return the slot of the body that has to ask who is near
     it, or NOBODY. With ``LIVING``, there is room for one who comes."""
     clock = k.clock[0]
-    command = k.commands[clock.command]
-    clock.command += 1
+    lists = clock.lists
+    command = k.commands[lists.command]
+    lists.command += 1
     at = command.tick
     if LIVING and command.code == INSERTED:
         body = arrive(k, command)
@@ -266,6 +271,6 @@ def obey_alone(k: Kernel, s: Any) -> None:
     ``advance``."""
     k = disowned(k)
     s = disowned(s)
-    command = k.commands[k.clock[0].command]
+    command = k.commands[k.clock[0].lists.command]
     k.clock[0].now = larger(k.clock[0].now, command.tick)
     obey(k, s)

@@ -57,11 +57,12 @@ def run_structural(k: Kernel, s: Any, h: int, at: int) -> int:
     would go on for ever: after ``spin_limit`` of them that is a fault.
     """
     clock = k.clock[0]
+    jam = clock.jam
     if at > clock.now:
         clock.now = at
-        clock.spins = 0
-    clock.spins += 1
-    if clock.spins > clock.spin_limit:
+        jam.spins = 0
+    jam.spins += 1
+    if jam.spins > jam.spin_limit:
         blame(k, STALLED, h, NOBODY)
     k.counts[0].structural += 1
     clock.hand = h
@@ -77,7 +78,7 @@ def run_command(k: Kernel, s: Any, at: int) -> tuple[int, int, int]:
     With a reason nothing has changed, and the command is still the next one.
     """
     clock = k.clock[0]
-    command = k.commands[clock.command]
+    command = k.commands[clock.lists.command]
     if PASSING:
         reason = must_wait(k, command)
         if reason != NO_REASON:
@@ -85,9 +86,10 @@ def run_command(k: Kernel, s: Any, at: int) -> tuple[int, int, int]:
     task = REPLAN
     if command.code == INSERTED or command.code == REMOVED:
         if command.code == INSERTED:
-            clock.fault_a = command.body
-            clock.fault_b = blocked_by(k, command)
-            if clock.fault_b != FREE:
+            fault = clock.fault
+            fault.a = command.body
+            fault.b = blocked_by(k, command)
+            if fault.b != FREE:
                 return BLOCKED, NOTHING, NOBODY
         if not LIVING or (command.code == INSERTED and not has_vacancy(k, command)):
             return COMMAND_DUE, NOTHING, NOBODY
@@ -104,7 +106,8 @@ def holds_back(k: Kernel, h: int, kind: int, at: int) -> bool:
     that. (Contacts after which the loop stops are those of ``bookkeeping``.)
     """
     clock = k.clock[0]
-    if len(k.watch) == 0 or clock.before == 0:
+    stops = clock.stops
+    if len(k.watch) == 0 or stops.before == 0:
         return False
     a = h
     b = NOBODY
@@ -120,10 +123,10 @@ def holds_back(k: Kernel, h: int, kind: int, at: int) -> bool:
     if not is_watched(k, a, b):
         return False
     two = k.queue[b].number if b >= 0 else b
-    if clock.stop_tick == at and clock.stop_a == k.queue[a].number and clock.stop_b == two:
+    if stops.tick == at and stops.a == k.queue[a].number and stops.b == two:
         return False
     stop_there(k, at, a, b)
-    clock.stopped = 0  # it stops here and now
+    stops.due = 0  # it stops here and now
     clock.now = larger(clock.now, at)
     return True
 

@@ -89,7 +89,7 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int, quota: in
     k = disowned(k)
     s = disowned(s)
     clock = k.clock[0]
-    if clock.filed == 0:
+    if clock.calendar.filed == 0:
         file_all(k)
     if clock.built == 0:
         start(k, s)
@@ -108,7 +108,8 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int, quota: in
             if moving:
                 clock.now = larger(clock.now, until)
             return TIME_REACHED
-        if abs(at - clock.origin) > clock.span:  # before it, where guesses ran ahead and a body is turned
+        # ``at`` is before the origin where guesses ran ahead and a body is turned.
+        if abs(at - clock.origin) > clock.limits.span:
             note_all_places(k, at)
 
         task, a, b, newcomers = NOTHING, h, NOBODY, 0
@@ -152,7 +153,7 @@ def start(k: Kernel, s: Any) -> None:
     note_all_places(k, clock.now)
     clock.hand = NOBODY
     build(k, s)
-    clock.offered = len(k.offers) + 1
+    clock.lists.offered = len(k.offers) + 1
 
 
 @template
@@ -165,6 +166,7 @@ def restore(k: Kernel, s: Any, task: int, a: int, b: int, newcomers: int, at: in
     fault, or too little room for pairs.
     """
     clock = k.clock[0]
+    lists = clock.lists
     body = NOBODY  # whose entry is in hand
     waiting = NOBODY  # one that has been refreshed, and is filed after it
     count = newcomers
@@ -180,12 +182,12 @@ def restore(k: Kernel, s: Any, task: int, a: int, b: int, newcomers: int, at: in
                 b = NOBODY
                 if task == REFRESH_ALL:
                     a = body + 1 if body + 1 < clock.bodies else NOBODY
-            elif clock.offered > len(k.offers):  # some are lost, and nobody knows which
-                clock.offered = 0
+            elif lists.offered > len(k.offers):  # some are lost, and nobody knows which
+                lists.offered = 0
                 task = REFRESH_ALL
                 a = 0 if clock.bodies > 0 else NOBODY
                 continue
-            elif clock.offered > 0:
+            elif lists.offered > 0:
                 body, count = next_offer(k)
             else:
                 return
@@ -227,9 +229,9 @@ def refresh(k: Kernel, s: Any, body: int, task: int) -> int:
 @template
 def next_offer(k: Kernel) -> tuple[int, int]:
     """Take the last offer: return its body, and how many newcomers of ``k.near`` it looks at, 0 or 1."""
-    clock = k.clock[0]
-    clock.offered -= 1
-    offer = k.offers[clock.offered]
+    lists = k.clock[0].lists
+    lists.offered -= 1
+    offer = k.offers[lists.offered]
     if offer.b < 0:
         return offer.a, 0
     k.near[0] = offer.b
@@ -245,14 +247,15 @@ def must_return(k: Kernel, contacts: int) -> int:
     """
     clock = k.clock[0]
     counts = k.counts[0]
-    if clock.fault != 0:
+    stops = clock.stops
+    if clock.fault.code != 0:
         return FAULT
-    if clock.wanted > 0:
+    if clock.lists.wanted > 0:
         return NO_ROOM
-    if RULES and clock.faster != 0:
+    if RULES and clock.limits.faster != 0:
         return FASTER
-    if clock.stopped != 0:
-        clock.stopped = 0
+    if stops.due != 0:
+        stops.due = 0
         return WATCHED
     if counts.contacts_disc + counts.contacts_wall >= contacts:
         return CONTACTS_REACHED
@@ -265,12 +268,12 @@ def next_event(k: Kernel) -> tuple[int, int, int]:
 
     Before: every entry is true and filed. Of kind ``TURN`` it is the next command, whatever is at the head.
     """
-    clock = k.clock[0]
+    lists = k.clock[0].lists
     h = head(k)
     kind = k.queue[h].kind if h >= 0 else STRUCTURAL
     at = k.queue[h].key if h >= 0 else NEVER
-    if COMMANDS and clock.command < clock.commands:
-        tick = k.commands[clock.command].tick
+    if COMMANDS and lists.command < lists.commands:
+        tick = k.commands[lists.command].tick
         if tick < at or (tick == at and kind >= WALL and may_come(k)):
             return h, TURN, tick
     return h, kind, at
@@ -320,13 +323,14 @@ def comes_next(k: Kernel, h: int, other: int, tick: int, until: int, budget: int
     It may say no where it could; the contact is then filed, and runs as the head.
     """
     clock = k.clock[0]
+    lists = clock.lists
     entry = k.queue[h]
     twin = k.queue[other]
     rival = smaller(entry.own, twin.key)
     if twin.partner == h and twin.kind == GUESS and twin.seen == k.bodies[h].stamp:
         rival = smaller(entry.own, smaller(twin.own, twin.guard))  # the same guess, seen from there
-    if COMMANDS and clock.command < clock.commands:
-        rival = smaller(rival, k.commands[clock.command].tick)
+    if COMMANDS and lists.command < lists.commands:
+        rival = smaller(rival, k.commands[lists.command].tick)
     if PASSING:
         rival = smaller(rival, smaller(k.traits[h].leave, k.traits[other].leave))
     return not (

@@ -115,8 +115,8 @@ def _note(k: Kernel, body: int, tick: int) -> None:
     """Write down that a body has met another, or a wall, and whether it is too fast for its reach now."""
     k.traits[body].touched = tick
     plan = k.bodies[body]
-    if not plan.vx * plan.vx + plan.vy * plan.vy <= k.clock[0].speed2:
-        k.clock[0].faster = 1
+    if not plan.vx * plan.vx + plan.vy * plan.vy <= k.clock[0].limits.speed2:
+        k.clock[0].limits.faster = 1
 
 
 @template
@@ -168,7 +168,7 @@ def answer_wall(k: Kernel, a: int, wall: int, tick: int) -> float:
 @hook
 def crowded(k: Kernel, pairs: int) -> bool:
     """Whether there is no room for so many pairs more."""
-    return bool(len(k.passings) - k.clock[0].passings < pairs)
+    return bool(len(k.passings) - k.clock[0].lists.passings < pairs)
 
 
 @template
@@ -180,10 +180,10 @@ def _parts(k: Kernel, record: Records) -> int:
 @template
 def begin_passing(k: Kernel, a: int, b: int, tick: int) -> None:
     """Two bodies begin to pass through each other; there is room for them. ``a`` is the elder."""
-    clock = k.clock[0]
-    new = clock.passable
+    lists = k.clock[0].lists
+    new = lists.passable
     record = k.passings[new]
-    clock.passable = record.next_a
+    lists.passable = record.next_a
     record.a = a
     record.b = b
     link(k.passings, k.passers, new)
@@ -192,7 +192,7 @@ def begin_passing(k: Kernel, a: int, b: int, tick: int) -> None:
     k.traits[a].leave = smaller(k.traits[a].leave, record.tick)
     k.traits[a].inside += 1
     k.traits[b].inside += 1
-    clock.passings += 1
+    lists.passings += 1
     k.counts[0].passings += 1
     k.counts[0].contacts_disc += 1
     log_passing(k, tick, a, b)
@@ -222,7 +222,7 @@ def find_leave(k: Kernel, body: int) -> int:
 @hook
 def end_passing(k: Kernel, pair: int, tick: int) -> None:
     """A pair ends; who looks for its next one is told by ``find_leave``."""
-    clock = k.clock[0]
+    lists = k.clock[0].lists
     record = k.passings[pair]
     a = record.a
     b = record.b
@@ -231,9 +231,9 @@ def end_passing(k: Kernel, pair: int, tick: int) -> None:
     count_row(k, tick, b, a)
     unlink(k.passings, k.passers, pair)
     record.a = -1
-    record.next_a = clock.passable
-    clock.passable = pair
-    clock.passings -= 1
+    record.next_a = lists.passable
+    lists.passable = pair
+    lists.passings -= 1
     k.traits[a].inside -= 1
     k.traits[b].inside -= 1
 

@@ -1,8 +1,8 @@
 """Commands of a run: the agenda of those to come, and the history of those given by hand.
 
-Commands of the present span of the clock are the kernel's: the rows of ``k.commands`` from ``clock.command``
-to ``clock.commands``. Those of later spans wait in the agenda, in ticks since the start, and are handed over
-when their span comes.
+Commands of the present span of the clock are the kernel's: the rows of ``k.commands`` from ``command`` to
+``commands`` of ``k.clock[0].lists``. Those of later spans wait in the agenda, in ticks since the start, and
+are handed over when their span comes.
 
 A command by hand is the next to be carried out, so its row goes in front of those that wait: into rows of
 commands that have been carried out, or into rows that are left free for it. That costs the same however many
@@ -144,11 +144,11 @@ class Agenda:
         """Forgets all commands for a body that has gone."""
         if self._later:
             self._later = [command for command in self._later if command.body != body]
-        if fields.command[0] < fields.commands[0]:
+        if fields.lists.command[0] < fields.lists.commands[0]:
             rows = _waiting(k)
             stay = rows[rows["body"] != body]
             rows[len(rows) - len(stay) :] = stay
-            fields.command[0] += len(rows) - len(stay)
+            fields.lists.command[0] += len(rows) - len(stay)
 
     def next(self, k: Kernel, clock: Clock) -> Command | None:
         """Returns the first command still to come but for re-anchorings."""
@@ -180,8 +180,8 @@ class Agenda:
 
 def _waiting(k: Kernel) -> Rows:
     """Returns the rows of the kernel's commands that are still to be carried out, not a copy."""
-    clock = k.clock[0]
-    rows: Rows = k.commands.view(COMMAND, np.ndarray)[int(clock.command) : int(clock.commands)]
+    lists = k.clock[0].lists
+    rows: Rows = k.commands.view(COMMAND, np.ndarray)[int(lists.command) : int(lists.commands)]
     return rows
 
 
@@ -189,14 +189,14 @@ def _with_rows(k: Kernel, rows: Rows, front: int) -> Kernel:
     """Returns the tables with other commands, and so many free rows before them."""
     table = record_table(COMMAND, front + len(rows))
     table.view(COMMAND, np.ndarray)[front:] = rows
-    k.clock[0].command, k.clock[0].commands = front, len(table)
+    k.clock[0].lists.command, k.clock[0].lists.commands = front, len(table)
     return k._replace(commands=table)
 
 
 def due(k: Kernel, fields: Fields, met: int) -> int:
     """Returns how many commands are to be carried out now, before the next contact, when ``met`` contacts
     have happened at the present tick. Of the next command alone the kernel says the same (``may_come``)."""
-    first, end, now = fields.command[0], fields.commands[0], fields.now[0]
+    first, end, now = fields.lists.command[0], fields.lists.commands[0], fields.now[0]
     if first == end:
         return 0
     rows = k.commands.view(COMMAND, np.ndarray)
@@ -210,13 +210,13 @@ def to_the_front(k: Kernel, fields: Fields, rows: Rows) -> Kernel:
     """Puts commands of the present moment before those of later ones, behind those that are due already;
     returns the tables. What waits for another contact of this tick comes later."""
     many = len(rows)
-    if many > fields.command[0]:
+    if many > fields.lists.command[0]:
         k = _with_rows(k, _waiting(k), max(FRONT, 2 * many))
-    table, command = np.asarray(k.commands), fields.command[0]
+    table, command = np.asarray(k.commands), fields.lists.command[0]
     place = command + due(k, fields, int(rows["after"][0]))
     table[command - many : place - many] = table[command:place]
     table[place - many : place] = rows
-    fields.command[0] = command - many
+    fields.lists.command[0] = command - many
     return k
 
 

@@ -265,8 +265,8 @@ class Engine(Tables):
     def _prepare_chunk(self) -> bool:
         """Prepares the tables for a chunk; returns whether the loop is to run now. It is not where passings
         of the start have begun: their rows are taken over first."""
-        if self.fields.fault[0] == JAMMED and due(self.k, self.fields, self.met_now):
-            self.fields.fault[0] = 0  # what a command changes may end the jam
+        if self.fields.fault.code[0] == JAMMED and due(self.k, self.fields, self.met_now):
+            self.fields.fault.code[0] = 0  # what a command changes may end the jam
         self._record(self.ledger.reads)
         if not len(self._overlapping):
             return True
@@ -308,8 +308,8 @@ class Engine(Tables):
         if reason == FAULT:
             raise failure(self.k, self.composition, self.clock.time(self.now))
         if reason == BLOCKED:
-            command = self.k.commands.view(np.ndarray)[self.fields.command[0]]
-            raise blocked(self.k, self.clock, command, int(self.fields.fault_b[0]))
+            command = self.k.commands.view(np.ndarray)[self.fields.lists.command[0]]
+            raise blocked(self.k, self.clock, command, int(self.fields.fault.b[0]))
         if reason == NO_ROOM:
             self._grow_pairs()
         elif reason == FASTER:
@@ -349,7 +349,7 @@ class Engine(Tables):
             self.k = self.k._replace(watch=np.zeros(0, dtype=np.uint8), watched=record_table(OFFER, 0))
         else:
             self.k = self.k._replace(watch=stop.flags, watched=stop.pairs)
-            self.k.clock[0].before = stop.before
+            self.k.clock[0].stops.before = stop.before
 
     def audit(self) -> None:
         """Checks everything that must hold between two events.
@@ -369,7 +369,7 @@ class Engine(Tables):
     def built(self) -> bool:
         """Whether structure and calendar stand, with all pairs that were asked for."""
         fields = self.fields
-        return bool(fields.built[0] and fields.filed[0] and not fields.wanted[0])
+        return bool(fields.built[0] and fields.calendar.filed[0] and not fields.lists.wanted[0])
 
     def build(self) -> None:
         """Builds the structure, if that is still to be done, and runs no event."""
@@ -389,8 +389,8 @@ class Engine(Tables):
         clock = k.clock[0]
         self.bounds = self.bounds_for(speed)
         set_limits(k, self.bounds, self.composition.prepared)
-        if clock.shift == 0:
-            clock.shift = first_shift(k, self.bounds.extent)
+        if clock.calendar.shift == 0:
+            clock.calendar.shift = first_shift(k, self.bounds.extent)
         clear(k)
         if len(k.bodies):  # where there was nobody, the base has moved on alone
             clock.epoch = self.clock.base
@@ -422,8 +422,8 @@ class Engine(Tables):
     def _grow_pairs(self) -> None:
         """Makes room for more candidate pairs, and builds the structure anew."""
         self.bounds_for(self.speed)  # what is refused is refused before the tables change
-        clock = self.k.clock[0]
-        room = max(2 * len(self.k.pairs), int(1.25 * (int(clock.pairs) + int(clock.wanted))))
+        lists = self.k.clock[0].lists
+        room = max(2 * len(self.k.pairs), int(1.25 * (int(lists.pairs) + int(lists.wanted))))
         self.k = pair_set(self.k, room)
         self.lay_out(self.speed)
 
@@ -452,13 +452,13 @@ class Engine(Tables):
         now, self._overlapping = self._overlapping[:rows], self._overlapping[rows:]
         if pair is None:
             return
-        self.k = more_passings(k, int(k.clock[0].passings) + len(now) + len(k.bodies))
+        self.k = more_passings(k, int(k.clock[0].lists.passings) + len(now) + len(k.bodies))
         compose(begin_at_start, {"part": pair.part}, f"begin_{self.composition.label}", Kernel)(self.k, now)
-        self.k.clock[0].stopped = 0  # what holds from the start is no event
+        self.k.clock[0].stops.due = 0  # what holds from the start is no event
 
     def _grow_passings(self) -> None:
         """Makes room for more pairs that pass through each other."""
-        passings = int(self.k.clock[0].passings)
+        passings = int(self.k.clock[0].lists.passings)
         self.k = more_passings(self.k, 2 * passings + len(self.k.bodies) + 64)
 
     # Phases prepared anew
@@ -484,7 +484,7 @@ class Engine(Tables):
         be carried out."""
         k, composition = self.k, self.composition
         if composition.living:
-            self._go_on_with(renewed(k, self.scene, composition, k.commands[int(k.clock[0].command)]))
+            self._go_on_with(renewed(k, self.scene, composition, k.commands[int(k.clock[0].lists.command)]))
         else:
             self._go_on_with(carried_out(k, self.scene, composition))
         return composition.living
@@ -585,7 +585,7 @@ class Engine(Tables):
     def _demand_sound(self) -> None:
         """Raises the fault after which no command can be taken; a jam is none, for a command may end it."""
         self._demand_whole()
-        if self.fields.fault[0] not in (0, JAMMED):
+        if self.fields.fault.code[0] not in (0, JAMMED):
             raise failure(self.k, self.composition, self.clock.time(self.now))
 
     def _has_place_for(self, code: int, rows: Rows, wanted: Commands) -> bool:
@@ -597,8 +597,8 @@ class Engine(Tables):
         if code != INSERTED:
             return True
         fields, radius = self.fields, float(rows["radius"][0])
-        vacant = fields.vacant[0] >= 0 or fields.bodies[0] < len(self.k.bodies)
-        return bool(vacant and fields.least[0] <= radius <= fields.widest[0])
+        vacant = fields.lists.vacant[0] >= 0 or fields.bodies[0] < len(self.k.bodies)
+        return bool(vacant and fields.limits.least[0] <= radius <= fields.limits.widest[0])
 
     # Spans of the clock
 
@@ -634,7 +634,7 @@ class Engine(Tables):
         Where rows are recorded nothing is skipped: anchors are rows.
         """
         clock = self.k.clock[0]
-        if self.ledger.reads or not 0 < len(self.taken) <= MOST_BODIES or clock.passings:
+        if self.ledger.reads or not 0 < len(self.taken) <= MOST_BODIES or clock.lists.passings:
             return 0
         for ticks in (end, None if self.next_command is None else self.next_command.ticks):
             if ticks is not None:
@@ -648,8 +648,7 @@ class Engine(Tables):
                 self.clock.base += spans * (SPAN // TICKS)
                 compose(pass_spans, {}, "pass_spans", Kernel)(self.k, spans)
                 self.k.traits.touched[:] = LONG_AGO
-                for name in ("stop_tick", "met_tick", "window_tick"):
-                    clock[name] = LONG_AGO
+                clock.stops.tick = clock.met_tick = clock.jam.window_tick = LONG_AGO
                 self.lay_out(self.speed)
         except Refused:  # in an open plane, by a skin for bodies that are far away: the next spans will tell
             return 0

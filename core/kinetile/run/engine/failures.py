@@ -52,7 +52,8 @@ _OF_SLOTS = (LATE_CONTACT, TOO_DEEP, JAMMED, STALLED, NOT_FINITE)
 def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
     """Returns the error for the fault that the loop has left in the tables at a time."""
     clock = k.clock[0]
-    fault, slots = int(clock.fault), (int(clock.fault_a), int(clock.fault_b))
+    left = clock.fault
+    fault, slots = int(left.code), (int(left.a), int(left.b))
     a, b = slots
     if fault in _OF_SLOTS:
         a, b = (int(k.queue[slot].number) if slot >= 0 else slot for slot in slots)
@@ -72,7 +73,7 @@ def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
         return MissedContactError(f"{at} {_missed(composition, fault, b, who)}", time=time, bodies=bodies)
     if fault == JAMMED:
         said = (
-            f"{at} the bodies are jammed: {int(clock.window_size)} contacts took next to no "
+            f"{at} the bodies are jammed: {int(clock.jam.window_size)} contacts took next to no "
             f"time, the last of them between {who}; nothing can move on from here"
         )
         return ZenoError(said, time=time, bodies=bodies)

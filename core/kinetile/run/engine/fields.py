@@ -16,13 +16,17 @@ import numpy.typing as npt
 from kinetile.kernel.tables import Kernel, Records, slots_taken
 
 Fields: TypeAlias = Any
-"""``fields_of(table).name[0]`` is the field ``name`` of the only record of a table, to read and to write."""
+"""``fields_of(table).name[0]`` is the field ``name`` of the only record of a table, to read and to write; of
+a record within it ``fields_of(table).record.name[0]``."""
 
 
-def fields_of(*tables: Records) -> Fields:
-    """Returns the fields of the only records of tables, each as a view of one plain number."""
-    plain = [table.view(np.ndarray) for table in tables]
-    return SimpleNamespace(**{name: memoryview(table[name]) for table in plain for name in table.dtype.names})
+def fields_of(table: Records) -> Fields:
+    """Returns the fields of the only record of a table, each as a view of one plain number."""
+    plain = table.view(np.ndarray)
+    views = ((name, plain[name]) for name in plain.dtype.names)
+    return SimpleNamespace(
+        **{name: fields_of(view) if view.dtype.names else memoryview(view) for name, view in views}
+    )
 
 
 class Tables:

@@ -26,6 +26,7 @@ from kinetile.kernel.tables import (
     Kernel,
     Records,
     allocate,
+    column,
     pair_set,
     record_table,
     slots_taken,
@@ -40,6 +41,8 @@ from kinetile.scene.checks import TOLERANCE
 from kinetile.scene.scene import LEAST
 
 LOG_ROWS = 1 << 14
+OF_SLOTS = ("bodies", "present", "lists.vacant", "jam.spin_limit", "jam.window_size")
+"""Fields of the clock that depend on how many slots there are, and who stands in them."""
 
 
 def tables_of(scene: Scene, composition: Composition, unit: float) -> Kernel:
@@ -61,8 +64,8 @@ def tables_of(scene: Scene, composition: Composition, unit: float) -> Kernel:
     clock.tick = unit / TICKS
     clock.per_time = TICKS / unit
     if scene.arena is not None:
-        clock.width, clock.height = scene.arena
-    clock.window_tick = clock.met_tick = clock.stop_tick = LONG_AGO
+        clock.limits.width, clock.limits.height = scene.arena
+    clock.jam.window_tick = clock.met_tick = clock.stops.tick = LONG_AGO
     return k
 
 
@@ -92,10 +95,10 @@ def moved(old: Kernel, taken: Any, scene: Scene, composition: Composition) -> Ke
     k.queue.number[:n] = old.queue.number[taken]
     k.slots[old.queue.number[taken]] = np.arange(n)
     k.counts[0] = old.counts[0]
-    kept = {name: k.clock[0][name] for name in ("bodies", "present", "vacant", "spin_limit", "window_size")}
+    own = k.clock.copy()
     k.clock[0] = old.clock[0]
-    for name, value in kept.items():
-        k.clock[0][name] = value
+    for name in OF_SLOTS:
+        column(k.clock, name)[0] = column(own, name)[0]
     return k
 
 
@@ -117,8 +120,8 @@ def _allocated(bodies: int, scene: Scene, composition: Composition) -> Kernel:
     k.queue.number[bodies:] = k.slots[bodies:] = NOBODY
     clock = k.clock[0]
     clock.bodies = clock.present = bodies
-    clock.spin_limit = 2 * (2 * slots + 2) ** 2 + 1000
-    clock.window_size = window_of(bodies)
+    clock.jam.spin_limit = 2 * (2 * slots + 2) ** 2 + 1000
+    clock.jam.window_size = window_of(bodies)
     return k
 
 
@@ -128,19 +131,19 @@ def _with_rules(k: Kernel, rules: Rules) -> Kernel:
     traits = record_table(TRAIT, slots)
     traits.leave, traits.touched = NEVER, LONG_AGO
     k.clock[0].kinds = rules.kinds
-    k.clock[0].passable = NOBODY
+    k.clock[0].lists.passable = NOBODY
     return k._replace(traits=traits, rules=rules.table, passers=np.full(slots, -1, dtype=np.int32))
 
 
 def more_passings(k: Kernel, room: int) -> Kernel:
     """Returns the tables with room for so many pairs that pass through each other; those that do stay."""
-    old, clock = k.passings, k.clock[0]
+    old, lists = k.passings, k.clock[0].lists
     new = record_table(PASSING, max(room, len(old)))
     new[: len(old)] = old
     new.a[len(old) :] = NOBODY
-    new.next_a[len(old) :] = [*range(len(old) + 1, len(new)), int(clock.passable)][: len(new) - len(old)]
+    new.next_a[len(old) :] = [*range(len(old) + 1, len(new)), int(lists.passable)][: len(new) - len(old)]
     if len(new) > len(old):
-        clock.passable = len(old)
+        lists.passable = len(old)
     return k._replace(passings=new)
 
 
@@ -169,17 +172,18 @@ def set_limits(k: Kernel, bounds: Bounds, prepared: Scene) -> None:
     """Writes down what follows from the bounds: the bodies' reach, and for how long and how well the common
     clock holds; and for which radii the phases have been ``prepared``."""
     clock = k.clock[0]
+    limits = clock.limits
     skin, extent, speed = bounds.skin, bounds.extent, bounds.speed
-    clock.least = prepared.radius.min(initial=math.inf)
-    clock.widest = prepared.radius.max(initial=0.0)
+    limits.least = prepared.radius.min(initial=math.inf)
+    limits.widest = prepared.radius.max(initial=0.0)
     k.bodies.reach = k.bodies.radius + skin.delta
-    clock.speed2, clock.faster = speed * speed, 0
-    clock.skin, clock.theta, clock.tolerance = skin.delta, skin.theta, skin.tolerance
+    limits.speed2, limits.faster = speed * speed, 0
+    limits.skin, limits.theta, limits.tolerance = skin.delta, skin.theta, skin.tolerance
     span = SPAN // 2
     if speed > 0.0:
         span = int(min(4.0 * extent / speed * float(clock.per_time), float(span)))
-    clock.span = span
-    clock.fat = skin.fat(extent + 2.0 * speed * (span * float(clock.tick)))
+    limits.span = span
+    limits.fat = skin.fat(extent + 2.0 * speed * (span * float(clock.tick)))
 
 
 class Renewed(NamedTuple):
@@ -211,7 +215,7 @@ def carried_out(k: Kernel, scene: Scene, composition: Composition) -> Renewed:
 
     Raises Refused where a phase cannot do that.
     """
-    command = k.commands[int(k.clock[0].command)]
+    command = k.commands[int(k.clock[0].lists.command)]
     taken = slots_taken(k)
     if int(command.code) == INSERTED:
         stands = _standing(k, scene, taken, 0, command)
@@ -273,9 +277,9 @@ def fit(k: Kernel, fields: Fields, since: int, heads: int) -> None:
     """Gives the slices the length that heads were apart, of which so many came since a tick."""
     if heads > FEW and fields.now[0] > since:
         shift = _shift(k, (fields.now[0] - since) / heads)
-        if abs(shift - fields.shift[0]) > 1:
-            fields.shift[0] = shift
-            fields.filed[0] = 0
+        if abs(shift - fields.calendar.shift[0]) > 1:
+            fields.calendar.shift[0] = shift
+            fields.calendar.filed[0] = 0
 
 
 def _shift(k: Kernel, ticks: float) -> int:

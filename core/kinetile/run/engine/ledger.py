@@ -140,8 +140,8 @@ class Ledger:
     def take(self, k: Kernel, fields: Fields, rows: int) -> None:
         """Takes over what the loop has logged, which is so many rows since the start, and empty its log."""
         self.rows = rows
-        logged, written = fields.logged[0], fields.written[0]
-        fields.logged[0] = fields.written[0] = 0
+        logged, written = fields.lists.logged[0], fields.lists.written[0]
+        fields.lists.logged[0] = fields.lists.written[0] = 0
         if logged:
             met = np.asarray(k.met)[:logged]
             self._digest.update(met.view(np.uint8))

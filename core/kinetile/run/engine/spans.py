@@ -33,6 +33,7 @@ MOST_BODIES = 128
 def count_from_next(k: Kernel, of_phase: Iterable[Any]) -> None:
     """Counts all ticks of the tables, and those ``of_phase``, from the start of the next span."""
     clock = k.clock[0]
+    jam, stops = clock.jam, clock.stops
     k.commands.tick -= SPAN
     k.bodies.anchor[k.queue.number == NOBODY] = 0
     k.bodies.anchor -= SPAN
@@ -43,11 +44,11 @@ def count_from_next(k: Kernel, of_phase: Iterable[Any]) -> None:
     k.passings.begun -= SPAN
     k.traits.touched[:] = np.maximum(k.traits.touched - SPAN, LONG_AGO)
     clock.now -= SPAN
-    clock.stop_tick = max(int(clock.stop_tick) - SPAN, LONG_AGO)
+    stops.tick = max(int(stops.tick) - SPAN, LONG_AGO)
     clock.origin = max(int(clock.origin) - SPAN, LONG_AGO)
     clock.met_tick = max(int(clock.met_tick) - SPAN, LONG_AGO)
-    clock.window_tick = max(int(clock.window_tick) - SPAN, LONG_AGO)
-    clock.filed = 0
+    jam.window_tick = max(int(jam.window_tick) - SPAN, LONG_AGO)
+    clock.calendar.filed = 0
 
 
 def quiet_spans(k: Kernel, taken: npt.NDArray[np.intp], arena: tuple[float, float] | None, most: int) -> int:

@@ -110,7 +110,7 @@ def take(
     Raises RecordError where it has ended with a fault, so that nothing can go on from it.
     """
     prepared = engine.composition.prepared
-    if engine.broken is not None or engine.fields.fault[0] not in (0, JAMMED):
+    if engine.broken is not None or engine.fields.fault.code[0] not in (0, JAMMED):
         raise RecordError(
             "this simulation has ended with a fault and cannot go on, so it is not saved: what was saved "
             "before it can be taken up"

@@ -22,7 +22,7 @@ def tables(speed: float):
     clock = k.clock[0]
     clock.tick, clock.per_time = TICK, 1.0 / TICK
     skin = Skin.of(2, 1.0, speed, TICK)
-    clock.skin, clock.theta = skin.delta, skin.theta
+    clock.limits.skin, clock.limits.theta = skin.delta, skin.theta
     return k
 
 
@@ -47,8 +47,8 @@ def test_an_inversion_that_is_deep_at_the_end_of_the_tick_fails_now(gap, rate, l
     clock = k.clock[0]
     clock.now = later
     end = gap + rate * ((later + 1) * TICK)
-    if not math.isclose(end, -clock.theta, rel_tol=1e-9):
-        assert falls(k, 0, gap, rate) == (later if end < -clock.theta else NEVER)
+    if not math.isclose(end, -clock.limits.theta, rel_tol=1e-9):
+        assert falls(k, 0, gap, rate) == (later if end < -clock.limits.theta else NEVER)
 
 
 NUMBERS = np.arange(8, dtype=np.int32)

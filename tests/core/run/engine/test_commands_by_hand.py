@@ -54,7 +54,7 @@ def test_commands_by_hand_stand_behind_those_of_their_tick_and_before_all_others
         if what == "pass":
             fields.now[0] += many
             gone = [each for each in expected if each[0] < fields.now[0]]
-            fields.command[0] += len(gone)
+            fields.lists.command[0] += len(gone)
             expected = expected[len(gone) :]
             continue
         tick = fields.now[0]
@@ -62,10 +62,10 @@ def test_commands_by_hand_stand_behind_those_of_their_tick_and_before_all_others
         k = to_the_front(k, fields, rows)
         expected = sorted([*expected, *((tick, given_so_far + at) for at in range(many))], key=lambda e: e[0])
         behind = len([each for each in expected if each[0] > tick])
-        found = k.commands[fields.command[0] : fields.commands[0]]
+        found = k.commands[fields.lists.command[0] : fields.lists.commands[0]]
         assert list(zip(found.tick.tolist(), found.body.tolist(), strict=True)) == expected
         done = min(done, len(expected) - behind)
-        fields.command[0] += done
+        fields.lists.command[0] += done
         expected = expected[done:]
         given_so_far += many
 

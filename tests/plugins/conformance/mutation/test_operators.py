@@ -63,7 +63,7 @@ def changes(expression: str) -> set[str]:
         ("0.5", set()),
         ("True", {"False"}),
         ("a.vx", {"a.vy"}),
-        ("k.clock[0].width", {"k.clock[0].height", "k.clock[1].width"}),
+        ("k.clock[0].limits.width", {"k.clock[0].limits.height", "k.clock[1].limits.width"}),
         ("s.width", set()),
         ("b if a else c", {"b if True else c", "b if False else c"}),
         ("f'{a + b}'", set()),
