@@ -54,7 +54,7 @@ class _WithPlugins(TyperGroup):
                 if not isinstance(offered, typer.Typer):
                     raise TypeError(f"it is a {type(offered).__name__}; expected a typer.Typer")
                 found = typer.main.get_group(offered).commands
-            except Exception as error:  # of somebody else's code: the other commands go on working
+            except Exception as error:  # foreign code: the other commands still work
                 typer.echo(f"kinetile: no commands from {plugin.plugin}: {error}", err=True)
                 continue
             for name, command in found.items():

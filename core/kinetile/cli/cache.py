@@ -1,4 +1,4 @@
-"""The commands ``kinetile cache``: what is kept of compiled loops, what of it can go, what is damaged.
+"""The commands ``kinetile cache``: compiled loops on disk, unused ones, damaged ones.
 
 A cache on a user's disk is the user's: they can see how large it is, empty it, and find out whether a disk
 has damaged it. Only files that the compile cache writes are touched, because ``NUMBA_CACHE_DIR`` may name a
@@ -29,11 +29,11 @@ _FILE = re.compile(r"(?P<entry>.+?)(\.\d+\.nbc|\.nbi)(?P<cut_off>\.tmp\.\w+)?")
 _DAY = 86400.0
 
 _WRITING = 3600.0
-"""Seconds after which a file that a process had begun to write, and has not renamed, is of no use."""
+"""Seconds after which a temporary file of an unfinished write is unused."""
 
 
 class CacheFile(NamedTuple):
-    """A file of the cache: an index, machine code, or what a write that was cut off has left."""
+    """A file of the cache: an index, machine code, or the rest of an unfinished write."""
 
     path: Path
     entry: str
@@ -92,7 +92,7 @@ def show(json: Json = False, csv: Csv = False) -> None:
 
 
 def _row(name: str, files: list[CacheFile], used_here: bool) -> dict[str, Any]:
-    """Return what is kept for one pair of versions."""
+    """Return the contents for one pair of versions."""
     named = _FOLDER.fullmatch(name)
     assert named is not None
     last = max((each.last_used for each in files), default=None)
@@ -150,7 +150,7 @@ def clean(
 
 
 def _why_useless(file: CacheFile, days: float) -> str | None:
-    """Return why a file of the cache is of no use any more, or None where it is."""
+    """Return why a file of the cache is unused, or None if it is used."""
     unused = time.time() - file.last_used
     if file.cut_off:
         return "left by a write that was cut off" if unused > _WRITING else None
@@ -189,7 +189,7 @@ def verify(json: Json = False) -> None:
 
 
 def _damage(path: Path) -> str:
-    """Return what is wrong with a file; an empty text where nothing is."""
+    """Return the error of a file, or an empty text."""
     from kinetile.kernel.compiled.cache import is_whole
 
     try:
@@ -205,7 +205,7 @@ def _megabytes(size: float) -> str:
 
 
 def _fail(what: str, lines: Iterable[str]) -> None:
-    """Print what failed to stderr, and leave with an exit code, where anything did."""
+    """Print failures, if any, to stderr, and leave with an exit code."""
     lines = list(lines)
     for line in lines:
         notice(f"kinetile: {what}: {line}")

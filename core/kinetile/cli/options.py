@@ -87,9 +87,9 @@ def find_scene(name: str, parameters: Sequence[str] | None) -> Scene:
 
 
 def until_or_default(scene: Scene, until: float | None, max_contacts: int | None) -> float | None:
-    """Return the time to run to: as asked for, or the scene's own, or one unit; None for contacts alone.
+    """Return the time to run to: the requested one, or the scene's own, or one unit; None for contacts alone.
 
-    With ``max_contacts`` the scene's own end holds as well: whichever comes first.
+    With ``max_contacts`` the scene's own end applies as well: whichever comes first.
     """
     if until is not None:
         if not scene.start <= until < float("inf"):
@@ -98,7 +98,7 @@ def until_or_default(scene: Scene, until: float | None, max_contacts: int | None
             )
         return until
     if scene.settings.until is not None or max_contacts is not None:
-        return scene.settings.until  # which ends a run of so many contacts too, as in Simulation.run
+        return scene.settings.until  # it also ends a run to a number of contacts, as in Simulation.run
     return scene.start + 1.0
 
 

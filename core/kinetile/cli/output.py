@@ -25,7 +25,7 @@ _ENDLESS = 100_000
 
 
 def printed(result: Any, rows: Iterable[Any], *, json: bool, csv: bool) -> bool:
-    """Print a result as JSON, or its rows as CSV, where one of them is asked for; return whether it was."""
+    """Print a result as JSON, or its rows as CSV, if one of them is chosen; return whether it was."""
     if json:
         typer.echo(as_json(result))
     elif csv:
@@ -85,7 +85,7 @@ def _plain(value: Any) -> Any:
 
 
 def scene_summary(scene: Scene) -> dict[str, Any]:
-    """Return where a scene comes from and how large it is, in plain types."""
+    """Return the source and the size of a scene, in plain types."""
     return {
         "file": scene.origin.get("file"),
         "recipe": scene.origin.get("recipe"),
@@ -101,7 +101,7 @@ def show(*parts: Any) -> None:
     """Print tables and lines to stdout: as wide as the terminal, and unbroken where there is none, because a
     program would have to join the pieces again.
 
-    A table with columns of numbers is unbroken on any terminal: nobody can read a number over three lines.
+    A table with columns of numbers is unbroken on any terminal: a number over three lines is unreadable.
     """
     from rich.console import Console
     from rich.measure import Measurement
@@ -173,7 +173,7 @@ def label_table(lines: Iterable[tuple[str, str]]) -> Table:
 
 
 def comparison_table(outcomes: Iterable[Any]) -> Table:
-    """Return how each phase did, one row a phase."""
+    """Return the result of each phase, one row a phase."""
     return table_of(
         outcomes,
         {

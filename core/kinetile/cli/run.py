@@ -224,7 +224,7 @@ def recover(
 
 
 def _settings(simulation: Simulation, broad: bool, narrow: bool, until: float | None) -> Settings:
-    """Return the scene's settings, with the broad phase, narrow phases and end that were chosen instead."""
+    """Return the scene's settings, with the chosen broad phase, narrow phases and end."""
     from kinetile.scene import Settings
 
     settings = simulation.scene.settings
@@ -260,7 +260,7 @@ def _explain(simulation: Simulation, json: bool) -> None:
 
 
 def _recorder(simulation: Simulation, events: Path, asked: dict[str, Any], **options: Any) -> EventRecorder:
-    """Return a recorder of a run, whose file names the phases and the end that was asked for."""
+    """Return a recorder of a run, whose file names the phases and the requested end."""
     from kinetile.records.events import EventRecorder
 
     try:
@@ -292,9 +292,9 @@ def _load(file: Path, broad_phase: str | None) -> tuple[Simulation, dict[str, An
 def _asked(
     simulation: Simulation, note: dict[str, Any], done: int, until: float | None, max_contacts: int | None
 ) -> dict[str, Any]:
-    """Return the end of a resumed run: as asked for now, else as before, else as the scene has it.
+    """Return the end of a resumed run: the new one, else the one before, else the scene's.
 
-    ``max_contacts`` is counted from the start of the run, of which ``done`` are there.
+    ``max_contacts`` is counted from the start of the run, which has had ``done`` contacts.
     """
     if until is not None and until < simulation.time:
         raise BadOption(f"--until is {until!r}, and the checkpoint is of time {simulation.time!r}")

@@ -1,7 +1,7 @@
 """Runner of ``kinetile run`` and ``kinetile resume``: progress, signals, checkpoints, and the printed result.
 
-Whatever ends a run (its end, a fault, a signal, a full disk), the events file is closed, the checkpoint says
-where to go on, and what was done until then is printed.
+Whatever ends a run (its end, a fault, a signal, a full disk), the events file is closed, the checkpoint holds
+the present moment, and the results so far are printed.
 """
 
 from __future__ import annotations
@@ -46,10 +46,10 @@ def run_to_end(
     contacts: Path | None,
     json: bool,
 ) -> Ending:
-    """Run, write the contacts where that is asked for, print the result, and return how all of it ended.
+    """Run, write the contacts if requested, print the result, and return how all of it ended.
 
-    ``asked`` is the end that was asked for, its contacts counted from the start of the run; ``max_contacts``
-    is how many more of them this process runs.
+    ``asked`` is the requested end, its contacts counted from the start of the run; ``max_contacts`` is the
+    number of further contacts in this process.
     """
     ending = _carry_out(simulation, recorder, asked["until"], max_contacts, checkpoint)
     if contacts is not None:
@@ -76,7 +76,7 @@ def _carry_out(
     max_contacts: int | None,
     checkpoint: Checkpoint | None,
 ) -> Ending:
-    """Run, save where that is asked for, and close the events file whatever happens."""
+    """Run, save if requested, and close the events file in any case."""
     said = ""
     if checkpoint is not None:
         checkpoint.begin()
@@ -163,9 +163,9 @@ def check_checkpoint(path: Path | None, every: float | None, overwrite: bool) ->
 
 
 class Checkpoint:
-    """Saves a simulation to a file: when a run begins, every so many seconds, and at its end.
+    """Saves a simulation to a file: when a run begins, at intervals of some seconds, and at its end.
 
-    ``note`` is what ``kinetile resume`` needs besides. A checkpoint that cannot be written is reported and
+    ``note`` is further data for ``kinetile resume``. A checkpoint that cannot be written is reported and
     does not end the run: the one before is still valid.
     """
 
@@ -208,7 +208,7 @@ class Checkpoint:
         self._saved = monotonic()
 
     def save_if_due(self) -> None:
-        """Save when the interval is over; report a failure and go on."""
+        """Save when the interval is over; report a failure and continue."""
         if monotonic() - self._saved < self._every:
             return
         try:
@@ -218,7 +218,7 @@ class Checkpoint:
             notice(f"kinetile: --checkpoint: {error} ({self._last_state})")
 
     def save_after(self, signals: FirstSignal) -> str:
-        """Save because a signal came, unless another one cancels that; return the end of the message."""
+        """Save because of a signal, unless another one cancels that; return the end of the message."""
         try:
             with signals.another_ends():
                 self.save()

@@ -80,7 +80,7 @@ def _give_up(stream: TextIO) -> None:
 
 @contextmanager
 def exit_codes() -> Iterator[None]:
-    """Turn what kinetile raises into one message on stderr and an exit code."""
+    """Turn kinetile's exceptions into one message on stderr and an exit code."""
     try:
         yield
     except KinetileError as error:

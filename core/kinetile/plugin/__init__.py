@@ -1,1 +1,1 @@
-"""Plugins: what they offer, the protocols that they follow, and the registry that finds them by name."""
+"""Plugins: specs, protocols, and the registry that finds plugins by name."""

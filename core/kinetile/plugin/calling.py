@@ -1,10 +1,9 @@
-"""Calls into a phase's own Python: whatever it raises becomes a sentence that names it, its distribution and
-the place.
+"""Calls into a phase's own Python: each exception becomes a message with the phase, its distribution and the
+place.
 
-A phase is somebody else's code. What its constructor, ``prepare`` or ``arrange`` raises says nothing to a
-user, and ``sys.exit`` in one of them would end a program that has nothing to do with it. kinetile's own
-errors (a refusal, a bad option) and Ctrl-C pass as they are; the original error stays the cause of the new
-one.
+A phase is foreign code. An exception of its constructor, ``prepare`` or ``arrange`` means nothing to a user,
+and ``sys.exit`` in one of them would end an unrelated program. kinetile's own errors (a refusal, a bad
+option) and Ctrl-C pass unchanged; the original error stays the cause of the new one.
 """
 
 from __future__ import annotations
@@ -27,7 +26,7 @@ STDLIB = Path(sysconfig.get_paths()["stdlib"])
 
 
 def described(kind: Kind, name: str) -> str:
-    """Returns a phase as messages name it, with the plugin and the distribution that bring it."""
+    """Returns a phase as messages name it, with its plugin and distribution."""
     try:
         return f"{kind} {name!r} of {registry().provided(kind, name).source}"
     except UnknownName:
@@ -35,9 +34,9 @@ def described(kind: Kind, name: str) -> str:
 
 
 def place_of(error: BaseException) -> str:
-    """Returns where an error was raised: file and line, of the phase's own where it has any part in it.
+    """Returns where an error was raised: file and line, of the phase's own code if it is involved.
 
-    What a hook asks of an array wrongly is raised in NumPy, and what it asks of the toolbox in kinetile.
+    NumPy raises for a wrong use of an array in a hook, and kinetile for a wrong use of the toolbox.
     """
     trace = traceback.extract_tb(error.__traceback__)
     frames = [(frame.filename, frame.lineno or 0) for frame in reversed(trace)]
@@ -45,8 +44,8 @@ def place_of(error: BaseException) -> str:
 
 
 def line_of_author(frames: Iterable[tuple[str, int]]) -> str:
-    """Returns the first of these files and lines that is neither kinetile's nor a library's, to be put behind
-    a sentence; nothing where there is none."""
+    """Returns the first of these files and lines that is neither kinetile's nor a library's, as the end of
+    a message; an empty text if there is none."""
     for frame in frames:
         path = Path(frame[0])
         if not any(map(path.is_relative_to, NOT_AUTHORS)) and not is_library(path):
@@ -67,7 +66,7 @@ def is_library(path: Path) -> bool:
 
 @contextmanager
 def calling(kind: Kind, name: str, what: str) -> Iterator[None]:
-    """Within this context ``what`` of a phase runs; raise PhaseError for whatever it raises."""
+    """Within this context ``what`` of a phase runs; its exceptions become PhaseError."""
     try:
         yield
     except KinetileError:

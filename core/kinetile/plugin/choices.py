@@ -1,4 +1,4 @@
-"""Choices of phases in writing: a name, with options if need be (``sap-1d:axis=y``), and lists of those."""
+"""Choices of phases as text: a name, with optional options (``sap-1d:axis=y``), and lists of those."""
 
 from __future__ import annotations
 
@@ -52,12 +52,12 @@ def read_phase(text: str) -> tuple[str, dict[str, Any]]:
 
 
 def write_phase(name: str, options: Mapping[str, Any]) -> str:
-    """Returns a phase as ``read_phase`` takes it."""
+    """Returns the text of a phase that ``read_phase`` reads."""
     return f"{name}:{','.join(f'{key}={value}' for key, value in options.items())}" if options else name
 
 
 def read_phases(text: str) -> list[str]:
-    """Returns the phases of a list with commas; ``key=value`` behind one with options is one more option."""
+    """Returns the phases of a list with commas; ``key=value`` after one with options is a further option."""
     phases: list[str] = []
     for piece in filter(None, (piece.strip() for piece in text.split(","))):
         goes_on = "=" in piece and ":" not in piece.partition("=")[0]

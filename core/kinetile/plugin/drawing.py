@@ -1,9 +1,9 @@
-"""Shapes of a broad phase's structure: the vocabulary of the ``draw`` of its parts.
+"""Shapes of a broad phase's structure: the return values of the ``draw`` of its parts.
 
-Four shapes and the entries of a matrix, each with a role that says what it stands for. A shape hangs on
-bodies where it can: a coordinate is a number, or that of a body's centre and an offset (``At``), and moves
-with the body. So what is drawn after one event holds until the next, whatever moves in between, and a player
-of a run in motion need not draw again. A picture of a moment puts in where the bodies are then.
+There are four shapes and the entries of a matrix, each with a role. A coordinate is a number, or that of a
+body's centre and an offset (``At``), which moves with the body. So a drawing made after one event is valid
+until the next one, and a player of a moving run need not draw again. A picture of a moment inserts the
+present positions.
 
 A phase names bodies by their slots, as everywhere in hooks. ``Simulation.drawing`` has the same shapes with
 the numbers of the bodies.
@@ -29,13 +29,13 @@ ROLES = {
     "certificate": "something that is watched, and fails at a time",
     "axis": "a line along which things are sorted",
 }
-"""The roles, and what each stands for. How a role looks is the business of whoever draws."""
+"""The roles, with their meanings. The viewer decides how a role looks."""
 
 
 class At(NamedTuple):
-    """A coordinate that moves with a body: x or y of its centre, as the place in a point says, and an offset.
+    """A coordinate that moves with a body: x or y of its centre, by its place in a point, and an offset.
 
-    ``body`` is a slot where a phase speaks, and a body's number in what ``Simulation.drawing`` returns.
+    ``body`` is a slot in a phase's ``draw``, and a body's number in the result of ``Simulation.drawing``.
     """
 
     body: int
@@ -65,10 +65,10 @@ class _Shape:
 class Segment(_Shape):
     """A line from a to b.
 
-    Like all shapes it may say when the certificate behind it fails (``fails``; None or ``NEVER``: it does
-    not) and what it is (``label``, a few words). ``fails`` is a tick as the kernel counts where a phase
-    speaks, and ticks since the scene's start in what ``Simulation.drawing`` returns: ``divmod(fails, 2**52)``
-    is (epoch, tick), as contacts have them.
+    Like all shapes it may have the tick at which its certificate fails (``fails``; None or ``NEVER``: it does
+    not) and a name (``label``, a few words). ``fails`` is a tick of the kernel in a phase's ``draw``, and
+    ticks since the scene's start in the result of ``Simulation.drawing``: ``divmod(fails, 2**52)`` is
+    (epoch, tick), as for contacts.
     """
 
     role: Role
@@ -119,7 +119,7 @@ class Link(_Shape):
 class Entry(_Shape):
     """An entry in row a, column b of a matrix of all bodies, and in row b, column a; else like ``Link``.
 
-    It has no place in the scene: a page shows the matrix beside it, a picture leaves it out.
+    It has no position in the scene: a page shows the matrix beside it, a picture leaves it out.
     """
 
     role: Role
@@ -130,11 +130,11 @@ class Entry(_Shape):
 
 
 Item: TypeAlias = Segment | Box | Polygon | Link | Entry
-"""One thing that there is to see."""
+"""One element of a drawing."""
 
 
 def pair_links(pairs: Iterable[tuple[int, int]]) -> Iterator[Link]:
-    """Yields a link for each pair of bodies, sorted. They are mostly those of the event before, and kept."""
+    """Yields a link for each pair of bodies, sorted. Most are those of the event before, and are reused."""
     for a, b in sorted(pairs):
         yield _pair(a, b)
 

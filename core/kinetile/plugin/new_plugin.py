@@ -1,8 +1,8 @@
-"""New plugins: a complete package with a broad phase that works, to be changed into one's own.
+"""New plugins: a complete package with a working broad phase, to be changed into one's own.
 
-The texts stand in ``templates/``, with ``$name``, ``$package`` and ``$distribution`` where the plugin's names
-go. ``phase.txt`` is a broad phase that works as it stands; it is copied with the name of its class changed,
-and passes the same checks as kinetile's own code.
+The texts are in ``templates/``, with ``$name``, ``$package`` and ``$distribution`` in place of the plugin's
+names. ``phase.txt`` is a working broad phase; it is copied with the name of its class changed, and passes the
+same checks as kinetile's own code.
 """
 
 from __future__ import annotations
@@ -34,13 +34,13 @@ def new_plugin(name: str, into: str | os.PathLike[str] = ".") -> Path:
     """Writes the package kinetile-NAME into a folder, and returns the package's own folder.
 
     Args:
-        name: what the broad phase is to be called: letters, digits and dashes; upper case and underscores are
+        name: the name of the broad phase: letters, digits and dashes; upper case and underscores are
             folded.
         into: an existing folder.
 
     Raises:
-        BadOption: the name cannot be one, or is taken; there is no such folder to write into; the package's
-            own folder is there already.
+        BadOption: the name is invalid or taken; there is no such folder; the package's own folder exists
+            already.
     """
     names, into = _names(name), Path(into)
     if not into.is_dir():
@@ -60,7 +60,7 @@ def new_plugin(name: str, into: str | os.PathLike[str] = ".") -> Path:
 
 
 def _names(name: str) -> _Names:
-    """Folds a name, and derives the others from it; raises BadOption where it cannot be used."""
+    """Folds a name, and derives the others from it; raises BadOption if it cannot be used."""
     folded = re.sub(r"[-_]+", "-", name.strip().lower())
     stem = folded.replace("-", "_")
     if not (stem.isascii() and stem.isidentifier() and stem.strip("_") == stem):

@@ -1,9 +1,9 @@
 """Protocols of phases and responses: what hooks receive, what they may change, what must hold afterwards.
 
-A phase is a class. It is made with its options as keyword arguments, and its ``prepare`` is called once and
-returns its parts: hooks (functions marked with ``kinetile.toolbox.hook``) and state. The hooks become part of
-the compiled loop; nothing else of the class is used while it runs. A built-in phase has no other means than
-these. Parts are checked before anything is allocated or compiled from them (``check_parts``).
+A phase is a class. It is created with its options as keyword arguments, and its ``prepare`` is called once
+and returns its parts: hooks (functions marked with ``kinetile.toolbox.hook``) and state. The hooks become
+part of the compiled loop; nothing else of the class is used during a run. Built-in phases use only this
+interface. Parts are checked before anything is allocated or compiled from them (``check_parts``).
 """
 
 from __future__ import annotations
@@ -40,59 +40,59 @@ def no_state() -> idle.NoState:
 class BroadPhaseParts:
     """A broad phase, ready to be composed. ``near`` is enough; a phase that keeps a structure has the others.
 
-    ``near(k, s, body) -> m``: write the numbers of all bodies that may touch a body while the structure
-    stands to ``k.near[:m]``. It may name the body itself; it may name a body twice, which costs time. If a is
-    near b, then b is near a. Eight numbers may be written beyond m.
+    ``near(k, s, body) -> m``: write the numbers of all bodies that may touch a body before the structure
+    changes to ``k.near[:m]``. It may name the body itself; it may name a body twice, which costs time. If a
+    is near b, then b is near a. Eight numbers may be written beyond m.
 
     ``state`` is a NamedTuple of arrays, whose class is defined at a module's top level; every hook receives
     it as ``s``.
 
-    ``arrange(k, s)`` (plain Python with NumPy, not compiled; may be None) puts the state into the order of
-    the present moment, at the start and whenever the kernel builds anew. It may read ``k.bodies`` and
+    ``arrange(k, s)`` (plain Python with NumPy, not compiled; may be None) computes the state of the present
+    moment, at the start and whenever the kernel rebuilds. It may read ``k.bodies`` and
     ``positions_now(k)``.
 
-    ``build(k, s)``: no certificate is scheduled. Leave the structure whole and every certificate scheduled.
+    ``build(k, s)``: no certificate is scheduled. Complete the structure and schedule every certificate.
 
-    Each body has one structural certificate, which says what the phase wants: ``schedule(k, body, tick)``
-    sets when it fails, and NEVER that it does not. A phase that watches several things for a body schedules
+    Each body has one structural certificate, with a meaning chosen by the phase: ``schedule(k, body, tick)``
+    sets when it fails; NEVER: it does not. A phase that watches several conditions for a body schedules
     the first of them to fail. ``falls`` computes when a gap closes.
 
     ``repair(k, s, body) -> m``: a body's certificate fails now, at ``k.clock[0].now``. Restore the structure
-    and reschedule what changed, that body's certificate in any case. Write the bodies that have become near
-    it to ``k.near[:m]``; ``offer(k, a, b)`` says it of two others. Nothing need be said of bodies that are no
-    longer near. Never touch a flight plan.
+    and reschedule changed certificates, that body's in any case. Write the bodies that have become near
+    it to ``k.near[:m]``; ``offer(k, a, b)`` reports two others. Bodies that are no longer near need not be
+    reported. Never change a flight plan.
 
     ``replan(k, s, body)``: the flight plan of a body changed; its position did not. Reschedule the
-    certificates that depend on it. The kernel itself asks the narrow phases again.
+    certificates that depend on it. The kernel itself calls the narrow phases again.
 
-    ``enter(k, s, body)``: a body has come to be, now; its plan is in ``k.bodies[body]``. Take it into the
-    structure and schedule its certificate. The kernel asks who is near it when the hook has returned; say
-    only of two others that they have become near (``offer``).
+    ``enter(k, s, body)``: a body was inserted now; its plan is in ``k.bodies[body]``. Add it to the
+    structure and schedule its certificate. The kernel calls ``near`` for it afterwards; report only two
+    others that have become near (``offer``).
 
-    ``leave(k, s, body)``: a body is about to go. Take it out of the structure, reschedule the certificates of
-    others that had to do with it, and ``offer`` pairs of others that become near by that. From then on
-    nothing may name it.
+    ``leave(k, s, body)``: a body will be removed. Take it out of the structure, reschedule the certificates
+    of others that depended on it, and ``offer`` pairs of others that become near. From then on the phase
+    must not name it.
 
-    Both or neither. A phase without them is prepared and built anew whenever a body comes or goes. One that
-    has them makes room for ``scene.capacity`` bodies in ``prepare``, whose scene has fewer: bodies are told
-    by their slots, 0 to capacity - 1, and a slot may be empty (``toolbox.is_there``). When ``arrange`` and
-    ``build`` are called, the bodies stand in the first slots without a gap, ``k.clock[0].bodies`` of them,
-    and ``arrange`` is given tables of that length. Radii are within those that ``prepare`` saw; a body that
-    is not, or one for which there is no slot, makes the kernel prepare anew.
+    Both or neither. A phase without them is prepared and built anew at each insertion or removal. One that
+    has them allocates room for ``scene.capacity`` bodies in ``prepare``, whose scene has fewer: bodies are
+    identified by their slots, 0 to capacity - 1, and a slot may be empty (``toolbox.is_there``). When
+    ``arrange`` and ``build`` are called, the bodies are in the first slots without a gap,
+    ``k.clock[0].bodies`` of them, and ``arrange`` receives tables of that length. Radii are within those that
+    ``prepare`` saw; a body with another radius, or without a slot, makes the kernel prepare anew.
 
     ``audit(k, s)`` (plain Python; may be None) yields a sentence for each invariant of the state that does
     not hold between two events; it may be slow.
 
-    ``draw(k, s)`` (plain Python; may be None) returns what there is to see of the structure now, in the
-    vocabulary of ``kinetile.plugin.drawing``: bounds, tiles, cells, pairs, what is watched and when it fails.
-    It may read all, change nothing, and may be slow. Shapes hang on bodies, so that they hold until the next
+    ``draw(k, s)`` (plain Python; may be None) returns the present structure as shapes of
+    ``kinetile.plugin.drawing``: bounds, tiles, cells, pairs, certificates with their failure times. It may
+    read all, must change nothing, and may be slow. Shapes move with bodies, so they are valid until the next
     event.
 
-    ``room`` is how many numbers ``near`` may have to write; at least the number of bodies, which is the
+    ``room`` is the largest count that ``near`` may write; at least the number of bodies, which is the
     default.
 
-    ``pairs`` is for how many pairs to make room in the pair set (``add_pair``, ``remove_pair``, ``pairs_of``)
-    at the start; it grows when need be.
+    ``pairs`` is the initial room of the pair set, in pairs (``add_pair``, ``remove_pair``, ``pairs_of``);
+    it grows when necessary.
 
     ``ticks`` are the arrays of the state that hold ticks: when the clock's base moves on, all ticks in them
     that are not NEVER are shifted.
@@ -100,18 +100,18 @@ class BroadPhaseParts:
     ``skin_limit`` is the thickest skin, a length, with which the phase is right; None: any. A scene that
     needs a thicker one is refused.
 
-    ``solid`` says that the phase is right only while bodies cannot pass through each other, nor come closer
-    than the sum of their radii.
+    ``solid``: the phase is right only while bodies cannot pass through each other, nor come closer than the
+    sum of their radii.
 
     ``faults`` are sentences for faults of the phase's own: ``blame(k, MY_FAULT, a, b)`` ends the run with the
     first of them, ``MY_FAULT + 1`` with the second. ``{a}`` and ``{b}`` in them stand for the two numbers.
 
-    What a hook may read besides: ``k.places``, place and velocity of every body at the tick
+    A hook may also read ``k.places``, position and velocity of every body at the tick
     ``k.clock[0].origin``, one row of four doubles each, written before ``replan``.
 
-    What must hold: whenever all structural failures up to a tick have been repaired, every two bodies that
-    touch at that tick, each taken with its ``reach``, are near each other; and a pair that has become near
-    since it was last looked at has been offered or named by ``repair``.
+    Invariants: when all structural failures up to a tick have been repaired, every two bodies that
+    touch at that tick, each taken with its ``reach``, are near each other; and every pair that has become
+    near has been offered or named by ``repair``.
     """
 
     near: Hook
@@ -147,9 +147,9 @@ class PairParts:
     """A narrow phase for two bodies, ready to be composed.
 
     ``meet(k, a, b)``: the tick of the first contact of bodies a < b, or NEVER, from their two flight plans
-    and nothing else: computed at the later of the two anchors, never at the present time, with the true
+    alone: computed at the later of the two anchors, never at the present time, with the true
     radii. It must be rounded down, and a pair that touches or overlaps and approaches meets at the later
-    anchor. It may not ask for ``now``, and the tick is the same if the numbers of the two are exchanged.
+    anchor. It may not read ``now``, and the tick is the same if the numbers of the two are exchanged.
     Bodies never touch at more than the sum of their radii.
 
     ``collide(k, a, b)``: both bodies are anchored at the contact; give them new velocities and return how
@@ -158,19 +158,19 @@ class PairParts:
     ``soonest(k, body, count, barred, known, at) -> (first, second, who)``: bounds for many at once. Of the
     bodies in ``k.near[:count]``, except ``body``, ``barred`` and ``known``, no contact with ``body`` comes
     earlier than ``first`` after tick ``at``, and none but that of ``who`` earlier than ``second``; delays in
-    the scene's time, infinite where there is no contact, ``who`` NOBODY where there is none at all. A bound
+    the scene's time, infinite if there is no contact, ``who`` NOBODY if there is none at all. A bound
     may be early and never late: ``meet`` of that pair is not before it, by more than 2^-50 of the delay.
-    None: every partner is asked exactly.
+    None: every candidate is computed exactly.
 
     ``touch(k, a, b) -> (nx, ny, depth)``: both bodies are anchored at the contact; the normal from a to b, of
-    length 1, and how deep they overlap. None: the phase does not go with responses that ask for it.
+    length 1, and how deep they overlap. None: the phase does not work with responses that need it.
 
     ``part(k, a, b)``: the tick at which two bodies part that pass through each other, or NEVER, from their
     plans alone, like ``meet``; the later anchor for two that are apart there already. None: with this phase
-    nobody passes.
+    bodies cannot pass.
 
-    ``contact_distance`` is "sum of radii" where two bodies touch when, and only when, their centres are as
-    far apart as the sum of their radii, and "closer" where they can come closer: other shapes than discs,
+    ``contact_distance`` is "sum of radii" if two bodies touch when, and only when, their centres are as
+    far apart as the sum of their radii, and "closer" if they can come closer: other shapes than discs,
     bodies that are deformed. A broad phase that is ``solid`` is refused with "closer".
     """
 
@@ -194,7 +194,7 @@ class WallParts:
     it is in the wall.
 
     ``touch(k, body, wall) -> (nx, ny, depth)``: the normal into the wall, and how deep the body is in it.
-    None: the phase does not go with responses that ask for it.
+    None: the phase does not work with responses that need it.
     """
 
     reach_wall: Hook
@@ -221,7 +221,7 @@ class ResponseParts:
 
 
 class ContactResponse(Protocol):
-    """Says what happens at a contact; its class is made with its options as keyword arguments."""
+    """Defines a contact's outcome; its class is created with its options as keyword arguments."""
 
     def prepare(self, scene: Scene) -> ResponseParts:
         """Returns the parts for a scene; raises ``errors.Refused`` for one that this response cannot do."""
@@ -237,7 +237,7 @@ class BroadPhase(Protocol):
 
 
 class NarrowPhase(Protocol):
-    """A narrow phase says when two bodies, or a body and a wall, touch, and what happens then."""
+    """A narrow phase computes when two bodies, or a body and a wall, touch, and what happens then."""
 
     def prepare(self, scene: Scene) -> PairParts | WallParts:
         """Returns the parts for a scene; raises ``errors.Refused`` for one that this phase cannot do."""
@@ -255,7 +255,7 @@ Parts: TypeAlias = BroadPhaseParts | PairParts | WallParts | ResponseParts
 
 
 def check_parts(who: str, parts: Parts) -> None:
-    """Raises PhaseError, with everything that is wrong, unless the parts can be composed."""
+    """Raises PhaseError, with all errors, unless the parts can be composed."""
     wrong = list(_mistakes(parts))
     if wrong:
         raise PhaseError(f"{who}: prepare returned parts that do not fit: {'; '.join(wrong)}")

@@ -1,15 +1,15 @@
-"""Registry of phases, responses and scenes: which plugins are installed, and what they offer, by name.
+"""Registry of phases, responses and scenes: installed plugins and their contents, by name.
 
-A plugin enters whole or not at all: only when everything that it offers is found good do its names enter the
-table. One that fails, at whatever point, leaves nothing behind and harms nobody else; it is remembered as a
-Failure, with its distribution, and named in the error about a name that is not there.
+A plugin is registered as a whole or not at all: its names enter the table only when all of its contents
+are valid. One that fails, at any point, leaves nothing behind and affects no other; it is stored as a
+Failure, with its distribution, and named in the error about an unknown name.
 
-pluggy's own loader stops at the first plugin that does not import, and drops without a word a second
+pluggy's own loader stops at the first plugin that does not import, and silently drops a second
 distribution with the same entry-point name. So entry points are read here one by one, and each plugin has a
-pluggy manager of its own: there is nothing to roll back when it fails, and no doubt about whose fault it was.
+pluggy manager of its own: a failure needs no rollback, and its plugin is always known.
 
-kinetile's own distribution goes first, the rest follow in alphabetical order. So nobody can take a built-in
-name, and which of two rivals gets a name does not depend on the order of ``sys.path``.
+kinetile's own distribution goes first, the rest follow in alphabetical order. So no plugin can take a
+built-in name, and which of two rivals gets a name does not depend on the order of ``sys.path``.
 
 The environment variable KINETILE_STRICT_PLUGINS turns failures into exceptions. It is on for "1", "true",
 "yes" and "on"; it is off for "0", "false", "no", "off", the empty text, and where there is no such variable.
@@ -58,7 +58,7 @@ _STRICT = "KINETILE_STRICT_PLUGINS"
 
 
 class Provided(NamedTuple):
-    """One name in the registry, and who brought it (no distribution and version: added in this process)."""
+    """One name in the registry, and its plugin (no distribution and version: added in this process)."""
 
     kind: Kind
     spec: Spec
@@ -73,7 +73,7 @@ class Provided(NamedTuple):
 
 
 class Failure(NamedTuple):
-    """A plugin that was found and could not be used, and why. As text it is one line."""
+    """A plugin that was found and could not be used, with the reason. As text it is one line."""
 
     plugin: str
     distribution: str | None
@@ -87,9 +87,9 @@ class Failure(NamedTuple):
 class Registry:
     """The phases and scenes that can be chosen by name.
 
-    ``Registry()`` is empty; ``Registry([plugin, ...])`` holds what these bring; ``kinetile.registry()`` is
-    the one of this process, with everything that is installed. Iterating gives a Provided for each phase and
-    scene.
+    ``Registry()`` is empty; ``Registry([plugin, ...])`` holds the contents of these; ``kinetile.registry()``
+    is the one of this process, with everything that is installed. Iterating gives a Provided for each phase
+    and scene.
     """
 
     def __init__(self, plugins: Iterable[object] = ()) -> None:
@@ -133,11 +133,11 @@ class Registry:
         return cast("Callable[..., Scene]", _load(self._find("scene", name)))
 
     def spec(self, kind: Kind, name: str) -> Spec:
-        """Returns what the plugin says about a name or alias, importing nothing. Raises UnknownName."""
+        """Returns the spec of a name or alias, importing nothing. Raises UnknownName."""
         return self._find(kind, name).spec
 
     def provided(self, kind: Kind, name: str) -> Provided:
-        """Returns what has a name or alias, with the plugin that brings it. Raises UnknownName."""
+        """Returns the entry of a name or alias, with its plugin. Raises UnknownName."""
         return self._find(kind, name)
 
     def names(self, kind: Kind) -> tuple[str, ...]:
@@ -145,14 +145,14 @@ class Registry:
         return tuple(provided.spec.name for provided in self._provided if provided.kind == kind)
 
     def add(self, plugin: object) -> None:
-        """Takes in a plugin of this process: a module, or any object, with functions marked by ``hookimpl``.
+        """Adds a plugin of this process: a module, or any object, with functions marked by ``hookimpl``.
 
-        It brings all of its names, or none. Raises BadPlugin, PluginApiMismatch or DuplicateName.
+        All of its names are added, or none. Raises BadPlugin, PluginApiMismatch or DuplicateName.
         """
         self._take_in(plugin, _label(plugin))
 
     def remove(self, plugin: object) -> None:
-        """Takes out what a plugin of this process brought: the object, or its name as a listing shows it.
+        """Removes the names of a plugin of this process: the object, or its name as a listing shows it.
 
         So a notebook cell that defines and adds a plugin can be run again. Raises UnknownName if there is
         none.
@@ -198,7 +198,7 @@ class Registry:
         return {"provided": provided, "failures": failures}
 
     def _discover(self) -> None:
-        """Takes in what is installed; remembers what fails, or raises it where strictness is asked for."""
+        """Adds installed plugins; stores failures, or raises them in strict mode."""
         strict = _is_strict()
         for found in installed():
             try:
@@ -214,7 +214,7 @@ class Registry:
     def _take_in(
         self, plugin: object, label: str, distribution: str | None = None, version: str | None = None
     ) -> None:
-        """Adds all that a plugin brings, or raises and adds nothing."""
+        """Adds all contents of a plugin, or raises and adds nothing."""
         fresh: list[Provided] = []
         owners = {(p.kind, name): p for p in self._provided for name in _all_names(p.spec)}
         for kind, spec in offers(plugin):
@@ -251,11 +251,11 @@ _lock = threading.RLock()
 
 
 def registry() -> Registry:
-    """Returns this process's registry; what is installed is looked for once, when it is first asked for.
+    """Returns this process's registry; installed plugins are searched once, at the first call.
 
     No plugin can make this raise, unless KINETILE_STRICT_PLUGINS is set: then BadPlugin, for the first that
-    fails; BadOption where that variable says neither yes nor no. A plugin that asks for the registry while it
-    is itself being loaded sees what was loaded before it.
+    fails; BadOption if that variable is neither yes nor no. A plugin that calls this while it is itself
+    being loaded sees the plugins loaded before it.
     """
     global _shared
     with _lock:
@@ -270,7 +270,7 @@ def registry() -> Registry:
 
 
 def _load(provided: Provided) -> object:
-    """Returns what a spec's target stands for, importing it if need be; raises PhaseError if that fails."""
+    """Returns the object of a spec's target, importing it if necessary; raises PhaseError if that fails."""
     kind, spec = provided.kind, provided.spec
     if not isinstance(spec.target, str):
         return spec.target
@@ -289,7 +289,7 @@ def _load(provided: Provided) -> object:
 
 
 def _is_strict() -> bool:
-    """Reads KINETILE_STRICT_PLUGINS; raises BadOption for a value that says neither yes nor no."""
+    """Reads KINETILE_STRICT_PLUGINS; raises BadOption for a value that is neither yes nor no."""
     value = os.environ.get(_STRICT, "")
     word = value.strip().casefold()
     if word in ("1", "true", "yes", "on"):
@@ -327,7 +327,7 @@ _HOOKS: dict[str, tuple[Kind, type[Spec]]] = {
 
 
 class Installed(NamedTuple):
-    """A plugin that is installed but not loaded yet, and the distribution that brings it.
+    """A plugin that is installed but not loaded yet, and its distribution.
 
     ``plugin`` is "<distribution>:<entry point>", for two distributions may choose the same entry-point name.
     """
@@ -339,13 +339,13 @@ class Installed(NamedTuple):
 
 
 def installed(group: str = _GROUP) -> list[Installed]:
-    """Returns what is installed under a group of entry points, kinetile's own first and the others in
+    """Returns the plugins of a group of entry points, kinetile's own first and the others in
     alphabetical order."""
     return sorted(_entry_points(group), key=_built_in_first)
 
 
 def offers(plugin: object) -> list[tuple[Kind, Spec]]:
-    """Returns all that a plugin offers; raises BadPlugin where its hooks are not what they should be."""
+    """Returns all contents of a plugin; raises BadPlugin for invalid hooks."""
     manager = pluggy.PluginManager(specs.PROJECT)
     manager.add_hookspecs(specs)
     try:

@@ -1,14 +1,14 @@
 """Specs of phases, responses and scenes, and the hooks by which plugins offer them.
 
-A spec is light on purpose: enough to list a phase, and where to find it once it is selected. Its target is
-usually a string, ``"package.module:attribute"``, which is imported when the name is selected and not before,
-so that listing a hundred phases imports none of them. In notebooks and tests the class or the function itself
-may stand in its place.
+A spec is light on purpose: enough to list a phase and to find it once it is selected. Its target is
+usually a string, ``"package.module:attribute"``, which is imported only when the name is selected,
+so listing a hundred phases imports none of them. In notebooks and tests it may be the class or the function
+itself.
 
 A plugin is a module (or any object) with functions of the names of the hooks below, decorated with
-``hookimpl``. It is found by the entry-point group ``kinetile`` of the distribution that brings it, or handed
-over by ``kinetile.registry().add``. Hooks take nothing and return lists of specs. They are called once, when
-the registry is made, and never while a simulation runs.
+``hookimpl``. It is found by the entry-point group ``kinetile`` of its distribution, or added
+by ``kinetile.registry().add``. Hooks take no arguments and return lists of specs. They are called once, when
+the registry is made, and never during a run.
 """
 
 from __future__ import annotations
@@ -58,21 +58,21 @@ class _HookSpec:
 class BroadPhaseSpec(_HookSpec):
     """A broad phase: keeps a set of candidate pairs complete.
 
-    ``name`` is what users write ("sap-1d"): no spaces, commas, ``=`` or ``:``; ``aliases`` are other names
-    that find it. ``target`` is the class, or "package.module:Class". ``summary`` is one line for a listing.
-    ``features`` are words for what the phase can do beyond the protocol. ``api`` is the version of the plugin
-    API that the phase was written for; the registry takes in no other than API_VERSION.
+    ``name`` is the public name ("sap-1d"): no spaces, commas, ``=`` or ``:``; ``aliases`` are other names
+    for it. ``target`` is the class, or "package.module:Class". ``summary`` is one line for a listing.
+    ``features`` are words for abilities beyond the protocol. ``api`` is the version of the plugin
+    API that the phase was written for; the registry accepts only API_VERSION.
 
-    Raises BadPlugin where a field cannot be used.
+    Raises BadPlugin if a field is invalid.
     """
 
 
 @dataclass(frozen=True)
 class NarrowPhaseSpec(_HookSpec):
-    """A narrow phase: predicts contacts of one kind, and answers them.
+    """A narrow phase: predicts contacts of one kind, and runs them.
 
-    ``role`` says what it judges: "pair" (two bodies) or "wall" (a body and a wall). The other fields, and the
-    errors, are as in BroadPhaseSpec.
+    ``role`` is its kind of contact: "pair" (two bodies) or "wall" (a body and a wall). The other fields, and
+    the errors, are as in BroadPhaseSpec.
     """
 
     role: Literal["pair", "wall"] = field(kw_only=True)
@@ -112,9 +112,9 @@ Spec: TypeAlias = BroadPhaseSpec | NarrowPhaseSpec | ResponseSpec | SceneSpec
 
 
 def _check(spec: _HookSpec | SceneSpec) -> None:
-    """Brings the collections into their form, and raises BadPlugin for a field that cannot be used."""
+    """Normalises the collections, and raises BadPlugin for an invalid field."""
     if spec.api != API_VERSION:
-        return  # made for other rules than these; the registry refuses it, and says why
+        return  # for another API version; the registry refuses it with the reason
     where = f"{type(spec).__name__} {spec.name!r}"
     object.__setattr__(spec, "aliases", _words(spec, "aliases"))
     for name in (spec.name, *spec.aliases):
@@ -134,7 +134,7 @@ def _check(spec: _HookSpec | SceneSpec) -> None:
 
 
 def _words(spec: _HookSpec | SceneSpec, field_name: str) -> tuple[str, ...]:
-    """Returns a field that holds several words; raises BadPlugin where it is anything else."""
+    """Returns a field that holds several words; raises BadPlugin for anything else."""
     words: object = getattr(spec, field_name)
     if isinstance(words, Iterable) and not isinstance(words, str):
         found = tuple(words)
@@ -155,23 +155,23 @@ hookimpl = pluggy.HookimplMarker(PROJECT)
 
 @hookspec
 def kinetile_broad_phases() -> list[BroadPhaseSpec]:
-    """Returns the broad phases that this plugin brings."""
+    """Returns the broad phases of this plugin."""
     raise NotImplementedError
 
 
 @hookspec
 def kinetile_narrow_phases() -> list[NarrowPhaseSpec]:
-    """Returns the narrow phases that this plugin brings."""
+    """Returns the narrow phases of this plugin."""
     raise NotImplementedError
 
 
 @hookspec
 def kinetile_responses() -> list[ResponseSpec]:
-    """Returns the responses that this plugin brings."""
+    """Returns the responses of this plugin."""
     raise NotImplementedError
 
 
 @hookspec
 def kinetile_scenes() -> list[SceneSpec]:
-    """Returns the scene recipes that this plugin brings."""
+    """Returns the scene recipes of this plugin."""
     raise NotImplementedError

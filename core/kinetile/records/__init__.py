@@ -1,6 +1,6 @@
-"""Records of a run: event files, and where every body was at any time.
+"""Records of a run: event files and trajectories.
 
-A name is imported when it is first used: a run that records nothing imports nothing that records.
+A name is imported at its first use: a run without records imports no recorder.
 """
 
 from __future__ import annotations

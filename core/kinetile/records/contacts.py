@@ -1,8 +1,7 @@
-"""Lists of contacts as plain text, which anybody's program can write: a line each, "epoch tick a b".
+"""Lists of contacts as plain text, from any program: one line each, "epoch tick a b".
 
 The numbers are those of rule 10 of docs/specification.md. The last line may be "fingerprint" and 64
-hexadecimal
-digits: the digest of the lines before it.
+hexadecimal digits: the digest of the lines before it.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from kinetile.scene.checks import shown
 from kinetile.scene.targets import replacing, writable_target
 
 CONTACT_LINE = np.dtype([(name, "i8") for name in ("epoch", "tick", "a", "b")])
-"""A line of such a list: what it says need not be a contact."""
+"""A line of such a list; it need not be a real contact."""
 
 _PRINT = re.compile(r"fingerprint\s+([0-9a-f]{64})")
 _AT_ONCE = 1 << 16
@@ -34,9 +33,9 @@ class ContactLines(NamedTuple):
 
 
 def read_contacts(lines: Iterable[str], source: str) -> ContactLines:
-    """Reads a list of contacts; ``source`` is what messages call it.
+    """Reads a list of contacts; ``source`` is its name in messages.
 
-    Raises BadOption, which names the line, for what is no such list.
+    Raises BadOption, which names the line, for an invalid list.
     """
     parts: list[NDArray[Any]] = []
     waiting: list[tuple[int, ...]] = []
@@ -81,7 +80,7 @@ def _numbers(text: str, source: str, number: int) -> tuple[int, ...]:
 def write_contacts(path: str | os.PathLike[str], contacts: NDArray[Any], fingerprint: str) -> None:
     """Writes a list of contacts (rows with the fields epoch, tick, a, b), and their fingerprint behind them.
 
-    The text goes to a new file, which takes the place of the one that is there. Raises OSError if it cannot
+    The text goes to a new file, which then replaces the existing one. Raises OSError if it cannot
     be written.
     """
     target = writable_target(path)

@@ -1,19 +1,19 @@
-"""Recorder of a run: it writes everything that happens to a scene into an event file.
+"""Recorder of a run: it writes every event that changes a flight plan into an event file.
 
 A row is one event that changed a flight plan, with position and velocity of its bodies right after it (the
 columns are those of ``kinetile.LOG``). Between two of its rows a body flies straight, so the rows and the
-scene, which the file carries in its metadata, are the whole trajectory: ``kinetile.records.trajectory`` gives
+scene, which is in the file's metadata, are the whole trajectory: ``kinetile.records.trajectory`` gives
 any body at any time, exactly.
 
-While a run goes on its rows are in ``FILE.partial``, a log (``kinetile.records.log``) that no other run
+During a run its rows are in ``FILE.partial``, a log (``kinetile.records.log``) that no other run
 can write meanwhile (``kinetile.records.locks``). Rows wait in memory for a quarter of a second at most,
-or until there are 65,536; then they are the system's, and no end of the process can take them back. When the
-recorder closes, ``FILE`` is made of the log, in Parquet (``kinetile.records.finishing``), and the log goes.
-It closes in every way a run can end: done, Ctrl-C, a fault, a full disk. The metadata's "status" says which
-it was: "complete", "interrupted", "fault: ..." or "disk: ...". A process that is killed outright, or that
-finds no room for ``FILE``, leaves the log, of which ``kinetile.records.recover`` makes ``FILE``.
+or until there are 65,536; then the system has them, and they survive the process. When the
+recorder closes, ``FILE`` is made from the log, in Parquet (``kinetile.records.finishing``), and the log is
+removed. It closes at every end of a run: done, Ctrl-C, a fault, a full disk. The metadata's "status" is
+"complete", "interrupted", "fault: ..." or "disk: ...". A process that is killed, or that
+has no room for ``FILE``, leaves the log, from which ``kinetile.records.recover`` makes ``FILE``.
 
-A link is followed; what is no regular file is not replaced.
+A link is followed; only regular files are replaced.
 """
 
 from __future__ import annotations
@@ -55,21 +55,22 @@ class EventRecorder:
 
     ``meta`` is any JSON-ready mapping (phases, options, ...) and may be added to, as ``recorder.meta``, until
     the recorder closes; "status", "rows", "missing", "start", "time_unit", "time", "kinds", "fingerprint" and
-    "answer" are the recorder's own. ``rows`` is the number of rows written so far, ``status`` what the file's
-    metadata will say (or what has become of a file that could not be finished), ``missing`` how many rows of
-    the simulation were not given to this recorder.
+    "answer" are the recorder's own. ``rows`` is the number of rows written so far, ``status`` the status in
+    the file's metadata (or the state of a file that could not be finished), ``missing`` the number of rows of
+    the simulation that were not passed to this recorder.
 
-    ``behind`` is a simulation that was taken up (``kinetile.resume``): what the run has recorded before it
-    was saved is the beginning of this file, if it is there (then ``goes_on``): in FILE.partial where the run
-    was killed, in FILE where it ended. Events that came after it was saved come again. Where there is
-    nothing, the file is of what comes from here on.
+    ``behind`` is a resumed simulation (``kinetile.resume``): the rows before its checkpoint are the beginning
+    of this file, if they are found (then ``goes_on``): in FILE.partial if the run was killed, in FILE if it
+    ended. Events after the checkpoint are recorded again. Without earlier rows the file begins at the
+    checkpoint.
 
-    A file that is there already is refused, unless ``overwrite``: then it is replaced when the recorder
-    closes, and not before. So is what a run into the same file has left that was killed. A recorder writes
+    An existing file is refused, unless ``overwrite``: then it is replaced when the recorder
+    closes, not before. The same applies to the rows of a killed run into the same file. A recorder writes
     one file, inside one ``with``: outside of it, it takes no rows.
 
-    Raises MissingExtra without pyarrow, and RecordError where the file is there, is being written by another
-    run or cannot be written; the rows that were written before an error are kept, in FILE, or in FILE.partial
+    Raises MissingExtra without pyarrow, and RecordError if the file exists, is being written by another
+    run or cannot be written; rows written before an error are kept, in FILE, or in FILE.partial
+    if the message says so.
     where the message says so.
     """
 
@@ -121,7 +122,7 @@ class EventRecorder:
         except OSError as error:
             raise self._unwritable(error) from error
         try:
-            event_target(self.path, self._overwrite)  # what has come there before this recorder was alone
+            event_target(self.path, self._overwrite)  # a file made before this recorder held the lock
             if left and _is_empty(file):
                 left = False
                 file.go_to(0)
@@ -140,8 +141,8 @@ class EventRecorder:
     def _begin(self, file: ReservedFile, left: bool) -> ReservedFile:
         """Begins the log, in FILE.partial or in its replacement, with the rows that are recorded already.
 
-        What has to be written before the run goes on, a head or a copy of rows, is written under another
-        name, which becomes FILE.partial when all of it is there: a kill on the way leaves what there was.
+        A head or a copy of rows is first written under another name, which becomes FILE.partial when it is
+        complete: a kill meanwhile leaves the old file.
         """
         at, rows = self._found(file) if left and self._behind is not None else (None, self._earlier())
         unfinished = self.partial.with_name(self.partial.name + ".unfinished")
@@ -180,7 +181,7 @@ class EventRecorder:
         return at, rows
 
     def _earlier(self) -> NDArray[Any]:
-        """Returns the rows of this run that an event file of it holds, to begin with."""
+        """Returns the first rows of this run, from an event file of it."""
         if self._behind is None or not self._target.exists():
             return np.zeros(0, LOG)
         from kinetile.records.reading import read_events
@@ -219,7 +220,7 @@ class EventRecorder:
                 self._flush()
 
     def flush(self) -> None:
-        """Writes now the rows that wait to be written; raises as a call with rows does."""
+        """Writes the waiting rows now; raises like a call with rows."""
         if self._full:
             raise self._full
         self._open_file()
@@ -227,27 +228,28 @@ class EventRecorder:
             self._flush()
 
     def sync(self) -> None:
-        """Writes now the rows that wait, and brings the log to the disk; raises as ``flush``."""
+        """Writes the waiting rows now, and brings the log to the disk; raises like ``flush``."""
         self.flush()
         with suppress(OSError):
             self._open_file().sync()
 
     def introduce(self, kinds_of: Callable[[NDArray[Any]], NDArray[Any]], numbers: int) -> None:
-        """Takes, from a simulation that is about to run, the function that gives the kinds of its bodies, and
-        how many bodies have been numbered so far."""
+        """Receives, from a simulation that is about to run, the function that gives the kinds of its bodies,
+        and the number of body numbers given so far."""
         if self._kinds.several:
             self._kinds_of = kinds_of
             self._kinds.add(np.arange(numbers), kinds_of)
 
     def begin(self, before: int) -> None:
-        """Takes, from a simulation that is about to run, how many rows there were before the next one.
+        """Receives, from a simulation that is about to run, the number of rows before the next one.
 
-        Rows that this recorder did not get are counted as ``missing``: the others are not the whole motion.
+        Rows that this recorder did not receive are counted as ``missing``: the others are not the whole
+        motion.
         """
         self.missing += max(before - self.missing - self._taken, 0)
 
     def reached(self, time: float) -> None:
-        """Takes, from a simulation that has run, the time that it has reached: all rows up to it are here."""
+        """Receives, from a simulation that has run, its present time: all rows up to it are here."""
         self._reached = time
 
     def close(self, status: str = "complete") -> None:
@@ -285,7 +287,7 @@ class EventRecorder:
         return self._file
 
     def _flush(self) -> None:
-        """Writes the pending rows; if the disk is full, as many as there is room for."""
+        """Writes the pending rows; if the disk is full, as many as fit."""
         file = self._open_file()
         if not self._waiting:
             return
@@ -309,7 +311,7 @@ class EventRecorder:
                     raise self._full from error
 
     def _write(self, rows: NDArray[Any], *, more: bool = False) -> None:
-        """Writes a batch of rows, and how far the run is with them; ``more``: others follow at once."""
+        """Writes a batch of rows, and the run's time; ``more``: others follow at once."""
         last = float(rows["time"][-1]) if len(rows) else self._last
         self._log.write(self._metadata(last, behind=more), rows)
         self.rows += len(rows)
@@ -324,7 +326,7 @@ class EventRecorder:
         return json.dumps(own | self.meta | own, default=str)
 
     def _finish(self, file: ReservedFile) -> None:
-        """Makes the file of the log; RecordError, which says where the events are, where that cannot be."""
+        """Makes the file from the log; RecordError, with the place of the events, if that fails."""
         try:
             if file.gone:
                 raise self._lost()
@@ -348,7 +350,7 @@ class EventRecorder:
         with file.reader() as log:
             try:
                 finish(log, str(self.partial), self._target, self._overwrite)
-            except Exception as error:  # pyarrow may say anything
+            except Exception as error:  # pyarrow may raise anything
                 with suppress(OSError):
                     file.sync()
                 kept = f"the first {self.rows} events" if self._full else "the events"

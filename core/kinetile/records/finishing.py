@@ -1,14 +1,14 @@
-"""Event files are made of logs: at the end of a run, or after it was killed.
+"""Event files made from logs: at the end of a run, or after it was killed.
 
-There is one way from the log of a run (``kinetile.records.log``) to an event file, and every run takes
-it: the recorder when it closes, and ``recover`` when there was nobody to close it. So what is done after a
-kill is done every day. Writing Parquet beside the log all along would be the other way. It would take as much
-disk in the end, and a disk that fills up at two places at once fills up at half the rows; this way all of it
-is there for the log, and where nothing is left for the event file, the log stays, which can be made into one
-on another disk. The price is that a run ends a moment later: about a second for 700,000 rows.
+There is one way from the log of a run (``kinetile.records.log``) to an event file, and every run uses
+it: the recorder when it closes, and ``recover`` after a kill. So the path after a kill is tested by every
+run. The alternative is to write Parquet beside the log during the run. It would need as much disk in the
+end, and a full disk would be reached after half the rows; this way the log has all of the disk, and if no
+room is left for the event file, the log stays, and can be made into one on another disk. The price is that a
+run ends a moment later: about a second for 700,000 rows.
 
-The event file is written under another name, FILE.unfinished, brought to the disk, and only then named; and
-only then the log may go. Whatever ends this on its way, the log is what it was.
+The event file is written under another name, FILE.unfinished, brought to the disk, and only then renamed; the
+log is removed after that. An interruption leaves the log unchanged.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ PARTIAL = ".partial"
 """The suffix of a log, behind the name of its event file."""
 
 _COLUMNS = LOG.names or ()
-_FEW_VALUES = ["epoch", "a", "b"]  # dictionaries pay for these; the others take forty times as long with them
+_FEW_VALUES = ["epoch", "a", "b"]  # dictionaries help for these; the other columns take forty times as long
 _ENCODING = {name: "BYTE_STREAM_SPLIT" for name in _COLUMNS if LOG[name].kind == "f"} | {
     "tick": "DELTA_BINARY_PACKED"
 }
@@ -48,9 +48,9 @@ _ROWS_A_GROUP = 1 << 17
 class Recovered(NamedTuple):
     """An event file that was made of a log.
 
-    Its ``path``, ``rows``, ``status`` ("killed", or what a run said that could still say it) and the ``time``
-    up to which it goes; ``left_over``: bytes at the end of the log that are no whole batch; ``kept``: whether
-    the log is still there.
+    Its ``path``, ``rows``, ``status`` ("killed", or the status that the run could still write) and the
+    ``time`` up to which it goes; ``left_over``: bytes at the end of the log that are not a whole batch;
+    ``kept``: whether the log is still there.
     """
 
     path: Path
@@ -64,16 +64,16 @@ class Recovered(NamedTuple):
 def recover(
     path: str | os.PathLike[str], out: str | os.PathLike[str] | None = None, *, overwrite: bool = False
 ) -> Recovered:
-    """Makes an event file of FILE.partial, which a run that was killed has left.
+    """Makes an event file from FILE.partial, the log of a killed run.
 
-    It holds the first rows of the run, and its status is "killed"; where the run had ended, and could only
-    not be given its event file, it has all rows and the status that it would have had. Without ``out`` it
-    becomes FILE, and FILE.partial goes, unless there are bytes in it that could not be read. With ``out``,
+    It holds the first rows of the run, and its status is "killed"; if the run had ended, and only its event
+    file could not be made, it has all rows and the status of that end. Without ``out`` it
+    becomes FILE, and FILE.partial is removed, unless it has bytes that could not be read. With ``out``,
     FILE.partial stays.
 
-    Raises MissingExtra without pyarrow, and RecordError where the run goes on, where this is no such file or
-    holds no batch of rows, and where the event file is there already (unless ``overwrite``) or cannot be
-    written: then FILE.partial is as it was.
+    Raises MissingExtra without pyarrow, and RecordError if the run is still active, if this is no such file
+    or holds no batch of rows, and if the event file exists already (unless ``overwrite``) or cannot be
+    written: then FILE.partial is unchanged.
     """
     pyarrow_modules()
     partial = Path(path)
@@ -97,7 +97,7 @@ def recover(
             made = finish(log, str(partial), target, overwrite)
         except RecordError:
             raise
-        except Exception as error:  # pyarrow may say anything
+        except Exception as error:  # pyarrow may raise anything
             raise RecordError(f"{name} cannot be written: {reason(error)}; {partial} is as it was") from error
         remove = out is None and alone and not made.left_over
         if remove:
@@ -108,9 +108,9 @@ def recover(
 def finish(log: BinaryIO, its_name: str, target: Path, overwrite: bool) -> Recovered:
     """Makes an event file of an open log, and gives it its name.
 
-    Raises RecordError where there is no batch in the log or ``target`` has come to be there; where the file
-    cannot be written, what the system or pyarrow says. Then there is no new file, and an old one is as it
-    was.
+    Raises RecordError if there is no batch in the log or ``target`` has been made meanwhile; the error of
+    the system or of pyarrow if the file cannot be written. Then there is no new file, and an old one is
+    unchanged.
     """
     reader = LogReader(log, its_name)
     unfinished = target.with_name(target.name + ".unfinished")
@@ -168,7 +168,7 @@ def _write(reader: LogReader, its_name: str, file: Any) -> dict[str, Any]:
 
 
 def _groups(reader: LogReader) -> Iterator[NDArray[Any]]:
-    """Yields the rows of a log in groups as Parquet likes them."""
+    """Yields the rows of a log in groups of a size that suits Parquet."""
     waiting: list[NDArray[Any]] = []
     for rows in reader:
         waiting.append(rows)
@@ -181,7 +181,7 @@ def _groups(reader: LogReader) -> Iterator[NDArray[Any]]:
 
 
 def event_target(name: Path, overwrite: bool) -> Path:
-    """Returns the event file to write, links followed; RecordError where it is not to be written."""
+    """Returns the event file to write, links followed; RecordError if it must not be written."""
     if not name.name:
         raise RecordError(f"{str(name)!r} names no file: expected the path of an event file")
     try:
@@ -213,5 +213,5 @@ def pyarrow_modules() -> tuple[Any, Any]:
 
 
 def reason(error: Exception) -> str:
-    """Returns what went wrong, in the system's own words where it has any."""
+    """Returns the error, in the system's own words if it has any."""
     return (isinstance(error, OSError) and error.strerror) or str(error)

@@ -1,11 +1,11 @@
 """Locks: a file that is being written has one writer.
 
 The writer holds a lock (``flock``) on the file that it writes, from before the first byte until FILE has its
-name. The lock is the open file's and not a thing on disk: a process that is killed holds it no longer, and
-what it has left can be read by whoever comes then. It is not written over unasked where there are rows in it.
+name. The lock belongs to the open file, not to the disk: a killed process no longer holds it, and
+its rows can be read. If there are rows, they are overwritten only on request.
 
-Where there is no ``flock`` (Windows, some network file systems), nobody can tell a file that is being written
-from one that was left, so a FILE.partial that is there is refused until somebody takes it away. It can be
+Without ``flock`` (Windows, some network file systems) a file that is being written cannot be distinguished
+from an abandoned one, so an existing FILE.partial is refused until it is removed. It can be
 read, and stays then.
 """
 
@@ -34,10 +34,10 @@ _FLAGS = os.O_RDWR | _BINARY | getattr(os, "O_NOFOLLOW", 0)
 
 
 def open_alone(partial: Path, overwrite: bool, *, as_it_is: bool = False) -> ReservedFile:
-    """Opens FILE.partial, empty and for nobody else; or ``as_it_is``.
+    """Opens FILE.partial, empty and exclusively; or ``as_it_is``.
 
-    Raises RecordError where somebody else is writing it, or where it holds events of a run that was killed,
-    or anything else (unless ``overwrite``); OSError where it cannot be opened.
+    Raises RecordError if another process is writing it, or if it holds events of a killed run,
+    or anything else (unless ``overwrite``); OSError if it cannot be opened.
     """
     while True:
         descriptor, new = _open(partial)
@@ -51,7 +51,7 @@ def open_alone(partial: Path, overwrite: bool, *, as_it_is: bool = False) -> Res
                     f"There are no locks here to tell the two apart: if no run is writing it, {_RECOVER} "
                     f"{partial}` makes an event file of it; then remove it"
                 )
-            if file.is_at(partial):  # else it has got its own name since it was opened
+            if file.is_at(partial):  # else it has been renamed since it was opened
                 if as_it_is:
                     return file
                 if not overwrite:
@@ -66,7 +66,7 @@ def open_alone(partial: Path, overwrite: bool, *, as_it_is: bool = False) -> Res
 
 
 def _check_contents(file: ReservedFile, partial: Path) -> None:
-    """Raises RecordError where a file holds what would be lost if it were written over."""
+    """Raises RecordError if overwriting a file would lose data."""
     with file.reader() as content:
         if holds_nothing(content):
             return
@@ -79,10 +79,10 @@ def _check_contents(file: ReservedFile, partial: Path) -> None:
 
 
 def open_left(partial: Path) -> tuple[BinaryIO, bool]:
-    """Opens FILE.partial to read it; returns it, and whether it is certain that nobody is writing it.
+    """Opens FILE.partial to read it; returns it, and whether it certainly has no writer.
 
-    Raises RecordError where somebody is; OSError where it cannot be opened. Others may read it meanwhile, and
-    nobody begins to write it.
+    Raises RecordError if it has a writer; OSError if it cannot be opened. Others may read it meanwhile, and
+    no process begins to write it.
     """
     if not stat.S_ISREG(partial.stat().st_mode):
         raise OSError(errno.EINVAL, "it is no regular file")
@@ -96,11 +96,11 @@ def open_left(partial: Path) -> tuple[BinaryIO, bool]:
 
 @contextmanager
 def alone(path: Path) -> Iterator[None]:
-    """Be the only writer, within this context, of a file that is replaced as a whole again and again, and so
-    cannot be locked itself: FILE.lock is, and is removed when the context is left.
+    """Be the only writer, within this context, of a file that is replaced as a whole repeatedly, and so
+    cannot be locked itself: FILE.lock is locked, and removed when the context is left.
 
-    Raises RecordError where there is another writer. Where there are no locks, or FILE.lock cannot be made,
-    nobody is kept away.
+    Raises RecordError if there is another writer. Without locks, or if FILE.lock cannot be made,
+    other writers are not excluded.
     """
     target = Path(os.path.realpath(path))
     name = target.with_name(target.name + ".lock")
@@ -110,20 +110,20 @@ def alone(path: Path) -> Iterator[None]:
             held = open_alone(name, overwrite=True, as_it_is=True)
         except RecordError:
             raise
-        except OSError:  # nor can FILE be written in such a folder, which its writer says
+        except OSError:  # FILE cannot be written in such a folder either, and its writer reports it
             pass
     try:
         yield
     finally:
         if held is not None:
             with suppress(OSError):
-                if name.stat().st_size == 0:  # else it is somebody's file of this name
+                if name.stat().st_size == 0:  # else it is another file of this name
                     name.unlink()
             held.close()
 
 
 def _open(partial: Path) -> tuple[int, bool]:
-    """Opens a file, or makes it; returns its descriptor and whether it is new."""
+    """Opens or creates a file; returns its descriptor and whether it is new."""
     while True:
         with suppress(FileExistsError):
             return os.open(partial, _FLAGS | os.O_CREAT | os.O_EXCL, 0o666), True

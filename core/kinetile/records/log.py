@@ -1,26 +1,26 @@
-"""Log of a run that goes on: its rows batch by batch, each of which is whole or is not there.
+"""Log of an active run: its rows batch by batch, each of which is complete or absent.
 
-Parquet says at its end what is in a file, so a file without an end cannot be read. So rows go first to a file
+Parquet has its index at the end, so an unfinished file cannot be read. So rows go first to a file
 that is written from front to back and can be read at every length::
 
     "kinetile rows 1\\n"                                    16 bytes
     head, batch, batch, ...                                 each: lengths, text, rows, checksum
 
 ``lengths`` are those of the text and of the rows in bytes (two unsigned integers of 8 bytes), ``text`` is
-JSON, ``rows`` are rows (dtype LOG) as they lie in memory, all little-endian. The text of the head names the
-columns, holds the scene, and a number of its own; the text of a batch is the metadata as they were when it
-was written, so the last one says how far the run is. ``checksum`` (4 bytes) is the CRC-32 of the whole file
-up to it, the other checksums left out: a batch is right only behind all those that it was written behind, and
+JSON, ``rows`` are rows (dtype LOG) as they lie in memory, all little-endian. The text of the head has the
+columns, the scene, and a number of its own; the text of a batch is the metadata at its
+time, so the last one says how far the run is. ``checksum`` (4 bytes) is the CRC-32 of the whole file
+up to it, without the other checksums: a batch is valid only after all earlier ones, and
 old bytes of the disk cannot pass for one.
 
 One rule decides which batches count: a batch counts if its lengths fit into the file and its checksum is
-right, and nothing counts behind one that does not. Nothing is made of a byte before its checksum is known.
-Whatever cuts a write short, a kill or a full disk, leaves a prefix of what was written. Zeros at the end are
+right, and nothing counts after one that does not. No byte is used before its checksum is verified.
+An interrupted write, by a kill or a full disk, leaves a prefix of the rows. Zeros at the end are
 space that was reserved (``ReservedFile``): room for one more text is kept at all times, so that even on a
-full disk a run can say how it has ended.
+full disk a run can write its status.
 
-An Arrow IPC stream would be the well-known format for this, and was tried. It ends where it is torn, as this
-one does, but has no checksums: of 400 flipped bits, 298 gave other rows and no error, and a stream that was
+An Arrow IPC stream would be the well-known format for this, and was tried. It is readable when truncated,
+like this one, but has no checksums: of 400 flipped bits, 298 gave other rows and no error, and a stream
 cut off with old bytes behind it gave wrong rows at 1,102 of 1,518 places. With checksums of our own in its
 metadata it would be two formats at once, and writing takes a third longer (317 ns a row, here 234).
 """
@@ -58,15 +58,15 @@ _AT_ONCE = 1 << 20
 
 
 class Beginning(NamedTuple):
-    """The rows of a run up to where it was saved: how many there were, the fingerprint of the contacts among
-    them, and the scene."""
+    """The rows of a run up to its checkpoint: their number, the fingerprint of their contacts, and the
+    scene."""
 
     rows: int
     fingerprint: str
     scene: str
 
     def check(self, rows: int, fingerprint: str, scene: str, name: str) -> None:
-        """Raises RecordError unless it is these rows with which a file begins."""
+        """Raises RecordError unless a file begins with these rows."""
         expected = "expected the events of this very run, or another name for a file from here on"
         if _without_comment(scene) != _without_comment(self.scene):
             raise RecordError(f"{name} holds events of another scene: {expected}")
@@ -80,7 +80,7 @@ class Beginning(NamedTuple):
 
 
 def _without_comment(scene: str) -> str:
-    """Returns a scene's text without the line that says where it is from."""
+    """Returns a scene's text without the line of its origin."""
     return scene.partition("\n")[2] if scene.startswith("#") else scene
 
 
@@ -103,18 +103,18 @@ class LogWriter:
 
     @classmethod
     def behind(cls, file: ReservedFile, at: tuple[int, int]) -> LogWriter:
-        """Returns a writer that goes on at a place in a log (``LogReader.at``); what is behind it is gone."""
+        """Returns a writer that continues at a place in a log (``LogReader.at``); the rest is discarded."""
         position, checksum = at
         file.go_to(position)
         return cls(file, checksum)
 
     def write(self, text: str, rows: NDArray[Any]) -> None:
-        """Writes a batch, and hands it to the system: it stays, even if the process ends a moment later."""
+        """Writes a batch, and passes it to the system: it survives the process."""
         self._file.reserve(_size(text) + rows.nbytes + _size(text) + _LAST_TEXT)
         self._put(text, rows)
 
     def end(self, text: str) -> None:
-        """Writes the last batch, which has no rows, into the room that was kept for it."""
+        """Writes the last batch, which has no rows, into the room reserved for it."""
         self._put(text, np.zeros(0, _ROW))
 
     def _put(self, text: str, rows: NDArray[Any]) -> None:
@@ -128,10 +128,10 @@ class LogWriter:
 class LogReader:
     """Reader of a log: yields its rows batch by batch (dtype LOG), from front to back, once.
 
-    ``scene`` is the scene as TOML; ``text`` the metadata as they were behind the last rows that were given,
-    "" before the first batch; ``rest``, at the end, how many bytes lie behind the last batch that counts, the
-    zeros at the end left out. RecordError, in which the file is called ``name``, for what is no log, or one
-    without a head, or with other columns.
+    ``scene`` is the scene as TOML; ``text`` the metadata after the last yielded rows,
+    "" before the first batch; ``rest``, at the end, the number of bytes after the last batch that counts,
+    without the zeros at the end. RecordError, in which the file is called ``name``, for a file that is no
+    log, has no head, or has other columns.
     """
 
     def __init__(self, file: BinaryIO, name: str) -> None:
@@ -205,7 +205,7 @@ class LogReader:
 
 
 def holds_nothing(file: BinaryIO) -> bool:
-    """Whether a file can be written over with no loss: there are only zeros, or a log without any rows."""
+    """Whether a file can be overwritten without loss: it has only zeros, or a log without any rows."""
     file.seek(0)
     if not _without_zeros(file):
         return True
@@ -221,7 +221,7 @@ def _size(text: str) -> int:
 
 
 def _without_zeros(file: BinaryIO) -> int:
-    """Returns the number of bytes from here on, the zeros at the end left out."""
+    """Returns the number of bytes from here on, without the zeros at the end."""
     size = here = 0
     while some := file.read(_AT_ONCE):
         used = len(some.rstrip(b"\0"))
@@ -244,7 +244,7 @@ class Seal:
         self._rows = hashlib.sha256()
 
     def add(self, rows: NDArray[Any]) -> None:
-        """Goes on with the next rows (dtype LOG)."""
+        """Continues with the next rows (dtype LOG)."""
         self._contacts.update(digestible(rows[rows["b"] > TURNED]))
         self._rows.update(rows.astype(_EVERYWHERE, copy=False).tobytes())
 
@@ -269,9 +269,9 @@ class ReservedFile:
     """An empty file, written from front to back, that owns its space before anything is written there.
 
     The end of a file must have its room while the rest is written. So the space for a batch of rows *and* for
-    the last text behind it is taken from the disk first, by ``posix_fallocate`` (which promises that writes
-    inside the range will not fail for want of space) or, where that is missing, by writing zeros. Without
-    that space nothing has been written yet, and the last text still fits into what is owned.
+    the last text after it is taken from the disk first, by ``posix_fallocate`` (which guarantees that writes
+    inside the range will not fail for want of space) or, without it, by writing zeros. If that fails,
+    nothing has been written yet, and the last text still fits into the reserved space.
 
     pyarrow can write to it: it has write, flush, tell and closed.
     """
@@ -288,7 +288,7 @@ class ReservedFile:
         return self._file.closed
 
     def reserve(self, size: int) -> None:
-        """Own the next ``size`` bytes; OSError if the disk has not got them, with nothing written."""
+        """Reserves the next ``size`` bytes; OSError if the disk is full, with nothing written."""
         missing = self.position + size - self._owned
         if missing <= 0:
             return
@@ -320,7 +320,7 @@ class ReservedFile:
         return written
 
     def write(self, *parts: bytes | memoryview) -> int:
-        """Writes all of these bytes and returns how many; ``torn`` tells for ever that this has failed."""
+        """Writes all of these bytes and returns their number; ``torn`` records permanently a failure."""
         try:
             for part in parts:
                 rest = memoryview(part)
@@ -347,13 +347,13 @@ class ReservedFile:
         self._file.close()
 
     def go_to(self, position: int) -> None:
-        """Goes on from a position in what is there; what is behind it is gone."""
+        """Continues from a position in the file; the rest is discarded."""
         os.ftruncate(self._file.fileno(), position)
         self._file.seek(position)
         self.position = self._owned = position
 
     def trim(self) -> None:
-        """Gives back what was reserved and not used."""
+        """Releases reserved space that was not used."""
         os.ftruncate(self._file.fileno(), self.position)
         self._owned = self.position
 
