@@ -1,1 +1,1 @@
-"""Runs: phases composed into one loop, the engine around it, and ``Simulation``, which users have."""
+"""Runs: phases composed into one loop, the engine around it, and ``Simulation``, the public class."""

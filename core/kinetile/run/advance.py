@@ -1,7 +1,7 @@
-"""Runs to an end, chunk by chunk, or event by event; and the events as users see them.
+"""Runs to an end, chunk by chunk, or event by event; and the events that users see.
 
-The compiled loop runs within one span of the clock at a time. Here the spans are put together: an end in time
-lies in this span or a later one, and between two spans the clock's base moves on.
+The compiled loop runs within one span of the clock at a time. This module joins the spans: an end in time
+is in this span or a later one, and between two spans the clock's base moves on.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from kinetile.scene.responses import Kind
 __all__ = ["End", "Event", "advance", "advance_one", "next_event"]
 
 IDLE_SPANS = 1 << 12
-"""A run without an end in time gives up after so many spans of the clock in which nothing happened."""
+"""The number of empty spans of the clock after which a run without an end in time gives up."""
 
 
 COMMANDS: dict[int, Literal["turn", "insert", "remove"]] = {
@@ -36,7 +36,7 @@ COMMANDS: dict[int, Literal["turn", "insert", "remove"]] = {
 
 class End(NamedTuple):
     """The end of a run: a time (``until``, and ``ticks`` since the start; None: no end in time), ``quota``
-    contacts of that tick, or so many contacts or events in all."""
+    contacts of that tick, or a total number of contacts or events."""
 
     until: float | None = None
     ticks: int | None = None
@@ -56,16 +56,16 @@ class Event(NamedTuple):
     """One event of a run.
 
     Attributes:
-        time: when, in the scene's time; (epoch, tick) is the same exactly (``kinetile.kernel.log``).
+        time: the time in the scene's unit; (epoch, tick) is the same exactly (``kinetile.kernel.log``).
         epoch: whole time units since the scene's start.
         tick: ticks of 2**-52 of a time unit after that.
-        kind: "structural" (a certificate of the broad phase failed), "turn", "insert" (a body came),
-            "remove" (a body went), "wall" (a body met a wall), "disc" (two bodies met), "pass" (two begin to
+        kind: "structural" (a certificate of the broad phase failed), "turn", "insert", "remove", "wall" (a
+            body met a wall), "disc" (two bodies met), "pass" (two begin to
             pass through each other) or "part" (they end to).
-        bodies: the bodies that the event is about, in ascending order; none at a structural event.
+        bodies: the bodies of the event, in ascending order; none at a structural event.
         certificate: the body whose certificate fails at a structural event, else None.
         wall: "left", "right", "bottom" or "top" at a contact with a wall that has happened, else None.
-        kinds: the kinds of ``bodies``, in their order; none where the scene has none.
+        kinds: the kinds of ``bodies``, in their order; empty if the scene has none.
     """
 
     time: float
@@ -79,10 +79,10 @@ class Event(NamedTuple):
 
 
 def advance(engine: Engine, end: End, audit: int | None, after_chunk: Callable[[], None]) -> Event | None:
-    """Runs on to an end, with an audit every so many contacts and at the end, unless that is None; returns
-    the contact at which the run stopped before, where one is watched.
+    """Runs to an end, with an audit at intervals of contacts and at the end, unless that is None; returns
+    the watched contact at which the run stopped before, if any.
 
-    ``after_chunk`` is called when a chunk is done; whatever it raises ends the run there.
+    ``after_chunk`` is called after each chunk; an exception from it ends the run there.
     """
     still, audited = _Stillness(), engine.contacts
     while True:
@@ -111,8 +111,8 @@ class _Stillness:
     """Counts spans of the clock in which nothing happens.
 
     Attributes:
-        quiet: how many passed in a row without a contact or a command; structural events do not count.
-        idle: of these, those after which no command is to come either: so long a run without an end waits.
+        quiet: spans in a row without a contact or a command; structural events do not count.
+        idle: of these, those after which no command is to come either: the waiting time of a run without end.
     """
 
     def __init__(self) -> None:
@@ -127,14 +127,14 @@ class _Stillness:
         self._seen = happened
 
     def skip(self, spans: int) -> None:
-        """Counts spans that were skipped: in them nothing can happen."""
+        """Counts skipped spans: in them nothing can happen."""
         self.quiet += spans
         self.idle += spans if self.idle else 0
 
 
 def advance_one(engine: Engine, end: End) -> Event | None:
-    """Runs the next event up to and at an end in time, and returns it; None, at that end, where none
-    comes."""
+    """Runs the next event up to and at an end in time, and returns it; None, at that end, if there is
+    none."""
     idle = 0
     while idle < IDLE_SPANS:
         engine.build()
@@ -143,7 +143,7 @@ def advance_one(engine: Engine, end: End) -> Event | None:
         if head is not None:
             event = _event_of(engine, head)
             while engine.chunk(head.tick, UNLIMITED, most=1) == COMMAND_DUE:
-                pass  # room has been made, and nothing done yet
+                pass  # tables have grown, and no event has run yet
             engine.build()
             if event is not None:
                 return event if event.kind != "wall" else event._replace(wall=_wall_met(engine))
@@ -166,20 +166,20 @@ def _move_on(engine: Engine, end: End, idle: int, quiet: int) -> int:
     """
     with Unbroken():
         most = IDLE_SPANS - idle if end.ticks is None else UNLIMITED
-        # Looking ahead costs as much as some spans do, and is vain where bodies meet now and then.
+        # Looking ahead costs as much as some spans do, and is useless if bodies meet now and then.
         skipped = engine.skip(end.ticks, most) if quiet % 16 == 15 else 0
         engine.move_base(end.ticks)
     return skipped + 1
 
 
 def next_event(engine: Engine) -> Event | None:
-    """Returns the first event that is scheduled now; None where nothing is. A jam does not prevent it."""
+    """Returns the first event that is scheduled now, or None. A jam does not prevent it."""
     engine.build()
     clock, fields = engine.k.clock[0], engine.fields
     lists = clock.lists
     command, fault = int(lists.command), fields.fault.code[0]
     fields.fault.code[0] = 0 if fault == JAMMED else fault
-    try:  # a plan that is anchored anew is no event: what comes after it is returned
+    try:  # anchoring a plan anew is no event: the next one is returned
         while lists.command < lists.commands and int(_next_command(engine).code) == REANCHORED:
             lists.command += 1
         head = _look(engine, int(clock.now) + 2 * SPAN)
@@ -201,8 +201,8 @@ class _Head(NamedTuple):
 
 
 def _look(engine: Engine, until: int, quota: int = UNLIMITED) -> _Head | None:
-    """Returns what comes next, up to and at a tick that may have ``quota`` contacts; None where nothing does.
-    It changes nothing but that guesses are computed exactly."""
+    """Returns the next event, up to and at a tick that may have ``quota`` contacts, or None.
+    It changes nothing except that guesses are computed exactly."""
     if engine.chunk(until, UNLIMITED, 0, quota) == TIME_REACHED:
         return None
     k = engine.k
@@ -227,12 +227,12 @@ def _next_command(engine: Engine) -> Any:
 
 
 def _awaited(engine: Engine) -> bool:
-    """Whether anything is scheduled, however far away."""
+    """Whether anything is scheduled, at any distance in time."""
     return bool((engine.k.queue.key != NEVER).any())
 
 
 def _event_of(engine: Engine, head: _Head) -> Event | None:
-    """Returns what comes next; None for what is no event to a user, a plan that is written down anew without
+    """Returns the next event; None for one that users do not see, a plan that is anchored anew without
     a change."""
     k = engine.k
     what: dict[str, Any]

@@ -1,7 +1,7 @@
 """Arguments of a simulation's methods, checked before anything is done.
 
-Each reader returns a value of the right type, or raises an error that says what was found and what would be
-right. Lengths and speeds are limited as a scene's are, so that their squares are finite.
+Each reader returns a value of the right type, or raises an error that names the value found and the values
+allowed. Lengths and speeds are limited like a scene's, so that their squares are finite.
 """
 
 from __future__ import annotations
@@ -32,13 +32,13 @@ _SIZE = "at most 2**200 in size"
 
 
 def read_point(value: object, name: str) -> Point:
-    """Returns a point, or a velocity; ValueError where it is none."""
+    """Returns a point, or a velocity; ValueError for anything else."""
     x, y = _read_numbers(value, 2, f"{name} is two finite numbers, {_SIZE}")
     return x, y
 
 
 def read_direction(value: object) -> Point:
-    """Returns a direction; ValueError where it is none, or leads nowhere."""
+    """Returns a direction; ValueError for anything else, or for a zero vector."""
     x, y = read_point(value, "a direction")
     if x == 0.0 and y == 0.0:
         raise ValueError("a direction is two finite numbers that are not both 0; found (0.0, 0.0)")
@@ -46,7 +46,7 @@ def read_direction(value: object) -> Point:
 
 
 def read_box(value: object) -> Box:
-    """Returns a box; ValueError where it is none, or is upside down."""
+    """Returns a box; ValueError for anything else, or for an inverted box."""
     what = "a box is (left, bottom, right, top), four finite numbers"
     left, bottom, right, top = _read_numbers(value, 4, f"{what}, {_SIZE}")
     if left > right or bottom > top:
@@ -55,7 +55,7 @@ def read_box(value: object) -> Box:
 
 
 def read_disc(value: object) -> tuple[Point, float]:
-    """Returns a disc's centre and radius; ValueError where it is none."""
+    """Returns a disc's centre and radius; ValueError for anything else."""
     what = f"a disc is (x, y, radius), three finite numbers, {_SIZE}"
     x, y, radius = _read_numbers(value, 3, what)
     if radius < 0.0:
@@ -64,21 +64,21 @@ def read_disc(value: object) -> tuple[Point, float]:
 
 
 def read_length(value: Any, name: str) -> float:
-    """Returns a length; ValueError where it is none."""
+    """Returns a length; ValueError for anything else."""
     if not is_finite(value) or not 0.0 <= value <= LARGEST:
         raise ValueError(f"{name} is a finite number, from 0 to 2**200; found {shown(value)}")
     return float(value)
 
 
 def read_count(value: Any, name: str) -> int:
-    """Returns how many bodies are wanted at most; ValueError where it is no number of bodies."""
+    """Returns the largest number of bodies wanted; ValueError for anything else."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 0:
         raise ValueError(f"{name} is a number of bodies, at least 0; found {shown(value)}")
     return int(value)
 
 
 def read_kinds(value: Kind | Iterable[Kind], known: Sequence[Kind], where: str) -> list[Kind]:
-    """Returns one kind or several as a list; ValueError for one that is none of those that are known."""
+    """Returns one kind or several as a list; ValueError for an unknown one."""
     one = isinstance(value, str | int | np.integer)
     try:
         kinds: list[Any] = [value] if one else list(value)  # type: ignore[arg-type]
@@ -91,7 +91,7 @@ def read_kinds(value: Kind | Iterable[Kind], known: Sequence[Kind], where: str) 
 
 
 def _read_numbers(value: Any, count: int, what: str) -> list[float]:
-    """Returns so many finite numbers; ValueError, with what is expected, where they are not."""
+    """Returns a given number of finite numbers; ValueError, with what is expected, for anything else."""
     parts = value.tolist() if isinstance(value, np.ndarray) else value
     fit = isinstance(parts, Sequence) and not isinstance(parts, str) and len(parts) == count
     if not fit or not all(is_finite(part) and abs(part) <= LARGEST for part in parts):
@@ -106,9 +106,9 @@ def read_end(
     max_contacts: int | None = None,
     max_events: int | None = None,
 ) -> End:
-    """Returns the end that was asked for; ValueError where it is none, or lies in the past.
+    """Returns the requested end; ValueError for an invalid one, or one in the past.
 
-    The scene's own ``until`` is its exact end, where it has one.
+    The scene's own ``until`` is its exact end, if it has one.
     """
     if until is None:
         until = scene.settings.until
@@ -135,8 +135,8 @@ def read_end(
 
 
 def read_body(engine: Engine, body: object, or_coming: bool = False) -> int:
-    """Returns the number of a body that is there, or that is still to come; IndexError for any other number,
-    with what is known of it, TypeError for what is no number.
+    """Returns the number of a body that is present, or will be inserted by the scene; IndexError, with what
+    is known of it, for any other number, TypeError for a value that is no number.
 
     As for an index of NumPy, a float and a bool are no numbers of bodies.
     """
@@ -146,7 +146,7 @@ def read_body(engine: Engine, body: object, or_coming: bool = False) -> int:
         number = operator.index(body)  # type: ignore[arg-type]  # anything may be given
     except TypeError:
         raise TypeError(f"a body goes by its number; found {shown(body)}") from None
-    # The table of slots has room for numbers that are still to be given: they count for nothing.
+    # The table of slots also has room for numbers that are not given yet: they are ignored.
     if 0 <= number < engine.numbers and engine.k.slots[number] >= 0:
         return number
     if or_coming and engine.agenda.brings(engine.k, engine.clock, number):
@@ -160,7 +160,7 @@ def read_body(engine: Engine, body: object, or_coming: bool = False) -> int:
 def read_turns(engine: Engine, bodies: object, velocities: object) -> Rows:
     """Returns the turns of bodies, each to its velocity; velocities are (n, 2), or one for all.
 
-    IndexError for a body that is not there, ValueError where a velocity is not such as can be flown.
+    IndexError for an unknown body, ValueError for an impossible velocity.
     """
     try:
         numbers = np.atleast_1d(np.asarray(bodies))
@@ -169,7 +169,7 @@ def read_turns(engine: Engine, bodies: object, velocities: object) -> Rows:
     if numbers.ndim != 1:
         raise ValueError(f"bodies are given by a list of their numbers; found {shown(bodies)}")
     if isinstance(bodies, list | tuple) and any(isinstance(body, bool | np.bool_) for body in bodies):
-        numbers = np.array(bodies, dtype=object)  # beside numbers, NumPy makes 1 of True
+        numbers = np.array(bodies, dtype=object)  # among numbers, NumPy makes 1 of True
     if len(numbers) and numbers.dtype.kind not in "iu":
         for body in numbers.tolist():
             read_body(engine, body)
@@ -193,7 +193,7 @@ def read_turns(engine: Engine, bodies: object, velocities: object) -> Rows:
 
 
 def _slots_of(engine: Engine, numbers: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
-    """Returns the slots of bodies; IndexError where one is not there."""
+    """Returns the slots of bodies; IndexError for a body that is not present."""
     slots: npt.NDArray[np.int32] = engine.k.slots
     known = (numbers >= 0) & (numbers < engine.numbers)
     if known.all():
@@ -208,7 +208,7 @@ def _slots_of(engine: Engine, numbers: npt.NDArray[Any]) -> npt.NDArray[np.int32
 def read_insertion(
     engine: Engine, position: object, velocity: object, radius: float, mass: float, kind: Kind | None
 ) -> Rows:
-    """Returns the command that inserts a body now; ValueError where a scene could not have it."""
+    """Returns the command that inserts a body now; ValueError for values that a scene would refuse."""
     kinds = engine.scene.kinds
     kind = kinds[0] if kind is None else kind
     if kind not in kinds:
@@ -238,7 +238,7 @@ def read_insertion(
 
 
 def read_removal(engine: Engine, body: object) -> Rows:
-    """Returns the command that removes a body now; IndexError where it is not there."""
+    """Returns the command that removes a body now; IndexError if it is not present."""
     rows = engine.command_rows(REMOVED)
     rows["body"] = read_body(engine, body)
     return rows
@@ -268,10 +268,10 @@ class StopAt:
     Attributes:
         bodies: numbers of bodies, at every contact of theirs, with others or walls.
         pairs: two numbers each, or a number and "wall".
-        kinds: one kind of bodies or several, at every contact of theirs; those who come later among them,
-            where the scene has them come.
-        before: stop before the contact happens, and not after: it is still to come, if no command changes
-        that.
+        kinds: one kind of bodies or several, at every contact of theirs, including bodies that the scene
+            inserts later.
+        before: stop before the contact happens, and not after: it is still to come, unless a command changes
+            that.
     """
 
     bodies: Iterable[int] = field(default=())
@@ -281,10 +281,10 @@ class StopAt:
 
 
 def read_stop(engine: Engine, scene: Scene, stop: Any) -> Watch | None:
-    """Returns where a run is to stop as the loop has it; None where it is to stop nowhere before its end.
+    """Returns the stopping contacts in the form of the loop; None if there are none before the end.
 
-    TypeError for what does not say so, IndexError for bodies that are neither there nor still to come,
-    ValueError for kinds that there are not.
+    TypeError for a wrong type, IndexError for bodies that are neither present nor to be inserted,
+    ValueError for unknown kinds.
     """
     if stop is None:
         return None
@@ -311,7 +311,7 @@ def read_stop(engine: Engine, scene: Scene, stop: Any) -> Watch | None:
 
 
 def _several(given: Any, name: str, of: str) -> list[Any]:
-    """Returns what is given as a list; TypeError where that cannot be."""
+    """Returns an argument as a list; TypeError if that is impossible."""
     try:
         return list(given)
     except TypeError:
@@ -330,7 +330,7 @@ def _pair(engine: Engine, pair: Any) -> tuple[int, int]:
 
 
 def _of_kind(engine: Engine, scene: Scene, kind: Kind) -> list[int]:
-    """Returns the numbers of the bodies of a kind: those of the start, those given by hand, those to come."""
+    """Returns the numbers of the bodies of a kind: from the start, interactive, and still to be inserted."""
     of_it = scene.kinds.index(kind)
     found = np.flatnonzero(scene.kind_numbers == of_it).tolist()
     found += [each.body for each in scene.commands if isinstance(each, Insert) and each.kind == kind]

@@ -1,9 +1,9 @@
-"""Auditing a run: between two events, check slowly everything that must hold.
+"""Audit of a run: a slow check, between two events, of everything that must hold.
 
-Every structure of the kernel is compared with what it stands for, every contact of two bodies that are near
-is computed anew and compared with what the queue says of it, every two bodies that touch must be a candidate
-pair, and the broad phase checks its own invariants. The first thing that
-does not hold ends the run with an ``AuditError``, close to the event that broke it; where a contact would be
+Every structure of the kernel is compared with its definition, every contact of two bodies that are near
+is computed anew and compared with its entry in the queue, every two bodies that touch must be a candidate
+pair, and the broad phase checks its own invariants. The first violation
+ends the run with an ``AuditError``, close to the event that caused it; if a contact would be
 missed it is a ``MissedContactError`` as well.
 
 The cost is O(n^2) an audit; ``Simulation(..., audit=N)`` audits every N contacts.
@@ -44,7 +44,7 @@ from kinetile.run.structure import named_near, pairs_of_named
 
 
 def of_calendar(k: Any) -> Iterator[str]:
-    """Every body with an event stands once in the list of its slice, in order, and no other does."""
+    """Every body with an event is once in the list of its slice, in order, and no other is."""
     clock = k.clock
     keys, days = k.queue.key.tolist(), (k.queue.key >> clock.calendar.shift).tolist()
     after, before, marks = k.links.next.tolist(), k.links.prev.tolist(), k.marks.tolist()
@@ -77,7 +77,7 @@ def of_calendar(k: Any) -> Iterator[str]:
 
 
 def _ranks(k: Any) -> list[tuple[int, ...]]:
-    """Returns for each body where what awaits it stands in the order of events (``calendar.rank``)."""
+    """Returns for each body the position of its entry in the order of events (``calendar.rank``)."""
     queue = k.queue
     columns = (queue.number, queue.key, queue.kind, queue.number[queue.partner])
     return [rank(*row) for row in zip(*(column.tolist() for column in columns), strict=True)]
@@ -105,7 +105,7 @@ def of_entries(k: Any) -> Iterator[str]:
 
 
 def of_places(k: Any) -> Iterator[str]:
-    """The rows of places at the common clock are those of the plans."""
+    """The rows of positions at the common clock are those of the plans."""
     clock = k.clock
     back = (clock.origin - k.bodies.anchor) * clock.tick
     bodies, places = k.bodies, k.places
@@ -119,7 +119,7 @@ def of_places(k: Any) -> Iterator[str]:
 
 
 def of_pair_set(k: Any) -> Iterator[str]:
-    """Every pair of the pair set stands once in the list of each of its bodies and once in the lookup, and
+    """Every pair of the pair set is once in the list of each of its bodies and once in the lookup, and
     all other records are free."""
     table = k.pairs
     live = np.flatnonzero(table.a >= 0)
@@ -129,7 +129,7 @@ def of_pair_set(k: Any) -> Iterator[str]:
 
 
 def of_lists(table: Any, firsts: Any, what: str, counted: int, first_free: int) -> Iterator[str]:
-    """Every pair of a table stands once in the list of each of its bodies; all other records are free."""
+    """Every pair of a table is once in the list of each of its bodies; all other records are free."""
     live = np.flatnonzero(table.a >= 0)
     if len(live) != int(counted):
         yield f"there are {len(live)} pairs in {what}, but the kernel counts {int(counted)}"
@@ -201,7 +201,7 @@ def of_passings(k: Kernel, columns: Any, composition: Composition, place: Any) -
 
 
 def _overlapping(k: Any, place: Any, passing: set[tuple[int, int]]) -> Iterator[str]:
-    """Two bodies that overlap by more than rounding, and may, are passing."""
+    """Two bodies that overlap by more than rounding, and may pass, are passing."""
     kinds, kind, radius = k.clock.kinds, k.traits.kind, k.bodies.radius
     for a in np.flatnonzero(k.queue.number >= 0).tolist():
         may = (k.rules.response[kind[a] * (kinds + 1) + kind] == PASS) & (k.queue.number > k.queue.number[a])
@@ -220,15 +220,15 @@ ROWS = 1 << 9
 
 
 class Complaint(NamedTuple):
-    """Something that must hold and does not, and the bodies whose contact would be missed by it."""
+    """A violation, and the bodies whose contact would be missed because of it."""
 
     said: str
     bodies: tuple[int, ...] = ()
 
 
 def check_all(k: Kernel, composition: Composition, delta: float, time: float, events: int) -> None:
-    """Raises AuditError for the first thing that does not hold now, at a time and after so many events; an
-    UnawaitedContactError where it would make a contact be missed. ``delta`` is the skin."""
+    """Raises AuditError for the first violation now, at a time and after a number of events; an
+    UnawaitedContactError if a contact would be missed. ``delta`` is the skin."""
     who = f"at time {time!r}, after {events} events under broad phase {composition.broad_phase!r}"
     try:
         for said, bodies in complaints(k, composition, delta):
@@ -237,13 +237,13 @@ def check_all(k: Kernel, composition: Composition, delta: float, time: float, ev
             raise AuditError(f"{who}: {said}")
     except (KinetileError, KeyboardInterrupt):
         raise
-    except (Exception, SystemExit) as error:  # tables that are not what they were, or the phase's audit
+    except (Exception, SystemExit) as error:  # corrupt tables, or the phase's own audit
         said = f"the audit cannot be finished: {sentence(error)}{place_of(error)}"
         raise AuditError(f"{who}: {said}") from error
 
 
 def complaints(k: Kernel, composition: Composition, delta: float) -> Iterator[Complaint]:
-    """Yields everything that does not hold now; ``delta`` is the skin."""
+    """Yields all present violations; ``delta`` is the skin."""
     broad, columns = composition.broad, _columns(k)
     yield from map(Complaint, of_calendar(columns))
     yield from map(Complaint, of_entries(columns))
@@ -276,7 +276,7 @@ class _Columns:
         return self._length
 
     def __getattr__(self, name: str) -> Any:
-        raise AttributeError(name)  # for whoever checks types: the columns are set in the constructor
+        raise AttributeError(name)  # for type checkers: the columns are set in the constructor
 
 
 def _columns(k: Kernel) -> Any:
@@ -307,7 +307,7 @@ def _repairs_are_due(k: Any) -> bool:
 
 
 def _near(k: Any, named: Pairs) -> Iterator[str]:
-    """``near`` names bodies that are there, each of two names the other, and there is room for the answer."""
+    """``near`` names present bodies, each of two names the other, and there is room for the output."""
     n, room = len(k.bodies), len(k.near) - SPARE
     wrong = (named[:, 1] < 0) | (named[:, 1] >= n)
     wrong[~wrong] = k.queue.number[named[~wrong, 1]] < 0
@@ -323,7 +323,7 @@ def _near(k: Any, named: Pairs) -> Iterator[str]:
 
 
 def _contact_times(k: Kernel, columns: Any, composition: Composition, near: Pairs) -> Iterator[Complaint]:
-    """What the entries say of contacts is true: all of them are computed anew, and exactly."""
+    """The predictions of the entries are true: all contacts are computed anew, and exactly."""
     queue, bodies = columns.queue, columns.bodies
     partner = queue.partner
     known = np.flatnonzero(partner >= 0)
@@ -336,7 +336,7 @@ def _contact_times(k: Kernel, columns: Any, composition: Composition, near: Pair
 
 
 def _asked_anew(k: Kernel, composition: Composition, pairs: Pairs) -> tuple[Integers, Integers]:
-    """Returns when each pair, and each body and a wall, meet by their plans; NEVER for who have just met."""
+    """Returns when each pair, and each body and a wall, meet by their plans; NEVER for barred pairs."""
     pair, wall = composition.pair, composition.wall
     passing = pair is not None and composition.rules is not None and composition.rules.passing
     parts: dict[str, Any] = {"PAIRS": pair is not None, "WALLS": wall is not None, "PASSING": passing}
@@ -345,13 +345,13 @@ def _asked_anew(k: Kernel, composition: Composition, pairs: Pairs) -> tuple[Inte
     if wall is not None:
         parts["reach_wall"] = wall.reach_wall
     meetings, walls = np.full(len(pairs), NEVER), np.full(len(k.bodies), NEVER)
-    aside = k._replace(clock=k.clock.copy())  # a narrow phase may report a fault; it is not to end the run
+    aside = k._replace(clock=k.clock.copy())  # a fault that a narrow phase reports must not end the run
     compose(ask_again, parts, "audit", Kernel)(aside, pairs, meetings, walls)
     return meetings, walls
 
 
 def _of_walls(k: Any, walls: Integers) -> Iterator[Complaint]:
-    """No body is at a wall before it is looked at, and what is known of a wall is so."""
+    """No body is at a wall before its wall is computed, and computed wall ticks are right."""
     key, kind, known = k.queue.key, k.queue.kind, k.queue.wall
     for body in np.flatnonzero((walls < key) | ((walls == key) & (kind == PAIR) & (key != NEVER))).tolist():
         said = f"body {body} is looked at {said_tick(key[body])} at the earliest"
@@ -362,7 +362,7 @@ def _of_walls(k: Any, walls: Integers) -> Iterator[Complaint]:
 
 
 def _of_partners(k: Any, known: Integers, meetings: Integers) -> Iterator[Complaint]:
-    """A body meets its partner at the tick of its entry, or not before where that is a guess."""
+    """A body meets its partner at the tick of its entry, or not before if that is a guess."""
     tick, exact = k.queue.tick[known], k.queue.exact[known] == 1
     for at in np.flatnonzero(np.where(exact, meetings != tick, meetings < tick)).tolist():
         a, b = sorted((int(known[at]), int(k.queue.partner[known[at]])))
@@ -375,9 +375,9 @@ def _of_near(k: Any, near: Pairs, meetings: Integers) -> Iterator[Complaint]:
     """Coverage: of every near pair one body has a bound below the time of their contact, and comes to the
     head by then.
 
-    That is the body that looked at the other last. It knows its partner by ``tick``, as long as the partner
-    has the plan that it had then, and everybody else by ``guard``. At the very tick of the contact it is
-    looked at before the pair's turn comes: as something that precedes pairs, or as a pair that precedes this.
+    That is the body whose prediction included the other last. It covers its partner by ``tick``, as long as
+    the partner's plan is unchanged, and all others by ``guard``. At the very tick of the contact its entry
+    comes before the pair's turn: as something that precedes pairs, or as a pair that precedes this.
     """
     queue, number = k.queue, k.queue.number.astype(np.int64)
     stamp, n = k.bodies.stamp, int(number.max(initial=0)) + 1

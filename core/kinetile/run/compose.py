@@ -1,5 +1,5 @@
-"""Composition of a run: phases found by name, the rules of its scene, and the loop that has them and nothing
-else.
+"""Composition of a run: phases found by name, the rules of its scene, and the loop that contains only
+these.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class Rules:
     names: tuple[str, ...]
 
     def parts(self, pair: PairParts | None, wall: WallParts | None) -> dict[str, Any]:
-        """Returns what is filled into the loop for them."""
+        """Returns their values for the templates."""
         found: dict[str, Any] = {"RESPONSES": len(self.hooks)}
         found |= {f"respond_{number}": hook for number, hook in enumerate(self.hooks, 1)}
         if pair is not None:
@@ -62,9 +62,9 @@ def read_rules(
     narrow: dict[str, PairParts | WallParts],
     prepare: Prepare,
 ) -> Rules | None:
-    """Returns the rules of a scene, or None where all contacts are elastic and all bodies can be moved.
+    """Returns the rules of a scene, or None if all contacts are elastic and all bodies are movable.
 
-    Raises Refused where a phase does not go with them.
+    Raises Refused if a phase does not support them.
     """
     if not scene.ruled:
         return None
@@ -77,7 +77,7 @@ def read_rules(
         )
     rows = record_table(RULE, kinds * (kinds + 1))
     for row, response, each in zip(rows, meets, parts, strict=True):
-        # The kernel does the two built-in responses itself, as 0 and 1; hooks are numbered behind them.
+        # The kernel runs the two built-in responses itself, as 0 and 1; hooks are numbered after them.
         built_in = response.name in BUILT_IN
         row.response = BUILT_IN.index(response.name) if built_in else 2 + hooks.index(cast(Any, each.respond))
         for name, number in zip(RULE.names[1:], each.numbers, strict=False):  # type: ignore[index]
@@ -94,7 +94,7 @@ def read_rules(
 
 
 def _name(hook: Any) -> tuple[str, str]:
-    """Where a hook comes from: the same hooks in the same order make the same loop."""
+    """The origin of a hook: the same hooks in the same order make the same loop."""
     function = getattr(hook, "py_func", hook)
     return function.__module__, function.__qualname__
 
@@ -112,7 +112,7 @@ def _parts(response: Response, scene: Scene, prepare: Prepare) -> ResponseParts:
 
 
 def _check_narrow(narrow: dict[str, PairParts | WallParts], passing: bool, hooks: bool) -> None:
-    """Refuses narrow phases that do not go with rules."""
+    """Refuses narrow phases that do not support rules."""
     for name, parts in narrow.items():
         who = described("narrow phase", name)
         if passing and isinstance(parts, PairParts) and parts.part is None:
@@ -126,7 +126,7 @@ def _check_narrow(narrow: dict[str, PairParts | WallParts], passing: bool, hooks
 
 
 DEFAULT_BROAD_PHASE = "cells"
-"""Taken without a name: it does any scene, and is the fastest of the built-in ones (docs/benchmark.md)."""
+"""The default: it accepts every scene, and is the fastest of the built-in ones (docs/benchmark.md)."""
 
 
 class Commands(IntEnum):
@@ -156,7 +156,7 @@ class Composition:
         pair: the parts of the narrow phase for two bodies; None: bodies pass through each other.
         wall: the parts of the narrow phase for walls; None: there are no walls.
         prepared: the scene for which all of them were prepared.
-        rules: what happens at contacts; None: all are elastic.
+        rules: the responses; None: all contacts are elastic.
     """
 
     broad_phase: str
@@ -170,19 +170,19 @@ class Composition:
 
     @property
     def living(self) -> bool:
-        """Whether the broad phase takes bodies in and lets them go; where not, it is built anew for each."""
+        """Whether the broad phase inserts and removes bodies; if not, it is built anew for each."""
         return self.broad.enter is not None
 
     def loop(self, commands: Commands) -> Callable[..., Any]:
-        """Returns the loop for these phases, compiled when it is first called or made ready."""
+        """Returns the loop for these phases, compiled at the first call or when it is made ready."""
         from kinetile.kernel.compiled import compose
         from kinetile.kernel.loop.loop import advance
 
         return compose(advance, self._parts(commands), self.label, type(self.broad.state))
 
     def obeying(self) -> Callable[..., Any]:
-        """Returns a function that carries out one command by itself, for a broad phase that cannot take a
-        body in or let one go."""
+        """Returns a function that runs one command by itself, for a broad phase that cannot insert or
+        remove a body."""
         from kinetile.kernel.compiled import compose
         from kinetile.kernel.loop import idle
         from kinetile.kernel.loop.commands import obey_alone
@@ -191,7 +191,7 @@ class Composition:
         return compose(obey_alone, parts, f"obey_{self.label}", type(self.broad.state))
 
     def _parts(self, commands: Commands) -> dict[str, Any]:
-        """Returns what is filled into the loop's templates."""
+        """Returns the values for the loop's templates."""
         parts: dict[str, Any] = {
             "build": self.broad.build,
             "repair": self.broad.repair,
@@ -218,7 +218,7 @@ class Composition:
         return parts
 
     def prepared_for(self, scene: Scene) -> Composition:
-        """Returns the same phases, prepared for another scene; Refused where one cannot do it."""
+        """Returns the same phases, prepared for another scene; Refused if one does not accept it."""
         return _compose(scene, self.broad_phase, self.narrow_phases, self.options)
 
     @property
@@ -242,8 +242,8 @@ def compose_phases(
 
     Raises:
         UnknownName: no phase has this name.
-        BadOption: a phase has no such option, or not such a value.
-        Refused: a phase cannot do this scene.
+        BadOption: a phase has no such option, or does not accept its value.
+        Refused: a phase does not accept this scene.
     """
     settings = scene.settings
     narrow = narrow_phases if narrow_phases is not None else settings.narrow_phases
@@ -266,7 +266,7 @@ def read_narrow_phases(
 def _compose(
     scene: Scene, name: str, narrow: Mapping[str, Mapping[str, Any]], options: Mapping[str, Any] | None
 ) -> Composition:
-    """Prepares the phases of these names for a scene, and refuses those that do not go together."""
+    """Prepares the phases of these names for a scene, and refuses incompatible ones."""
     broad_options = {**scene.settings.options.get(name, {}), **(options or {})}
     broad = _prepare("broad phase", name, broad_options, scene)
     if not isinstance(broad, BroadPhaseParts):
@@ -312,7 +312,7 @@ def _narrow_parts(scene: Scene, options: Mapping[str, Mapping[str, Any]]) -> dic
 
 
 def _demand_solid(name: str, given: Mapping[str, PairParts | WallParts], pair: PairParts | None) -> None:
-    """Raises Refused where bodies may pass through each other, for a broad phase that is wrong then."""
+    """Raises Refused if bodies may pass through each other and the broad phase is wrong then."""
     if pair is None:
         raise Refused(
             f"{name} is right only while bodies cannot pass through each other, and no narrow phase for "
@@ -340,7 +340,7 @@ def _prepare(kind: Kind, name: str, options: Mapping[str, Any], scene: Scene) ->
 
 
 def check_options(kind: str, name: str, phase: Callable[..., Any], options: Mapping[str, Any]) -> None:
-    """Refuses an option that the phase's constructor does not have, with what was meant and what there is."""
+    """Refuses an option that the phase's constructor does not have, with the nearest and all known ones."""
     if not options:
         return
     import inspect

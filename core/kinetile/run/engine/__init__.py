@@ -1,1 +1,1 @@
-"""The engine, and what computes for it: tables, bounds, commands, contacts, errors."""
+"""The engine, and its parts: tables, bounds, commands, contacts, errors."""

@@ -1,15 +1,15 @@
-"""Commands of a run: the agenda of those to come, and the history of those given by hand.
+"""Commands of a run: the agenda of those to come, and the history of interactive ones.
 
-Commands of the present span of the clock are the kernel's: the rows of ``k.commands`` from ``command`` to
+Commands of the present span of the clock are in the kernel: the rows of ``k.commands`` from ``command`` to
 ``commands`` of ``k.clock[0].lists``. Those of later spans wait in the agenda, in ticks since the start, and
-are handed over when their span comes.
+are moved to the kernel when their span begins.
 
-A command by hand is the next to be carried out, so its row goes in front of those that wait: into rows of
-commands that have been carried out, or into rows that are left free for it. That costs the same however many
-wait.
+An interactive command is the next one to run, so its row goes in front of the waiting ones: into rows of
+commands that have already run, or into rows that are left free for it. The cost does not depend on the number
+of waiting commands.
 
 The history is kept as bytes, row after row. An hour of a game has some ten million commands: as objects they
-would take four times the memory, and Python's collector would go through all of them now and then.
+would take four times the memory, and Python's collector would scan all of them now and then.
 """
 
 from __future__ import annotations
@@ -29,16 +29,16 @@ from kinetile.run.engine.fields import Fields
 from kinetile.scene import Insert, Remove, Scene, Turn, with_commands
 
 Rows = npt.NDArray[np.void]
-"""Commands as the kernel has them (``kinetile.kernel.tables.COMMAND``), in its ticks."""
+"""Commands in the kernel's form (``kinetile.kernel.tables.COMMAND``), in its ticks."""
 
 FRONT = 64
-"""Rows that are left free, at first, for commands by hand."""
+"""Initial number of free rows for interactive commands."""
 
 
 class Command(NamedTuple):
-    """One command, at ``ticks`` since the start, for the body of a number; ``code`` says what it is
-    (``kinetile.kernel.log``). ``mass`` is that of the body, whatever is done to it; ``after`` is how many
-    contacts of this tick come before."""
+    """One command, at ``ticks`` since the start, for the body of a number; ``code`` is its kind
+    (``kinetile.kernel.log``). ``mass`` is that of the body, for any kind; ``after`` is the number of
+    contacts of this tick that come before."""
 
     ticks: int
     body: int
@@ -54,11 +54,11 @@ class Command(NamedTuple):
 
     @property
     def squares(self) -> float:
-        """Mass times speed squared: twice the energy that it can bring in; 0 for what nothing can move."""
+        """Mass times speed squared: twice the energy that it can add; 0 for immovable bodies."""
         return self.mass * (self.vx * self.vx + self.vy * self.vy) if self.mass < math.inf else 0.0
 
     def as_scene_has_it(self, clock: Clock, scene: Scene) -> Turn | Insert | Remove:
-        """Returns the command as a scene has it, with its exact time."""
+        """Returns the command in a scene's form, with its exact time."""
         time, epoch, tick = clock.moment(self.ticks)
         at = (epoch, tick, self.after)
         if self.code == REMOVED:
@@ -111,13 +111,13 @@ def _rows_of(commands: list[Command], clock: Clock) -> Rows:
 
 
 def squares_of(rows: Rows) -> float:
-    """Returns the sum of mass * speed^2 over commands: twice the energy that they can bring in."""
-    mass = np.where(np.isinf(rows["mass"]), 0.0, rows["mass"])  # nothing can move it
+    """Returns the sum of mass * speed^2 over commands: twice the energy that they can add."""
+    mass = np.where(np.isinf(rows["mass"]), 0.0, rows["mass"])  # immovable
     return float(np.dot(mass, rows["vx"] * rows["vx"] + rows["vy"] * rows["vy"]))
 
 
 class Agenda:
-    """Commands in the order in which they happen: by tick, re-anchorings first, then as given."""
+    """Commands in the order in which they run: by tick, re-anchorings first, then as given."""
 
     def __init__(self, commands: Iterable[Command]) -> None:
         self._later: list[Command] = []
@@ -125,11 +125,11 @@ class Agenda:
 
     @property
     def later(self) -> tuple[Command, ...]:
-        """The commands of later spans; those of the present one stand in the kernel's tables."""
+        """The commands of later spans; those of the present one are in the kernel's tables."""
         return tuple(self._later)
 
     def put(self, *commands: Command) -> None:
-        """Adds commands of later spans, or of one that is now to be loaded."""
+        """Adds commands of later spans, or of one that is loaded now."""
         self._later.extend(commands)
         self._later.sort(key=lambda command: (command.ticks, command.code != REANCHORED))
 
@@ -141,7 +141,7 @@ class Agenda:
         return _with_rows(k, np.concatenate([_waiting(k), _rows_of(due, clock)]), FRONT)
 
     def cancel(self, k: Kernel, fields: Fields, body: int) -> None:
-        """Forgets all commands for a body that has gone."""
+        """Forgets all commands for a removed body."""
         if self._later:
             self._later = [command for command in self._later if command.body != body]
         if fields.lists.command[0] < fields.lists.commands[0]:
@@ -151,12 +151,12 @@ class Agenda:
             fields.lists.command[0] += len(rows) - len(stay)
 
     def next(self, k: Kernel, clock: Clock) -> Command | None:
-        """Returns the first command still to come but for re-anchorings."""
+        """Returns the first command still to come, except re-anchorings."""
         return next(self._to_come(k, clock), None)
 
     def first_of_each(self, k: Kernel, clock: Clock) -> dict[int, int]:
-        """Returns for each slot with a body in it the kernel's tick of the first command for that body, where
-        there is one."""
+        """Returns for each occupied slot the kernel's tick of the first command for its body, if there is
+        one."""
         first: dict[int, int] = {}
         for command in self._to_come(k, clock):
             slot = int(k.slots[command.body])
@@ -165,11 +165,11 @@ class Agenda:
         return first
 
     def brings(self, k: Kernel, clock: Clock, body: int) -> bool:
-        """Whether a body is still to come by one of the commands."""
+        """Whether a body is still to be inserted by one of the commands."""
         return any(each.code == INSERTED and each.body == body for each in self._to_come(k, clock))
 
     def squares(self, k: Kernel) -> float:
-        """Returns the sum of mass * speed^2 over all commands: twice the energy they could bring in."""
+        """Returns the sum of mass * speed^2 over all commands: twice the energy that they can add."""
         later = math.fsum(each.squares for each in self._later)
         return later + squares_of(_waiting(k))
 
@@ -179,14 +179,14 @@ class Agenda:
 
 
 def _waiting(k: Kernel) -> Rows:
-    """Returns the rows of the kernel's commands that are still to be carried out, not a copy."""
+    """Returns the rows of the kernel's commands that have not run yet, not a copy."""
     lists = k.clock[0].lists
     rows: Rows = k.commands.view(COMMAND, np.ndarray)[int(lists.command) : int(lists.commands)]
     return rows
 
 
 def _with_rows(k: Kernel, rows: Rows, front: int) -> Kernel:
-    """Returns the tables with other commands, and so many free rows before them."""
+    """Returns the tables with other commands, and a number of free rows before them."""
     table = record_table(COMMAND, front + len(rows))
     table.view(COMMAND, np.ndarray)[front:] = rows
     k.clock[0].lists.command, k.clock[0].lists.commands = front, len(table)
@@ -194,8 +194,8 @@ def _with_rows(k: Kernel, rows: Rows, front: int) -> Kernel:
 
 
 def due(k: Kernel, fields: Fields, met: int) -> int:
-    """Returns how many commands are to be carried out now, before the next contact, when ``met`` contacts
-    have happened at the present tick. Of the next command alone the kernel says the same (``may_come``)."""
+    """Returns the number of commands that run now, before the next contact, when ``met`` contacts
+    have happened at the present tick. For the next command alone the kernel has ``may_come``."""
     first, end, now = fields.lists.command[0], fields.lists.commands[0], fields.now[0]
     if first == end:
         return 0
@@ -207,8 +207,8 @@ def due(k: Kernel, fields: Fields, met: int) -> int:
 
 
 def to_the_front(k: Kernel, fields: Fields, rows: Rows) -> Kernel:
-    """Puts commands of the present moment before those of later ones, behind those that are due already;
-    returns the tables. What waits for another contact of this tick comes later."""
+    """Puts commands of the present moment before those of later ones, after those that are due already;
+    returns the tables. A command that waits for another contact of this tick comes later."""
     many = len(rows)
     if many > fields.lists.command[0]:
         k = _with_rows(k, _waiting(k), max(FRONT, 2 * many))
@@ -221,12 +221,12 @@ def to_the_front(k: Kernel, fields: Fields, rows: Rows) -> Kernel:
 
 
 class History:
-    """Commands in the order in which they were given, all of them carried out."""
+    """Commands in the order in which they were given, all of them already run."""
 
     def __init__(self) -> None:
         self._bytes = bytearray()
-        self._inserted = bytearray()  # bodies and kinds of those that insert, so that kinds are read at once
-        self._bases: list[tuple[int, int]] = []  # from which row on ticks count from which base of the clock
+        self._inserted = bytearray()  # bodies and kinds of insertions, so that kinds are read at once
+        self._bases: list[tuple[int, int]] = []  # (first row, base of the clock for its ticks)
 
     @property
     def content(self) -> tuple[bytes, tuple[tuple[int, int], ...]]:
@@ -235,7 +235,7 @@ class History:
 
     @classmethod
     def of(cls, content: tuple[bytes, Iterable[tuple[int, int]]]) -> History:
-        """Returns the history that had such a content."""
+        """Returns the history with this content."""
         history = cls()
         history._bytes, history._bases = bytearray(content[0]), [(first, base) for first, base in content[1]]
         history._note_inserted(np.frombuffer(content[0], COMMAND))
@@ -245,7 +245,7 @@ class History:
         return len(self._bytes) // COMMAND.itemsize
 
     def note(self, rows: Rows, base: int) -> None:
-        """Adds commands; ``base`` is that of the clock whose ticks they have."""
+        """Adds commands; ``base`` is that of the clock of their ticks."""
         if not self._bases or self._bases[-1][1] != base:
             self._bases.append((len(self), base))
         self._bytes += rows.tobytes()
@@ -258,12 +258,12 @@ class History:
 
     @property
     def inserted(self) -> npt.NDArray[np.int64]:
-        """The bodies that came, each with the number of its kind, (m, 2)."""
+        """The inserted bodies, each with the number of its kind, (m, 2)."""
         return np.frombuffer(bytes(self._inserted), np.int64).reshape(-1, 2)
 
     def in_scene(self, scene: Scene, clock: Clock) -> Scene:
-        """Returns a scene with these commands, at their exact times, and without those of its own for bodies
-        that had gone by then."""
+        """Returns a scene with these commands, at their exact times, and without its own commands for bodies
+        that had been removed by then."""
         rows = np.frombuffer(bytes(self._bytes), COMMAND)
         commands = []
         for at, (first, base) in enumerate(self._bases):

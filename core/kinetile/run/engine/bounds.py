@@ -1,9 +1,9 @@
 """Bounds that hold for every body of a run, as one value: from masses and energy to a speed, to the skin.
 
-A broad phase compares bodies that are fattened by a skin. The skin has to cover what rounding can do, and
-that grows with the greatest speed and with the distance from the origin. No body can exceed the speed that
-the lightest one would have with all the energy there is. Where that bound would be passed (a command brings
-energy in, a response makes a body faster, bodies without walls fly far), the engine lays its tables out anew
+A broad phase compares bodies that are enlarged by a skin. The skin has to cover rounding, which
+grows with the greatest speed and with the distance from the origin. No body can exceed the speed that
+the lightest one would have with all the energy of the scene. If that bound would be exceeded (a command adds
+energy, a response makes a body faster, bodies without walls fly far), the engine lays its tables out anew
 for a larger one.
 """
 
@@ -22,7 +22,7 @@ from kinetile.scene.reach import speed_bound
 __all__ = ["MOST_FLOWN", "Bounds", "fastest", "squares_of_bodies"]
 
 MOST_FLOWN = 2.0**-20
-"""How far a body may fly in one tick, of the smallest radius; beyond it a tick is too coarse for contacts."""
+"""The greatest flight in one tick, in smallest radii; beyond it a tick is too coarse for contacts."""
 
 
 class Bounds(NamedTuple):
@@ -31,9 +31,9 @@ class Bounds(NamedTuple):
     Attributes:
         lightest: the smallest mass.
         smallest: the smallest radius.
-        squares: at least the sum of mass * speed^2 over all bodies and all commands to come: twice the energy
-            that there can be. What a command brings in is added, what it takes away is not; infinite until
-            it is needed.
+        squares: at least the sum of mass * speed^2 over all bodies and all commands to come: twice the
+            largest possible energy. Energy that a command adds is added, energy that it removes is not
+            subtracted; infinite until it is needed.
         speed: a speed that no body exceeds.
         extent: how far from the origin a body can be.
         skin: the skin that follows from speed and extent.
@@ -69,8 +69,8 @@ def fastest(squares: float, lightest: float) -> float:
 def squares_of_bodies(k: Kernel) -> float:
     """Returns the sum of mass * speed^2 of all bodies, rounded once.
 
-    The order of slots, and how many are empty, depends on the broad phase. A sum that is rounded once does
-    not.
+    The order of slots, and the number of empty ones, depends on the broad phase. A sum that is rounded once
+    does not.
     """
     bodies = k.bodies.view(np.ndarray)
     vx, vy = bodies["vx"], bodies["vy"]

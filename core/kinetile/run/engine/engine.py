@@ -1,16 +1,16 @@
 """The engine: the Python side of the kernel, which works between two chunks of the compiled loop.
 
-It lays the tables out and fattens the bodies, makes room for more pairs and bodies, hands the loop its
-commands a span at a time, carries out commands by hand, moves the clock's base, and takes over the log.
+It lays the tables out and enlarges the bodies by the skin, makes room for more pairs and bodies, passes the
+loop its commands a span at a time, runs interactive commands, moves the clock's base, and takes over the log.
 Inside a chunk none of that costs anything.
 
-It alone assigns its attributes. What computes tables or bounds for it returns them (``layout``, ``bounds``,
-``spans``), and what is saved of it is what ``parts`` gives and ``adopt`` takes.
+It alone assigns its attributes. Modules that compute tables or bounds for it return them (``layout``,
+``bounds``, ``spans``); ``parts`` returns everything that is saved of it, and ``adopt`` restores it.
 
 There is one way to change the structure from outside: build it anew at the present moment (``lay_out``).
-Pairs may outgrow their table, a command may bring in more energy than the skin allows for, bodies without
-walls may fly far, a body may come for which there is no slot: in each case the same static construction that
-began the run begins again. That cannot change an answer, only take time (docs/one-answer.md).
+Pairs may outgrow their table, a command may add more energy than the skin allows for, bodies without
+walls may fly far, a body may be inserted without a slot: in each case the static construction of the start
+is repeated. That cannot change an answer, only take time (docs/one-answer.md).
 """
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ FIRST_BUDGET = 1 << (8 if INTERPRETED else 12)
 
 
 LOGS = ("met", "log")
-"""Tables in which nothing is left between two chunks."""
+"""Tables that are empty between two chunks."""
 
 
 class Watch(NamedTuple):
@@ -115,23 +115,23 @@ class Watch(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Parts:
-    """All that an engine is between two chunks: ``Engine.parts`` gives it, ``Engine.adopt`` goes on from it.
+    """The state of an engine between two chunks: ``Engine.parts`` returns it, ``Engine.adopt`` restores it.
 
-    What is not among it follows from the scene and the composition, or is of this process alone (whether the
+    All else follows from the scene and the composition, or belongs to this process alone (whether the
     loop is compiled, how long a chunk is).
 
     Attributes:
-        composition: the phases; None where the parts come from another process.
-        tables: copies of the kernel's tables, but for the logs.
+        composition: the phases; None if the parts come from another process.
+        tables: copies of the kernel's tables, without the logs.
         state: copies of the arrays of the broad phase's state.
         base: that of the clock.
         bounds: the bounds in force.
         commands: which commands the loop is composed with.
         later: the commands of later spans of the clock.
-        entries: what stands in the ledger.
-        numbers: how many numbers bodies have been given, or will be by the scene.
-        audits: times an audit found nothing.
-        asked: the time that was asked for, while the run stands there.
+        entries: the contents of the ledger.
+        numbers: how many body numbers have been given, or will be by the scene.
+        audits: number of audits without a violation.
+        asked: the requested time, while the run stands there.
         log_rows: how many rows the log has room for.
         overlapping: the pairs that overlap at the start and have not begun to pass yet.
         cpu_seconds: processor time spent in the loop.
@@ -156,21 +156,21 @@ class Parts:
 
 
 class Engine(Tables):
-    """Tables, clock, agenda and loop of one simulation. Nobody but the engine assigns its attributes.
+    """Tables, clock, agenda and loop of one simulation. Only the engine assigns its attributes.
 
     Attributes:
         state: the broad phase's state.
         clock: conversions between time and ticks.
-        ledger: what was logged.
-        bounds: what no body exceeds, and the skin that follows from it.
+        ledger: contacts and log rows.
+        bounds: limits that no body exceeds, and the skin that follows from them.
         commands: which commands the loop is composed with.
         agenda: the commands that are still to come.
-        numbers: how many numbers bodies have been given, or will be by the scene.
+        numbers: how many body numbers have been given, or will be by the scene.
         loop: the composed loop.
         cpu_seconds: processor time spent in the loop.
         compile_seconds: processor time spent compiling or loading it.
-        audits: times an audit found nothing.
-        busy: a chunk is under way, the taking over of its log included.
+        audits: number of audits without a violation.
+        busy: a chunk is under way, including the transfer of its log.
         broken: the error after which this engine cannot continue, or None.
     """
 
@@ -209,7 +209,7 @@ class Engine(Tables):
 
     @property
     def time(self) -> float:
-        """The present time, in the scene's time: as it was asked for, while the run stands there."""
+        """The present time, in the scene's time: the requested one, while the run stands there."""
         return self._asked if self._asked is not None else self.clock.time(self.now)
 
     @property
@@ -219,7 +219,7 @@ class Engine(Tables):
 
     @property
     def next_command(self) -> Command | None:
-        """The first command still to come, of the scene or by hand."""
+        """The first command still to come, of the scene or interactive."""
         return self.agenda.next(self.k, self.clock)
 
     @property
@@ -229,7 +229,7 @@ class Engine(Tables):
     # Running
 
     def compile(self) -> None:
-        """Compiles the loop, or loads it from the disk cache, where that has not been done."""
+        """Compiles the loop, or loads it from the disk cache, if necessary."""
         if not self._ready:
             began = time.thread_time()
             try:
@@ -242,11 +242,11 @@ class Engine(Tables):
             self._ready = True
 
     def chunk(self, until: int, contacts: int, most: int = UNLIMITED, quota: int = UNLIMITED) -> int:
-        """Runs one chunk of the loop, takes over its log, does what it stopped for, and returns the reason.
+        """Runs one chunk of the loop, takes over its log, acts on its reason, and returns the reason.
 
-        ``contacts`` is how many there may have been in all, ``most`` how many events may run now, ``quota``
-        how many contacts there may be at tick ``until``; a chunk takes a fraction of a second, whatever they
-        are.
+        ``contacts`` is the largest total number of contacts, ``most`` the largest number of events now,
+        ``quota`` the largest number of contacts at tick ``until``; a chunk takes a fraction of a second for
+        any of them.
 
         Raises:
             ZenoError, MissedContactError, PhaseError: the loop returned with a fault.
@@ -263,10 +263,10 @@ class Engine(Tables):
                 self.busy = False
 
     def _prepare_chunk(self) -> bool:
-        """Prepares the tables for a chunk; returns whether the loop is to run now. It is not where passings
+        """Prepares the tables for a chunk; returns whether the loop runs now. It does not if passings
         of the start have begun: their rows are taken over first."""
         if self.fields.fault.code[0] == JAMMED and due(self.k, self.fields, self.met_now):
-            self.fields.fault.code[0] = 0  # what a command changes may end the jam
+            self.fields.fault.code[0] = 0  # a command may end the jam
         self._record(self.ledger.reads)
         if not len(self._overlapping):
             return True
@@ -299,11 +299,11 @@ class Engine(Tables):
         return reason
 
     def _respond(self, reason: int) -> int:
-        """Does what the loop has stopped for, where that is for Python to do; returns the reason for a
+        """Acts on the reason for which the loop has stopped, if Python has to; returns the reason for a
         caller.
 
         For a caller a chunk that only made room has spent its budget (BUDGET_SPENT), or has made room for a
-        command that is still to be carried out (COMMAND_DUE).
+        command that has not run yet (COMMAND_DUE).
         """
         if reason == FAULT:
             raise failure(self.k, self.composition, self.clock.time(self.now))
@@ -322,7 +322,7 @@ class Engine(Tables):
         return BUDGET_SPENT if reason in (NO_ROOM, LOG_FULL, FASTER) else reason
 
     def _demand_whole(self) -> None:
-        """Raises PhaseError where a call has left the tables unfit to go on with."""
+        """Raises PhaseError if a call has left the tables unusable."""
         if self.broken is not None:
             raise PhaseError(f"this simulation cannot go on: {self.broken}") from self.broken
 
@@ -333,14 +333,14 @@ class Engine(Tables):
         self.ledger.take(self.k, self.fields, self.count.logged[0])
 
     def _record(self, wanted: bool) -> None:
-        """Gives the loop a log for long rows where somebody reads them, and only there."""
+        """Gives the loop a log for long rows only if somebody reads them."""
         if wanted != bool(len(self.k.log)):
             if wanted and not len(self._long_log):
                 self._long_log = record_table(ROW, len(self.k.met))
             self.k = self.k._replace(log=self._long_log if wanted else self._no_log)
 
     def arrive(self, until: float | None) -> None:
-        """Stands at the end of a run: ``time`` is now what was asked for, until the next event."""
+        """Sets the end of a run: ``time`` is now the requested one, until the next event."""
         self._asked = until
 
     def watch(self, stop: Watch | None) -> None:
@@ -355,8 +355,8 @@ class Engine(Tables):
         """Checks everything that must hold between two events.
 
         Raises:
-            AuditError: the first thing that does not hold; an UnawaitedContactError where it would make a
-                contact be missed.
+            AuditError: the first violation; an UnawaitedContactError if a contact would be
+                missed.
         """
         self.build()
         skin = self.bounds.skin.delta
@@ -367,19 +367,19 @@ class Engine(Tables):
 
     @property
     def built(self) -> bool:
-        """Whether structure and calendar stand, with all pairs that were asked for."""
+        """Whether structure and calendar are built, with all requested pairs."""
         fields = self.fields
         return bool(fields.built[0] and fields.calendar.filed[0] and not fields.lists.wanted[0])
 
     def build(self) -> None:
-        """Builds the structure, if that is still to be done, and runs no event."""
+        """Builds the structure, if necessary, and runs no event."""
         while not self.built:
             self.chunk(self.now - 1, UNLIMITED)
 
     def lay_out(self, speed: float) -> None:
-        """Fattens the bodies for this speed and arranges the structure as of now; the loop builds it next.
+        """Enlarges the bodies for this speed and arranges the present structure; the loop builds it next.
 
-        Raises Refused, with nothing changed, where the broad phase cannot bear the skin.
+        Raises Refused, with nothing changed, if the broad phase does not accept the skin.
         """
         if self.k.clock[0].present != self.k.clock[0].bodies:  # some slots are empty
             self.bounds = self.bounds._replace(speed=speed)
@@ -392,7 +392,7 @@ class Engine(Tables):
         if clock.calendar.shift == 0:
             clock.calendar.shift = first_shift(k, self.bounds.extent)
         clear(k)
-        if len(k.bodies):  # where there was nobody, the base has moved on alone
+        if len(k.bodies):  # without bodies, only the base has moved on
             clock.epoch = self.clock.base
         if self.composition.broad.arrange is not None:
             there, only = int(clock.bodies), read_only(k)
@@ -405,8 +405,8 @@ class Engine(Tables):
                 raise
 
     def bounds_for(self, speed: float) -> Bounds:
-        """Returns the bounds with this speed, and the extent and skin that follow; Refused where the broad
-        phase cannot bear the skin."""
+        """Returns the bounds with this speed, and the extent and skin that follow; Refused if the broad
+        phase does not accept the skin."""
         far = self._reach_of_flight(speed, 4) if len(self.k.bodies) else 0.0
         extent = max(self.scene.arena or (0.0,)) if self.walled else max(self.bounds.extent, far)
         skin = Skin.of(len(self.k.bodies), extent, speed, float(self.k.clock[0].tick))
@@ -416,22 +416,22 @@ class Engine(Tables):
         return self.bounds._replace(speed=speed, extent=extent, skin=skin)
 
     def _reach_of_flight(self, speed: float, spans: int) -> float:
-        """How far from the origin a body can come at this speed within so many spans."""
+        """How far from the origin a body can be at this speed within a number of spans."""
         return float(np.abs(positions_now(self.k)).max(initial=0.0)) + flown(speed, self.clock.unit, spans)
 
     def _grow_pairs(self) -> None:
         """Makes room for more candidate pairs, and builds the structure anew."""
-        self.bounds_for(self.speed)  # what is refused is refused before the tables change
+        self.bounds_for(self.speed)  # a refusal must come before the tables change
         lists = self.k.clock[0].lists
         room = max(2 * len(self.k.pairs), int(1.25 * (int(lists.pairs) + int(lists.wanted))))
         self.k = pair_set(self.k, room)
         self.lay_out(self.speed)
 
     def _widen_skin(self) -> None:
-        """Lays the tables out for bodies that a response has made faster than they were thought to become.
+        """Lays the tables out for bodies that a response has made faster than the bound.
 
-        Raises PhaseError where the response left a velocity that cannot be flown, Refused where the broad
-        phase cannot bear the skin.
+        Raises PhaseError if the response left an impossible velocity, Refused if the broad
+        phase does not accept the skin.
         """
         k = self.k
         there = np.flatnonzero(k.queue.number >= 0)
@@ -454,7 +454,7 @@ class Engine(Tables):
             return
         self.k = more_passings(k, int(k.clock[0].lists.passings) + len(now) + len(k.bodies))
         compose(begin_at_start, {"part": pair.part}, f"begin_{self.composition.label}", Kernel)(self.k, now)
-        self.k.clock[0].stops.due = 0  # what holds from the start is no event
+        self.k.clock[0].stops.due = 0  # passings of the start are no events
 
     def _grow_passings(self) -> None:
         """Makes room for more pairs that pass through each other."""
@@ -464,11 +464,11 @@ class Engine(Tables):
     # Phases prepared anew
 
     def renew(self) -> None:
-        """Prepares the phases for the bodies that are there, and lays the tables out for them."""
+        """Prepares the phases for the present bodies, and lays the tables out for them."""
         self._go_on_with(renewed(self.k, self.scene, self.composition))
 
     def _go_on_with(self, new: Renewed) -> None:
-        """Goes on with other phases and tables, and lays them out."""
+        """Continues with other phases and tables, and lays them out."""
         self.composition, self.k, self.state = new.composition, new.k, new.composition.broad.state
         self._take_loop(self.commands)
         self.lay_out(self.speed)
@@ -480,8 +480,8 @@ class Engine(Tables):
         self.commands, self.loop = commands, loop
 
     def _make_slot(self) -> bool:
-        """Prepares the phases anew for a body that comes or goes now; returns whether the command is still to
-        be carried out."""
+        """Prepares the phases anew for an insertion or removal; returns whether the command has still to
+        run."""
         k, composition = self.k, self.composition
         if composition.living:
             self._go_on_with(renewed(k, self.scene, composition, k.commands[int(k.clock[0].lists.command)]))
@@ -490,7 +490,7 @@ class Engine(Tables):
         return composition.living
 
     def _number(self, numbers: int) -> None:
-        """Makes room for so many numbers of bodies in the table of their slots."""
+        """Makes room for this many numbers of bodies in the table of their slots."""
         if numbers > len(self.k.slots):
             more = np.full(numbers + len(self.k.slots) + 64, NOBODY, dtype=np.int32)
             more[: len(self.k.slots)] = self.k.slots
@@ -501,23 +501,23 @@ class Engine(Tables):
                 self.k = self.k._replace(watch=watch)
 
     def _allow(self, commands: Commands) -> None:
-        """Composes the loop with such commands in it, where it was composed without."""
+        """Composes the loop with such commands in it, if it was composed without."""
         if commands > self.commands:
             self._take_loop(commands)
             if commands == Commands.ALL and self.composition.living:
                 self._go_on_with(renewed(self.k, self.scene, self.composition, roomy=True))
 
-    # Commands by hand
+    # Interactive commands
     #
-    # They are carried out at once, at the tick where the run stands: after the structural events of that tick
+    # They run at once, at the present tick: after the structural events of that tick
     # and after the contacts that have happened at it. Contacts that are still pending at it stay pending: a
-    # command may be given to avert one of them. A game may issue sixty commands a frame, so the cost of one
-    # must not depend on the number of bodies more than it has to: ``bounds.squares`` bounds the energy from
+    # command may avert one of them. A game may issue sixty commands a frame, so the cost of one
+    # must depend as little as possible on the number of bodies: ``bounds.squares`` bounds the energy from
     # above, and only when it would exceed the speed in force is the energy summed up anew.
 
     def command_rows(self, code: int, many: int = 1) -> Rows:
-        """Returns so many commands of the present tick, after the contacts that it has had; what they do to
-        whom is to be filled in."""
+        """Returns a number of commands of the present tick, after the contacts that it has had; the caller
+        fills in their bodies and effects."""
         rows = np.zeros(many, COMMAND)
         rows["code"] = code
         rows["tick"] = self.now
@@ -525,10 +525,10 @@ class Engine(Tables):
         return rows
 
     def carry_out(self, code: int, rows: Rows) -> None:
-        """Carries out commands of one code, of the present tick, now. No contact happens meanwhile.
+        """Runs commands of one code, of the present tick, now. No contact happens meanwhile.
 
-        Raises Refused, with nothing changed, where the broad phase cannot bear the skin that they ask for, or
-        where there is no room for a body that is to come.
+        Raises Refused, with nothing changed, if the broad phase does not accept the skin that they need, or
+        if there is no room for an inserted body.
         """
         self._demand_sound()
         if not len(rows):
@@ -538,12 +538,12 @@ class Engine(Tables):
         bounds, needed = self._bounds_with(rows, inserts)
         faster = needed > self.speed
         if faster:
-            self.bounds_for(2.0 * needed)  # refused here, if at all: nothing has changed yet
+            self.bounds_for(2.0 * needed)  # a refusal must come here: nothing has changed yet
         others_first = due(self.k, self.fields, self.met_now) > 0  # of the scene, which stopped before them
         if inserts and not others_first:
             demand_room(self.k, self.composition, self.walled, self.clock, rows)
-        # From here on a command is refused only where tables are laid out anew, or other commands come first:
-        # these are worth a copy of the tables, to go back to.
+        # From here on a command is refused only if tables are laid out anew, or other commands come first:
+        # in these cases a copy of the tables is kept, to go back to.
         plain = not faster and not others_first and self._has_place_for(code, rows, wanted)
         with Unbroken(), nullcontext() if plain else self.unchanged_if(Refused):
             self._allow(wanted)
@@ -564,7 +564,7 @@ class Engine(Tables):
                 self.agenda.cancel(self.k, self.fields, int(rows["body"][0]))
 
     def _bounds_with(self, rows: Rows, inserts: bool) -> tuple[Bounds, float]:
-        """Returns the bounds with what commands bring in, and the speed that a body may have then."""
+        """Returns the bounds with the energy of commands, and the largest speed of a body then."""
         bounds = self.bounds.including(rows) if inserts else self.bounds
         gained, squares = squares_of(rows), bounds.squares
         if not fastest(squares + gained, bounds.lightest) <= bounds.speed:
@@ -572,7 +572,7 @@ class Engine(Tables):
         return bounds._replace(squares=squares + gained), fastest(squares + gained, bounds.lightest)
 
     def _run_commands(self) -> None:
-        """Runs what comes before the next contact at the present tick."""
+        """Runs everything before the next contact at the present tick."""
         quota = self.met_now
         while True:
             try:
@@ -580,17 +580,17 @@ class Engine(Tables):
                     return
             except ZenoError:  # passings begin and end by a command, and may fill a window of contacts
                 if not due(self.k, self.fields, self.met_now):
-                    return  # all is carried out; the next run reports the jam
+                    return  # all commands have run; the next run reports the jam
 
     def _demand_sound(self) -> None:
-        """Raises the fault after which no command can be taken; a jam is none, for a command may end it."""
+        """Raises the fault that prevents commands; a jam does not, for a command may end it."""
         self._demand_whole()
         if self.fields.fault.code[0] not in (0, JAMMED):
             raise failure(self.k, self.composition, self.clock.time(self.now))
 
     def _has_place_for(self, code: int, rows: Rows, wanted: Commands) -> bool:
-        """Whether commands can be carried out without the phases being prepared anew: by a loop that has them
-        in it, a phase that takes bodies in and lets them go, and, for one that comes, in a slot. That is
+        """Whether commands can run without preparing the phases anew: they are compiled into the loop, the
+        phase inserts and removes bodies, and an inserted body has a slot. The last is
         ``has_vacancy`` of the kernel, read without a call into compiled code."""
         if self.commands < wanted or (code != TURNED and not self.composition.living):
             return False
@@ -603,13 +603,13 @@ class Engine(Tables):
     # Spans of the clock
 
     def move_base(self, end: int | None) -> None:
-        """Moves the clock's base on by a span and anchor anew what has flown for two: so under every phase.
+        """Moves the clock's base by a span and anchors anew plans that are two spans old, under every phase.
 
-        Where there is no body it moves on at once to the span of ``end``, in ticks since the start.
+        Without bodies it moves at once to the span of ``end``, in ticks since the start.
         """
         if not len(self.k.bodies) and end is not None and self.next_command is None:
             self.clock.base += max(self.clock.relative(end) // SPAN, 1) * (SPAN // TICKS)
-            self.k.clock[0].now = -1  # its epoch, which may be beyond 64 bits, is asked for by no contact
+            self.k.clock[0].now = -1  # its epoch, which may be beyond 64 bits, is not needed by a contact
             return
         leaves = not self.walled and len(self.k.bodies) > 0
         if leaves and self._reach_of_flight(self.speed, 2) > self.bounds.extent:
@@ -628,10 +628,10 @@ class Engine(Tables):
 
     def skip(self, end: int | None, most: int) -> int:
         """Skips spans in one step, ``most`` at most, in which nothing happens up to ``end`` (in
-        ticks since the start); returns how many. The simulation stands at the end of a span before and after
+        ticks since the start); returns their number. The simulation is at the end of a span before and after
         it.
 
-        Where rows are recorded nothing is skipped: anchors are rows.
+        A run with a recorder skips nothing: anchors are rows.
         """
         clock = self.k.clock[0]
         if self.ledger.reads or not 0 < len(self.taken) <= MOST_BODIES or clock.lists.passings:
@@ -650,14 +650,14 @@ class Engine(Tables):
                 self.k.traits.touched[:] = LONG_AGO
                 clock.stops.tick = clock.met_tick = clock.jam.window_tick = LONG_AGO
                 self.lay_out(self.speed)
-        except Refused:  # in an open plane, by a skin for bodies that are far away: the next spans will tell
+        except Refused:  # in an open plane, by a skin for distant bodies: the next spans will report it
             return 0
         return spans
 
-    # What it is, to come back to
+    # Saving and restoring
 
     def parts(self) -> Parts:
-        """Returns all that this engine is, as copies; it stands between two chunks."""
+        """Returns the state of this engine as copies, between two chunks."""
         return Parts(
             composition=self.composition,
             tables={name: copied(table) for name, table in _named(self.k) if name not in LOGS},
@@ -677,10 +677,10 @@ class Engine(Tables):
         )
 
     def adopt(self, parts: Parts, composition: Composition | None) -> None:
-        """Goes on from the parts of an engine of this scene, to the same bits, under the phases that it had,
-        prepared as they were.
+        """Continues from the parts of an engine of this scene, to the same bits, under the same phases,
+        prepared in the same way.
 
-        Without a composition the present phases stay, and have to be prepared for the bodies that are there
+        Without a composition the present phases stay, and have to be prepared for the present bodies
         (``renew``).
         """
         if composition is not None:
@@ -703,7 +703,7 @@ class Engine(Tables):
 
     @contextmanager
     def unchanged_if(self, errors: type[BaseException]) -> Iterator[None]:
-        """Within this context such an error leaves the engine as it was. Costs a copy of all tables."""
+        """Within this context such an error leaves the engine unchanged. Costs a copy of all tables."""
         parts = self.parts()
         try:
             yield

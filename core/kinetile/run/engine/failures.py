@@ -1,8 +1,7 @@
-"""Errors for what stops the compiled loop: each a type, a time, bodies, and the phase that has to answer for
-it.
+"""Errors for faults of the compiled loop: each with a type, a time, bodies, and the responsible phase.
 
 The loop leaves a number and two slots. A user needs the name of the plugin, the numbers of the bodies, and
-what would be right.
+the correct behaviour.
 """
 
 from __future__ import annotations
@@ -46,7 +45,7 @@ from kinetile.run.engine.agenda import Rows
 __all__ = ["blocked", "demand_room", "failure"]
 
 _OF_SLOTS = (LATE_CONTACT, TOO_DEEP, JAMMED, STALLED, NOT_FINITE)
-"""Faults of bodies that are there, which the loop reports by their slots; users know them by numbers."""
+"""Faults of present bodies, which the loop reports by their slots; users know them by numbers."""
 
 
 def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
@@ -96,8 +95,8 @@ def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
 
 
 def _missed(composition: Composition, fault: int, other: int, who: str) -> str:
-    """Returns what is wrong with a contact that came too late or not at all, and which phase has to answer
-    for it: for who is near whom the broad phase, for walls and for times the narrow ones."""
+    """Returns the error of a contact that was late or missing, and the responsible phase:
+    the broad phase for missing pairs, the narrow ones for walls and times."""
     phase, narrow = described("broad phase", composition.broad_phase), _narrow_phases(composition)
     if fault == LATE_CONTACT:
         late = f"{phase} reported the pair too late" if other >= 0 else f"{narrow} foresaw it too late"
@@ -111,7 +110,7 @@ def _narrow_phases(composition: Composition) -> str:
 
 
 def blocked(k: Kernel, clock: Clock, command: Any, who: int) -> Refused:
-    """Returns the error for a body that a command inserts where there is no room: which body or wall it would
+    """Returns the error for an inserted body without room: the body or wall that it would
     reach into (``who``, a slot or a wall's code), and how deep."""
     row, number = k.clock.view(np.ndarray)[0], int(command["body"])
     tick, x, y, radius = (command[name].item() for name in ("tick", "x", "y", "radius"))
@@ -128,7 +127,7 @@ def blocked(k: Kernel, clock: Clock, command: Any, who: int) -> Refused:
 
 
 def _its_own(composition: Composition, number: int, a: int, b: int) -> str:
-    """Returns what a broad phase says of a fault of its own."""
+    """Returns the broad phase's message for a fault of its own."""
     faults = composition.broad.faults
     if number < len(faults):
         return f"cannot go on: {faults[number].format(a=a, b=b)}"
@@ -138,8 +137,8 @@ def _its_own(composition: Composition, number: int, a: int, b: int) -> str:
 
 
 def demand_room(k: Kernel, composition: Composition, walls: bool, clock: Clock, rows: Rows) -> None:
-    """Raises Refused where the body that the first of some commands inserts would reach into another, or
-    beyond a wall. The loop would find the same, at the price of a copy of all tables to go back to."""
+    """Raises Refused if the body that the first of some commands inserts would reach into another, or
+    beyond a wall. The loop would find the same, but only after a copy of all tables."""
     passing = composition.pair is not None and composition.rules is not None and composition.rules.passing
     who = compose(find_blocker, {"WALLS": walls, "PASSING": passing}, "room", Kernel)(
         k, rows.view(np.recarray)

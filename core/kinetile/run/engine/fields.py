@@ -1,8 +1,8 @@
-"""Fields of the clock and the counts, read quickly between two chunks, and the slots that are taken.
+"""Fast access to fields of the clock and the counts between two chunks, and the occupied slots.
 
 ``k.clock[0].now`` makes two objects of NumPy's before it gives a number, for two microseconds; between two
 frames of a game there are some hundred of these. A view of a field's eight bytes that is made once costs a
-twentieth of that. The slots that are taken are looked up when a body has come or gone, not for each read.
+twentieth of that. Occupied slots are computed after an insertion or removal, not for each read.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def fields_of(table: Records) -> Fields:
 
 
 class Tables:
-    """The kernel's tables, and what is read off them.
+    """The kernel's tables, and values read from them.
 
     Attributes:
         fields: the fields of the clock.
@@ -55,7 +55,7 @@ class Tables:
 
     @property
     def taken(self) -> npt.NDArray[np.intp]:
-        """The slots with bodies in them, in the order of the bodies' numbers, to be read."""
+        """The occupied slots, in the order of the bodies' numbers, read-only."""
         changes = self.count.inserted[0], self.count.removed[0]
         if self._taken is None or self._taken[0] != changes:
             self._taken = changes, slots_taken(self._k)

@@ -1,7 +1,7 @@
 """Tables of the kernel, made and filled: for a scene at its start, for the bodies of a run whose phases are
-prepared anew, and for what a snapshot has kept.
+prepared anew, and for the contents of a snapshot.
 
-All of it is made aside and returned, for the engine to adopt: where a phase refuses, what there was goes on.
+All of them are new objects, which the engine adopts: if a phase refuses, the old ones stay in use.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ OF_SLOTS = ("bodies", "present", "lists.vacant", "jam.spin_limit", "jam.window_s
 def tables_of(scene: Scene, composition: Composition, unit: float) -> Kernel:
     """Returns tables for a scene under its phases; ``unit`` is that of the clock.
 
-    Raises PhaseError where there is no memory for what the broad phase asks for.
+    Raises PhaseError if there is no memory for the requests of the broad phase.
     """
     n = len(scene)
     k = _allocated(n, scene, composition)
@@ -71,7 +71,7 @@ def tables_of(scene: Scene, composition: Composition, unit: float) -> Kernel:
 
 def moved(old: Kernel, taken: Any, scene: Scene, composition: Composition) -> Kernel:
     """Returns tables for the bodies in some slots of others, in this order and without a gap between them;
-    clock, counts, commands and log go on. ``scene`` has these bodies, or one more that is to come.
+    clock, counts, commands and log are kept. ``scene`` has these bodies, or one more to be inserted.
 
     Raises PhaseError as ``tables_of`` does.
     """
@@ -103,7 +103,7 @@ def moved(old: Kernel, taken: Any, scene: Scene, composition: Composition) -> Ke
 
 
 def _allocated(bodies: int, scene: Scene, composition: Composition) -> Kernel:
-    """Returns tables for so many bodies in the first slots, and for as many more as the phases made room
+    """Returns tables for a number of bodies in the first slots, and the free slots that the phases allow
     for."""
     slots = scene.capacity if composition.living else len(scene)
     pairs, room = int(composition.broad.pairs), max(int(composition.broad.room), slots)
@@ -136,7 +136,7 @@ def _with_rules(k: Kernel, rules: Rules) -> Kernel:
 
 
 def more_passings(k: Kernel, room: int) -> Kernel:
-    """Returns the tables with room for so many pairs that pass through each other; those that do stay."""
+    """Returns the tables with room for this many passing pairs; present ones stay."""
     old, lists = k.passings, k.clock[0].lists
     new = record_table(PASSING, max(room, len(old)))
     new[: len(old)] = old
@@ -157,7 +157,7 @@ def overlapping(scene: Scene) -> npt.NDArray[np.int64]:
 
 
 def _with_passings(k: Kernel, old: Kernel, new_slot: Any) -> Kernel:
-    """Returns tables in which the pairs pass that do in others, by their new slots."""
+    """Returns tables with the passing pairs of other tables, by their new slots."""
     passings = record_table(PASSING, len(old.passings))
     passings[:] = old.passings
     live = passings.a >= 0
@@ -169,8 +169,8 @@ def _with_passings(k: Kernel, old: Kernel, new_slot: Any) -> Kernel:
 
 
 def set_limits(k: Kernel, bounds: Bounds, prepared: Scene) -> None:
-    """Writes down what follows from the bounds: the bodies' reach, and for how long and how well the common
-    clock holds; and for which radii the phases have been ``prepared``."""
+    """Writes the values that follow from the bounds: the bodies' reach, the validity and accuracy of the
+    common clock, and the radii for which the phases have been ``prepared``."""
     clock = k.clock[0]
     limits = clock.limits
     skin, extent, speed = bounds.skin, bounds.extent, bounds.speed
@@ -187,7 +187,7 @@ def set_limits(k: Kernel, bounds: Bounds, prepared: Scene) -> None:
 
 
 class Renewed(NamedTuple):
-    """What a run goes on with: phases, and tables for them."""
+    """Phases, and tables for them, with which a run continues."""
 
     composition: Composition
     k: Kernel
@@ -196,10 +196,10 @@ class Renewed(NamedTuple):
 def renewed(
     k: Kernel, scene: Scene, composition: Composition, coming: Records | None = None, roomy: bool = False
 ) -> Renewed:
-    """Prepares the phases for the bodies that there are, and for one that a command inserts, if it is given;
-    with slots for twice as many where they are all taken, or where it is to be ``roomy``.
+    """Prepares the phases for the present bodies, and for one that a command inserts, if given;
+    with twice as many slots if they are all taken, or if ``roomy``.
 
-    Raises Refused where a phase cannot do that.
+    Raises Refused if a phase does not accept that.
     """
     taken, slots = slots_taken(k), len(k.bodies)
     full = coming is not None and len(taken) == slots
@@ -210,10 +210,10 @@ def renewed(
 
 
 def carried_out(k: Kernel, scene: Scene, composition: Composition) -> Renewed:
-    """Carries out the next command, by which a body comes or goes, and prepares the phases for the bodies
-    that are there then.
+    """Runs the next command, an insertion or removal, and prepares the phases for the bodies
+    after it.
 
-    Raises Refused where a phase cannot do that.
+    Raises Refused if a phase does not accept that.
     """
     command = k.commands[int(k.clock[0].lists.command)]
     taken = slots_taken(k)
@@ -233,7 +233,7 @@ def carried_out(k: Kernel, scene: Scene, composition: Composition) -> Renewed:
 
 
 def _standing(k: Kernel, scene: Scene, taken: Any, capacity: int, coming: Records | None) -> Scene:
-    """Returns the scene as it stands now, with the bodies in these slots and perhaps one more."""
+    """Returns the present scene, with the bodies in these slots and perhaps one more."""
     bodies = k.bodies[taken]
     columns = {
         "position": positions_now(k, taken),
@@ -261,12 +261,12 @@ FEW = 256
 
 
 def steps(count: Fields) -> int:
-    """Returns how often something came to the head so far, but for guesses that were right."""
+    """Returns how many entries came to the head so far, except guesses that were right."""
     return int(count.asks[0] + count.structural[0])
 
 
 def first_shift(k: Kernel, extent: float) -> int:
-    """Returns a shift before anything is known: for as many events as a gas of discs has."""
+    """Returns an initial shift: for the number of events in a gas of discs."""
     n = len(k.bodies)
     squares = float(np.sum(k.bodies.vx**2 + k.bodies.vy**2)) if n else 0.0
     events = 8.0 * n * math.sqrt(n) * math.sqrt(squares / n) / extent if squares > 0.0 else 1.0
@@ -274,7 +274,7 @@ def first_shift(k: Kernel, extent: float) -> int:
 
 
 def fit(k: Kernel, fields: Fields, since: int, heads: int) -> None:
-    """Gives the slices the length that heads were apart, of which so many came since a tick."""
+    """Sets the length of slices to the mean distance of heads since a tick, by their number."""
     if heads > FEW and fields.now[0] > since:
         shift = _shift(k, (fields.now[0] - since) / heads)
         if abs(shift - fields.calendar.shift[0]) > 1:
@@ -283,14 +283,14 @@ def fit(k: Kernel, fields: Fields, since: int, heads: int) -> None:
 
 
 def _shift(k: Kernel, ticks: float) -> int:
-    """Returns the shift of slices of about so many ticks; a year is no longer than a span of the clock."""
+    """Returns the shift for slices of about this many ticks; a year is no longer than a span of the clock."""
     most = 61 - (len(k.marks).bit_length() + 6)
     return min(max(round(math.log2(max(ticks, 1.0))), 1), most)
 
 
 def copied(table: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Returns a plain copy of an array, in C order; TypeError for one of Python objects, which no copy of
-    bytes can bring back."""
+    """Returns a plain copy of an array, in C order; TypeError for one of Python objects, which a copy of
+    bytes cannot restore."""
     if table.dtype.hasobject:
         raise TypeError(f"arrays of Python objects ({table.dtype}) cannot be held: their bytes mean nothing")
     return np.array(table, order="C")
@@ -302,7 +302,7 @@ def as_bytes(array: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
 
 
 def fill(array: npt.NDArray[Any], content: npt.NDArray[Any]) -> None:
-    """Puts back what an array held, bit for bit. What nobody can write to has not changed."""
+    """Restores the contents of an array, bit for bit. Read-only arrays have not changed."""
     if not array.flags.writeable:
         return
     if array.flags.c_contiguous:
@@ -312,7 +312,7 @@ def fill(array: npt.NDArray[Any], content: npt.NDArray[Any]) -> None:
 
 
 def refilled(k: Kernel, content: Mapping[str, npt.NDArray[Any]]) -> Kernel:
-    """Returns tables with what was copied of some of them: in their old places where they are as long."""
+    """Returns tables with the copied contents of some of them: in place if the length is the same."""
     found = {}
     for name, saved in content.items():
         table = getattr(k, name)

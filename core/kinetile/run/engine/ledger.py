@@ -1,7 +1,7 @@
-"""The ledger of a run: its contacts, their fingerprint, and the rows for whoever records them.
+"""Ledger of a run: its contacts, their fingerprint, and the rows for a recorder.
 
-The loop writes contacts as they are hashed, so that a chunk costs little more than its hash. They get their
-times as floats when somebody reads them.
+The loop writes contacts in the form in which they are hashed, so a chunk costs little more than its hash.
+Their times as floats are computed when they are read.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ Recorder = Callable[[npt.NDArray[np.void]], None]
 
 
 class Entries(NamedTuple):
-    """What stands in a ledger at one moment: the number of rows, the contacts (None where none are kept; a
-    view that nobody writes to), their digest, and the rows that wait for a recorder."""
+    """The contents of a ledger at one moment: the number of rows, the contacts (None if none are kept; a
+    read-only view), their digest, and the rows that wait for a recorder."""
 
     rows: int
     contacts: npt.NDArray[np.void] | None
@@ -38,8 +38,8 @@ class Entries(NamedTuple):
 class Ledger:
     """Takes over the loop's log chunk by chunk.
 
-    A recorder, while there is one (``recording``), is given every row. The rows of commands between two runs
-    wait for the next one (``put_aside``). ``rows`` is how many there have been; ``keeps`` says whether
+    A recorder, if there is one (``recording``), is given every row. The rows of commands between two runs
+    wait for the next one (``put_aside``). ``rows`` is their total number; ``keeps`` says whether
     contacts are kept at all.
     """
 
@@ -53,13 +53,13 @@ class Ledger:
         self._aside: list[tuple[Any, int]] = []  # rows, with the clock's base that their ticks count from
         self._waiting: list[Any] = []
         self._kept = np.zeros(0, CONTACT)
-        self._count = 0  # of those kept in one array; the others wait to be asked for
+        self._count = 0  # of those kept in one array; the others are added when they are read
         self._total = 0
         self._digest: Digest = hashlib.sha256() if keep else Sha256()
 
     @property
     def entries(self) -> Entries:
-        """What stands here now, to come back to; it costs nothing, however many contacts there are."""
+        """The present contents, for a snapshot; the cost does not depend on the number of contacts."""
         contacts = self.contacts if self.keeps else None
         return Entries(self.rows, contacts, self._digest.copy(), tuple(self._that_wait()))
 
@@ -85,10 +85,10 @@ class Ledger:
         return contacts
 
     def contacts_since(self, count: int) -> npt.NDArray[np.void]:
-        """The contacts after the first so many.
+        """The contacts after the first ``count``.
 
-        What is asked for in each frame costs as much as is new: older contacts are left as they wait, and not
-        put in one array, whose growth would be felt.
+        The cost depends on the number of new ones only: older contacts stay as they are, and are not
+        moved to one array, whose growth would be noticeable in a frame.
         """
         self._demand_kept()
         if count < self._count or 2 * count < self._total:
@@ -111,12 +111,12 @@ class Ledger:
 
     @property
     def fingerprint(self) -> str:
-        """Hex digest of (epoch, tick, a, b) of all contacts: it does not see the start of the clock."""
+        """Hex digest of (epoch, tick, a, b) of all contacts: independent of the start of the clock."""
         return self._digest.hexdigest()
 
     @property
     def reads(self) -> bool:
-        """Whether somebody reads the long rows of what happens now, or will."""
+        """Whether the long rows of present events are read, or will be."""
         return self._puts_aside or self._recorder is not None
 
     @contextmanager
@@ -130,7 +130,7 @@ class Ledger:
 
     @contextmanager
     def put_aside(self) -> Iterator[None]:
-        """Within this context rows that no recorder is given wait for the next one."""
+        """Within this context rows without a recorder wait for the next one."""
         self._puts_aside = True
         try:
             yield
@@ -138,7 +138,7 @@ class Ledger:
             self._puts_aside = False
 
     def take(self, k: Kernel, fields: Fields, rows: int) -> None:
-        """Takes over what the loop has logged, which is so many rows since the start, and empty its log."""
+        """Takes over the rows of the loop's log, a number since the start, and empties the log."""
         self.rows = rows
         logged, written = fields.lists.logged[0], fields.lists.written[0]
         fields.lists.logged[0] = fields.lists.written[0] = 0
@@ -156,9 +156,9 @@ class Ledger:
                 self._aside.append((long.copy(), self._clock.base))
 
     def _put(self, met: Any) -> None:
-        """Keeps contacts; room is made by doubling, so that what was handed out before is never moved."""
+        """Keeps contacts; the array grows by doubling, and a view that was returned is never moved."""
         if not len(met):
-            return  # what was come back to is not written to
+            return  # restored contacts are read-only
         end = self._count + len(met)
         if end > len(self._kept):
             room = np.zeros(max(end, 2 * len(self._kept)), CONTACT)
@@ -168,16 +168,16 @@ class Ledger:
         self._count = end
 
     def _fill(self, contacts: npt.NDArray[np.void], met: Any) -> None:
-        """Writes contacts as people read them, with their times."""
+        """Writes contacts in their public form, with their times."""
         for name in ("epoch", "tick", "a", "b"):
             contacts[name] = met[name]
         contacts["time"] = self._clock.rounded(met["epoch"], met["tick"])
 
     def hand_over(self) -> None:
-        """Gives the rows that wait, those of commands between two runs, to the recorder."""
+        """Gives the waiting rows, those of commands between two runs, to the recorder."""
         waiting, self._unrecorded = self._that_wait(), []
         begin = getattr(self._recorder, "begin", None)
-        if begin is not None:  # an event file says how many rows came before it
+        if begin is not None:  # an event file stores how many rows came before it
             begin(self.rows - sum(map(len, waiting)))
         if self._recorder is not None:
             for rows in waiting:
@@ -206,7 +206,7 @@ def _rows(written: Any, clock: Clock) -> npt.NDArray[np.void]:
 
 
 def digestible(contacts: npt.NDArray[np.void]) -> bytes:
-    """Returns what the fingerprint is made from, in an order of bytes that is the same everywhere."""
+    """Returns the input of the fingerprint, in an order of bytes that is the same everywhere."""
     exact = np.zeros(len(contacts), MET)
     for name in ("epoch", "tick", "a", "b"):
         exact[name] = contacts[name]
