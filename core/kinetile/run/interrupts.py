@@ -1,14 +1,14 @@
 """Steps that no signal tears.
 
-Python runs a signal's handler between two of its own instructions, wherever that is: after the compiled loop
-has moved the bodies and before anybody has read its log, or inside a write. What is left behind is then
-neither the one state nor the other. So a step that must happen as a whole is done within ``Unbroken``:
+Python runs a signal's handler between two of its own instructions, anywhere: after the compiled loop
+has moved the bodies and before its log has been read, or inside a write. The state is then
+inconsistent. So a step that must happen as a whole is done within ``Unbroken``:
 signals that come meanwhile wait for its end. A second Ctrl-C waits as well; a step is a fraction of a second.
 
 A step within a step is part of it: the outer one does the waiting for both. Entering and leaving costs two
-microseconds, so that a command by hand, which takes some twenty, can be a step too. It would be ten with the
-functions of ``signal``, which make enums of what those of ``_signal``, the same functions, take and return as
-it is.
+microseconds, so that an interactive command, which takes some twenty, can be a step too. It would be ten with
+the functions of ``signal``, which convert to enums what those of ``_signal``, the same functions, take and
+return unchanged.
 
 Where a step does not end at all, in a hook that loops for ever, say, a signal without a handler in Python
 still ends the process: SIGQUIT (Ctrl-\\) or SIGKILL.

@@ -1,4 +1,4 @@
-"""Readings of a run: what it cost and how true it stayed, what it models, and both in words."""
+"""Readings of a run: its cost and accuracy, what it models, and both in words."""
 
 from __future__ import annotations
 
@@ -25,23 +25,23 @@ class Readings:
         contacts_wall: contacts of a disc with a wall.
         passings: times that two discs began to pass through each other.
         turns: changes of velocity by the user or the scene.
-        inserted: bodies that came.
-        removed: bodies that went.
+        inserted: inserted bodies.
+        removed: removed bodies.
         structural_events: failures of the broad phase's own certificates.
         events: all of the above together.
-        certificates_updated: times the broad phase set anew when a body's certificate fails.
-        newcomers: pairs that the broad phase said have become near, those of the static construction apart.
-        partners_asked: bodies that another looked at for their contact, by a bound where the narrow phase has
-            one: all that the broad phase named.
-        contacts_computed: contact times worked out exactly.
+        certificates_updated: number of times that the broad phase scheduled a body's certificate anew.
+        newcomers: pairs that the broad phase reported as newly near, without the static construction.
+        partners_asked: candidate checks: bodies that the broad phase named for another, by a bound if the
+            narrow phase has one.
+        contacts_computed: exact contact times.
         queue_max: most bodies queued at one time; a body has one entry, so it is at most their number.
-        pairs_max: most pairs in the broad phase's pair set; 0 where it keeps none.
+        pairs_max: most pairs in the broad phase's pair set; 0 if it keeps none.
         deepest_overlap: deepest overlap found at a contact, in radii of the smaller body.
         energy_drift: relative change of kinetic energy, apart from what commands and responses change.
         lateness: how far in the past a structural event was found, in the scene's time.
         cpu_seconds: processor time inside the loop, compilation apart.
         compile_seconds: processor time to compile the loop, or to load it.
-        audits: times an audit looked at everything and found nothing.
+        audits: number of audits without a violation.
         events_per_cpu_second: events / cpu_seconds.
         contacts_per_cpu_second: contacts / cpu_seconds.
         fingerprint: digest of the list of contacts; equal under every broad phase.
@@ -121,7 +121,7 @@ class Readings:
 
 
 def energy(k: Kernel) -> float:
-    """Returns the kinetic energy of all bodies that can be moved, summed exactly."""
+    """Returns the kinetic energy of all movable bodies, summed exactly."""
     mass = np.where(np.isinf(k.mass), 0.0, k.mass)
     return 0.5 * math.fsum(np.asarray(mass * (k.bodies.vx**2 + k.bodies.vy**2)))
 

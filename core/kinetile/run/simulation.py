@@ -1,6 +1,6 @@
-"""``Simulation``, what users have: a scene and its phases by name, to be run, changed, read and saved.
+"""``Simulation``, the public class: a scene and its phases by name, to be run, changed, read and saved.
 
-The class is one front for all that a run offers, and says what each method promises. The work is done below:
+The class is a facade for all that a run offers, and documents each method. The work is done below:
 by the engine, by ``advance``, by ``questions/`` and ``saving/``. It is one file, and long, so that a reader
 finds every public method in one place.
 """
@@ -92,22 +92,22 @@ class Simulation:
     """Bodies in motion under a choice of phases.
 
     Args:
-        scene: what is simulated.
-        broad_phase: its name; None: what the scene says, or the default.
-        narrow_phases: names, or a mapping from names to options; None: what the scene says, or what it needs.
+        scene: the scene.
+        broad_phase: its name; None: the scene's, or the default.
+        narrow_phases: names, or a mapping from names to options; None: the scene's, or those that it needs.
         options: options of the broad phase.
         keep_contacts: False to keep only their fingerprint, for runs of very many contacts.
-        audit: check everything that must hold every so many contacts, and at the end of each run (slow:
-            O(n^2) an audit); None: never.
+        audit: check everything that must hold at intervals of this many contacts, and at the end of each run
+            (slow: O(n^2) an audit); None: never.
         turning: True to compile turns into the loop though the scene has none, so that ``set_velocity`` need
             not compile it anew.
         live: True for a program that gives all kinds of commands: they are compiled into the loop though the
-            scene has none, and there is room for bodies that come, so that the first need not do either.
+            scene has none, and slots are free for inserted bodies, so that the first need not do either.
 
     Raises:
         UnknownName: no phase is registered under a name.
         BadOption: a phase has no such option.
-        Refused: a phase cannot do this scene.
+        Refused: a phase does not accept this scene.
     """
 
     # What it is
@@ -182,7 +182,7 @@ class Simulation:
 
     @property
     def fault(self) -> str | None:
-        """The error with which the last run or step ended, in words; None where it ended well."""
+        """The error with which the last run or step ended, in words; None if it ended well."""
         return self._fault
 
     def explain(self) -> dict[str, Any]:
@@ -193,13 +193,13 @@ class Simulation:
     # Running
 
     def compile(self) -> float:
-        """Compiles the loop, or loads it from the disk cache; returns the CPU seconds this has taken so
+        """Compiles the loop, or loads it from the disk cache; returns the CPU seconds spent on this so
         far."""
         self._engine.compile()
         return self._engine.compile_seconds
 
     def build(self) -> None:
-        """Builds the broad phase's structure, where that is still to be done, and runs no event.
+        """Builds the broad phase's structure, if necessary, and runs no event.
 
         Raises as ``run`` does.
         """
@@ -208,7 +208,7 @@ class Simulation:
                 self._engine.build()
 
     def rebuild(self) -> None:
-        """Builds the broad phase's structure anew as of now; no contact can change by it."""
+        """Builds the broad phase's structure anew at the present moment; no contact can change by it."""
         with self._alone("be built anew"):
             with Unbroken():
                 self._engine.lay_out(self._engine.speed)
@@ -224,15 +224,15 @@ class Simulation:
         recorder: Recorder | None = None,
         stop_at: StopAt | None = None,
     ) -> Event | None:
-        """Runs on until a time, or for so many more contacts or events, whichever comes first; returns the
-        contact at which the run stopped before that, where it did.
+        """Runs until a time, or for a number of further contacts or events, whichever comes first; returns
+        the contact of ``stop_at`` at which the run stopped before that, if it did.
 
         Args:
             until: the time to run to, in the scene's time; all events up to and at it have then happened.
                 None: the scene's own ``until``, if it has one.
-            max_contacts: stop after so many further contacts of discs and walls, at the time of the last one.
-                Without ``until``, stop as well when nothing has happened for two million time units.
-            max_events: stop after so many further events of all kinds, at the time of the last one.
+            max_contacts: stop after this many further contacts of discs and walls, at the time of the last
+                one. Without ``until``, stop as well when nothing has happened for two million time units.
+            max_events: stop after this many further events of all kinds, at the time of the last one.
             progress: called after each chunk (a fraction of a second); it may turn bodies.
             recorder: called with the log rows of each chunk, before a fault is raised.
             stop_at: contacts to stop at, at their exact time (``StopAt``).
@@ -241,11 +241,11 @@ class Simulation:
             ZenoError: the bodies are jammed.
             MissedContactError: a contact was missed or found too late.
             PhaseError: a phase broke the protocol.
-            AuditError: an audit found something that does not hold.
+            AuditError: an audit found a violation.
             BusyError: this simulation is running already.
-            ValueError: ``until`` is not a finite time, or lies in the past; ``stop_at`` names a kind that
-                there is not.
-            IndexError: ``stop_at`` names a body that is not there, nor still to come.
+            ValueError: ``until`` is not a finite time, or lies in the past; ``stop_at`` names an unknown
+                kind.
+            IndexError: ``stop_at`` names a body that is neither present nor to be inserted.
             TypeError: ``stop_at`` is no ``StopAt``.
         """
         with self._alone("run"):
@@ -265,9 +265,7 @@ class Simulation:
             try:
                 with engine.ledger.recording(recorder):
                     introduce = getattr(recorder, "introduce", None)
-                    if (
-                        introduce is not None
-                    ):  # an event file says of which kinds bodies are that come by hand
+                    if introduce is not None:  # an event file has the kinds of interactively inserted bodies
                         introduce(self.kinds_of, engine.numbers)
                     with Unbroken():
                         engine.ledger.hand_over()
@@ -276,13 +274,13 @@ class Simulation:
                 self._running = False
                 engine.watch(None)
                 reached = getattr(recorder, "reached", None)
-                if reached is not None:  # an event file says how far its rows go
+                if reached is not None:  # an event file has the time up to which its rows go
                     reached(self.time)
 
     def step(self) -> Event | None:
-        """Runs the next event, of whatever kind, and returns it; None, with nothing run, where there is none.
+        """Runs the next event, of any kind, and returns it; None, with nothing run, if there is none.
 
-        None as well, two million time units later, where none comes before that. Raises as ``run`` does.
+        None as well, two million time units later, if none happens before that. Raises as ``run`` does.
         """
         with self._alone("step"):
             return self._with_kinds(advance_one(self._engine, End()))
@@ -290,8 +288,8 @@ class Simulation:
     def steps(self, until: float | None = None) -> Iterator[Event]:
         """Runs event by event, and yields each after it has happened, up to and at a time.
 
-        Between two events the simulation is the caller's: to be looked at, turned, run. None: the scene's own
-        ``until``; where there is none either, for as long as there are events.
+        Between two events the caller may read, turn or run the simulation. None: the scene's own
+        ``until``; without one, for as long as there are events.
 
         Raises as ``run`` does.
         """
@@ -306,12 +304,12 @@ class Simulation:
 
     @property
     def next_event(self) -> Event | None:
-        """The event that ``step`` would run, as scheduled now; None where nothing is awaited.
+        """The event that ``step`` would run, as scheduled now; None if nothing is scheduled.
 
-        A body that flies for more than a thousand time units without an event is written down anew on the
-        way, which can move what comes later by its rounding.
+        A body that flies for more than a thousand time units without an event is anchored anew
+        meanwhile, which can move later events by its rounding.
 
-        Raises BusyError while a chunk of a run is under way: to look ahead, the loop asks who meets first.
+        Raises BusyError during a chunk of a run: to look ahead, the loop computes the first contact.
         """
         with self._alone("look ahead"):
             return self._with_kinds(next_event(self._engine))
@@ -320,12 +318,12 @@ class Simulation:
         """Checks now everything that must hold between two events; O(n^2).
 
         Raises:
-            AuditError: the first thing that does not hold.
+            AuditError: the first violation.
         """
         with self._alone("be audited"):
             self._engine.audit()
 
-    # Commands: carried out at once, between two runs, between two steps, or from the ``progress`` of a run
+    # Commands: run at once, between two runs, between two steps, or from the ``progress`` of a run
 
     def set_velocity(self, body: int, velocity: Numbers) -> None:
         """Turns a body now: from here on it flies with this velocity. As ``set_velocities``."""
@@ -334,13 +332,13 @@ class Simulation:
     def set_velocities(self, bodies: npt.ArrayLike, velocities: npt.ArrayLike) -> None:
         """Turns bodies now, in the order given: (n,) their numbers, and (n, 2) velocities or one for all.
 
-        Between two runs, between two steps, or from the ``progress`` of a run. What is refused leaves
-        everything as it was.
+        Between two runs, between two steps, or from the ``progress`` of a run. A refused call leaves
+        everything unchanged.
 
         Raises:
-            IndexError: there is no such body, or it has gone.
+            IndexError: there is no such body, or it has been removed.
             ValueError: a velocity is not two finite numbers, or too fast for the clock.
-            Refused: the broad phase is not right with bodies as fast as this.
+            Refused: the broad phase does not accept bodies as fast as this.
             BusyError: a chunk of a run is under way: this comes from a recorder, or from another thread.
         """
         with self._alone("turn a body"):
@@ -373,12 +371,12 @@ class Simulation:
         """Inserts a disc now, and returns its number, which no other body of this run has or had.
 
         It may touch others and the walls, and overlap those that it passes through. ``kind`` is one of the
-        scene's, the first where it is None. What is refused leaves everything as it was.
+        scene's, by default the first. A refused call leaves everything unchanged.
 
         Raises:
-            Refused: it would reach into a body or beyond a wall (the error says into whom, and how deep), or
-                the broad phase cannot do a scene with it.
-            ValueError: a number is not such as a scene may have, or the speed is too fast for the clock.
+            Refused: it would reach into a body or beyond a wall (the error names it, with the depth), or
+                the broad phase does not accept a scene with it.
+            ValueError: a scene would refuse a number, or the speed is too fast for the clock.
             TypeError: there is no radius.
             BusyError: as ``set_velocities``.
         """
@@ -390,26 +388,26 @@ class Simulation:
         return int(rows["body"][0])
 
     def remove(self, body: int) -> None:
-        """Removes a body now, and with it whatever was scheduled for it.
+        """Removes a body now, with its scheduled events.
 
-        Raises IndexError where there is no such body, BusyError as ``set_velocities``.
+        Raises IndexError if there is no such body, BusyError as ``set_velocities``.
         """
         with self._alone("let a body go"):
             self._obey(REMOVED, read_removal(self._engine, body))
 
     def recorded(self) -> Scene:
-        """Returns the scene together with all commands that were given by hand, each at its exact time, and
-        with the present moment as its exact end: run under any phase it has the contacts of this run."""
+        """Returns the scene together with all interactive commands, each at its exact time, and
+        with the present moment as its exact end: under any phase it has the contacts of this run."""
         engine = self._engine
         played = self._history.in_scene(self.scene, engine.clock)
         end = (*divmod(engine.clock.total(engine.now), TICKS), engine.met_now)
         return relabelled(played, settings=replace(played.settings, until=engine.time, end=end))
 
-    # Reading out
+    # Results
 
     @property
     def time(self) -> float:
-        """The present time: what ``run`` was asked for, or that of the last event where it stopped before."""
+        """The present time: the requested end of ``run``, or that of the last event if it stopped before."""
         return self._engine.time
 
     @property
@@ -419,16 +417,16 @@ class Simulation:
 
     @property
     def contacts(self) -> npt.NDArray[np.void]:
-        """All contacts so far, in canonical order (dtype ``kinetile.CONTACT``), to be read.
+        """All contacts so far, in canonical order (dtype ``kinetile.CONTACT``), read-only.
 
-        Asking costs a copy of those that came since it was last asked. Raises ValueError where none are kept.
+        Reading copies the contacts since the last reading. Raises ValueError if none are kept.
         """
         return self._engine.ledger.contacts
 
     def contacts_since(self, count: int) -> npt.NDArray[np.void]:
-        """Returns the contacts after the first ``count``: those that are new since there were so many.
+        """Returns the contacts after the first ``count``.
 
-        Raises ValueError where no contacts are kept, or for a negative number.
+        Raises ValueError if no contacts are kept, or for a negative number.
         """
         if operator.index(count) < 0:
             raise ValueError(f"count is a number of contacts, at least 0; found {count}")
@@ -453,13 +451,12 @@ class Simulation:
 
     @property
     def rows(self) -> int:
-        """How many log rows there have been: those that a recorder got which was there from the start."""
+        """The number of log rows so far: those of a recorder present from the start."""
         return self._engine.ledger.rows
 
     @property
     def bodies(self) -> npt.NDArray[np.int32]:
-        """The numbers of the bodies that are there now, (n,), ascending: whose the rows of ``positions``
-        are."""
+        """The numbers of the present bodies, (n,), ascending: those of the rows of ``positions``."""
         engine = self._engine
         numbers: npt.NDArray[np.int32] = engine.k.queue.view(np.ndarray)["number"][engine.taken]
         return numbers
@@ -481,15 +478,15 @@ class Simulation:
 
     @property
     def kinds(self) -> npt.NDArray[Any]:
-        """The kinds of the bodies that are there now, (n,) names or whole numbers as objects, in the order of
+        """The kinds of the present bodies, (n,) names or whole numbers as objects, in the order of
         ``bodies``."""
         return self.kinds_of(self.bodies)
 
     def kinds_of(self, bodies: npt.ArrayLike) -> npt.NDArray[Any]:
         """Returns the kinds of bodies by their numbers, as an array of objects of the same shape.
 
-        They may be there, have gone, or be still to come by the scene. "wall" stands for a number below 0, as
-        column ``b`` of ``contacts`` has it. Raises IndexError for a number that no body has been given.
+        They may be present, removed, or still to be inserted by the scene. "wall" stands for a number below
+        0, as in column ``b`` of ``contacts``. Raises IndexError for a number that no body has been given.
         """
         numbers = np.asarray(bodies)
         if numbers.dtype.kind not in "iu" and numbers.size:
@@ -511,18 +508,18 @@ class Simulation:
 
     @property
     def built(self) -> bool:
-        """Whether the broad phase's structure stands: then reading it compiles and builds nothing."""
+        """Whether the broad phase's structure is built: then reading it compiles and builds nothing."""
         return self._engine.built
 
     @property
     def state(self) -> Any:
-        """The broad phase's state, a NamedTuple of arrays that can only be read: its structure now."""
+        """The broad phase's state, a NamedTuple of read-only arrays: its present structure."""
         self.build()
         return read_only(self._engine.state)
 
     @property
     def tables(self) -> Kernel:
-        """The kernel's tables (``kinetile.kernel.tables``) now, to be read: bodies, certificates, queue."""
+        """The kernel's tables (``kinetile.kernel.tables``) now, read-only: bodies, certificates, queue."""
         self.build()
         return read_only(self._engine.k)
 
@@ -538,12 +535,12 @@ class Simulation:
         return by_number(self._engine.k, named_near(self._engine.k, self.composition))
 
     def drawing(self) -> tuple[Item, ...]:
-        """Returns what there is to see of the broad phase's structure now, in the vocabulary of
-        ``kinetile.plugin.drawing``; nothing where the phase draws nothing.
+        """Returns the present structure of the broad phase as shapes of
+        ``kinetile.plugin.drawing``; nothing if the phase draws nothing.
 
-        Bodies go by their numbers, and ``fails`` counts ticks since the start: ``divmod(fails, 2**52)`` is
-        (epoch, tick), as ``contacts`` and ``exact_time`` have them. It holds until the next event: what hangs
-        on bodies moves with them. Raises PhaseError where the phase's ``draw`` is wrong, and BusyError while
+        Bodies have their numbers, and ``fails`` counts ticks since the start: ``divmod(fails, 2**52)`` is
+        (epoch, tick), as for ``contacts`` and ``exact_time``. It is valid until the next event: shapes
+        move with their bodies. Raises PhaseError if the phase's ``draw`` is wrong, and BusyError while
         a chunk of a run is under way.
         """
         with self._alone("be drawn"):
@@ -553,24 +550,24 @@ class Simulation:
 
     # Questions about the present moment
     #
-    # Asking changes nothing, and the answers are the same under every broad phase: they follow from the
-    # flight plans at the present tick. Where a question has ``kinds``, one of the scene's or several, bodies
-    # of other kinds are left out as if they were not there.
+    # A question changes nothing, and the answers are the same under every broad phase: they follow from the
+    # flight plans at the present tick. ``kinds``, one of the scene's or several, excludes bodies
+    # of other kinds as if they were absent.
 
     def next_contact(self, a: int, b: int, *, scheduled: bool = False) -> NextContact | None:
-        """Returns when two bodies meet by their present flight plans; None where they do not.
+        """Returns when two bodies meet by their present flight plans; None if they do not.
 
-        Nobody else is asked, no wall and no third body: this is what happens if nobody interferes. The answer
-        is the row of ``contacts`` that it will be then, to the tick. A pair that has just met does not meet
+        Walls and third bodies are ignored: this is what happens without interference. The answer
+        is the future row of ``contacts``, to the tick. A pair that has just met does not meet
         again until one of the two has a new plan.
 
         Args:
             a: a body.
             b: another.
-            scheduled: only if nobody is to interfere: by the present plans it is the first contact of either
+            scheduled: only without interference: by the present plans it is the first contact of either
                 body, walls included, and no command changes one of them before.
 
-        Raises ValueError where a and b are one body.
+        Raises ValueError if a and b are one body.
         """
         one, other = self._slot_of(a), self._slot_of(b)
         if one == other:
@@ -586,12 +583,12 @@ class Simulation:
     ) -> NextContact | None:
         """Returns the first contact of a body, with another one or a wall, by the present flight plans.
 
-        Of contacts at one tick the first is that which the run takes first. None where there is none.
+        Of contacts at one tick the first is the one that the run takes first. None if there is none.
 
         Args:
-            body: whose.
-            scheduled: None as well where something comes between: an earlier contact of either body, of
-                whatever kind the other one is, or a command that changes the plan of one of them.
+            body: the body.
+            scheduled: None as well if something comes before: an earlier contact of either body, with a
+                body of any kind, or a command that changes the plan of one of them.
             kinds: only with bodies of these kinds; "wall" is one of them here, for the walls.
         """
         slot = self._slot_of(body)
@@ -609,8 +606,8 @@ class Simulation:
         """Returns the body that a disc which starts here and now would meet first, and when, by the present
         plans.
 
-        To the tick, as if the disc were a body that nobody has met before. None where it meets nobody; walls
-        are not asked. Contact is approach: a body that the disc touches or overlaps at the start is met at
+        To the tick, as if the disc were a body that has not met others yet. None if it meets none; walls
+        are ignored. A contact needs approach: a body that the disc touches or overlaps at the start is met at
         once if they approach, and not at all if they part. Of several at one tick the first by number.
 
         Args:
@@ -629,8 +626,8 @@ class Simulation:
     ) -> Integers:
         """Returns the bodies in a box now, (m,), ascending.
 
-        A body is a disc with its edge, about its place in ``positions()``; that, its radius and the box are
-        taken at their word, and compared without any rounding.
+        A body is a disc with its edge, about its position in ``positions()``; that, its radius and the box
+        are taken as exact numbers, and compared without any rounding.
 
         Args:
             box: (left, bottom, right, top), edges included; a box may be a line or a point.
@@ -658,7 +655,7 @@ class Simulation:
         Args:
             point: (x, y).
             radius: all that are not further than this.
-            k: not more than so many.
+            k: the largest number of bodies.
             kinds: only bodies of these kinds.
 
         Raises ValueError where neither is given, or for what is no point, no length or no number of bodies.
@@ -680,14 +677,14 @@ class Simulation:
     ) -> list[RayHit]:
         """Returns the bodies that a ray meets now, the nearest first and equally near ones by number.
 
-        A body is a disc with its edge, about its place in ``positions()``: a ray that grazes it meets it, and
-        one that begins in it or at its edge meets it at once. Who is met, and in which order, is decided
+        A body is a disc with its edge, about its position in ``positions()``: a grazing ray meets it, and
+        one that begins in it or at its edge meets it at once. Hits and their order are decided
         without any rounding.
 
         Args:
             origin: (x, y), where the ray begins.
             direction: (x, y), where it leads; its length does not matter.
-            most: not more hits than so many; the first alone is found soonest.
+            most: the largest number of hits; 1 is the fastest.
             kinds: only bodies of these kinds.
 
         Raises ValueError for what is no point, no direction or no number of bodies.
@@ -700,7 +697,7 @@ class Simulation:
     # Saving
 
     def snapshot(self) -> Snapshot:
-        """Returns everything that this simulation is now, to come back to with ``restore``.
+        """Returns the complete state of this simulation, for ``restore``.
 
         Raises RecordError where a run has ended with a fault, BusyError while a chunk of a run is under way.
         """
@@ -709,13 +706,13 @@ class Simulation:
             return take(self._engine, self.scene, history, self._audit, self._start_energy)
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Goes on from a snapshot of this simulation, or of another one of the same scene.
+        """Continues from a snapshot of this simulation, or of another one of the same scene.
 
-        Under the same phases everything is as it was, to the last bit. Under another broad phase, or with
+        Under the same phases everything is the same, to the last bit. Under another broad phase, or with
         other options, the structure is built anew, and the contacts are the same.
 
-        Raises RecordError for a snapshot of another scene or of other narrow phases, Refused where the broad
-        phase cannot do this, BusyError while it runs; then nothing has changed.
+        Raises RecordError for a snapshot of another scene or of other narrow phases, Refused if the broad
+        phase does not accept it, BusyError while it runs; then nothing has changed.
         """
         with self._alone("be restored"):
             if self._running:
@@ -723,13 +720,13 @@ class Simulation:
             self._go_on_from(snapshot)
 
     def save(self, path: str | os.PathLike[str], note: Mapping[str, Any] | None = None) -> None:
-        """Writes a file of which ``kinetile.resume`` makes this simulation again, in any process.
+        """Writes a file from which ``kinetile.resume`` makes this simulation again, in any process.
 
-        The file appears under its name when all of it is on the disk; until then whatever is there under this
-        name stays as it is. ``note`` is anything that JSON can say; ``kinetile.run.saving.files.note`` reads
+        The file gets its name when it is completely on the disk; until then an old file of this
+        name stays. ``note`` is any value for JSON; ``kinetile.run.saving.files.note`` reads
         it back.
 
-        Raises RecordError where it cannot be written, where something else than a saved simulation is there,
+        Raises RecordError if it cannot be written, if there is a file that is no saved simulation,
         and as ``snapshot``.
         """
         write_whole(path, self.snapshot(), note)
@@ -746,7 +743,7 @@ class Simulation:
     # Within
 
     def _go_on_from(self, snapshot: Snapshot, anew: bool = False) -> None:
-        """Goes on from a snapshot, with a structure that is built ``anew`` or as it was; unchanged where that
+        """Continues from a snapshot, with a structure that is built ``anew`` or restored; unchanged if that
         is refused."""
         put_back(self._engine, self.scene, snapshot, anew)
         self._history = History.of(snapshot.history)
@@ -774,7 +771,7 @@ class Simulation:
             self._lock.release()
 
     def _obey(self, code: int, rows: Rows) -> None:
-        """Carries commands out, and adds them to the history."""
+        """Runs commands, and adds them to the history."""
         self._engine.carry_out(code, rows)
         self._history.note(rows, self._engine.clock.base)
 
@@ -851,16 +848,16 @@ def resume(
 ) -> Simulation:
     """Returns the simulation that ``Simulation.save`` has written to a file.
 
-    Without ``broad_phase`` it goes on as if it had never stopped: to the same contacts, structural events and
-    readings, bit for bit. That asks for the same phases of the same version, on the same kinetile. With
-    ``broad_phase`` (and ``options`` for it) that phase goes on from the plans, the clock, the commands still
-    to come and the contacts so far; it builds its structure now, and has the same contacts.
+    Without ``broad_phase`` it continues as if it had never stopped: to the same contacts, structural events
+    and readings, bit for bit. That needs the same phases of the same version, on the same kinetile. With
+    ``broad_phase`` (and ``options`` for it) that phase continues from the plans, the clock, the commands
+    still to come and the contacts so far; it builds its structure now, and has the same contacts.
 
     Raises:
         RecordError: the file cannot be read, is damaged, or is of another kinetile or another version of a
             phase; the message says which, and what can be done.
         UnknownName, BadOption: as ``Simulation``.
-        Refused: the broad phase cannot do this scene.
+        Refused: the broad phase does not accept this scene.
     """
     if broad_phase is None and options is not None:
         raise BadOption(

@@ -1,8 +1,8 @@
 """The structure of a broad phase, read from outside: its candidate pairs, and the shapes that it draws.
 
-A phase's ``near`` and ``draw`` are somebody else's code. ``near`` writes into a table of its own here, so
-that a run in another thread is not disturbed. ``draw`` gets tables that can only be read, and every shape
-that it returns is checked, so that whoever shows it may rely on it.
+A phase's ``near`` and ``draw`` are foreign code. ``near`` writes into a table of its own here, so
+that a run in another thread is not disturbed. ``draw`` receives read-only tables, and every shape
+that it returns is checked, so that viewers can rely on it.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ def by_number(k: Kernel, named: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
 
 
 def drawn(k: Kernel, composition: Composition, clock: Clock) -> tuple[Item, ...]:
-    """Returns what there is to see now; nothing where the phase draws nothing.
+    """Returns the present drawing; nothing if the phase draws nothing.
 
     Raises PhaseError where ``draw`` raises, or returns what is no shape, or names a slot that is empty.
     """

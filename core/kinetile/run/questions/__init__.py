@@ -1,16 +1,15 @@
 """Questions about the present moment: which bodies are where, and which of them will meet.
 
-Every answer is a function of the flight plans and of the present tick, of nothing else: no question reads
-what a broad phase keeps or what the queue has found out so far. So answers are the same under every phase,
+Every answer is a function of the flight plans and of the present tick alone: no question reads
+the structure of a broad phase or the results in the queue. So answers are the same under every phase,
 and a question changes nothing.
 
-They are exact, in one of two senses. *When* two bodies meet is computed by the narrow phase, as the loop
-does: the answer is the tick that the contact will have in the log (``meetings``). *Where* bodies are now is
+They are exact, in one of two senses. *When* two bodies meet is computed by the narrow phase, as in the loop:
+the answer is the tick that the contact will have in the log (``meetings``). *Where* bodies are now is
 known in doubles, those of ``Simulation.positions``. These are taken as exact numbers, with the radii and the
 numbers of the question: then a disc touches a box or it does not (``places``). A filter in floating point
-decides nearly all, and leaves to whole numbers of any size (``exact``) whatever its roundings could have
-changed.
+decides nearly all cases, and leaves those within its rounding to whole numbers of any size (``exact``).
 
-All functions take a ``Moment``, which names the slots of the bodies in question: all that are there, or those
-that somebody knows to be enough. They answer in slots; ``Simulation`` turns these into the numbers of bodies.
+All functions take a ``Moment``, which names the slots of the bodies in question: all present ones, or those
+that are known to be enough. They return slots; ``Simulation`` turns these into the numbers of bodies.
 """

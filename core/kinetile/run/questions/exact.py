@@ -1,10 +1,10 @@
 """Exact comparisons of lengths: squares, and differences of square roots, in whole numbers of any size.
 
-Doubles are whole numbers of one unit, a power of two. So is whatever sums and products make of them, of the
-unit's powers; and where a question has square roots in it, squaring once or twice takes them out.
+Doubles are whole numbers of one unit, a power of two. So are their sums and products, in powers of the
+unit; square roots are removed by squaring once or twice.
 
-Before that, arrays are compared in floating point. What is settled there is settled: a bound covers all
-roundings. ULP is 2^-53, half the distance of doubles next to 1, and each operation is off by a factor of
+Before that, arrays are compared in floating point. A bound covers all roundings, so what this decides is
+right. ULP is 2^-53, half the distance of doubles next to 1, and each operation is off by a factor of
 1 +- ULP at most. Underflow does not count beside the radii that lengths are compared with: these are 2^-200
 or more (``kinetile.scene.checks``), their squares 2^-400, and what underflow takes is below 2^-1073. What
 overflows is infinite, or no number, and settles nothing.
@@ -83,7 +83,7 @@ def difference_of_roots(dot: int, d: int, n: int, unit: int) -> float:
 def in_order(lower: Floats, upper: Floats, compare: Callable[[int, int], int]) -> list[int]:
     """Returns 0 to n - 1 in ascending order of n values that lie between bounds.
 
-    ``compare`` is asked, as for ``functools.cmp_to_key``, about two whose bounds overlap, or who are in one
+    ``compare`` is called, as for ``functools.cmp_to_key``, for two whose bounds overlap, or that are in one
     heap with such; equals stay in ascending order.
     """
     order = np.argsort(lower, kind="stable")

@@ -4,9 +4,9 @@ The narrow phase computes them as in the loop, one pair after the other in compi
 miss, which its first step sees for less than a filter over whole arrays would cost. So each tick is the one
 that the contact has in the log, if it happens.
 
-It happens if no plan of the two changes before. That somebody else comes between is another question, with
-an answer that is a function of the plans as well: a contact is *scheduled* if it is the first that either of
-its bodies has with anybody, walls included, and none of them is to change its plan by then.
+It happens if no plan of the two changes before. Interference by other bodies is another question, whose
+answer is a function of the plans as well: a contact is *scheduled* if it is the first of either of
+its bodies with any body or wall, and none of them is to change its plan by then.
 """
 
 from __future__ import annotations
@@ -91,8 +91,8 @@ def next_contact_of(
     walls: bool = True,
 ) -> NextContact | None:
     """Returns the first of the contacts that the body in a slot has with each other body, or with each that
-    is ``among`` these, and with ``walls``, by the present plans; None where it has none. Where it is to be
-    ``scheduled``, None as well where something precedes it, with whatever body."""
+    is ``among`` these, and with ``walls``, by the present plans; None if it has none. If it is to be
+    ``scheduled``, None as well if something precedes it, with any body."""
     first = _first_of(moment, a, among, walls)
     if first is None:
         return None
@@ -104,10 +104,10 @@ def next_contact_of(
 
 
 def cast(moment: Moment, centre: Point, radius: float, velocity: Point) -> CastHit | None:
-    """Returns the body that a disc which starts here and now would meet first; None where it meets none.
+    """Returns the body that a disc which starts here and now would meet first; None if it meets none.
 
-    The body of the hit is a slot. Contact is what it is for two bodies: approach. Whom the disc touches or
-    overlaps, and approaches, it meets at once; whom it leaves, never.
+    The body of the hit is a slot. As for two bodies, a contact needs approach: a body that the disc touches
+    or overlaps is met at once if they approach, and never if they part.
     """
     ticks = np.full(len(moment.slots), NEVER)
     asking = compose(ask_for_disc, {}, "questions", Kernel)

@@ -68,8 +68,8 @@ Truths = npt.NDArray[np.bool_]
 
 
 def bodies_in(moment: Moment, box: Box, inside: bool = False) -> Integers:
-    """Returns the slots of the bodies that have a point in common with a box, edges and all; of those that
-    are ``inside``, with all of their points, where that is asked. In the order of ``moment.slots``."""
+    """Returns the slots of the bodies that have a point in common with a box, including edges, or, with
+    ``inside``, that lie in it completely. In the order of ``moment.slots``."""
     x, y = moment.places.T
     left, bottom, right, top = box
     with np.errstate(over="ignore", invalid="ignore"):
@@ -111,7 +111,7 @@ def bodies_near(
     if count is not None and count < len(few):
         if count == 0:
             return moment.slots[:0]
-        last = np.partition(upper[few], count - 1)[count - 1]  # so many are not further than this
+        last = np.partition(upper[few], count - 1)[count - 1]  # ``count`` bodies are not further than this
         few = few[lower[few] <= last]
 
     @cache
@@ -155,7 +155,7 @@ def _touching_box(x: Floats, y: Floats, radius: Floats, box: Box) -> Truths:
 
 
 def _within(moment: Moment, squares: Floats, point: Point, radius: float) -> Truths:
-    """Returns whose centre is ``radius`` and its own radius from a point, or less."""
+    """Returns bodies whose centre is ``radius`` and its own radius from a point, or less."""
     held, unsure = compare_squares(squares, _square(radius + moment.radii))
     for i in np.flatnonzero(unsure).tolist():
         (x, y, r, px, py, reach), _ = whole([*moment.places[i], moment.radii[i], *point, radius])

@@ -1,1 +1,1 @@
-"""Saving a run: ``snapshot`` holds what it is at one moment, ``files`` writes that down and reads it."""
+"""Saving a run: ``snapshot`` holds its state at one moment, ``files`` writes and reads it."""

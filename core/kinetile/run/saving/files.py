@@ -5,12 +5,12 @@
     kinetile_saved_run.npy    the head: JSON as bytes; what is said in words, and which array is what
     tables.bodies.npy, ...    the kernel's tables
     state.*.npy               the arrays of the broad phase's state
-    contacts.npy, ...         contacts so far, commands given by hand, rows that wait, arrays of the head
+    contacts.npy, ...         contacts so far, interactive commands, waiting rows, arrays of the head
     the archive's comment     SHA-256 of the file with 64 zero bytes in the place of this, in hexadecimal
 
-``numpy.load`` reads such a file, whatever wrote it. The CRC of each member says nothing of names, lengths and
-the directory, so the checksum is over all bytes, and nothing is made of a file before it is known to be
-right. Nothing in a file can be carried out: it holds numbers, text, and the names of phases, which are those
+``numpy.load`` reads such a file from any writer. The CRC of each member does not cover names, lengths and
+the directory, so the checksum is over all bytes, and nothing in a file is used before it is verified.
+A file contains no code: it holds numbers, text, and the names of phases, which are those
 that are installed here.
 """
 
@@ -70,8 +70,8 @@ Arrays = dict[str, npt.NDArray[Any]]
 def pack(snapshot: Snapshot, file: BinaryIO, note: Mapping[str, Any] | None = None) -> None:
     """Writes a snapshot to a binary file that can be sought in.
 
-    Raises RecordError where something cannot be written down: an option of a phase that is no number, text or
-    list, say.
+    Raises RecordError for values that cannot be written: for example an option of a phase that is no number,
+    text or list.
     """
     arrays: Arrays = {}
     head = {
@@ -122,8 +122,8 @@ def packed(snapshot: Snapshot) -> bytes:
 
 
 def unpack(content: bytes, name: str = "this") -> Snapshot:
-    """Returns the snapshot that was packed; RecordError, in which it is called ``name``, where that cannot
-    be."""
+    """Returns the snapshot that was packed; RecordError, in which it is called ``name``, if that
+    fails."""
     head, arrays = _opened(content, name)
     if head["answer"] != ANSWER:
         raise RecordError(
@@ -149,8 +149,8 @@ copyreg.pickle(Snapshot, lambda snapshot: (unpack, (packed(snapshot), "this pick
 
 @contextmanager
 def no_simulation(name: str) -> Iterator[None]:
-    """Raises RecordError, within this context, for what Python raises where values of a file are used that no
-    simulation has. The checksum tells of damage only: a file may say anything."""
+    """Raises RecordError, within this context, for Python's exceptions about values of a file that no
+    simulation has. The checksum detects damage only: a file may contain anything."""
     try:
         yield
     except KinetileError:
@@ -167,8 +167,8 @@ def note(content: bytes, name: str = "this") -> dict[str, Any]:
 
 
 def _opened(content: bytes, name: str) -> tuple[dict[str, Any], Arrays]:
-    """Returns the head and the arrays, after the checksum; RecordError for what is damaged or something
-    else."""
+    """Returns the head and the arrays, after the checksum; RecordError for a damaged or different
+    file."""
     if content[_FIRST_NAME] != f"{HEAD}.npy".encode():
         raise RecordError(f"{name} is no saved simulation: expected a file that Simulation.save has written")
     sha256 = hashlib.sha256(memoryview(content)[:-_CHECKSUM])
@@ -182,16 +182,16 @@ def _opened(content: bytes, name: str) -> tuple[dict[str, Any], Arrays]:
             arrays = {each: archive[each] for each in archive.files}
         head = json.loads(arrays.pop(HEAD).tobytes())
         _ = head["answer"], head["layout"], head["note"], head["said"]
-    except Exception as error:  # of zipfile, NumPy, JSON: whatever a hostile archive may bring them to
+    except Exception as error:  # of zipfile, NumPy, JSON: a hostile archive may raise anything
         raise RecordError(f"{name} is no saved simulation: {error}") from error
     return head, arrays
 
 
-# What the head says
+# The head
 
 
 def _said(snapshot: Snapshot, arrays: Arrays) -> dict[str, Any]:
-    """Returns what a snapshot holds, in values that ``to_plain`` can say; adds the arrays of tables."""
+    """Returns the contents of a snapshot, in values for ``to_plain``; adds the arrays of tables."""
     parts = snapshot.parts
     versions = versions_of(parts.composition) if parts.composition is not None else snapshot.versions
     arrays |= {f"tables.{name}": table for name, table in parts.tables.items()}
@@ -273,7 +273,7 @@ def _snapshot(said: Mapping[str, Any], arrays: Arrays) -> Snapshot:
 
 
 def _check_kinds(said: Mapping[str, Any]) -> None:
-    """Raises TypeError for what is none of the values that an engine has: it would be found out in a run."""
+    """Raises TypeError for a value that no engine has: otherwise a run would fail later."""
     for name, kind in _KINDS.items():
         if not isinstance(said[name], kind):
             raise TypeError(f"{name} is {shown(said[name])}")
@@ -295,7 +295,7 @@ def _check_kinds(said: Mapping[str, Any]) -> None:
 
 
 def _scene(scene: Scene) -> list[Any]:
-    """Returns what a scene is made from. Of its origin, which says where it is from, what can be said."""
+    """Returns the inputs of a scene. Of its origin it keeps the values that JSON can hold."""
     arguments = list(scene.__reduce__()[1])
     return [_sayable(each) if isinstance(each, dict) and each == scene.origin else each for each in arguments]
 
@@ -320,7 +320,7 @@ def _columns(prepared: Scene, scene: Scene) -> Arrays:
 
 
 def _entries(entries: Entries, arrays: Arrays) -> dict[str, Any]:
-    """Returns what stands in the ledger. Kept contacts are their own digest; else its state is needed."""
+    """Returns the contents of the ledger. Kept contacts are their own digest; else its state is needed."""
     arrays |= {f"unrecorded.{number}": rows for number, rows in enumerate(entries.unrecorded)}
     found: dict[str, Any] = {
         "rows": entries.rows,
@@ -360,8 +360,8 @@ def _rows(arrays: Arrays, name: str, dtype: np.dtype[Any]) -> npt.NDArray[Any]:
     return rows
 
 
-# Values as JSON says them, and back. Floats come back to the bit, as Python writes them; arrays are members
-# of the archive. Of classes only those come out that are named here, whatever a file says.
+# Values in JSON, and back. Floats keep every bit, as Python writes them; arrays are members
+# of the archive. Only the classes named here can be created, for any file.
 
 _CLASSES: tuple[Any, ...] = (Bounds, Command, Insert, Remove, Settings, Skin, Turn)
 _NAMED: dict[str, Any] = {each.__name__: each for each in _CLASSES}
@@ -370,8 +370,8 @@ _DTYPES = {"<f8", "<i8", "<i4", "|b1", "|u1"}
 
 
 def to_plain(value: Any, arrays: Arrays, where: str) -> Any:
-    """Returns a value as JSON can say it, and adds its arrays; RecordError, which says ``where``, for what is
-    none of what can be said."""
+    """Returns a value for JSON, and adds its arrays; RecordError, which names ``where``, for any other
+    value."""
     if isinstance(value, np.generic):
         value = value.item()
     if value is None or type(value) in (bool, int, float, str):
@@ -402,7 +402,7 @@ def to_plain(value: Any, arrays: Arrays, where: str) -> Any:
 
 
 def from_plain(said: Any, arrays: Arrays) -> Any:
-    """Returns the value that was said; TypeError, ValueError or LookupError for what none of it can be."""
+    """Returns the value of a JSON text; TypeError, ValueError or LookupError for an invalid one."""
     if isinstance(said, list):
         return [from_plain(each, arrays) for each in said]
     if not isinstance(said, dict):
@@ -421,12 +421,12 @@ def from_plain(said: Any, arrays: Arrays) -> Any:
     return _NAMED[kind](*parts)
 
 
-# A file that is there as a whole or not at all: written under another name, brought to the disk, then named
+# A file that is complete or absent: written under another name, brought to the disk, then renamed
 
 
 def check_target(path: str | os.PathLike[str]) -> Path:
-    """Returns the file that a path means, links followed; RecordError where a saved simulation is not to be
-    written there, for there is something else."""
+    """Returns the file that a path means, links followed; RecordError if a saved simulation must not be
+    written there, because there is something else."""
     name = os.fspath(path)
     if not Path(name).name:
         raise RecordError(f"{name!r} names no file: expected the path of a file")
@@ -450,8 +450,8 @@ def check_target(path: str | os.PathLike[str]) -> Path:
 def write_whole(
     path: str | os.PathLike[str], snapshot: Snapshot, note: Mapping[str, Any] | None = None
 ) -> None:
-    """Writes a snapshot to a file, in the place of a saved simulation that may be there. Whatever ends this
-    on its way, a signal, a full disk, a kill, what was there is there.
+    """Writes a snapshot to a file, and replaces a saved simulation. If a signal, a full disk or a kill
+    interrupts it, the old file stays.
 
     Raises RecordError where it cannot be written.
     """
@@ -466,7 +466,7 @@ def write_whole(
 
 
 def _clear_up(target: Path) -> None:
-    """Removes what was left by writers of this file that were killed: what nobody has touched for a
+    """Removes temporary files of killed writers of this file: those that have not changed for a
     minute."""
     for left in target.parent.glob(f".{glob.escape(target.name)}.{'[0-9a-f]' * 8}.part"):
         with suppress(OSError):

@@ -1,9 +1,9 @@
-"""A snapshot: everything that a simulation is at one moment, and how an engine goes on from it.
+"""A snapshot: the complete state of a simulation at one moment, and how an engine continues from it.
 
-It holds the parts that the engine gives (``Engine.parts``) and what the simulation has beside it. What is put
-back goes on to the same bits, structure and all, where the same phases of the same version take it up. Any
-other broad phase takes up what a run *is*, its plans, clock, commands and contacts so far, and builds its
-structure at the present moment, by the law under which the engine does so itself: that cannot change an
+It holds the parts of the engine (``Engine.parts``) and the further state of the simulation. A restored
+run continues with the same bits, structure included, under the same phases of the same version. Any
+other broad phase takes over only plans, clock, commands and contacts so far, and builds its
+structure at the present moment, as the engine itself does: that cannot change an
 answer, only take time.
 """
 
@@ -55,18 +55,18 @@ class Phases:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Snapshot:
-    """A simulation at one moment, as ``Simulation.snapshot`` returns it: to come back to, to compare.
+    """A simulation at one moment, as ``Simulation.snapshot`` returns it: to restore, to compare.
 
-    Two snapshots are equal where they hold the same bits: the same scene under the same phases, the same
-    plans, structure, queue and contacts. What time the processor took plays no part. What a snapshot has in
-    it is no public matter, and may be another thing in the next version.
+    Two snapshots are equal if they hold the same bits: the same scene under the same phases, the same
+    plans, structure, queue and contacts. CPU times are not compared. The contents of a snapshot are private,
+    and may change in the next version.
     """
 
     scene: Scene
     phases: Phases
     prepared: Scene  # for which the phases were prepared,
     at_start: bool  # and whether with the bodies of the start
-    versions: Mapping[str, str] | None  # of what versions it was, where it comes from another process
+    versions: Mapping[str, str] | None  # its versions, if it comes from another process
     parts: Parts
     history: tuple[bytes, tuple[tuple[int, int], ...]]
     audit: int | None
@@ -104,10 +104,10 @@ def take(
     audit: int | None,
     energy: float,
 ) -> Snapshot:
-    """Returns a snapshot of an engine that stands between two chunks, and of what its simulation has beside
-    it.
+    """Returns a snapshot of an engine, between two chunks, and of the further state of its
+    simulation.
 
-    Raises RecordError where it has ended with a fault, so that nothing can go on from it.
+    Raises RecordError if it has ended with a fault, so that no run can continue from it.
     """
     prepared = engine.composition.prepared
     if engine.broken is not None or engine.fields.fault.code[0] not in (0, JAMMED):
@@ -129,11 +129,11 @@ def take(
 
 
 def put_back(engine: Engine, scene: Scene, snapshot: Snapshot, anew: bool = False) -> None:
-    """Makes an engine go on from a snapshot of its ``scene``: as it was, where it has the same phases and its
-    structure is not to be built ``anew``.
+    """Makes an engine continue from a snapshot of its ``scene``: with the old structure, if it has the same
+    phases and ``anew`` is not set.
 
-    Raises RecordError for a snapshot that cannot be gone on from, Refused where the broad phase cannot do
-    what it is to go on with: then the engine is as it was.
+    Raises RecordError for an unusable snapshot, Refused if the broad phase does not accept
+    it: then the engine is unchanged.
     """
     if scene is not snapshot.scene and scene != snapshot.scene:
         raise RecordError(
@@ -174,7 +174,7 @@ def _prepared(engine: Engine, snapshot: Snapshot) -> Composition:
 
 
 def _check_versions(composition: Composition, snapshot: Snapshot) -> None:
-    """Raises RecordError for a snapshot from elsewhere, of another version than what is to go on here."""
+    """Raises RecordError for a snapshot of another process with other versions than those here."""
     if snapshot.parts.composition is None:
         odd = differences(snapshot.versions or {}, versions_of(composition))
         if odd:
@@ -189,7 +189,7 @@ def _anew(composition: Composition) -> str:
 
 
 def _check_state(composition: Composition, state: Mapping[str, npt.NDArray[Any]]) -> None:
-    """Raises RecordError unless the broad phase's state is laid out as it was."""
+    """Raises RecordError unless the broad phase's state has its old layout."""
     now = composition.broad.state
     who = described("broad phase", composition.broad_phase)
     if tuple(now._fields) != tuple(state):
@@ -230,8 +230,8 @@ def layout() -> str:
 
 
 def versions_of(composition: Composition) -> dict[str, str]:
-    """Returns the versions of kinetile and of the phases; what has none, a phase that was added in this
-    process, goes by its code."""
+    """Returns the versions of kinetile and of the phases; a phase without one, added in this
+    process, is identified by its code."""
     found = {"kinetile": version("kinetile")}
     found |= _version("broad phase", composition.broad_phase, composition.broad)
     parts = [composition.pair, composition.wall]
@@ -243,7 +243,7 @@ def versions_of(composition: Composition) -> dict[str, str]:
 
 
 def differences(saved: Mapping[str, str], now: Mapping[str, str]) -> str:
-    """Returns what is another version now, in words; "" where nothing is."""
+    """Returns the changed versions, in words; "" if there are none."""
     names = [*saved, *(name for name in now if name not in saved)]
     odd = [name for name in names if saved.get(name) != now.get(name)]
     return "; ".join(
