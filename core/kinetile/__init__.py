@@ -1,6 +1,6 @@
 """kinetile: kinetic broad-phase collision detection in 2D, as a kernel with pluggable phases.
 
-The names below are the whole public surface; each is imported when it is first used, so that
+The names below are the whole public interface; each is imported at its first use, so that
 ``import kinetile`` stays light.
 """
 

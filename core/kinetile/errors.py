@@ -1,6 +1,6 @@
-"""Every error kinetile raises: whole sentences that say what was wrong, where, and what would be right.
+"""Every error that kinetile raises: whole sentences that say what was wrong, where, and what would be right.
 
-Part of such a sentence is what was probably meant: the known name nearest to one that is not known. Edit
+Part of such a sentence is the probable intention: the known name nearest to an unknown one. Edit
 distance alone misses the short forms that people type ("sap" for "sap-1d"), so names are compared with case
 and the choice between ``_`` and ``-`` folded away, and a beginning that only one name has counts too.
 """
@@ -45,8 +45,8 @@ _LONGEST_LINE = 10_000
 class KinetileError(Exception):
     """The base of every error that kinetile raises on purpose.
 
-    It can be copied and pickled, whatever its constructor asks for, so that it comes out of a worker process
-    as it was raised there. Its message is fit for a terminal, whatever a file has put into it.
+    It can be copied and pickled, with any constructor, so that it leaves a worker process
+    unchanged. Its message is safe for a terminal, even with text from a file.
     """
 
     def __init__(self, *args: object) -> None:
@@ -79,7 +79,7 @@ class UnknownName(KinetileError, LookupError):
         super().__init__("\n".join(lines))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        failures = tuple(map(_portable, self.failures))  # they hold whatever a plugin has raised
+        failures = tuple(map(_portable, self.failures))  # they hold exceptions of plugins
         return _as_raised, (type(self), self.args, self.__dict__ | {"failures": failures})
 
 
@@ -96,7 +96,7 @@ class BadOption(KinetileError, TypeError):
 
 
 class Mistake(NamedTuple):
-    """One thing that is wrong with a scene: where it stands, what was found there, what would be right."""
+    """One mistake in a scene: its place, the value found, and the values allowed."""
 
     where: str
     found: str
@@ -117,7 +117,7 @@ class SceneError(KinetileError, ValueError):
 
 
 class StudyError(KinetileError, ValueError):
-    """A study cannot be done as its file says; all of its mistakes are listed at once."""
+    """A study cannot be run as its file says; all of its mistakes are listed at once."""
 
     def __init__(self, mistakes: Sequence[Mistake], source: str | None = None) -> None:
         self.mistakes = tuple(mistakes)
@@ -126,7 +126,7 @@ class StudyError(KinetileError, ValueError):
 
 
 class Refused(KinetileError, ValueError):
-    """A phase cannot do this scene; the message says why and names what can."""
+    """A phase does not accept this scene; the message gives the reason and names phases that do."""
 
 
 class ZenoError(KinetileError, RuntimeError):
@@ -152,11 +152,11 @@ class PhaseError(KinetileError, RuntimeError):
 
 
 class BusyError(KinetileError, RuntimeError):
-    """A simulation was to be changed while it is running: from its own recorder, or from another thread."""
+    """A simulation was to be changed during a run: from its own recorder, or from another thread."""
 
 
 class StalledError(PhaseError):
-    """A phase does not get on: its certificates fail again and again at the same moment."""
+    """A phase makes no progress: its certificates fail again and again at the same moment."""
 
 
 class NotJudged(KinetileError, RuntimeError):
@@ -174,7 +174,7 @@ class MissingExtra(KinetileError, ImportError):
 
 
 class BadPlugin(KinetileError, TypeError):
-    """A plugin's hooks, or the specs that they return, are not what kinetile can use."""
+    """A plugin's hooks, or the specs that they return, are invalid."""
 
 
 class RecordError(KinetileError, OSError):
@@ -182,11 +182,11 @@ class RecordError(KinetileError, OSError):
 
 
 class AuditError(KinetileError, AssertionError):
-    """An audit found something that must hold and does not; the message names the moment and what it is."""
+    """An audit found a violation; the message names it and the moment."""
 
 
 class UnawaitedContactError(MissedContactError, AuditError):
-    """An audit found a contact that is not awaited, or not when it will be: it would be missed."""
+    """An audit found a contact that is not predicted, or predicted too late: it would be missed."""
 
 
 def nearest(name: str, known: Iterable[str]) -> str | None:
@@ -205,9 +205,9 @@ def nearest(name: str, known: Iterable[str]) -> str | None:
 
 
 def printable(text: str, most: int = 1000) -> str:
-    """Returns ``text`` fit for a terminal: control characters escaped, and cut where it is too long.
+    """Returns ``text`` safe for a terminal: control characters escaped, and cut if it is too long.
 
-    What files say goes into messages, and a terminal would do what its control characters say.
+    Text of files goes into messages, and a terminal would obey its control characters.
     """
     if len(text) > most:
         text = f"{text[: most - 3]}..."
@@ -220,7 +220,7 @@ def _legible(text: str) -> str:
 
 
 def one_of(name: str, known: Iterable[str]) -> str:
-    """Returns what stands after "expected" where ``name`` is not one of the known names."""
+    """Returns the text after "expected" for a ``name`` that is not one of the known names."""
     names = list(known)
     if not names:
         return "nothing here"
@@ -230,7 +230,7 @@ def one_of(name: str, known: Iterable[str]) -> str:
 
 
 def _listed(what: str, mistakes: Sequence[Mistake], source: str | None) -> str:
-    """Returns a message with all mistakes of a thing, or of the file that it stands in."""
+    """Returns a message with all mistakes of a scene, or of its file."""
     count = f"{len(mistakes)} mistake{'s' if len(mistakes) != 1 else ''}"
     head = f"{printable(source)}: {count}" if source else f"{what} has {count}"
     return "\n".join([head, *(f"  {mistake}" for mistake in mistakes)])
@@ -239,7 +239,7 @@ def _listed(what: str, mistakes: Sequence[Mistake], source: str | None) -> str:
 def _as_raised(
     kind: type[KinetileError], args: tuple[Any, ...], attributes: Mapping[str, Any]
 ) -> KinetileError:
-    """Returns an error again from its parts, without the constructor, which has made the message of them."""
+    """Returns an error from its parts, without the constructor, which has made the message."""
     error = kind.__new__(kind, *args)
     super(KinetileError, error).__init__(*args)
     error.__dict__.update(attributes)

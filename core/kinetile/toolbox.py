@@ -1,4 +1,4 @@
-"""What a plugin author builds a phase from: everything a hook may call, in one place.
+"""The toolbox of plugin authors: everything a hook may call, in one place.
 
 A hook receives the kernel's tables as ``k`` (see ``kinetile.kernel.tables``) and, in a broad phase, its
 own state as ``s``.

@@ -50,7 +50,7 @@ def check_figures() -> None:
 
 @contextmanager
 def house_style(width: float = WIDTH) -> Iterator[None]:
-    """Within this context figures are drawn, and written, in the look that all share, so many inches wide."""
+    """Within this context figures are drawn, and written, in the common style, this many inches wide."""
     with _matplotlib().rc_context(_STYLE | {"figure.figsize": (width, width / 2)}):
         yield
 

@@ -84,8 +84,8 @@ def measure_parts(
     Args:
         budget: how much is measured.
         parts: names from ``PARTS``; None for all.
-        progress: called with what is being measured, how many steps of it are done, and of how many.
-        finish: called with each section when it is there; after Ctrl-C these sections are what there is.
+        progress: called with the present measurement, the number of its finished steps, and their total.
+        finish: called with each finished section; after Ctrl-C these sections are the report.
 
     A part that needs a package which is not installed becomes a section that says so.
 

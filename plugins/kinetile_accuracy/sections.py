@@ -28,7 +28,7 @@ Budget = Literal["quick", "normal", "full"]
 """How much is measured: for the whole report in about a minute, in some minutes, or in half an hour or so."""
 
 ReportProgress = Callable[[str, int, int], None]
-"""Called with what is being measured, how many steps of it are done, and how many there are."""
+"""Called with the present measurement, the number of its finished steps, and their total."""
 
 
 class Column(NamedTuple):
@@ -86,7 +86,7 @@ class ReportFigure:
 
     Attributes:
         name: the stem of its file.
-        caption: what is seen, in a sentence or two.
+        caption: what the figure shows, in a sentence or two.
         draw: returns the figure, as wide as ``kinetile_accuracy.drawing.house_style`` says.
         description: what its rows are of, for the metadata of the file.
     """
@@ -159,7 +159,7 @@ LEAST, MOST = 1e-3, 1e6
 
 
 def number(value: float, digits: int = 2) -> str:
-    """Returns a number in so many digits: as a decimal, 0.25 or 1,200, or very small or large as 2.5e-15."""
+    """Returns a number in this many digits: a decimal, 0.25 or 1,200, or if very small or large 2.5e-15."""
     if value == 0.0:
         return "0"
     if not math.isfinite(value):
@@ -171,7 +171,7 @@ def number(value: float, digits: int = 2) -> str:
 
 
 def scientific(value: float, digits: int = 2) -> str:
-    """Returns a number in so many digits times a power of ten: 2.5e-15."""
+    """Returns a number in this many digits times a power of ten: 2.5e-15."""
     if value == 0.0 or not math.isfinite(value):
         return number(value)
     digits_, exponent = f"{value:.{digits - 1}e}".split("e")

@@ -1,7 +1,7 @@
 """Benchmarks and studies: how fast broad phases are, on scenes of the thesis and on the user's own.
 
 A study is a table of scenes, phases and seeds that is run task by task, on one machine or on many, and that
-goes on where it was stopped. The benchmarks of the thesis are studies that come with this package.
+continues where it was stopped. The benchmarks of the thesis are studies that come with this package.
 """
 
 from __future__ import annotations

@@ -34,7 +34,7 @@ _HEADS = {"cpu_seconds_per_time": "CPU seconds for one unit of simulated time", 
 
 
 def draw(plan: StudyPlan, table: Any, folder: Path) -> list[Path]:
-    """Draws the figures of a study, or where it names none, one of CPU time; returns their paths.
+    """Draws the figures of a study, or if it names none, one of CPU time; returns their paths.
 
     ``table`` is the rows. Raises MissingExtra without matplotlib, BadOption for what cannot be drawn of them.
     """

@@ -68,7 +68,7 @@ class FrameRow:
         first: the first frames, each.
         parts: the median of each part (``PARTS``).
         drift: the median of the last tenth of the frames, over that of the first tenth.
-        compile_seconds: spent on compiling, or on loading what is compiled, after the first frame began.
+        compile_seconds: spent on compiling, or on loading compiled code, after the first frame began.
         contacts: in all frames.
         fingerprint: of these contacts.
     """

@@ -104,7 +104,7 @@ def growth_study(
 ) -> Study:
     """Returns the study ``growth`` of one broad phase; its rows are in the folder ``results``.
 
-    ``seconds`` is the CPU time that is measured of each number of discs in each of so many processes
+    ``seconds`` is the measured CPU time for each number of discs in each of this many processes
     (``repeats``), at least. The phase must be one that another process finds.
 
     Raises StudyError for what cannot be run.

@@ -2,7 +2,7 @@
 
 A file is read as scenes are: first the syntax, then the keys and the types of their values (by pydantic,
 strictly), then what the values mean: ranges, recipes and their parameters, phases and their options, seeds,
-ends. What fails one step is left out of the next and all the rest goes on, so one error lists every mistake
+ends. A part that fails one step is left out of the next, the rest continues, so one error lists every mistake
 of the file, each with its place.
 
 A range is a table: ``{ from = 10, to = 50, step = 10 }``, or ``{ from = 100, to = 10000, count = 5, scale =
@@ -153,7 +153,7 @@ _FORM = "{ from, to, step } or { from, to, count, scale }"
 
 
 def values_of(given: Any, where: str, mistakes: list[Mistake], *, whole: bool = False) -> list[Any]:
-    """Returns the values that were given for a parameter; appends what is wrong with them.
+    """Returns the given values of a parameter; appends their mistakes.
 
     ``whole``: numbers of a logarithmic range are rounded to whole ones.
     """
@@ -253,7 +253,7 @@ class StudyPlan:
         scenes: the scenes.
         phases: (name, options) of each broad phase.
         repeats: how often each run is done.
-        measure: what is measured beside the readings.
+        measure: the measurements beside the readings.
         seconds: CPU seconds of the runs of a task whose timings are measured, at least.
         limit: CPU seconds that a task may take, or None.
         figures: the figures to draw.

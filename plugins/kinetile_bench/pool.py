@@ -54,7 +54,7 @@ class Pool:
         """Raises VersionsDiffer where a worker has other versions than the tasks; each task checks too."""
 
     def beside(self, under_way: int) -> int:
-        """Returns how many others of so many tasks ran at the same time on one machine, at most."""
+        """Returns how many others of this many tasks ran at the same time on one machine, at most."""
         return min(under_way, self.width) - 1
 
     def end(self, *, at_once: bool) -> None:
@@ -62,7 +62,7 @@ class Pool:
 
 
 class GivenExecutor(Pool):
-    """An executor of the user. It is not shut down, and when it breaks nobody else can make another."""
+    """An executor of the user. It is not shut down, and if it breaks only the user can make another."""
 
     def __init__(self, executor: Executor, width: int) -> None:
         super().__init__(width)
@@ -157,7 +157,7 @@ def processors() -> int:
 
 
 def memory_for(workers: int) -> int | None:
-    """Returns the bytes that each of so many workers may take, None where the system does not tell: the
+    """Returns the bytes for each of this many workers, None if the system does not report them: the
     machine's memory in equal shares, one of them for this process."""
     try:
         total = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
@@ -223,7 +223,7 @@ class DaskPool(Pool):
             check_versions(wanted, found, f"the worker {worker}")
 
     def beside(self, under_way: int) -> int:
-        """Returns how many others of so many tasks ran at the same time on one machine, at most."""
+        """Returns how many others of this many tasks ran at the same time on one machine, at most."""
         return min(under_way, self._most_on_a_host) - 1
 
     def end(self, *, at_once: bool) -> None:

@@ -307,7 +307,7 @@ def _stages_here(order: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _stretch(sim: Any, seconds: float) -> dict[str, float]:
-    """Runs on for at least so many CPU seconds. Raises Refused where no two bodies meet any more."""
+    """Continues for at least this many CPU seconds. Raises Refused if no two bodies meet any more."""
     before, since, had = sim.readings, sim.time, contacts_of(sim)
     contacts, made, spent = len(sim.scene), 0, 0.0
     while spent < seconds:

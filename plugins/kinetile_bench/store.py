@@ -302,7 +302,7 @@ def _checksum(content: Any) -> str:
 
 
 def _files(folder: Path) -> list[Path]:
-    """Returns the Parquet files of a folder; what is being written has another name."""
+    """Returns the Parquet files of a folder; an unfinished file has another name."""
     if not folder.is_dir():
         return []
     names = (each.name for each in os.scandir(folder))

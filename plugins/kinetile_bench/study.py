@@ -75,7 +75,7 @@ class Study:
                 there are processors.
             dask: the address of a Dask scheduler, or "local".
             memory: the bytes that each process may take; None: an equal share of what the machine has.
-            quiet_core: run one task at a time, so that nothing of the study runs beside what is measured.
+            quiet_core: run one task at a time, so that no other task of the study disturbs the measurement.
             again: statuses ("failed", "lost", ...) whose rows are forgotten and whose tasks run again, or
                 "changed": the rows of a scene file that has changed since.
             progress: called as rows arrive, and now and then; what it raises ends the run, and all rows that

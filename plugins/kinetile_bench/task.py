@@ -125,7 +125,7 @@ class Task(NamedTuple):
         phase: the broad phase with its options, as it is written.
         broad_phase, options: the same as name and options.
         until, contacts: the end of the run.
-        measure, seconds: what is measured beside the readings, and for how long.
+        measure, seconds: the measurements beside the readings, and their duration.
         repeat: which of several equal runs this is, from 1.
         versions: of kinetile, of the phase and of the recipe; a worker must have the same.
         content: the text of the scene file, which ``recipe`` is the name of then; None: a recipe makes it.

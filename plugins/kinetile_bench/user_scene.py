@@ -84,9 +84,9 @@ def bench_scene(
     start: Callable[[str, Any], Any] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> SceneBench:
-    """Measures broad phases (all that are registered, if None) on a scene, up to a time or for so many
-    contacts, as ``Simulation.run`` has them. A run is repeated until the runs have taken so many CPU
-    ``seconds`` together; their median is one of so many ``repeats``.
+    """Measures broad phases (all registered ones, if None) on a scene, up to a time or for a number of
+    contacts, as in ``Simulation.run``. A run is repeated until the runs have taken this many CPU
+    ``seconds`` together; their median is one of this many ``repeats``.
 
     ``start`` is called with a label and a simulation before a phase first runs, ``progress`` with the runs
     done and their total. Raises what ``Simulation`` raises, but for Refused, which is a row.
@@ -190,7 +190,7 @@ class Candidate:
 
     @property
     def rate(self) -> float:
-        """Contacts a CPU second; 0 where it cannot do the scene."""
+        """Contacts a CPU second; 0 if it does not accept the scene."""
         return self.row.contacts_per_cpu_second or 0.0
 
 
@@ -233,7 +233,7 @@ def choose(
 ) -> Chosen:
     """Tries broad phases (all that are registered, if None) on a scene, and recommends one.
 
-    No run goes beyond ``until``; None: the scene's own end, or, where it has neither that nor walls, when the
+    No run goes beyond ``until``; None: the scene's own end, or, if it has neither that nor walls, when the
     fastest body could have crossed it twice: by then they have flown apart.
 
     ``seconds`` is the CPU time of a measured run of the fastest, about; ``repeats`` is how often each is run.

@@ -1,6 +1,6 @@
-"""The phases and scenes that come with kinetile, registered the way anybody's are.
+"""The built-in phases and scenes, registered like those of any plugin.
 
-This module only says what there is and where it stands; a phase's own module is imported when it is selected.
+This module only lists them with their targets; a phase's own module is imported when it is selected.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
-"""The naive broad phase: everybody is near everybody, always.
+"""The naive broad phase: every body is near every other, always.
 
 It prunes nothing and has no certificate that could fail, so by every measure of a kinetic data structure
-except the number of pairs it is ideal (thesis, section 2.2). It is the reference: nothing that it does can be
-wrong, so whatever differs from it is. It is also the shortest broad phase there can be: ``near`` alone. Where
-bodies come and go it is made anew for each, as any phase is that does not say how it takes one in.
+except the number of pairs it is ideal (thesis, section 2.2). It is the reference: it cannot miss a pair,
+so a phase that differs from it is wrong. It is also the shortest possible broad phase: ``near`` alone. It is
+prepared anew for each insertion or removal, like any phase without ``enter`` and ``leave``.
 
-Its cost: each change of a flight plan asks n - 1 others. Above ``LIMIT`` bodies it refuses.
+Its cost: each change of a flight plan checks n - 1 others. Above ``LIMIT`` bodies it refuses.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from kinetile.scene import Scene
 from kinetile.toolbox import BroadPhaseParts, Item, Kernel, NoState, hook, pair_links
 
 LIMIT = 4000
-"""Bodies. At so many a contact asks 8,000 others, and every other phase is a hundred times as fast."""
+"""Bodies. At this number a contact checks 8,000 others, and every other phase is a hundred times as fast."""
 
 
 @hook
@@ -38,7 +38,7 @@ def draw(k: Kernel, s: NoState) -> Iterator[Item]:
 
 
 class Naive:
-    """Everybody is near everybody: the reference, for small scenes."""
+    """Every body is near every other: the reference, for small scenes."""
 
     def prepare(self, scene: Scene) -> BroadPhaseParts:
         """Returns the parts; refuses more than ``LIMIT`` bodies."""

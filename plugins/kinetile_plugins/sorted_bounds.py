@@ -133,7 +133,7 @@ def _pairs(k: Kernel, rank: Whole, there: Whole) -> Iterator[str]:
 
 
 IN_MATRIX = 64
-"""The most bodies of which a matrix is drawn: nobody reads a larger one."""
+"""The most bodies of a drawn matrix: a larger one is unreadable."""
 
 
 def draw_line(k: Kernel, order: Whole, due: Whole, axis: int) -> Iterator[Item]:

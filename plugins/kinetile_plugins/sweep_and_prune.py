@@ -2,23 +2,23 @@
 
 Each body has a lower bound L at p - reach and an upper bound R at p + reach. The 2n bounds stand in a list in
 their order along the axis, and each two neighbours have a certificate: the left one is not right of the right
-one. When it fails, the two change places and the three gaps around them are watched anew (thesis, figure 9).
+one. When it fails, they change places and the three gaps around them are scheduled anew (thesis, figure 9).
 Two bodies are a candidate pair while their intervals overlap, which changes only when an R and an L pass::
 
     R(a) L(b)  ->  L(b) R(a)    the intervals meet: a candidate pair
     L(a) R(b)  ->  R(b) L(a)    the intervals part: no longer one
 
-The gap right of a bound belongs to the bound's body. A body notes when its two gaps close, and has the kernel
-wait for the first of them: one certificate a body, so that the queue holds n entries and not 2n - 1. Each
-failure repairs one gap, hence the exchanges are those of the thesis, one by one.
+The gap right of a bound belongs to the bound's body. A body stores when its two gaps close, and schedules
+the first of them: one certificate a body, so that the queue holds n entries and not 2n - 1. Each
+failure repairs one gap, so the exchanges are those of the thesis, one by one.
 
-Which bound is left is what the list says. Whether a certificate will fail is decided by the sign of the
-relative velocity (``falls``), so no rounded coordinate is ever compared to restore an order that history
-already knows; coordinates are sorted once, at the start, with ties broken by velocity (the order an instant
+The list defines which bound is left. The sign of the relative velocity decides whether a certificate will
+fail (``falls``), so no rounded coordinate is ever compared to restore an order that history
+has fixed; coordinates are sorted once, at the start, with ties broken by velocity (the order an instant
 later), then R before L, then number.
 
-A failure costs O(1), and whoever asks who is near a body walks the list of its pairs. What it cannot avoid is
-the width of its net: 2 r n^2 pairs for n bodies of radius r in a unit box, all of them in the worst case
+A failure costs O(1), and ``near`` walks the list of a body's pairs. Its weakness is
+the number of pairs: 2 r n^2 for n bodies of radius r in a unit box, all of them in the worst case
 (thesis, figure 10).
 """
 

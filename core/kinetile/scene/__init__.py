@@ -1,4 +1,4 @@
-"""Scenes: what is simulated, as a value, from arrays, recipes or files."""
+"""Scenes: the input of a simulation, as a value, from arrays, recipes or files."""
 
 from __future__ import annotations
 

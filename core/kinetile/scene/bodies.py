@@ -1,4 +1,4 @@
-"""Bodies of a scene as arrays: read from whatever was given, and checked against each other and the arena.
+"""Bodies of a scene as arrays: read from any given form, and checked against each other and the arena.
 
 Overlaps are found in time proportional to the discs and the overlaps. Discs are sorted into levels by the
 power of two above their radius; a level's cells are twice that power wide, so a disc can only overlap discs
@@ -36,8 +36,8 @@ def read_arrays(
     mass: npt.ArrayLike,
     mistakes: list[Mistake],
 ) -> tuple[tuple[Floats, Floats, Floats, Floats], dict[str, npt.NDArray[np.bool_]]]:
-    """Copies the bodies' fields to arrays that fit together; reports, and marks as unknown, what cannot be
-    read."""
+    """Copies the bodies' fields to arrays of matching shapes; reports unreadable values, and marks them as
+    unknown."""
     given = {"position": position, "velocity": velocity, "radius": radius, "mass": mass}
     read: dict[str, Floats] = {}
     for name, value in given.items():
@@ -108,7 +108,7 @@ def _first_rounded(array: npt.NDArray[Any], floats: Floats) -> str | None:
 
 
 Bools = npt.NDArray[np.bool_]
-_ENOUGH_CHUNKS = 8  # how long overlaps are counted on once there are more than LIMIT
+_ENOUGH_CHUNKS = 8  # chunks in which overlaps are still counted once there are more than LIMIT
 
 
 def check_bodies(
@@ -122,9 +122,9 @@ def check_bodies(
 ) -> list[Mistake]:
     """Checks n bodies: position and velocity (n, 2), radius and mass (n,).
 
-    Pass None as the arena where there is none, or none that can be judged by. ``unknown`` maps a field's name
-    to an (n,) mask of the bodies of which that field is not to be judged. ``passing`` are (n,) the kinds of
-    the bodies and (kinds, kinds) which pass through each other, and so may overlap; None: no one does.
+    Pass None as the arena if there is none, or an invalid one. ``unknown`` maps a field's name
+    to an (n,) mask of the bodies whose field is not checked. ``passing`` are (n,) the kinds of
+    the bodies and (kinds, kinds) which pass through each other, and so may overlap; None: none do.
     """
     nothing = np.zeros(len(position), dtype=np.bool_)
     unknown = unknown or {}
@@ -154,7 +154,7 @@ def check_bodies(
 
 
 def _check_masses(mass: Floats, bodies: npt.NDArray[np.intp]) -> list[Mistake]:
-    """Checks that the heaviest of these bodies is not beyond all measure heavier than the lightest."""
+    """Checks the ratio of the heaviest to the lightest of these bodies."""
     if not len(bodies):
         return []
     light = int(bodies[np.argmin(mass[bodies])])

@@ -1,8 +1,8 @@
 """Scenes by name: recipes that plugins provide, and files that name recipes and phases.
 
 A recipe is a function that makes a scene, and its keyword arguments are the scene's parameters. Its signature
-is all there is to know about it: names, types (``int``, ``float``, ``str`` or ``bool``) and defaults are read
-from it, to check what a user gives and to list what can be given.
+contains all that is needed: names, types (``int``, ``float``, ``str`` or ``bool``) and defaults are read
+from it, to check a user's values and to list the parameters.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from kinetile.scene.checks import is_number, shown
 from kinetile.scene.scene import Scene, relabelled
 
 REQUIRED = inspect.Parameter.empty
-"""Stands where a parameter has no default."""
+"""The default of a parameter without one."""
 
 _NEEDED = {"int": "a whole number", "float": "a number", "str": "text", "bool": "true or false"}
 _WORDS = {"true": True, "yes": True, "on": True, "false": False, "no": False, "off": False}
@@ -36,10 +36,10 @@ class Parameter(NamedTuple):
 
 
 def make_scene(name: str, /, **parameters: Any) -> Scene:
-    """Returns the scene that the recipe ``name`` makes of these parameters (its defaults for the rest).
+    """Returns the scene that the recipe ``name`` makes from these parameters (its defaults for the rest).
 
     The scene's ``origin`` is {"recipe": name, "parameters": {...}}, defaults included. Raises UnknownName for
-    a recipe that is not there, BadOption for a parameter that it does not have or cannot use, SceneError for
+    an unknown recipe, BadOption for a parameter that it does not have or cannot use, SceneError for
     a scene with mistakes, and PhaseError for a recipe that breaks.
     """
     recipe = registry().scene(name)
@@ -110,7 +110,7 @@ def parse_parameters(name: str, texts: Iterable[str]) -> dict[str, Any]:
             sentences.append(f"the parameter {key!r} is given twice; expected one value")
         else:
             parameters[key] = _parse(known[key], value.strip())
-            if parameters[key] is REQUIRED:  # which here stands for "cannot be read"
+            if parameters[key] is REQUIRED:  # here it means "cannot be read"
                 sentences.append(_as_sentence(_misfit(known[key], value.strip())))
     if sentences:
         raise BadOption("\n".join(f"scene {name!r}: {sentence}" for sentence in sentences))
@@ -118,7 +118,7 @@ def parse_parameters(name: str, texts: Iterable[str]) -> dict[str, Any]:
 
 
 def parameter_mistakes(name: str, parameters: Mapping[str, Any]) -> list[Mistake]:
-    """Returns what is wrong with these parameters for the recipe called ``name``."""
+    """Returns the mistakes in these parameters for the recipe called ``name``."""
     known = {each.name: each for each in recipe_parameters(name)}
     mistakes = []
     for key, value in parameters.items():
@@ -186,7 +186,7 @@ def _whole(number: float) -> int:
 def load_scene(path: str | os.PathLike[str], *, max_bytes: int | None = None) -> Scene:
     """Reads a scene from a TOML file, a regular one of at most ``max_bytes``.
 
-    Without ``max_bytes`` that is what the environment variable KINETILE_MAX_SCENE_BYTES says, or 64 MiB.
+    The default of ``max_bytes`` is the environment variable KINETILE_MAX_SCENE_BYTES, or 64 MiB.
     Raises OSError if the file cannot be read, and SceneError, with every mistake in it, if it is no scene.
     """
     from kinetile.scene.files import read_file  # a run without files does without pydantic
@@ -245,7 +245,7 @@ class Registered:
         return mistakes
 
     def parameter_mistakes(self, name: str, parameters: Mapping[str, Any]) -> list[Mistake]:
-        """Returns what is wrong with these parameters for a recipe."""
+        """Returns the mistakes in these parameters for a recipe."""
         return parameter_mistakes(name, parameters)
 
     def make(self, name: str, parameters: Mapping[str, Any]) -> Scene:

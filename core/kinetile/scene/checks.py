@@ -1,4 +1,4 @@
-"""Checks of a scene: they find everything that is wrong with it, all at once.
+"""Checks of a scene: they find all mistakes at once.
 
 Each check looks at whole arrays and returns the mistakes it found, with their places written as in a scene
 file (``bodies[3].radius``). A value that has been reported already, because it is missing or of the wrong

@@ -1,10 +1,10 @@
-"""Commands: what is done to a scene from outside while it runs, each at a time of its own.
+"""Commands: interventions in a running scene from outside, each at its time.
 
-They are carried out in the order of their times, and at one tick of the clock in the order in which they are
-given. ``at`` says exactly when, as (epoch, tick, contacts): whole units of the scene's clock since its start,
-ticks of 2**-52 of one, and how many contacts of that very tick come before, mostly none; then ``time`` is
-that, rounded. A body has a number: those that are there at the start are numbered from 0, and each that comes
-later has one of its own, which nobody had before.
+They run in the order of their times, and at one tick of the clock in the given
+order. ``at`` is the exact time, as (epoch, tick, contacts): whole units of the scene's clock since its start,
+ticks of 2**-52 of one, and the number of contacts of that very tick that come before, mostly none; then
+``time`` is that, rounded. A body has a number: those of the start are numbered from 0, and each inserted
+body has a new one, which is never reused.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ class Turn(NamedTuple):
 
 
 class Insert(NamedTuple):
-    """A body that comes at ``time``; ``body`` is its number, -1 before it has one; ``kind`` is the scene's
-    first where it is None."""
+    """An insertion at ``time``; ``body`` is its number, -1 before it has one; ``kind`` is by default the
+    scene's first."""
 
     time: float
     position: Numbers
@@ -44,7 +44,7 @@ class Insert(NamedTuple):
 
 
 class Remove(NamedTuple):
-    """A body that goes at ``time``."""
+    """A removal of a body at ``time``."""
 
     body: int
     time: float
@@ -57,8 +57,8 @@ _PAIRS = {"position": "[x, y]", "velocity": "[vx, vy]"}
 
 
 def numbered(commands: Iterable[Any], bodies: int, kind: str | int | None = None) -> list[Command]:
-    """Returns commands as they are kept, with plain numbers; who comes without a number gets the next one, in
-    the order given, after those of the start and all that are given, and who comes without a kind is of this
+    """Returns commands in their stored form, with plain numbers; an insertion without a number gets the next
+    one, in the given order, after those of the start and all given ones, and one without a kind gets this
     one."""
     kept: list[Command] = []
     taken = [command.body for command in commands if isinstance(command, Insert)]
@@ -81,7 +81,7 @@ def numbered(commands: Iterable[Any], bodies: int, kind: str | int | None = None
 
 
 def kinds_of_inserted(commands: Iterable[Any]) -> list[tuple[str, Any]]:
-    """Returns where it is said, and the kind, of each body that commands insert."""
+    """Returns the place in the input, and the kind, of each body that commands insert."""
     return [
         (f"commands[{number}].kind", each.kind)
         for number, each in enumerate(commands)
@@ -98,9 +98,9 @@ def speeds(commands: Iterable[Command]) -> list[float]:
 def check_commands(
     commands: Sequence[Any], start: float | None, arena: tuple[float, float] | None
 ) -> list[Mistake]:
-    """Checks commands one by one; whether their bodies are there is for ``check_presence`` to say.
+    """Checks commands one by one; ``check_presence`` checks that their bodies are present.
 
-    ``start`` and ``arena`` are None where they are not known, or there is none.
+    ``start`` and ``arena`` are None if they are not known, or there is none.
     """
     mistakes: list[Mistake] = []
     for number, command in enumerate(commands):
@@ -182,8 +182,8 @@ def _is_number_of_body(body: Any, may_be_none: bool) -> bool:
 def check_presence(
     commands: Sequence[Command], bodies: int, where: Callable[[int], str] = "commands[{}]".format
 ) -> list[Mistake]:
-    """Follows who is there, command by command in their order: nobody comes twice or goes twice, and nobody
-    turns who is not there."""
+    """Follows the present bodies, command by command in their order: no body is inserted or removed twice,
+    and only present bodies turn."""
     mistakes = []
     there, gone = set(range(bodies)), set[int]()
     for number, command in enumerate(commands):

@@ -1,13 +1,13 @@
-"""Scenes as files: TOML that people write, and that gives back every bit that was saved.
+"""Scenes as files: readable TOML that keeps every bit of a saved scene.
 
-A file either lists its bodies, with the turns of each under it, or names a recipe and its parameters; beside
-that it may say how the scene wants to be run. Reading goes in three steps, so that every mistake in a file is
-reported at once: the syntax (``kinetile.scene.schema``), the keys and the types (pydantic), and what the
-numbers mean (the same checks that every Scene passes). What fails one step is left out of the next, and all
-the rest goes on.
+A file either lists its bodies, with the turns of each under it, or names a recipe and its parameters; it
+may also have settings of the run. Reading has three steps, so that every mistake in a file is
+reported at once: the syntax (``kinetile.scene.schema``), the keys and the types (pydantic), and the values
+(the same checks that every Scene passes). A part that fails one step is left out of the next; the
+rest continues.
 
 Floats are written by ``repr``, the shortest text that reads back as the same bits, -0.0 and the smallest
-denormal included. A file is replaced in one step: whoever reads it sees the old scene or the new one, and a
+denormal included. A file is replaced in one step: a reader sees the old scene or the new one, and a
 full disk loses neither.
 """
 
@@ -49,7 +49,7 @@ class Names(Protocol):
         ...
 
     def parameter_mistakes(self, name: str, parameters: Mapping[str, Any]) -> list[Mistake]:
-        """Returns what is wrong with these parameters for a recipe."""
+        """Returns the mistakes in these parameters for a recipe."""
         ...
 
     def make(self, name: str, parameters: Mapping[str, Any]) -> Scene:
@@ -100,9 +100,9 @@ def read_text(text: str, source: str | None, names: Names) -> Scene:
 def save_scene(scene: Scene, path: str | os.PathLike[str]) -> None:
     """Writes a scene to a TOML file, from which ``load_scene`` makes an equal one.
 
-    The text goes to a new file in the same folder, which then takes the place of the old one. Raises OSError
-    if it cannot be written (what stood there before stays), and BadOption for an option that TOML has no form
-    for. A link is followed; what is there and is no regular file is not replaced.
+    The text goes to a new file in the same folder, which then replaces the old one. Raises OSError
+    if it cannot be written (the old file stays), and BadOption for an option that TOML has no form
+    for. A link is followed; only regular files are replaced.
     """
     text = dumps_scene(scene)
     target = writable_target(path)
@@ -167,7 +167,7 @@ def dumps_scene(scene: Scene) -> str:
 def _read_settings(
     tables: Mapping[str, Any], faults: set[Place], mistakes: list[Mistake], names: Names
 ) -> Settings:
-    """Returns what the file says about running the scene; appends the phases that do not exist."""
+    """Returns the settings of the file; appends the phases that do not exist."""
     usable = {key: value for key, value in tables.items() if (key,) not in faults}
     broad: str | None = usable.get("broad-phase")
     narrow: list[str] | None = usable.get("narrow-phases")
@@ -188,7 +188,7 @@ def _read_settings(
 def _follow_recipe(
     tables: Mapping[str, Any], faults: set[Place], mistakes: list[Mistake], names: Names
 ) -> Scene | None:
-    """Returns the scene that the file's recipe makes; appends what keeps it from being made."""
+    """Returns the scene of the file's recipe; appends the mistakes that prevent it."""
     for key in ("arena", "start", "bodies", "unit"):
         if key in tables:
             mistakes.append(
@@ -220,7 +220,7 @@ def _follow_recipe(
 def _read_bodies(
     tables: Mapping[str, Any], faults: set[Place], mistakes: list[Mistake], names: Names
 ) -> Scene | None:
-    """Returns the scene that the file's bodies make; appends everything that is wrong with them."""
+    """Returns the scene of the file's bodies; appends all of their mistakes."""
     if "parameters" in tables:
         mistakes.append(Mistake("parameters", "parameters without a recipe", "a recipe beside them, by name"))
     rows = [] if ("bodies",) in faults else tables["bodies"]
@@ -262,7 +262,7 @@ def _read_bodies(
 
 
 def _turns(body: int, row: Any, faults: set[Place]) -> Iterator[tuple[Place, Turn]]:
-    """Yields the turns of one body, with their places; what of them cannot be read is NaN."""
+    """Yields the turns of one body, with their places; unreadable values are NaN."""
     if ("bodies", body) in faults or ("bodies", body, "turns") in faults:
         return
     for k, turn in enumerate(row.get("turns", ())):
@@ -304,7 +304,7 @@ _KINDS = ("turn", "insert", "remove")
 def read_commands(tables: Mapping[str, Any], faults: set[Place], mistakes: list[Mistake]) -> list[Command]:
     """Returns the commands of a file's tables; appends to ``mistakes`` those with no action or several.
 
-    What cannot be read is left out: its mistake is there already.
+    Unreadable commands are left out: their mistakes are there already.
     """
     if ("commands",) in faults:
         return []
@@ -339,7 +339,7 @@ def _command(row: Mapping[str, Any]) -> Command:
 
 
 def written_commands(scene: Scene, toml: Callable[[Any], str]) -> list[str]:
-    """Returns the lines for a scene's commands; none where all are turns that stand with their bodies.
+    """Returns the lines for a scene's commands; none if all are turns that are written with their bodies.
 
     ``toml`` writes a value.
     """
@@ -367,7 +367,7 @@ def written_commands(scene: Scene, toml: Callable[[Any], str]) -> list[str]:
 def read_response_tables(
     tables: Mapping[str, Any], faults: set[Place], mistakes: list[Mistake], names: Names
 ) -> dict[Pair, Response]:
-    """Returns the rules of a file's tables; appends what is wrong with them. What cannot be read is left
+    """Returns the rules of a file's tables; appends their mistakes. Unreadable rules are left
     out."""
     if ("responses",) in faults:
         return {}
@@ -384,7 +384,7 @@ def read_response_tables(
             mistakes.append(Mistake(f"{where}.between", shown(row["between"]), expected("between")))
             continue
         response = Response(name, **options)
-        response.found = True  # or its mistake is told here, in the place of the file
+        response.found = True  # or its mistake is reported here, in the place of the file
         if found.setdefault(pair, response) != response:
             wrong.append(
                 Mistake(f"{where}.between", repr(list(pair)), "two kinds that nothing is said of yet")

@@ -17,16 +17,16 @@ from kinetile.scene.commands import Insert, Remove
 from kinetile.scene.scene import Scene
 
 SPANS = 4
-"""Of the clock, for which the skin of a scene without walls lasts."""
+"""Spans of the clock for which the skin of a scene without walls is valid."""
 
 
 def reach_of(scene: Scene) -> npt.NDArray[np.float64]:
-    """Returns (n,) how far each body reaches at the start: its radius and the skin, as in ``k.bodies.reach``.
+    """Returns (n,) the reach of each body at the start: its radius and the skin, as in ``k.bodies.reach``.
 
-    This is for ``prepare``, to make room by; a scene with an arena is taken to have walls. It is not the last
-    word: reaches grow where bodies without walls fly far, where a body is turned by hand and brings in
-    energy, and where an arena's walls are left out. Then ``arrange`` is called again, and ``k.bodies.reach``
-    is the truth.
+    This is for the sizes in ``prepare``; a scene with an arena is assumed to have walls. It may change
+    later: reaches grow if bodies without walls fly far, if an interactive turn adds
+    energy, and if an arena's walls are left out. Then ``arrange`` is called again, and ``k.bodies.reach``
+    has the present values.
     """
     reach: npt.NDArray[np.float64] = scene.radius + skin_at_start(scene, walls=scene.arena is not None).delta
     return reach
@@ -45,15 +45,15 @@ def skin_at_start(scene: Scene, walls: bool) -> Skin:
 
 
 def flown(speed: float, unit: float, spans: int) -> float:
-    """Returns how far a body flies at a speed within so many spans of the clock, whose unit is given."""
+    """Returns how far a body flies at a speed within a number of spans of the clock of this unit."""
     return speed * unit * (spans * SPAN // TICKS)
 
 
 def speed_bound(scene: Scene) -> float:
     """Returns a speed that no body can exceed: all energy, that of every command added, in the lightest body.
 
-    Where bodies that nothing can move fly, or a response adds energy, there is no such speed before the run:
-    then it is one to begin with.
+    If immovable bodies fly, or a response adds energy, there is no such speed before the run:
+    then it is an initial value.
     """
     mass = dict(enumerate(scene.mass.tolist()))
     mass |= {command.body: command.mass for command in scene.commands if isinstance(command, Insert)}

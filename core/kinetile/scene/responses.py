@@ -1,18 +1,18 @@
-"""Responses: what happens at a contact, said by kind of body.
+"""Responses: the outcome of a contact, by kinds of bodies.
 
-Each body is of a *kind*, a name or a small whole number; one that is given none is of the first kind that
-the scene declares, or else of kind 0. A table says by name what happens where two kinds meet, and where a
-kind meets a wall (``"wall"``); ``"*"`` stands for every kind. What is said of the very two kinds counts
-first, then what is said of one and ``"*"``, then ``("*", "*")``; what nothing is said of is elastic. A rule
-for walls is one with ``"wall"``: ``("*", "*")`` is about bodies.
+Each body is of a *kind*, a name or a small whole number; a body without one is of the first kind that
+the scene declares, or else of kind 0. A table gives a response by name for two kinds, and for a
+kind and a wall (``"wall"``); ``"*"`` stands for every kind. A rule for exactly the two kinds comes
+first, then a rule for one and ``"*"``, then ``("*", "*")``; contacts without a rule are elastic. A rule
+for walls has ``"wall"``: ``("*", "*")`` is about bodies.
 
-The kinds of a scene follow from its bodies and from those that commands insert, or the scene declares them:
-then no body is of another. A rule for a kind that the scene has not is a mistake, since it would never hold.
-Where there is nobody, at the start or by a command, and nothing is declared, kinds follow from the rules.
+The kinds of a scene follow from its bodies and from insertions, or the scene declares them:
+then no body is of another. A rule for an unknown kind is a mistake, since it would never apply.
+Without bodies, insertions and declared kinds, kinds follow from the rules.
 
 ``elastic`` and ``pass`` are the kernel's own. ``pass`` changes no plan: the contact is the beginning of a
-passing, which ends when the two part or one of them goes; walls cannot be passed. All others are plugins
-(``kinetile.plugin.specs.ResponseSpec``).
+passing, which ends when the two part or one of them is removed; walls cannot be passed. All others are
+plugins (``kinetile.plugin.specs.ResponseSpec``).
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ _A_KIND = "the name of a kind, or a whole number from 0 to 2**31 - 1"
 class Response:
     """A response by name, with its options: ``Response("restitution", e=0.9, contact_time=1e-6)``.
 
-    ``found`` is set once the name has been looked up among those that are registered; a file that only names
-    a response to somebody who runs nothing sets it as well.
+    ``found`` is set once the name has been found among the registered ones; a file that only names
+    a response for a reader that runs nothing sets it as well.
     """
 
     found = False
@@ -71,10 +71,10 @@ class SceneRules(NamedTuple):
     """Rules of a scene about kinds.
 
     Attributes:
-        kinds: the kinds there are.
-        kind: (n,) which of them each body is of.
-        responses: what is said of them, two kinds and a response.
-        passing: (kinds, kinds + 1) which pass through each other; nobody through a wall.
+        kinds: the kinds.
+        kind: (n,) the kind of each body, as its place in ``kinds``.
+        responses: two kinds and a response each.
+        passing: (kinds, kinds + 1) which pass through each other; none through a wall.
     """
 
     kinds: tuple[Kind, ...]
@@ -92,16 +92,16 @@ def read_rules(
     declared: Any = None,
     complete: bool = True,
 ) -> SceneRules:
-    """Returns what a scene of so many bodies says of kinds; appends what is wrong with it.
+    """Returns the rules of a scene about kinds; appends their mistakes.
 
     Args:
         kind: a kind for all bodies, or a sequence with one for each; None is the first of the scene.
-        responses: what happens where kinds meet.
-        bodies: how many there are at the start.
-        coming: where it is said, and the kind, of each body that comes later; None is the first of the scene.
-        mistakes: what is wrong, to be appended to.
-        declared: all kinds; None where they follow from the bodies.
-        complete: whether these are all bodies; where some could not be read, no rule is said to be for none.
+        responses: the response for each pair of kinds.
+        bodies: the number of bodies at the start.
+        coming: the place in the input, and the kind, of each insertion; None is the first of the scene.
+        mistakes: a list to append mistakes to.
+        declared: all kinds; None if they follow from the bodies.
+        complete: whether these are all bodies; if some could not be read, no rule is reported as unused.
     """
     rules = _read_responses(responses, mistakes)
     all_kinds = _read_declared(declared, mistakes)
@@ -127,15 +127,15 @@ def read_rules(
 def kinds_that_follow(
     each: Iterable[Kind], coming: Iterable[Kind], rules: Iterable[tuple[Pair, Response]]
 ) -> tuple[Kind, ...]:
-    """Returns the kinds of a scene that declares none, in the order in which they come up: those of its
-    bodies and of those that come, or where there are none, those that its rules name."""
+    """Returns the kinds of a scene that declares none, in the order of their appearance: those of its
+    bodies and insertions, or without any, those that its rules name."""
     there = tuple(dict.fromkeys([*each, *coming]))
     named = dict.fromkeys(name for pair, _ in rules for name in pair if is_kind(name))
     return there or tuple(named) or (0,)
 
 
 def no_kind(name: Any, kinds: Iterable[Kind]) -> str:
-    """Returns the sentence that says that a scene has no such kind, and which it has."""
+    """Returns the message that a scene has no such kind, with its kinds."""
     known = list(kinds)
     meant = nearest(str(name), map(str, known))
     hint = f"; did you mean {meant!r}?" if meant else ""
@@ -143,7 +143,7 @@ def no_kind(name: Any, kinds: Iterable[Kind]) -> str:
 
 
 def unregistered(responses: Iterable[tuple[Pair, Response]]) -> list[Mistake]:
-    """Returns the responses that no plugin provides; notes of the others that they have been found.
+    """Returns the responses that no plugin provides; marks the others as found.
 
     A scene of elastic bodies looks nothing up, so the registry is imported here. A response is looked up
     once: a scene can be read where its plugin is not installed.
@@ -166,7 +166,7 @@ def unregistered(responses: Iterable[tuple[Pair, Response]]) -> list[Mistake]:
 
 
 def _of_nobody(rules: Iterable[tuple[Pair, Response]], known: Mapping[Kind, Any]) -> list[Mistake]:
-    """Returns the rules that would never hold: no body is of their kind, and none is said to come."""
+    """Returns the rules that would never apply: no body and no insertion is of their kind."""
     mistakes = []
     for pair, _ in rules:
         for name in dict.fromkeys(pair):
@@ -181,7 +181,7 @@ def _of_nobody(rules: Iterable[tuple[Pair, Response]], known: Mapping[Kind, Any]
 
 
 def _read_declared(given: Any, mistakes: list[Mistake]) -> tuple[Kind, ...]:
-    """Returns the kinds that a scene declares, none where it leaves that open."""
+    """Returns the kinds that a scene declares, or none."""
     if given is None:
         return ()
     try:
@@ -198,7 +198,7 @@ def _read_declared(given: Any, mistakes: list[Mistake]) -> tuple[Kind, ...]:
 
 
 def _read_kinds(given: Any, bodies: int, first: Kind, mistakes: list[Mistake]) -> list[Kind]:
-    """Returns the kind of each body; ``first`` is that of bodies that are given none."""
+    """Returns the kind of each body; ``first`` is the default."""
     if given is None:
         return [first] * bodies
     if isinstance(given, str | int | np.integer):
@@ -221,8 +221,8 @@ def _read_kinds(given: Any, bodies: int, first: Kind, mistakes: list[Mistake]) -
 
 
 def _read_responses(given: Any, mistakes: list[Mistake]) -> tuple[tuple[Pair, Response], ...]:
-    """Returns the rules of a table, each with its two kinds in one order, sorted; appends what is wrong with
-    it."""
+    """Returns the rules of a table, each with its two kinds in one order, sorted; appends its
+    mistakes."""
     if given is None:
         return ()
     if isinstance(given, str | Response):
@@ -270,9 +270,9 @@ def _ordered(a: Kind, b: Kind) -> Pair:
 def table(
     kinds: Sequence[Kind], rules: Iterable[tuple[Pair, Response]], mistakes: list[Mistake] | None = None
 ) -> list[list[Response]]:
-    """Returns what happens where each kind meets each, and a wall (the last column).
+    """Returns the response of each two kinds, and of a kind and a wall (the last column).
 
-    Where two rules say different things of two kinds, each with "*", that is appended as a mistake.
+    Two different rules for two kinds, each with "*", are appended as a mistake.
     """
     said = dict(rules)
     elastic = Response(ELASTIC)

@@ -1,4 +1,4 @@
-"""Scene: discs, where they are and how they move, the arena around them, and the commands of the run.
+"""Scene: discs with positions and velocities, the arena around them, and the commands of the run.
 
 A scene is a value. Its arrays are its own read-only copies, it is checked in full when it is made (all
 mistakes are reported at once), and two scenes are equal when they hold the same bits. Scenes come from arrays
@@ -58,12 +58,12 @@ Floats = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Settings:
-    """Settings of a run that a scene brings: its phases by name, their options, and until when.
+    """Settings of a run in a scene: its phases by name, their options, and its end.
 
     ``broad_phase`` and ``narrow_phases`` are None where the scene leaves the choice open; ``options`` maps a
     phase's name to its options; ``until`` is a time, not a length of time. ``end`` is the same exactly, as
-    (epoch, tick, contacts): the run ends after so many contacts of that tick, as recordings do, and ``until``
-    is that time rounded. None: after all events up to and at ``until``.
+    (epoch, tick, contacts): the run ends after this number of contacts of that tick, as recordings do, and
+    ``until`` is that time rounded. None: after all events up to and at ``until``.
     """
 
     broad_phase: str | None = None
@@ -94,19 +94,19 @@ class Scene:
     height], or None for no walls. ``commands`` (``Turn``, ``Insert``, ``Remove``) hold absolute times, and
     are kept sorted by time, those of one tick as they are given; ``turns`` may be given apart, then those of
     one time are sorted by body and come before other commands. ``unit`` is the power of two in which the
-    clock counts; None: it follows from the speeds. ``start`` is the time at which the bodies are where
-    ``position`` says. ``kind`` is the kind of each body, or one for all, and ``responses`` say what happens
-    where kinds meet (``kinetile.scene.responses``). ``kinds`` are all kinds of bodies that there are, or may
-    come; where they are not given, they follow from the bodies and from those that commands insert.
-    ``kind_numbers`` is (n,) which of ``kinds`` each body is of. ``settings`` say how the scene wants to be
-    run; ``origin`` is where it came from, and takes no part in comparisons.
+    clock counts; None: it follows from the speeds. ``start`` is the time of the given positions.
+    ``kind`` is the kind of each body, or one for all, and ``responses`` are the responses of
+    pairs of kinds (``kinetile.scene.responses``). ``kinds`` are all kinds of bodies, present or
+    inserted later; by default they follow from the bodies and from the insertions.
+    ``kind_numbers`` is (n,) the place of each body's kind in ``kinds``. ``settings`` are defaults of a
+    run; ``origin`` is the source of the scene, and is not compared.
 
     Raises SceneError, with every mistake, unless all numbers are finite, radii and masses greater than 0,
-    each disc is inside the arena and no two overlap, but for those that pass through each other (touching is
+    each disc is inside the arena and no two overlap, except those that pass through each other (touching is
     allowed; the tolerance is 1e-12 of the radius, or of the sum of the two radii). A body whose mass is
-    ``math.inf`` is *immovable*: walls turn it around, bodies of finite mass do not change how it moves, and
-    two immovable ones part as two equals do. Radii, other masses and the arena's sides are from 2**-200 to
-    2**200, coordinates and speeds at most 2**200, so that no product of them over- or underflows.
+    ``math.inf`` is *immovable*: walls reflect it, bodies of finite mass do not change its motion, and
+    two immovable ones bounce like two equal masses. Radii, other masses and the arena's sides are from
+    2**-200 to 2**200, coordinates and speeds at most 2**200, so that no product of them over- or underflows.
     """
 
     position: Floats
@@ -251,8 +251,8 @@ class Scene:
 
     @property
     def ruled(self) -> bool:
-        """Whether bodies are of kinds, or contacts anything but elastic contacts of bodies that can be
-        moved."""
+        """Whether the scene has kinds, or contacts other than elastic contacts of movable
+        bodies."""
         coming = [command.mass for command in self.commands if isinstance(command, Insert)]
         static = math.inf in coming or bool(np.isinf(self.mass).any())
         kinds = bool(self.responses) or self.kinds != (0,)
@@ -260,13 +260,13 @@ class Scene:
 
     @property
     def meets(self) -> list[list[Response]]:
-        """The response where each of ``kinds`` meets each, and a wall (the last column)."""
+        """The response of each two of ``kinds``, and of a kind and a wall (the last column)."""
         return table(self.kinds, self.responses)
 
     @property
     def capacity(self) -> int:
-        """For how many bodies at once a phase is to make room where bodies come and go: at least as many as
-        there are."""
+        """The number of bodies for which a phase makes room if bodies are inserted: at least the present
+        number."""
         return int(self.__dict__.get("_capacity", len(self)))
 
     def _unit_for(self, commands: Sequence[Command]) -> float:
@@ -280,7 +280,7 @@ class Scene:
         return time_unit(extent, math.sqrt(max([*squares, *speeds(commands)], default=0.0)))
 
     def _in_order(self, commands: list[Command]) -> tuple[Command, ...]:
-        """Returns commands in the order of the ticks at which they are carried out."""
+        """Returns commands in the order of the ticks at which they run."""
         if all(command.at is None for command in commands):
             return tuple(sorted(commands, key=lambda command: command.time))
         clock = Clock(self.start, self._unit_for(commands))
@@ -311,7 +311,7 @@ class Scene:
 
 
 def check_settings(settings: Settings) -> list[Mistake]:
-    """Checks the types of the settings; whether the phases exist is for those to say who select them."""
+    """Checks the types of the settings; the existence of phases is checked when they are selected."""
     mistakes = []
     if not isinstance(settings.broad_phase, (str, type(None))):
         mistakes.append(Mistake("broad-phase", shown(settings.broad_phase), "the name of a broad phase"))
@@ -327,7 +327,7 @@ def check_settings(settings: Settings) -> list[Mistake]:
 
 
 def check_end(settings: Settings, clock: Clock) -> list[Mistake]:
-    """Checks the exact end of a scene with this clock: it has to be ``until``, but for its rounding."""
+    """Checks the exact end of a scene with this clock: it has to equal ``until``, up to its rounding."""
     if settings.end is None:
         return []
     if not is_exact(settings.end):
@@ -341,7 +341,7 @@ def check_end(settings: Settings, clock: Clock) -> list[Mistake]:
 
 
 LEAST = 64
-"""Bodies for which there is room at least where they come and go."""
+"""The least number of slots in a scene with insertions."""
 
 
 def relabelled(
@@ -371,8 +371,8 @@ def relabelled(
 def standing(scene: Scene, columns: Mapping[str, npt.NDArray[Any]], capacity: int) -> Scene:
     """Returns the same scene with other bodies, and no commands: as it stands in the middle of a run.
 
-    ``columns`` are position, velocity, radius, mass and kind of the bodies; ``capacity`` is for how many at
-    once a phase is to make room. Nothing is checked: a run has led here.
+    ``columns`` are position, velocity, radius, mass and kind of the bodies; ``capacity`` is the number of
+    bodies for which a phase makes room. Nothing is checked: the values come from a run.
     """
     copy = relabelled(scene)
     for name, column in columns.items():
@@ -385,15 +385,15 @@ def standing(scene: Scene, columns: Mapping[str, npt.NDArray[Any]], capacity: in
 
 
 def spacious(scene: Scene, capacity: int | None = None) -> Scene:
-    """Returns the same scene, in which phases make room for so many bodies, or for as many more as there
-    are."""
+    """Returns the same scene, in which phases make room for this many bodies, or for the present number if
+    that is larger."""
     copy = relabelled(scene)
     copy.__dict__["_capacity"] = max(2 * len(scene), LEAST) if capacity is None else capacity
     return copy
 
 
 def only_turns(scene: Scene, who: str) -> None:
-    """Raises Refused where a scene has more than elastic contacts and turns at times of their own, on the
+    """Raises Refused if a scene has more than elastic contacts and turns at times of their own, on the
     clock that follows from its speeds: ``who`` supports nothing else."""
     odd = [each for each in scene.commands if not isinstance(each, Turn) or each.at is not None]
     what = "a unit of its own" if scene.unit is not None else None
@@ -410,7 +410,7 @@ def with_commands(
     kinds: Iterable[Kind] | None = None,
 ) -> Scene:
     """Returns the same scene, on the same clock, with these commands, and with more responses. Its kinds are
-    these, or as ``Scene.replace`` has them. Raises SceneError where they do not fit."""
+    these, or as in ``Scene.replace``. Raises SceneError if they do not fit."""
     more = {} if kinds is None else {"kinds": kinds}
     rules = {**dict(scene.responses), **(responses or {})}
     unit, origin = scene.time_unit, scene.origin

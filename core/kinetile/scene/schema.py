@@ -1,9 +1,9 @@
 """Tables of a scene file: from bytes to TOML of bounded size and depth, with known keys and types.
 
-tomllib reads well-meant files well. It does not end in a sensible time on keys of many thousand parts, which
-it looks up anew from the root for each, and what it returns may be nested as deeply as the stack is. So a
-file is measured before it is read, its keys before they are parsed, and its tables before they are walked
-through.
+tomllib reads ordinary files well. It does not end in a sensible time on keys of many thousand parts, which
+it searches from the root for each, and its result may be nested as deeply as the stack is. So the size of a
+file is checked before it is read, its keys before they are parsed, and its tables before they are
+traversed.
 
 Then pydantic compares the tables with the models below, strictly: no text for a number, no true for 1, whole
 numbers where numbers are wanted, and no key that is not here. Its findings become mistakes in the words of
@@ -48,7 +48,7 @@ class _FileTable(BaseModel):
     )
 
 
-_Kind: TypeAlias = Any  # which values are kinds is for the scene to say
+_Kind: TypeAlias = Any  # the scene decides which values are kinds
 
 
 class _Turn(_FileTable):
@@ -144,9 +144,9 @@ def expected(key: str) -> str:
 
 
 def find_faults(tables: Mapping[str, Any]) -> tuple[list[Mistake], set[Place]]:
-    """Compares a file's tables with what a scene may hold.
+    """Compares a file's tables with the model of a scene.
 
-    Returns the mistakes, and the places of the values that are missing or of a wrong type, and so of no use.
+    Returns the mistakes, and the places of the values that are missing or of a wrong type, and so unusable.
     """
     try:
         _File.model_validate(tables)
@@ -235,7 +235,7 @@ def _at(tables: Any, place: Place) -> Any:
 
 
 MOST_BYTES = 64 * 2**20
-"""The largest scene file, unless its reader says otherwise: about 400,000 bodies."""
+"""The default limit of a scene file: about 400,000 bodies."""
 
 DEEPEST = 32
 """The most tables and lists in each other, and the most parts of a key."""
@@ -250,7 +250,7 @@ _WHERE = re.compile(r"(.*) \(at (?:line (\d+), column (\d+)|end of document)\)",
 
 
 def read_bytes(path: str | os.PathLike[str], max_bytes: int | None) -> bytes:
-    """Returns what a regular file holds; ``max_bytes`` is None for the limit that holds otherwise.
+    """Returns the content of a regular file; ``max_bytes`` is None for the default limit.
 
     Raises OSError if it is no regular file (a pipe or a device may never end) or cannot be read, SceneError
     if it is larger, and BadOption if the environment's limit is no number.
@@ -280,7 +280,7 @@ def _larger(most: int) -> str:
 
 
 def read_tables(text: str, source: str | None) -> dict[str, Any]:
-    """Returns the tables of a TOML text; ``source`` is what messages call it. Raises SceneError."""
+    """Returns the tables of a TOML text; ``source`` is its name in messages. Raises SceneError."""
     deep = _DEEP_KEY.search(text)
     if deep:
         line = text.count("\n", 0, deep.end()) + 1

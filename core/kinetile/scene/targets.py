@@ -1,4 +1,4 @@
-"""Targets of writing: a file that is there as a whole or not at all."""
+"""Targets of writing: a file that is complete or absent."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from typing import BinaryIO
 
 
 def writable_target(path: str | os.PathLike[str]) -> Path:
-    """Returns the file that a path means, links followed, which is to be written or replaced as a whole.
+    """Returns the file that a path means, links followed, for writing or replacing it as a whole.
 
-    Raises OSError where something is that is no regular file: a folder, a device, a pipe.
+    Raises OSError if there is something that is no regular file: a folder, a device, a pipe.
     """
     target = Path(os.path.realpath(path))
     try:
@@ -31,10 +31,10 @@ def writable_target(path: str | os.PathLike[str]) -> Path:
 
 @contextmanager
 def replacing(target: Path, *, sync: bool = True) -> Iterator[BinaryIO]:
-    """Yields a new file in the folder of ``target``, whose place it takes when the context is left: at once,
-    and, with ``sync``, with all that is in it on the disk.
+    """Yields a new file in the folder of ``target``, which it replaces when the context is left: at once,
+    and, with ``sync``, with all of its content on the disk.
 
-    Whatever ends it on its way, a signal, a full disk, a kill, what was there is there. Raises OSError where
+    If a signal, a full disk or a kill interrupts it, the old file stays. Raises OSError if
     the file cannot be made or written.
     """
     fresh = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")

@@ -1,9 +1,9 @@
 """HTML of a scene, a simulation and readings: a small table, and the picture of the moment beside it.
 
 The picture is that of ``kinetile draw``. Of more than ``MOST_STRUCTURE`` bodies the structure is left out, as
-is one of more than ``MOST_SHAPES`` shapes; of more than ``MOST_BODIES`` there is no picture. To show a
-simulation changes nothing and compiles nothing: a structure that is not built yet is left out, too. The HTML
-says what is left out and what went wrong; it raises nothing.
+is one of more than ``MOST_SHAPES`` shapes; of more than ``MOST_BODIES`` there is no picture. A display
+changes nothing and compiles nothing: a structure that is not built yet is left out, too. The HTML
+says what is left out and which errors happened; it raises nothing.
 
 All text is escaped, and there is no script and no style sheet. Styles stand in the tags and name no colour,
 so a table is as readable on a dark page as on a light one.
@@ -26,13 +26,13 @@ from kinetile.show.picture import Picture, picture_of_scene, take_picture
 from kinetile.show.svg import as_svg as picture_as_svg
 
 MOST_BODIES = 2000
-"""A picture is of so many bodies at most."""
+"""The most bodies of a picture."""
 
 MOST_STRUCTURE = 250
-"""With its structure, of so many."""
+"""The most bodies of a picture with their structure."""
 
 MOST_SHAPES = 2000
-"""Of so many shapes at most."""
+"""The most shapes of a structure."""
 
 Thing = Scene | Simulation | Readings
 
@@ -51,8 +51,8 @@ class _Seen(NamedTuple):
 
 
 def as_html(thing: Thing) -> str:
-    """Returns what a notebook shows of a scene, a simulation or readings: a table, and the picture of the
-    moment. Raises nothing: what goes wrong is said in it."""
+    """Returns the notebook display of a scene, a simulation or readings: a table, and the picture of the
+    moment. Raises nothing: errors are shown in it."""
     try:
         if isinstance(thing, Readings):
             return facts("Readings", reading_lines(thing.as_dict()))
@@ -63,12 +63,12 @@ def as_html(thing: Thing) -> str:
         if seen.left_out:
             parts.append(paragraph(seen.left_out[0].upper() + seen.left_out[1:] + "."))
         return "\n".join(parts)
-    except Exception as error:  # a display never takes a notebook's cell down
+    except Exception as error:  # a display must not break a notebook's cell
         return paragraph(f"{type(thing).__name__}: cannot be shown: {type(error).__name__}: {error}")
 
 
 def as_svg(thing: Scene | Simulation) -> str | None:
-    """Returns the picture of a scene at its start, or of a simulation now, as SVG; None where there is none,
+    """Returns the picture of a scene at its start, or of a simulation now, as SVG; None if there is none,
     for one of the reasons that ``as_html`` gives. Raises nothing."""
     try:
         svg = _seen(thing).svg
@@ -195,7 +195,7 @@ _CAPTION = '<caption style="text-align:left;caption-side:top;padding:.2em 0;font
 
 
 def facts(caption: str, rows: Iterable[tuple[str, str]]) -> str:
-    """Returns a table of what is so: a word in front of each line, and what is to be said of it."""
+    """Returns a table of labels and values."""
     lines = (
         f'<tr><th scope="row" style="{_LABEL}">{escape(label)}</th>'
         f'<td style="{_CELL.format(side="left")};overflow-wrap:anywhere">{escape(text)}</td></tr>'
@@ -223,12 +223,12 @@ def grid(caption: str, heads: Sequence[str], rows: Iterable[Sequence[str]], numb
 
 
 def paragraph(text: str) -> str:
-    """Returns a sentence, its lines as they are."""
+    """Returns a sentence, with its line breaks."""
     return f'<p style="margin:.3em 0;white-space:pre-wrap;text-align:left">{escape(text)}</p>'
 
 
 def figure(svg: bytes, words: str, width: int = 480) -> str:
-    """Returns a picture, at most so many pixels wide, with words for those who cannot see it.
+    """Returns a picture, at most this many pixels wide, with a text for screen readers.
 
     It is an image of its own: its style sheet and its names are no part of the page.
     """

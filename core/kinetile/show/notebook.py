@@ -1,8 +1,8 @@
-"""Displays of a notebook: IPython is told by name which types have one, and calls ``show.html`` for it.
+"""Displays of a notebook: IPython gets the names of the types that have one, and calls ``show.html``.
 
-IPython looks a type up when an object of it is shown, so a scene, a simulation and readings know nothing of
-displays, and to register imports none of them. It is done when kinetile is imported in a running IPython;
-``%load_ext kinetile.show.notebook`` does it where IPython came later.
+IPython finds a type when an object of it is shown, so a scene, a simulation and readings do not depend on
+displays, and registering imports none of them. It is done when kinetile is imported in a running IPython;
+``%load_ext kinetile.show.notebook`` does it if IPython started later.
 """
 
 from __future__ import annotations

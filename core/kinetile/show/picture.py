@@ -1,7 +1,7 @@
 """Picture of a moment of a run: discs and shapes with plain coordinates, and the look of each role.
 
-Colours are those that colour-blind people tell apart (Okabe and Ito). A role is told from others by more than
-its colour: by its layer, by the width of its line, by dashes. The same picture gives the same bytes, as SVG
+Colours are those that colour-blind people can distinguish (Okabe and Ito). A role has more marks than
+its colour: its layer, the width of its line, dashes. The same picture gives the same bytes, as SVG
 (``svg``) and as PNG or PDF (``printed``).
 """
 
@@ -28,7 +28,7 @@ Array = npt.NDArray[Any]
 
 @dataclass(frozen=True)
 class PlacedDisc:
-    """A body: where it is, how fast, its radius and its number."""
+    """A body: its position, velocity, radius and number."""
 
     number: int
     at: Place
@@ -42,11 +42,11 @@ class Picture:
 
     Attributes:
         caption: scene, broad phase and time, in words.
-        low, high: the corners of what is to be seen: the arena, or where bodies are; lengths of the scene.
+        low, high: the corners of the view: the arena, or the bounds of the bodies; lengths of the scene.
         arena: whether that is an arena.
         discs: the bodies, by number.
         shapes: what the broad phase draws, every coordinate a number.
-        next: when the first certificate fails that a shape speaks of; ticks since the start, None: never.
+        next: when the first certificate of a shape fails; ticks since the start, None: never.
         times: when certificates fail, in the scene's time, by their ticks.
     """
 
@@ -68,10 +68,10 @@ class Picture:
 
 
 def take_picture(sim: Simulation, roles: Collection[str] | None = None, structure: bool = True) -> Picture:
-    """Returns the picture of a simulation now; with ``roles``, of shapes only those that have one of them.
+    """Returns the picture of a simulation now; with ``roles``, only shapes of these roles.
 
-    Without ``structure`` there are none, and the broad phase is asked for nothing: neither compiled nor
-    built. Raises ValueError for a role that there is not.
+    Without ``structure`` there are none, and the broad phase is neither compiled nor
+    built. Raises ValueError for an unknown role.
     """
     odd = sorted(set(roles or ()) - set(ROLES))
     if odd:
@@ -133,7 +133,7 @@ def _number(value: Coordinate) -> float:
 
 
 def _placed(item: Segment | Box | Polygon | Link, places: dict[int, Place]) -> Item:
-    """Returns a shape with every coordinate where it is now; a link as a segment."""
+    """Returns a shape with present coordinates; a link as a segment."""
 
     def placed(point: Point) -> Point:
         x, y = (
@@ -152,7 +152,7 @@ def _placed(item: Segment | Box | Polygon | Link, places: dict[int, Place]) -> I
 
 
 def _extent(scene: Scene, discs: tuple[PlacedDisc, ...], shapes: tuple[Item, ...]) -> tuple[Place, Place]:
-    """Returns the corners of the arena; without one, of all there is."""
+    """Returns the corners of the arena; without one, of all bodies."""
     if scene.arena is not None:
         width, height = scene.arena
         return (0.0, 0.0), (width, height)
@@ -191,10 +191,10 @@ LOOKS = {
 ORDER = tuple(LOOKS)
 
 NEXT = Look("#D55E00", 0.30, 2.2)
-"""The look of what fails next, whatever its role is."""
+"""The look of the next failure, of any role."""
 
 FRESH = Look("#E69F00", 0.40, 2.2, (6.0, 3.0))
-"""The look of what has come with the last event: dashed, to be told from what fails next."""
+"""The look of shapes new with the last event: dashed, unlike the next failure."""
 
 
 class Paper(NamedTuple):

@@ -15,7 +15,7 @@ INCHES = 6.9
 """The longer side of what is shown: the text width of an A4 page."""
 
 _READABLE = 0.09
-"""Discs with a radius of at least so many inches have their number in them."""
+"""The least radius in inches of discs that show their number."""
 
 
 def check_printing() -> None:

@@ -1,7 +1,7 @@
 """A picture as SVG, written directly: small, readable, the same bytes for the same picture.
 
-It has two looks, light and dark, of which the reader's system chooses. Whatever has a label, or a certificate
-that fails, says so when it is pointed at. A legend names the roles that are there.
+It has two colour schemes, light and dark, chosen by the reader's system. A shape with a label or a failing
+certificate shows it under the mouse. A legend names the roles.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _LETTER = 7.2
 """About as wide as a letter of the caption is."""
 
 _READABLE = 8.0
-"""Discs with a radius of at least so many units have their number in them."""
+"""The least radius in units of discs that show their number."""
 
 
 def as_svg(picture: Picture, velocities: bool = False) -> bytes:

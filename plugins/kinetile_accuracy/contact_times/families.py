@@ -46,7 +46,7 @@ class Queries:
         position, velocity: (m, 2, 2), by query, disc and axis; the position is that at the disc's anchor.
         radius: (m, 2).
         anchor: (m, 2), in ticks of 2^-52.
-        tied: so many queries, one after the other, have exactly the same time of contact.
+        tied: this many successive queries have exactly the same time of contact.
     """
 
     position: Floats
@@ -94,7 +94,7 @@ class Family:
 
     Attributes:
         name, about: what makes them hard, in a word and in a phrase.
-        sampler: draws so many of them.
+        sampler: draws this many of them.
         like: the name of the family whose random numbers it takes; None: its own.
     """
 

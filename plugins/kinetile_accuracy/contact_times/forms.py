@@ -106,7 +106,7 @@ def forms() -> dict[str, Form]:
 
 
 def ticks_by(form: Form, queries: Queries) -> Ticks:
-    """Returns (m,) the ticks that a form gives for m queries; NEVER where it says that there is no contact.
+    """Returns (m,) the ticks that a form gives for m queries; NEVER for no contact.
 
     Raises RuntimeError where the form reports a fault of the bodies.
     """

@@ -50,7 +50,7 @@ _SMALLEST = -80  # octaves
 
 @dataclass(frozen=True)
 class Drift:
-    """The readings of a run after so many contacts."""
+    """The readings of a run after a number of contacts."""
 
     contacts: Annotated[int, Column("contacts of discs and walls", "contacts")]
     time: Annotated[float, Column("in the scene's time")]
@@ -144,7 +144,7 @@ class LogReadings:
 
     @property
     def momentum(self) -> float:
-        """What is left over of momentum, relative to the sum of m |v|."""
+        """The remaining momentum, relative to the sum of m |v|."""
         return float(np.hypot(*self._left)) / self._scale
 
     @property

@@ -120,7 +120,7 @@ def _blocks(
 def two_discs(
     radius: float, width: float, height: float, contacts: int, progress: ReportProgress
 ) -> list[Rate]:
-    """Runs two discs in a box for about so many contacts; returns their three rates."""
+    """Runs two discs in a box for about this many contacts; returns their three rates."""
     scene = kt.Scene(
         position=[(0.3 * width, 0.4 * height), (0.7 * width, 0.63 * height)],
         velocity=[(0.6, math.sqrt(0.5)), (-math.sqrt(0.5), 0.8)],

@@ -56,7 +56,7 @@ def measure(budget: Budget, progress: ReportProgress) -> Section:
 
 
 def certify_run(name: str, contacts: int) -> WholeRun:
-    """Runs a scene for so many contacts, or for as long as there are any, and certify each of them."""
+    """Runs a scene for a number of contacts, or as long as there are any, and certifies each of them."""
     recipe, parameters = SCENES[name]
     scene = kt.make_scene(recipe, **parameters)
     sim = kt.Simulation(scene)

@@ -49,7 +49,7 @@ class Disagreement:
     Attributes:
         index: how many contacts agree before it.
         run: what the run has there, (time, a, b); None: nothing more up to its end.
-        oracle: what is certified; None: nothing more up to the end of the run.
+        oracle: the certified event; None: nothing more up to the end of the run.
         ticks_apart: time of the run's contact, or of its end, less that of the oracle's, in ticks. A tick or
             two: the two contacts are so near that rounding has exchanged them.
     """
@@ -196,7 +196,7 @@ def certify(
         sim: the simulation, which must keep its contacts. Where ``until`` or ``max_contacts`` are
             beyond what it has run, it is run on; if that ends in a fault, what it did before is compared.
         until: compare contacts up to this time; None: up to the simulation's time.
-        max_contacts: compare so many contacts at most.
+        max_contacts: the largest number of compared contacts.
         cap_bits: the highest precision that the oracle may try.
         oracle: the oracle of the scene, for a caller that reads it after an interruption.
         progress: called by the oracle after every few contacts.
@@ -204,7 +204,7 @@ def certify(
     Raises:
         MissingExtra: python-flint is not installed.
         Refused: the oracle cannot follow what the simulation simulates: phases of other kinds, too many
-            bodies, or turns made by hand.
+            bodies, or interactive turns.
         ValueError: the simulation keeps no contacts, ``until`` is not a finite time from the scene's start
             on, or ``max_contacts`` is negative.
     """
@@ -230,7 +230,7 @@ def certify(
     def differs(index: int, one: int, two: int) -> bool:
         return index >= len(a) or (one, two) != (a[index], b[index])
 
-    # The oracle goes on a little beyond the end: a contact just after it may be one of the run, whose times
+    # The oracle continues a little beyond the end: a contact just after it may be one of the run, whose times
     # are rounded down to ticks.
     beyond: float | None = end + 2.0**-20 * (end - start)
     most = len(a) + 1  # is there one more, before the end?

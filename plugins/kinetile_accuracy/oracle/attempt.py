@@ -59,7 +59,7 @@ class Attempt:
     """A run of a scene at the present precision.
 
     Args:
-        scene: what is simulated.
+        scene: the scene.
         until: when the end is; None: never.
         discs, walls: which contacts there are.
 

@@ -89,7 +89,7 @@ class EventQueue:
         return f"discs {bodies[0]} and {bodies[1]}" if bodies else "the end"
 
     def get(self, event: int) -> PossibleEvent | None:
-        """Returns what is known of an event; None: it is not to come."""
+        """Returns the known part of an event; None: it is not to come."""
         return self._events.get(event)
 
     def put(self, event: int, coming: PossibleEvent | None) -> None:

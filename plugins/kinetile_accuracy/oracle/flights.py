@@ -77,7 +77,7 @@ class BallPlan(NamedTuple):
         return cls((arb(x), arb(y)), (arb(vx), arb(vy)), arb(0), line)
 
     def at(self, time: arb) -> tuple[arb, arb]:
-        """Returns where it is at a time."""
+        """Returns the position at a time."""
         since = time - self.anchor
         return self.place[0] + self.velocity[0] * since, self.place[1] + self.velocity[1] * since
 

@@ -77,7 +77,7 @@ class Horizon:
 
 @dataclass(frozen=True)
 class ErrorGrowth:
-    """How far times are off about so many contacts a disc from the start, on all seeds."""
+    """The errors of times about this many contacts a disc from the start, on all seeds."""
 
     density: Annotated[float, Column("of the scenes", "density")]
     contacts_per_disc: Annotated[float, Column("the middle of the bin", "contacts a disc")]

@@ -57,7 +57,7 @@ class Enclosure(NamedTuple):
         return float(self.middle)
 
     def decimal(self, digits: int = 25) -> str:
-        """Returns the number in up to so many digits: as many as are known, the last to within one."""
+        """Returns the number in up to this many digits: all known ones, the last to within one."""
         if self.radius:
             size = max(abs(self.middle), self.radius)
             digits = max(1, min(digits, math.floor(math.log10(size / self.radius))))
@@ -90,7 +90,7 @@ class Undecidable(NamedTuple):
 
 @dataclass(frozen=True)
 class CertifiedRun:
-    """What is certain about a scene.
+    """The certified part of a run.
 
     Attributes:
         contacts: the contacts in order; none is missing before the last.
@@ -144,7 +144,7 @@ class Oracle:
     """The oracle of one scene.
 
     Args:
-        scene: what is simulated, taken as data.
+        scene: the scene, taken as data.
         narrow_phases: which contacts there are: of discs ("disc"), with walls ("wall"), both or none. None:
             what the scene says, or both.
 
@@ -152,7 +152,7 @@ class Oracle:
         MissingExtra: python-flint is not installed.
         Refused: a narrow phase is neither of the two, or there are too many bodies to compute all pairs.
 
-    ``certified`` is what is certain so far; after an interruption too.
+    ``certified`` is the certified part so far; after an interruption too.
     """
 
     def __init__(self, scene: Scene, narrow_phases: Sequence[str] | None = None) -> None:

@@ -38,7 +38,7 @@ SPAN = 1 << 61
 """Ticks after which the clock anchors bodies that have flown on one plan all the while (rule 8)."""
 
 HORIZON = 1 << 62
-"""A contact so many ticks after the later anchor, or later, is none (rules 5 and 6)."""
+"""A contact this many ticks after the later anchor, or later, is none (rules 5 and 6)."""
 
 Vector = tuple[float, float]
 
@@ -177,7 +177,7 @@ def wall_tick(plan: FlightPlan, frame: Frame) -> tuple[int, int] | None:
 
 
 def anchored(place: float, speed: float, ticks: int, tick: float) -> float:
-    """Returns one coordinate, so many ticks of a length later (rule 4)."""
+    """Returns one coordinate after a number of ticks of a length (rule 4)."""
     elapsed = float(ticks) * tick
     return place + speed * elapsed
 

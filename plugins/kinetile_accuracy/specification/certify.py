@@ -63,7 +63,7 @@ class WrongLine:
 
     Attributes:
         index: its place, counted from 0; the number of lines where one is missing at the end.
-        found: what it says, as (epoch, tick, a, b); None where it is missing.
+        found: the line, as (epoch, tick, a, b); None if it is missing.
         expected: what should stand there; None where nothing should.
         why: the reason, in a sentence.
     """
@@ -238,7 +238,7 @@ def certify_log(
             compared.
         until: the time up to and at which all contacts must be there, and after which none; None: the lines
             are checked, and not what comes after the last.
-        max_contacts: the list is of a run that was ended after so many contacts, if not before.
+        max_contacts: the list is of a run that was ended after this many contacts, if not before.
         fingerprint: what the list says is its own; None: it says none.
         progress: called now and then with how far the check is.
 
@@ -261,7 +261,7 @@ def explain_difference(
 
     Args:
         scene: the scene.
-        lists: contacts as ``sim.contacts`` has them, by the name of who gave them.
+        lists: contacts as in ``sim.contacts``, by the name of their source.
         index: where they first differ, counted from 0.
         narrow_phases: how bodies meet; None: as the scene says.
 
@@ -322,7 +322,7 @@ def _when(tick: int) -> str:
 
 
 def _named(event: CourseEvent) -> str:
-    """Returns who meets, or what else happens."""
+    """Returns the bodies that meet, or the other event."""
     _, a, b = event
     if b in (TURNED, REANCHORED):
         return f"a turn of body {a}" if b == TURNED else f"the anchoring of body {a} by the clock"

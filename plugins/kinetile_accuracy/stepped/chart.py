@@ -65,7 +65,7 @@ class Setting:
 
 
 class Effort(NamedTuple):
-    """What is measured within a budget.
+    """The measurements within a budget.
 
     Attributes:
         scenes: (bodies, density) of the recipe ``grid``.
@@ -125,7 +125,7 @@ def measure(budget: Budget, progress: ReportProgress) -> Section:
 
 
 def _installed() -> tuple[dict[str, Setting], tuple[str, ...]]:
-    """Returns the engines that are installed, and what is left out and why."""
+    """Returns the installed engines, and the omitted ones with the reason."""
     engines: dict[str, Setting] = {}
     left_out: dict[str, None] = {}
     for engine in ENGINES:

@@ -38,7 +38,7 @@ Floats = npt.NDArray[np.float64]
 Point = tuple[float, float]
 EngineName = Literal["chipmunk", "box2d", "box2d-bullets"]
 Watched = Literal["not", "contacts", "depths"]
-"""What is noted beside the processor time: nothing, overlaps, or these and how deep they are."""
+"""Records beside the processor time: nothing, overlaps, or overlaps and depths."""
 
 TITLES: dict[EngineName, str] = {
     "chipmunk": "Chipmunk",
@@ -59,7 +59,7 @@ class _World(Protocol):
     """A scene in an engine; positions and velocities, (n, 2), are in the scene's units."""
 
     def advance(self, steps: int) -> None:
-        """Takes so many steps."""
+        """Takes this many steps."""
 
     def positions(self) -> Floats:
         """Returns where the bodies are."""
@@ -78,8 +78,8 @@ def run_engine(
 ) -> SteppedRun:
     """Runs a scene in steps of ``dt`` to ``until``, or to the first step after it, in an engine.
 
-    What is not watched is missing from the result: overlaps, or depths, which are then NaN. The depth of a
-    contact is what is left of it after its step; ``deepest`` is over all pairs and steps.
+    Values that are not recorded are missing from the result: overlaps, or depths, which are then NaN. The
+    depth of a contact is the remaining one after its step; ``deepest`` is over all pairs and steps.
 
     Raises:
         MissingExtra: the engine is not installed.

@@ -36,9 +36,9 @@ UNTIL = 1.0
 """How long is simulated where costs and overlaps are measured."""
 
 ROUNDS = 5
-"""Each method has at least so many timed runs on a scene."""
+"""The least number of timed runs of each method on a scene."""
 
-_SPACINGS = 4.0  # first encounters are looked for until a disc has flown so many times the grid's spacing
+_SPACINGS = 4.0  # first encounters are searched until a disc has flown this many times the grid's spacing
 _ENOUGH = 0.01  # CPU seconds of a method on a scene, at least ...
 _MOST = 20  # ... unless that takes more runs than this in a round
 
@@ -245,7 +245,7 @@ def measure_rows(
 ) -> list[SpeedError]:
     """Returns a row for each method, on scenes of the recipe ``grid``.
 
-    ``seeds`` scenes are timed; about so many first ``encounters`` are looked for, in as many scenes as that
+    ``seeds`` scenes are timed; about this many first ``encounters`` are searched, in as many scenes as that
     takes. ``progress`` is called with how many steps are done, and how many there are.
     """
     scenes = [kt.make_scene("grid", bodies=bodies, density=density, seed=seed + 1) for seed in range(seeds)]
@@ -268,7 +268,7 @@ def measure_rows(
 
 
 def reference_runs(bodies: int, density: float, encounters: int) -> list[ReferenceRun]:
-    """Returns scenes that together have at least so many first encounters, by the run with all pairs."""
+    """Returns scenes that together have at least this many first encounters, by the run with all pairs."""
     known: list[ReferenceRun] = []
     count, seed = 0, 0
     while count < encounters and seed < 10 * encounters:

@@ -165,7 +165,7 @@ def thesis_study(
 ) -> Study:
     """Returns the study ``thesis``, or a part of it; its rows are in the folder ``results``.
 
-    Every phase runs every scene with the seeds 1 to ``seeds``, up to the time ``until``, in so many rounds
+    Every phase runs every scene with the seeds 1 to ``seeds``, up to the time ``until``, in this many rounds
     (``repeats``). ``seconds`` is the CPU time that the runs of a phase on a scene with one seed have together
     in a round, at least, unless that would be more than 40 runs.
 

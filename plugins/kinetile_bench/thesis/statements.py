@@ -4,7 +4,7 @@ B1 to B6 and B11 are about time, B7 to B9 about numbers of events, B10 about the
 out. A statement is cut into parts that a number decides. Where the thesis gives no number ("almost
 negligible", "many times over") the part says which one was taken.
 
-Counts decide what is about numbers of events. What is about times is decided by the rules of
+Counts decide statements about numbers of events. Those about times are decided by the rules of
 ``kinetile_bench.thesis.evidence``, or not decided. A statement holds if all its parts do, does not if one
 does not, and is open otherwise.
 """

@@ -1,24 +1,24 @@
 """Cells: a uniform grid as a kinetic data structure, with a level for each size of body where sizes differ.
 
-The plane is cut into square cells, no narrower than the widest body. Two bodies that touch are then in the
-same cell or in two that adjoin: a body is near those in its own cell and the eight around. That is all that
-is kept. The only thing that can go wrong is that a body leaves its cell. When its plan has it reach an edge
-is a division, and then the certificate of the body fails: it goes over into the next cell, and those in the
+The plane is divided into square cells, no narrower than the widest body. Two bodies that touch are then in
+the same cell or in adjacent ones: a body is near those in its own cell and the eight around. Nothing else is
+stored. The structure changes only when a body leaves its cell. The time at which its plan reaches an edge
+takes one division. Then the certificate of the body fails: it moves to the next cell, and those in the
 three cells beyond are newcomers.
 
-A cell is history. In which one a body is, is what its crossings say, never what its rounded coordinates do:
-they are asked once, when the structure is built. A body that has crossed an edge may stand before it by a
-rounding, or turn back at once; then its plan has it reach that edge now, and it does. The cells are wider
+The cell of a body depends on history, on its crossings, never on its rounded coordinates:
+these are used once, when the structure is built. A body that has crossed an edge may be before it by a
+rounding, or turn back at once; then its plan reaches that edge now, and it crosses again. The cells are wider
 than the widest body by more than all rounding (docs/cells.md has the proof).
 
-One grid of cells as wide as the widest body is bad where small bodies crowd around a few large ones. Then
+One grid of cells as wide as the widest body is bad if small bodies crowd around a few large ones. Then
 there are levels, as in the hierarchical grids of computer graphics: the cells of a level are a power of two
-times as wide as those of the level below. ``hierarchy.py`` says who is near whom then,
+times as wide as those of the level below. ``hierarchy.py`` then defines which bodies are near each other,
 ``layout.py`` how widths are chosen.
 
-What it costs: certificates n, one a body; a failure, O(1); candidates, those in nine cells. That is O(1) for
-bodies of one size spread evenly, and at worst all of them: many in one cell, be it that they come together
-there, that the cells are wide because there is one wide body among few small ones, or by the option ``side``.
+The cost: certificates n, one a body; a failure, O(1); candidates, those in nine cells. That is O(1) for
+bodies of one size spread evenly, and at worst all of them: many in one cell, because they come together
+there, because the cells are wide for one wide body among small ones, or by the option ``side``.
 Then a contact costs O(n). No scene is refused, and none needs an arena.
 """
 

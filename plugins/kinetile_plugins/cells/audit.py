@@ -83,7 +83,7 @@ def _certificates(k: Kernel, s: State, there: Whole) -> Iterator[str]:
 
 
 def _table(s: State, there: Whole) -> Iterator[str]:
-    """The blocks and lists have every body once, in its cell; who stands in a list found the block full."""
+    """The blocks and lists have every body once, in its cell; bodies in a list found the block full."""
     home = cells_of(s, np.arange(len(s.homes)))
     blocks = s.blocks.reshape(-1, BLOCK)
     cells, places = np.nonzero(np.arange(FULL) < blocks[:, FULL:] & FULL)
@@ -106,7 +106,7 @@ def _table(s: State, there: Whole) -> Iterator[str]:
 
 
 def _guests(s: State, at: int, there: Whole) -> Iterator[str]:
-    """Who is at home in a finer level is a guest of this one, in the cell around its own, once."""
+    """A body at home in a finer level is a guest of this one, in the cell around its own, once."""
     grid, coarser = s.levels[at], len(s.levels) - 1
     part = s.levels.side[s.homes.level] / grid.side
     columns = np.mod(np.floor(s.homes.x * part), grid.columns)
@@ -133,7 +133,7 @@ def _guests(s: State, at: int, there: Whole) -> Iterator[str]:
 
 
 def draw(k: Kernel, s: State) -> Iterator[Item]:
-    """Yields each cell in which somebody is at home or a guest, with the tick at which the first of those at
+    """Yields each cell with a home or a guest in it, with the tick at which the first of those at
     home leaves it, then the pairs.
 
     A pair is two bodies of which the smaller, at home or as a guest, stands in the cell of the larger or in

@@ -1,24 +1,24 @@
-"""The table of cells: how wide they are, which bodies are in each, and how the hooks read and change it.
+"""The table of cells: their widths, the bodies in each, and how the hooks read and change it.
 
-The plane is cut into square cells, and the cells are laid on a torus of ``columns`` x ``rows`` places: column
-c of the plane is column c mod ``columns`` of the table. With an arena the table has a column and a row more
-than the arena, so that no two cells of the arena share a place and its opposite edges are no neighbours.
-Without one the plane is wound up on the torus, and cells a whole turn apart share a place. That brings pairs
-that are far apart, which costs time and nothing else: who is near whom is read off the table alone, the same
+The plane is divided into square cells, mapped to a torus of ``columns`` x ``rows`` places: column
+c of the plane is column c mod ``columns`` of the table. With an arena the table has one more column and row
+than the arena, so that no two cells of the arena share a place and its opposite edges are not adjacent.
+Without one the plane wraps around the torus, and cells a whole turn apart share a place. That makes pairs
+that are far apart, which only costs time: nearness depends on the table alone, and is the same
 from both sides.
 
 A place has a block of eight integers: the numbers of seven bodies, and how many of them count, so that one
-vector copies it (``append``). Whoever finds the block full stands in the list of the cell instead, which is
+vector copies it (``append``). A body that finds the block full goes into the list of the cell, which is
 threaded through the bodies: any number of bodies fits into a cell, and nothing has to be allocated. The
-eighth integer also says whether there is a list, so that one look at those of the cells that were copied
-tells whether there is any.
+eighth integer also marks whether there is a list, so that one test of those of the copied cells
+finds whether there is any.
 
-The narrower the cells, the fewer bodies are near each other, and the more often one goes over into another
+The narrower the cells, the fewer bodies are near each other, and the more often one moves to another
 cell. A cell cannot be narrower than the widest body at home in it (docs/cells.md has the exact bound and its
-proof). Where bodies are far apart it is best to have two or three in a cell: ``SPACING`` times the side at
+proof). For bodies that are far apart it is best to have two or three in a cell: ``SPACING`` times the side at
 which there is one. That is measured, and the optimum is flat. A cell is wider than it must be by twice its
-``slack``: a body may be outside its cell by as much and stay at home, so a body that moves to and fro over an
-edge does not go over each time.
+``slack``: a body may be outside its cell by that and stay at home, so a body that oscillates over an
+edge does not cross each time.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ class State(NamedTuple):
     """The cells of all levels, and the homes of the bodies."""
 
     blocks: Records  # (8 cells,) seven bodies and how many of them there are
-    lists: Records  # (cells,) the first of those who found the block full, or NOBODY
+    lists: Records  # (cells,) the first of the bodies that found the block full, or NOBODY
     homes: Records  # (n,)
     levels: Records  # (levels,) from the finest to the coarsest
     guests: Records  # (n (levels - 1),) for each body one for each level above the finest
@@ -325,9 +325,9 @@ def _aligned(dtype: np.dtype[Any], length: int) -> Records:
 
 
 def arrange(k: Kernel, s: State) -> None:
-    """Puts every body into its cells as it stands now; the cells become wider where the skin asks for it.
+    """Puts every body into its present cells; the cells become wider if the skin needs it.
 
-    How wide they must be is not asked of those who are here: a wider one may be about to come.
+    The present bodies do not determine the width: a wider one may be inserted later.
     """
     homes, levels = s.homes[: len(k.bodies)], s.levels
     level = homes.level
@@ -359,7 +359,7 @@ def cells_of(s: State, body: Any, right: int = 0, up: int = 0) -> Any:
 
 
 def _invite(s: State, at: int, homes: Records) -> None:
-    """Makes guests in a level of all who have homes in finer ones."""
+    """Makes guests in a level of all bodies that have homes in finer ones."""
     guest, grid = s.guests, s.levels[at]
     (smaller,) = np.nonzero(homes.level < at)
     number = smaller * (len(s.levels) - 1) + at - 1
@@ -378,7 +378,7 @@ def _invite(s: State, at: int, homes: Records) -> None:
 
 
 def _queued(cell: Any) -> tuple[Any, Any, Any]:
-    """Returns who stands in cells, sorted by cell, who stands before each, and how many do so in its cell."""
+    """Returns the bodies in cells, sorted by cell, the one before each, and their number in its cell."""
     order = np.argsort(cell, kind="stable")
     sorted_cells, where = cell[order], np.arange(len(order))
     begins = np.append(True, sorted_cells[1:] != sorted_cells[:-1])[: len(order)]

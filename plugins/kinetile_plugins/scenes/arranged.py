@@ -1,4 +1,4 @@
-"""Scenes arranged by hand: the worst cases of the thesis, and small scenes with known answers.
+"""Hand-made scenes: the worst cases of the thesis, and small scenes with known answers.
 
 The thesis draws its worst cases (figures 10, 11 and 16), arrangements in which a broad phase excludes little
 or nothing, without coordinates; these are discs that show what its captions say. All three are rare: nothing

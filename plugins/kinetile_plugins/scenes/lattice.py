@@ -1,15 +1,15 @@
-"""Discs on a lattice: exact ties, touching starts, and what is a rounding away from them.
+"""Discs on a lattice: exact ties, touching starts, and cases a rounding away from them.
 
-This is where broad phases disagree if they can. Bounds lie on top of each other, many events fall on one
-instant, discs touch each other or a wall when they start, and several discs reach one place together. Each
+Errors of broad phases show most often here. Bounds coincide, many events fall on one
+instant, discs touch each other or a wall at the start, and several discs reach one place together. Each
 seed draws a lattice, a few sizes and velocities, and the discs that are moved along their line until they
 touch the one before them. Four classes come from three parameters:
 
 - ``kind="dyadic"``: all lengths are multiples of 1/64 and all velocities of 1/4, so that positions,
   contacts in line with an axis and ties are exact in floating point;
-- ``kind="non-dyadic"``: cells of 1/3 to 1/12 and no square arena, several radii and masses, so that what is
+- ``kind="non-dyadic"``: cells of 1/3 to 1/12 and no square arena, several radii and masses, so that
   a tie in exact arithmetic is one only up to a rounding;
-- ``jitter`` moves each centre by up to that much (1e-16 to 1e-9 is where it hurts), and makes discs smaller
+- ``jitter`` moves each centre by up to that much (1e-16 to 1e-9 find most errors), and makes discs smaller
   where they would overlap;
 - ``turns`` are changes of velocity at multiples of 1/16, where many contacts are.
 """

@@ -1,11 +1,11 @@
 """Numbers of the recipes, with the same bits on every machine: draws from a seed, sine, cosine and powers.
 
-NumPy promises the bits of its bit generators and of its seed sequences for ever, but not those of its
+NumPy guarantees the bits of its bit generators and of its seed sequences for ever, but not those of its
 Generator, so these are computed here: a uniform number is the upper 53 bits of a draw, a choice among n is
 one half of a draw times n, its integer part. (The choice favours some by up to n / 2**32, which no scene
 shows.)
 
-A C library rounds sines and powers as it likes: one that may use fused multiply-adds gives other bits than
+C libraries round sines and powers differently: one that may use fused multiply-adds gives other bits than
 one that may not, and NumPy chooses again by processor. The functions below are made of sums, differences and
 products of doubles alone, one at a time, which are rounded in one way everywhere, and of decimal arithmetic,
 which is defined to the last digit.
@@ -146,7 +146,7 @@ def _halves(a: Floats) -> tuple[Floats, Floats]:
 
 
 def _parts(number: Decimal, *bits: int) -> list[float]:
-    """Returns doubles that add up to a number: of so many bits each, and a last one of all its own."""
+    """Returns doubles that add up to a number: of this many bits each, and one for the rest."""
     parts = []
     for count in bits:
         unit = 2.0 ** (np.frexp(float(number))[1] - count)
@@ -206,7 +206,7 @@ def demand_speed(speed: float) -> None:
 
 
 def draws(seed: int, count: int) -> list[Draws]:
-    """Returns independent draws from a seed: what is drawn from one does not move what others give."""
+    """Returns independent draws from a seed: draws from one do not affect the others."""
     demand(seed >= 0, f"seed is {seed}; a seed is 0 or more")
     return [Draws(child) for child in np.random.SeedSequence(seed).spawn(count)]
 

@@ -1,13 +1,13 @@
 """Discs of random sizes at random places, the generic scene; equal discs on a grid, the thesis's benchmark.
 
 
-Radii are drawn evenly on a logarithmic scale and then scaled together to the density that is asked for.
-Discs are placed one after the other, the largest first, each at the first random point that has room for
-it. That cannot go on for ever: equal discs jam at a density of about 0.547, and long before that most
-points are refused. Where the tries run out, and new starts do not help, equal discs start from a lattice
+Radii are drawn evenly on a logarithmic scale and then scaled together to the requested density.
+Discs are placed one after the other, the largest first, each at the first random point with room for
+it. This ends at some density: equal discs jam at about 0.547, and long before that most
+points are refused. If all tries fail, and new starts do not help, equal discs start from a lattice
 instead: hexagonal or square, whichever leaves more room between them, stretched to fill the square; the
-sites that are left empty are drawn at random. They forget the lattice after a few contacts each. For
-unequal discs there is no such way out, and the scene is refused.
+empty sites are drawn at random. They forget the lattice after a few contacts each. For
+unequal discs there is no such start, and the scene is refused.
 """
 
 from __future__ import annotations
@@ -141,7 +141,7 @@ def _has_room(x: float, y: float, r: float, levels: _Levels) -> bool:
 
 
 def _lattice(bodies: int) -> tuple[Floats, float]:
-    """Returns the sites of the roomiest lattice for so many bodies, and the widest diameter that fits."""
+    """Returns the sites of the roomiest lattice for this many bodies, and the widest diameter that fits."""
     rows = np.arange(1, bodies + 1)
     columns = -(-bodies // rows)
     height = 1.0 + (rows - 1) * math.sqrt(0.75)

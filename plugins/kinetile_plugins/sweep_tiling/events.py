@@ -1,16 +1,16 @@
-"""Changes of the web: a tile collapses (thesis, section 4.3), a body comes or goes.
+"""Changes of the web: collapse of a tile (thesis, section 4.3), insertion and removal of a body.
 
-A tile collapses when the bound on its left reaches the one on its right. What that means follows from the two
-ports:
+A tile collapses when the bound on its left reaches the one on its right. The two ports determine the
+event:
 
     left port    right port    event
-    R.OUTER      L.OUTER       *meeting*: two bodies that were side by side come to stand over each other
+    R.OUTER      L.OUTER       *meeting*: of two bodies side by side, one comes to stand above the other
     L.UPPER      R.LOWER       *parting*, the exact inverse; also L.LOWER with R.UPPER
     L.UPPER      L.OUTER       *passing*: one body's bound passes that of a body it stands on or hangs under;
     R.OUTER      R.UPPER       likewise with LOWER
 
-Each replaces three links and two ends, and one pair of bodies in sight by another: ``Change`` says what is
-new. No coordinate is read, except for one decision at a meeting: which of the two is above.
+Each replaces three links and two ends, and one pair of bodies in sight by another: ``Change`` has the new
+ones. No coordinate is read, except for one decision at a meeting: which of the two is above.
 
 Two bodies whose tile is a corner (one just over the end of the other, its width nearly zero) can slide past
 each other exactly where they would graze: no width changes its sign, no contact happens, and yet the one that
@@ -18,16 +18,16 @@ was above is below. The thesis has no rule for that, and its web is wrong from t
 order of a narrow corner tile is a certificate too, and when it fails the two exchange places in it: the
 *flip*.
 
-The thesis has no rule for a body that comes or goes, and none is needed beyond those above. To the tiling a
+The thesis has no rule for insertion and removal, and none is needed beyond those above. In the tiling a
 disc is the line from its leftmost to its rightmost point: bounds stand on its two ends, and other bounds end
-on whatever is between. So a body comes as a line of no length, its L and its R on one place in one tile,
-which it cuts into an outer tile on each side and two inner ones of no width above and below. Then, while time
-stands still, its R moves right to where it belongs. Each bound that it reaches on the way is a tile that
-collapses, by a meeting or a passing as at any time. A body goes the same way back: its R moves left to its L,
-by passings and partings, and what is left is taken out of the one tile in which it lies. The line never
-crosses another body, for its disc does not. So each of these events is one that bodies in motion could have
-caused, and leaves a web that is right for the line as it is then. This costs O(n), one look at each tile to
-find the first one, and an event for each bound that stands over or under the body.
+on it between. So an insertion begins with a line of no length, its L and its R at one place in one tile,
+which it cuts into an outer tile on each side and two inner ones of no width above and below. Then, at a fixed
+time, its R moves right to its place. Each bound that it reaches is a tile that
+collapses, by a meeting or a passing with the usual rules. A removal is the reverse: its R moves left to its
+L, by passings and partings, and the remaining line is taken out of its one tile. The line never
+crosses another body, for its disc does not. So each of these events could also be caused by moving bodies,
+and leaves a web that is right for the present line. This costs O(n), a scan of all tiles to
+find the first one, and an event for each bound over or under the body.
 """
 
 from __future__ import annotations

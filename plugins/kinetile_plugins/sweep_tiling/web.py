@@ -61,7 +61,7 @@ class State(NamedTuple):
 
 
 def empty(bodies: int) -> State:
-    """Returns a state for so many bodies, to be filled by the construction."""
+    """Returns an empty state for this many bodies, for the construction."""
     leaves = 1 << max(bodies - 1, 0).bit_length()
     return State(
         web=np.zeros(16 * (bodies + 1), dtype=np.uint32),
@@ -200,7 +200,7 @@ class Tiles(NamedTuple):
 
 
 # The walk around a body goes over it and under it from left to right, tile by tile (thesis, section 5.1). It
-# finds the bodies in sight, those on the other side of these tiles. Nothing else says who is near whom.
+# finds the bodies in sight, those on the other side of these tiles. Nearness is not stored anywhere else.
 
 
 @hook

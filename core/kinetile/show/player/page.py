@@ -1,8 +1,8 @@
-"""Page that holds everything: style, script and recordings; it loads nothing from a network.
+"""Page that is complete: style, script and recordings; it loads nothing from a network.
 
-The script's files are modules for whoever reads or tests them. In the page they are one module: their
-imports and the word ``export`` are taken out, and they follow each other from the ground up, so no two of
-them may give one name to two things.
+The script's files are modules, for readers and tests. In the page they are one module: their
+imports and the word ``export`` are removed, and each follows those that it imports, so no two of
+them may use one name for two things.
 
 Columns are text in a page: the bytes of a column by significance, deflated, in base64. The first bytes of all
 numbers come first, then all second bytes, and so on: neighbours are alike then, and compress. The page
@@ -36,7 +36,7 @@ MODULES = (
     *(f"run/{name}" for name in ("clock", "columns", "rows", "motion", "structure", "events", "playback")),
     *(f"page/{name}" for name in _SEEN),
 )
-"""The script's files, each after those that it imports: how the run goes, then how it is seen."""
+"""The script's files, each after those that it imports: the run, then its display."""
 
 _SECONDS = 30.0
 """The duration of a whole recording at first."""
@@ -59,7 +59,7 @@ class Page:
 
     @property
     def held(self) -> dict[str, Any]:
-        """Returns all that the page holds, as plain data for JSON."""
+        """Returns the content of the page, as plain data for JSON."""
         scene, (first, *_) = self.scene, self.recordings
         end = max(recording.end for recording in self.recordings)
         length = (end - first.begin) / TICKS * scene.time_unit
@@ -107,7 +107,7 @@ class Page:
         return re.sub("@@([A-Z]+)@@", lambda found: parts[found[1]], _asset("page.html"))
 
     def _run(self, recording: Recording, at: int) -> dict[str, Any]:
-        """Returns what a page holds of one recording; its rows are None where they are those of the first."""
+        """Returns one recording for the page; its rows are None if they are those of the first."""
         first, steps = self.recordings[0], recording.stepped
         same = at > 0 and first.rows.tobytes() == recording.rows.tobytes()
         coded = structure = None
@@ -145,7 +145,7 @@ def _rows(recording: Recording, plans: Plans, unit: float) -> dict[str, Any]:
 
 
 def _box(scene: Scene, plans: Plans) -> Sequence[float]:
-    """Returns what there is to see at first: (left, bottom, right, top)."""
+    """Returns the initial view: (left, bottom, right, top)."""
     if scene.arena is not None:
         return (0.0, 0.0, *scene.arena)
     there = plans.there > 0
@@ -191,7 +191,7 @@ def encode(columns: Mapping[str, npt.NDArray[Any]]) -> dict[str, Any]:
 
 
 def decode(coded: Mapping[str, Any]) -> dict[str, npt.NDArray[Any]]:
-    """Returns the columns that ``encode`` has made text of."""
+    """Returns the columns of a text of ``encode``."""
     content = zlib.decompress(base64.b64decode(coded["text"]))
     columns, at = {}, 0
     for name, kind, length in coded["columns"]:

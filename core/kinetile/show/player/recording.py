@@ -1,16 +1,16 @@
 """Recording of a run for a page: all rows of a window of time, and structural events where it was stepped.
 
 A run is made twice. The first time it runs freely, and its rows are recorded: they are the same under every
-broad phase. The second time it is stepped event by event, which costs a hundred times as much, to see what
-the broad phase does between the rows; so this is done only for as many events as ``MOST_STEPS``.
+broad phase. The second time it is stepped event by event, which costs a hundred times as much, to record
+the structure between the rows; so this is done only for ``MOST_STEPS`` events.
 
-A page begins with the flight plans at the start of its window and goes on from row to row, as a run does.
-Most of a row follows from the plans before it: a body is where its plan has brought it, mostly to the last
-bit. So a page holds only what differs from that, as bits (exclusive or), and this is mostly nothing: the page
+A page begins with the flight plans at the start of its window and continues from row to row, as a run does.
+Most of a row follows from the plans before it: a body is at the position of its plan, mostly to the last
+bit. So a page holds only the differences, as bits (exclusive or), and most are zero: the page
 is half as large. The same prediction is in ``script/rows.mjs``, operation by operation.
 
-A shape of the structure hangs on bodies and moves with them, so it is recorded once, however long it stands.
-It is another one when its certificate is another: with the tick at which it fails.
+A shape of the structure moves with its bodies, so it is recorded once for its whole life.
+A new certificate, with another failure time, makes it a new shape.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from kinetile.scene import Insert, Scene
 from kinetile.show.picture import ORDER
 
 MOST_ROWS = 200_000
-"""Rows of a page, some 30 bytes each; a run of more is shown up to there."""
+"""Rows of a page, some 30 bytes each; a longer run is shown up to there."""
 
 MOST_STEPS = 5_000
 """Events of a run that is stepped; beyond, a page has rows alone."""
@@ -55,10 +55,10 @@ class Steps:
 
 @dataclass(frozen=True)
 class Recording:
-    """A window of a run: plans at its beginning, rows (dtype LOG) in it, and from when to when it goes, in
+    """A window of a run: plans at its beginning, rows (dtype LOG) in it, and its beginning and end, in
     ticks since the scene's start.
 
-    ``notes`` are sentences that a reader should see: how it ended, and what is left out.
+    ``notes`` are sentences for the reader: how it ended, and what is left out.
     """
 
     label: str
@@ -79,10 +79,10 @@ def record(
     until: float,
     max_contacts: int | None = None,
 ) -> Recording:
-    """Runs a simulation that has not begun, and returns its window from ``begin`` to ``until``, or to so many
-    contacts; None: as many as fit.
+    """Runs a simulation that has not begun, and returns its window from ``begin`` to ``until``, or to a
+    number of contacts; None: as many as fit.
 
-    ``again`` is another such, to be stepped; None: nothing is. A fault ends the recording with a note.
+    ``again`` is a second one, to be stepped; None: no stepping. A fault ends the recording with a note.
     """
     rows: list[npt.NDArray[Any]] = [np.zeros(0, LOG)]
     notes: list[str] = []
@@ -183,8 +183,8 @@ anew."""
 
 @dataclass(frozen=True)
 class Plans:
-    """The bodies by number, (n,) each: radius (NaN where it is not known) and mass; whether each is there,
-    and its plan: (epoch, tick) of its anchor, where it was then, and its velocity."""
+    """The bodies by number, (n,) each: radius (NaN if it is not known) and mass; whether each is present,
+    and its plan: (epoch, tick) of its anchor, its position there, and its velocity."""
 
     radius: Floats
     mass: Floats
@@ -227,7 +227,7 @@ class Plans:
 
 @dataclass(frozen=True)
 class _Flights:
-    """The plans that rows give to bodies, in the order of events, a before b: whose, in which row, whether as
+    """The plans that rows give to bodies, in the order of events, a before b: the body, the row, whether as
     b."""
 
     body: npt.NDArray[np.int64]
@@ -255,10 +255,10 @@ def kinds_of(rows: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
 
 
 def residuals(plans: Plans, rows: npt.NDArray[Any], unit: float) -> dict[str, npt.NDArray[np.uint64]]:
-    """Returns columns ax .. bvy, (rows,) each: the bits in which a row differs from what is foretold.
+    """Returns columns ax .. bvy, (rows,) each: the bits in which a row differs from its prediction.
 
-    A body is where its plan has brought it and keeps its velocity; but where two bodies of one mass meet, b
-    gets what a has lost. What gives no plan (b of a wall, say) is 0.
+    A body is at the position of its plan and keeps its velocity; but if two bodies of one mass meet, b
+    gets the momentum that a has lost. Columns without a plan (b of a wall, for example) are 0.
     """
     flights = _Flights.of(rows)
     order = np.argsort(flights.body, kind="stable")
@@ -307,13 +307,13 @@ SHAPES = (Segment, Box, Polygon, Link, Entry)
 """Shapes by the number that a page has for them; roles go by their place in ``ORDER``."""
 
 MOST_LOOKS = 4_000_000
-"""Shapes that are looked at, each of them after each event, before a log is full: some twenty seconds."""
+"""The limit of checked shapes, each after each event: some twenty seconds."""
 
 
 class StructureLog:
-    """Log of the shapes that there were after each number of events.
+    """Log of the present shapes after each number of events.
 
-    ``full`` says whether so many shapes were looked at that no more are: after ``seen`` events.
+    ``full``: the limit of checked shapes is reached, after ``seen`` events.
     """
 
     def __init__(self) -> None:
@@ -325,7 +325,7 @@ class StructureLog:
         self._again: set[tuple[int, Item]] = set()
 
     def see(self, done: int, items: Iterable[Item]) -> None:
-        """Takes in what there is to see after so many events."""
+        """Adds the present shapes after this many events."""
         self.seen = done
         before, now, come = self._open, {}, []
         for item in items:
@@ -385,7 +385,7 @@ class StructureLog:
 
 
 def _without_certificate(item: Item) -> tuple[Any, ...]:
-    """Returns what a shape is but for when it fails, and of one with a place also but for its label."""
+    """Returns the identity of a shape: without its failure time, and at a position without its label."""
     return type(item), item.label if isinstance(item, Entry) else "", *_coordinates(item)
 
 

@@ -29,13 +29,13 @@ Choice = tuple[str | None, Mapping[str, Any]]
 
 @dataclass(frozen=True)
 class View:
-    """A page in which a run plays; a notebook shows it. ``str`` of it is the page's HTML."""
+    """A page that plays a run; a notebook shows it. ``str`` of it is the page's HTML."""
 
     page: Page
 
     @property
     def notes(self) -> list[str]:
-        """Sentences that a reader should see: how a run ended, what is left out."""
+        """Sentences for the reader: how a run ended, what is left out."""
         return self.page.all_notes
 
     def __str__(self) -> str:
@@ -82,14 +82,14 @@ def view_scene(
     """Returns a view of a scene under one broad phase, or under several side by side.
 
     Args:
-        scene: what is simulated.
+        scene: the scene.
         choices: broad phases, each with its options.
-        begin: from when on; None: the scene's start.
-        until: to when; None: the scene's own ``until``, or one time unit after ``begin``.
+        begin: the start of the window; None: the scene's start.
+        until: its end; None: the scene's own ``until``, or one time unit after ``begin``.
         steps: whether to step through the run too, for structural events.
-        title: what stands above it; None: what the scene says of itself.
-        max_contacts: the window ends at so many contacts, if not before; None: at as many as fit.
-        narrow_phases: names and options; None: what the scene says, or what it needs.
+        title: the title; None: the scene's own description.
+        max_contacts: the window ends at this number of contacts, if not before; None: at as many as fit.
+        narrow_phases: names and options; None: the scene's, or those that it needs.
 
     Raises UnknownName, BadOption and Refused as ``Simulation``.
     """
@@ -143,8 +143,8 @@ def view_file(
 
 
 def view(simulation: Simulation, until: float | None = None) -> View:
-    """Returns a view of what a simulation has done so far, commands given by hand among it; of one that has
-    not begun, of what it would do. It is played again from the start, and stays as it is."""
+    """Returns a view of the run of a simulation so far, including interactive commands; before a run,
+    of its future. It is played again from the start, and the simulation does not change."""
     scene = simulation.recorded()
     choice = (simulation.broad_phase, simulation.options)
     narrow_phases = simulation.composition.narrow_phases
