@@ -15,7 +15,7 @@ __all__ = ["Study"]
 
 
 def __getattr__(name: str) -> Any:
-    """Imports the class when it is first used: a worker process must not import what computes so early."""
+    """Imports the class at its first use: a worker process must not import numerical libraries so early."""
     if name != "Study":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from kinetile_bench.study import Study

@@ -1,4 +1,4 @@
-"""Speed of the broad phases: events a CPU second on the thesis's twelve scenes, a study that ships.
+"""Speed of the broad phases: events a CPU second on the thesis's twelve scenes, a built-in study.
 
 Each phase gets, on each scene, runs of about the same CPU time, always from the scene's start, with the
 repeats of the phases taking turns, so that a machine that slows down slows all of them; the median counts.
@@ -118,7 +118,7 @@ def events_study(
 
 
 def read_events(study: Study) -> Bench:
-    """Returns what the rows of ``events_study`` come to, and how they were measured."""
+    """Returns the results of the rows of ``events_study``, and the conditions of the measurement."""
     runs: dict[tuple[float, int], dict[str, list[Mapping[str, Any]]]] = {}
     for row in study.rows().to_pylist():
         if row["status"] == "done":

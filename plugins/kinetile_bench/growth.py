@@ -1,6 +1,6 @@
 """Growth of a broad phase: CPU time for a unit of simulated time, and memory, over the number of discs.
 
-It is a study that ships: each number of discs has a process of its own, which measures time and memory stage
+It is a built-in study: each number of discs has a process of its own, which measures time and memory stage
 by stage (``kinetile_bench.runner``). The peak of memory of the same process with four discs is subtracted
 from its own; the rest belongs to the discs.
 """
@@ -123,7 +123,7 @@ def square_at_least(n: int) -> int:
 
 
 def read_growth(study: Study) -> Growth:
-    """Returns what the rows of ``growth_study`` come to, and how they were measured."""
+    """Returns the results of the rows of ``growth_study``, and the conditions of the measurement."""
     plan = study.plan
     seed, density = (plan.scenes[0].combinations[0][name] for name in ("seed", "density"))
     rows: dict[int, list[Mapping[str, Any]]] = {}

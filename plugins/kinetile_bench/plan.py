@@ -1,4 +1,4 @@
-"""Plan of a study: what a study file may hold, and what its values mean.
+"""Plan of a study: the keys of a study file, and the meaning of their values.
 
 A file is read as scenes are: first the syntax, then the keys and the types of their values (by pydantic,
 strictly), then what the values mean: ranges, recipes and their parameters, phases and their options, seeds,
@@ -6,8 +6,7 @@ ends. A part that fails one step is left out of the next, the rest continues, so
 of the file, each with its place.
 
 A range is a table: ``{ from = 10, to = 50, step = 10 }``, or ``{ from = 100, to = 10000, count = 5, scale =
-"log" }``. Its numbers are computed from how they are written, so that 0.1 to 0.5 by 0.1 has 0.3 in it and no
-neighbour of it.
+"log" }``. Its numbers are computed in decimal, so that 0.1 to 0.5 by 0.1 contains exactly 0.3.
 """
 
 from __future__ import annotations
@@ -39,7 +38,7 @@ MEASURES = {
     "construction": "what the static construction did is counted apart",
     "certified": "the list of contacts is checked by the specification, in exact arithmetic",
 }
-"""What can be measured beside the readings, which every row has."""
+"""Optional measurements beside the readings, which every row has."""
 
 AXES = ("bodies", "density")
 """The parameters that a figure's axis and a fit prefer, where a study has them."""
@@ -106,9 +105,9 @@ class StudyTable(_Keys):
 
 
 def find_faults(tables: Mapping[str, Any]) -> tuple[list[Mistake], set[Place]]:
-    """Compares a file's tables with what a study may hold.
+    """Compares a file's tables with the model of a study.
 
-    Returns the mistakes, and the places of the values that are missing or of a wrong type, and so of no use.
+    Returns the mistakes, and the places of the values that are missing or of a wrong type, and so unusable.
     """
     try:
         StudyTable.model_validate(tables)
@@ -302,7 +301,7 @@ def read_plan(tables: Mapping[str, Any], source: str | None = None) -> StudyPlan
 class _PlanReader:
     """Reads the values of a study file whose keys and types have been compared, and collects mistakes.
 
-    A method that finds a mistake adds it to ``mistakes``; what it returns then is of no use.
+    A method that finds a mistake adds it to ``mistakes``; its return value is then unusable.
     """
 
     def __init__(self, tables: Mapping[str, Any], source: str | None) -> None:
@@ -489,7 +488,7 @@ class _PlanReader:
     def combined(
         self, lists: Mapping[str, list[Any]], together: list[list[str]], where: str
     ) -> list[dict[str, Any]]:
-        """Returns all combinations of values; lists that go together are gone through side by side."""
+        """Returns all combinations of values; lists named in ``together`` advance together."""
         group_of: dict[str, tuple[str, ...]] = {}
         for k, group in enumerate(together):
             place = f"{where}.together[{k}]"

@@ -1,7 +1,7 @@
 """Pools: the workers of a study, which are processes of this machine, an executor, or a Dask cluster.
 
 A pool gives an executor of ``concurrent.futures``, and another one when that breaks. This module imports
-nothing that computes: a worker process begins here, and libraries read their number of threads when they are
+nothing numerical: a worker process begins here, and libraries read their number of threads when they are
 imported.
 """
 
@@ -30,7 +30,7 @@ _DASK_TIMEOUT = 30.0
 
 
 class PoolError(KinetileError, RuntimeError):
-    """The pool cannot run any more tasks; all rows that have come are on disk."""
+    """The pool cannot run any more tasks; all finished rows are on disk."""
 
 
 class Pool:
@@ -38,7 +38,7 @@ class Pool:
 
     Attributes:
         width: how many tasks run at one time.
-        limit: CPU seconds after which a worker is ended that is at one task, or None.
+        limit: CPU seconds of a task after which its worker is ended, or None.
     """
 
     limit: float | None = None
@@ -128,7 +128,7 @@ def _begin_worker(parent: Connection, memory: int | None, limit: float | None) -
     a task.
 
     ``parent`` is a pipe whose one writing end is held by the process that runs the study. When that closes
-    it, or is killed, the worker ends too, whatever it is at: so no kill leaves a worker behind.
+    it, or is killed, the worker ends too, in any state: so no kill leaves a worker behind.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     for name in _THREADS:
@@ -214,7 +214,7 @@ class DaskPool(Pool):
         wanted = {name: version for each in versions for name, version in each.items()}
         try:
             answers = self._client.run(versions_here, wanted)
-        except Exception as error:  # whatever unpickling raises where kinetile is not, or is another one
+        except Exception as error:  # any error of unpickling without kinetile, or with another version
             raise PoolError(
                 f"the workers cannot say which versions they have ({type(error).__name__}: {error}): "
                 "expected kinetile on each of them, with the extra dask"
@@ -230,7 +230,7 @@ class DaskPool(Pool):
         """Leaves the cluster, and ends it where it was made here."""
         for each in (self._client, self._cluster):
             if each is not None:
-                with suppress(Exception):  # whatever is gone already
+                with suppress(Exception):  # parts that are gone already
                     each.close(timeout=5.0)
         self._client = self._cluster = None
 

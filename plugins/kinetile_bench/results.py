@@ -1,7 +1,7 @@
 """Results of a study: means, paired ratios, exponents and crossovers, each with its 95 % interval.
 
-All intervals are Student's, over seeds: what is computed for each seed by itself (a value, the logarithm of a
-ratio, a slope, the logarithm of a crossing) is a sample of independent numbers, for each seed is another
+All intervals are Student's, over seeds: the values of each seed (a mean, the logarithm of a
+ratio, a slope, the logarithm of a crossing) are a sample of independent numbers, for each seed is another
 scene. Ratios are paired: both of a ratio's numbers are of the same scene.
 """
 
@@ -233,7 +233,7 @@ def take_rows(plan: StudyPlan, rows: Any, y: str | None) -> Quantity:
 
 
 def table(plan: StudyPlan, rows: Any, y: str | None, x: str | None) -> dict[str, Any]:
-    """Returns everything that the rows of a study come to, in plain types. Raises BadOption."""
+    """Returns all results of the rows of a study, in plain types. Raises BadOption."""
     quantity = take_rows(plan, rows, y)
     axis = choose_axis(quantity, x)
     return {

@@ -1,6 +1,6 @@
-"""Rows of a study: their columns, how a row is made of a task's result, and whether rows agree.
+"""Rows of a study: their columns, making a row from a task's result, and whether rows agree.
 
-The same scene to the same end has one list of contacts, whatever the phase: so a study is a test as well.
+The same scene to the same end has one list of contacts, under any phase: so a study is a test as well.
 Two rows with two fingerprints do not show which of them is wrong. So all rows of a course on which there are
 two fingerprints have the status "disagrees", and each names one of the others.
 """
@@ -88,8 +88,8 @@ TIMINGS = (
     *_TIMES,
     *("python", "numpy", "numba", "processor"),
 )
-"""The columns that differ from run to run and from machine to machine; all others are the same wherever a
-task is done."""
+"""The columns that differ from run to run and from machine to machine; all others are the same on every
+machine."""
 
 
 def arrow() -> Any:

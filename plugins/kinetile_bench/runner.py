@@ -1,7 +1,7 @@
-"""One task in a worker process: its scene is made, run and measured, and whatever comes of it is a row.
+"""One task in a worker process: its scene is made, run and measured, and every outcome is a row.
 
-An error of a run is a result too: the row has its sentence, and the readings up to there. Only what is no
-result of the task raises: other versions than the study was begun with, and Ctrl-C.
+An error of a run is a result too: the row has its sentence, and the readings up to there. Only two things
+raise: other versions than at the start of the study, and Ctrl-C.
 
 No compiled loop can be interrupted. So a limit of CPU seconds is kept by the system, which ends the process,
 and the process that runs the study writes the row.

@@ -25,7 +25,7 @@ CHANGED = "changed"
 
 
 class StudyProgress(NamedTuple):
-    """How far a study is: rows on disk, of so many tasks; those that failed; what is being done."""
+    """Progress of a study: rows on disk, total tasks, failed tasks, present tasks."""
 
     done: int
     total: int
@@ -162,7 +162,7 @@ class StudyRun:
         """Writes the row of a task, and compares its contacts with those of the rows that are there."""
         row = row_of(task, result, beside)
         self._store.put(row)
-        self._store.claims.give_back(task.key)  # after the row is there: nobody runs the task once more
+        self._store.claims.give_back(task.key)  # after the row is there: the task is not run again
         self._ran += 1
         self._count(row)
         disagreement = self._fingerprints.add(row)

@@ -113,7 +113,7 @@ def clean(
         bool, typer.Option("--all", help="Remove everything: the next run of each phase compiles again.")
     ] = False,
     unused: Annotated[
-        float, typer.Option(min=0.0, metavar="DAYS", help="Remove what was not used for so many days.")
+        float, typer.Option(min=0.0, metavar="DAYS", help="Remove files not used for this number of days.")
     ] = 30.0,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Only say what would be removed.")] = False,
     json: Json = False,

@@ -36,7 +36,7 @@ Until = Annotated[
     float | None,
     typer.Option(help="Run until this time; by default the scene's own `until`, or one time unit."),
 ]
-MaxContacts = Annotated[int | None, typer.Option(min=0, help="Stop after so many contacts.")]
+MaxContacts = Annotated[int | None, typer.Option(min=0, help="Stop after this number of contacts.")]
 
 
 def _one_form(context: typer.Context, asked: bool) -> bool:

@@ -135,7 +135,7 @@ def resume(
     ] = None,
     max_contacts: Annotated[
         int | None,
-        typer.Option(min=0, help="Stop after so many more contacts, instead of the end asked for before."),
+        typer.Option(min=0, help="Stop after this number of further contacts, instead of the original end."),
     ] = None,
     broad_phase: Annotated[
         str | None,

@@ -364,7 +364,7 @@ class ReservedFile:
     def reader(self) -> BinaryIO:
         """Returns the file to be read, from its beginning; nothing can be written before that is closed, and
         closing it leaves the file open."""
-        reader = open(self._file.fileno(), "rb", closefd=False)  # noqa: SIM115 - whoever asks closes it
+        reader = open(self._file.fileno(), "rb", closefd=False)  # noqa: SIM115 - the caller closes it
         reader.seek(0)
         return reader
 

@@ -1,10 +1,10 @@
-"""Reading of event files: what comes back is what was written, or a RecordError that says what is wrong.
+"""Reading of event files: the result is exactly what was written, or a RecordError with the reason.
 
-The rows, the metadata and the scene of a file are compared with each other: the first thing that cannot be
-true beside the others is an error.
+The rows, the metadata and the scene of a file are compared with each other: the first contradiction is an
+error.
 
-Rows name bodies by number. The kind of a body follows from the scene, unless it was inserted by hand; for
-those it stands in the metadata, as runs: [first number, last number, kind] each, ascending. Bodies get their
+Rows name bodies by number. The kind of a body follows from the scene, unless it was inserted interactively;
+for those it is in the metadata, as runs: [first number, last number, kind] each, ascending. Bodies get their
 numbers one after the other and are mostly of one kind, so there are few runs even after a long game.
 """
 
@@ -209,7 +209,7 @@ class _AnyPhase:
         return [Mistake(where, shown(name), "the bodies themselves")] if "scene" in kinds else []
 
     def option_mistakes(self, name: str, options: Mapping[str, Any]) -> list[Mistake]:
-        """Returns no mistake: whoever runs the phase checks its options."""
+        """Returns no mistake: a run of the phase checks its options."""
         return []
 
     def parameter_mistakes(self, name: str, parameters: Mapping[str, Any]) -> list[Mistake]:

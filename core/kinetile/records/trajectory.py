@@ -49,7 +49,7 @@ class Trajectory:
         """Reads an event file with the scene in it.
 
         Raises MissingExtra and RecordError as ``read_events``, and RecordError for a file that has not all
-        rows of its run up to its last one: without them nobody knows where the bodies were.
+        rows of its run up to its last one: without them the positions are unknown.
         """
         path = Path(path)
         found, scene = _whole(path)
@@ -83,7 +83,7 @@ class Trajectory:
         unit, first = self._clock.unit, np.append(True, body[1:] != body[:-1])[: len(body)]
         time = (rows["epoch"] + rows["tick"] * 2.0**-52) * unit
         since = np.where(first, 0.0, np.roll(time, 1))
-        came = rows["b"] == INSERTED  # nobody knows of it before
+        came = rows["b"] == INSERTED  # it does not exist before
         begins, flies = place.copy(), np.zeros_like(place)
         begins[~came & first] = self.scene.position[body[~came & first]]
         flies[~came & first] = self.scene.velocity[body[~came & first]]

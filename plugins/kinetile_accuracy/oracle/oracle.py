@@ -40,7 +40,7 @@ STUCK = 4
 MOST_BODIES = 1000
 
 Ending = Literal["until", "contacts", "quiet", "stopped", "undecidable", "jammed", "interrupted"]
-"""Why a certified run ended: at the given time, after so many contacts, because nothing can
+"""Why a certified run ended: at the given time, after this many contacts, because nothing can
 happen any more, because the caller had seen enough, because an order could not be decided, because contacts
 followed each other without end at one time, or because it was interrupted."""
 

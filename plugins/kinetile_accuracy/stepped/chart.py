@@ -1,9 +1,9 @@
-"""The part ``chart`` of the report: what a unit of simulated time costs, and what a method gets wrong in it.
+"""The part ``chart`` of the report: the cost of a unit of simulated time, and the errors of a method in it.
 
-Kinetic methods have no step: each is a point. Methods in steps are curves: a shorter step costs more and errs
-less. There is no one error, so two are shown, and chaos hides neither:
+Kinetic methods have no step: each is a point. Methods in steps are curves: a shorter step costs more and has
+smaller errors. There is no single error, so two are shown, and chaos hides neither:
 
-- *the deepest overlap* of two discs that the method itself sees in a unit of time, in radii;
+- *the deepest overlap* of two discs in the snapshots of the method in a unit of time, in radii;
 - *first encounters missed*: of the encounters between discs that have touched nothing before, the share that
   the method does not have as such (``methods``), pooled over many scenes.
 """
@@ -48,7 +48,7 @@ ROUNDING = 1e-10
 KINETIC = ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling")
 """Every broad phase that comes with kinetile."""
 SCENE = ("bodies", "density")
-"""The fields of a row that say which scenes it is of."""
+"""The fields of a row that identify its scenes."""
 FINDERS: tuple[Finder, ...] = ("sweep", "cells")
 _STEPS = (3e-2, 1e-2, 3e-3, 1e-3, 3e-4)
 _SCENES = ((100, 0.25), (400, 0.25), (100, 0.5), (400, 0.5))
@@ -58,7 +58,7 @@ NAMES = {"sweep": "the snapshot method (sweep)", "cells": "the snapshot method (
 
 @dataclass(frozen=True)
 class Setting:
-    """What an engine is set to, in words."""
+    """The settings of an engine, in words."""
 
     engine: Annotated[str, Column("its name", "engine")]
     configured: Annotated[str, Column("all that it is set to", "set to")]
@@ -237,7 +237,7 @@ def claims(rows: Sequence[SpeedError]) -> tuple[Claim, ...]:
 
 
 def findings(rows: Sequence[SpeedError]) -> tuple[str, ...]:
-    """Returns what the rows say, in sentences."""
+    """Returns the results of the rows, in sentences."""
     return (
         _of_kinetic([row for row in rows if row.kind == "kinetic"]),
         *(said for some in grouped(rows, *SCENE).values() for said in _of_scene(some)),
@@ -246,7 +246,7 @@ def findings(rows: Sequence[SpeedError]) -> tuple[str, ...]:
 
 
 def _rivals(rows: Sequence[SpeedError]) -> tuple[list[SpeedError], list[SpeedError], list[SpeedError]]:
-    """Returns the rows of methods in steps that are as fast as BEST, that are as true, and that are both."""
+    """Returns the rows of methods in steps that are as fast as BEST, as accurate, and both."""
     best = {(row.bodies, row.density): row for row in rows if row.method == BEST}
     beside = [(row, best[row.bodies, row.density]) for row in rows if row.kind != "kinetic"]
     fast = [row for row, its in beside if row.cost <= its.cost]
@@ -300,7 +300,7 @@ def _errors(at: SpeedError | Crossing) -> str:
 
 
 def _of_rivals(rows: Sequence[SpeedError]) -> str:
-    """Says what in steps is as fast as BEST, and what is as true."""
+    """Names the methods in steps that are as fast as BEST, and those that are as accurate."""
     stepped = [row for row in rows if row.kind != "kinetic"]
     as_fast, as_true, both = _rivals(rows)
     complete = sum(row.missed == 0 for row in as_fast)
@@ -333,10 +333,10 @@ def _between(fine: float, coarse: float, part: float) -> float:
     return fine + part * (coarse - fine)
 
 
-# The chart: two panels, one for each error, over one axis of cost. Down is faster, left is truer. The kinetic
-# methods' errors are so far from the others that each panel has a strip beyond a break of its axis: for
-# overlaps of the size of rounding, and for "none missed", which a logarithm has no place for. A line at the
-# cost of sweep-tiling parts what is faster from what is slower. Markers and lines differ, also in grey.
+# The chart: two panels, one for each error, over one axis of cost. Lower is faster, left is more accurate.
+# The errors of kinetic methods are so far from the others that each panel has a strip beyond a break of its
+# axis: for overlaps of the size of rounding, and for "none missed", which has no logarithm. A line at the
+# cost of sweep-tiling separates faster from slower methods. Markers and lines differ, also in grey.
 
 
 class _Look(NamedTuple):

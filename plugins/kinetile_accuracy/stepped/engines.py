@@ -1,14 +1,14 @@
-"""Engines that people use, on the same scenes: Chipmunk (through pymunk), and Box2D 2.3 with and without
-bullets, which is what it calls bodies whose contacts with each other are detected continuously.
+"""Common engines on the same scenes: Chipmunk (through pymunk), and Box2D 2.3 with and without
+bullets, its name for bodies whose contacts with each other are detected continuously.
 
 Both are driven as fairly as their interfaces allow: no gravity, friction, damping or sleeping, restitution 1,
-bodies that cannot rotate, nothing that pushes overlaps apart where it can be turned off, walls that cannot be
-crossed. ``engine_settings`` says in words what each is set to.
+bodies that cannot rotate, no correction of overlaps if it can be turned off, walls that cannot be
+crossed. ``engine_settings`` returns the settings in words.
 
-A timed run does nothing but call the engine's step (from Python: about a microsecond a call). What is found
-is taken from other runs, which are watched: the engine calls back at each overlap that begins and at each
-impulse, and where depths are wanted, all positions are read after each step. The processor time of such a run
-says nothing.
+A timed run only calls the engine's step (from Python: about a microsecond a call). Results
+are taken from other, watched runs: the engine calls back at each overlap that begins and at each
+impulse, and if depths are wanted, all positions are read after each step. The processor time of such a run
+is not used.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ ENGINES = tuple(TITLES)
 _ITERATIONS = 10  # Chipmunk's default; 30 change nothing that shows, 1 loses energy
 _VELOCITY_ITERATIONS, _POSITION_ITERATIONS = 8, 3  # what Box2D's manual suggests
 _LARGEST = 5.0  # metres: Box2D is made for moving bodies of .1 to 10 m
-_FARTHEST = 2.0  # metres: Box2D slows down what would fly farther in a step
+_FARTHEST = 2.0  # metres: Box2D slows down a body that would fly farther in a step
 _FASTEST = 5.0  # times the root mean square of the speeds: in equilibrium, 1 disc in 10^10 is faster
 _PACE = 1e4  # metres a second: that mean; Box2D lets no pair bounce that approaches at less than 1 m/s
 
@@ -62,10 +62,10 @@ class _World(Protocol):
         """Takes this many steps."""
 
     def positions(self) -> Floats:
-        """Returns where the bodies are."""
+        """Returns the positions."""
 
     def velocities(self) -> Floats:
-        """Returns how they move."""
+        """Returns the velocities."""
 
 
 OnOverlap = Callable[[int, int, bool], None]

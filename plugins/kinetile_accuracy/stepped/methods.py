@@ -1,11 +1,11 @@
 """Methods of the chart of speed against error, measured on scenes of one kind: their cost and their errors.
 
-*First encounters* are the contacts by which a method in steps can be judged without chaos having a part in
-it. After a few contacts a disc, two runs that differ by a rounding have different contacts, so counting
-contacts says little about a method: what it misses and what it makes up cancel. Here only contacts count in
+*First encounters* are contacts by which a method in steps can be judged without the influence of
+chaos. After a few contacts a disc, two runs that differ by a rounding have different contacts, so counting
+contacts says little about a method: missed and invented contacts cancel. Here only contacts count in
 which *neither of the two discs has touched anything before*, no disc and no wall: both have flown straight
 from the scene's start, where all methods agree. A method has such an encounter if it, too, has it as the
-first contact of both discs, at whatever time; to be a contact, it has to be acted on. Contacts found at the
+first contact of both discs, at any time; to be a contact, it has to have an impulse. Contacts found at the
 same snapshot have no order, and each of them may be the first. Two weaker counts are taken as well: whether
 there is such a contact at all, and whether at least an overlap was seen.
 
@@ -33,7 +33,7 @@ from kinetile_accuracy.stepped.engines import Watched, run_engine
 from kinetile_accuracy.stepped.snapshots import SteppedRun, run_snapshots
 
 UNTIL = 1.0
-"""How long is simulated where costs and overlaps are measured."""
+"""The simulated time over which costs and overlaps are measured."""
 
 ROUNDS = 5
 """The least number of timed runs of each method on a scene."""

@@ -1,6 +1,6 @@
-"""The pseudo-dynamic method (thesis, section 1): every dt, the overlaps that there are get an impulse.
+"""The pseudo-dynamic method (thesis, section 1): every dt, the present overlaps get an impulse.
 
-It is the method that most simulations use, and what the kinetic methods are measured against, so it is made
+It is the method of most simulations, and the baseline of the kinetic methods, so it is made
 as fast as it can fairly be. A step moves all discs by ``dt`` in straight lines, puts those that went through
 a wall back to where the reflection has them, finds the pairs that overlap, and gives those that approach each
 other the elastic impulse. Two ways to find the pairs:
@@ -9,9 +9,9 @@ other the elastic impulse. Two ways to find the pairs:
   (the rows themselves are moved, so that the sweep reads the memory in order);
 - ``cells``: a grid of cells as wide as the largest disc, filled anew at each snapshot.
 
-What it gets wrong is no rounding. An overlap is seen up to dt late, or not at all if it begins and ends
-between two snapshots; and where the only snapshot that sees it falls into its second half, in which the discs
-part, there is nothing to do any more. With S = v dt / (sum of radii), and all impact parameters alike, S^2/24
+Its errors are not roundings. An overlap is seen up to dt late, or not at all if it begins and ends
+between two snapshots; and if the only snapshot that sees it falls into its second half, in which the discs
+part, it gets no impulse. With S = v dt / (sum of radii), and all impact parameters alike, S^2/24
 of encounters are not seen, and S^2/6 pass without an impulse, as long as S is small. Walls are exact, so that
 all of its error is the discs'. The loop is compiled by the same means as the kinetic ones, and its processor
 time is taken in the same way.

@@ -1,6 +1,6 @@
 """The commands ``kinetile choose`` and ``kinetile bench`` with its benchmarks.
 
-What computes is imported inside the commands, so that ``--help`` is quick.
+Numerical modules are imported inside the commands, so that ``--help`` is quick.
 """
 
 from __future__ import annotations
@@ -131,7 +131,7 @@ def thesis(
         chosen = some_phases(phases)
         with _rows_in(results) as folder:
             if results is not None:
-                try:  # before anything is measured
+                try:  # before the measurement
                     check_figures()
                 except MissingExtra as error:
                     notice(f"kinetile: {error}; everything else is done without it")
@@ -177,7 +177,7 @@ def frames(
                 finish=done.append,
                 progress=lambda at, total: bar.show(at / total, f"{at:,} of {total:,} frames"),
             )
-        finally:  # a signal does not take away what has been measured
+        finally:  # a signal does not discard finished measurements
             bar.close()
             if done:
                 _print(done[-1], json, csv)

@@ -131,7 +131,7 @@ def study_plot(
 
 
 def run_with_bar(study: Study, **options: Any) -> tuple[StudyStatus, int | None]:
-    """Runs a study, with a progress bar; returns how it stands, and the signal that stopped it."""
+    """Runs a study, with a progress bar; returns its progress, and the signal that stopped it."""
     compiling = False
     with FirstSignal() as signals, Bar("running") as bar:
 

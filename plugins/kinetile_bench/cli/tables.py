@@ -1,4 +1,4 @@
-"""Results of benchmarks and studies as tables for people: for each kind of result, what is printed."""
+"""Results of benchmarks and studies as printed tables, for each kind of result."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def _growth(growth: Growth) -> list[Any]:
 
 @printed_parts.register
 def _frames(bench: FrameBench) -> list[Any]:
-    """What a frame costs, one row a phase."""
+    """The cost of a frame, one row a phase."""
     names = ("median", "p99", "worst", "turns", "goings", "comings", "run", "read-out", "first")
     heads = ("broad phase", *(f"> {name}\nms" for name in names), "> compiled\ns", "> drift")
     rows = [
@@ -127,7 +127,7 @@ _SPEED: tuple[Column, ...] = (
 
 @printed_parts.register
 def _scene(bench: SceneBench) -> list[Any]:
-    """How the phases did on a scene, one row a phase."""
+    """The results of the phases on a scene, one row a phase."""
     table = _table(
         bench.rows,
         ("broad phase", lambda row: row.phase),
@@ -153,7 +153,7 @@ def _scene(bench: SceneBench) -> list[Any]:
 
 @printed_parts.register
 def _choice(chosen: Chosen) -> list[Any]:
-    """How the candidates did, the fastest first, and the recommendation."""
+    """The results of the candidates, the fastest first, and the recommendation."""
     candidates = {each.row.phase: each for each in chosen.candidates}
     rows = [each.row for each in chosen.candidates]
     table = _table(
@@ -333,7 +333,7 @@ def _statements_table(found: Iterable[Statement]) -> Table:
 
 
 def status_parts(study: Study, status: StudyStatus) -> list[Any]:
-    """Returns how a study stands, and its first disagreements."""
+    """Returns the progress of a study, and its first disagreements."""
     table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
     table.add_column(style="bold", no_wrap=True)
     table.add_column(overflow="fold")
@@ -354,7 +354,7 @@ def status_parts(study: Study, status: StudyStatus) -> list[Any]:
 
 
 def results_parts(found: Mapping[str, Any]) -> list[Any]:
-    """Returns what the rows of a study come to: groups, exponents, crossovers."""
+    """Returns the results of the rows of a study: groups, exponents, crossovers."""
     y, parts = found["y"], []
     if found["groups"]:
         ratio = f"ratio to {found['base']}, paired by seed"

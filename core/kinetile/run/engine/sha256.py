@@ -6,7 +6,7 @@ blocks, which ``hashlib`` does not give away. Hashing in chained blocks would av
 fingerprint, so the state is computed here: eight words, and what does not fill a block yet.
 
 ``hashlib`` does the work for as long as it can, for it is some eight times as fast. What it has hashed since
-the state was last brought up to date waits, at most ``MOST_WAITING`` bytes, so a short run that nobody saves
+the state was last brought up to date waits, at most ``MOST_WAITING`` bytes, so a short run that is not saved
 never pays for the state. A run that was resumed has no object of ``hashlib`` and gets its digest from the
 state.
 """

@@ -64,7 +64,7 @@ def compare_roots(a: int, b: int, c: int) -> int:
 def difference_of_roots(dot: int, d: int, n: int, unit: int) -> float:
     """Returns (dot - sqrt(d)) / (sqrt(n) unit) to the nearest double, for dot^2 > d >= 0 and dot, n > 0.
 
-    As (sqrt(p) - sqrt(q)) / unit with p = dot^2 / n and q = d / n: both roots to so many bits that what is
+    As (sqrt(p) - sqrt(q)) / unit with p = dot^2 / n and q = d / n: both roots to enough bits that what is
     left of them has 64. Then it lies between two numbers that mostly round to the same double; where they do
     not, it is asked on which side of the middle between their doubles it lies, and that has an answer.
     """
