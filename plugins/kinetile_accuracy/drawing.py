@@ -56,7 +56,7 @@ def house_style(width: float = WIDTH) -> Iterator[None]:
 
 
 def new_figure(panels: int = 1, height: float = 3.2, rows: int = 1, **options: Any) -> tuple[Figure, Any]:
-    """Returns a figure of the page's width with this many panels side by side, and the panel, or the flat array
+    """Returns a figure of the page's width with some panels side by side, and the panel, or the flat array
     of them, row by row.
 
     Options are those of ``Figure.subplots``. Raises MissingExtra without matplotlib.
