@@ -1,6 +1,6 @@
 """The commands ``oracle``, ``certify-log`` and ``accuracy``.
 
-Each imports what it computes with only when it runs: the oracle needs python-flint, the figures matplotlib,
+Each imports its numerical modules only when it runs: the oracle needs python-flint, the figures matplotlib,
 and ``kinetile --help`` neither.
 """
 

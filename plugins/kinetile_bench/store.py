@@ -1,4 +1,4 @@
-"""Store of a study's rows: a folder that is whole whenever a process is killed, and that several may share.
+"""Store of a study's rows: a folder that survives kills of its processes, and that several may share.
 
 A new row is a file of its own in ``rows/new``, named by its key; hundreds are gathered into a part in
 ``rows/parts``. Everything is written under another name and then renamed, so a reader sees a whole file or
@@ -6,7 +6,7 @@ none. A part is there before the files that it was gathered from go; a process t
 leaves rows twice, which a reader, going by keys, sees once.
 
 The name of a file ends in a checksum of its content (``KEY.SHA256.parquet``), because Parquet itself reads
-most flipped bits as another table. A row whose content is not what its name says, as after a power cut, is
+most flipped bits as another table. A row whose content does not match its name, as after a power cut, is
 moved to ``damaged`` and its task runs again; a part of that kind is an error. A read that fails removes
 nothing. Files without a checksum come from earlier versions; they get one when they are gathered.
 

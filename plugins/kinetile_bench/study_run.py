@@ -1,8 +1,8 @@
 """One run of a study: the tasks that have no row yet, and that no other process has claimed, go to a pool.
 
-Where a process of a pool is killed, the pool breaks, and nothing says which task did it. So all tasks that
-were under way are suspects: in a new pool each of them runs alone. The one that kills its worker again gets a
-row that says so, and the rest get theirs. A worker that dies costs no row but that of its task.
+If a process of a pool is killed, the pool breaks, and the responsible task is unknown. So in a new pool each
+of the active tasks runs alone. The one that kills its worker again gets a
+row with that status, and the rest get theirs. A worker that dies costs no row but that of its task.
 """
 
 from __future__ import annotations

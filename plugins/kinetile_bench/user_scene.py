@@ -1,13 +1,13 @@
-"""Benchmarks of a user's scene: every broad phase on it (``bench_scene``), and which to take (``choose``).
+"""Benchmarks of a user's scene: every broad phase on it (``bench_scene``), and a choice (``choose``).
 
-What counts is the CPU time of the whole run as a program would call it, from the scene's start to its end:
-the loop, what is done between its chunks, and tables that grow where a body comes. Compiling and the
+The measured value is the CPU time of the whole run as a program would call it, from the scene's start to its
+end: the loop, the work between its chunks, and tables that grow at an insertion. Compiling and the
 structure at the start are outside. The repeats of the phases take turns, so that a machine that slows down
 slows all of them; the median counts.
 
-``choose`` first runs each phase for a few hundred contacts. Those that are not hopelessly slow then run for
+``choose`` first runs each phase for a few hundred contacts. The faster ones then run for
 some thousands, as above. That is a fraction of a second of CPU time a phase, compiling apart, and it covers
-the beginning of a run only: where a scene changes later, as when all discs end on one heap, measure it whole
+the beginning of a run only: if a scene changes later, measure it whole
 (``kinetile bench FILE.toml``). Among phases that differ by less than the repeats of one do, the one that
 takes the least memory is named.
 """

@@ -63,8 +63,8 @@ class EventFile(NamedTuple):
     def kinds_of(self, bodies: npt.ArrayLike) -> NDArray[Any]:
         """Returns the kinds of bodies by their numbers, such as a column of ``rows``, as an array of objects.
 
-        "wall" stands for a number below 0; None for a body whose kind is not in the file, for it came by hand
-        and the file is of a version that did not say it.
+        "wall" stands for a number below 0; None for a body whose kind is not in the file, for it was inserted
+        interactively and the file is of a version without its kind.
         """
         return kinds_in(self.metadata["kinds"], bodies)
 
@@ -78,8 +78,8 @@ def read_events(path: str | os.PathLike[str]) -> EventFile:
     "fingerprint" (of the contacts in the file), "answer" (the number of the specification that they follow; 0
     in a file that is older than that), "recipe", "parameters", "versions".
 
-    Raises MissingExtra without pyarrow, and RecordError where there is no event file of kinetile, one that is
-    damaged or contradicts itself, or FILE.partial of a run that goes on or was killed.
+    Raises MissingExtra without pyarrow, and RecordError if there is no event file of kinetile, if it is
+    damaged or contradicts itself, or if it is FILE.partial of an active or killed run.
     """
     return read_with_scene(path)[0]
 
@@ -137,7 +137,7 @@ def _read(path: Path) -> tuple[NDArray[Any], dict[str, str]]:
         partial = Path(f"{path}{PARTIAL}")
         left = f"; `kinetile recover {partial}` makes it of what a run has left" if partial.exists() else ""
         raise RecordError(f"{path} cannot be read as an event file: {reason(error)}{left}") from error
-    except Exception as error:  # of a damaged file pyarrow may say anything, MemoryError included
+    except Exception as error:  # for a damaged file pyarrow may raise anything, MemoryError included
         raise RecordError(f"{path} cannot be read as an event file: {reason(error)}") from error
 
 
@@ -225,7 +225,7 @@ _A, _B = ("ax", "ay", "avx", "avy"), ("bx", "by", "bvx", "bvy")
 
 
 def disagreement(rows: NDArray[Any], metadata: Mapping[str, Any], scene: Scene) -> str | None:
-    """Returns the first thing that cannot be true beside the others, in a sentence; None where there is none.
+    """Returns the first contradiction, in a sentence, or None.
 
     ``rows`` are of dtype LOG; of ``metadata`` the types have been checked.
     """
@@ -258,7 +258,7 @@ def _disagreements(rows: NDArray[Any], metadata: Mapping[str, Any], scene: Scene
 
 
 def _row_faults(rows: NDArray[Any], scene: Scene) -> Iterator[tuple[NDArray[np.bool_], str]]:
-    """Yields what may be wrong with rows, each with the rows that it is wrong with."""
+    """Yields the possible errors of rows, each with the rows that have it."""
     epoch, tick, a, b = (rows[name] for name in ("epoch", "tick", "a", "b"))
     n, come = len(scene), np.unique(a[b == INSERTED])
     there = f"its scene has not, with {n} bodies" + (f" and {len(come)} that come" if len(come) else "")
@@ -301,10 +301,10 @@ _LARGEST = 2**31
 
 
 class KindsByHand:
-    """The kinds of bodies that came by hand, as a recorder hears of them; none where there is but one kind.
+    """The kinds of interactively inserted bodies, for a recorder; none if there is only one kind.
 
     Attributes:
-        runs: the kinds of those who have come so far.
+        runs: the kinds of the bodies inserted so far.
         several: whether the scene has more than one kind.
     """
 
@@ -342,7 +342,7 @@ def _numbers(scene: Scene) -> list[int]:
 
 
 def all_runs(scene: Scene, by_hand: Runs) -> Runs:
-    """Returns the kinds of all bodies: those of a scene, and those that came by hand."""
+    """Returns the kinds of all bodies: those of a scene, and interactively inserted ones."""
     kinds: dict[int, Any] = dict(enumerate(scene.kind)) | _planned(scene)
     runs: Runs = []
     for body in _numbers(scene):
@@ -365,8 +365,8 @@ def kinds_in(runs: Runs, bodies: npt.ArrayLike) -> npt.NDArray[Any]:
 
 
 def wrong_runs(by_hand: Runs, scene: Scene) -> str | None:
-    """Returns what cannot be true, beside its scene, of the kinds that a file's metadata say of bodies that
-    came by hand; None where nothing is wrong."""
+    """Returns the first contradiction between a scene and the kinds of interactively inserted bodies in a
+    file's metadata, or None."""
     last = (_numbers(scene) or [-1])[-1]
     for run in by_hand:
         if not isinstance(run, list) or len(run) != 3 or [type(each) for each in run[:2]] != [int, int]:

@@ -1,8 +1,8 @@
 """The encounter of two discs in integers, and answers to "when do they meet?" compared with it.
 
 Doubles, and ticks of 2^-52, are integers over a power of two; so is all that is made of them by addition and
-multiplication. Whether two discs meet is then the sign of an integer, and the tick in which they do a whole
-square root and a whole quotient (``specification.arithmetic.PairQuadratic``). What an answer is worth is a
+multiplication. Whether two discs meet is then the sign of an integer, and the tick of their contact a whole
+square root and a whole quotient (``specification.arithmetic.PairQuadratic``). The error of an answer is a
 length: how near discs come whose contact was missed, and how deep they overlap at a tick. These are roots of
 integers, rounded once.
 """

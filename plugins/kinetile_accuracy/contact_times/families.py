@@ -1,7 +1,7 @@
 """Hard families of queries: when do these two discs meet?
 
 A family is drawn from a seed of its own. Lengths are those of a unit box with radii of 1/200 to 1/20, speeds
-about 1, and the unit of time is 1, where a family does not say otherwise. What is drawn is rounded to
+about 1, and the unit of time is 1, unless a family has other values. All values are rounded to
 doubles, and those doubles are the query: whether the discs meet, and when, is computed by ``encounter``.
 """
 

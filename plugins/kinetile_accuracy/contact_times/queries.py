@@ -1,8 +1,8 @@
 """The part ``queries`` of the report: when do two discs meet, and how right is the answer?
 
-The kernel's answer is the exact tick, so what can fail is that it is another, or that anchoring two discs at
-their tick makes them overlap by more than the proved bound. Each hard family (``families``) is put to the
-kernel's own form and to the textbook's (``forms``), which show what the families are hard for. Families are
+The kernel's answer must be the exact tick, and anchoring two discs at
+their tick must not make them overlap by more than the proved bound. Each hard family (``families``) is
+computed by the kernel's own form and by the textbook's (``forms``), which show the difficulty. Families are
 never pooled: an average over easy and hard queries says nothing about either.
 """
 

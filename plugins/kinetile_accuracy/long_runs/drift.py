@@ -1,16 +1,16 @@
-"""The part ``drift`` of the report: what a long run loses of energy, momentum and distance at contact.
+"""The part ``drift`` of the report: errors of energy, momentum and distance at contact in a long run.
 
 A trajectory of hard discs cannot be compared with an exact one for long (the part ``oracle`` says how long).
 After any number of contacts it can still be measured whether each was a contact of these discs at that
-distance, and whether what the laws keep was kept. So the readings are taken at 10^3, 10^4, ... contacts
+distance, and whether the conserved values were kept. So the readings are taken at 10^3, 10^4, ... contacts
 of one run, which audits itself, and beside them:
 
-- *momentum* is not kept in an arena, but by every contact of two discs. The sum of what these contacts leave
-  over is taken from the log, in extended precision where the machine has it;
+- *momentum* is not kept in an arena, but by every contact of two discs. The sum of the errors of these
+  contacts is taken from the log, in extended precision if the machine has it;
 - *the distance at contact* comes from the log too: |d| - R when the two bodies are brought to the tick, in
   units of R. It is the formula's rounding, that of the two flights, and up to a tick of flight;
 - *the clock* begins at 0, at 2^20 and at 2^40. The contacts must be the same;
-- *the way back*: all velocities are reversed after a while, and the run returns to where it began, but for
+- *the way back*: all velocities are reversed after a while, and the run returns to its start, up to
   its rounding, which chaos has doubled many times. It is a measure of chaos, not of the kernel, and says how
   many contacts a disc may have before a trajectory means nothing.
 """

@@ -1,10 +1,10 @@
 """An attempt of the oracle: an event-driven simulation in ball arithmetic at one precision.
 
-Every number is a ball, an interval that is certain to hold the true number. Events come one after another by
-computing all pairs and all walls; each comparison that decides what happens, or what happens next, must come
-out the same for every choice of numbers from the balls. Where it does not, the discs concerned may still fly
+Every number is a ball, an interval that certainly holds the true number. Events are found one after another
+by computing all pairs and all walls; each comparison that decides an event or its order must have the same
+result for every choice of numbers from the balls. If it has not, the discs concerned may still fly
 on rational lines, which decide (``flights``); else ``Undecided`` is raised, and the oracle tries again with
-more bits. What is in doubt about an event that cannot come yet is left open until it could.
+more bits. A doubt about an event that cannot be the next one is left open until it can.
 
 Two things keep the balls small. A plan is anchored at an exact number, the lower end of the ball of the time
 at which it was made, so that the doubt about a time enters only through the change of velocity; and a wall

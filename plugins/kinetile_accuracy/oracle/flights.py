@@ -3,7 +3,7 @@
 The doubles of a scene are rational, and so is the flight of a disc until its first contact at an irrational
 time. Walls and turns keep it rational, and so do contacts in line, whose times are rational. As long as two
 discs fly on rational lines their contact is at p - sqrt(q) with rational p and q, and two such numbers are
-compared by squaring. A line is given by where it passes at time 0, not where it was last changed: a mirror
+compared by squaring. A line is given by its position at time 0, not at its last change: a mirror
 then only changes signs, and the numbers do not grow.
 
 All times count from the scene's start. Needs python-flint.

@@ -1,9 +1,9 @@
 """A list of contacts checked against docs/specification.md, line by line, in exact arithmetic.
 
 The certifier runs the scene itself (``course.Course``: integers, no tolerance, nothing of the kernel's
-contact times) and compares each line with what happens next. So a list is right to the end or wrong at one
-line; what is behind that line is not judged. It is not bound to how far two arithmetics agree before chaos
-parts them: the specification fixes every rounding.
+contact times) and compares each line with its next event. So a list is right to the end or wrong at one
+line; later lines are not judged. Chaos does not limit the length of the list: the specification fixes every
+rounding.
 """
 
 from __future__ import annotations

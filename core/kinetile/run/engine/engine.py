@@ -333,7 +333,7 @@ class Engine(Tables):
         self.ledger.take(self.k, self.fields, self.count.logged[0])
 
     def _record(self, wanted: bool) -> None:
-        """Gives the loop a log for long rows only if somebody reads them."""
+        """Gives the loop a log for long rows only if a recorder reads them."""
         if wanted != bool(len(self.k.log)):
             if wanted and not len(self._long_log):
                 self._long_log = record_table(ROW, len(self.k.met))
