@@ -26,7 +26,7 @@ _reports: dict[str, list[dict[str, Any]]] = {}
 
 
 @pytest.hookimpl(tryfirst=True)
-def pytest_runtest_protocol(item: pytest.Item) -> bool | None:
+def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> bool | None:
     """Repeat the reports of a marked test from the child of its file."""
     if INTERPRETED or item.get_closest_marker("interpreted") is None:
         return None
@@ -38,6 +38,9 @@ def pytest_runtest_protocol(item: pytest.Item) -> bool | None:
         report = hook.pytest_report_from_serializable(config=item.config, data=data)
         hook.pytest_runtest_logreport(report=report)
     hook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
+    # The test before has left standing what it shares with this one, a file's fixtures for instance. If the next
+    # test is of another file, they end here, as they would after a test that ran.
+    item.session._setupstate.teardown_exact(nextitem)
     return True
 
 

@@ -265,7 +265,7 @@ def test_the_picture_says_that_the_recorded_structure_has_ended(browser, tmp_pat
     def written() -> bool:
         browser.value("written.length = 0; kinetilePlayer.changed()")
         browser.settle()
-        return f"the recording is recorded up to event {seen} only" in browser.value("written")
+        return f"the structure is recorded up to event {seen} only" in browser.value("written")
 
     browser.press(*["ArrowRight"] * seen)
     assert not written()
