@@ -34,10 +34,10 @@ import numpy.typing as npt
 
 from kinetile.errors import KinetileError, MissingExtra
 from kinetile.kernel.compiled import INTERPRETED
-from kinetile.scene import Insert, Scene
+from kinetile.scene import Scene
 from kinetile_conformance.cases import horizon, is_living
 from kinetile_conformance.checks.check import Check
-from kinetile_conformance.strategies.changes import changed
+from kinetile_conformance.strategies.changes import changed, only_bodies, only_commands
 
 
 class _Fails(Exception):
@@ -156,8 +156,6 @@ def draw(
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
-COLUMNS = ("position", "velocity", "radius", "mass")
-
 FAMILIAR = 2
 """The fewest bodies that minimising leaves: one alone meets no other."""
 
@@ -249,7 +247,7 @@ def _simple_between(low: float, high: float) -> float:
 def _leave_out_bodies(search: _Search) -> None:
     """Leave out bodies, in order of their numbers, then in order of x."""
     for order in (_by_number, _by_place):
-        _leave_out(search, order, _only, 1 if is_living(search.scene) else FAMILIAR)
+        _leave_out(search, order, only_bodies, 1 if is_living(search.scene) else FAMILIAR)
 
 
 def _by_number(scene: Scene) -> Integers:
@@ -260,28 +258,10 @@ def _by_place(scene: Scene) -> Integers:
     return np.argsort(scene.position[:, 0], kind="stable")
 
 
-def _only(scene: Scene, kept: Integers) -> Scene:
-    """Return a scene with some of its bodies, under new numbers, with their commands."""
-    kept = np.sort(kept)
-    new = {int(old): number for number, old in enumerate(kept)}
-    coming = {command.body for command in scene.commands if isinstance(command, Insert)}
-    new |= {body: body - len(scene) + len(kept) for body in coming}
-    fields: dict[str, Any] = {name: getattr(scene, name)[kept] for name in COLUMNS}
-    commands = [each._replace(body=new[each.body]) for each in scene.commands if each.body in new]
-    return changed(scene, **fields, kind=[scene.kind[body] for body in kept], commands=commands)
-
-
 def _leave_out_commands(search: _Search) -> None:
     """Leave out commands, in order of time."""
     if search.scene.commands and not search.take(lambda: changed(search.scene, commands=())):
-        _leave_out(search, lambda scene: np.arange(len(scene.commands)), _only_commands, 1)
-
-
-def _only_commands(scene: Scene, kept: Integers) -> Scene:
-    """Return a scene with some of its commands, without those for a body that never comes."""
-    commands = [scene.commands[at] for at in np.sort(kept)]
-    there = {*range(len(scene)), *(command.body for command in commands if isinstance(command, Insert))}
-    return changed(scene, commands=[command for command in commands if command.body in there])
+        _leave_out(search, lambda scene: np.arange(len(scene.commands)), only_commands, 1)
 
 
 def _leave_out(

@@ -33,8 +33,10 @@ def _mutant(name: str, base: str, changes: Sequence[Change], why: str) -> Mutant
 
 
 LEAVE = '    """A body goes, and its pairs with it; the gaps that close behind its bounds are watched."""\n'
-ENTER = '    """A body comes: its bounds find their places, and whose intervals overlap its own are its pairs."""\n'
-PREPARE = "        n = scene.capacity\n"
+ENTER = (
+    '    """A body comes: its bounds find their places, and whose intervals overlap its own '
+    'are its pairs."""\n'
+)
 DRAW = (
     '    """Draws a link between every two bodies."""\n'
     "    return pair_links(combinations(np.flatnonzero(k.queue.number >= 0).tolist(), 2))\n"
@@ -113,7 +115,8 @@ MUTANTS = [
         "cells",
         [
             after(
-                "    hosts: Records  # (cells,) the first guest of a cell, or NOBODY; empty where there is one level\n",
+                "    hosts: Records  # (cells,) the first guest of a cell, or NOBODY; empty where there "
+                "is one level\n",
                 "    told: Records  # the tick, and how many crossed at it\n",
                 "layout",
             ),
@@ -157,7 +160,8 @@ MUTANTS = [
         "cells",
         [
             instead(
-                "    home.x += right\n    home.y += up\n    home.column = wrapped(home.column + right, grid.columns)\n"
+                "    home.x += right\n    home.y += up\n"
+                "    home.column = wrapped(home.column + right, grid.columns)\n"
                 "    home.row = wrapped(home.row + up, grid.rows)\n    move_in(s, body, 0",
                 "    home.x += right\n    home.y += up\n"
                 "    home.x = float((int(home.x) + 2**39) % 2**40 - 2**39)\n"

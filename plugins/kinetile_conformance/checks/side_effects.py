@@ -18,7 +18,7 @@ import threading
 import tracemalloc
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -59,26 +59,24 @@ PARTS: dict[str, Callable[[], Any]] = {
 
 @contextmanager
 def _written() -> Iterator[Callable[[], str]]:
-    """Keeps what is written to the standard output and error within this context, by whatever; yields a
-    function that returns it."""
-    with tempfile.TemporaryFile() as file:
+    """Keeps what is written to the standard output and error within this context, by Python or beside it;
+    yields a function that returns it."""
+    with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as file:
+        kept = {stream: os.dup(stream) for stream in (1, 2)}
         sys.stdout.flush()
         sys.stderr.flush()
-        kept = {stream: os.dup(stream) for stream in (1, 2)}
 
         def text() -> str:
-            sys.stdout.flush()
-            sys.stderr.flush()
+            file.flush()
             file.seek(0)
-            return file.read().decode(errors="replace")
+            return file.read()
 
         for stream in kept:
             os.dup2(file.fileno(), stream)
         try:
-            yield text
+            with redirect_stdout(file), redirect_stderr(file):
+                yield text
         finally:
-            sys.stdout.flush()
-            sys.stderr.flush()
             for stream, old in kept.items():
                 os.dup2(old, stream)
                 os.close(old)

@@ -9,9 +9,12 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
-from kinetile.scene import Scene, Turn
+from kinetile.scene import Insert, Scene, Turn
 from kinetile_conformance.cases import horizon
+
+COLUMNS = ("position", "velocity", "radius", "mass")
 
 
 def changed(scene: Scene, **fields: Any) -> Scene:
@@ -19,14 +22,27 @@ def changed(scene: Scene, **fields: Any) -> Scene:
     return scene.replace(**fields)
 
 
+def only_bodies(scene: Scene, kept: npt.NDArray[np.integer]) -> Scene:
+    """Return a scene with some of its bodies at the start, under new numbers, with their commands."""
+    kept = np.sort(kept)
+    new = {int(old): number for number, old in enumerate(kept)}
+    coming = {command.body for command in scene.commands if isinstance(command, Insert)}
+    new |= {body: body - len(scene) + len(kept) for body in coming}
+    fields: dict[str, Any] = {name: getattr(scene, name)[kept] for name in COLUMNS}
+    commands = [each._replace(body=new[each.body]) for each in scene.commands if each.body in new]
+    return changed(scene, **fields, kind=[scene.kind[body] for body in kept], commands=commands)
+
+
+def only_commands(scene: Scene, kept: npt.NDArray[np.integer]) -> Scene:
+    """Return a scene with some of its commands, without those for a body that never comes."""
+    commands = [scene.commands[at] for at in np.sort(kept)]
+    there = {*range(len(scene)), *(command.body for command in commands if isinstance(command, Insert))}
+    return changed(scene, commands=[command for command in commands if command.body in there])
+
+
 def without(scene: Scene, body: int) -> Scene:
     """Return a scene without one of its bodies."""
-    left = np.arange(len(scene)) != body
-    return changed(
-        scene,
-        **{name: getattr(scene, name)[left] for name in ("position", "velocity", "radius", "mass")},
-        turns=[t._replace(body=t.body - (t.body > body)) for t in scene.turns if t.body != body],
-    )
+    return only_bodies(scene, np.flatnonzero(np.arange(len(scene)) != body))
 
 
 def enlarged(scene: Scene, by: float) -> Scene:
