@@ -84,7 +84,7 @@ def test_a_mutant_is_killed_with_three_bodies_at_most(label, load_mutant, tmp_pa
 @pytest.mark.parametrize(
     ("label", "check"),
     [
-        ("naive-cannot-be-drawn-with-four-bodies", "can-be-drawn"),
+        pytest.param("naive-cannot-be-drawn-with-four-bodies", "can-be-drawn", marks=pytest.mark.slow),
         ("naive-draws-into-its-tables", "can-be-drawn"),
         ("sap-1d-has-a-state-as-long-as-its-process", "resumes-in-another-process"),
         ("naive-prints-what-it-prepares", "leaves-the-process-alone"),
