@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from phase_mutants import Change, Mutant, after, before, instead
+from phase_mutants import KILLED, UNSEEN, Change, Mutant, after, before, instead
 
 __all__ = ["MUTANTS"]
 
@@ -28,8 +28,8 @@ def _pairs_but(name: str, condition: str, why: str, *more: Change) -> Mutant:
     return _mutant(name, "sap-1d", [*SAP_STATE, paired, *more], why)
 
 
-def _mutant(name: str, base: str, changes: Sequence[Change], why: str) -> Mutant:
-    return Mutant(name, base, changes, why, family="found later")
+def _mutant(name: str, base: str, changes: Sequence[Change], why: str, fate: str = KILLED) -> Mutant:
+    return Mutant(name, base, changes, why, fate, family="found later")
 
 
 LEAVE = '    """A body goes, and its pairs with it; the gaps that close behind its bounds are watched."""\n'
@@ -197,6 +197,7 @@ MUTANTS = [
             )
         ],
         "a slow drift across is not watched",
+        UNSEEN,
     ),
     _mutant(
         "cannot be drawn with four bodies",
