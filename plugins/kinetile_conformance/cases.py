@@ -29,17 +29,24 @@ from kinetile.kernel.tables import column, slots_taken
 from kinetile.plugin.registry import Provided, registry
 from kinetile.plugin.specs import BroadPhaseSpec, NarrowPhaseSpec, hookimpl
 from kinetile.run.simulation import Simulation
-from kinetile.scene import Scene
+from kinetile.scene import Scene, Turn
 from kinetile.scene.by_name import load_scene
 from kinetile.scene.files import dumps_scene
-from kinetile.toolbox import NOBODY
+from kinetile.toolbox import NOBODY, BroadPhaseParts, Kernel, NoState, hook, is_there
 
 REFERENCE = "naive"
+LIVE_REFERENCE = "naive-live"
+"""``naive`` with hooks for bodies that come and go. Without them the kernel builds a phase anew for each
+command, which takes 2 ms; a living scene has hundreds of commands."""
+
 CONTACTS = 150
 """The limit of contacts of a run; of a run in pieces, of each piece."""
 
 SWARM_CONTACTS = 1_500
 """The limit for a swarm; more contacts find no more faults."""
+
+LIVING_CONTACTS = 3_000
+"""The limit for a living scene: its commands go on after many contacts."""
 
 LATTICE_CONTACTS = 20_000
 """The limit for a scene of lattices: more than it has until its end."""
@@ -101,6 +108,10 @@ class Subject:
         """Return another broad phase with the same narrow phases."""
         return Subject(broad_phase, {}, self.narrow)
 
+    def reference(self, scene: Scene) -> Subject:
+        """Return the reference for a scene, with the same narrow phases."""
+        return self.under(live_reference() if is_living(scene) else REFERENCE)
+
 
 def provided(subject: Subject) -> tuple[Provided, ...]:
     """Return the providers of the phases under test, the broad phase's first."""
@@ -125,6 +136,42 @@ class PhasePlugin:
     def kinetile_narrow_phases(self) -> list[NarrowPhaseSpec]:
         """Return the phase, if it is a narrow phase."""
         return [self._spec] if isinstance(self._spec, NarrowPhaseSpec) else []
+
+
+@hook
+def _near_live(k: Kernel, s: NoState, body: int) -> int:
+    """Name everybody who is there."""
+    count = 0
+    for other in range(len(k.bodies)):
+        if is_there(k, other):
+            k.near[count] = other
+            count += 1
+    return count
+
+
+@hook
+def _idle(k: Kernel, s: NoState, body: int) -> None:
+    """A body comes or goes: there is no structure."""
+
+
+class NaiveLive:
+    """Everybody who is there is near everybody."""
+
+    def prepare(self, scene: Scene) -> BroadPhaseParts:
+        """Return the parts."""
+        return BroadPhaseParts(near=_near_live, enter=_idle, leave=_idle, room=scene.capacity)
+
+
+def live_reference() -> str:
+    """Return the name of the reference for living scenes, and register it where it is not."""
+    if LIVE_REFERENCE not in registry().names("broad phase"):
+        registry().add(PhasePlugin(BroadPhaseSpec(LIVE_REFERENCE, NaiveLive)))
+    return LIVE_REFERENCE
+
+
+def is_living(scene: Scene) -> bool:
+    """Whether bodies come or go in a scene."""
+    return any(not isinstance(command, Turn) for command in scene.commands)
 
 
 @dataclass(frozen=True)

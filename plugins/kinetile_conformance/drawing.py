@@ -1,6 +1,7 @@
 """Scenes for checks: drawn by Hypothesis, and minimised where they fail.
 
-Small scenes are drawn once and shown to all checks that use them: drawing one takes longer than running it.
+Small and living scenes are drawn once and shown to all checks that use them: drawing one takes longer than
+running it.
 What is drawn depends on the seed alone, so that the scene which failed can be drawn again and minimised: all
 that come before it are passed over without being run.
 
@@ -14,7 +15,7 @@ keeps only what still fails:
    "Simplifying and isolating failure-inducing input", 2002), which leaves of n bodies a few in O(n) scenes at
    the worst and O(log n) where a few next to each other are to blame. Halves by the order of x come
    after those by number: bodies that meet are neighbours.
-3. Turns are left out in the same way.
+3. Commands are left out in the same way; who never came is not commanded either.
 4. Numbers are rounded to ever fewer digits, all at once, then those of each body.
 
 A smaller scene that is not valid (after rounding, bodies overlap) counts as one that does not fail.
@@ -23,7 +24,7 @@ A smaller scene that is not valid (after rounding, bodies overlap) counts as one
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -32,10 +33,11 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.errors import KinetileError, MissingExtra
+from kinetile.kernel.compiled import INTERPRETED
 from kinetile.scene import Scene
-from kinetile_conformance.cases import horizon
+from kinetile_conformance.cases import horizon, is_living
 from kinetile_conformance.checks.check import Check
-from kinetile_conformance.checks.metamorphic import changed
+from kinetile_conformance.strategies.changes import changed, only_bodies, only_commands
 
 
 class _Fails(Exception):
@@ -54,10 +56,7 @@ class Drawing:
         self.examples = examples
         self.seed = seed
         self._small: dict[bool, list[Scene]] = {}
-
-    def count(self, each: Check) -> int:
-        """Return the number of scenes for a check."""
-        return max(1, round(each.share * self.examples))
+        self._living: dict[str, tuple[list[Scene], Iterator[Scene]]] = {}
 
     def small(self, turns: bool) -> list[Scene]:
         """Return the small scenes, with or without turns."""
@@ -72,6 +71,18 @@ class Drawing:
             self._small[turns] = drawn
         return self._small[turns]
 
+    def living(self, kind: str, count: int) -> Iterator[Scene]:
+        """Yield so many living scenes of a kind; each is played when it is asked for, and once."""
+        if kind not in self._living:
+            from kinetile_conformance.strategies.living import played
+
+            self._living[kind] = [], played(kind, self.seed)
+        had, more = self._living[kind]
+        for at in range(max(1, count // 10) if INTERPRETED else count):
+            if at == len(had):
+                had.append(next(more))
+            yield had[at]
+
     def find_failure(self, each: Check, holds: Callable[[Scene], bool], shrink: bool) -> bool:
         """Show scenes to a check until it fails on one; then, if so wished, ever smaller ones on which it
         does. Return whether it ever fails.
@@ -79,11 +90,13 @@ class Drawing:
         Raises FlakyError of Hypothesis where a failure does not come back.
         """
         if each.scenes is not None:
-            return not draw(each.scenes(), holds, self.count(each), self.seed, shrink)
-        scenes = self.small(each.turns)[: self.count(each)]
+            return not draw(each.scenes(), holds, each.count(self.examples), self.seed, shrink)
+        if each.living:
+            return any(not holds(scene) for scene in self.living(each.living, each.count(self.examples)))
+        scenes = self.small(each.turns)[: each.count(self.examples)]
         failed = next((at for at, scene in enumerate(scenes) if not holds(scene)), None)
         if failed is not None and shrink:
-            draw(_small(each.turns), holds, self.count(each), self.seed, shrink, passed_over=failed)
+            draw(_small(each.turns), holds, each.count(self.examples), self.seed, shrink, passed_over=failed)
         return failed is not None
 
     def find_small_failure(self, each: Check, holds: Callable[[Scene], bool], most: int) -> None:
@@ -195,15 +208,15 @@ def reduced(scene: Scene, fails: Callable[[Scene], bool], seconds: float) -> Sce
         before = search.scene
         _shorten(search)
         _leave_out_bodies(search)
-        _leave_out_turns(search)
+        _leave_out_commands(search)
         _round(search)
     return search.scene
 
 
 def _until(scene: Scene, until: float) -> Scene:
-    """Return a scene that runs until another time, without the turns after it."""
-    turns = [turn for turn in scene.turns if turn.time <= until]
-    return changed(scene, settings=replace(scene.settings, until=until), turns=turns)
+    """Return a scene that runs until another time, without the commands after it."""
+    left = [command for command in scene.commands if command.time <= until]
+    return changed(scene, settings=replace(scene.settings, until=until), commands=left)
 
 
 def _shorten(search: _Search) -> None:
@@ -234,7 +247,7 @@ def _simple_between(low: float, high: float) -> float:
 def _leave_out_bodies(search: _Search) -> None:
     """Leave out bodies, in order of their numbers, then in order of x."""
     for order in (_by_number, _by_place):
-        _leave_out(search, order, _only, FAMILIAR)
+        _leave_out(search, order, only_bodies, 1 if is_living(search.scene) else FAMILIAR)
 
 
 def _by_number(scene: Scene) -> Integers:
@@ -245,23 +258,10 @@ def _by_place(scene: Scene) -> Integers:
     return np.argsort(scene.position[:, 0], kind="stable")
 
 
-def _only(scene: Scene, kept: Integers) -> Scene:
-    """Return a scene with some of its bodies, under new numbers, with their turns."""
-    kept = np.sort(kept)
-    new = {int(old): number for number, old in enumerate(kept)}
-    fields = {name: getattr(scene, name)[kept] for name in ("position", "velocity", "radius", "mass")}
-    turns = [turn._replace(body=new[turn.body]) for turn in scene.turns if turn.body in new]
-    return changed(scene, **fields, turns=turns)
-
-
-def _leave_out_turns(search: _Search) -> None:
-    """Leave out turns, in order of time."""
-    if search.scene.turns and not search.take(lambda: changed(search.scene, turns=())):
-        _leave_out(search, lambda scene: np.arange(len(scene.turns)), _only_turns, 1)
-
-
-def _only_turns(scene: Scene, kept: Integers) -> Scene:
-    return changed(scene, turns=[scene.turns[turn] for turn in np.sort(kept)])
+def _leave_out_commands(search: _Search) -> None:
+    """Leave out commands, in order of time."""
+    if search.scene.commands and not search.take(lambda: changed(search.scene, commands=())):
+        _leave_out(search, lambda scene: np.arange(len(scene.commands)), only_commands, 1)
 
 
 def _leave_out(

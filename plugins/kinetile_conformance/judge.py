@@ -26,6 +26,7 @@ from kinetile_conformance.cases import (
     REFERENCE,
     RunOutcome,
     Subject,
+    is_living,
     not_saved,
     outcome,
     provided,
@@ -163,7 +164,7 @@ class References:
     that many checks share."""
 
     def __init__(self, subject: Subject | None = None) -> None:
-        self._subject = Subject(REFERENCE, {}) if subject is None else subject.under(REFERENCE)
+        self._subject = subject or Subject(REFERENCE, {})
         self._kept: dict[int, tuple[Scene, dict[int, RunOutcome]]] = {}
 
     def keep(self, scenes: list[Scene]) -> None:
@@ -173,9 +174,11 @@ class References:
 
     def __call__(self, scene: Scene, contacts: int = CONTACTS) -> RunOutcome:
         """Return the reference's outcome of a scene, with so many contacts at most."""
+        if is_living(scene):
+            self.keep([scene])  # played once, for several checks
         _, known = self._kept.get(id(scene), (scene, {}))
         if contacts not in known:
-            known[contacts] = outcome(self._subject, scene, contacts)
+            known[contacts] = outcome(self._subject.reference(scene), scene, contacts)
         return known[contacts]
 
 
@@ -313,7 +316,7 @@ class Judge:
         skipped = applicable(self.subject, each)
         if skipped is not None:
             return Result(each.name, each.sentence, "skipped", 0, 0.0, reason=skipped)
-        if each.draws and each.scenes is None:
+        if each.draws and each.scenes is None and not each.living:
             self._references.keep(self._drawing.small(each.turns))
         began = spent()
         run = CheckRun(each, self.subject, self._references, Deadline(self._seconds))
@@ -361,9 +364,9 @@ class Judge:
         scenes, leaving out bodies can end where no single one can be left out, and yet fewer would do. So
         where more than a few are left, scenes of a few bodies are drawn as well.
         """
-        if run.scene is None or len(run.scene) <= FEW:
+        if run.scene is None or (len(run.scene) <= FEW and not run.each.living):
             return
-        if run.each.scenes is not None:
+        if run.each.scenes is not None or run.each.living:
             self._reduce(run)
             return
         few = CheckRun(run.each, run.subject, self._references, Deadline(self._seconds))

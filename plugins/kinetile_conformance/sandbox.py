@@ -32,7 +32,6 @@ from kinetile.plugin.calling import is_library
 from kinetile.scene import Scene
 from kinetile_conformance.cases import Subject, not_saved, provided, save_case
 from kinetile_conformance.checks import check_named
-from kinetile_conformance.checks.metamorphic import without
 from kinetile_conformance.deadline import SCENE_SECONDS, SILENCE
 from kinetile_conformance.judge import Request
 from kinetile_conformance.processes import CAN_FORK, Child, afresh, forked
@@ -46,6 +45,7 @@ from kinetile_conformance.sandbox_child import (
     serve,
     write_scene,
 )
+from kinetile_conformance.strategies.changes import without
 
 COMPILER = "the compiler"
 

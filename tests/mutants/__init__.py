@@ -5,7 +5,16 @@ Each has a witness where there can be one: a scene on which it is wrong, without
 
 from __future__ import annotations
 
-from mutants import coming_and_going, contract, far_places, many_bodies, many_events, memory, surroundings
+from mutants import (
+    coming_and_going,
+    contract,
+    far_places,
+    found_later,
+    many_bodies,
+    many_events,
+    memory,
+    surroundings,
+)
 from mutants.harmless import HARMLESS
 
 __all__ = ["HARMLESS", "MUTANTS"]
@@ -18,4 +27,5 @@ MUTANTS = (
     *contract.MUTANTS,
     *surroundings.MUTANTS,
     *coming_and_going.MUTANTS,
+    *found_later.MUTANTS,
 )

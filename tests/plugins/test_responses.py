@@ -14,7 +14,7 @@ import kinetile as kt
 from kinetile.errors import BadOption, KinetileError, Refused, ZenoError
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.toolbox import ResponseParts, hook
-from kinetile_conformance.strategies.commands import ABSENT, SAME_LOOP, ruled_scenes, solid_scenes
+from kinetile_conformance.strategies.living import ABSENT, SAME_LOOP, ruled_scenes, solid_scenes
 
 PASSING = ("naive", "cells", "sap-1d", "sap-2d")
 PHASES = (*PASSING, "sweep-tiling")

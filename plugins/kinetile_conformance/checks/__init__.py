@@ -11,10 +11,11 @@ from kinetile_conformance.checks import (
     metamorphic,
     narrow_phases,
     process_independence,
+    side_effects,
 )
 from kinetile_conformance.checks.check import Check
 
-__all__ = ["CHECKS", "check_named"]
+__all__ = ["CHECKS", "check_named", "table"]
 
 CHECKS: tuple[Check, ...] = (
     contacts.same_contacts,
@@ -29,13 +30,16 @@ CHECKS: tuple[Check, ...] = (
     commands.same_contacts_with_responses,
     commands.same_contacts_while_some_pass,
     commands.its_structure_is_true_while_some_pass,
+    commands.resumes_as_bodies_come_and_go,
     between_events.never_misses_a_pair,
     between_events.its_structure_is_true,
     between_events.near_is_mutual,
+    between_events.can_be_drawn,
     between_events.structural_events_move_nothing,
     between_events.makes_progress,
     contacts.repeats_itself,
     contacts.instances_are_independent,
+    contacts.instances_are_independent_in_a_swarm,
     contacts.leaves_the_scene_alone,
     contacts.stops_and_goes_on,
     contacts.survives_being_built_anew,
@@ -46,12 +50,18 @@ CHECKS: tuple[Check, ...] = (
     contacts.same_contacts_in_the_gallery,
     contacts.same_contacts_beside_giants,
     contacts.same_contacts_on_lattices,
+    contacts.same_contacts_in_a_scaled_swarm,
+    contacts.same_contacts_in_a_burst,
+    contacts.same_contacts_in_a_corridor,
     contacts.same_contacts_in_a_marathon,
     narrow_phases.same_contacts_with_loose_bounds,
     claims.near_holds_while_bodies_pass,
     claims.skin_limit_holds_at_its_edge,
     claims.its_features_are_known,
     claims.state_is_not_kept,
+    side_effects.leaves_the_process_alone,
+    side_effects.memory_does_not_grow,
+    side_effects.resumes_in_another_process,
     process_independence.does_not_see_who_asks,
     contacts.rejects_unknown_options,
     between_events.pairs_are_overlapping_boxes,
@@ -65,3 +75,11 @@ def check_named(name: str) -> Check:
         if each.name == name:
             return each
     raise ValueError(f"there is no check {name!r}; there are: {', '.join(c.name for c in CHECKS)}")
+
+
+def table(examples: int) -> list[tuple[str, int, str]]:
+    """Return the table of strategies and observations: for each check what draws its scenes, how many of
+    them, and its name, which says what is observed. Rows of one strategy stand together."""
+    rows = [(each.strategy, each.count(examples), each.name) for each in CHECKS]
+    order = list(dict.fromkeys(strategy for strategy, _, _ in rows))
+    return sorted(rows, key=lambda row: order.index(row[0]))

@@ -52,6 +52,9 @@ def ticks(sim: Simulation) -> int:
     return epoch * TICKS + tick
 
 
+DRAWN = 6
+"""The structure is drawn every so many events."""
+
 AUDITED = 8
 """A run is audited every so many contacts; other checks test what lies between two audits."""
 
@@ -136,6 +139,15 @@ def near_is_mutual(subject: Subject, scene: Scene, reference: Reference) -> None
                 raise Disagreement(
                     f"at time {sim.time!r} {other} is near {body}, but {body} is not near {other}"
                 )
+
+
+@check(turns=True, share=0.3, compares=False, since="4.0")
+def can_be_drawn(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """Its structure can be drawn between any two events: draw raises nothing, writes nothing and is the same
+    when it is called again."""
+    for count, sim in enumerate(stepped(subject, scene, 60)):
+        if count % DRAWN == 0 and repr(sim.drawing()) != repr(sim.drawing()):
+            raise Disagreement(f"at time {sim.time!r} it is drawn otherwise when it is drawn once more")
 
 
 @check(feature="boxes")

@@ -5,8 +5,8 @@ Nothing is compared with a tolerance.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from importlib import import_module
 from typing import Any, Literal, Protocol
 
@@ -31,15 +31,28 @@ class Reference(Protocol):
 JUDGED = 20
 """Bodies up to which exact arithmetic decides who is right: with hundreds it takes a second a scene."""
 
+LIVING = {
+    "living": "living scenes",
+    "solid": "living scenes with responses",
+    "passing": "living scenes in which some pass",
+}
+"""The kinds of living scenes, in words."""
+
 Run = Callable[[Subject, Scene, Reference], None]
-Strategy = Callable[[], Any]
-"""Returns a Hypothesis strategy of scenes; a function, since Hypothesis is imported when something is
-drawn."""
 
 
-def drawn_from(module: str, name: str, **how: Any) -> Strategy:
-    """Return the strategy ``kinetile_conformance.strategies.module.name(**how)``."""
-    return lambda: getattr(import_module(f"kinetile_conformance.strategies.{module}"), name)(**how)
+@dataclass(frozen=True)
+class DrawnFrom:
+    """The strategy ``kinetile_conformance.strategies.module.name(**how)``, made when it is called."""
+
+    module: str
+    name: str
+    how: Mapping[str, Any] = field(default_factory=dict)
+
+    def __call__(self) -> Any:
+        """Return the strategy."""
+        found = import_module(f"kinetile_conformance.strategies.{self.module}")
+        return getattr(found, self.name)(**self.how)
 
 
 class DoesNotApply(Refused):
@@ -71,6 +84,8 @@ class Check:
         feature: it applies only to phases that declare this feature; None: to all.
         since: the version of the kit that it came with.
         scenes: what it draws; None: the small scenes, which are drawn once for all checks that use them.
+        living: the kind of living scenes that it is shown, which are played once for all checks that use
+            them.
         share: how many of these for one of the small ones; at least one is drawn.
         compares: whether a failure is compared with kinetile's other phases; some concern this phase alone.
         judges: "broad" where it judges the broad phase alone, and applies where no narrow phase is named;
@@ -86,11 +101,27 @@ class Check:
     turns: bool = False
     feature: str | None = None
     since: str = "1.0"
-    scenes: Strategy | None = None
+    scenes: DrawnFrom | None = None
+    living: str = ""
     share: float = 1.0
     compares: bool = True
     judges: Literal["broad", "pair"] | None = None
     replayed_by: str = ""
+
+    def count(self, examples: int) -> int:
+        """Return its number of scenes for so many small ones."""
+        return max(1, round(self.share * examples)) if self.draws else 1
+
+    @property
+    def strategy(self) -> str:
+        """What draws its scenes, in words."""
+        if not self.draws:
+            return "fixed scenes"
+        if self.scenes is not None:
+            return self.scenes.name.replace("_", " ")
+        if self.living:
+            return LIVING[self.living]
+        return "small scenes with turns" if self.turns else "small scenes"
 
     @property
     def replay(self) -> str:
@@ -119,10 +150,10 @@ def agree(
         raise Disagreement(f"{how}{said}{_who_is_right(subject, scene, found, expected)}", scene)
 
 
-def agree_when_commanded(subject: Subject, ran: Callable[[Subject], RunOutcome]) -> None:
-    """Raise unless commands given between runs have the same outcome under the subject as under the
-    reference."""
-    expected = ran(subject.under(REFERENCE))
+def agree_when_commanded(subject: Subject, other: Subject, ran: Callable[[Subject], RunOutcome]) -> None:
+    """Raise unless commands given between runs have the same outcome under the subject as under another
+    phase, the reference."""
+    expected = ran(other)
     said = difference(ran(subject), expected, subject.name)
     if said is not None:
         raise Disagreement(said)

@@ -15,13 +15,13 @@ from kinetile_conformance.cases import CONTACTS, Subject, horizon, run_summary
 from kinetile_conformance.checks.check import (
     Disagreement,
     DoesNotApply,
+    DrawnFrom,
     Reference,
     agree,
     check,
-    drawn_from,
     near_fault,
 )
-from kinetile_conformance.checks.metamorphic import changed
+from kinetile_conformance.strategies.changes import changed
 
 LOOKS = 8
 """Tests of `near` while bodies pass through each other."""
@@ -36,7 +36,7 @@ EDGES = 6
 """Scenes at the limit of the skin."""
 
 
-@check(scenes=drawn_from("swarms", "walled_scenes"), share=0.5, judges="broad", since="3.0")
+@check(scenes=DrawnFrom("swarms", "walled_scenes"), share=0.5, judges="broad", since="3.0")
 def near_holds_while_bodies_pass(subject: Subject, scene: Scene, reference: Reference) -> None:
     """Where it does not ask for solid bodies, who touch are near each other while bodies fly through bodies.
 

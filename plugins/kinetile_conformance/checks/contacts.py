@@ -17,6 +17,7 @@ from kinetile_conformance.cases import (
     CONTACTS,
     LATTICE_CONTACTS,
     MARATHON_CONTACTS,
+    REFERENCE,
     SWARM_CONTACTS,
     RunOutcome,
     Subject,
@@ -26,15 +27,15 @@ from kinetile_conformance.cases import (
 )
 from kinetile_conformance.checks.check import (
     Disagreement,
+    DrawnFrom,
     Reference,
     agree,
     agree_when_commanded,
     check,
-    drawn_from,
     near_fault,
 )
-from kinetile_conformance.checks.metamorphic import changed
 from kinetile_conformance.compare import difference
+from kinetile_conformance.strategies.changes import changed
 
 
 @check()
@@ -65,7 +66,7 @@ def same_contacts_when_turned_by_hand(subject: Subject, scene: Scene, reference:
 
         return RunOutcome.after(sim, run)
 
-    agree_when_commanded(subject, ran)
+    agree_when_commanded(subject, subject.under(REFERENCE), ran)
 
 
 @check(turns=True)
@@ -78,21 +79,35 @@ def repeats_itself(subject: Subject, scene: Scene, reference: Reference) -> None
         )
 
 
+TURNS = 8
+"""How often each of two simulations takes its turn."""
+
+
 @check()
 def instances_are_independent(subject: Subject, scene: Scene, reference: Reference) -> None:
     """Two simulations under it do not disturb each other."""
+    _by_turns(subject, scene)
+
+
+@check(scenes=DrawnFrom("swarms", "swarm_scenes"), share=0.12, since="4.0")
+def instances_are_independent_in_a_swarm(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """Two simulations of hundreds of bodies that run by turns do not disturb each other."""
+    _by_turns(subject, scene)
+
+
+def _by_turns(subject: Subject, scene: Scene) -> None:
+    """Raise unless two simulations that run by turns have the contacts that each has alone."""
     # As many bodies, flying the other way: state shared between the two would show.
     both = [scene, changed(scene, velocity=-scene.velocity)]
     alone = [outcome(subject, each) for each in both]
     side_by_side = [subject.simulation(each) for each in both]
-    step = (horizon(scene) - scene.start) / 4
     ended = ["ran", "ran"]
-    for quarter in range(1, 5):
+    for _ in range(TURNS):
         for which, sim in enumerate(side_by_side):
-            left = CONTACTS - len(sim.contacts)
+            left = min(CONTACTS - len(sim.contacts), 1 + CONTACTS // TURNS)
             if ended[which] == "ran" and left:
                 try:
-                    sim.run(until=max(scene.start + quarter * step, sim.time), max_contacts=left)
+                    sim.run(until=max(horizon(scene), sim.time), max_contacts=left)
                 except KinetileError as error:
                     ended[which] = f"{type(error).__name__}: {error}"
     for sim, end, expected in zip(side_by_side, ended, alone, strict=True):
@@ -185,11 +200,14 @@ def rejects_unknown_options(subject: Subject, scene: Scene, reference: Reference
     raise Disagreement("it takes an option called 'no_such_option' without a word")
 
 
+SCALED_CONTACTS = 300
+"""The limit for a scaled swarm."""
+
 LOOKS = 4
 """Tests of `near` over the course of a swarm."""
 
 
-@check(scenes=drawn_from("swarms", "swarm_scenes"), share=0.5, since="3.0")
+@check(scenes=DrawnFrom("swarms", "swarm_scenes"), share=0.5, since="3.0")
 def same_contacts_in_a_swarm(subject: Subject, scene: Scene, reference: Reference) -> None:
     """The reference's contacts among hundreds of bodies as well, and whoever touch are near each other."""
     agree(subject, scene, reference, contacts=SWARM_CONTACTS)
@@ -205,19 +223,37 @@ def same_contacts_in_a_swarm(subject: Subject, scene: Scene, reference: Referenc
             raise Disagreement(f"at time {sim.time!r} {said}")
 
 
-@check(scenes=drawn_from("swarms", "giant_scenes"), share=0.3, since="3.3")
+@check(scenes=DrawnFrom("swarms", "giant_scenes"), share=0.3, since="3.3")
 def same_contacts_beside_giants(subject: Subject, scene: Scene, reference: Reference) -> None:
     """The reference's contacts where few large bodies fly through many small ones that hardly move."""
     agree(subject, scene, reference, contacts=SWARM_CONTACTS)
 
 
-@check(scenes=drawn_from("bulk", "marathon_scenes"), share=0.03, since="3.0")
+@check(scenes=DrawnFrom("swarms", "scaled_scenes"), share=1.5, since="4.0")
+def same_contacts_in_a_scaled_swarm(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """The reference's contacts of swarms at any scale of length and time, and far from the origin."""
+    agree(subject, scene, reference, contacts=SCALED_CONTACTS)
+
+
+@check(scenes=DrawnFrom("swarms", "burst_scenes"), share=0.3, since="4.0")
+def same_contacts_in_a_burst(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """The reference's contacts where up to two hundred bodies cross one border at one tick."""
+    agree(subject, scene, reference, contacts=SWARM_CONTACTS)
+
+
+@check(scenes=DrawnFrom("swarms", "corridor_scenes"), share=0.3, since="4.0")
+def same_contacts_in_a_corridor(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """The reference's contacts where all fly fast along a corridor, or almost along an axis."""
+    agree(subject, scene, reference, contacts=SWARM_CONTACTS)
+
+
+@check(scenes=DrawnFrom("bulk", "marathon_scenes"), share=0.03, since="3.0")
 def same_contacts_in_a_marathon(subject: Subject, scene: Scene, reference: Reference) -> None:
     """The reference's contacts for a hundred thousand of them, while the base of the clock moves often."""
     agree(subject, scene, reference, contacts=MARATHON_CONTACTS)
 
 
-@check(scenes=drawn_from("bulk", "lattice_scenes"), share=1.0, since="3.0")
+@check(scenes=DrawnFrom("bulk", "lattice_scenes"), share=1.0, since="3.0")
 def same_contacts_on_lattices(subject: Subject, scene: Scene, reference: Reference) -> None:
     """The reference's contacts on a hundred small lattices at once, where exact ties abound."""
     agree(subject, scene, reference, contacts=LATTICE_CONTACTS)

@@ -32,7 +32,7 @@ from kinetile.scene import Scene
 from kinetile.toolbox import NOBODY, Kernel, PairParts, hook
 from kinetile_conformance.cases import PhasePlugin, Subject, outcome
 from kinetile_conformance.checks.between_events import stepped
-from kinetile_conformance.checks.check import Disagreement, Reference, check, drawn_from
+from kinetile_conformance.checks.check import Disagreement, DrawnFrom, Reference, check
 from kinetile_conformance.compare import difference
 
 NAME = "conformance-loose"
@@ -89,7 +89,7 @@ def _registered() -> Iterator[str]:
         registry().remove(plugin)
 
 
-@check(scenes=drawn_from("small", "box_scenes", turns=False), since="3.0")
+@check(scenes=DrawnFrom("small", "box_scenes", {"turns": False}), since="3.0")
 def same_contacts_with_loose_bounds(subject: Subject, scene: Scene, reference: Reference) -> None:
     """The reference's contacts with bounds as loose as they may be, so that all are asked exactly."""
     expected = reference(scene)

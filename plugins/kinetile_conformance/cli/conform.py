@@ -33,6 +33,18 @@ EXAMPLES = {Budget.small: 20, Budget.default: 100, Budget.night: 10_000}
 """Scenes drawn for each check."""
 
 
+def _list(wanted: bool) -> None:
+    """Print the table of strategies and observations, and end."""
+    if wanted:
+        from kinetile_conformance.checks import table
+
+        rows = table(EXAMPLES[Budget.default])
+        wide = max(len(strategy) for strategy, _, _ in rows)
+        for strategy, count, name in rows:
+            typer.echo(f"{strategy:{wide}}  {count:4}  {name}")
+        raise typer.Exit()
+
+
 def conform(
     phase: Annotated[
         str,
@@ -78,6 +90,15 @@ def conform(
             help="Judge in a process with limits, or in this one: for a debugger; endless loops go on.",
         ),
     ] = True,
+    list_: Annotated[
+        bool,
+        typer.Option(
+            "--list",
+            callback=_list,
+            is_eager=True,
+            help="Print what draws scenes, how many by default, and the check that looks at them.",
+        ),
+    ] = False,
     junitxml: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write the results as JUnit XML as well.")
     ] = None,

@@ -12,6 +12,7 @@ loop is compiled; kinds without an arena keep together by turns.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from functools import partial
 from typing import NamedTuple
 
@@ -19,7 +20,9 @@ import numpy as np
 import numpy.typing as npt
 from hypothesis import strategies as st
 
+from kinetile.errors import SceneError
 from kinetile.scene import Scene, Settings, Turn
+from kinetile_conformance.strategies.changes import enlarged, slowed
 from kinetile_conformance.strategies.small import box_scenes
 
 Floats = npt.NDArray[np.float64]
@@ -304,6 +307,39 @@ def lanes(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
     return Swarm(place, velocity, radius, None, 4.0 * side, [])
 
 
+# Kinds in which much happens at one tick, or along one axis.
+
+
+def front(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
+    """A straight front of bodies that cross each border at one tick, towards others at rest or coming."""
+    rows = bodies // 2
+    apart = random.integers(4, 24, bodies - rows) / 4.0
+    radius = np.full(bodies, (0.5, 0.25, 0.125, 0.0625)[variation % 4])
+    front = np.column_stack([np.full(rows, 1.0), np.arange(rows) + 0.5])
+    others = np.column_stack([1.5 + apart, np.arange(bodies - rows) + 0.5])
+    velocity = np.zeros((bodies, 2))
+    velocity[:rows, 0], velocity[rows:, 0] = 1.0, (0.0, -0.5)[variation & 1]
+    place, arena = np.vstack([front, others]), (10.0, float(max(rows, bodies - rows)))
+    if variation & 4:
+        return Swarm(place[:, ::-1], velocity[:, ::-1], radius, arena[::-1], 24.0, [])
+    return Swarm(place, velocity, radius, arena, 24.0, [])
+
+
+def fast_corridor(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
+    """An arena a thousand times as long as it is wide, which its bodies cross in no time."""
+    swarm = corridor(random, bodies, variation)
+    fast = 2.0 ** random.integers(4, 20)
+    return swarm._replace(velocity=swarm.velocity * fast, until=64.0 / fast)
+
+
+def steep(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
+    """Bodies that fly almost along an axis, but not quite."""
+    swarm = (gas, lattice)[variation & 1](random, bodies, variation)
+    slight = 2.0 ** -random.integers(8, 60, bodies).astype(np.float64)
+    velocity = np.column_stack([slight * swarm.velocity[:, 1], swarm.velocity[:, 1]])
+    return swarm._replace(velocity=velocity if variation & 2 else velocity[:, ::-1])
+
+
 FEWEST, MOST = 8, 400
 
 KINDS: dict[str, Callable[[np.random.Generator, int, int], Swarm]] = {
@@ -327,10 +363,14 @@ GIANTS: dict[str, Callable[[np.random.Generator, int, int], Swarm]] = {"plough":
 own."""
 
 
+BURSTS = {"front": front, "burst": burst}
+CORRIDORS = {"fast corridor": fast_corridor, "steep": steep}
+
+
 def swarm(kind: str, bodies: int = 100, seed: int = 0, variation: int = 0) -> Scene:
     """Return a swarm of a kind and a number of bodies (at least 8); ``variation``, from 0 to 7, is of its
     sizes, speeds or proportions."""
-    return (KINDS | GIANTS)[kind](np.random.default_rng(seed), bodies, variation).scene
+    return (KINDS | GIANTS | BURSTS | CORRIDORS)[kind](np.random.default_rng(seed), bodies, variation).scene
 
 
 def numbered(kinds: Iterable[str], number: int) -> Scene:
@@ -340,6 +380,44 @@ def numbered(kinds: Iterable[str], number: int) -> Scene:
     random = np.random.default_rng(seed)
     bodies, variation = random.integers(FEWEST, MOST + 1), random.integers(8)
     return swarm(names[kind], int(bodies), seed, int(variation))
+
+
+SCALED_MOST = 100
+"""Bodies of a scaled swarm; more find no more faults of scale."""
+
+
+def scaled(number: int) -> Scene:
+    """Return the scaled swarm of a number: slowed or hurried, larger or smaller by powers of two, and, where
+    it has no arena, far away from the origin."""
+    random = np.random.default_rng(number)
+    kind = tuple(KINDS)[number % len(KINDS)]
+    bodies, variation = int(random.integers(FEWEST, SCALED_MOST + 1)), int(random.integers(8))
+    scene = swarm(kind, bodies, number, variation)
+    if random.random() < 0.5:
+        scene = scene.replace(arena=None)
+        scene = scene.replace(position=scene.position - np.round(scene.position.mean(axis=0)))
+    if scene.arena is None and random.random() < 0.75:
+        away = random.choice([-1.0, 0.0, 1.0], 2) * 2.0 ** random.integers(20, 48)
+        with suppress(SceneError):  # so far away that rounded bodies overlap
+            scene = scene.replace(position=scene.position + away, turns=scene.turns)
+    # Not much slower: while nothing happens the kernel moves the base of its clock every 4,096 time units.
+    slower, larger = 2.0 ** float(random.integers(-40, 5)), 2.0 ** float(random.integers(-40, 41))
+    return enlarged(slowed(scene, slower), larger)
+
+
+def scaled_scenes() -> st.SearchStrategy[Scene]:
+    """Return scaled and shifted swarms."""
+    return st.integers(0, 2**24 - 1).map(scaled)
+
+
+def burst_scenes() -> st.SearchStrategy[Scene]:
+    """Return swarms in which much happens at one tick."""
+    return st.integers(0, 2**24 - 1).map(partial(numbered, BURSTS))
+
+
+def corridor_scenes() -> st.SearchStrategy[Scene]:
+    """Return swarms that fly fast, or almost, along one axis."""
+    return st.integers(0, 2**24 - 1).map(partial(numbered, CORRIDORS))
 
 
 def swarm_scenes() -> st.SearchStrategy[Scene]:

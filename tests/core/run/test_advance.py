@@ -15,7 +15,7 @@ from agreement import PHASES, TILING
 from kinetile.errors import KinetileError, Refused
 from kinetile.kernel.log import WALLS
 from kinetile_conformance.strategies import scenes
-from kinetile_conformance.strategies.commands import ruled_scenes
+from kinetile_conformance.strategies.living import ruled_scenes
 from kinetile_conformance.strategies.small import box_scenes
 
 ALL = PHASES + TILING

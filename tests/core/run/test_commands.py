@@ -12,7 +12,7 @@ from kinetile_accuracy import certify_log
 from kinetile_accuracy.specification.certify import explain_difference
 from kinetile_conformance.cases import Subject, outcome
 from kinetile_conformance.compare import difference
-from kinetile_conformance.strategies.commands import living_scenes
+from kinetile_conformance.strategies.living import living_scenes
 from lanes import examples
 
 PHASES = ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling")

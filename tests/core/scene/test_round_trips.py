@@ -21,7 +21,7 @@ from kinetile.kernel.clock import TICKS, Clock
 from kinetile.records.reading import read_with_scene
 from kinetile.scene.by_name import loads_scene
 from kinetile.scene.files import dumps_scene
-from kinetile_conformance.strategies.commands import ruled_scenes
+from kinetile_conformance.strategies.living import ruled_scenes
 
 ARRAYS = ("position", "velocity", "radius", "mass", "kind_numbers")
 VALUES = ("arena", "commands", "turns", "start", "unit", "time_unit", "kind", "kinds", "responses", "meets")

@@ -79,6 +79,25 @@ def test_a_mutant_is_killed_with_three_bodies_at_most(label, load_mutant, tmp_pa
     assert int(result.bodies or 0) <= 3
 
 
+@forks
+@pytest.mark.interpreted
+@pytest.mark.parametrize(
+    ("label", "check"),
+    [
+        pytest.param("naive-cannot-be-drawn-with-four-bodies", "can-be-drawn", marks=pytest.mark.slow),
+        ("naive-draws-into-its-tables", "can-be-drawn"),
+        ("sap-1d-has-a-state-as-long-as-its-process", "resumes-in-another-process"),
+        ("naive-prints-what-it-prepares", "leaves-the-process-alone"),
+        ("naive-seeds-the-random-numbers-of-everybody", "leaves-the-process-alone"),
+        ("naive-keeps-half-a-mib-of-each-simulation", "memory-does-not-grow"),
+    ],
+)
+def test_what_is_not_a_contact_is_observed_too(label, check, load_mutant, tmp_path):
+    result = judge(load_mutant(label), tmp_path, [check])
+    assert result is not None
+    assert (result.check, result.status) == (check, "failed")
+
+
 def test_the_table_has_every_mutant():
     said = [row[:3] for row in rows(SECTION)]
     assert said == [[f"`{mutant.base}`", mutant.name, mutant.why] for mutant in MUTANTS]

@@ -1,0 +1,173 @@
+"""Checks of what a phase does to its process, and of what it keeps of one in a saved simulation.
+
+A phase is a guest in somebody's program. What it prints breaks ``--json``, a seed that it sets makes a study
+repeat itself, and what each simulation leaves behind ends a long one.
+"""
+
+from __future__ import annotations
+
+import gc
+import locale
+import multiprocessing
+import os
+import random
+import signal
+import sys
+import tempfile
+import threading
+import tracemalloc
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from kinetile.errors import KinetileError
+from kinetile.kernel.compiled import nobody_compiles
+from kinetile.run.simulation import resume
+from kinetile.scene import Scene
+from kinetile_conformance.cases import CONTACTS, Subject, horizon
+from kinetile_conformance.checks.check import Disagreement, DoesNotApply, Reference, check
+from kinetile_conformance.strategies.swarms import swarm
+
+SIMULATIONS = 100
+"""Simulations in which memory may not grow, after some that may fill caches."""
+
+GROWTH = 16 * 1024
+"""Bytes a simulation by which memory may grow."""
+
+PARTS: dict[str, Callable[[], Any]] = {
+    "the random numbers of NumPy": lambda: repr(np.random.get_state()),
+    "the random numbers of Python": random.getstate,
+    "the environment": lambda: dict(os.environ),
+    "the working folder": os.getcwd,
+    "the locale": lambda: locale.setlocale(locale.LC_ALL),
+    "how NumPy treats floating-point errors": np.geterr,
+    "how NumPy prints": np.get_printoptions,
+    "the filters of warnings": lambda: list(warnings.filters),
+    "the handlers of signals": lambda: [signal.getsignal(each) for each in signal.valid_signals()],
+    "the standard streams": lambda: (sys.stdin, sys.stdout, sys.stderr),
+    "the limit of recursion": sys.getrecursionlimit,
+    "the number of threads": threading.active_count,
+    "whether garbage is collected": gc.isenabled,
+}
+"""What belongs to the process, and how it is read."""
+
+
+@contextmanager
+def _written() -> Iterator[Callable[[], str]]:
+    """Keeps what is written to the standard output and error within this context, by Python or beside it;
+    yields a function that returns it."""
+    with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as file:
+        kept = {stream: os.dup(stream) for stream in (1, 2)}
+        sys.stdout.flush()
+        sys.stderr.flush()
+
+        def text() -> str:
+            file.flush()
+            file.seek(0)
+            return file.read()
+
+        for stream in kept:
+            os.dup2(file.fileno(), stream)
+        try:
+            with redirect_stdout(file), redirect_stderr(file):
+                yield text
+        finally:
+            for stream, old in kept.items():
+                os.dup2(old, stream)
+                os.close(old)
+
+
+def _run(subject: Subject, scene: Scene) -> None:
+    sim = subject.simulation(scene)
+    try:
+        sim.run(until=horizon(scene), max_contacts=CONTACTS)
+        sim.drawing()
+    except KinetileError:
+        pass  # whether a run may end so, other checks compare
+
+
+@check(draws=False, compares=False, since="4.0")
+def leaves_the_process_alone(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """It prints nothing, and changes nothing that belongs to the process: random numbers, environment,
+    locale, warnings, signals."""
+    shown = swarm("gas", 12)
+    subject.simulation(shown).compile()  # a compiler may warn
+    random.random(), np.random.random()  # a seed that has been set already would change nothing
+    before = {what: read() for what, read in PARTS.items()}
+    with _written() as written:
+        _run(subject, shown)
+        said = written()
+    if said:
+        raise Disagreement(f"it writes to the standard output or error: {said.splitlines()[0][:100]!r}")
+    for what, read in PARTS.items():
+        if read() != before[what]:
+            raise Disagreement(f"a run changes {what}")
+
+
+@check(draws=False, compares=False, since="4.0")
+def memory_does_not_grow(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """What a simulation took is free when it is gone."""
+    shown = swarm("gas", 12)
+
+    def simulate(times: int) -> int:
+        for _ in range(times):
+            subject.simulation(shown).build()
+        gc.collect()
+        return tracemalloc.get_traced_memory()[0]
+
+    tracemalloc.start(1)
+    try:
+        before = simulate(SIMULATIONS // 4)
+        grown = (simulate(SIMULATIONS) - before) / SIMULATIONS
+    finally:
+        tracemalloc.stop()
+    if grown > GROWTH:
+        raise Disagreement(f"each simulation leaves {grown / 1024:.0f} KiB behind")
+
+
+def _resumed(path: Path, until: float) -> str:
+    """Go on with a saved simulation; return its fingerprint, or what was raised."""
+    try:
+        sim = resume(path)
+        sim.run(until=until)
+    except Exception as error:  # of a foreign phase: whatever it is, it is told
+        return f"{type(error).__name__}: {error}"
+    return sim.fingerprint
+
+
+def _in_a_fork(work: Callable[[], str]) -> str:
+    here, there = multiprocessing.Pipe(duplex=False)
+    worker = multiprocessing.get_context("fork").Process(target=lambda: there.send(work()))
+    with nobody_compiles():
+        worker.start()
+    there.close()
+    try:
+        return str(here.recv())
+    except EOFError:
+        return "the process ended"
+    finally:
+        worker.join()
+
+
+@check(draws=False, compares=False, since="4.0")
+def resumes_in_another_process(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """Saved, it can be resumed in another process, and goes on to the same contacts."""
+    if not hasattr(os, "fork"):
+        raise DoesNotApply("there is no fork here")
+    for shown in (swarm("gas", 12), swarm("lattice", 60)):
+        sim = subject.simulation(shown)
+        sim.run(max_contacts=CONTACTS)
+        until = sim.time + 1.0
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "saved"
+            sim.save(path)
+            found = _in_a_fork(partial(_resumed, path, until))
+        sim.run(until=until)
+        if found != sim.fingerprint:
+            how = found if ":" in found else "other contacts"
+            raise Disagreement(f"saved, and resumed in another process: {how}", shown)

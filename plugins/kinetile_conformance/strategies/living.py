@@ -1,0 +1,330 @@
+"""Living scenes: bodies come, go and turn, some pass through others, stop, or lose energy.
+
+Whether there is room for a new body depends on where the others are by then. So a state machine of Hypothesis
+plays each scene under the reference: its rules run, insert, remove, exchange and turn, and what is refused is
+left out. ``Simulation.recorded`` of that run is the scene, with every command at its exact tick: any phase
+can run it, a child that dies of it has written it down, and a file keeps it.
+
+Rare states of a structure need many arrivals: a free list that wraps round, a cell with twenty bodies, a slot
+that is taken for the fourth time. So most rules do several things at once, and a quarter of the scenes has
+four times as many steps. Hypothesis disables rules at random for each scene, which makes runs of one kind of
+command. It does not minimise commands: that takes a hundred times as long as leaving out parts of a recording
+(``kinetile_conformance.drawing``).
+
+In scenes with responses three kinds of bodies meet by drawn rules. Every such scene also names the same
+responses for kinds that it declares and that no body has, so that one loop serves all of them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from functools import cache
+from itertools import islice
+from typing import Any
+
+import numpy as np
+from hypothesis import HealthCheck, Phase, seed, settings
+from hypothesis import strategies as st
+from hypothesis.stateful import (
+    RuleBasedStateMachine,
+    initialize,
+    precondition,
+    rule,
+    run_state_machine_as_test,
+)
+
+from kinetile.errors import KinetileError
+from kinetile.kernel.compiled import INTERPRETED
+from kinetile.run.simulation import Simulation
+from kinetile.scene import Response, Scene, Settings, relabelled
+from kinetile_conformance.cases import live_reference
+from kinetile_conformance.strategies.small import box_scenes, plane_scenes, speeds
+from kinetile_conformance.strategies.swarms import KINDS as SWARMS
+from kinetile_conformance.strategies.swarms import swarm
+
+STEPS, MANY_STEPS = 50, 200
+"""Rules for most scenes, and for every fourth batch."""
+
+BATCH = 10
+"""Scenes that Hypothesis draws in one go; of each batch the first is its simplest."""
+
+CONTACTS = 40
+"""Contacts in each piece of a run between two commands."""
+
+FEWEST, MOST = 3, 300
+"""Bodies at the start of a large scene."""
+
+UNWALLED = (4.0, 4.0)
+"""Width and height of where bodies come that have no arena and nobody to come to."""
+
+KINDS = ("ball", "wisp", "block")
+ABSENT = ("nobody", "no one")
+_LOSSY = Response("restitution", e=0.5, contact_time=2.0**-10)
+_COLUMNS = ("position", "velocity", "radius", "mass", "kind")
+SAME_LOOP: dict[Any, Any] = {("nobody", "nobody"): "stop", ("nobody", "no one"): _LOSSY}
+"""Rules for kinds that no body has: with them, scenes of any rules have one loop."""
+
+_answers = st.sampled_from(
+    ["elastic", "stop", _LOSSY, Response("restitution", e=0.875, contact_time=2.0**-20)]
+)
+
+
+@st.composite
+def _body(draw: st.DrawFn, passing: bool) -> dict[str, Any]:
+    """A body on a lattice of halves, where others may be."""
+    x, y = draw(st.integers(0, 3)), draw(st.integers(0, 3))
+    kind = draw(st.sampled_from(KINDS))
+    aside = draw(st.sampled_from([0.0, 0.25])) if passing and kind == "wisp" else 0.0
+    return {
+        "place": (x, y, kind == "wisp" and passing),
+        "position": (x + 0.5 + aside, y + 0.5),
+        "velocity": (draw(speeds), draw(speeds)),
+        "radius": draw(st.sampled_from([0.5, 0.25, 0.125])) if not aside else 0.25,
+        "mass": math.inf if kind == "block" else 1.0,
+        "kind": kind,
+    }
+
+
+@st.composite
+def _with_responses(draw: st.DrawFn, passing: bool) -> Scene:
+    """Up to seven bodies in a box, of three kinds."""
+    bodies = draw(st.lists(_body(passing), min_size=2, max_size=7, unique_by=lambda one: one["place"]))
+    rules: dict[Any, Any] = {("*", "*"): draw(_answers), ("*", "wall"): draw(_answers), **SAME_LOOP}
+    if passing:
+        rules |= {("wisp", other): "pass" for other in KINDS}
+    columns: dict[str, Any] = {name: [body[name] for body in bodies] for name in _COLUMNS}
+    return Scene(**columns, arena=(4.0, 4.0), responses=rules, kinds=(*KINDS, *ABSENT))
+
+
+def _of_many(number: int) -> Scene:
+    """Return the beginning of a swarm, without its turns."""
+    random = np.random.default_rng(number)
+    kinds = [kind for kind in SWARMS if kind != "marathon"]
+    bodies = 12 if INTERPRETED else int(FEWEST * (MOST / FEWEST) ** random.random())
+    kind = kinds[int(random.integers(len(kinds)))]
+    return swarm(kind, max(bodies, 8), number, int(random.integers(8))).replace(turns=())
+
+
+def _of_any_size() -> st.SearchStrategy[Scene]:
+    few = st.one_of(box_scenes(turns=False), plane_scenes(turns=False))
+    return st.one_of(few, st.integers(0, 2**24 - 1).map(_of_many))
+
+
+STARTS: dict[str, Callable[[], st.SearchStrategy[Scene]]] = {
+    "living": _of_any_size,
+    "passing": lambda: _with_responses(True),
+    "solid": lambda: _with_responses(False),
+}
+"""What living scenes begin with, by kind."""
+
+_numbers = st.integers(0, 2**24 - 1)
+"""For what a rule does in detail: one number costs a tenth of what its parts cost when each is drawn."""
+
+
+class _Play:
+    """A living scene in the making: what the rules do to a run under the reference."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        self.sim = Simulation(scene, live_reference(), live=True)
+        self.ended = False
+        self.widest = float(scene.radius.max(initial=0.25))
+        if scene.arena is not None:
+            self.corner, self.size = np.zeros(2), np.array(scene.arena)
+        elif len(scene):
+            self.corner = scene.position.min(axis=0) - self.widest
+            self.size = scene.position.max(axis=0) + self.widest - self.corner
+        else:
+            self.corner, self.size = np.zeros(2), np.array(UNWALLED)
+        speed = np.abs(scene.velocity).max(initial=0.0) or 1.0
+        self.unit = 2.0 ** np.round(np.log2(max(2.0 * self.widest, self.size.min() / 8.0) / speed))
+
+    def run(self, eighths: int) -> None:
+        """Run on for so many eighths of the time in which the fastest body crosses a cell or an eighth of the
+        scene."""
+        if not eighths or self.ended:
+            return
+        try:
+            self.sim.run(until=self.sim.time + self.unit * eighths / 8.0, max_contacts=CONTACTS)
+        except KinetileError:
+            self.ended = True  # under every phase: what came before is a scene as well
+
+    def moved_on(self, number: int) -> np.random.Generator:
+        """Run on for a while, mostly, and return the random numbers of a rule."""
+        random = np.random.default_rng(number)
+        self.run(int(random.choice([0, 0, 0, 1, 1, 2, 4])))
+        return random
+
+    def place(self, random: np.random.Generator) -> Any:
+        """Return a place in 64ths of the scene, or anywhere in it."""
+        part = random.integers(1, 64, 2) / 64.0 if random.random() < 0.75 else random.random(2)
+        return self.corner + part * self.size
+
+    def insert(self, place: Any, velocity: Any, radius: float, random: np.random.Generator) -> bool:
+        """Insert a body, or a smaller one, if there is room for it; return whether it has come."""
+        kind = None if self.scene.kinds == (0,) else KINDS[int(random.integers(len(KINDS)))]
+        for smaller in (1.0, 2.0, 4.0):
+            try:
+                self.sim.insert(place, velocity, radius / smaller, kind=kind)
+            except (KinetileError, ValueError):  # no room, or too fast for the scene's clock
+                continue
+            return True
+        return False
+
+    def chosen(self, most: int, random: np.random.Generator) -> list[int]:
+        """Return some of those present, in any order."""
+        there = self.sim.bodies
+        return [int(body) for body in random.permutation(there)[: int(random.integers(1, most + 1))]]
+
+    def exchange(self, bodies: list[int], random: np.random.Generator) -> None:
+        """Remove bodies, and insert as many at their places, in another order."""
+        rows = [int(np.flatnonzero(self.sim.bodies == body)[0]) for body in bodies]
+        places, radii = self.sim.positions()[rows], self.sim.radii()[rows]
+        velocities = self.sim.velocities()[rows]
+        for body in bodies:
+            self.sim.remove(body)
+        for at, by in enumerate(random.permutation(len(bodies))):
+            self.insert(places[by], velocities[at], float(min(radii[at], radii[by])), random)
+
+    def recorded(self) -> Scene:
+        """Return the scene that has been played, with some time to go on."""
+        length = 0.25 * (self.sim.time - self.scene.start) + 2.0 * self.unit
+        return relabelled(self.sim.recorded(), settings=Settings(until=self.sim.time + float(length)))
+
+
+def _machine(kind: str, found: list[Scene]) -> type[RuleBasedStateMachine]:
+    """Return the state machine that plays scenes of a kind, and puts each into ``found``."""
+
+    class LivingScene(RuleBasedStateMachine):
+        """The rules: each is one or several commands, or a piece of a run."""
+
+        play: _Play | None = None
+
+        @initialize(scene=STARTS[kind]())
+        def begin(self, scene: Scene) -> None:
+            self.play = _Play(scene)
+
+        def teardown(self) -> None:
+            if self.play is not None:
+                found.append(self.play.recorded())
+
+        @property
+        def going(self) -> _Play:
+            assert self.play is not None
+            return self.play
+
+        def may(self) -> bool:
+            return self.play is not None and not self.play.ended
+
+        def may_with_bodies(self) -> bool:
+            return self.may() and len(self.going.sim.bodies) > 0
+
+        @precondition(may)
+        @rule(eighths=st.integers(1, 8))
+        def run(self, eighths: int) -> None:
+            self.going.run(eighths)
+
+        @precondition(may)
+        @rule(number=_numbers)
+        def insert(self, number: int) -> None:
+            """One comes, as wide as the widest at the start, or narrower, or a little wider."""
+            random, play = self.going.moved_on(number), self.going
+            radius = play.widest * float(random.choice([1.0, 0.5, 0.25, 0.125, 1.5]))
+            for _ in range(4):
+                if play.insert(play.place(random), random.integers(-4, 5, 2) / 4.0, radius, random):
+                    return
+
+        @precondition(may)
+        @rule(number=_numbers)
+        def crowd(self, number: int) -> None:
+            """Up to eight small ones come to one place."""
+            random, play = self.going.moved_on(number), self.going
+            radius = play.widest / 16.0
+            place, aside = play.place(random), random.integers(-1, 2, 2) / 8.0
+            for at in range(int(random.integers(2, 9))):
+                step = 2.25 * radius * np.array([at % 3, at // 3])
+                play.insert(place + step, aside, radius, random)
+
+        @precondition(may_with_bodies)
+        @rule(number=_numbers)
+        def remove(self, number: int) -> None:
+            random = self.going.moved_on(number)
+            for body in self.going.chosen(3, random):
+                self.going.sim.remove(body)
+
+        @precondition(may_with_bodies)
+        @rule(number=_numbers)
+        def exchange(self, number: int) -> None:
+            random = self.going.moved_on(number)
+            self.going.exchange(self.going.chosen(8, random), random)
+
+        @precondition(may_with_bodies)
+        @rule(number=_numbers)
+        def exchange_the_ends(self, number: int) -> None:
+            """The first and the last go, and two come: one takes the low slot, far from where that was."""
+            random, there = self.going.moved_on(number), self.going.sim.bodies
+            ends = [int(there[-1]), int(there[0])][: len(there)]
+            self.going.exchange(ends[:: 1 if number & 1 else -1], random)
+
+        @precondition(may_with_bodies)
+        @rule(number=_numbers)
+        def turn(self, number: int) -> None:
+            """One takes the velocity of another, or its opposite, or stops."""
+            random, sim = self.going.moved_on(number), self.going.sim
+            body, other = random.choice(sim.bodies), random.integers(len(sim.bodies))
+            sim.set_velocity(int(body), sim.velocities()[other] * float(random.integers(-1, 2)))
+
+        @precondition(may_with_bodies)
+        @rule(number=_numbers)
+        def many_turn(self, number: int) -> None:
+            """Up to 24 fly back, or exchange their velocities, or have one in common."""
+            random, sim = self.going.moved_on(number), self.going.sim
+            rows = random.permutation(len(sim.bodies))[:24]
+            there = sim.velocities()[rows]
+            turned = (-there, random.permutation(there), np.tile(there[:1], (len(there), 1)))[number % 3]
+            sim.set_velocities(sim.bodies[rows], turned)
+
+    return LivingScene
+
+
+def played(kind: str, start: int = 0) -> Iterator[Scene]:
+    """Yield living scenes of a kind without end; the same ``start`` has the same scenes."""
+    batch = 0
+    while True:
+        found: list[Scene] = []
+        steps = MANY_STEPS if batch % 4 == 1 and not INTERPRETED else STEPS
+        machine = seed(start * 1_000 + batch)(_machine(kind, found))
+        run_state_machine_as_test(
+            machine,
+            settings=settings(
+                max_examples=BATCH,
+                stateful_step_count=steps,
+                database=None,
+                deadline=None,
+                phases=[Phase.generate],
+                suppress_health_check=list(HealthCheck),
+            ),
+        )
+        batch += 1
+        yield from found[1:]
+
+
+@cache
+def _some(kind: str) -> tuple[Scene, ...]:
+    return tuple(islice(played(kind), 40))
+
+
+def living_scenes() -> st.SearchStrategy[Scene]:
+    """Bodies of one kind, 2 to 300, in a box or in the open."""
+    return st.deferred(lambda: st.sampled_from(_some("living")))
+
+
+def ruled_scenes() -> st.SearchStrategy[Scene]:
+    """Up to seven bodies of three kinds in a box at the start, some of which pass through all others."""
+    return st.deferred(lambda: st.sampled_from(_some("passing")))
+
+
+def solid_scenes() -> st.SearchStrategy[Scene]:
+    """The same for a phase that is right only while no body passes through another."""
+    return st.deferred(lambda: st.sampled_from(_some("solid")))

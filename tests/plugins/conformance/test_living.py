@@ -1,0 +1,66 @@
+"""Living scenes: what a state machine plays is a scene that any phase runs; failures lose commands."""
+
+from __future__ import annotations
+
+from itertools import islice
+
+import pytest
+
+from kinetile.scene import Insert, Remove, Turn
+from kinetile_conformance.cases import LIVING_CONTACTS, Subject, is_living, outcome
+from kinetile_conformance.checks import CHECKS, table
+from kinetile_conformance.compare import difference
+from kinetile_conformance.drawing import Drawing, reduced
+from kinetile_conformance.strategies.living import STARTS, played
+from kinetile_conformance.strategies.swarms import BURSTS, CORRIDORS, numbered, scaled
+
+
+@pytest.mark.parametrize("kind", STARTS)
+def test_the_same_number_plays_the_same_scenes_with_commands_of_all_kinds(kind):
+    scenes = list(islice(played(kind, 3), 6))
+    assert scenes == list(islice(played(kind, 3), 6))
+    given = {type(command) for scene in scenes for command in scene.commands}
+    assert given == {Insert, Remove, Turn}
+
+
+def test_a_living_scene_has_one_outcome_under_the_reference_and_a_phase_that_takes_bodies_in():
+    for scene in islice(played("living", 1), 4):
+        expected = outcome(Subject("naive", {}).reference(scene), scene, LIVING_CONTACTS)
+        assert difference(outcome(Subject("cells", {}), scene, LIVING_CONTACTS), expected, "cells") is None
+
+
+def test_living_scenes_are_played_once_for_all_checks():
+    drawing = Drawing(10, 0)
+    first = list(drawing.living("living", 2))
+    assert [id(scene) for scene in drawing.living("living", 2)] == [id(scene) for scene in first]
+
+
+def test_of_hundreds_of_commands_those_that_matter_are_left():
+    scene = next(each for each in played("living") if sum(isinstance(c, Insert) for c in each.commands) > 20)
+    wanted = [command for command in scene.commands if isinstance(command, Insert)][9].position
+
+    def fails(other):
+        return any(isinstance(each, Insert) and each.position == wanted for each in other.commands)
+
+    small = reduced(scene, fails, 20.0)
+    assert len(small.commands) == 1
+    assert len(small) <= 1
+
+
+def test_scaled_swarms_are_far_away_fast_and_small():
+    scenes = [scaled(number) for number in range(60)]
+    assert not any(map(is_living, scenes))
+    assert max(float(abs(scene.velocity).max()) for scene in scenes) > 2.0**30
+    sizes = [float(abs(scene.position).max() / scene.radius.max()) for scene in scenes]
+    assert max(sizes) > 2.0**40
+
+
+def test_bursts_and_corridors_can_be_drawn():
+    for kinds in (BURSTS, CORRIDORS):
+        assert all(len(numbered(kinds, number)) >= 8 for number in range(20))
+
+
+def test_the_table_has_every_check_once():
+    rows = table(100)
+    assert sorted(name for _, _, name in rows) == sorted(check.name for check in CHECKS)
+    assert len({strategy for strategy, _, _ in rows}) >= 14
