@@ -325,7 +325,7 @@ class Sandbox:
         scene, count = self._written(LAST if end.seen is None else FAILING)
         dying = cause(end, f"check {name!r}", self._words(), self._who, self._job.memory)
         result = Result(name, check.sentence, "died", count, 0.0, said=dying)
-        if end.silent:
+        if end.silent and end.seen is None:
             return replace(result, status="not judged", said="", reason=dying)
         if not check.draws:
             scene = None

@@ -7,6 +7,7 @@ import re
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -24,6 +25,7 @@ from kinetile_conformance import check_broad_phase, deadline
 from kinetile_conformance.api import replay
 from kinetile_conformance.cases import Subject, load_case
 from kinetile_conformance.checks import check_named
+from kinetile_conformance.checks.process_independence import SIMULATE
 from kinetile_conformance.drawing import Drawing
 from kinetile_conformance.judge import Judge, References
 from kinetile_conformance.rehearsal import tightness
@@ -213,6 +215,15 @@ def test_a_picture_shows_who_is_there() -> None:
     )
     drawn = draw(Subject("sap-1d", {}), scene, "said")
     assert re.findall(r">(\d+)</text>", drawn) == ["1", "2"]
+
+
+def test_a_run_that_ends_in_an_error_is_summed_up_in_the_program_of_another_process() -> None:
+    """The program is text, which no type checker and no import has looked through."""
+    names: dict[str, Any] = {}
+    exec(SIMULATE, names)
+    scene = Scene([[1.0, 1.0], [2.0, 1.0]], [[1.0, 0.0], [-1.0, 0.0]], 0.25, arena=(4.0, 4.0))
+    ((ended, _, _),) = names["simulate"]("names-fewer-than-none", {}, None, 10, [scene], [1.0])
+    assert ended == "PhaseError"
 
 
 # How much is over-reported
