@@ -11,10 +11,10 @@ from typing import Any, Unpack
 from kinetile.errors import BadOption, Refused, one_of
 from kinetile_conformance.cases import SavedCase, Subject, load_case
 from kinetile_conformance.checks import CHECKS
+from kinetile_conformance.isolated import DEATHS, GIB, IsolatedRunner
 from kinetile_conformance.judge import CheckRun, Judge, Options, Request, applicable, verdict
 from kinetile_conformance.rehearsal import rehearse, tightness
 from kinetile_conformance.report import KIT_VERSION, Report, Result
-from kinetile_conformance.sandbox import DEATHS, GIB, Sandbox
 
 MEMORY = 4 * GIB
 
@@ -38,7 +38,8 @@ def check_broad_phase(
     Raises:
         UnknownName, BadOption: there is no such phase, or it has no such option.
         NotJudged: it does not load, or its hooks do not compile; the message says where.
-        Refused: it refuses every sample of a scene; or it was added in this process, which cannot fork.
+        Refused: it refuses every sample of a scene; or it was added in this process, and cannot be
+            sent to another.
         ValueError: a check is named that does not exist.
         MissingExtra: Hypothesis is not installed.
     """
@@ -46,16 +47,16 @@ def check_broad_phase(
     if in_process:
         return _judged_here(request)
     notes: tuple[str, ...] = ()
-    with Sandbox(request, memory) as sandbox:
-        sandbox.rehearse()
+    with IsolatedRunner(request, memory) as runner:
+        runner.rehearse()
         results: list[Result] = []
         for check in request.checks:
-            if sandbox.deaths >= DEATHS:
+            if runner.deaths >= DEATHS:
                 left = ", ".join(request.checks[len(results) :])
-                notes = (f"not run, after {sandbox.deaths} deaths: {left}",)
+                notes = (f"not run, after {runner.deaths} deaths: {left}",)
                 break
-            results.append(_reported(request, sandbox.judge(check)))
-        return request.report(results, _tightness(request, results, sandbox.tightness), notes)
+            results.append(_reported(request, runner.judge(check)))
+        return request.report(results, _tightness(request, results, runner.tightness), notes)
 
 
 def _judged_here(request: Request) -> Report:

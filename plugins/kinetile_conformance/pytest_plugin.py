@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 SUITE = "kinetile_conformance.suite"
 
 OPEN: list[Any] = []
-"""The sandboxes in use, each with a child process."""
+"""The runners in use, each with a child process."""
 
 MISTAKE = pytest.StashKey[str]()
 """What is wrong with the suite's options: raised while tests are made, it would look like an error of the
@@ -34,25 +34,25 @@ def checks_of(name: str, **options: Unpack[Options]) -> dict[str, Callable[[], N
     from kinetile.plugin.registry import registry
     from kinetile.run.compose import check_options
     from kinetile_conformance.api import MEMORY
+    from kinetile_conformance.isolated import IsolatedRunner
     from kinetile_conformance.judge import Request
-    from kinetile_conformance.sandbox import Sandbox
 
     request = Request.of(name, options)
     phase = registry().broad_phase(name)
     check_options("broad phase", name, phase, request.subject.options)
     phase(**request.subject.options)
-    begun: list[Sandbox] = []
+    begun: list[IsolatedRunner] = []
 
-    def sandbox() -> Sandbox:
+    def runner() -> IsolatedRunner:
         if not begun:
-            begun.append(Sandbox(request, MEMORY))
+            begun.append(IsolatedRunner(request, MEMORY))
             OPEN.append(begun[0])
             begun[0].rehearse()
         return begun[0]
 
     def test(check: str) -> Callable[[], None]:
         def run() -> None:
-            result = sandbox().judge(check)
+            result = runner().judge(check)
             if result.status == "skipped":
                 pytest.skip(result.reason)
             passed = result.status in ("passed", "xpassed")  # pytest itself handles an expected failure

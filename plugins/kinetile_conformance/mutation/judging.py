@@ -20,13 +20,13 @@ from kinetile.kernel.compiled.limits import end_after, limit_memory
 from kinetile_conformance.cases import PhasePlugin, Subject
 from kinetile_conformance.checks import CHECKS
 from kinetile_conformance.drawing import Drawing
+from kinetile_conformance.isolated import GIB
 from kinetile_conformance.judge import Judge, References
 from kinetile_conformance.mutation.operators import Edit
+from kinetile_conformance.mutation.processes import as_a_child, forked, news_apart
 from kinetile_conformance.mutation.sources import PhaseSource, Source
 from kinetile_conformance.mutation.writing import write
-from kinetile_conformance.processes import as_a_child, forked, news_apart
 from kinetile_conformance.rehearsal import tightness
-from kinetile_conformance.sandbox import GIB
 
 FIRST = (
     "same-contacts",
