@@ -27,9 +27,9 @@ from kinetile_conformance.cases import PhasePlugin, Subject
 from kinetile_conformance.checks import check_named
 from kinetile_conformance.checks.check import Check, Reference
 from kinetile_conformance.deadline import limit_scenes
-from kinetile_conformance.judge import CheckRun, Judge, verdict
 from kinetile_conformance.processes import Message
-from kinetile_conformance.rehearsal import SAMPLES, compiled, fresh, rehearse, tightness
+from kinetile_conformance.runner import CheckRun, Runner, verdict
+from kinetile_conformance.smoke_test import SAMPLES, compiled, fresh
 
 NO_MEMORY = 77
 """The exit code of a child that came to the end of its memory."""
@@ -58,8 +58,8 @@ class Job:
 def serve(job: Job, tasks: Iterable[Message], send: Send) -> None:
     """Carry out tasks until there are no more.
 
-    A task has its kind under "do": "rehearse" (load, compile, run once), "fresh" (list what is still to be
-    compiled), "compile" (the samples of numbers "samples"), "judge" (the check "check"; "expected" is why it
+    A task has its kind under "do": "smoke test" (load, compile, run once), "fresh" (list what is still to be
+    compiled), "compile" (the samples of numbers "samples"), "check" (the check "check"; "expected" is why it
     is known to fail), "tightness", "alone" (run "check" on "scene", to see if the process survives) and
     "verdict" (run it under the other phases, to see which one it speaks against). The answer to each ends
     with "done".
@@ -72,7 +72,7 @@ def serve(job: Job, tasks: Iterable[Message], send: Send) -> None:
     limit_scenes(job.scene_seconds)
     _keep_out(job.home)
     subject = job.subject
-    judge = Judge(
+    runner = Runner(
         subject,
         examples=job.examples,
         seed=job.seed,
@@ -83,9 +83,9 @@ def serve(job: Job, tasks: Iterable[Message], send: Send) -> None:
     )
     for task in tasks:
         match task["do"]:
-            case "rehearse":
+            case "smoke test":
                 try:
-                    rehearse(subject)
+                    runner.smoke_test()
                 except (NotJudged, BadOption, Refused) as error:
                     _leave_without_memory(error)
                     send({"error": type(error).__name__, "said": str(error)})
@@ -95,14 +95,16 @@ def serve(job: Job, tasks: Iterable[Message], send: Send) -> None:
                 for number in task["samples"]:
                     with contextlib.suppress(KinetileError):
                         compiled(subject, SAMPLES[number])
-            case "judge":
-                send({"result": judge.judge(task["check"], task["expected"])})
+            case "check":
+                send({"result": runner.run(task["check"], task["expected"])})
             case "tightness":
-                send({"tightness": tightness(subject)})
+                send({"tightness": runner.tightness()})
             case "alone":
                 CheckRun(check_named(task["check"]), subject).holds(task["scene"])
             case "verdict":
                 send({"verdict": verdict(check_named(task["check"]), subject, task["scene"])})
+            case unknown:
+                raise ValueError(f"there is no task {unknown!r}")
         send({"done": True})
 
 

@@ -34,14 +34,15 @@ from kinetile.kernel.compiled.limits import out_of_time
 from kinetile.plugin.calling import is_library
 from kinetile.scene import Scene
 from kinetile_conformance import deadline
-from kinetile_conformance.cases import Subject, not_saved, provided, save_case
+from kinetile_conformance.cases import not_saved, provided, save_case
 from kinetile_conformance.checks import check_named
 from kinetile_conformance.checks.metamorphic import without
 from kinetile_conformance.child import NO_MEMORY, Job
 from kinetile_conformance.diagnosis import OFTEN, likely
-from kinetile_conformance.judge import Request
 from kinetile_conformance.processes import IDLE, Child, Message, Silent
-from kinetile_conformance.report import Result
+from kinetile_conformance.reporting import Result
+from kinetile_conformance.runner import Plan
+from kinetile_conformance.smoke_test import FIRST
 
 GIB = 1 << 30
 
@@ -50,6 +51,15 @@ DEATHS = 3
 
 COMPILING = 200.0
 """CPU seconds that a child may compile between two messages."""
+
+
+FEW = 12
+"""Scenes for each check that runs with interpreted hooks before anything is compiled."""
+
+BRIEF = 3.0
+"""CPU seconds for such a check."""
+
+PRELIMINARY = "with interpreted hooks; it is run with compiled ones as well, and that counts"
 
 
 class Ending(NamedTuple):
@@ -135,7 +145,7 @@ class IsolatedRunner:
     """Runs checks on one phase in child processes; a context, which ends them.
 
     Args:
-        request: the phases under test, and the options.
+        plan: the phases under test, and the options.
         memory: how many bytes a child may take beyond what it begins with, where the system can tell.
 
     Raises:
@@ -143,39 +153,38 @@ class IsolatedRunner:
         Refused: the phase was added in this process, and cannot be sent to another.
     """
 
-    def __init__(self, request: Request, memory: int) -> None:
+    def __init__(self, plan: Plan, memory: int) -> None:
         if importlib.util.find_spec("hypothesis") is None:
             raise MissingExtra("the conformance kit", "hypothesis", "conformance")
         self.deaths = 0
-        self._request = request
+        self.notes: tuple[str, ...] = ()
+        self._preliminary = ""
+        self._plan = plan
         self._memory = memory
         self._scene_seconds = deadline.SCENE_SECONDS
         self._scratch = Path(tempfile.mkdtemp(prefix="kinetile-conformance-"))
         self._child: Child | None = None
         self._who = " with ".join(
-            f"{each.kind} {each.spec.name!r} of {each.source}" for each in provided(request.subject)
+            f"{each.kind} {each.spec.name!r} of {each.source}" for each in provided(plan.subject)
         )
-        try:
-            self._job = self._pickled_job()
-        except BaseException:
-            self.close()
-            raise
-
-    def _pickled_job(self) -> bytes:
-        request = self._request
-        job = Job(
-            subject=request.subject,
-            added=tuple((p.plugin, p.spec) for p in provided(request.subject) if p.distribution is None),
-            examples=request.examples,
-            save_to=None if request.save_to is None else request.save_to.absolute(),
-            shrink=request.shrink,
-            seed=request.seed,
-            seconds=request.seconds,
+        self._environment: dict[str, str] = {}
+        self._job = Job(
+            subject=plan.subject,
+            added=tuple((p.plugin, p.spec) for p in provided(plan.subject) if p.distribution is None),
+            examples=plan.examples,
+            save_to=None if plan.save_to is None else plan.save_to.absolute(),
+            shrink=plan.shrink,
+            seed=plan.seed,
+            seconds=plan.seconds,
             scene_seconds=self._scene_seconds,
             memory=self._memory,
             home=str(self._scratch / "hypothesis"),
         )
-        return pickled(job, request.subject)
+        try:
+            pickled(self._job)
+        except BaseException:
+            self.close()
+            raise
 
     def __enter__(self) -> Self:
         return self
@@ -192,8 +201,12 @@ class IsolatedRunner:
             self._child = None
         shutil.rmtree(self._scratch, ignore_errors=True)
 
-    def rehearse(self) -> None:
+    def smoke_test(self) -> None:
         """Load and compile the phase and run it once; where all checks follow, compile what they need.
+
+        Where loops are still to be compiled, which takes longer than all the rest, some checks see a few
+        scenes with interpreted hooks first. What fails there is passed to ``on_result`` at once, as a
+        preliminary result: its check is run with compiled hooks as well, and that result counts.
 
         If the process does not survive that, the checks will report the cause.
 
@@ -201,19 +214,47 @@ class IsolatedRunner:
             NotJudged: it does not load or compile.
             BadOption, Refused: as the phase says.
         """
+        fresh: list[int] = []
         with suppress(_Died):
-            self._do({"do": "rehearse"}, lambda message: None)
-            if self._request.whole and not INTERPRETED:
-                self._compile()
+            if self._plan.whole and not INTERPRETED:
+                found: Message = {}
+                self._do({"do": "fresh"}, found.update)
+                fresh = list(found.get("fresh", ()))
+            if fresh:
+                self._run_interpreted()
+            self._do({"do": "smoke test"}, lambda message: None)
+            if fresh:
+                self._compile(fresh)
         self.deaths = 0
 
-    def _compile(self) -> None:
-        """Compile the loops that are not yet, in two processes side by side."""
-        found: Message = {}
-        self._do({"do": "fresh"}, found.update)
-        fresh = list(found.get("fresh", ()))
-        if not fresh:
-            return
+    def _run_interpreted(self) -> None:
+        """Run the first checks on a few scenes with interpreted hooks, until one fails."""
+        child, job, plan = self._child, self._job, self._plan
+        self._child, self._job, self._environment = (
+            None,
+            replace(job, examples=FEW, seconds=BRIEF),
+            {"NUMBA_DISABLE_JIT": "1"},
+        )
+        self._plan = replace(plan, shrink=False)  # of deaths
+        try:
+            self._do({"do": "smoke test"}, lambda message: None)
+            for name in (name for name in FIRST if name not in self._plan.expected):
+                result = self.run(name)
+                if (
+                    result.status == "failed" and " raised " not in result.said
+                ):  # compiled hooks raise nothing
+                    self._preliminary = name
+                    plan.on_result(replace(result, reason=PRELIMINARY))
+                    break
+        except _Died:
+            pass  # of what has nothing to do with the compiler, the compiled hooks will die, too
+        finally:
+            if self._child is not None:
+                self._child.end()
+            self._child, self._job, self._environment, self._plan = child, job, {}, plan
+
+    def _compile(self, fresh: list[int]) -> None:
+        """Compile the loops of these samples, in two processes side by side."""
         helper = self._start("words of a helper")
         try:
             helper.send(pickle.dumps({"do": "compile", "samples": fresh[1::2]}))
@@ -223,12 +264,12 @@ class IsolatedRunner:
         finally:
             helper.end()
 
-    def judge(self, name: str) -> Result:
-        """Run the check of a name; the result has the status "died" if the child does not survive it.
+    def run(self, name: str, expected: str | None = None) -> Result:
+        """Run the check of a name; ``expected`` is why it is known to fail.
 
-        Then the check is run again on ever fewer bodies, to find the fewest on which it dies.
+        The result has the status "died" if the child does not survive it. Then the check is run again on ever
+        fewer bodies, to find the fewest on which it dies.
         """
-        expected = self._request.expected.get(name)
         last: Message = {"count": 0}
         failed: Message = {}
         results: list[Result] = []
@@ -240,16 +281,18 @@ class IsolatedRunner:
                 failed.update(message)
             elif "count" in message:
                 last.update(message)
-                self._request.on_scene(name, message["count"])
+                self._plan.on_scene(name, message["count"])
 
         began = time.perf_counter()
         try:
-            self._do({"do": "judge", "check": name, "expected": expected}, hear)
+            self._do({"do": "check", "check": name, "expected": expected}, hear)
         except _Died as died:
             result = self._death(died, name, expected, failed or last)
             return replace(result, seconds=time.perf_counter() - began)
         if not results:
             raise PhaseError(f"the child has sent no result of the check {name!r}")
+        if name == self._preliminary and results[0].ok:
+            self.notes = (f"{name} fails with interpreted hooks only: they do not mean the same compiled",)
         return results[0]
 
     def tightness(self) -> float | None:
@@ -289,8 +332,8 @@ class IsolatedRunner:
 
     def _start(self, words: str) -> Child:
         seconds = COMPILING + 2.0 * self._scene_seconds
-        child = Child("kinetile_conformance.child:main", self._scratch / words, {}, seconds)
-        child.send(self._job)
+        child = Child("kinetile_conformance.child:main", self._scratch / words, self._environment, seconds)
+        child.send(pickled(self._job))
         return child
 
     def _words(self) -> str:
@@ -326,12 +369,12 @@ class IsolatedRunner:
         if check.draws and "scene" in last:
             scene = pickle.loads(last["scene"])
         if seen:
-            often = likely(name, seen) if self._request.subject.pair is None and expected is None else ""
+            often = likely(name, seen) if self._plan.subject.pair is None and expected is None else ""
             said = f"{seen}\n(and while a smaller scene was looked for, {dying})"
             result = replace(result, status="failed", said=f"{said}\n{OFTEN}{often}" if often else said)
         elif status == "not judged":
             return replace(result, said="", reason=dying)
-        elif scene is not None and self._request.shrink and expected is None and died.how != "endless":
+        elif scene is not None and self._plan.shrink and expected is None and died.how != "endless":
             scene = self._fewest(name, scene)
         if expected is not None:
             result = replace(result, status="xfailed", reason=expected)
@@ -346,12 +389,12 @@ class IsolatedRunner:
 
     def _saved(self, result: Result, scene: Scene) -> Result:
         """Save the scene of a result, where that is wished for."""
-        request, check = self._request, check_named(result.check)
-        if request.save_to is None or not check.replay:
+        plan, check = self._plan, check_named(result.check)
+        if plan.save_to is None or not check.replay:
             return result
-        path = request.save_to.absolute() / f"{request.subject.name}-{check.name}.toml"
+        path = plan.save_to.absolute() / f"{plan.subject.name}-{check.name}.toml"
         try:
-            save_case(scene, path, check.replay, request.subject, result.said)
+            save_case(scene, path, check.replay, plan.subject, result.said)
         except OSError as error:
             return replace(result, said=f"{result.said}\n{not_saved('scene', error)}")
         return replace(result, case=path)
@@ -359,7 +402,7 @@ class IsolatedRunner:
     def _fewest(self, check: str, scene: Scene) -> Scene:
         """Leave out one body after the other where the process dies without it too, for as long as a check
         may take."""
-        limit = deadline.Deadline(self._request.seconds)
+        limit = deadline.Deadline(self._plan.seconds)
         body = 0
         with suppress(deadline.TimeIsUp):
             while body < len(scene):
@@ -386,13 +429,13 @@ class IsolatedRunner:
         return str(found.get("verdict", ""))
 
 
-def pickled(job: Job, subject: Subject) -> bytes:
+def pickled(job: Job) -> bytes:
     """Return a job as bytes for another process. What that cannot import, it gets by value.
 
     Raises Refused where something of the phase cannot be sent.
     """
     cloudpickle: Any = importlib.import_module("numba.cloudpickle")
-    targets = [each.spec.target for each in provided(subject) if each.distribution is None]
+    targets = [spec.target for _, spec in job.added]
     names = {str(target.__module__) for target in targets if not isinstance(target, str)} - {"__main__"}
     strangers = [sys.modules[name] for name in names if name in sys.modules and not _can_be_imported(name)]
     for module in strangers:
@@ -401,7 +444,7 @@ def pickled(job: Job, subject: Subject) -> bytes:
         return bytes(cloudpickle.dumps(job))
     except Exception as error:  # pickling has no error of its own
         said = f"cannot be sent to a process of its own ({type(error).__name__}: {error})"
-        raise Refused(f"{subject.name} {said}: judge it in this process") from error
+        raise Refused(f"{job.subject.name} {said}: judge it in this process") from error
     finally:
         for module in strangers:
             cloudpickle.unregister_pickle_by_value(module)

@@ -18,7 +18,7 @@ from kinetile.cli.terminal import DIFFERENT, INTERRUPTED, Bar, FirstSignal, exit
 from kinetile.errors import BadOption
 
 if TYPE_CHECKING:
-    from kinetile_conformance.report import Report, Result
+    from kinetile_conformance.reporting import Report, Result
 
 
 class Budget(StrEnum):
@@ -166,7 +166,8 @@ class _ReportPrinter:
         self.at = ""
         self._bar.close()
         shown = replace(result, case=_from_here(result.case), picture=_from_here(result.picture))
-        self.unfinished = replace(self.unfinished, results=(*self.unfinished.results, shown))
+        others = [each for each in self.unfinished.results if each.check != shown.check]
+        self.unfinished = replace(self.unfinished, results=(*others, shown))
         if self._json:
             _line({"result": self.unfinished.row(shown)})
         else:

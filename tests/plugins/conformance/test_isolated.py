@@ -24,7 +24,9 @@ from kinetile.kernel.compiled import INTERPRETED
 from kinetile.toolbox import BroadPhaseParts
 from kinetile_conformance import CHECKS, Report, Result, check_broad_phase, deadline, processes
 from kinetile_conformance.cases import load_case
+from kinetile_conformance.isolated import GIB, PRELIMINARY, IsolatedRunner
 from kinetile_conformance.processes import Child, Message, Silent
+from kinetile_conformance.runner import Plan
 from registering import registered
 
 MIB = 1 << 20
@@ -414,6 +416,29 @@ def test_a_failure_before_a_silent_end_is_a_failure(monkeypatch: pytest.MonkeyPa
     (result,) = isolated("is-wrong-and-slow", expected_failures={"same-contacts": "why"}).results
     assert (result.status, result.reason) == ("xfailed", "why")
     assert "does it wait for something?" in result.said
+
+
+# Before anything is compiled
+
+
+@pytest.mark.parametrize(("name", "said"), [("is-wrong-and-slow", "contact 0 is missing"), ("naive", "")])
+def test_an_obvious_fault_is_seen_with_interpreted_hooks(name: str, said: str) -> None:
+    seen: list[Result] = []
+    plan = Plan.of(name, {"on_result": seen.append})
+    with IsolatedRunner(plan, GIB) as runner:
+        runner._run_interpreted()
+    assert [each.status for each in seen] == ["failed"] * bool(said)
+    assert all(said in each.said and each.reason == PRELIMINARY for each in seen)
+
+
+def test_what_fails_with_interpreted_hooks_only_is_a_note() -> None:
+    check = "rejects-unknown-options"
+    with IsolatedRunner(Plan.of("naive", {}), GIB) as runner:
+        runner._preliminary = check
+        assert runner.run(check).ok
+        assert runner.notes == (
+            f"{check} fails with interpreted hooks only: they do not mean the same compiled",
+        )
 
 
 # Installed
