@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import ctypes
 import os
+import subprocess
 import sys
+import time
 from pathlib import Path
 from typing import NamedTuple
 
@@ -28,6 +30,11 @@ def everyone(k: Kernel, s: State, body: int) -> int:
     for other in range(len(k.bodies)):
         k.near[other] = other
     return len(k.bodies)
+
+
+@hook
+def nobody(k: Kernel, s: State, body: int) -> int:
+    return 0
 
 
 @hook
@@ -216,6 +223,16 @@ class Cannot:
         raise OSError("no licence")
 
 
+class IsWrongAndSlow:
+    """Nobody is near anybody; each simulation takes a while."""
+
+    def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
+        until = time.process_time() + 0.01
+        while time.process_time() < until:
+            pass
+        return BroadPhaseParts(nobody)
+
+
 class ReturnsANumber:
     def prepare(self, scene: kt.Scene) -> int:
         return 5
@@ -244,6 +261,7 @@ HOSTILE = {
     "cannot-be-made": Cannot,
     "raises-in-prepare": RaisesInPrepare,
     "leaves-in-prepare": LeavesInPrepare,
+    "is-wrong-and-slow": IsWrongAndSlow,
     "returns-a-number": ReturnsANumber,
     "returns-the-wrong-parts": ReturnsTheWrongParts,
     "returns-old-parts": ReturnsOldParts,
@@ -281,6 +299,17 @@ HOSTILE = {
 
 for _name, _phase in HOSTILE.items():
     globals()["".join(part.title() for part in _name.split("-"))] = _phase
+
+
+def compute(number: int) -> None:
+    """A child that computes for ever, and sends nothing."""
+    while True:
+        pass
+
+
+def wait_for_one_that_computes(number: int) -> None:
+    """A child that waits for another, which computes for ever."""
+    subprocess.run([sys.executable, "-c", "while True: pass"], check=False)
 
 
 @kt.hookimpl

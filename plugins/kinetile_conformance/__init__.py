@@ -18,20 +18,20 @@ if TYPE_CHECKING:
     from kinetile_conformance.checks import check_named as check_named
     from kinetile_conformance.checks.check import Check as Check
     from kinetile_conformance.checks.check import Disagreement as Disagreement
-    from kinetile_conformance.judge import EXAMPLES as EXAMPLES
     from kinetile_conformance.pytest_plugin import parametrize_with_checks as parametrize_with_checks
-    from kinetile_conformance.report import KIT_VERSION as KIT_VERSION
-    from kinetile_conformance.report import Report as Report
-    from kinetile_conformance.report import Result as Result
+    from kinetile_conformance.reporting import KIT_VERSION as KIT_VERSION
+    from kinetile_conformance.reporting import Report as Report
+    from kinetile_conformance.reporting import Result as Result
+    from kinetile_conformance.runner import EXAMPLES as EXAMPLES
 
 _HOME = {
     "CHECKS": "checks",
-    "EXAMPLES": "judge",
-    "KIT_VERSION": "report",
+    "EXAMPLES": "runner",
+    "KIT_VERSION": "reporting",
     "Check": "checks.check",
     "Disagreement": "checks.check",
-    "Report": "report",
-    "Result": "report",
+    "Report": "reporting",
+    "Result": "reporting",
     "check_broad_phase": "api",
     "check_named": "checks",
     "parametrize_with_checks": "pytest_plugin",

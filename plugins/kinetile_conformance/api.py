@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Unpack
 
 from kinetile.errors import BadOption, Refused, one_of
 from kinetile_conformance.cases import SavedCase, Subject, load_case
 from kinetile_conformance.checks import CHECKS
-from kinetile_conformance.judge import CheckRun, Judge, Options, Request, applicable, verdict
-from kinetile_conformance.rehearsal import rehearse, tightness
-from kinetile_conformance.report import KIT_VERSION, Report, Result
-from kinetile_conformance.sandbox import DEATHS, GIB, Sandbox
+from kinetile_conformance.isolated import DEATHS, GIB, IsolatedRunner
+from kinetile_conformance.reporting import KIT_VERSION, Report, Result
+from kinetile_conformance.runner import CheckRun, Options, Plan, Runner, applicable, verdict
 
 MEMORY = 4 * GIB
 
@@ -22,7 +21,7 @@ MEMORY = 4 * GIB
 def check_broad_phase(
     name: str, *, in_process: bool = False, memory: int = MEMORY, **options: Unpack[Options]
 ) -> Report:
-    """Judge the broad phase registered under a name; return the report.
+    """Runner the broad phase registered under a name; return the report.
 
     A child process judges it, so this one goes on whatever the phase does. A check that the child did not
     survive has the status "died", with the cause and, as far as it can be seen, the place. After three deaths
@@ -38,53 +37,39 @@ def check_broad_phase(
     Raises:
         UnknownName, BadOption: there is no such phase, or it has no such option.
         NotJudged: it does not load, or its hooks do not compile; the message says where.
-        Refused: it refuses every sample of a scene; or it was added in this process, which cannot fork.
+        Refused: it refuses every sample of a scene; or it was added in this process, and cannot be
+            sent to another.
         ValueError: a check is named that does not exist.
         MissingExtra: Hypothesis is not installed.
     """
-    request = Request.of(name, options)
-    if in_process:
-        return _judged_here(request)
-    notes: tuple[str, ...] = ()
-    with Sandbox(request, memory) as sandbox:
-        sandbox.rehearse()
+    plan = Plan.of(name, options)
+    with runner_for(plan, in_process, memory) as runner:
         results: list[Result] = []
-        for check in request.checks:
-            if sandbox.deaths >= DEATHS:
-                left = ", ".join(request.checks[len(results) :])
-                notes = (f"not run, after {sandbox.deaths} deaths: {left}",)
+        notes: tuple[str, ...] = ()
+        runner.smoke_test()
+        for done, check in enumerate(plan.checks):
+            if runner.deaths >= DEATHS:
+                notes = (f"not run, after {runner.deaths} deaths: {', '.join(plan.checks[done:])}",)
                 break
-            results.append(_reported(request, sandbox.judge(check)))
-        return request.report(results, _tightness(request, results, sandbox.tightness), notes)
+            results.append(runner.run(check, plan.expected.get(check)))
+            plan.on_result(results[-1])
+        notes += runner.notes
+        fine = plan.whole and not notes and all(result.ok for result in results)
+        return plan.report(results, runner.tightness() if fine else None, notes)
 
 
-def _judged_here(request: Request) -> Report:
-    """Judge in this process."""
-    rehearse(request.subject)
-    judge = Judge(
-        request.subject,
-        examples=request.examples,
-        seed=request.seed,
-        seconds=request.seconds,
-        shrink=request.shrink,
-        save_to=request.save_to,
+def runner_for(plan: Plan, in_process: bool = False, memory: int = MEMORY) -> Runner | IsolatedRunner:
+    """Return the runner of a plan: in this process, or in child processes with limits."""
+    if not in_process:
+        return IsolatedRunner(plan, memory)
+    return Runner(
+        plan.subject,
+        examples=plan.examples,
+        seed=plan.seed,
+        seconds=plan.seconds,
+        shrink=plan.shrink,
+        save_to=plan.save_to,
     )
-    results = [
-        _reported(request, judge.judge(check, request.expected.get(check))) for check in request.checks
-    ]
-    return request.report(results, _tightness(request, results, lambda: tightness(request.subject)))
-
-
-def _reported(request: Request, result: Result) -> Result:
-    """Call the caller's ``on_result``, and return the result."""
-    request.on_result(result)
-    return result
-
-
-def _tightness(request: Request, results: list[Result], measured: Callable[[], float | None]) -> float | None:
-    """Return the over-reporting of a phase where all checks were run and passed; else None."""
-    whole = request.whole and len(results) == len(request.checks)
-    return measured() if whole and all(result.ok for result in results) else None
 
 
 DEFAULT_CHECK = "same-contacts"
@@ -103,7 +88,7 @@ def replay(
     Args:
         name: the name of the broad phase.
         path: a scene file; one that the kit has saved names the check that failed, and the narrow phases that
-            were on request.
+            were on plan.
         check: the name of the check; None: the one that the file names, or ``same-contacts``.
         options: options of the broad phase; where there are none, those that the file names for this phase.
 

@@ -23,10 +23,6 @@ SECONDS = 600.0 if INTERPRETED else 60.0
 SCENE_SECONDS = 300.0 if INTERPRETED else 20.0
 """CPU seconds that a check may take for one scene, of which most take a hundredth."""
 
-SILENCE = 900.0
-"""Seconds of wall time without any message after which a process is given up: it sleeps, or waits for
-something."""
-
 
 class TimeIsUp(BaseException):
     """A check has taken all its time; no error of the phase, nor one that anybody should catch on the way."""

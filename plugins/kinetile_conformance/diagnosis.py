@@ -134,6 +134,12 @@ SYMPTOMS = (
         pattern=r"(removed|reported) the pair \(",
     ),
     Symptom(
+        "sizes",
+        "computed with one body's size, not the other's: two bodies are near by the sum of both reaches, and "
+        "a wide one has to be found from each small one as well.",
+        checks=("same-contacts-beside-giants",),
+    ),
+    Symptom(
         "many",
         "a list overflows, or a number has too few bits: only many bodies fail. If few are left of them, "
         "look for truncation where `floor` is meant: many swarms lie about the origin.",

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Any, Unpack
 import pytest
 
 if TYPE_CHECKING:
-    from kinetile_conformance.judge import Options
+    from kinetile_conformance.runner import Options
 
 
 SUITE = "kinetile_conformance.suite"
 
 OPEN: list[Any] = []
-"""The sandboxes in use, each with a child process."""
+"""The runners in use, each with a child process."""
 
 MISTAKE = pytest.StashKey[str]()
 """What is wrong with the suite's options: raised while tests are made, it would look like an error of the
@@ -33,34 +33,33 @@ def checks_of(name: str, **options: Unpack[Options]) -> dict[str, Callable[[], N
     """
     from kinetile.plugin.registry import registry
     from kinetile.run.compose import check_options
-    from kinetile_conformance.api import MEMORY
-    from kinetile_conformance.judge import Request
-    from kinetile_conformance.sandbox import Sandbox
+    from kinetile_conformance.api import runner_for
+    from kinetile_conformance.runner import Plan
 
-    request = Request.of(name, options)
+    plan = Plan.of(name, options)
     phase = registry().broad_phase(name)
-    check_options("broad phase", name, phase, request.subject.options)
-    phase(**request.subject.options)
-    begun: list[Sandbox] = []
+    check_options("broad phase", name, phase, plan.subject.options)
+    phase(**plan.subject.options)
+    begun: list[Any] = []
 
-    def sandbox() -> Sandbox:
+    def runner() -> Any:
         if not begun:
-            begun.append(Sandbox(request, MEMORY))
+            begun.append(runner_for(plan))
             OPEN.append(begun[0])
-            begun[0].rehearse()
+            begun[0].smoke_test()
         return begun[0]
 
     def test(check: str) -> Callable[[], None]:
         def run() -> None:
-            result = sandbox().judge(check)
+            result = runner().run(check, plan.expected.get(check))
             if result.status == "skipped":
                 pytest.skip(result.reason)
             passed = result.status in ("passed", "xpassed")  # pytest itself handles an expected failure
-            assert passed, str(request.report((result,), None))
+            assert passed, str(plan.report((result,), None))
 
         return run
 
-    return {check: test(check) for check in request.checks}
+    return {check: test(check) for check in plan.checks}
 
 
 def parametrize_with_checks(name: str, **options: Unpack[Options]) -> Any:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from kinetile.errors import BadOption
-from kinetile.plugin.choices import read_assignments, read_phase, read_phases
+from kinetile.plugin.choices import read_assignments, read_option, read_phase, read_phases
 
 if TYPE_CHECKING:
     from kinetile.plugin.specs import Kind
@@ -105,7 +105,7 @@ def until_or_default(scene: Scene, until: float | None, max_contacts: int | None
 def broad_choice(text: str | None, options: Sequence[str] | None) -> tuple[str | None, dict[str, Any]]:
     """Return the broad phase of ``--broad-phase`` (None: not chosen) and its options, with ``--option``."""
     name, chosen = (None, {}) if text is None else read_phase(text)
-    return name, chosen | read_assignments(options or (), "--option")
+    return name, chosen | read_assignments(options or (), "--option", read_option)
 
 
 def narrow_choice(texts: Sequence[str] | None) -> dict[str, dict[str, Any]] | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from kinetile.errors import BadOption
@@ -29,7 +29,17 @@ def read_value(text: str) -> Any:
     return text
 
 
-def read_assignments(texts: Iterable[str], where: str) -> dict[str, Any]:
+def read_option(text: str) -> Any:
+    """Returns the value of a phase's option: as ``read_value`` has it, but ``none`` is that word.
+
+    Options often have ``"none"`` among their choices; Python's None is what ``write_phase`` writes, ``None``.
+    """
+    return text if text == "none" else read_value(text)
+
+
+def read_assignments(
+    texts: Iterable[str], where: str, read: Callable[[str], Any] = read_value
+) -> dict[str, Any]:
     """Returns ``key=value`` texts as a dictionary, dashes in keys as underscores; BadOption for others."""
     found: dict[str, Any] = {}
     for text in texts:
@@ -39,7 +49,7 @@ def read_assignments(texts: Iterable[str], where: str) -> dict[str, Any]:
             raise BadOption(f"{where} {text!r}: expected key=value, such as seed=7")
         if key in found:
             raise BadOption(f"{where} {text!r}: {key} is given twice")
-        found[key] = read_value(value.strip())
+        found[key] = read(value.strip())
     return found
 
 
@@ -48,7 +58,7 @@ def read_phase(text: str) -> tuple[str, dict[str, Any]]:
     name, _, options = text.strip().partition(":")
     if not name:
         raise BadOption(f"{text!r} names no phase; expected a name, such as sap-1d or sap-1d:axis=y")
-    return name, read_assignments(filter(None, options.split(",")), f"phase {name!r}: option")
+    return name, read_assignments(filter(None, options.split(",")), f"phase {name!r}: option", read_option)
 
 
 def write_phase(name: str, options: Mapping[str, Any]) -> str:

@@ -18,7 +18,7 @@ from kinetile.cli.terminal import DIFFERENT, INTERRUPTED, Bar, FirstSignal, exit
 from kinetile.errors import BadOption
 
 if TYPE_CHECKING:
-    from kinetile_conformance.report import Report, Result
+    from kinetile_conformance.reporting import Report, Result
 
 
 class Budget(StrEnum):
@@ -99,9 +99,6 @@ def conform(
             help="Print what draws scenes, how many by default, and the check that looks at them.",
         ),
     ] = False,
-    junitxml: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write the results as JUnit XML as well.")
-    ] = None,
     json: Annotated[
         bool, typer.Option("--json", help="Print each result as a line of JSON, and the report as the last.")
     ] = False,
@@ -119,7 +116,7 @@ def conform(
         if seconds is not None and not seconds > 0.0:
             raise BadOption(f"--seconds {seconds:g}: expected a number of seconds above 0")
         try_folder("--save-to", save_to, keep=False)
-        show = _ReportPrinter(name, options, narrow, json, junitxml)
+        show = _ReportPrinter(name, options, narrow, json)
         count = EXAMPLES[budget] if examples is None else examples
         who = " with ".join([phase, *(narrow_phase or ())])
         notice(f"judging {who} on {count:,} scenes a check{_compiling()} ...")
@@ -166,7 +163,6 @@ class _ReportPrinter:
         options: dict[str, Any],
         narrow: dict[str, dict[str, Any]],
         json: bool,
-        junitxml: Path | None,
     ) -> None:
         from kinetile.plugin.registry import registry
         from kinetile_conformance import CHECKS, Report
@@ -175,10 +171,7 @@ class _ReportPrinter:
         source = f"{owner.distribution or 'this process'} {owner.version or ''}".strip()
         self.unfinished: Report = Report(name, options, source, (), narrow_phases=narrow)
         self._json = json
-        self._junitxml = junitxml
         self._wide = max(len(check.name) for check in CHECKS)
-        if junitxml is not None:
-            self._write()  # an error of writing comes before any work is done
         if not json:
             typer.echo(f"{self.unfinished.head}\n")
         self.at = ""
@@ -194,17 +187,16 @@ class _ReportPrinter:
         self.at = ""
         self._bar.close()
         shown = replace(result, case=_from_here(result.case), picture=_from_here(result.picture))
-        self.unfinished = replace(self.unfinished, results=(*self.unfinished.results, shown))
+        others = [each for each in self.unfinished.results if each.check != shown.check]
+        self.unfinished = replace(self.unfinished, results=(*others, shown))
         if self._json:
             _line({"result": self.unfinished.row(shown)})
         else:
             typer.echo("\n".join(self.unfinished.lines(shown, self._wide)))
-        self._write()
 
     def end(self, report: Report, status: str) -> None:
         """Print what stands below the results, or all of it as a line of JSON."""
         self._bar.close()
-        self._write()
         if self._json:
             from kinetile.versions import versions
 
@@ -212,21 +204,6 @@ class _ReportPrinter:
             _line(found if status == "complete" else found | {"conforms": None})
         elif status == "complete":
             typer.echo(f"\n{report.foot}")
-
-    def _write(self) -> None:
-        """Write what there is of the report as JUnit XML."""
-        if self._junitxml is None:
-            return
-        from kinetile_conformance.report import junit
-
-        try:
-            self._junitxml.write_text(junit(self.unfinished), encoding="utf-8")
-        except OSError as error:
-            said = f"--junitxml {str(self._junitxml)!r} cannot be written: {error.strerror or error}"
-            self._junitxml = None
-            if not self.unfinished.results:
-                raise BadOption(said) from error
-            notice(f"kinetile: {said}")
 
 
 def _line(row: dict[str, Any]) -> None:

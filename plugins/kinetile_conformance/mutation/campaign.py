@@ -29,8 +29,8 @@ from kinetile_conformance.mutation.judging import (
     order_of_checks,
 )
 from kinetile_conformance.mutation.mutants import Mutant
+from kinetile_conformance.mutation.processes import CAN_FORK, Child, afresh
 from kinetile_conformance.mutation.sources import PhaseSource
-from kinetile_conformance.processes import CAN_FORK, Child, afresh
 
 FEW = 10
 """Scenes a check in the rounds that are interpreted."""

@@ -20,13 +20,13 @@ from kinetile.kernel.compiled.limits import end_after, limit_memory
 from kinetile_conformance.cases import PhasePlugin, Subject
 from kinetile_conformance.checks import CHECKS
 from kinetile_conformance.drawing import Drawing
-from kinetile_conformance.judge import Judge, References
+from kinetile_conformance.isolated import GIB
 from kinetile_conformance.mutation.operators import Edit
+from kinetile_conformance.mutation.processes import as_a_child, forked, news_apart
 from kinetile_conformance.mutation.sources import PhaseSource, Source
 from kinetile_conformance.mutation.writing import write
-from kinetile_conformance.processes import as_a_child, forked, news_apart
-from kinetile_conformance.rehearsal import tightness
-from kinetile_conformance.sandbox import GIB
+from kinetile_conformance.runner import References, Runner
+from kinetile_conformance.smoke_test import tightness
 
 FIRST = (
     "same-contacts",
@@ -159,7 +159,7 @@ def try_one(work: Assignment, task: MutantTask, shared: SharedScenes, send: Send
     except Exception as error:
         send({"crashed": f"{type(error).__name__}: {error}"})
         return
-    judge = Judge(
+    runner = Runner(
         Subject(spec.name, work.options),
         seconds=float("inf"),
         shrink=False,
@@ -170,7 +170,7 @@ def try_one(work: Assignment, task: MutantTask, shared: SharedScenes, send: Send
         send({"begin": check})
         began = time.process_time()
         end_after(work.limits.get(check, work.limits["load"]))
-        result = judge.judge(check, "a mutant")  # as if expected to fail: no verdict is needed
+        result = runner.run(check, "a mutant")  # as if expected to fail: no verdict is needed
         refused = result.status == "skipped" and check not in work.skips
         spent = time.process_time() - began
         send({"check": check, "status": result.status, "said": result.said or result.reason, "cpu": spent})
@@ -180,7 +180,7 @@ def try_one(work: Assignment, task: MutantTask, shared: SharedScenes, send: Send
 
 
 def serve(work: Assignment, send: Send) -> None:
-    """Judge all mutants, each in a fork; pass on its messages, and send how it ended."""
+    """Runner all mutants, each in a fork; pass on its messages, and send how it ended."""
     sys.dont_write_bytecode = True
     words = Path(work.scratch) / f"words-{os.getpid()}"
     patience = 60.0 + 10.0 * max(work.limits.values())

@@ -499,6 +499,7 @@ def test_assignments_and_phases():
     with pytest.raises(BadOption, match="given twice"):
         read_assignments(["a=1", "a=2"], "-o")
     assert read_phase("cells:size=0.5,skin=2") == ("cells", {"size": 0.5, "skin": 2})
+    assert read_phase("mine:fault=none,other=None") == ("mine", {"fault": "none", "other": None})
     assert read_phases("naive, sap-1d:axis=x,sap-1d:axis=y") == ["naive", "sap-1d:axis=x", "sap-1d:axis=y"]
     assert read_phases("cells:size=.5,skin=2,naive") == ["cells:size=.5,skin=2", "naive"]
     assert read_numbers("25, 100", int, "--bodies") == [25, 100]

@@ -20,7 +20,7 @@ from kinetile_conformance import canaries
 from kinetile_conformance.cases import Subject
 from kinetile_conformance.checks import memory
 from kinetile_conformance.checks.memory import first_breach
-from kinetile_conformance.judge import CheckRun
+from kinetile_conformance.runner import CheckRun
 from kinetile_conformance.strategies.gallery import MANY, SMALL, smallest, titled
 from kinetile_conformance.watched_hooks import Breach, guarded
 

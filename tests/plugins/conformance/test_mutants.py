@@ -17,7 +17,6 @@ import pytest
 
 import mutants
 from kinetile_conformance import CHECKS
-from kinetile_conformance.processes import CAN_FORK
 from mutant_table import FIRST
 from phase_mutant_table import MUTANTS
 from phase_mutants import KILLED, judge
@@ -47,8 +46,6 @@ QUICK = (
     pytest.param("sap-2d-starts-without-its-pairs", marks=pytest.mark.slow),
 )
 
-forks = pytest.mark.skipif(not CAN_FORK, reason="a phase of this process is judged in a fork")
-
 
 def rows(text: str) -> list[list[str]]:
     """Return the cells of all tables in a text, without their heads."""
@@ -69,7 +66,6 @@ def judged(*labels: str) -> list[list[str]]:
     return rows(done.stdout)
 
 
-@forks
 @pytest.mark.interpreted
 @pytest.mark.parametrize("label", QUICK)
 def test_a_mutant_is_killed_with_three_bodies_at_most(label, load_mutant, tmp_path):
@@ -124,7 +120,6 @@ def test_the_tables_below_have_every_mutant(title, these):
     assert section(title).startswith(f"\n{len(these)} ")
 
 
-@forks
 @pytest.mark.long
 @pytest.mark.compiled
 def test_the_table_is_what_the_kit_makes_of_the_mutants():

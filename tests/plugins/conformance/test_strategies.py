@@ -17,7 +17,7 @@ from kinetile_conformance.cases import Subject, outcome
 from kinetile_conformance.checks import check_named
 from kinetile_conformance.compare import difference
 from kinetile_conformance.drawing import reduced
-from kinetile_conformance.judge import CheckRun
+from kinetile_conformance.runner import CheckRun
 from kinetile_conformance.strategies.bulk import LATTICES, lattices, marathon
 from kinetile_conformance.strategies.swarms import GIANTS, KINDS, numbered, swarm
 from kinetile_plugins.cells.layout import sides_for

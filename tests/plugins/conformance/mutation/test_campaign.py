@@ -13,9 +13,9 @@ from kinetile_conformance.mutation.campaign import FEW, Round, campaign, rounds_
 from kinetile_conformance.mutation.findings import Finding, Findings
 from kinetile_conformance.mutation.judging import FIRST, LONG, order_of_checks
 from kinetile_conformance.mutation.mutants import mutants_of, sample
+from kinetile_conformance.mutation.processes import CAN_FORK
 from kinetile_conformance.mutation.sources import source_of
 from kinetile_conformance.mutation.writing import passes
-from kinetile_conformance.processes import CAN_FORK
 from registering import registered
 
 pytestmark = pytest.mark.skipif(not CAN_FORK, reason="mutants are judged in forks")

@@ -7,12 +7,13 @@ import re
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import hostile_phases
 import kinetile as kt
-import kinetile_conformance.judge
+import kinetile_conformance.runner
 from kinetile.errors import PhaseError, Refused, StalledError
 from kinetile.kernel.compiled import compiling_seconds
 from kinetile.kernel.tables import BAD_PAIR, STALLED
@@ -24,10 +25,11 @@ from kinetile_conformance import check_broad_phase, deadline
 from kinetile_conformance.api import replay
 from kinetile_conformance.cases import Subject, load_case
 from kinetile_conformance.checks import check_named
+from kinetile_conformance.checks.process_independence import SIMULATE
 from kinetile_conformance.drawing import Drawing
-from kinetile_conformance.judge import Judge, References
-from kinetile_conformance.rehearsal import tightness
-from kinetile_conformance.report import Result
+from kinetile_conformance.reporting import Result
+from kinetile_conformance.runner import References, Runner
+from kinetile_conformance.smoke_test import tightness
 from kinetile_conformance.view import draw
 from kinetile_plugins.naive import near as everybody
 from registering import registered
@@ -111,8 +113,8 @@ def _registered() -> Iterator[None]:
 
 
 def test_out_of_time_is_not_judged() -> None:
-    judge = Judge(Subject("slow", {}), examples=40, seconds=0.5)
-    result = judge.judge("repeats-itself")
+    runner = Runner(Subject("slow", {}), examples=40, seconds=0.5)
+    result = runner.run("repeats-itself")
     assert result.status == "not judged"
     assert (result.verdict, result.case, result.bodies) == ("", None, None)
     assert 0 < result.scenes < 40
@@ -133,7 +135,7 @@ def test_compiling_is_not_counted(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_failure_that_does_not_always_come_back_says_how_often() -> None:
-    result = Judge(Subject("moody", {}), examples=30, shrink=False).judge("same-contacts")
+    result = Runner(Subject("moody", {}), examples=30, shrink=False).run("same-contacts")
     assert result.status == "failed"
     times = int(result.said.rpartition("it failed ")[2].partition(")")[0])
     assert "(not every time: of 5 times more on this scene it failed" in result.said
@@ -141,13 +143,13 @@ def test_a_failure_that_does_not_always_come_back_says_how_often() -> None:
 
 
 def test_a_failure_that_comes_back_says_nothing_of_it() -> None:
-    result = Judge(Subject("wrong-if", {"wrong": 1}), examples=30, shrink=False).judge("same-contacts")
+    result = Runner(Subject("wrong-if", {"wrong": 1}), examples=30, shrink=False).run("same-contacts")
     assert "not every time" not in result.said
 
 
 def test_a_saved_case_has_the_options_with_which_it_failed(tmp_path: Path) -> None:
-    judge = Judge(Subject("wrong-if", {"wrong": 1}), examples=30, shrink=False, save_to=tmp_path)
-    result = judge.judge("same-contacts")
+    runner = Runner(Subject("wrong-if", {"wrong": 1}), examples=30, shrink=False, save_to=tmp_path)
+    result = runner.run("same-contacts")
     assert result.case is not None
     case = load_case(result.case)
     assert (case.name, case.options, case.check) == ("wrong-if", {"wrong": 1}, "same-contacts")
@@ -157,9 +159,9 @@ def test_a_saved_case_has_the_options_with_which_it_failed(tmp_path: Path) -> No
 
 
 def test_a_failure_in_the_gallery_is_saved_and_replayed(tmp_path: Path) -> None:
-    judge = Judge(Subject("wrong-with-many", {}), examples=10, save_to=tmp_path)
-    assert judge.judge("same-contacts").ok
-    result = judge.judge("same-contacts-in-the-gallery", "so that no verdict is needed")
+    runner = Runner(Subject("wrong-with-many", {}), examples=10, save_to=tmp_path)
+    assert runner.run("same-contacts").ok
+    result = runner.run("same-contacts-in-the-gallery", "so that no verdict is needed")
     assert (result.status, result.bodies) == ("xfailed", 26)
     assert result.case is not None
     assert result.picture is not None
@@ -199,7 +201,7 @@ def test_what_a_hook_raises_is_where_the_author_wrote_it(monkeypatch: pytest.Mon
             raise PhaseError("as it is")
 
     monkeypatch.setattr(Slow, "prepare", Raises.prepare)
-    result = Judge(Subject("slow", {}), examples=3, shrink=False).judge("same-contacts", "it raises")
+    result = Runner(Subject("slow", {}), examples=3, shrink=False).run("same-contacts", "it raises")
     assert result.said.startswith("PhaseError: as it is")
 
 
@@ -215,6 +217,15 @@ def test_a_picture_shows_who_is_there() -> None:
     assert re.findall(r">(\d+)</text>", drawn) == ["1", "2"]
 
 
+def test_a_run_that_ends_in_an_error_is_summed_up_in_the_program_of_another_process() -> None:
+    """The program is text, which no type checker and no import has looked through."""
+    names: dict[str, Any] = {}
+    exec(SIMULATE, names)
+    scene = Scene([[1.0, 1.0], [2.0, 1.0]], [[1.0, 0.0], [-1.0, 0.0]], 0.25, arena=(4.0, 4.0))
+    ((ended, _, _),) = names["simulate"]("names-fewer-than-none", {}, None, 10, [scene], [1.0])
+    assert ended == "PhaseError"
+
+
 # How much is over-reported
 
 
@@ -223,7 +234,7 @@ def test_a_phase_that_does_not_do_the_dense_gas_gets_its_report(
     name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert tightness(Subject(name, {})) is None
-    monkeypatch.setattr(kinetile_conformance.judge, "CHECKS", ())  # as if it had passed them all
+    monkeypatch.setattr(kinetile_conformance.runner, "CHECKS", ())  # as if it had passed them all
     report = check_broad_phase(name, in_process=True)
     assert (report.ok, report.tightness, report.distribution) == (True, None, "this process")
     assert "over-reporting" not in str(report)
@@ -234,8 +245,8 @@ def test_a_phase_that_does_not_do_the_dense_gas_gets_its_report(
 
 def failing(save_to: Path) -> Result:
     """Return the result of a check that fails on the first scene; nothing is compiled for it."""
-    judge = Judge(Subject("raises-in-arrange", {}), examples=5, save_to=save_to, shrink=False)
-    result = judge.judge("near-is-mutual", "it raises")
+    runner = Runner(Subject("raises-in-arrange", {}), examples=5, save_to=save_to, shrink=False)
+    result = runner.run("near-is-mutual", "it raises")
     assert result.status == "xfailed"
     assert "arrange raised KeyError: 'no such thing'" in result.said.splitlines()[0]
     return result
@@ -277,6 +288,6 @@ def test_makes_progress_tells_one_that_stalls_from_one_that_is_wrong_by_the_type
         raise found
 
     monkeypatch.setattr(Engine, "chunk", chunk)
-    result = Judge(Subject("naive", {}), examples=2).judge("makes-progress", "a reason")
+    result = Runner(Subject("naive", {}), examples=2).run("makes-progress", "a reason")
     assert result.status == status
     assert result.said == ("in other words" if fault == STALLED else "")

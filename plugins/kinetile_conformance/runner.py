@@ -1,8 +1,8 @@
-"""The judge: runs checks on scenes, one check after the other, minimises what fails, and gives a verdict.
+"""The runner: runs checks on scenes, one check after the other, minimises what fails, and gives a verdict.
 
-``Judge`` judges one phase in this process; ``kinetile_conformance.sandbox`` runs one in a child process with
-limits. ``Options`` are what a caller may choose, in Python, in pytest and on the command line; a ``Request``
-has them checked and completed.
+``Runner`` works in this process; ``kinetile_conformance.isolated`` has one work in a child process with
+limits. ``Options`` are what a caller may choose, in Python, in pytest and on the command line; a ``Plan`` has
+them checked and completed.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, TypedDict
+from typing import Any, Self, TypedDict
 
 from kinetile.errors import Refused
 from kinetile.plugin.calling import NOT_AUTHORS, place_of
@@ -37,7 +37,8 @@ from kinetile_conformance.checks.check import Check, Disagreement, DoesNotApply
 from kinetile_conformance.deadline import SECONDS, Deadline, TimeIsUp, begin_scene, spent
 from kinetile_conformance.diagnosis import OFTEN, likely
 from kinetile_conformance.drawing import Drawing, reduced
-from kinetile_conformance.report import Report, Result
+from kinetile_conformance.reporting import Report, Result
+from kinetile_conformance.smoke_test import smoke_test, tightness
 from kinetile_conformance.strategies.gallery import smallest
 
 NOT_AUTHORS.add(Path(__file__).parent)
@@ -90,7 +91,7 @@ class Options(TypedDict, total=False):
 
 
 @dataclass(frozen=True)
-class Request:
+class Plan:
     """The options of a conformance run, checked and completed, and the phases under test."""
 
     subject: Subject
@@ -107,8 +108,8 @@ class Request:
     began: float
 
     @classmethod
-    def of(cls, name: str, options: Options) -> Request:
-        """Return the request for a phase.
+    def of(cls, name: str, options: Options) -> Plan:
+        """Return the plan for a phase.
 
         Raises UnknownName, BadOption, and ValueError for a check that does not exist.
         """
@@ -149,7 +150,7 @@ class Request:
 
 def _subject(name: str, chosen: Options) -> Subject:
     """Return the phases under test; raise UnknownName for a phase that does not exist, and BadOption for an
-    option that a narrow phase does not have. The rehearsal checks the options of the broad phase."""
+    option that a narrow phase does not have. The smoke test checks the options of the broad phase."""
     narrow: dict[str, Mapping[str, Any]] = {}
     for each, options in read_narrow_phases(chosen.get("narrow_phases") or ()).items():
         check_options("narrow phase", each, registry().narrow_phase(each), options)
@@ -273,8 +274,8 @@ def verdict(each: Check, subject: Subject, scene: Scene) -> str:
     return f"only {subject.name}" + (f"; {', '.join(fine)} agree with the reference" if fine else "")
 
 
-class Judge:
-    """Judges one phase, in this process.
+class Runner:
+    """Runs checks on one phase, in this process.
 
     Args:
         subject: the phase.
@@ -301,6 +302,8 @@ class Judge:
         references: References | None = None,
     ) -> None:
         self.subject = subject
+        self.deaths = 0
+        self.notes: tuple[str, ...] = ()
         self._drawing = Drawing(examples, seed) if drawing is None else drawing
         self._references = References(subject) if references is None else references
         self._seconds = seconds
@@ -308,7 +311,24 @@ class Judge:
         self._save_to = save_to
         self._watched = watched
 
-    def judge(self, name: str, expected: str | None = None) -> Result:
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Do nothing: in this process there is nothing to end."""
+
+    def smoke_test(self) -> None:
+        """Load and compile the phase, and run it once (``smoke_test.smoke_test``)."""
+        smoke_test(self.subject)
+
+    def tightness(self) -> float | None:
+        """Return the phase's over-reporting (``smoke_test.tightness``)."""
+        return tightness(self.subject)
+
+    def run(self, name: str, expected: str | None = None) -> Result:
         """Run the check of a name and return its result; ``expected`` is why it is known to fail."""
         each = check_named(name)
         if self._watched is not None:

@@ -1,4 +1,4 @@
-"""The sandbox: plugins that do harm are named, with their distribution, and the caller goes on."""
+"""The isolated runner: plugins that do harm are named, with their distribution, and the caller goes on."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import re
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -21,9 +22,11 @@ from installing import OWN, run
 from kinetile.errors import AuditError, BadOption, PhaseError, UnknownName
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.toolbox import BroadPhaseParts
-from kinetile_conformance import CHECKS, Report, Result, check_broad_phase, sandbox_child
+from kinetile_conformance import CHECKS, Report, Result, check_broad_phase, deadline, processes
 from kinetile_conformance.cases import load_case
-from kinetile_conformance.processes import CAN_FORK
+from kinetile_conformance.isolated import GIB, PRELIMINARY, IsolatedRunner
+from kinetile_conformance.processes import Child, Message, Silent
+from kinetile_conformance.runner import Plan
 from registering import registered
 
 MIB = 1 << 20
@@ -36,8 +39,6 @@ OLD = (
 )
 
 OUT_OF_MEMORY = r"out of memory in check 'same-contacts': it asked for more than 0\.25 GiB"
-
-forks = pytest.mark.skipif(not CAN_FORK, reason="a phase of this process is isolated in a fork")
 
 
 @pytest.fixture(autouse=True)
@@ -174,14 +175,13 @@ def test_an_audit_finds_what_is_written_where_it_should_not_be(name: str, said: 
         sim.run(until=0.0)
 
 
-# In a sandbox_child
+# In a child
 
 
 def isolated(name: str, *checks: str, **more: object) -> Report:
     return check_broad_phase(name, checks=checks or ("same-contacts",), examples=10, **more)  # type: ignore[arg-type]
 
 
-@forks
 @pytest.mark.parametrize(
     ("name", "said"),
     [
@@ -197,32 +197,33 @@ def isolated(name: str, *checks: str, **more: object) -> Report:
         pytest.param("wants-too-many-pairs", OUT_OF_MEMORY, marks=pytest.mark.slow),
     ],
 )
-def test_a_death_is_a_result_that_names_check_distribution_and_cause(name: str, said: str) -> None:
-    report = isolated(name, memory=256 * MIB)
+def test_a_death_is_a_result_that_names_check_distribution_and_cause(
+    name: str, said: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    report = isolated(name, memory=256 * MIB, shrink=name == "crashes-in-arrange")
     (result,) = report.results
     assert (result.status, report.exit_code) == ("died", 1)
+    assert capfd.readouterr() == ("", "")
     assert re.fullmatch(rf"{said} \({said_of(name)}\)", result.said)
     assert report.distribution == "this process"
 
 
-@forks
 def test_an_endless_loop_is_ended_and_located(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sandbox_child, "SCENE_SECONDS", 1.0)
-    (result,) = isolated("hangs-in-arrange").results
+    monkeypatch.setattr(deadline, "SCENE_SECONDS", 1.0)
+    (result,) = isolated("hangs-in-arrange", shrink=False).results
     assert result.status == "died"
     assert re.match(rf"an endless loop in hangs{HERE}, in check 'same-contacts': ", result.said)
     assert result.verdict.startswith("only hangs-in-arrange")
 
 
 def compiled(name: str, *kinds: tuple[object, object]) -> None:
-    """Compile a phase's loops for scenes with these arenas and masses, so that a sandbox_child need not."""
+    """Compile a phase's loops for scenes with these arenas and masses, so that a child need not."""
     for arena, mass in kinds:
         still = kt.Scene([[1.0, 1.0], [2.0, 2.0]], np.zeros((2, 2)), 0.25, mass, arena)  # type: ignore[arg-type]
         kt.Simulation(still, name, turning=True).compile()
 
 
 @pytest.mark.slow
-@forks
 @pytest.mark.skipif(INTERPRETED, reason="nothing is compiled")
 @pytest.mark.parametrize(
     ("name", "said"),
@@ -244,7 +245,7 @@ def compiled(name: str, *kinds: tuple[object, object]) -> None:
 def test_what_a_compiled_hook_does_stays_in_the_child(
     name: str, said: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(sandbox_child, "SCENE_SECONDS", 2.0)
+    monkeypatch.setattr(deadline, "SCENE_SECONDS", 2.0)
     compiled(name, ((4.0, 4.0), 1.0))
     (result,) = isolated(name, "survives-the-smallest-scenes").results
     assert not result.ok
@@ -253,7 +254,6 @@ def test_what_a_compiled_hook_does_stays_in_the_child(
 
 
 @pytest.mark.slow
-@forks
 @pytest.mark.skipif(INTERPRETED, reason="nothing is compiled")
 def test_the_scene_of_a_death_is_saved(tmp_path: Path) -> None:
     compiled("leaves-its-arrays", (None, 1.0), ((4.0, 4.0), 1.0), ((4.0, 4.0), [1.0, 2.0]))
@@ -265,22 +265,20 @@ def test_the_scene_of_a_death_is_saved(tmp_path: Path) -> None:
     assert (case.check, len(case.scene)) == ("near-is-mutual", result.bodies)
 
 
-@forks
 def test_the_other_checks_are_run_after_a_death() -> None:
     heard: list[Result] = []
     report = isolated(
-        "crashes-in-arrange", "same-contacts", "rejects-unknown-options", on_result=heard.append
+        *("crashes-in-arrange", "same-contacts", "rejects-unknown-options"),
+        on_result=heard.append,
+        shrink=False,
     )
     assert [result.status for result in report.results] == ["died", "passed"]
     assert tuple(heard) == report.results
     assert report.notes == ()
 
 
-@forks
 def test_after_three_deaths_the_rest_is_not_run() -> None:
-    names = [
-        check.name for check in CHECKS if check.compares
-    ]  # those of memory have a sandbox_child of their own
+    names = [check.name for check in CHECKS if check.compares]  # those of memory have a child of their own
     report = isolated("crashes-in-arrange", *names, shrink=False)
     assert [result.status for result in report.results] == ["died"] * 3
     assert report.notes == (f"not run, after 3 deaths: {', '.join(names[3:])}",)
@@ -288,7 +286,6 @@ def test_after_three_deaths_the_rest_is_not_run() -> None:
     assert not report.ok
 
 
-@forks
 def test_a_death_that_was_expected_is_no_failure() -> None:
     report = isolated("crashes-in-arrange", expected_failures={"same-contacts": "it is known to crash"})
     (result,) = report.results
@@ -320,7 +317,6 @@ def _exits_with_two() -> Iterator[None]:
         yield
 
 
-@forks
 @pytest.mark.usefixtures("_exits_with_two")
 @pytest.mark.parametrize(
     ("name", "status", "said"),
@@ -339,12 +335,6 @@ def test_a_scene_that_cannot_be_saved_is_no_fault_of_the_phase(
     first, *_, last = result.said.splitlines()
     assert first.startswith(said)
     assert last.startswith("(the scene could not be saved: ")
-
-
-@forks
-def test_what_a_phase_prints_is_nobodys_business(capfd: pytest.CaptureFixture[str]) -> None:
-    isolated("crashes-in-arrange")
-    assert capfd.readouterr() == ("", "")
 
 
 def test_a_conforming_phase_passes_in_a_child_as_it_does_here() -> None:
@@ -366,6 +356,92 @@ def test_a_mistake_in_the_question_is_an_error(arguments: dict[str, object], err
         check_broad_phase(**arguments)  # type: ignore[arg-type]
 
 
+# What was seen, and how long is waited
+
+
+KILLS = [0.0, *(pytest.param(seconds / 8, marks=pytest.mark.slow) for seconds in range(1, 10))]
+"""Seconds after a failure at which its child is killed, while it looks for a smaller scene."""
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("seconds", KILLS)
+def test_a_failure_that_was_seen_is_not_lost(
+    seconds: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    receive, seen = Child.receive, list[str]()
+
+    def then_killed(self: Child) -> Message | None:
+        message = receive(self)
+        if message is not None and "seen" in message and not seen:
+            seen.append(message["seen"])
+            threading.Timer(seconds, self._process.kill).start()
+        return message
+
+    monkeypatch.setattr(Child, "receive", then_killed)
+    (result,) = isolated("is-wrong-and-slow", save_to=tmp_path).results
+    assert result.status == "failed"
+    assert re.search(r"and while a smaller scene was looked for, .* by SIGKILL", result.said)
+    assert result.verdict.startswith("only is-wrong-and-slow")
+    assert result.case is not None
+    assert len(load_case(result.case).scene) == result.bodies
+
+
+def test_one_that_waits_is_told_from_one_that_computes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """No time by the clock is a limit for one that computes: beside busy processes it takes any time."""
+    monkeypatch.setattr(processes, "IDLE", 0.5)
+    monkeypatch.setattr(processes, "PATROL", 0.1)
+    for program, busy in (("time:sleep", False), ("hostile_phases:wait_for_one_that_computes", True)):
+        child = Child(program, tmp_path / "words", {}, seconds=1.0)
+        try:
+            with pytest.raises(Silent) as caught:
+                child.receive()
+            assert caught.value.busy is busy, program
+        finally:
+            child.end()
+
+
+@pytest.mark.interpreted
+def test_a_failure_before_a_silent_end_is_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
+    def silent(self: Child) -> Message | None:
+        message = receive(self)
+        if message is not None and "seen" in message:
+            answers.append(message)
+        elif answers:
+            raise Silent(busy=False)
+        return message
+
+    receive, answers = Child.receive, list[Message]()
+    monkeypatch.setattr(Child, "receive", silent)
+    (result,) = isolated("is-wrong-and-slow", expected_failures={"same-contacts": "why"}).results
+    assert (result.status, result.reason) == ("xfailed", "why")
+    assert "does it wait for something?" in result.said
+
+
+# Before anything is compiled
+
+
+@pytest.mark.parametrize(("name", "said"), [("is-wrong-and-slow", "contact 0 is missing"), ("naive", "")])
+def test_an_obvious_fault_is_seen_with_interpreted_hooks(name: str, said: str) -> None:
+    seen: list[Result] = []
+    plan = Plan.of(name, {"on_result": seen.append})
+    with IsolatedRunner(plan, GIB) as runner:
+        runner._run_interpreted()
+    assert [each.status for each in seen] == ["failed"] * bool(said)
+    assert all(said in each.said and each.reason == PRELIMINARY for each in seen)
+
+
+def test_what_fails_with_interpreted_hooks_only_is_a_note() -> None:
+    check = "rejects-unknown-options"
+    with IsolatedRunner(Plan.of("naive", {}), GIB) as runner:
+        runner._preliminary = check
+        assert runner.run(check).ok
+        assert runner.notes == (
+            f"{check} fails with interpreted hooks only: they do not mean the same compiled",
+        )
+
+
 # Installed
 
 
@@ -385,7 +461,7 @@ INSTALLED = r"of kinetile-hostile:hostile \(kinetile-hostile 0\.3\)"
 def test_an_installed_phase_that_crashes_is_reported_by_the_command_line(
     installed: list[str], tmp_path: Path
 ) -> None:
-    check = ("--check", "same-contacts", "--json")
+    check = ("--check", "same-contacts", "--no-shrink", "--json")
     done = run("conform", "crashes-in-arrange", *check, folder=tmp_path, paths=installed)
     report = json.loads(done.stdout.splitlines()[-1])
     assert done.returncode == 1

@@ -1,8 +1,8 @@
-"""Runs outside of any check: the rehearsal before all of them, and the over-reporting of a phase after them.
+"""The smoke test before all checks, and the over-reporting of a phase after them.
 
-A rehearsal loads a phase, compiles its loop and runs one scene. What fails there is no matter of conformance:
-a module with a syntax error, a hook that the compiler refuses, a part that raises. The report names it once,
-with the author's own file and line, and nothing is judged.
+The smoke test loads a phase, compiles its loop and runs one scene. What fails there is no matter of
+conformance: a module with a syntax error, a hook that the compiler refuses, a part that raises. The report
+names it once, with the author's own file and line, and nothing is judged.
 
 The samples are two bodies each, with walls and without, of one size and of two: the choices for which loops
 differ. A conformance run compiles these and no others, but for what a phase itself composes otherwise.
@@ -34,7 +34,11 @@ def _sample(radius: float, arena: tuple[float, float] | None) -> Scene:
 SAMPLES = tuple(_sample(radius, arena) for arena in ((4.0, 4.0), None) for radius in (0.5, 0.015625))
 
 
-def rehearse(subject: Subject) -> None:
+FIRST = ("same-contacts", "near-is-mutual", "same-contacts-as-bodies-come-and-go")
+"""The checks that see an obvious fault, in order: for a few scenes with interpreted hooks."""
+
+
+def smoke_test(subject: Subject) -> None:
     """Load a phase, compile it for the first sample that it does not refuse, and run it on that.
 
     What becomes of the run is a matter of the checks.

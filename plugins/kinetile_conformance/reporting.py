@@ -1,7 +1,4 @@
-"""The report: what was checked, what was seen, and what to do with it.
-
-A report as JUnit XML, which services that run tests know how to show.
-"""
+"""The report: what was checked, what was seen, and what to do with it."""
 
 from __future__ import annotations
 
@@ -9,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
 from kinetile.plugin.choices import write_phase
 from kinetile.show.html import grid, paragraph
@@ -194,45 +190,3 @@ class Report:
         if result.picture is not None:
             details.append(f"picture: {result.picture}")
         return details
-
-
-def junit(report: Report) -> str:
-    """Return a report as JUnit XML: a test case for each check."""
-    results = report.results
-    suite = ElementTree.Element(
-        "testsuite",
-        name=" --narrow-phase ".join(
-            [
-                f"kinetile conform {report.label}",
-                *(write_phase(*each) for each in report.narrow_phases.items()),
-            ]
-        ),
-        tests=str(len(results)),
-        failures=str(len(report.failed)),
-        errors=str(sum(result.unjudged for result in results)),
-        skipped=str(sum(result.status in ("skipped", "xfailed") for result in results)),
-        time=f"{sum(result.seconds for result in results):.3f}",
-    )
-    for result in results:
-        suite.append(_case(report, result))
-    ElementTree.indent(suite)
-    return '<?xml version="1.0" encoding="utf-8"?>\n' + ElementTree.tostring(suite, encoding="unicode") + "\n"
-
-
-def _case(report: Report, result: Result) -> ElementTree.Element:
-    """Return the test case of a check."""
-    case = ElementTree.Element(
-        "testcase",
-        classname=f"kinetile_conformance.{report.name}",
-        name=result.check,
-        time=f"{result.seconds:.3f}",
-    )
-    if result.unjudged:
-        ElementTree.SubElement(case, "error", message=result.reason)
-    elif result.status in ("skipped", "xfailed"):
-        ElementTree.SubElement(case, "skipped", message=result.reason)
-    elif not result.ok:
-        first = (result.said or result.reason).partition("\n")[0]
-        failure = ElementTree.SubElement(case, "failure", message=first, type=result.status)
-        failure.text = "\n".join(report.lines(result, 0))
-    return case

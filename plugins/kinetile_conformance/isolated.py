@@ -1,0 +1,463 @@
+"""The isolated runner: runs checks in a child process with limits, and starts another when it dies.
+
+A phase can crash the interpreter, run for ever or take all memory; the calling process goes on. When a child
+dies, the check that it was at gets the cause as its result, and a new child does the rest. A failure that was
+seen before is the result in any case.
+
+The child is a fresh interpreter. What was added in this process, in a notebook for instance, is sent to it:
+what another process cannot import goes by value.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import pickle
+import re
+import shutil
+import signal
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
+from importlib.machinery import PathFinder
+from pathlib import Path
+from types import TracebackType
+from typing import Any, NamedTuple, Self
+
+import kinetile
+from kinetile.errors import BadOption, MissingExtra, NotJudged, PhaseError, Refused
+from kinetile.kernel.compiled import INTERPRETED
+from kinetile.kernel.compiled.limits import out_of_time
+from kinetile.plugin.calling import is_library
+from kinetile.scene import Scene
+from kinetile_conformance import deadline
+from kinetile_conformance.cases import not_saved, provided, save_case
+from kinetile_conformance.checks import check_named
+from kinetile_conformance.checks.metamorphic import without
+from kinetile_conformance.child import NO_MEMORY, Job
+from kinetile_conformance.diagnosis import OFTEN, likely
+from kinetile_conformance.processes import IDLE, Child, Message, Silent
+from kinetile_conformance.reporting import Result
+from kinetile_conformance.runner import Plan
+from kinetile_conformance.smoke_test import FIRST
+
+GIB = 1 << 30
+
+DEATHS = 3
+"""After so many deaths the checks that are left are not run."""
+
+COMPILING = 200.0
+"""CPU seconds that a child may compile between two messages."""
+
+
+FEW = 12
+"""Scenes for each check that runs with interpreted hooks before anything is compiled."""
+
+BRIEF = 3.0
+"""CPU seconds for such a check."""
+
+PRELIMINARY = "with interpreted hooks; it is run with compiled ones as well, and that counts"
+
+
+class Ending(NamedTuple):
+    """A way in which a child ends before it is done with a check: the status of the check, where it had not
+    failed before, and a sentence."""
+
+    status: str
+    said: str
+
+
+ENDINGS = {
+    "endless": Ending("died", "an endless loop{place}, in {what}: {scene:g} CPU s, and no end of one scene"),
+    "busy": Ending("died", "an endless loop in a process that {what} has started{place}"),
+    "idle": Ending(
+        "not judged",
+        "nothing was heard and no CPU time used for {idle:g} s in {what}{place}: does it wait for something?",
+    ),
+    "memory": Ending("died", "out of memory in {what}: it asked for more than {memory:.3g} GiB"),
+    "killed": Ending("not judged", "the process was ended from outside, by {signal}, in {what}"),
+    "signal": Ending("died", "the process died of {signal} in {what}{place}"),
+    "exit": Ending("died", "the process ended itself with status {code} in {what}{place}"),
+    "closed": Ending("died", "the process fell silent in {what}"),
+}
+"""The table of endings; ``ending_of`` finds the row."""
+
+
+def ending_of(code: int | None, words: str) -> str:
+    """Return the row of the table for a child with this exit code (None: it gave none) and output."""
+    if out_of_time(code):
+        return "endless"
+    if code == NO_MEMORY or "out of memory" in words.lower() or "MemoryError" in words:
+        return "memory"
+    if code is None:
+        return "closed"
+    if -code in (getattr(signal, "SIGKILL", 0), signal.SIGTERM):
+        return "killed"
+    return "signal" if code < 0 else "exit"
+
+
+def _signal(number: int) -> str:
+    try:
+        return signal.Signals(number).name
+    except ValueError:
+        return f"signal {number}"
+
+
+FRAME = re.compile(r'^  File "(?P<file>.*)", line (?P<line>\d+) in (?P<function>.*)$')
+OWN = Path(str(kinetile.__file__)).parent
+
+
+def where(words: str) -> str:
+    """Return where a process died by the stack that ``faulthandler`` has written: the innermost place that is
+    no library's, such as "arrange (my_phase.py, line 12)"; "" if there is none.
+
+    Compiled hooks have no stack of their own: a death in one is "in a compiled hook".
+    """
+    for thread in re.split(r"^(?:Current t|T)hread .*$", words, flags=re.MULTILINE)[1:]:
+        frames = [found for line in thread.splitlines() if (found := FRAME.match(line))]
+        if any(frame["function"] == "_listen" for frame in frames):
+            continue
+        for frame in frames:
+            path = Path(frame["file"])
+            if is_library(path):
+                continue
+            if path == OWN / "run" / "engine" / "engine.py" and frame["function"] == "_run_loop":
+                return "a compiled hook"
+            if path.parent == OWN / "kernel" / "compiled":
+                return "the compiler"
+            return f"{frame['function']} ({path.name}, line {frame['line']})"
+    return ""
+
+
+class _Died(Exception):
+    """The child has ended before it was done with a task; ``how`` is the row of the table of endings."""
+
+    def __init__(self, how: str, code: int | None) -> None:
+        super().__init__()
+        self.how = how
+        self.code = code
+
+
+class IsolatedRunner:
+    """Runs checks on one phase in child processes; a context, which ends them.
+
+    Args:
+        plan: the phases under test, and the options.
+        memory: how many bytes a child may take beyond what it begins with, where the system can tell.
+
+    Raises:
+        MissingExtra: Hypothesis is not installed.
+        Refused: the phase was added in this process, and cannot be sent to another.
+    """
+
+    def __init__(self, plan: Plan, memory: int) -> None:
+        if importlib.util.find_spec("hypothesis") is None:
+            raise MissingExtra("the conformance kit", "hypothesis", "conformance")
+        self.deaths = 0
+        self.notes: tuple[str, ...] = ()
+        self._preliminary = ""
+        self._plan = plan
+        self._memory = memory
+        self._scene_seconds = deadline.SCENE_SECONDS
+        self._scratch = Path(tempfile.mkdtemp(prefix="kinetile-conformance-"))
+        self._child: Child | None = None
+        self._who = " with ".join(
+            f"{each.kind} {each.spec.name!r} of {each.source}" for each in provided(plan.subject)
+        )
+        self._environment: dict[str, str] = {}
+        self._job = Job(
+            subject=plan.subject,
+            added=tuple((p.plugin, p.spec) for p in provided(plan.subject) if p.distribution is None),
+            examples=plan.examples,
+            save_to=None if plan.save_to is None else plan.save_to.absolute(),
+            shrink=plan.shrink,
+            seed=plan.seed,
+            seconds=plan.seconds,
+            scene_seconds=self._scene_seconds,
+            memory=self._memory,
+            home=str(self._scratch / "hypothesis"),
+        )
+        try:
+            pickled(self._job)
+        except BaseException:
+            self.close()
+            raise
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End the child, and remove what it has written."""
+        if self._child is not None:
+            self._child.end()
+            self._child = None
+        shutil.rmtree(self._scratch, ignore_errors=True)
+
+    def smoke_test(self) -> None:
+        """Load and compile the phase and run it once; where all checks follow, compile what they need.
+
+        Where loops are still to be compiled, which takes longer than all the rest, some checks see a few
+        scenes with interpreted hooks first. What fails there is passed to ``on_result`` at once, as a
+        preliminary result: its check is run with compiled hooks as well, and that result counts.
+
+        If the process does not survive that, the checks will report the cause.
+
+        Raises:
+            NotJudged: it does not load or compile.
+            BadOption, Refused: as the phase says.
+        """
+        fresh: list[int] = []
+        with suppress(_Died):
+            if self._plan.whole and not INTERPRETED:
+                found: Message = {}
+                self._do({"do": "fresh"}, found.update)
+                fresh = list(found.get("fresh", ()))
+            if fresh:
+                self._run_interpreted()
+            self._do({"do": "smoke test"}, lambda message: None)
+            if fresh:
+                self._compile(fresh)
+        self.deaths = 0
+
+    def _run_interpreted(self) -> None:
+        """Run the first checks on a few scenes with interpreted hooks, until one fails."""
+        child, job, plan = self._child, self._job, self._plan
+        self._child, self._job, self._environment = (
+            None,
+            replace(job, examples=FEW, seconds=BRIEF),
+            {"NUMBA_DISABLE_JIT": "1"},
+        )
+        self._plan = replace(plan, shrink=False)  # of deaths
+        try:
+            self._do({"do": "smoke test"}, lambda message: None)
+            for name in (name for name in FIRST if name not in self._plan.expected):
+                result = self.run(name)
+                if (
+                    result.status == "failed" and " raised " not in result.said
+                ):  # compiled hooks raise nothing
+                    self._preliminary = name
+                    plan.on_result(replace(result, reason=PRELIMINARY))
+                    break
+        except _Died:
+            pass  # of what has nothing to do with the compiler, the compiled hooks will die, too
+        finally:
+            if self._child is not None:
+                self._child.end()
+            self._child, self._job, self._environment, self._plan = child, job, {}, plan
+
+    def _compile(self, fresh: list[int]) -> None:
+        """Compile the loops of these samples, in two processes side by side."""
+        helper = self._start("words of a helper")
+        try:
+            helper.send(pickle.dumps({"do": "compile", "samples": fresh[1::2]}))
+            self._do({"do": "compile", "samples": fresh[0::2]}, lambda message: None)
+            with suppress(Silent):
+                helper.receive()
+        finally:
+            helper.end()
+
+    def run(self, name: str, expected: str | None = None) -> Result:
+        """Run the check of a name; ``expected`` is why it is known to fail.
+
+        The result has the status "died" if the child does not survive it. Then the check is run again on ever
+        fewer bodies, to find the fewest on which it dies.
+        """
+        last: Message = {"count": 0}
+        failed: Message = {}
+        results: list[Result] = []
+
+        def hear(message: Message) -> None:
+            if "result" in message:
+                results.append(message["result"])
+            elif "seen" in message:
+                failed.update(message)
+            elif "count" in message:
+                last.update(message)
+                self._plan.on_scene(name, message["count"])
+
+        began = time.perf_counter()
+        try:
+            self._do({"do": "check", "check": name, "expected": expected}, hear)
+        except _Died as died:
+            result = self._death(died, name, expected, failed or last)
+            return replace(result, seconds=time.perf_counter() - began)
+        if not results:
+            raise PhaseError(f"the child has sent no result of the check {name!r}")
+        if name == self._preliminary and results[0].ok:
+            self.notes = (f"{name} fails with interpreted hooks only: they do not mean the same compiled",)
+        return results[0]
+
+    def tightness(self) -> float | None:
+        """Return the phase's over-reporting; None where the child does not survive measuring it."""
+        found: Message = {}
+        with suppress(_Died):
+            self._do({"do": "tightness"}, found.update)
+        return found.get("tightness")
+
+    def _do(self, task: Message, hear: Callable[[Message], None], *, again: bool = False) -> None:
+        """Give the child a task, and pass on its messages until it is done; raise _Died if it ends before.
+
+        ``again``: the task repeats one that a child has died of, so another death does not count.
+        """
+        if self._child is None:
+            self._child = self._start("words")
+        child = self._child
+        child.send(pickle.dumps(task))
+        how, code = "", None
+        try:
+            while (message := child.receive()) is not None:
+                if "done" in message:
+                    return
+                if "error" in message:
+                    errors = {"BadOption": BadOption, "Refused": Refused}
+                    raise errors.get(message["error"], NotJudged)(message["said"])
+                hear(message)
+            code = child.exit_code()
+            how = ending_of(code, self._words())
+        except Silent as silent:
+            how = "busy" if silent.busy else "idle"
+            child.end(ask_where=True)
+        child.end()
+        self._child = None
+        self.deaths += not again
+        raise _Died(how, code)
+
+    def _start(self, words: str) -> Child:
+        seconds = COMPILING + 2.0 * self._scene_seconds
+        child = Child("kinetile_conformance.child:main", self._scratch / words, self._environment, seconds)
+        child.send(pickled(self._job))
+        return child
+
+    def _words(self) -> str:
+        """Return the child's output."""
+        try:
+            return (self._scratch / "words").read_text(encoding="utf-8", errors="replace")
+        except OSError:
+            return ""
+
+    def _sentence(self, died: _Died, what: str) -> str:
+        """Return what a child died of, in a sentence."""
+        place = where(self._words())
+        said = ENDINGS[died.how].said.format(
+            what=what,
+            place=f"{' in' if died.how == 'endless' else ', in'} {place}" if place else "",
+            scene=self._scene_seconds,
+            idle=IDLE,
+            memory=self._memory / GIB,
+            signal=_signal(-(died.code or 0)),
+            code=died.code,
+        )
+        return f"{said} ({self._who})"
+
+    def _death(self, died: _Died, name: str, expected: str | None, last: Message) -> Result:
+        """Return the result of a check whose child has died, or was ended; ``last`` is its last message: the
+        last failure or, where it has seen none, the last scene."""
+        check = check_named(name)
+        dying = self._sentence(died, f"check {name!r}")
+        status = ENDINGS[died.how].status
+        seen = str(last.get("seen", ""))
+        result = Result(name, check.sentence, status, int(last["count"]), 0.0, said=dying)
+        scene: Scene | None = None
+        if check.draws and "scene" in last:
+            scene = pickle.loads(last["scene"])
+        if seen:
+            often = likely(name, seen) if self._plan.subject.pair is None and expected is None else ""
+            said = f"{seen}\n(and while a smaller scene was looked for, {dying})"
+            result = replace(result, status="failed", said=f"{said}\n{OFTEN}{often}" if often else said)
+        elif status == "not judged":
+            return replace(result, said="", reason=dying)
+        elif scene is not None and self._plan.shrink and expected is None and died.how != "endless":
+            scene = self._fewest(name, scene)
+        if expected is not None:
+            result = replace(result, status="xfailed", reason=expected)
+        elif scene is not None and (check.compares or not seen):
+            result = replace(result, verdict=self._verdict(check.replay or name, scene))
+            if died.how == "endless" and not seen and not result.verdict:
+                slow = f"{dying}; and so it is under kinetile's other phases"
+                return replace(result, status="not judged", said="", reason=slow)
+        if scene is None:
+            return result
+        return self._saved(replace(result, bodies=len(scene)), scene)
+
+    def _saved(self, result: Result, scene: Scene) -> Result:
+        """Save the scene of a result, where that is wished for."""
+        plan, check = self._plan, check_named(result.check)
+        if plan.save_to is None or not check.replay:
+            return result
+        path = plan.save_to.absolute() / f"{plan.subject.name}-{check.name}.toml"
+        try:
+            save_case(scene, path, check.replay, plan.subject, result.said)
+        except OSError as error:
+            return replace(result, said=f"{result.said}\n{not_saved('scene', error)}")
+        return replace(result, case=path)
+
+    def _fewest(self, check: str, scene: Scene) -> Scene:
+        """Leave out one body after the other where the process dies without it too, for as long as a check
+        may take."""
+        limit = deadline.Deadline(self._plan.seconds)
+        body = 0
+        with suppress(deadline.TimeIsUp):
+            while body < len(scene):
+                limit.check()
+                fewer = without(scene, body)
+                try:
+                    self._do(
+                        {"do": "alone", "check": check, "scene": fewer}, lambda message: None, again=True
+                    )
+                    body += 1
+                except _Died as died:
+                    if ENDINGS[died.how].status == "not judged":
+                        body += 1
+                    else:
+                        scene = fewer
+        return scene
+
+    def _verdict(self, check: str, scene: Scene) -> str:
+        """Return which phase a death speaks against, by the same scene under the other phases; "" where a
+        child does not survive these, either."""
+        found: Message = {}
+        with suppress(_Died):
+            self._do({"do": "verdict", "check": check, "scene": scene}, found.update, again=True)
+        return str(found.get("verdict", ""))
+
+
+def pickled(job: Job) -> bytes:
+    """Return a job as bytes for another process. What that cannot import, it gets by value.
+
+    Raises Refused where something of the phase cannot be sent.
+    """
+    cloudpickle: Any = importlib.import_module("numba.cloudpickle")
+    targets = [spec.target for _, spec in job.added]
+    names = {str(target.__module__) for target in targets if not isinstance(target, str)} - {"__main__"}
+    strangers = [sys.modules[name] for name in names if name in sys.modules and not _can_be_imported(name)]
+    for module in strangers:
+        cloudpickle.register_pickle_by_value(module)
+    try:
+        return bytes(cloudpickle.dumps(job))
+    except Exception as error:  # pickling has no error of its own
+        said = f"cannot be sent to a process of its own ({type(error).__name__}: {error})"
+        raise Refused(f"{job.subject.name} {said}: judge it in this process") from error
+    finally:
+        for module in strangers:
+            cloudpickle.unregister_pickle_by_value(module)
+
+
+def _can_be_imported(name: str) -> bool:
+    """Whether another process with the same path finds a module of this name, in the same file."""
+    path: Any = None
+    found = None
+    parts = name.split(".")
+    for end in range(1, len(parts) + 1):
+        found = PathFinder.find_spec(".".join(parts[:end]), path)
+        if found is None:
+            return False
+        path = found.submodule_search_locations
+    return found is not None and found.origin == getattr(sys.modules[name], "__file__", None)
