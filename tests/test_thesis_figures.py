@@ -94,6 +94,7 @@ def test_every_scene_is_on_the_page():
     assert {path.stem.split("-")[0] for path in (DOCS / "thesis").iterdir()} == {"figure", "meeting", "draw"}
 
 
+@pytest.mark.slow
 def test_the_pages_that_play_can_be_made(known, tmp_path):
     lines = [f"{line} --out {at}.html" for at, line in enumerate(LIVE.findall(TEXT))]
     assert len(lines) == len(FIGURES) + 2
@@ -106,6 +107,7 @@ def test_the_pages_that_play_can_be_made(known, tmp_path):
     assert len(list(tmp_path.glob("*.html"))) == len(lines)
 
 
+@pytest.mark.slow
 def test_whatever_is_right_passes_every_audit(runs):
     for name, happened in runs.items():
         if name != "meeting:tiling-as-written":

@@ -32,6 +32,7 @@ def test_ordinary_mixtures_were_refused(ordinary):
     assert sim.explain()["numbers"]["skin_in_radii"] < 1e-4
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_ordinary_mixtures_run_as_under_sap_2d(ordinary):
     ends = set()

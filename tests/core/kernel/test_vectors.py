@@ -347,6 +347,7 @@ def test_flight_plans_are_those_of_the_bodies(values, ticks, which):
     same(anchors, ticks[chosen])
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(INTERPRETED, reason="this is the interpreted run")
 def test_the_interpreted_twins_mean_the_same():
     done = subprocess.run(

@@ -162,6 +162,7 @@ def test_a_file_that_is_written_anew_as_it_was_is_read(good, truth, tmp_path):
         assert not is_refused_or_right(path, truth)
 
 
+@pytest.mark.slow
 @MANY
 @given(data=st.data())
 def test_one_value_of_the_table_changed(good, truth, tmp_path, data):

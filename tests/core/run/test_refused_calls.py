@@ -280,6 +280,7 @@ def test_a_recorder_that_turns_a_body_is_refused():
     assert sim.fingerprint == other.fingerprint
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_a_turn_from_a_second_thread_during_a_run_was_taken_for_a_missed_contact():
     scene = kt.make_scene("grid", bodies=100, density=0.5, seed=1)

@@ -146,6 +146,7 @@ def test_ten_decades_of_speeds_and_radii_have_one_answer(radii, speeds, phases):
         assert len(prints) == 1, f"seed {seed}"
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_a_million_contacts_leave_energy_and_overlap_where_they_were():
     rows = drifts(kt.make_scene("grid", bodies=100, density=0.5, seed=1), 10**6, lambda *step: None)

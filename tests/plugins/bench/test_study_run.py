@@ -132,6 +132,7 @@ def test_ctrl_c_ends_it_cleanly_with_what_was_done(tmp_path, undisturbed, monkey
     assert studies.table(path) == undisturbed
 
 
+@pytest.mark.slow
 def test_what_kills_its_worker_takes_its_memory_or_does_not_end_is_a_row(tmp_path):
     package = new_plugin("deadly", tmp_path)
     (package / "kinetile_deadly" / "phase.py").write_text(DEADLY, encoding="utf-8")

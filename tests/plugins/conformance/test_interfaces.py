@@ -94,6 +94,7 @@ def blind(tmp_path_factory):
     return pytest_
 
 
+@pytest.mark.slow
 def test_expected_failures_are_xfailed_and_may_not_pass(blind):
     done = blind("-rA", "test_blind.py", "-k", "makes-progress or never-misses-a-pair or boxes")
     lines = [line.partition(" - ")[0] for line in done.stdout.splitlines()]
@@ -127,6 +128,7 @@ def test_a_suite_that_cannot_judge_is_a_usage_error(words, said, tmp_path):
     assert "Traceback" not in done.stdout + done.stderr
 
 
+@pytest.mark.slow
 def test_the_suite_judges_as_many_as_are_named(tmp_path):
     phases = ("--broad-phase", "naive", "--broad-phase", "sap-1d:axis=y", "--conformance-examples", "2")
     chosen = ("-k", "makes-progress or rejects", "-v")

@@ -458,6 +458,7 @@ def installed(tmp_path: Path) -> list[str]:
 INSTALLED = r"of kinetile-hostile:hostile \(kinetile-hostile 0\.3\)"
 
 
+@pytest.mark.slow
 def test_an_installed_phase_that_crashes_is_reported_by_the_command_line(
     installed: list[str], tmp_path: Path
 ) -> None:

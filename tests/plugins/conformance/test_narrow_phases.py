@@ -148,6 +148,7 @@ def test_two_narrow_phases_for_pairs_are_no_choice(squares):
     assert "two narrow phases for pairs are named, and there can be one: disc, squares" in done.stderr
 
 
+@pytest.mark.slow
 def test_the_suite_judges_a_narrow_phase(squares):
     suite = ("-p", "no:cacheprovider", "--pyargs", "kinetile_conformance.suite", "--broad-phase", "cells")
     chosen = ("-k", f"{PLANS_ALONE} or near-holds", "-v", "--conformance-examples", 20)

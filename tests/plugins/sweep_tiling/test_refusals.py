@@ -158,6 +158,7 @@ def crevices_that_differ(small: float, scenes: int = 200) -> int:
     return differ
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_up_to_the_limit_contacts_agree_and_far_beyond_they_would_not(monkeypatch):
     assert crevices_that_differ(8e-7) == 0

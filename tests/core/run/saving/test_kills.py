@@ -87,7 +87,7 @@ def kills(folder, numbers) -> int:
 
 
 def test_a_killed_run_goes_on_from_its_checkpoint(tmp_path):
-    assert kills(tmp_path, (1, 3))
+    assert kills(tmp_path, (1,))
 
 
 @pytest.mark.long

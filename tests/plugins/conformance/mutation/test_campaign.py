@@ -68,6 +68,7 @@ def judged(phase, *labels, how=QUICK, jobs=1) -> dict[str, Finding]:
     return found
 
 
+@pytest.mark.slow
 def test_every_fate(toy):
     fates = {
         "toy_phase.py:6 constant 1 -> 0": ("crashed", ""),
