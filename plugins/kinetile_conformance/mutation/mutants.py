@@ -76,18 +76,11 @@ class Source:
 
 @dataclass(frozen=True)
 class PhaseSource:
-    """The source of a phase: the class, the package to which its modules belong, and these, with the
-    statements of each that the class reaches."""
+    """The source of a phase: its class, as ``"package.module:Class"``, and the statements that this reaches,
+    by module."""
 
-    package: str
     target: str
     reached: dict[Source, list[ast.stmt]]
-
-    def place(self, source: Source) -> str:
-        """Return where a module is within the package: ``events.py``, ``rooms/web.py``."""
-        inner = source.module.removeprefix(self.package).removeprefix(".").replace(".", "/")
-        ending = "/__init__.py" if source.path.name == "__init__.py" else ".py"
-        return f"{inner}{ending}".removeprefix("/")
 
 
 def source_of(name: str) -> PhaseSource:
@@ -106,21 +99,23 @@ def source_of(name: str) -> PhaseSource:
             "that can be read; mutants are made of source files"
         ) from error
     package = module if first.path.name == "__init__.py" else module.rpartition(".")[0]
-    return PhaseSource(package, f"{module}:{qualname}", reached(first, package, qualname))
+    return PhaseSource(f"{module}:{qualname}", reached(first, package, qualname))
 
 
 def reached(first: Source, package: str, name: str) -> dict[Source, list[ast.stmt]]:
     """Return the statements that a class reaches, by module."""
-    sources: dict[str, Source | None] = {first.module: first}
+    sources = {first.module: first}
     found: dict[Source, list[ast.stmt]] = {first: []}
     seen: set[tuple[Source, str]] = set()
     left = [(first, name.partition(".")[0])]
 
     def loaded(module: str) -> Source | None:
-        if module not in sources:
-            within = package and (module == package or module.startswith(f"{package}."))
-            sources[module] = _module(module) if within else None
-        return sources[module]
+        if module not in sources and package and f"{module}.".startswith(f"{package}."):
+            with suppress(ImportError):
+                spec = importlib.util.find_spec(module)
+                if spec is not None and spec.origin is not None and spec.origin.endswith(".py"):
+                    sources[module] = _source(module, spec.origin)
+        return sources.get(module)
 
     while left:
         source, name = left.pop()
@@ -145,15 +140,6 @@ def reached(first: Source, package: str, name: str) -> dict[Source, list[ast.stm
 
 def _source(module: str, path: str) -> Source:
     return Source(module, Path(path), Path(path).read_text(encoding="utf-8"))
-
-
-def _module(name: str) -> Source | None:
-    """Return a module; None where there is none of this name, or not as a file."""
-    with suppress(ImportError):
-        spec = importlib.util.find_spec(name)
-        if spec is not None and spec.origin is not None and spec.origin.endswith(".py"):
-            return _source(name, spec.origin)
-    return None
 
 
 def _used(statement: ast.stmt) -> set[str]:
@@ -198,14 +184,16 @@ def mutants_of(phase: PhaseSource) -> list[Mutant]:
     """Return all mutants of a phase."""
     found: list[Mutant] = []
     labels: Counter[str] = Counter()
+    home = next(iter(phase.reached)).path.parent
     for source, statements in phase.reached.items():
+        place = source.path.relative_to(home).as_posix()
         text = SourceText(source.text)
         these = [change for each in statements for node in _mutable(each) for change in text.changes(node)]
         for change in dict.fromkeys(sorted(these, key=lambda each: (each.start, each.end))):
             line = text.bytes[: change.start].count(b"\n") + 1
             if _EQUIVALENT.search(text.bytes.split(b"\n")[line - 1]):
                 continue
-            label = f"{phase.place(source)}:{line} {change.operator} {' '.join(change.what.split())}"
+            label = f"{place}:{line} {change.operator} {' '.join(change.what.split())}"
             labels[label] += 1
             if labels[label] > 1:
                 label = f"{label} ({labels[label]})"

@@ -15,7 +15,7 @@ from kinetile_conformance.mutation.operators import OPERATORS
 def phase(text: str) -> PhaseSource:
     """Return a phase of one module, whose class is ``It`` and reaches all."""
     source = Source("it", Path("it.py"), textwrap.dedent(text))
-    return PhaseSource("", "it:It", reached(source, "", "It"))
+    return PhaseSource("it:It", reached(source, "", "It"))
 
 
 def changes(expression: str) -> set[str]:

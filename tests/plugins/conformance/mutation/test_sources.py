@@ -52,7 +52,7 @@ def mine(tmp_path, monkeypatch):
 
 def test_the_modules_of_the_package_that_are_reached(mine):
     phase = source_of("mine")
-    assert phase.package == "mine.inner"
+    assert phase.target == "mine.inner.phase:It"
     assert [source.module for source in phase.reached] == ["mine.inner.phase", "mine.inner.deep"]
 
 
