@@ -162,6 +162,5 @@ class _Found:
             table.add_row(fate, f"{count:,}")
         show(table, "")
         for row in survivors:
-            loose = f"  ({row['loosened']:+.2f} pairs an overlap)" if row["loosened"] else ""
-            show(f"survived  {_shown(mutants[row['number']])}{loose}")
+            show(f"survived  {_shown(mutants[row['number']])}")
         show(f"{len(rows)} of {self._head['mutants']} mutants judged, {len(survivors)} survived")

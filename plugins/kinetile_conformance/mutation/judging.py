@@ -28,10 +28,9 @@ from kinetile.errors import BadOption
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.kernel.compiled.limits import end_after, limit_memory
 from kinetile_conformance import CHECKS, Result, check_broad_phase
-from kinetile_conformance.cases import PhasePlugin, Subject
+from kinetile_conformance.cases import PhasePlugin
 from kinetile_conformance.mutation.importing import ChangedFinder
 from kinetile_conformance.mutation.mutants import Mutant, PhaseSource
-from kinetile_conformance.rehearsal import tightness
 
 KILLED, HANGS, CRASHED, SURVIVED = "killed", "hangs", "crashed", "survived"
 
@@ -72,31 +71,26 @@ class Campaign:
 
     def judge(self, mutants: Sequence[Mutant]) -> Iterator[dict[str, Any]]:
         """Yields for each mutant, as it is done: its ``number``; its ``fate``: killed (by ``check``, which
-        ``said`` something), hangs (in ``check``), crashed, or survived; its CPU seconds; and, of a survivor,
-        by how many candidate pairs an overlap of boxes it has more than the phase itself (``loosened``).
+        ``said`` something), hangs (in ``check``), crashed, or survived; and its CPU seconds.
 
         Raises BadOption where the phase as it is does not pass.
         """
         limits = {}
-        tight = None
         alone = [("", "", {check: SECONDS}) for check in self.checks]  # so that a long one ends no other
-        for number, code, rows in self._forked([("", "", {}), *alone]):
-            fate, check, said = _fate(code, rows, self.checks[max(number - 1, 0) :])
-            if fate == SURVIVED and number:
-                limits[number] = SECONDS + SLOWER * rows[0]["cpu"]
-            elif fate == SURVIVED:
-                tight = rows[-1]["tightness"]
+        for number, code, rows in self._forked(alone):
+            fate, check, said = _fate(code, rows, self.checks[number:])
+            if fate == SURVIVED:
+                limits[self.checks[number]] = SECONDS + SLOWER * rows[0]["cpu"]
             elif said != "skipped" and (fate != HANGS or not INTERPRETED):
                 said = f"{check}: {said}" if fate == KILLED else said
                 raise BadOption(f"the phase as it is does not pass, so its mutants say nothing: {said}")
-        known = {self.checks[number - 1]: limits[number] for number in sorted(limits)}
+        known = {check: limits[check] for check in self.checks if check in limits}
         tasks = [(each.source.module, each.text, known) for each in mutants]
         for number, code, rows in self._forked(tasks):
             fate, check, said = _fate(code, rows, tuple(known))
-            row = {"number": mutants[number].number, "fate": fate, "check": check, "said": said}
-            own = rows[-1]["tightness"] if fate == SURVIVED else None
-            row["loosened"] = None if own is None or tight is None else own - tight
-            yield row | {"cpu_seconds": sum(each.get("cpu", 0.0) for each in rows)}
+            spent = sum(each.get("cpu", 0.0) for each in rows)
+            came = {"fate": fate, "check": check, "said": said, "cpu_seconds": spent}
+            yield {"number": mutants[number].number} | came
 
     def _forked(
         self, tasks: Sequence[tuple[str, str, Mapping[str, float]]]
@@ -183,14 +177,14 @@ class Campaign:
         except Exception as error:
             tell(crashed=f"{type(error).__name__}: {error}")
         else:
-            tell(tightness=None if INTERPRETED else tightness(Subject(ALIAS, self.options)))
+            tell(survived=True)
 
 
 def _fate(code: int, rows: Sequence[dict[str, Any]], checks: Sequence[str]) -> tuple[str, str, str]:
     """Returns a mutant's fate, the check of it, and what was said, from how its process ended, what it told,
     and the checks that it was to run."""
     last = rows[-1] if rows else {}
-    if "tightness" in last:
+    if "survived" in last:
         return SURVIVED, "", ""
     if "crashed" in last:
         return CRASHED, "", last["crashed"]
