@@ -19,9 +19,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, cast
-
-import numba
+from typing import Any
 
 import kinetile as kt
 from kinetile.errors import BadOption
@@ -128,7 +126,6 @@ class Campaign:
             signal.signal(signal.SIGINT, signal.SIG_IGN)
             for stream in (1, 2):
                 os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
-            cast(Any, numba).config.CACHE_DIR = str(told.parent)
             self._try(told, *task)
             code = 0
         os._exit(code)
