@@ -112,18 +112,20 @@ class Campaign:
                     pid, status = os.wait()
                     if pid in running:
                         number, told = running.pop(pid)
+                        _end(pid)
                         lines = told.read_text(encoding="utf-8").splitlines()
                         yield number, os.waitstatus_to_exitcode(status), [json.loads(line) for line in lines]
             finally:
                 for pid in running:
                     os.kill(pid, signal.SIGKILL)
                     os.waitpid(pid, 0)
+                    _end(pid)
 
     def _fork(self, told: Path, *task: Any) -> None:
         """Does a task in this process, and ends it."""
         code = 70
         with suppress(BaseException):
-            signal.signal(signal.SIGINT, signal.SIG_IGN)
+            os.setsid()  # with whatever it starts
             for stream in (1, 2):
                 os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
             self._try(told, *task)
@@ -177,6 +179,12 @@ class Campaign:
             tell(survived=True)
 
 
+def _end(pid: int) -> None:
+    """Ends what a process has started, or has left behind."""
+    with suppress(OSError):
+        os.killpg(pid, signal.SIGKILL)
+
+
 def _fate(code: int, rows: Sequence[dict[str, Any]], checks: Sequence[str]) -> tuple[str, str, str]:
     """Returns a mutant's fate, the check of it, and what was said, from how its process ended, what it told,
     and the checks that it was to run."""
@@ -224,5 +232,4 @@ def passes(mutant: Mutant | None, command: str, seconds: float | None = None) ->
             except subprocess.TimeoutExpired:
                 return False
             finally:
-                with suppress(OSError):
-                    os.killpg(process.pid, signal.SIGKILL)
+                _end(process.pid)
