@@ -1,7 +1,7 @@
 """The judging of mutants, each in a fork with limits, so that the next one begins afresh whatever a mutant
 does to its process. All that they need is imported before, so a fork begins without delay.
 
-Interpreted, nearly all mutants that can be killed die within a second. Compiled, a mutant has loops of its
+Interpreted, nearly all mutants that can be killed die within seconds. Compiled, a mutant has loops of its
 own to be compiled, which takes longer than all the rest.
 """
 
