@@ -2,224 +2,165 @@
 
 from __future__ import annotations
 
-import math
-import time
-from collections.abc import Mapping
-from dataclasses import replace
+import hashlib
+import json as json_
+import os
+import sys
+from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from kinetile.cli.options import Json, registered_phase
-from kinetile.cli.output import as_json
+from kinetile.cli.output import as_json, empty_table, show
 from kinetile.cli.terminal import Bar, exit_codes, notice
-from kinetile.errors import BadOption
+from kinetile.errors import BadOption, Refused
+from kinetile.plugin.registry import registry
 
 if TYPE_CHECKING:
-    from kinetile_conformance.mutation.campaign import Round
-    from kinetile_conformance.mutation.findings import CampaignFile, Finding, Findings, Stage
     from kinetile_conformance.mutation.mutants import Mutant
-
 
 SECONDS = 600.0
 """How long the author's tests may take on a mutant."""
 
+Row = dict[str, Any]
+
 
 def mutate(
-    phases: Annotated[
-        list[str],
-        typer.Argument(
-            metavar="NAME...",
-            help="The broad phase; with options, also more than once: sap-1d sap-1d:axis=y. What survives "
-            "with the first is judged with the next.",
-        ),
-    ],
-    examples: Annotated[
-        int,
-        typer.Option(
-            min=0, metavar="N", help="Scenes a check in the last round, which is compiled; 0: without it."
-        ),
-    ] = 100,
+    phase: Annotated[str, typer.Argument(metavar="NAME", help="The broad phase, such as sap-1d:axis=y.")],
+    examples: Annotated[int, typer.Option(min=1, metavar="N", help="Scenes a check.")] = 10,
+    compiled: Annotated[
+        bool, typer.Option("--compiled", help="All checks, compiled: a minute for each that survives.")
+    ] = False,
     limit: Annotated[int | None, typer.Option(min=1, metavar="N", help="So many mutants, by lot.")] = None,
     seed: Annotated[int, typer.Option(metavar="N", help="What drawing scenes and lots begins with.")] = 0,
     only: Annotated[
         str, typer.Option(metavar="TEXT", help="Mutants with this in their label: a file, a line, a kind.")
     ] = "",
-    jobs: Annotated[int, typer.Option(min=1, metavar="N", help="Processes side by side.")] = 1,
-    audits: Annotated[bool, typer.Option("--audits", help="Change the phase's audit, too.")] = False,
-    compiled: Annotated[
-        bool, typer.Option("--compiled", help="Compile in all rounds: half a minute a mutant.")
-    ] = False,
+    jobs: Annotated[int, typer.Option(min=1, metavar="N", help="Mutants at a time.")] = 1,
     also: Annotated[
         str | None,
         typer.Option(metavar="COMMAND", help="Run this on what survives, such as 'pytest -q tests'."),
     ] = None,
     record: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Keep what is found in this file, and go on from what is in it."),
-    ] = None,
-    minutes: Annotated[
-        float | None, typer.Option(min=0.0, metavar="M", help="Stop after so many minutes by the clock.")
+        typer.Option(metavar="FILE", help="Keep what is found in this file, and judge what survives in it."),
     ] = None,
     listing: Annotated[bool, typer.Option("--list", help="List the mutants; judge none.")] = False,
     json: Json = False,
 ) -> None:
     """Change a broad phase in one place at a time, and list the changes that no check of the kit sees."""
     with exit_codes():
-        from kinetile_conformance.mutation.findings import CampaignFile, Findings, head_of
-        from kinetile_conformance.mutation.mutants import equivalents_of, mutants_of, sample
-        from kinetile_conformance.mutation.sources import source_of
-        from kinetile_conformance.mutation.writing import try_tests
+        from kinetile.kernel.compiled import INTERPRETED
+        from kinetile_conformance.mutation.mutants import mutants_of, sample, source_of
 
-        name, options = _one_phase(phases)
+        name, options = registered_phase(phase)
         source = source_of(name)
-        mutants = mutants_of(source, audits)
-        chosen = sample(mutants, limit, seed, only)
+        every = mutants_of(source)
+        mutants = sample(every, limit, seed, only)
         if listing:
-            _print_mutants(chosen, json)
+            typer.echo(as_json([m.as_dict() for m in mutants]) if json else "\n".join(map(_shown, mutants)))
             return
-        how = {"audits": audits, "compiled": compiled, "seed": seed}
-        kept = CampaignFile(head_of(source, name, options, **how), mutants, record)
-        findings = Findings(name, options, len(mutants), (), tuple(equivalents_of(source)))
-        show = _CampaignPrinter(findings, chosen, json, kept, minutes)
-        notice(f"judging {len(chosen)} of {len(mutants)} mutants of {' and '.join(phases)}")
-        status = "complete"
+        if not hasattr(os, "fork"):
+            raise Refused("mutants are judged in processes that are forked, which this system cannot do")
+        if compiled == INTERPRETED:
+            variables = os.environ | {"NUMBA_DISABLE_JIT": str(int(not compiled))}
+            os.execve(sys.executable, [sys.executable, "-m", "kinetile", *sys.argv[1:]], variables)
+        from kinetile_conformance.mutation.judging import KILLED, SURVIVED, Campaign, passes
+
+        text = "\0".join(f"{each.module}\0{each.text}" for each in source.reached)
+        digest = hashlib.sha256(text.encode()).hexdigest()[:16]
+        found = _Found({"broad_phase": name, "source": digest, "mutants": len(every)}, record)
+        how = {"options": dict(options), "compiled": compiled, "examples": examples, "seed": seed}
+        alive = [each for each in mutants if found.fate(each.number) in ("", SURVIVED)]
+        fresh = [
+            each for each in alive if not any(how.items() <= row.items() for row in found.of(each.number))
+        ]
+        notice(f"judging {len(fresh)} of {len(every)} mutants of {phase}")
+        features = sorted(getattr(registry().spec("broad phase", name), "features", ()))
+        judged = Campaign(source, features, options, examples=examples, seed=seed, jobs=jobs).judge(fresh)
+        named = {each.number: each for each in mutants}
         try:
-            if also is not None:
-                try_tests(also)
-            show.judge(source, examples, compiled, seed, jobs)
-            if also is not None:
-                show.test(source, also)
-        except _TimeIsUp:
-            status = "stopped"
-            notice(f"kinetile: stopped after {minutes:g} minutes")
+            if also is not None and not passes(None, also):
+                raise BadOption(f"--also {also!r} fails on the phase as it is; expected exit code 0")
+            with Bar("mutants") as bar:
+                for count, row in enumerate(judged if fresh else (), 1):
+                    mutant = named[row["number"]]
+                    found.take(mutant.as_dict() | row | how)
+                    bar.show(count / len(fresh), f"{count} of {len(fresh)}: {mutant.label} {row['fate']}")
+            for mutant in mutants if also is not None else ():
+                if also is not None and found.fate(mutant.number) == SURVIVED:
+                    notice(f"{mutant.label}: {also} ...")
+                    if not passes(mutant, also, SECONDS):
+                        found.take(mutant.as_dict() | {"fate": KILLED, "check": also})
         except KeyboardInterrupt:
-            show.end("interrupted")
+            found.show(named, "interrupted", json)
             raise
-        show.end(status)
+        found.show(named, "complete", json)
 
 
-class _TimeIsUp(Exception):
-    """The minutes are over."""
+def _shown(mutant: Mutant) -> str:
+    """Return a mutant's label and lines."""
+    lines = [*(f"    - {line}" for line in mutant.before), *(f"    + {line}" for line in mutant.after)]
+    return "\n".join([f"#{mutant.number} {mutant.label}", *lines])
 
 
-def _one_phase(texts: list[str]) -> tuple[str, list[dict[str, Any]]]:
-    """Return the name of the one phase that is meant, and the options with which it is to be judged."""
-    found = [registered_phase(text) for text in texts]
-    names = list(dict.fromkeys(name for name, _ in found))
-    if len(names) > 1:
-        raise BadOption(
-            f"one phase at a time is changed, with one or several options; found {', '.join(names)}"
-        )
-    return names[0], [options for _, options in found]
+class _Found:
+    """What came of mutants, in rows; with a path, kept in that file.
 
+    The file is JSON Lines: the first says what is judged, each further one is a row, written as soon as it is
+    known. Raises BadOption where the file is the record of something else, or cannot be used.
+    """
 
-class _CampaignPrinter:
-    """Judges mutants, and prints what is known when that ends, one way or the other."""
-
-    def __init__(
-        self,
-        findings: Findings,
-        chosen: list[Mutant],
-        json: bool,
-        record: CampaignFile,
-        minutes: float | None,
-    ) -> None:
-        self.findings = findings
-        self.left = chosen
-        self._found: dict[int, Finding] = {}
-        self._json = json
-        self._record = record
-        self._until = math.inf if minutes is None else time.monotonic() + 60.0 * minutes
-
-    def judge(self, source: Any, examples: int, compiled: bool, seed: int, jobs: int) -> None:
-        """Judge the mutants round by round, in each with all options, for as long as they survive."""
-        from kinetile_conformance.mutation.campaign import rounds_of
-        from kinetile_conformance.mutation.findings import Stage
-
-        for number, how in enumerate(rounds_of(examples, compiled), 1):
-            for place, options in enumerate(self.findings.options):
-                if self.left:
-                    self._judge(source, Stage(number, place, how.examples), options, how, seed, jobs)
-
-    def _judge(
-        self, source: Any, stage: Stage, options: Mapping[str, Any], how: Round, seed: int, jobs: int
-    ) -> None:
-        """Judge what is left in one round, with one choice of options, but for what is known already."""
-        from kinetile.plugin.registry import registry
-        from kinetile_conformance.mutation.campaign import campaign
-
-        features = sorted(getattr(registry().spec("broad phase", self.findings.name), "features", ()))
-        known = self._record.found(stage)
-        numbers = {each.number for each in self.left}
-        self._found |= {number: each for number, each in known.items() if number in numbers}
-        fresh = [each for each in self.left if each.number not in known]
-        words = "".join(f":{key}={value}" for key, value in options.items())
-        before = f", {len(self.left) - len(fresh)} of them before" if len(fresh) < len(self.left) else ""
-        notice(
-            f"round {stage.round}: {len(self.left)} mutants{before}, {how.examples} scenes a check, "
-            f"{self.findings.name}{words} ..."
-        )
-        if fresh:
-            with Bar(f"round {stage.round}") as bar:
-
-                def found(finding: Finding) -> None:
-                    self._found[finding.mutant.number] = finding
-                    self._record.take(stage, finding)
-                    count = len(self._record.found(stage))
-                    alive = sum(each.fate == "survived" for each in self._record.found(stage).values())
-                    bar.show(
-                        min(count / len(self.left), 1.0),
-                        f"{count} of {len(self.left)}, {alive} alive: {finding.mutant.label}",
-                    )
-                    if time.monotonic() > self._until:
-                        raise _TimeIsUp
-
-                tight = campaign(
-                    source, features, options, fresh, how, seed=seed, jobs=jobs, on_finding=found
-                )
-            self._record.end(stage, tight)
-        self.findings = replace(self.findings, tightness=self._record.tightness(stage))
-        alive = (self._found[each.number] for each in self.left)
-        self.left = [each.mutant for each in alive if each.fate == "survived"]
-
-    def test(self, source: Any, command: str) -> None:
-        """Run the author's tests on what survives."""
-        from kinetile_conformance.mutation.writing import passes
-
-        notice(f"{len(self.left)} mutants: {command} ...")
-        with Bar("tests") as bar:
-            for count, mutant in enumerate(self.left, 1):
-                bar.show(count / len(self.left), f"{count} of {len(self.left)}: {mutant.label}")
-                if not passes(source, mutant, command, SECONDS):
-                    was = self._found[mutant.number]
-                    self._found[mutant.number] = replace(was, fate="killed", check=command)
-
-    def end(self, status: str) -> None:
-        """Print what is known."""
-        findings = replace(self.findings, found=tuple(self._found.values()))
-        if self._json:
-            from kinetile.versions import versions
-
-            typer.echo(as_json({"status": status, "versions": versions()} | findings.as_dict()))
+    def __init__(self, head: Row, path: Path | None) -> None:
+        self._head, self._path = head, path
+        self._rows: list[Row] = []
+        if path is None:
             return
-        from kinetile.cli.output import empty_table, show
+        try:
+            lines = path.read_text(encoding="utf-8").splitlines(keepends=True) if path.exists() else []
+            whole = [line for line in lines if line.endswith("\n")]  # the last one may have been cut off
+            first, *self._rows = [json_.loads(line) for line in whole] or [head]
+            if first != head:
+                raise BadOption(f"{path} is not the record of this: it is of {first}; expected {head}")
+            path.write_text("".join(whole) or f"{json_.dumps(head)}\n", encoding="utf-8")
+        except (OSError, ValueError) as error:
+            raise BadOption(f"{path} cannot be used as a record: {error}") from error
 
+    def of(self, number: int) -> list[Row]:
+        """Return the rows of a mutant."""
+        return [row for row in self._rows if row["number"] == number]
+
+    def has(self, number: int, how: Row) -> bool:
+        """Return whether a mutant has been judged in a way."""
+        return any(how.items() <= row.items() for row in self.of(number))
+
+    def fate(self, number: int) -> str:
+        """Return what has come of a mutant last; "": it has not been judged."""
+        return next((str(row["fate"]) for row in reversed(self.of(number))), "")
+
+    def take(self, row: Row) -> None:
+        """Keep a row."""
+        self._rows.append(row)
+        if self._path is not None:
+            with self._path.open("a", encoding="utf-8") as file:
+                file.write(f"{json_.dumps(row)}\n")
+
+    def show(self, mutants: dict[int, Mutant], status: str, json: bool) -> None:
+        """Print what is known of these mutants."""
+        rows = [self.of(number)[-1] for number in mutants if self.of(number)]
+        fates = [f"killed by {row['check']}" if row["fate"] == "killed" else row["fate"] for row in rows]
+        counts = Counter(fates).most_common()
+        survivors = [row for row in rows if row["fate"] == "survived"]
+        if json:
+            known = {"status": status, "judged": len(rows), "counts": dict(counts), "survivors": survivors}
+            typer.echo(as_json(self._head | known | {"found": rows}))
+            return
         table = empty_table("| fate", "> mutants")
-        for fate, count in findings.counts().items():
+        for fate, count in counts:
             table.add_row(fate, f"{count:,}")
-        show(table, "", *findings.lines())
-        show(
-            f"{len(findings.found)} of {findings.mutants} mutants judged, {len(findings.survivors)} survived"
-        )
-
-
-def _print_mutants(mutants: list[Mutant], json: bool) -> None:
-    """Print the mutants, each with its lines."""
-    if json:
-        rows = [{"number": m.number, "label": m.label, "before": m.before, "after": m.after} for m in mutants]
-        typer.echo(as_json(rows))
-        return
-    for each in mutants:
-        typer.echo("\n".join([f"#{each.number} {each.label}", *(f"    {line}" for line in each.diff)]))
+        show(table, "")
+        for row in survivors:
+            show(f"survived  {_shown(mutants[row['number']])}")
+        show(f"{len(rows)} of {self._head['mutants']} mutants judged, {len(survivors)} survived")

@@ -1,214 +1,235 @@
-"""The child that judges mutants: one after the other, each in a fork with limits.
+"""The judging of mutants, each in a fork with limits, so that the next one begins afresh whatever a mutant
+does to its process. All that they need is imported before, so a fork begins without delay.
 
-The child has imported what all of them need, so a fork begins without delay; and whatever a mutant does to
-its process, the next one begins afresh.
+Interpreted, nearly all mutants that can be killed die within seconds. Compiled, a mutant has loops of its
+own to be compiled, which takes longer than all the rest.
 """
 
 from __future__ import annotations
 
+import json
+import math
 import os
+import signal
+import subprocess
 import sys
+import tempfile
 import time
-import traceback
-from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import kinetile as kt
+from kinetile.errors import BadOption
+from kinetile.kernel.compiled import INTERPRETED
 from kinetile.kernel.compiled.limits import end_after, limit_memory
-from kinetile_conformance.cases import PhasePlugin, Subject
-from kinetile_conformance.checks import CHECKS
-from kinetile_conformance.drawing import Drawing
-from kinetile_conformance.isolated import GIB
-from kinetile_conformance.mutation.operators import Edit
-from kinetile_conformance.mutation.processes import as_a_child, forked, news_apart
-from kinetile_conformance.mutation.sources import PhaseSource, Source
-from kinetile_conformance.mutation.writing import write
-from kinetile_conformance.runner import References, Runner
-from kinetile_conformance.smoke_test import tightness
+from kinetile_conformance import CHECKS, Result, check_broad_phase
+from kinetile_conformance.cases import PhasePlugin
+from kinetile_conformance.mutation.importing import ChangedFinder
+from kinetile_conformance.mutation.mutants import Mutant, PhaseSource
 
-FIRST = (
-    "same-contacts",
-    "same-contacts-with-turns",
-    "never-misses-a-pair",
-    "its-structure-is-true",
-    "same-contacts-as-bodies-come-and-go",
-    "its-structure-is-true-as-bodies-come-and-go",
-)
-"""The checks that kill most for their time; they run first."""
+KILLED, HANGS, CRASHED, SURVIVED = "killed", "hangs", "crashed", "survived"
 
-LONG = (
-    "same-contacts-in-a-swarm",
-    "stays-within-its-arrays",
-    "same-contacts-in-the-gallery",
-    "same-contacts-beside-giants",
-    "same-contacts-on-lattices",
-    "same-contacts-in-a-marathon",
-    "near-holds-while-bodies-pass",
-    "same-contacts-when-turned-by-hand",
-    "does-not-see-who-asks",
-)
-"""The checks with too many events for interpreted hooks; they run last."""
+SECONDS = 5.0 if INTERPRETED else 180.0
+"""CPU seconds for a check of the phase itself. Interpreted, a check that takes longer is left out."""
 
-SURE = 5.0
-"""How many times as long as the phase itself a mutant may take for a check."""
+SLOWER = 5.0
+"""How many times as long as the phase itself a mutant may take for a check, beside these seconds."""
 
-MEMORY = 4 * GIB
+MEMORY = 4 << 30
 """Bytes that a mutant may take beyond what its process begins with."""
 
-STOPPED = {"failed", "xfailed", "died"}
+ALIAS = "mutant"
+"""The name under which a phase's package is imported with a change, so that the phase itself stays."""
 
-Send = Callable[[dict[str, Any]], None]
-
-
-@dataclass(frozen=True)
-class MutantTask:
-    """One mutant: its number (0: the phase as it is), and its change in a file of the package."""
-
-    number: int
-    place: str = ""
-    change: Edit | None = None
+Task = tuple[str, str, Mapping[str, float]]
+"""A module, the text in place of its own, and CPU seconds for each check."""
 
 
 @dataclass(frozen=True)
-class Assignment:
-    """The mutants that a child judges, and how.
+class Campaign:
+    """Judges a phase's mutants.
 
-    Attributes:
-        phase: the phase's source.
+    Args:
+        phase: its source.
         features, options: what it declares, and is made with.
-        tasks: the mutants.
-        checks: the checks, in this order, until one fails.
-        examples, seed: scenes for each check, and the seed of their drawing.
-        limits: CPU seconds for each check, and for loading.
-        skips: checks that do not apply to the phase as it is.
-        scratch: a folder.
-        whole: whether to measure the over-reporting of a mutant that no check has killed.
+        checks, examples, seed: the checks, scenes for each, and the seed of their drawing.
+        jobs: mutants at a time.
     """
 
     phase: PhaseSource
-    features: tuple[str, ...]
-    options: dict[str, Any]
-    tasks: tuple[MutantTask, ...]
-    checks: tuple[str, ...]
-    examples: int
-    seed: int
-    limits: dict[str, float]
-    skips: tuple[str, ...]
-    scratch: str
-    whole: bool
+    features: Sequence[str] = ()
+    options: Mapping[str, Any] = field(default_factory=dict)
+    checks: Sequence[str] = tuple(each.name for each in CHECKS)
+    examples: int = 10
+    seed: int = 0
+    jobs: int = 1
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return it, fit for JSON."""
-        found = asdict(self)
-        for module in found["phase"]["modules"]:
-            module["path"] = str(module["path"])
-        return found
+    def judge(self, mutants: Sequence[Mutant]) -> Iterator[dict[str, Any]]:
+        """Yields for each mutant, as it is done: its ``number``; its ``fate``: killed (by ``check``, which
+        ``said`` something), hangs (in ``check``), crashed, or survived; and its CPU seconds.
 
-    @classmethod
-    def of(cls, found: dict[str, Any]) -> Assignment:
-        """Return what ``as_dict`` was made of."""
-        phase = found["phase"]
-        modules = tuple(Source(**each | {"path": Path(each["path"])}) for each in phase["modules"])
-        tasks = tuple(
-            MutantTask(each["number"], each["place"], each["change"] and Edit(**each["change"]))
-            for each in found["tasks"]
-        )
-        phase = PhaseSource(phase["package"], phase["class_name"], modules)
-        return cls(**found | {"phase": phase, "tasks": tasks})
+        Raises BadOption where the phase as it is does not pass.
+        """
+        limits = {}
+        alone = [("", "", {check: SECONDS}) for check in self.checks]  # so that a long one ends no other
+        for number, code, rows in self._forked(alone):
+            fate, check, said = _fate(code, rows, self.checks[number:])
+            if fate == SURVIVED:
+                limits[self.checks[number]] = SECONDS + SLOWER * rows[0]["cpu"]
+            elif said != "skipped" and (fate != HANGS or not INTERPRETED):
+                said = f"{check}: {said}" if fate == KILLED else said
+                raise BadOption(f"the phase as it is does not pass, so its mutants say nothing: {said}")
+        known = {check: limits[check] for check in self.checks if check in limits}
+        tasks = [(each.source.module, each.text, known) for each in mutants]
+        for number, code, rows in self._forked(tasks):
+            fate, check, said = _fate(code, rows, tuple(known))
+            spent = sum(each.get("cpu", 0.0) for each in rows)
+            came = {"fate": fate, "check": check, "said": said, "cpu_seconds": spent}
+            yield {"number": mutants[number].number} | came
 
+    def _forked(
+        self, tasks: Sequence[tuple[str, str, Mapping[str, float]]]
+    ) -> Iterator[tuple[int, int, Any]]:
+        """Does each task in a fork; yields its number, the exit code, and the rows that the fork has
+        written."""
+        running: dict[int, tuple[int, Path]] = {}
+        left = list(enumerate(tasks))
+        with tempfile.TemporaryDirectory(prefix="kinetile-mutants-") as folder:
+            try:
+                while left or running:
+                    if left and len(running) < self.jobs:
+                        number, task = left.pop(0)
+                        told = Path(folder) / str(number)
+                        told.touch()
+                        sys.stdout.flush()
+                        if (pid := os.fork()) == 0:
+                            self._fork(told, *task)
+                        running[pid] = number, told
+                        continue
+                    pid, status = os.wait()
+                    if pid in running:
+                        number, told = running.pop(pid)
+                        _end(pid)
+                        lines = told.read_text(encoding="utf-8").splitlines()
+                        yield number, os.waitstatus_to_exitcode(status), [json.loads(line) for line in lines]
+            finally:
+                for pid in running:
+                    os.kill(pid, signal.SIGKILL)
+                    os.waitpid(pid, 0)
+                    _end(pid)
 
-def order_of_checks() -> tuple[str, ...]:
-    """Return the names of all checks: those first that kill most for their time, those last that are long."""
-    return (*FIRST, *(each.name for each in CHECKS if each.name not in (*FIRST, *LONG)), *LONG)
+    def _fork(self, told: Path, *task: Any) -> None:
+        """Does a task in this process, and ends it."""
+        code = 70
+        with suppress(BaseException):
+            os.setsid()  # with whatever it starts
+            for stream in (1, 2):
+                os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
+            self._try(told, *task)
+            code = 0
+        os._exit(code)
 
-
-@dataclass(frozen=True)
-class SharedScenes:
-    """The scenes for all mutants of a child, drawn once, and their outcomes under the reference."""
-
-    drawing: Drawing
-    references: References
-
-    @classmethod
-    def of(cls, work: Assignment) -> SharedScenes:
-        """Draw the small scenes, and compute the reference's outcomes."""
-        shared = cls(Drawing(work.examples, work.seed), References())
-        for turns in (False, True):
-            scenes = shared.drawing.small(turns)
-            shared.references.keep(scenes)
-            for scene in scenes:
-                shared.references(scene)
-        return shared
-
-
-def try_one(work: Assignment, task: MutantTask, shared: SharedScenes, send: Send) -> None:
-    """Load a mutant and run checks on it until one fails; send each result."""
-    limit_memory(MEMORY)
-    end_after(work.limits["load"])
-    name = f"mutant_{task.number}"
-    folder = Path(work.scratch)
-    if str(folder) not in sys.path:
-        sys.path.insert(0, str(folder))
-    try:
-        target = write(work.phase, folder, name, task.place, task.change)
-        spec = kt.BroadPhaseSpec(name.replace("_", "-"), target, features=frozenset(work.features))
-        kt.registry().add(PhasePlugin(spec))
-        kt.registry().broad_phase(spec.name)(**work.options)
-    except Exception as error:
-        send({"crashed": f"{type(error).__name__}: {error}"})
-        return
-    runner = Runner(
-        Subject(spec.name, work.options),
-        seconds=float("inf"),
-        shrink=False,
-        drawing=shared.drawing,
-        references=shared.references,
-    )
-    for check in work.checks:
-        send({"begin": check})
+    def _try(self, told: Path, module: str, text: str, limits: Mapping[str, float]) -> None:
+        """Loads a mutant, runs checks on it until one does not pass, and tells what came of each."""
+        left = [*limits.values(), SECONDS]
         began = time.process_time()
-        end_after(work.limits.get(check, work.limits["load"]))
-        result = runner.run(check, "a mutant")  # as if expected to fail: no verdict is needed
-        refused = result.status == "skipped" and check not in work.skips
-        spent = time.process_time() - began
-        send({"check": check, "status": result.status, "said": result.said or result.reason, "cpu": spent})
-        if result.status in STOPPED or (refused and task.number):
-            return
-    send({"end": True, "tightness": tightness(Subject(spec.name, work.options)) if work.whole else None})
 
+        def tell(**row: Any) -> None:
+            with told.open("a", encoding="utf-8") as file:
+                file.write(f"{json.dumps(row)}\n")
 
-def serve(work: Assignment, send: Send) -> None:
-    """Runner all mutants, each in a fork; pass on its messages, and send how it ended."""
-    sys.dont_write_bytecode = True
-    words = Path(work.scratch) / f"words-{os.getpid()}"
-    patience = 60.0 + 10.0 * max(work.limits.values())
-    shared = SharedScenes.of(work)
-    for task in work.tasks:
-        send({"task": task.number})
+        def limit() -> None:
+            end_after(left[0])
+            signal.alarm(math.ceil(60.0 + 10.0 * left.pop(0)))  # it may only wait
 
-        def attempt(tasks: Iterator[dict[str, Any]], forward: Send, task: MutantTask = task) -> None:
-            try_one(work, task, shared, forward)
+        def judged(result: Result) -> None:
+            nonlocal began
+            said = "skipped" if result.status == "skipped" else result.said or result.reason
+            tell(check=result.check, status=result.status, said=said, cpu=time.process_time() - began)
+            if result.status != "xpassed":
+                os._exit(0)
+            began = time.process_time()
+            limit()
 
-        child = forked(attempt, words)
-        late = False
+        limit_memory(MEMORY)
+        limit()
+        root = self.phase.target.partition(":")[0].partition(".")[0]
+        target = ALIAS + self.phase.target.removeprefix(root)
+        ChangedFinder(root, ALIAS, module, text)
+        kt.registry().add(PhasePlugin(kt.BroadPhaseSpec(ALIAS, target, features=frozenset(self.features))))
         try:
-            while (message := child.hear(patience)) is not None:
-                send(message)
-        except TimeoutError:
-            late = True
-        code = None if late else child.ended()
-        child.end()
-        send({"over": task.number, "code": code})
+            check_broad_phase(
+                ALIAS,
+                in_process=True,
+                checks=list(limits),
+                expected_failures=dict.fromkeys(limits, "a mutant"),  # then nothing is made of a failure
+                options=self.options,
+                examples=self.examples,
+                seed=self.seed,
+                seconds=math.inf,
+                shrink=False,
+                on_result=judged,
+            )
+        except Exception as error:
+            tell(crashed=f"{type(error).__name__}: {error}")
+        else:
+            tell(survived=True)
 
 
-def main() -> None:
-    """Carry out the assignment on the first line of the standard input; messages go to the standard
-    output."""
-    news = news_apart()
-    try:
-        as_a_child(lambda tasks, tell: serve(Assignment.of(next(tasks)), tell), news, 0)
-    except Exception:
-        os.write(2, traceback.format_exc().encode())
-        raise
+def _end(pid: int) -> None:
+    """Ends what a process has started, or has left behind."""
+    with suppress(OSError):
+        os.killpg(pid, signal.SIGKILL)
+
+
+def _fate(code: int, rows: Sequence[dict[str, Any]], checks: Sequence[str]) -> tuple[str, str, str]:
+    """Returns a mutant's fate, the check of it, and what was said, from how its process ended, what it told,
+    and the checks that it was to run."""
+    last = rows[-1] if rows else {}
+    if "survived" in last:
+        return SURVIVED, "", ""
+    if "crashed" in last:
+        return CRASHED, "", last["crashed"]
+    if last.get("status", "xpassed") != "xpassed":
+        return KILLED, last["check"], last["said"]
+    check = checks[len(rows)] if len(rows) < len(checks) else ""
+    if code in (-signal.SIGXCPU, -signal.SIGKILL, -signal.SIGALRM):
+        return HANGS, check, "it took too long"
+    return CRASHED, check, f"its process ended with {code}"
+
+
+def passes(mutant: Mutant | None, command: str, seconds: float | None = None) -> bool:
+    """Returns whether an author's own tests end with exit code 0, in so many seconds, on a mutant or, where
+    there is none, on the phase as it is.
+
+    They run in the installed package itself: a ``sitecustomize`` on the path of the command makes every
+    interpreter that it starts compile the changed text in place of the file's.
+    """
+    with tempfile.TemporaryDirectory(prefix="kinetile-mutant-") as folder:
+        path = [os.environ.get("PYTHONPATH", "")]
+        if mutant is not None:
+            module, text = mutant.source.module, mutant.text
+            root = module.partition(".")[0]
+            importing = Path(__file__).with_name("importing.py").read_text(encoding="utf-8")
+            install = f"\n\nChangedFinder({root!r}, {root!r}, {module!r}, {text!r})\n"
+            (Path(folder) / "sitecustomize.py").write_text(importing + install, encoding="utf-8")
+            path.insert(0, folder)
+        environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, path))}
+        environment.pop("NUMBA_DISABLE_JIT", None)
+        with subprocess.Popen(
+            ["sh", "-c", command],
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            start_new_session=True,
+        ) as process:
+            try:
+                return process.wait(seconds) == 0
+            except subprocess.TimeoutExpired:
+                return False
+            finally:
+                _end(process.pid)

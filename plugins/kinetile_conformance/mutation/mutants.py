@@ -1,107 +1,153 @@
 """Mutants of a phase: every change of what its class reaches, numbered from top to bottom, module by module.
 
-A definition reaches the names that it uses, in its own module and, by ``from`` imports, in the others; what
-nothing reaches changes nothing. The audit is left out: it is the author's own judge, and a mutant of the
-judge says nothing about the phase.
+A definition reaches the names that it uses, in its own module and, by ``from`` imports, in others of the same
+package; what nothing reaches changes nothing. ``import package.module`` is not followed. The audit and the
+drawing are left out: they judge and show the phase, and a mutant of the judge says nothing about the phase.
 
 Left alone are docstrings, annotations, decorators, ``__all__``, ``raise`` and the conditions that lead to it
-and to nothing else (option checks), ``assert``, and texts with fields. A line that ends in the comment
-``# mutate: equivalent, because ...`` is left alone too, and its reason is listed.
+and to nothing else (option checks), ``assert``, texts with fields, and lines that end in the comment
+``# mutate: equivalent, because ...``.
 """
 
 from __future__ import annotations
 
 import ast
+import importlib.util
+import inspect
 import random
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
 
-from kinetile_conformance.mutation.operators import Edit, SourceText, changes
-from kinetile_conformance.mutation.sources import PhaseSource, Source, place_in
+from kinetile.errors import BadOption
+from kinetile.plugin.registry import registry
+from kinetile_conformance.mutation.operators import Edit, SourceText
 
-Place = tuple[str, str]
-"""A module, and a name at its top level."""
+_EQUIVALENT = re.compile(rb"#\s*mutate:\s*equivalent")
 
 
-def reached(phase: PhaseSource, audits: bool = False) -> dict[str, list[ast.stmt]]:
-    """Return the statements at the top level of each module that the phase's class reaches."""
-    homes = {source.module: _definitions(source) for source in phase.modules}
-    ways = {source.module: _ways(phase, source) for source in phase.modules}
-    found: dict[str, list[ast.stmt]] = {source.module: [] for source in phase.modules}
-    seen: set[Place] = set()
-    left: list[Place] = [(phase.modules[0].module, phase.class_name.partition(".")[0])]
+@dataclass(frozen=True)
+class Source:
+    """One module: its full name, its file, and its text."""
+
+    module: str
+    path: Path
+    text: str
+
+    @cached_property
+    def tree(self) -> ast.Module:
+        """The text, parsed."""
+        return ast.parse(self.text)
+
+    @cached_property
+    def imports(self) -> dict[str, tuple[str, str]]:
+        """For each name that is imported by ``from``, the module and the name in it."""
+        package = self.module if self.path.name == "__init__.py" else self.module.rpartition(".")[0]
+        found: dict[str, tuple[str, str]] = {}
+        for node in ast.walk(self.tree):
+            if isinstance(node, ast.ImportFrom):
+                said = "." * node.level + (node.module or "")
+                home = importlib.util.resolve_name(said, package)
+                found |= {each.asname or each.name: (home, each.name) for each in node.names}
+        return found
+
+    @cached_property
+    def definitions(self) -> dict[str, list[ast.stmt]]:
+        """The statements that define each name at the module's top level."""
+        found: dict[str, list[ast.stmt]] = {}
+        for node in self.tree.body:
+            if isinstance(node, ast.Import | ast.ImportFrom):
+                continue
+            if isinstance(node, ast.FunctionDef | ast.ClassDef):
+                names = [node.name]
+            else:
+                stored = (each for each in ast.walk(node) if isinstance(each, ast.Name))
+                names = [each.id for each in stored if isinstance(each.ctx, ast.Store)]
+            for name in names:
+                if name != "__all__":
+                    found.setdefault(name, []).append(node)
+        return found
+
+
+@dataclass(frozen=True)
+class PhaseSource:
+    """The source of a phase: its class, as ``"package.module:Class"``, and the statements that this reaches,
+    by module."""
+
+    target: str
+    reached: dict[Source, list[ast.stmt]]
+
+
+def source_of(name: str) -> PhaseSource:
+    """Return the source of a broad phase.
+
+    Raises UnknownName; PhaseError where it does not import; BadOption where its source is in no file.
+    """
+    found = registry().broad_phase(name)
+    module, qualname = found.__module__, found.__qualname__
+    try:
+        first = _source(module, inspect.getsourcefile(found) or "")
+        assert first.tree
+    except (OSError, TypeError, SyntaxError, UnicodeDecodeError) as error:
+        raise BadOption(
+            f"broad phase {name!r}: the source of its class {module}.{qualname} is in no file "
+            "that can be read; mutants are made of source files"
+        ) from error
+    package = module if first.path.name == "__init__.py" else module.rpartition(".")[0]
+    return PhaseSource(f"{module}:{qualname}", reached(first, package, qualname))
+
+
+def reached(first: Source, package: str, name: str) -> dict[Source, list[ast.stmt]]:
+    """Return the statements that a class reaches, by module."""
+    sources = {first.module: first}
+    found: dict[Source, list[ast.stmt]] = {first: []}
+    seen: set[tuple[Source, str]] = set()
+    left = [(first, name.partition(".")[0])]
+
+    def loaded(module: str) -> Source | None:
+        if module not in sources and package and f"{module}.".startswith(f"{package}."):
+            with suppress(ImportError):
+                spec = importlib.util.find_spec(module)
+                if spec is not None and spec.origin is not None and spec.origin.endswith(".py"):
+                    sources[module] = _source(module, spec.origin)
+        return sources.get(module)
+
     while left:
-        place = left.pop()
-        if place in seen:
+        source, name = left.pop()
+        if (source, name) in seen:
             continue
-        seen.add(place)
-        module, name = place
-        if name in ways.get(module, {}):
-            home, inner = ways[module][name]
-            left += [(home, inner)] if inner else [(home, each) for each in homes[home]]
-        for statement in homes.get(module, {}).get(name, ()):
-            if statement not in found[module]:
-                found[module].append(statement)
-            left += [(module, used) for used in _used(statement, audits)]
+        seen.add((source, name))
+        if name in source.imports:
+            home, inner = source.imports[name]
+            if (whole := loaded(f"{home}.{inner}")) is not None:
+                left += [(whole, each) for each in whole.definitions]
+            elif (other := loaded(home)) is not None:
+                left.append((other, inner))
+        for node in source.definitions.get(name, ()):
+            statements = found.setdefault(source, [])
+            if node not in statements:
+                statements.append(node)
+            left += [(source, used) for used in _used(node)]
     for statements in found.values():
         statements.sort(key=lambda each: each.lineno)
     return found
 
 
-def _definitions(source: Source) -> dict[str, list[ast.stmt]]:
-    """Return the statements that define each name at a module's top level."""
-    found: dict[str, list[ast.stmt]] = {}
-    for statement in source.tree.body:
-        if isinstance(statement, ast.Import | ast.ImportFrom):
-            continue
-        if isinstance(statement, ast.FunctionDef | ast.ClassDef):
-            names = [statement.name]
-        else:
-            stores = (each for each in ast.walk(statement) if isinstance(each, ast.Name))
-            names = [each.id for each in stores if isinstance(each.ctx, ast.Store)]
-        for name in names:
-            if name != "__all__":
-                found.setdefault(name, []).append(statement)
-    return found
+def _source(module: str, path: str) -> Source:
+    return Source(module, Path(path), Path(path).read_text(encoding="utf-8"))
 
 
-def _ways(phase: PhaseSource, source: Source) -> dict[str, tuple[str, str]]:
-    """Return for each name that is imported from a module of the phase that module and the name in it; no
-    name for a whole module."""
-    found = {}
-    for _, each in source.imports():
-        if each.whole and phase.named(f"{each.home}.{each.name}") is not None:
-            found[each.alias] = (f"{each.home}.{each.name}", "")
-        elif phase.named(each.home) is not None:
-            found[each.alias] = (each.home, each.name)
-    return found
-
-
-def _used(statement: ast.stmt, audits: bool) -> set[str]:
+def _used(statement: ast.stmt) -> set[str]:
     """Return the names that a statement uses, but for what is given as ``draw=`` or ``audit=``."""
-    left_out = ("draw",) if audits else ("draw", "audit")
-    unused = {
-        id(each)
-        for node in ast.walk(statement)
-        if isinstance(node, ast.keyword) and node.arg in left_out
-        for each in ast.walk(node.value)
-    }
+    keywords = (node for node in ast.walk(statement) if isinstance(node, ast.keyword))
+    unused = {id(each) for node in keywords if node.arg in ("draw", "audit") for each in ast.walk(node.value)}
     names = (each for each in ast.walk(statement) if isinstance(each, ast.Name) and id(each) not in unused)
     return {each.id for each in names if isinstance(each.ctx, ast.Load)}
-
-
-_EQUIVALENT = re.compile(r"#\s*mutate:\s*equivalent,?\s*(.*?)\s*$")
-
-
-@dataclass(frozen=True)
-class Equivalent:
-    """A line that its author has marked: its mutants change nothing, for this reason."""
-
-    place: str
-    line: int
-    reason: str
 
 
 @dataclass(frozen=True)
@@ -111,56 +157,48 @@ class Mutant:
     Attributes:
         number: which of the phase's mutants it is, from 1.
         label: where and what, unlike any other: ``events.py:88 comparison < -> <=``.
-        place: the file within the phase's package.
-        line: where the change begins.
+        source: the module that is changed.
         change: the change.
         before, after: the lines that it changes.
     """
 
     number: int
     label: str
-    place: str
-    line: int
+    source: Source
     change: Edit
-    before: tuple[str, ...]
-    after: tuple[str, ...]
+    before: list[str]
+    after: list[str]
 
     @property
-    def diff(self) -> list[str]:
-        """The lines as they were, and as they are."""
-        return [*(f"- {line}" for line in self.before), *(f"+ {line}" for line in self.after)]
+    def text(self) -> str:
+        """The module's text, with the change."""
+        return self.change.made(self.source.text)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return what there is to show of it, fit for JSON."""
+        shown = {"number": self.number, "label": self.label, "operator": self.change.operator}
+        return shown | {"before": self.before, "after": self.after}
 
 
-def mutants_of(phase: PhaseSource, audits: bool = False) -> list[Mutant]:
-    """Return all mutants of a phase; with ``audits`` those of its audit as well."""
+def mutants_of(phase: PhaseSource) -> list[Mutant]:
+    """Return all mutants of a phase."""
     found: list[Mutant] = []
     labels: Counter[str] = Counter()
-    for module, statements in reached(phase, audits).items():
-        source = phase.named(module)
-        assert source is not None
-        text = SourceText(source)
-        place = place_in(phase, source)
-        spared = {each.line for each in _marked(source, place)}
-        seen: set[tuple[int, int, str]] = set()
-        these = [change for each in statements for node in _mutable(each) for change in changes(text, node)]
-        for change in sorted(these, key=lambda each: (each.start, each.end)):
+    home = next(iter(phase.reached)).path.parent
+    for source, statements in phase.reached.items():
+        place = source.path.relative_to(home).as_posix()
+        text = SourceText(source.text)
+        these = [change for each in statements for node in _mutable(each) for change in text.changes(node)]
+        for change in dict.fromkeys(sorted(these, key=lambda each: (each.start, each.end))):
             line = text.bytes[: change.start].count(b"\n") + 1
-            key = (change.start, change.end, change.new)
-            if line in spared or key in seen:
+            if _EQUIVALENT.search(text.bytes.split(b"\n")[line - 1]):
                 continue
-            seen.add(key)
             label = f"{place}:{line} {change.operator} {' '.join(change.what.split())}"
             labels[label] += 1
             if labels[label] > 1:
                 label = f"{label} ({labels[label]})"
-            before, after = _lines(text.bytes, change)
-            found.append(Mutant(len(found) + 1, label, place, line, change, before, after))
+            found.append(Mutant(len(found) + 1, label, source, change, *_lines(text.bytes, change)))
     return found
-
-
-def equivalents_of(phase: PhaseSource) -> list[Equivalent]:
-    """Return the lines that their author has marked as having no mutants but equivalent ones."""
-    return [each for source in phase.modules for each in _marked(source, place_in(phase, source))]
 
 
 def sample(mutants: Sequence[Mutant], limit: int | None, seed: int = 0, only: str = "") -> list[Mutant]:
@@ -171,40 +209,30 @@ def sample(mutants: Sequence[Mutant], limit: int | None, seed: int = 0, only: st
     return sorted(chosen, key=lambda each: each.number)
 
 
-def _marked(source: Source, place: str) -> Iterator[Equivalent]:
-    for line, text in enumerate(source.text.splitlines(), 1):
-        if said := _EQUIVALENT.search(text):
-            yield Equivalent(place, line, said[1].removeprefix("because").strip())
-
-
 def _mutable(node: ast.AST, inside: bool = False) -> Iterator[ast.AST]:
     """Yield the nodes of a statement that may be changed; ``inside`` of a function, that is."""
-    if isinstance(node, ast.Raise | ast.Assert | ast.JoinedStr | ast.Import | ast.ImportFrom):
-        return
-    if (
-        isinstance(node, ast.If)
-        and all(isinstance(each, ast.Raise) for each in node.body)
-        and not node.orelse
-    ):
-        return
-    if isinstance(node, ast.Subscript) and not inside:
-        return  # a type
-    if isinstance(node, ast.keyword) and node.arg in ("audit", "draw", "dtype"):
-        return
+    match node:
+        case ast.Raise() | ast.Assert() | ast.JoinedStr() | ast.Import() | ast.ImportFrom():
+            return
+        case ast.If(orelse=[]) if all(isinstance(each, ast.Raise) for each in node.body):
+            return
+        case ast.Subscript() if not inside:
+            return  # a type
+        case ast.keyword(arg="audit" | "draw" | "dtype"):
+            return
     yield node
     inside = inside or isinstance(node, ast.FunctionDef)
     for name, value in ast.iter_fields(node):
-        if name in ("annotation", "returns", "decorator_list", "bases"):
-            continue
-        for each in value if isinstance(value, list) else [value]:
-            if isinstance(each, ast.AST):
-                yield from _mutable(each, inside)
+        if name not in ("annotation", "returns", "decorator_list", "bases"):
+            for each in value if isinstance(value, list) else [value]:
+                if isinstance(each, ast.AST):
+                    yield from _mutable(each, inside)
 
 
-def _lines(text: bytes, change: Edit) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def _lines(text: bytes, change: Edit) -> tuple[list[str], list[str]]:
     """Return the lines that a change touches, before and after."""
     first = text.rfind(b"\n", 0, change.start) + 1
     last = text.find(b"\n", change.end)
     last = len(text) if last < 0 else last
     after = text[first : change.start] + change.new.encode() + text[change.end : last]
-    return tuple(text[first:last].decode().split("\n")), tuple(after.decode().split("\n"))
+    return text[first:last].decode().split("\n"), after.decode().split("\n")

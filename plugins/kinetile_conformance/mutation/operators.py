@@ -1,18 +1,46 @@
 """Mutation operators: edits of one thing at a time, as the replacement of an exact span of the source.
 
-Each is a mistake that is easily made. They work on the nodes of ``ast``, whose columns say where a thing
-stands; signs between two expressions are no nodes and are found among the tokens.
+Each is a mistake that is easily made in a phase. Those of libraries are others: they know no certificate that
+is not scheduled, no radius in place of a reach, no x in place of y.
 """
 
 from __future__ import annotations
 
 import ast
-import io
-import tokenize
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import accumulate, pairwise
 
-from kinetile_conformance.mutation.sources import Source
+OPERATORS = (
+    *("comparison", "sign", "truth", "dropped", "radius", "floor"),
+    *("index", "extreme", "constant", "condition", "count", "name"),
+)
+
+SIGNS: dict[type[ast.AST], tuple[str, str, str]] = {
+    ast.Lt: ("comparison", "<", "<="),
+    ast.LtE: ("comparison", "<=", "<"),
+    ast.Gt: ("comparison", ">", ">="),
+    ast.GtE: ("comparison", ">=", ">"),
+    ast.Eq: ("comparison", "==", "!="),
+    ast.NotEq: ("comparison", "!=", "=="),
+    ast.Add: ("sign", "+", "-"),
+    ast.Sub: ("sign", "-", "+"),
+    ast.And: ("truth", "and", "or"),
+    ast.Or: ("truth", "or", "and"),
+    ast.BitAnd: ("truth", "&", "|"),
+    ast.BitOr: ("truth", "|", "&"),
+}
+PAIRS = {
+    "extreme": (("smaller", "larger"), ("min", "max"), ("minimum", "maximum")),
+    "radius": (("reach", "radius"),),
+    "name": (("x", "y"), ("vx", "vy"), ("width", "height")),
+}
+RENAMED = {
+    old: (operator, new)
+    for operator, pairs in PAIRS.items()
+    for pair in pairs
+    for old, new in (pair, pair[::-1])
+} | {"floor": ("floor", "trunc")}
 
 
 @dataclass(frozen=True)
@@ -30,167 +58,103 @@ class Edit:
     new: str
     needs: str = ""
 
+    def made(self, text: str) -> str:
+        """Return a source with this edit."""
+        old = text.encode()
+        new = (old[: self.start] + self.new.encode() + old[self.end :]).decode()
+        return f"{new}\n{self.needs}\n" if self.needs else new
+
+
+Node = ast.expr | ast.stmt | ast.keyword
+
 
 class SourceText:
-    """A source to take spans from."""
+    """A source to take spans from, in bytes, as the columns of ``ast`` are."""
 
-    def __init__(self, source: Source) -> None:
-        self.source = source
-        self.bytes = source.text.encode()
-        readline = io.StringIO(source.text).readline
-        self._signs = [
-            (source.offset(row, len(token.line[:column].encode())), token.string)
-            for token in tokenize.generate_tokens(readline)
-            for row, column in [token.start]
-            if token.type == tokenize.OP or token.string in ("and", "or", "not")
-        ]
+    def __init__(self, text: str) -> None:
+        self.bytes = text.encode()
+        self._starts = [0, *accumulate(map(len, self.bytes.splitlines(keepends=True)))]
 
-    def span(self, node: ast.expr | ast.stmt | ast.keyword) -> tuple[int, int]:
-        """Return where a node begins and ends, in bytes."""
+    def span(self, node: Node) -> tuple[int, int]:
+        """Return where a node begins and ends."""
         assert node.end_lineno is not None
         assert node.end_col_offset is not None
-        first = self.source.offset(node.lineno, node.col_offset)
-        return first, self.source.offset(node.end_lineno, node.end_col_offset)
+        first = self._starts[node.lineno - 1] + node.col_offset
+        return first, self._starts[node.end_lineno - 1] + node.end_col_offset
 
-    def of(self, node: ast.expr | ast.stmt | ast.keyword) -> str:
+    def of(self, node: Node) -> str:
         """Return the words of a node."""
         start, end = self.span(node)
         return self.bytes[start:end].decode()
 
-    def sign(self, words: str, start: int, end: int) -> tuple[int, int]:
-        """Return the span of the first sign of these words between two places."""
-        at = next(at for at, found in self._signs if start <= at < end and found == words)
-        return at, at + len(words)
+    def changes(self, node: ast.AST) -> Iterator[Edit]:
+        """Yield all changes of one node."""
+        match node:
+            case ast.Compare(left, signs, rights):
+                for sign, one, other in zip(signs, [left, *rights], rights, strict=False):
+                    yield from self._swapped(sign, one, other)
+            case ast.BoolOp(sign, values):
+                for one, other in pairwise(values):
+                    yield from self._swapped(sign, one, other)
+            case ast.BinOp(left, ast.FloorDiv(), right):
+                new = f"int(({self.of(left)}) / ({self.of(right)}))"
+                yield Edit("floor", "// truncated", *self.span(node), new)
+            case ast.BinOp(left, sign, right):
+                yield from self._swapped(sign, left, right)
+            case ast.UnaryOp(ast.USub() | ast.Not() as sign):
+                operator, old = ("sign", "-") if isinstance(sign, ast.USub) else ("truth", "not ")
+                start = self.span(node)[0]
+                yield Edit(operator, f"{old.strip()} dropped", start, start + len(old), "")
+            case ast.Attribute():
+                yield from self._renamed(node)
+            case ast.Subscript():
+                yield from self._indices(node)
+            case ast.Constant():
+                yield from self._constants(node)
+            case ast.Call():
+                yield from self._calls(node)
+            case ast.FunctionDef():
+                yield from self._counts(node)
+            case ast.If() | ast.While() | ast.IfExp():
+                if not isinstance(node.test, ast.Constant):
+                    for new in ("True", "False"):
+                        yield Edit("condition", f"always {new.lower()}", *self.span(node.test), new)
+            case ast.Expr(ast.Call(called)):
+                yield Edit("dropped", f"{self.of(called)}(...)", *self.span(node), "pass")
+            case ast.Assign() | ast.AugAssign():
+                yield from self._assignments(node)
 
-    def signs(self, words: str, start: int, end: int) -> Iterator[tuple[int, int]]:
-        """Yield the spans of all signs of these words between two places."""
-        for at, found in self._signs:
-            if start <= at < end and found == words:
-                yield at, at + len(words)
+    def _swapped(self, sign: ast.AST, one: Node, other: Node, after: str = "") -> Iterator[Edit]:
+        """A sign between two nodes and its counterpart: ``<`` and ``<=``, ``and`` and ``or``."""
+        if type(sign) in SIGNS:
+            operator, old, new = SIGNS[type(sign)]
+            at = self.bytes.index(f"{old}{after}".encode(), self.span(one)[1], self.span(other)[0])
+            yield Edit(operator, f"{old}{after} -> {new}{after}", at, at + len(old), new)
 
+    def _renamed(self, node: ast.Attribute) -> Iterator[Edit]:
+        """x for y, reach for radius, min for max, floor by truncation, and back."""
+        home, old = self.of(node.value), node.attr
+        if (
+            old not in RENAMED
+            or (old in ("reach", "radius") and home == "scene")  # a scene has no reach
+            or (old in ("width", "height") and "clock" not in home)  # not the arena's
+            or (old == "floor" and home not in ("np", "numpy", "math"))
+        ):
+            return
+        operator, new = RENAMED[old]
+        end = self.span(node)[1]
+        yield Edit(operator, f"{old} -> {new}", end - len(old.encode()), end, new)
 
-Operator = Callable[[SourceText, ast.AST], Iterator[Edit]]
-
-COMPARISONS: dict[type[ast.cmpop], tuple[str, str]] = {
-    ast.Lt: ("<", "<="),
-    ast.LtE: ("<=", "<"),
-    ast.Gt: (">", ">="),
-    ast.GtE: (">=", ">"),
-    ast.Eq: ("==", "!="),
-    ast.NotEq: ("!=", "=="),
-}
-SIGNS: dict[type[ast.operator], tuple[str, str]] = {ast.Add: ("+", "-"), ast.Sub: ("-", "+")}
-TRUTHS: dict[type[ast.operator], tuple[str, str]] = {ast.BitAnd: ("&", "|"), ast.BitOr: ("|", "&")}
-FLOORS = {"floor": "trunc"}
-ENDS = {"smaller": "larger", "larger": "smaller", "min": "max", "max": "min"}
-ENDS |= {"minimum": "maximum", "maximum": "minimum"}
-NAMES = {"x": "y", "y": "x", "vx": "vy", "vy": "vx", "width": "height", "height": "width"}
-RADII = {"reach": "radius", "radius": "reach"}
-
-
-def comparison(text: SourceText, node: ast.AST) -> Iterator[Edit]:
-    """``<`` and ``<=``, ``>`` and ``>=``, ``==`` and ``!=``."""
-    if isinstance(node, ast.Compare):
-        sides = [node.left, *node.comparators]
-        for left, kind, right in zip(sides, node.ops, sides[1:], strict=False):
-            if type(kind) in COMPARISONS:
-                old, new = COMPARISONS[type(kind)]
-                span = text.sign(old, text.span(left)[1], text.span(right)[0])
-                yield Edit("comparison", f"{old} -> {new}", *span, new)
-
-
-def sign(text: SourceText, node: ast.AST) -> Iterator[Edit]:
-    """``+`` and ``-``, also in ``+=``; a minus dropped."""
-    if isinstance(node, ast.BinOp) and type(node.op) in SIGNS:
-        old, new = SIGNS[type(node.op)]
-        span = text.sign(old, text.span(node.left)[1], text.span(node.right)[0])
-        yield Edit("sign", f"{old} -> {new}", *span, new)
-    if isinstance(node, ast.AugAssign) and type(node.op) in SIGNS:
-        old, new = SIGNS[type(node.op)]
-        span = text.sign(f"{old}=", text.span(node.target)[1], text.span(node.value)[0])
-        yield Edit("sign", f"{old}= -> {new}=", *span, f"{new}=")
-    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
-        start = text.span(node)[0]
-        yield Edit("sign", "- dropped", start, start + len("-"), "")
-
-
-def truth(text: SourceText, node: ast.AST) -> Iterator[Edit]:
-    """``and`` and ``or``, ``&`` and ``|``; a ``not`` dropped."""
-    if isinstance(node, ast.BoolOp):
-        old, new = ("and", "or") if isinstance(node.op, ast.And) else ("or", "and")
-        for left, right in zip(node.values, node.values[1:], strict=False):
-            span = text.sign(old, text.span(left)[1], text.span(right)[0])
-            yield Edit("truth", f"{old} -> {new}", *span, new)
-    if isinstance(node, ast.BinOp) and type(node.op) in TRUTHS:
-        old, new = TRUTHS[type(node.op)]
-        span = text.sign(old, text.span(node.left)[1], text.span(node.right)[0])
-        yield Edit("truth", f"{old} -> {new}", *span, new)
-    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
-        start = text.span(node)[0]
-        yield Edit("truth", "not dropped", start, start + len("not "), "")
-
-
-def dropped(text: SourceText, node: ast.AST) -> Iterator[Edit]:
-    """A call that stands alone, a store into an array or a record, a part of ``BroadPhaseParts``."""
-    if isinstance(node, ast.Expr) and isinstance(node.value, ast.Call):
-        yield Edit("dropped", f"{text.of(node.value.func)}(...)", *text.span(node), "pass")
-    if isinstance(node, ast.Assign | ast.AugAssign):
-        targets = node.targets if isinstance(node, ast.Assign) else [node.target]
-        if all(isinstance(each, ast.Subscript) for each in targets):
-            yield Edit("dropped", f"{text.of(targets[0])} = ...", *text.span(node), "pass")
-    if isinstance(node, ast.Call) and text.of(node.func).rpartition(".")[2] == "BroadPhaseParts":
-        for part in node.keywords:
-            if part.arg not in (None, "audit", "draw", "near", "state"):
-                start, end = text.span(part)
-                after = text.bytes[end : text.span(node)[1]]
-                comma = len(after) - len(after.lstrip()) + 1 if after.lstrip().startswith(b",") else 0
-                yield Edit("dropped", f"{part.arg}=...", start, end + comma, "")
-
-
-def radius(text: SourceText, node: ast.AST) -> Iterator[Edit]:
-    """``reach`` and ``radius`` of bodies. A scene has no reach."""
-    if isinstance(node, ast.Attribute) and node.attr in RADII and text.of(node.value) != "scene":
-        yield _renamed(text, node, "radius", RADII[node.attr])
-
-
-def floor(text: SourceText, node: ast.AST) -> Iterator[Edit]:
-    """``floor`` by truncation, and so ``//``."""
-    if (
-        isinstance(node, ast.Attribute)
-        and node.attr in FLOORS
-        and text.of(node.value) in ("np", "math", "numpy")
-    ):
-        yield _renamed(text, node, "floor", FLOORS[node.attr])
-    if isinstance(node, ast.BinOp) and isinstance(node.op, ast.FloorDiv):
-        new = f"int(({text.of(node.left)}) / ({text.of(node.right)}))"
-        yield Edit("floor", "// truncated", *text.span(node), new)
-
-
-def index(text: SourceText, node: ast.AST) -> Iterator[Edit]:
-    """An index greater by one; one that ends in a number is the constant's business."""
-    if isinstance(node, ast.Subscript):
+    def _indices(self, node: ast.Subscript) -> Iterator[Edit]:
+        """An index greater by one; one that ends in a number is the constant's business."""
         for each in node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]:
-            ends = each.right if isinstance(each, ast.BinOp) else each
-            if not isinstance(ends, ast.Constant | ast.Slice | ast.UnaryOp | ast.Compare):
-                end = text.span(each)[1]
-                yield Edit("index", f"[{text.of(each)}] + 1", end, end, " + 1")
+            last = each.right if isinstance(each, ast.BinOp) else each
+            if not isinstance(last, ast.Constant | ast.Slice | ast.UnaryOp | ast.Compare):
+                end = self.span(each)[1]
+                yield Edit("index", f"[{self.of(each)}] + 1", end, end, " + 1")
 
-
-def extreme(text: SourceText, node: ast.AST) -> Iterator[Edit]:
-    """``smaller`` and ``larger``, ``min`` and ``max``."""
-    if isinstance(node, ast.Call):
-        called = node.func
-        if isinstance(called, ast.Name) and called.id in ENDS:
-            new = ENDS[called.id]
-            needs = f"from kinetile.toolbox import {new}" if new in ("smaller", "larger") else ""
-            yield Edit("extreme", f"{called.id} -> {new}", *text.span(called), new, needs)
-        if isinstance(called, ast.Attribute) and called.attr in ENDS:
-            yield _renamed(text, called, "extreme", ENDS[called.attr])
-
-
-def constant(text: SourceText, node: ast.AST) -> Iterator[Edit]:
-    """A whole number less by one, 0 made 1; True and False."""
-    if isinstance(node, ast.Constant):
+    def _constants(self, node: ast.Constant) -> Iterator[Edit]:
+        """A whole number less by one, 0 made 1; True and False."""
         value = node.value
         if isinstance(value, bool):
             new = str(not value)
@@ -198,64 +162,36 @@ def constant(text: SourceText, node: ast.AST) -> Iterator[Edit]:
             new = repr(type(value)(value - 1 if value else 1))
         else:
             return
-        yield Edit("constant", f"{text.of(node)} -> {new}", *text.span(node), new)
+        yield Edit("constant", f"{self.of(node)} -> {new}", *self.span(node), new)
 
+    def _calls(self, node: ast.Call) -> Iterator[Edit]:
+        """``smaller`` and ``larger``, ``min`` and ``max``; a part of ``BroadPhaseParts`` dropped."""
+        called = self.of(node.func)
+        if isinstance(node.func, ast.Name) and RENAMED.get(called, ("",))[0] == "extreme":
+            operator, new = RENAMED[called]
+            needs = f"from kinetile.toolbox import {new}" if new in ("smaller", "larger") else ""
+            yield Edit(operator, f"{called} -> {new}", *self.span(node.func), new, needs)
+        if called.rpartition(".")[2] == "BroadPhaseParts":
+            for part in node.keywords:
+                if part.arg not in (None, "audit", "draw", "near", "state"):
+                    start, end = self.span(part)
+                    rest = self.bytes[end : self.span(node)[1]]
+                    comma = len(rest) - len(rest.lstrip()) + 1 if rest.lstrip().startswith(b",") else 0
+                    yield Edit("dropped", f"{part.arg}=...", start, end + comma, "")
 
-def condition(text: SourceText, node: ast.AST) -> Iterator[Edit]:
-    """A condition that is always true, or always false."""
-    if isinstance(node, ast.If | ast.While | ast.IfExp) and not isinstance(node.test, ast.Constant):
-        for new in ("True", "False"):
-            yield Edit("condition", f"always {new.lower()}", *text.span(node.test), new)
+    def _counts(self, node: ast.FunctionDef) -> Iterator[Edit]:
+        """``return n - 1`` for ``return n``, in functions that return a whole number or do not say what."""
+        says = None if node.returns is None else ast.unparse(node.returns).strip("'\"")
+        counted = ast.Name if says is None else ast.Name | ast.Call | ast.BinOp | ast.Subscript
+        for each in ast.walk(node) if says in (None, "int") else ():
+            if isinstance(each, ast.Return) and isinstance(each.value, counted):
+                new = f"({self.of(each.value)}) - 1"
+                yield Edit("count", "return n -> n - 1", *self.span(each.value), new)
 
-
-def count(text: SourceText, node: ast.AST) -> Iterator[Edit]:
-    """``return n - 1`` for ``return n``, in functions that return a whole number or do not say what."""
-    if isinstance(node, ast.FunctionDef):
-        says = node.returns
-        if says is None or (
-            isinstance(says, ast.Name | ast.Constant) and text.of(says).strip("'\"") == "int"
-        ):
-            for each in ast.walk(node):
-                value = each.value if isinstance(each, ast.Return) else None
-                if isinstance(value, ast.Name | ast.Call | ast.BinOp | ast.Subscript) and (
-                    says is not None or isinstance(value, ast.Name)
-                ):
-                    start, end = text.span(value)
-                    new = f"({text.of(value)}) - 1"
-                    yield Edit("count", "return n -> n - 1", start, end, new)
-
-
-def other_name(text: SourceText, node: ast.AST) -> Iterator[Edit]:
-    """x for y, vx for vy, width for height, and back."""
-    if isinstance(node, ast.Attribute) and node.attr in NAMES:
-        if node.attr in ("width", "height") and "limits" not in text.of(node.value):
-            return  # not the arena's
-        yield _renamed(text, node, "name", NAMES[node.attr])
-
-
-def _renamed(text: SourceText, node: ast.Attribute, operator: str, new: str) -> Edit:
-    """Return the change of an attribute's name."""
-    end = text.span(node)[1]
-    return Edit(operator, f"{node.attr} -> {new}", end - len(node.attr.encode()), end, new)
-
-
-OPERATORS: tuple[Operator, ...] = (
-    comparison,
-    sign,
-    truth,
-    dropped,
-    radius,
-    floor,
-    index,
-    extreme,
-    constant,
-    condition,
-    count,
-    other_name,
-)
-
-
-def changes(text: SourceText, node: ast.AST) -> Iterator[Edit]:
-    """Yield all changes of one node."""
-    for operator in OPERATORS:
-        yield from operator(text, node)
+    def _assignments(self, node: ast.Assign | ast.AugAssign) -> Iterator[Edit]:
+        """A store into an array or a record dropped; ``+=`` and ``-=``."""
+        targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+        if all(isinstance(each, ast.Subscript) for each in targets):
+            yield Edit("dropped", f"{self.of(targets[0])} = ...", *self.span(node), "pass")
+        if isinstance(node, ast.AugAssign):
+            yield from self._swapped(node.op, node.target, node.value, "=")

@@ -9,9 +9,8 @@ import pytest
 
 import kinetile as kt
 from kinetile.errors import BadOption
-from kinetile_conformance.mutation.mutants import mutants_of
-from kinetile_conformance.mutation.sources import source_of
-from kinetile_conformance.mutation.writing import write
+from kinetile_conformance.mutation.importing import ChangedFinder
+from kinetile_conformance.mutation.mutants import mutants_of, source_of
 from registering import registered
 
 PACKAGE = {
@@ -46,47 +45,44 @@ def mine(tmp_path, monkeypatch):
 
     with registered(kt.BroadPhaseSpec("mine", "mine.inner.phase:It")):
         yield "mine"
+    sys.meta_path[:] = [each for each in sys.meta_path if not isinstance(each, ChangedFinder)]
     for module in [name for name in sys.modules if name.partition(".")[0] in ("mine", "other")]:
         del sys.modules[module]
 
 
-def test_the_modules_of_the_package_that_are_imported(mine):
+def test_the_modules_of_the_package_that_are_reached(mine):
     phase = source_of("mine")
-    assert phase.package == "mine.inner"
-    assert [source.module for source in phase.modules] == ["mine.inner.phase", "mine.inner.deep"]
+    assert phase.target == "mine.inner.phase:It"
+    assert [source.module for source in phase.reached] == ["mine.inner.phase", "mine.inner.deep"]
 
 
 def test_the_built_in_ones():
     rooms = {
-        name: [source.module.rpartition(".")[2] for source in source_of(name).modules]
-        for name in ("naive", "sap-1d", "sweep-tiling")
+        name: {source.module.rpartition(".")[2] for source in source_of(name).reached}
+        for name in ("naive", "sap-1d", "cells", "sweep-tiling")
     }
-    assert rooms["naive"] == ["naive"]
-    assert rooms["sap-1d"] == ["sweep_and_prune", "sorted_bounds"]
-    assert set(rooms["sweep-tiling"]) == {
-        "sweep_tiling", "audit", "certificates", "construction", "events", "web",
-    }  # fmt: skip
+    assert rooms["naive"] == {"naive"}
+    assert rooms["sap-1d"] == {"sweep_and_prune"}
+    assert rooms["cells"] == {"cells", "hierarchy", "uniform", "layout"}
+    assert rooms["sweep-tiling"] == {"sweep_tiling", "certificates", "construction", "events", "web"}
 
 
-def test_written_under_another_name_it_is_the_same(mine, tmp_path, monkeypatch):
-    phase = source_of("mine")
-    assert importlib.import_module("mine.inner.phase").It().prepare(None) == 5 + 11 + 13 + 1
-    monkeypatch.syspath_prepend(tmp_path / "elsewhere")
-    assert write(phase, tmp_path / "elsewhere", "other") == "other.phase:It"
-    again = importlib.import_module("other.phase")
+def test_under_another_name_it_is_the_same_beside_the_original(mine):
+    ChangedFinder("mine", "other", "", "")
+    again = importlib.import_module("other.inner.phase")
     assert again.It().prepare(None) == 5 + 11 + 13 + 1
-    assert again.deep.__name__ == "other.deep"
+    assert again.deep.__name__ == "other.inner.deep"
+    assert again is not importlib.import_module("mine.inner.phase")
 
 
-def test_a_change_is_in_its_module_and_lines_stay_where_they_were(mine, tmp_path, monkeypatch):
-    phase = source_of("mine")
-    (mutant,) = [each for each in mutants_of(phase) if each.label.startswith("deep.py")]
+def test_a_change_is_in_its_module_and_lines_stay_where_they_were(mine):
+    (mutant,) = [each for each in mutants_of(source_of(mine)) if each.label.startswith("deep.py")]
     assert mutant.label == "deep.py:3 constant 13 -> 12"
-    monkeypatch.syspath_prepend(tmp_path / "elsewhere")
-    write(phase, tmp_path / "elsewhere", "other", mutant.place, mutant.change)
-    again = importlib.import_module("other.phase")
+    ChangedFinder("mine", "other", mutant.source.module, mutant.text)
+    again = importlib.import_module("other.inner.phase")
     assert again.It().prepare(None) == 5 + 11 + 12 + 1
     assert again.It.prepare.__code__.co_firstlineno == 12
+    assert importlib.import_module("mine.inner.phase").It().prepare(None) == 5 + 11 + 13 + 1
 
 
 def test_a_class_without_a_file():
