@@ -36,13 +36,13 @@ from kinetile.scene import Scene
 from kinetile_conformance import deadline
 from kinetile_conformance.cases import not_saved, provided, save_case
 from kinetile_conformance.checks import check_named
-from kinetile_conformance.strategies.changes import without
 from kinetile_conformance.child import NO_MEMORY, Job
 from kinetile_conformance.diagnosis import OFTEN, likely
 from kinetile_conformance.processes import IDLE, Child, Message, Silent
 from kinetile_conformance.reporting import Result
 from kinetile_conformance.runner import Plan
 from kinetile_conformance.smoke_test import FIRST
+from kinetile_conformance.strategies.changes import without
 
 GIB = 1 << 30
 

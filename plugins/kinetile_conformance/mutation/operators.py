@@ -137,7 +137,7 @@ class SourceText:
         if (
             old not in RENAMED
             or (old in ("reach", "radius") and home == "scene")  # a scene has no reach
-            or (old in ("width", "height") and "clock" not in home)  # not the arena's
+            or (old in ("width", "height") and "limits" not in home)  # not the arena's
             or (old == "floor" and home not in ("np", "numpy", "math"))
         ):
             return

@@ -75,7 +75,6 @@ def test_a_mutant_is_killed_with_three_bodies_at_most(label, load_mutant, tmp_pa
     assert int(result.bodies or 0) <= 3
 
 
-@forks
 @pytest.mark.interpreted
 @pytest.mark.parametrize(
     ("label", "check"),
