@@ -43,10 +43,11 @@ def results(*words: str, **environment: str) -> dict[str, dict[str, Any]]:
 
 NAMES = [mutant.name for mutant in MUTANTS if mutant.name != UNCHANGED]
 EVERY = 5
-"""One mutant in five is run always, all of them with ``-m slow``: together they take minutes."""
+"""One mutant in five is slow and runs in CI; the others are long: together they take minutes."""
 
 MARKED = [
-    pytest.param(name, marks=[] if at % EVERY == 0 else [pytest.mark.long]) for at, name in enumerate(NAMES)
+    pytest.param(name, marks=pytest.mark.slow if at % EVERY == 0 else pytest.mark.long)
+    for at, name in enumerate(NAMES)
 ]
 
 

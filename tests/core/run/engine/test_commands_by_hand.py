@@ -23,6 +23,7 @@ from kinetile.run.engine import engine as engines
 from kinetile.run.engine.agenda import Agenda, to_the_front
 from kinetile.run.engine.fields import fields_of
 from kinetile.scene.files import dumps_scene
+from lanes import examples
 
 
 def numbered(first: int, ticks: list[int]) -> np.ndarray:
@@ -353,7 +354,7 @@ def play(sim: kt.Simulation, what: list[tuple[str, int, float]]) -> list[int]:
     return found
 
 
-@settings(max_examples=40 if not INTERPRETED else 8, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(commands, st.booleans(), st.sampled_from(PHASES))
 def test_commands_at_a_stop_leave_pending_contacts_pending(what, turns_of_its_own, phase):
     own = [kt.Turn(0, 0.0, (0.5, 0.0)), kt.Insert(0.0, (2.0, 1.0), (0.0, 1.0), 0.5)]
