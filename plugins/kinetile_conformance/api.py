@@ -21,7 +21,7 @@ MEMORY = 4 * GIB
 def check_broad_phase(
     name: str, *, in_process: bool = False, memory: int = MEMORY, **options: Unpack[Options]
 ) -> Report:
-    """Runner the broad phase registered under a name; return the report.
+    """Judge the broad phase registered under a name; return the report.
 
     A child process judges it, so this one goes on whatever the phase does. A check that the child did not
     survive has the status "died", with the cause and, as far as it can be seen, the place. After three deaths
@@ -60,16 +60,7 @@ def check_broad_phase(
 
 def runner_for(plan: Plan, in_process: bool = False, memory: int = MEMORY) -> Runner | IsolatedRunner:
     """Return the runner of a plan: in this process, or in child processes with limits."""
-    if not in_process:
-        return IsolatedRunner(plan, memory)
-    return Runner(
-        plan.subject,
-        examples=plan.examples,
-        seed=plan.seed,
-        seconds=plan.seconds,
-        shrink=plan.shrink,
-        save_to=plan.save_to,
-    )
+    return Runner(plan.subject, **plan.how) if in_process else IsolatedRunner(plan, memory)
 
 
 DEFAULT_CHECK = "same-contacts"
@@ -88,7 +79,7 @@ def replay(
     Args:
         name: the name of the broad phase.
         path: a scene file; one that the kit has saved names the check that failed, and the narrow phases that
-            were on plan.
+            were under test.
         check: the name of the check; None: the one that the file names, or ``same-contacts``.
         options: options of the broad phase; where there are none, those that the file names for this phase.
 

@@ -45,6 +45,9 @@ CONTACTS = 150
 SWARM_CONTACTS = 1_500
 """The limit for a swarm; more contacts find no more faults."""
 
+SCALED_CONTACTS = 300
+"""The limit for a scaled swarm."""
+
 LIVING_CONTACTS = 3_000
 """The limit for a living scene: its commands go on after many contacts."""
 

@@ -10,25 +10,20 @@ import contextlib
 import faulthandler
 import os
 import pickle
-import queue
 import signal
-import threading
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
-from pathlib import Path
-from typing import Any
 
 from kinetile.errors import BadOption, KinetileError, NotJudged, Refused
 from kinetile.kernel.compiled.limits import limit_memory
-from kinetile.plugin.registry import registry
 from kinetile.scene import Scene
-from kinetile_conformance.cases import PhasePlugin, Subject
+from kinetile_conformance.cases import Subject
 from kinetile_conformance.checks import check_named
 from kinetile_conformance.checks.check import Check, Reference
 from kinetile_conformance.deadline import limit_scenes
-from kinetile_conformance.processes import Message
-from kinetile_conformance.runner import CheckRun, Runner, verdict
+from kinetile_conformance.processes import Message, sent_through
+from kinetile_conformance.runner import CheckRun, How, Runner, verdict
 from kinetile_conformance.smoke_test import SAMPLES, compiled, fresh
 
 NO_MEMORY = 77
@@ -39,23 +34,16 @@ Send = Callable[[Message], None]
 
 @dataclass(frozen=True)
 class Job:
-    """What a child is started for: the phases under test, and how to run checks on them."""
+    """How a child is to run checks."""
 
-    subject: Subject
-    added: tuple[tuple[str, Any], ...]
-    """Phases that were added in the calling process: the name of the plugin, and the spec."""
-    examples: int
-    save_to: Path | None
-    shrink: bool
-    seed: int
-    seconds: float
+    how: How
     scene_seconds: float
     memory: int
     home: str
     """The folder for Hypothesis's files, instead of the caller's working folder."""
 
 
-def serve(job: Job, tasks: Iterable[Message], send: Send) -> None:
+def serve(subject: Subject, job: Job, tasks: Iterable[Message], send: Send) -> None:
     """Carry out tasks until there are no more.
 
     A task has its kind under "do": "smoke test" (load, compile, run once), "fresh" (list what is still to be
@@ -64,23 +52,10 @@ def serve(job: Job, tasks: Iterable[Message], send: Send) -> None:
     "verdict" (run it under the other phases, to see which one it speaks against). The answer to each ends
     with "done".
     """
-    for plugin, spec in job.added:
-        brought = PhasePlugin(spec)
-        brought.__name__ = plugin
-        registry().add(brought)
     limit_memory(job.memory)
     limit_scenes(job.scene_seconds)
     _keep_out(job.home)
-    subject = job.subject
-    runner = Runner(
-        subject,
-        examples=job.examples,
-        seed=job.seed,
-        seconds=job.seconds,
-        shrink=job.shrink,
-        save_to=job.save_to,
-        watched=lambda each: _watched(each, subject, send),
-    )
+    runner = Runner(subject, watched=lambda each: _watched(each, subject, send), **job.how)
     for task in tasks:
         match task["do"]:
             case "smoke test":
@@ -157,20 +132,10 @@ def main(number: int) -> None:
 
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     link = Connection(number)
-    tasks: queue.SimpleQueue[Message] = queue.SimpleQueue()
     try:
-        job = link.recv()
+        phases, job = link.recv()
     except Exception as error:  # whatever unpickling a foreign phase comes to
         said = f"the phase cannot be loaded in a process of its own ({error}): judge it in this process"
         link.send({"error": "Refused", "said": said})
         return
-    threading.Thread(target=_listen, args=(link, tasks), daemon=True).start()
-    serve(job, iter(tasks.get, None), link.send)
-
-
-def _listen(link: Connection, tasks: queue.SimpleQueue[Message]) -> None:
-    """Pass on tasks, and end this process when the other end of the connection is closed."""
-    with contextlib.suppress(EOFError, OSError):
-        while True:
-            tasks.put(link.recv())
-    os._exit(71)
+    serve(phases.register(), job, sent_through(link), link.send)

@@ -10,6 +10,8 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
+from kinetile_conformance.checks import CHECKS
+
 OFTEN = "often: "
 
 
@@ -32,6 +34,11 @@ class Symptom:
     def applies(self, check: str, said: str) -> bool:
         """Whether a failure of this check with these words is such a one."""
         return (not self.checks or check in self.checks) and re.search(self.pattern, said) is not None
+
+
+def _drawing(strategy: str) -> tuple[str, ...]:
+    """Return the checks whose scenes a strategy draws."""
+    return tuple(each.name for each in CHECKS if each.draws and each.strategy == strategy)
 
 
 SYMPTOMS = (
@@ -81,7 +88,7 @@ SYMPTOMS = (
         "anew",
         "built anew on what is there: `arrange` or `build` does not clear what it wrote before, or does "
         "its work the first time only.",
-        checks=("survives-being-built-anew", "same-contacts-when-turned-by-hand"),
+        checks=("survives-being-built-anew",),
     ),
     Symptom(
         "ticks",
@@ -94,7 +101,7 @@ SYMPTOMS = (
         "long",
         "a number of few bits overflows after many events, or a tick is kept in the state and not in "
         "`ticks`: only long runs fail.",
-        checks=("same-contacts-in-a-marathon",),
+        checks=_drawing("marathon scenes"),
     ),
     Symptom(
         "absolute",
@@ -137,7 +144,7 @@ SYMPTOMS = (
         "sizes",
         "computed with one body's size, not the other's: two bodies are near by the sum of both reaches, and "
         "a wide one has to be found from each small one as well.",
-        checks=("same-contacts-beside-giants",),
+        checks=_drawing("giant scenes"),
     ),
     Symptom(
         "many",

@@ -1,13 +1,11 @@
 """Scenes for checks: drawn by Hypothesis, and minimised where they fail.
 
 Small and living scenes are drawn once and shown to all checks that use them: drawing one takes longer than
-running it.
-What is drawn depends on the seed alone, so that the scene which failed can be drawn again and minimised: all
-that come before it are passed over without being run.
+running it. What is drawn depends on the seed alone.
 
-Hypothesis minimises a swarm by the numbers of which it is made: kind, number of bodies, seed. It cannot leave
-out the one body that has nothing to do with the failure. ``reduced`` does that in four steps, each of which
-keeps only what still fails:
+A failing scene of any kind is minimised here and not by Hypothesis: that minimises the numbers of which a
+scene is made, cannot leave the one body out of a swarm that has nothing to do with the failure, and takes a
+hundred times as long for commands. ``reduced`` has four steps, each of which keeps only what still fails:
 
 1. The run becomes shorter: its length is halved for as long as it fails, then the end is found by bisection.
    All that follows costs less for it.
@@ -25,6 +23,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -41,7 +40,7 @@ from kinetile_conformance.strategies.changes import changed, only_bodies, only_c
 
 
 class _Fails(Exception):
-    """A scene on which the check fails: what Hypothesis is to shrink."""
+    """A scene on which the check fails: Hypothesis is to draw no more."""
 
 
 class Drawing:
@@ -67,7 +66,7 @@ class Drawing:
                 drawn.append(scene)
                 return True
 
-            draw(_small(turns), keep, self.examples, self.seed, shrink=False)
+            draw(_small(turns), keep, self.examples, self.seed)
             self._small[turns] = drawn
         return self._small[turns]
 
@@ -83,25 +82,17 @@ class Drawing:
                 had.append(next(more))
             yield had[at]
 
-    def find_failure(self, each: Check, holds: Callable[[Scene], bool], shrink: bool) -> bool:
-        """Show scenes to a check until it fails on one; then, if so wished, ever smaller ones on which it
-        does. Return whether it ever fails.
-
-        Raises FlakyError of Hypothesis where a failure does not come back.
-        """
+    def scenes_fail(self, each: Check, holds: Callable[[Scene], bool]) -> bool:
+        """Show scenes to a check until it fails on one; return whether it does."""
+        count = each.count(self.examples)
         if each.scenes is not None:
-            return not draw(each.scenes(), holds, each.count(self.examples), self.seed, shrink)
-        if each.living:
-            return any(not holds(scene) for scene in self.living(each.living, each.count(self.examples)))
-        scenes = self.small(each.turns)[: each.count(self.examples)]
-        failed = next((at for at, scene in enumerate(scenes) if not holds(scene)), None)
-        if failed is not None and shrink:
-            draw(_small(each.turns), holds, each.count(self.examples), self.seed, shrink, passed_over=failed)
-        return failed is not None
+            return not draw(each.scenes(), holds, count, self.seed)
+        scenes = self.living(each.living, count) if each.living else self.small(each.turns)[:count]
+        return any(not holds(scene) for scene in scenes)
 
-    def find_small_failure(self, each: Check, holds: Callable[[Scene], bool], most: int) -> None:
-        """Show small scenes of so few bodies to a check, until it fails on one, and shrink that."""
-        draw(_small(each.turns, most), holds, 8 * self.examples, self.seed, shrink=True)
+    def few_fail(self, each: Check, holds: Callable[[Scene], bool], most: int) -> bool:
+        """Show small scenes of so few bodies to a check, until it fails on one; return whether it does."""
+        return not draw(_small(each.turns, most), holds, 8 * self.examples, self.seed)
 
 
 def _small(turns: bool, most: int | None = None) -> Any:
@@ -110,47 +101,35 @@ def _small(turns: bool, most: int | None = None) -> Any:
     return scenes(turns=turns, most=most or MOST)
 
 
-def draw(
-    strategy: Any,
-    holds: Callable[[Scene], bool],
-    examples: int,
-    seed: int,
-    shrink: bool,
-    passed_over: int = 0,
-) -> bool:
-    """Draw scenes until one does not hold; then make it smaller. Return whether all hold.
-
-    The first ``passed_over`` are taken to hold, without being looked at.
-    """
+def draw(strategy: Any, holds: Callable[[Scene], bool], examples: int, seed: int) -> bool:
+    """Draw scenes until one does not hold; return whether all hold."""
     try:
         from hypothesis import HealthCheck, Phase, given, settings
         from hypothesis import seed as seeded
     except ImportError as error:
         raise MissingExtra("the conformance kit", "hypothesis", "conformance") from error
 
-    drawn = 0
+    failed = False
 
     @seeded(seed)
     @settings(
         max_examples=examples,
         database=None,
         deadline=None,
-        phases=[Phase.generate, *([Phase.shrink] if shrink else [])],
+        phases=[Phase.generate],
         report_multiple_bugs=False,
         suppress_health_check=list(HealthCheck),
     )
     @given(strategy)
     def look(scene: Scene) -> None:
-        nonlocal drawn
-        drawn += 1
-        if drawn > passed_over and not holds(scene):
+        nonlocal failed
+        failed = failed or not holds(scene)
+        if failed:  # Hypothesis runs the example once more, to report it
             raise _Fails
 
-    try:
+    with suppress(_Fails):
         look()
-    except _Fails:
-        return False
-    return True
+    return not failed
 
 
 Floats = npt.NDArray[np.float64]

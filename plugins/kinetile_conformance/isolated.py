@@ -10,22 +10,19 @@ what another process cannot import goes by value.
 
 from __future__ import annotations
 
-import importlib
 import importlib.util
 import pickle
 import re
 import shutil
 import signal
-import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
-from importlib.machinery import PathFinder
 from pathlib import Path
 from types import TracebackType
-from typing import Any, NamedTuple, Self
+from typing import NamedTuple, Self
 
 import kinetile
 from kinetile.errors import BadOption, MissingExtra, NotJudged, PhaseError, Refused
@@ -35,13 +32,12 @@ from kinetile.plugin.calling import is_library
 from kinetile.scene import Scene
 from kinetile_conformance import deadline
 from kinetile_conformance.cases import not_saved, provided, save_case
-from kinetile_conformance.checks import check_named
+from kinetile_conformance.checks import CHECKS, check_named
 from kinetile_conformance.child import NO_MEMORY, Job
 from kinetile_conformance.diagnosis import OFTEN, likely
-from kinetile_conformance.processes import IDLE, Child, Message, Silent
+from kinetile_conformance.processes import IDLE, Child, Message, Phases, Silent
 from kinetile_conformance.reporting import Result
-from kinetile_conformance.runner import Plan
-from kinetile_conformance.smoke_test import FIRST
+from kinetile_conformance.runner import How, Plan
 from kinetile_conformance.strategies.changes import without
 
 GIB = 1 << 30
@@ -147,13 +143,14 @@ class IsolatedRunner:
     Args:
         plan: the phases under test, and the options.
         memory: how many bytes a child may take beyond what it begins with, where the system can tell.
+        environment: variables that a child has beside those of this process.
 
     Raises:
         MissingExtra: Hypothesis is not installed.
         Refused: the phase was added in this process, and cannot be sent to another.
     """
 
-    def __init__(self, plan: Plan, memory: int) -> None:
+    def __init__(self, plan: Plan, memory: int, environment: Mapping[str, str] | None = None) -> None:
         if importlib.util.find_spec("hypothesis") is None:
             raise MissingExtra("the conformance kit", "hypothesis", "conformance")
         self.deaths = 0
@@ -167,21 +164,16 @@ class IsolatedRunner:
         self._who = " with ".join(
             f"{each.kind} {each.spec.name!r} of {each.source}" for each in provided(plan.subject)
         )
-        self._environment: dict[str, str] = {}
+        self._environment = environment or {}
+        self._phases = Phases.of(plan.subject)
         self._job = Job(
-            subject=plan.subject,
-            added=tuple((p.plugin, p.spec) for p in provided(plan.subject) if p.distribution is None),
-            examples=plan.examples,
-            save_to=None if plan.save_to is None else plan.save_to.absolute(),
-            shrink=plan.shrink,
-            seed=plan.seed,
-            seconds=plan.seconds,
+            how=plan.how,
             scene_seconds=self._scene_seconds,
             memory=self._memory,
             home=str(self._scratch / "hypothesis"),
         )
         try:
-            pickled(self._job)
+            self._phases.pickled(self._job)
         except BaseException:
             self.close()
             raise
@@ -228,30 +220,20 @@ class IsolatedRunner:
         self.deaths = 0
 
     def _run_interpreted(self) -> None:
-        """Run the first checks on a few scenes with interpreted hooks, until one fails."""
-        child, job, plan = self._child, self._job, self._plan
-        self._child, self._job, self._environment = (
-            None,
-            replace(job, examples=FEW, seconds=BRIEF),
-            {"NUMBA_DISABLE_JIT": "1"},
-        )
-        self._plan = replace(plan, shrink=False)  # of deaths
-        try:
-            self._do({"do": "smoke test"}, lambda message: None)
-            for name in (name for name in FIRST if name not in self._plan.expected):
-                result = self.run(name)
-                if (
-                    result.status == "failed" and " raised " not in result.said
-                ):  # compiled hooks raise nothing
-                    self._preliminary = name
+        """Run the checks that see an obvious fault on a few scenes with interpreted hooks until one fails."""
+        how: How = {**self._plan.how, "examples": FEW, "seconds": BRIEF, "shrink": False}
+        plan = replace(self._plan, how=how)
+        # Of what has nothing to do with the compiler, the compiled hooks will die, too.
+        with suppress(_Died), IsolatedRunner(plan, self._memory, {"NUMBA_DISABLE_JIT": "1"}) as runner:
+            runner._do({"do": "smoke test"}, lambda message: None)
+            for each in CHECKS:
+                if not each.obvious or each.name in plan.expected:
+                    continue
+                result = runner.run(each.name)
+                if result.status == "failed" and " raised " not in result.said:  # compiled, nothing is raised
+                    self._preliminary = each.name
                     plan.on_result(replace(result, reason=PRELIMINARY))
-                    break
-        except _Died:
-            pass  # of what has nothing to do with the compiler, the compiled hooks will die, too
-        finally:
-            if self._child is not None:
-                self._child.end()
-            self._child, self._job, self._environment, self._plan = child, job, {}, plan
+                    return
 
     def _compile(self, fresh: list[int]) -> None:
         """Compile the loops of these samples, in two processes side by side."""
@@ -333,7 +315,7 @@ class IsolatedRunner:
     def _start(self, words: str) -> Child:
         seconds = COMPILING + 2.0 * self._scene_seconds
         child = Child("kinetile_conformance.child:main", self._scratch / words, self._environment, seconds)
-        child.send(pickled(self._job))
+        child.send(self._phases.pickled(self._job))
         return child
 
     def _words(self) -> str:
@@ -374,7 +356,7 @@ class IsolatedRunner:
             result = replace(result, status="failed", said=f"{said}\n{OFTEN}{often}" if often else said)
         elif status == "not judged":
             return replace(result, said="", reason=dying)
-        elif scene is not None and self._plan.shrink and expected is None and died.how != "endless":
+        elif scene is not None and self._plan.how["shrink"] and expected is None and died.how != "endless":
             scene = self._fewest(name, scene)
         if expected is not None:
             result = replace(result, status="xfailed", reason=expected)
@@ -389,12 +371,12 @@ class IsolatedRunner:
 
     def _saved(self, result: Result, scene: Scene) -> Result:
         """Save the scene of a result, where that is wished for."""
-        plan, check = self._plan, check_named(result.check)
-        if plan.save_to is None or not check.replay:
+        subject, check, folder = self._plan.subject, check_named(result.check), self._plan.how["save_to"]
+        if folder is None or not check.replay:
             return result
-        path = plan.save_to.absolute() / f"{plan.subject.name}-{check.name}.toml"
+        path = folder / f"{subject.name}-{check.name}.toml"
         try:
-            save_case(scene, path, check.replay, plan.subject, result.said)
+            save_case(scene, path, check.replay, subject, result.said)
         except OSError as error:
             return replace(result, said=f"{result.said}\n{not_saved('scene', error)}")
         return replace(result, case=path)
@@ -402,7 +384,7 @@ class IsolatedRunner:
     def _fewest(self, check: str, scene: Scene) -> Scene:
         """Leave out one body after the other where the process dies without it too, for as long as a check
         may take."""
-        limit = deadline.Deadline(self._plan.seconds)
+        limit = deadline.Deadline(self._plan.how["seconds"])
         body = 0
         with suppress(deadline.TimeIsUp):
             while body < len(scene):
@@ -427,37 +409,3 @@ class IsolatedRunner:
         with suppress(_Died):
             self._do({"do": "verdict", "check": check, "scene": scene}, found.update, again=True)
         return str(found.get("verdict", ""))
-
-
-def pickled(job: Job) -> bytes:
-    """Return a job as bytes for another process. What that cannot import, it gets by value.
-
-    Raises Refused where something of the phase cannot be sent.
-    """
-    cloudpickle: Any = importlib.import_module("numba.cloudpickle")
-    targets = [spec.target for _, spec in job.added]
-    names = {str(target.__module__) for target in targets if not isinstance(target, str)} - {"__main__"}
-    strangers = [sys.modules[name] for name in names if name in sys.modules and not _can_be_imported(name)]
-    for module in strangers:
-        cloudpickle.register_pickle_by_value(module)
-    try:
-        return bytes(cloudpickle.dumps(job))
-    except Exception as error:  # pickling has no error of its own
-        said = f"cannot be sent to a process of its own ({type(error).__name__}: {error})"
-        raise Refused(f"{job.subject.name} {said}: judge it in this process") from error
-    finally:
-        for module in strangers:
-            cloudpickle.unregister_pickle_by_value(module)
-
-
-def _can_be_imported(name: str) -> bool:
-    """Whether another process with the same path finds a module of this name, in the same file."""
-    path: Any = None
-    found = None
-    parts = name.split(".")
-    for end in range(1, len(parts) + 1):
-        found = PathFinder.find_spec(".".join(parts[:end]), path)
-        if found is None:
-            return False
-        path = found.submodule_search_locations
-    return found is not None and found.origin == getattr(sys.modules[name], "__file__", None)

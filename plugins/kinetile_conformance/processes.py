@@ -11,16 +11,26 @@ seconds, and one that uses none for minutes waits for something that does not co
 from __future__ import annotations
 
 import contextlib
+import multiprocessing
 import os
 import pickle
+import queue
 import signal
 import subprocess
 import sys
+import threading
 import time
-from collections.abc import Mapping
-from multiprocessing.connection import Pipe
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from importlib.machinery import PathFinder
+from multiprocessing.connection import Connection, Pipe
 from pathlib import Path
 from typing import Any
+
+from kinetile.errors import MissingExtra, Refused
+from kinetile.kernel.compiled import nobody_compiles
+from kinetile.plugin.registry import registry
+from kinetile_conformance.cases import PhasePlugin, Subject, provided
 
 GRACE = 2.0
 """Seconds that a process has to write its stack, or to end."""
@@ -140,9 +150,99 @@ class Child:
         self._link.close()
 
 
-def news_apart() -> int:
-    """Return a descriptor of what was the standard output, for messages; what is printed from now on, by a
-    hook for instance, goes to the standard error and is no message."""
-    news = os.dup(1)
-    os.dup2(2, 1)
-    return news
+@dataclass(frozen=True)
+class Phases:
+    """The phases under test, as they are sent to another process.
+
+    ``added`` are those that were added in this process: the name of the plugin, and the spec.
+    """
+
+    subject: Subject
+    added: tuple[tuple[str, Any], ...]
+
+    @classmethod
+    def of(cls, subject: Subject) -> Phases:
+        """Return the phases of a subject."""
+        here = [each for each in provided(subject) if each.distribution is None]
+        return cls(subject, tuple((each.plugin, each.spec) for each in here))
+
+    def register(self) -> Subject:
+        """Add to this process's registry what was added in the other one's; return the subject."""
+        for name, spec in self.added:
+            plugin = PhasePlugin(spec)
+            plugin.__name__ = name
+            registry().add(plugin)
+        return self.subject
+
+    def pickled(self, more: object) -> bytes:
+        """Return the phases and something more as bytes; what another process cannot import goes by value.
+
+        Raises Refused where something of a phase cannot be sent, and MissingExtra.
+        """
+        if not self.added:
+            return pickle.dumps((self, more))
+        try:
+            import cloudpickle  # type: ignore[import-untyped]
+        except ImportError as error:
+            raise MissingExtra("the conformance kit", "cloudpickle", "conformance") from error
+        targets = [spec.target for _, spec in self.added]
+        names = {str(target.__module__) for target in targets if not isinstance(target, str)} - {"__main__"}
+        strangers = [
+            sys.modules[name] for name in names if name in sys.modules and not _can_be_imported(name)
+        ]
+        for module in strangers:
+            cloudpickle.register_pickle_by_value(module)
+        try:
+            return bytes(cloudpickle.dumps((self, more)))
+        except Exception as error:  # pickling has no error of its own
+            said = f"cannot be sent to a process of its own ({type(error).__name__}: {error})"
+            raise Refused(f"{self.subject.name} {said}: judge it in this process") from error
+        finally:
+            for module in strangers:
+                cloudpickle.unregister_pickle_by_value(module)
+
+
+def _can_be_imported(name: str) -> bool:
+    """Whether another process with the same path finds a module of this name, in the same file."""
+    path: Any = None
+    found = None
+    parts = name.split(".")
+    for end in range(1, len(parts) + 1):
+        found = PathFinder.find_spec(".".join(parts[:end]), path)
+        if found is None:
+            return False
+        path = found.submodule_search_locations
+    return found is not None and found.origin == getattr(sys.modules[name], "__file__", None)
+
+
+def in_a_fork(work: Callable[[], Any]) -> Any:
+    """Return what a function returns in a worker of ``multiprocessing``, which is a fork.
+
+    Raises EOFError where that ends without a word.
+    """
+    here, there = Pipe(duplex=False)
+    worker = multiprocessing.get_context("fork").Process(target=lambda: there.send(work()))
+    with nobody_compiles():
+        worker.start()
+    there.close()
+    try:
+        return here.recv()
+    finally:
+        worker.join()
+
+
+# In the child
+
+
+def sent_through(link: Connection) -> Iterator[Message]:
+    """Return what the other process sends; end this one when that has closed its end of the connection."""
+    messages: queue.SimpleQueue[Message] = queue.SimpleQueue()
+    threading.Thread(target=_listen, args=(link, messages), daemon=True).start()
+    return iter(messages.get, {})
+
+
+def _listen(link: Connection, messages: queue.SimpleQueue[Message]) -> None:
+    with contextlib.suppress(EOFError, OSError):
+        while True:
+            messages.put(link.recv())
+    os._exit(71)

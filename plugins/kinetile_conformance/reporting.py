@@ -10,7 +10,7 @@ from typing import Any
 from kinetile.plugin.choices import write_phase
 from kinetile.show.html import grid, paragraph
 
-KIT_VERSION = "3.6"
+KIT_VERSION = "4.0"
 """The version of the set of checks; ``Check.since`` is the first version with a check."""
 
 

@@ -90,6 +90,16 @@ class Options(TypedDict, total=False):
     on_scene: Callable[[str, int], None] | None
 
 
+class How(TypedDict, total=False):
+    """How a runner runs checks: the options that it has beside the phases."""
+
+    examples: int
+    save_to: Path | None
+    shrink: bool
+    seed: int
+    seconds: float
+
+
 @dataclass(frozen=True)
 class Plan:
     """The options of a conformance run, checked and completed, and the phases under test."""
@@ -98,11 +108,7 @@ class Plan:
     checks: tuple[str, ...]
     whole: bool
     expected: Mapping[str, str]
-    examples: int
-    save_to: Path | None
-    shrink: bool
-    seed: int
-    seconds: float
+    how: How
     on_result: Callable[[Result], None]
     on_scene: Callable[[str, int], None]
     began: float
@@ -123,11 +129,13 @@ class Plan:
             checks=tuple([each.name for each in CHECKS] if chosen is None else chosen),
             whole=chosen is None,
             expected=expected,
-            examples=examples,
-            save_to=None if (folder := options.get("save_to")) is None else Path(folder),
-            shrink=options.get("shrink", True),
-            seed=options.get("seed", 0),
-            seconds=options.get("seconds", SECONDS) * max(1.0, examples / EXAMPLES),
+            how={
+                "examples": examples,
+                "save_to": None if (folder := options.get("save_to")) is None else Path(folder).absolute(),
+                "shrink": options.get("shrink", True),
+                "seed": options.get("seed", 0),
+                "seconds": options.get("seconds", SECONDS) * max(1.0, examples / EXAMPLES),
+            },
             on_result=options.get("on_result") or (lambda result: None),
             on_scene=options.get("on_scene") or (lambda check, count: None),
             began=time.perf_counter(),
@@ -198,8 +206,7 @@ def applicable(subject: Subject, each: Check) -> str | None:
 class CheckRun:
     """One check on one phase, scene after scene: counts, refusals, and the last failure with its scene.
 
-    Minimising runs ever smaller scenes, so the last failure is the smallest one. ``fickle`` says that a
-    failure did not come back when the same scene was run once more.
+    Minimising runs ever smaller scenes, so the last failure is the smallest one.
     """
 
     def __init__(
@@ -215,7 +222,6 @@ class CheckRun:
         self.refused = 0
         self.refusal = ""
         self.inapplicable = ""
-        self.fickle = False
         self.said: str | None = None
         self.scene: Scene | None = None
         self._reference = References(subject) if reference is None else reference
@@ -357,50 +363,36 @@ class Runner:
 
     def _run(self, run: CheckRun, shrink: bool) -> bool:
         """Run a check on its scenes; return whether its time was up before the last one."""
-        each = run.each
-        try:
-            if not each.draws:
-                run.holds(smallest())
-                return False
-            self._drawing.find_failure(each, run.holds, shrink)
-        except TimeIsUp:
-            if run.said is None:
-                return True
-        except Exception as error:  # Hypothesis: the failure does not come back when it is tried again
-            if run.said is None:
-                raise
-            run.said = f"{run.said}\n(not every time: {type(error).__name__})"
-            run.fickle = True
+        if not run.each.draws:
+            run.holds(smallest())
             return False
-        if shrink and run.said is not None:
-            with suppress(TimeIsUp):  # minimising has time of its own
+        try:
+            if self._drawing.scenes_fail(run.each, run.holds) and shrink:
                 self._minimise(run)
+        except TimeIsUp:
+            return run.said is None
         return False
 
     def _minimise(self, run: CheckRun) -> None:
-        """Search for a failing scene of fewer bodies than the one that Hypothesis has left.
+        """Search for a smaller scene on which a check fails.
 
-        Hypothesis cannot minimise scenes of hundreds by itself: their bodies are left out here. With small
-        scenes, leaving out bodies can end where no single one can be left out, and yet fewer would do. So
-        where more than a few are left, scenes of a few bodies are drawn as well.
+        With small scenes, leaving out bodies can end where no single one can be left out, and yet fewer would
+        do. So where more than a few are left, scenes of a few bodies are drawn as well.
         """
-        if run.scene is None or (len(run.scene) <= FEW and not run.each.living):
-            return
-        if run.each.scenes is not None or run.each.living:
-            self._reduce(run)
+        self._reduce(run)
+        if run.each.scenes is not None or run.each.living or run.scene is None or len(run.scene) <= FEW:
             return
         few = CheckRun(run.each, run.subject, self._references, Deadline(self._seconds))
-        try:
-            self._drawing.find_small_failure(run.each, few.holds, FEW)
-        finally:
-            run.count += few.count
-            if few.said is not None:
-                run.said, run.scene = few.said, few.scene
+        if self._drawing.few_fail(run.each, few.holds, FEW):
+            self._reduce(few)
+            run.said, run.scene = few.said, few.scene
+        run.count += few.count
 
     def _reduce(self, run: CheckRun) -> None:
         """Leave out of a scene what is not needed for its failure."""
+        if run.scene is None:
+            return
         found = CheckRun(run.each, run.subject)
-        assert run.scene is not None
         scene = reduced(run.scene, lambda fewer: not found.holds(fewer), REDUCING)
         again = CheckRun(run.each, run.subject)
         run.count += found.count + 1
@@ -437,7 +429,7 @@ class Runner:
 
     def _how_often(self, run: CheckRun) -> str:
         """Repeat the check on the scene on which it failed; return a line where it does not always fail."""
-        if run.scene is None or not run.each.draws or run.fickle:
+        if run.scene is None or not run.each.draws:
             return ""
         times = tried = 0
         deadline = Deadline(self._seconds)
@@ -455,5 +447,5 @@ def _save_picture(subject: Subject, scene: Scene, case: Path, said: str) -> Path
     from kinetile_conformance.view import draw  # loads the player: only where something has failed
 
     path = case.with_suffix(".svg")
-    path.write_text(draw(subject, scene, said), encoding="utf-8")
+    path.write_bytes(draw(subject, scene, said))
     return path

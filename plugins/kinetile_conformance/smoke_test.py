@@ -34,10 +34,6 @@ def _sample(radius: float, arena: tuple[float, float] | None) -> Scene:
 SAMPLES = tuple(_sample(radius, arena) for arena in ((4.0, 4.0), None) for radius in (0.5, 0.015625))
 
 
-FIRST = ("same-contacts", "near-is-mutual", "same-contacts-as-bodies-come-and-go")
-"""The checks that see an obvious fault, in order: for a few scenes with interpreted hooks."""
-
-
 def smoke_test(subject: Subject) -> None:
     """Load a phase, compile it for the first sample that it does not refuse, and run it on that.
 

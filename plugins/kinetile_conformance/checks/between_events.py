@@ -123,7 +123,7 @@ def makes_progress(subject: Subject, scene: Scene, reference: Reference) -> None
         return  # whether a run may end so, the other checks compare
 
 
-@check(since="2.0", share=0.5)
+@check(since="2.0", share=0.5, obvious=True)
 def near_is_mutual(subject: Subject, scene: Scene, reference: Reference) -> None:
     """Whom it says to be near a body is a body, and it says that the one is near the other as well."""
     for count, sim in enumerate(stepped(subject, scene, 120)):

@@ -91,6 +91,8 @@ class Check:
         judges: "broad" where it judges the broad phase alone, and applies where no narrow phase is named;
             "pair" where it judges the narrow phase for pairs, and applies where one is named; None: it
             judges all phases together.
+        obvious: whether it sees an obvious fault in a few scenes: then it is run with interpreted hooks as
+            well, before anything is compiled.
         replayed_by: the check that replays a scene on which this one has failed; "": this one itself.
     """
 
@@ -106,6 +108,7 @@ class Check:
     share: float = 1.0
     compares: bool = True
     judges: Literal["broad", "pair"] | None = None
+    obvious: bool = False
     replayed_by: str = ""
 
     def count(self, examples: int) -> int:

@@ -9,6 +9,7 @@ than any body was.
 
 from __future__ import annotations
 
+import math
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -30,7 +31,7 @@ AUDITS = 40
 """Audits in a living scene; one takes O(n^2)."""
 
 
-@check(living="living", share=0.5, since="3.1")
+@check(living="living", share=0.5, since="3.1", obvious=True)
 def same_contacts_as_bodies_come_and_go(subject: Subject, scene: Scene, reference: Reference) -> None:
     """The reference's contacts while bodies come and go."""
     agree(subject, scene, reference, contacts=LIVING_CONTACTS)
@@ -47,12 +48,12 @@ def same_contacts_when_commanded_by_hand(subject: Subject, scene: Scene, referen
     """The same when the commands are given by hand, between two runs, and the simulation is looked at, drawn,
     and put back to where it was."""
     looks = (
+        _refuse,
         Simulation.near,
         Simulation.candidate_pairs,
         Simulation.drawing,
         lambda sim: sim.restore(sim.snapshot()),
         lambda sim: sim.next_event,
-        lambda sim: None,
     )
 
     def ran(tested: Subject) -> RunOutcome:
@@ -64,6 +65,30 @@ def same_contacts_when_commanded_by_hand(subject: Subject, scene: Scene, referen
         return _by_hand(tested, scene, look)
 
     agree_when_commanded(subject, subject.under(live_reference()), ran)
+
+
+def _refuse(sim: Simulation) -> None:
+    """Give commands that are refused; raise Disagreement unless the simulation is as before."""
+    sim.build()
+    before, there = sim.snapshot(), sim.bodies
+    wrong: list[Callable[[], object]] = [
+        lambda: sim.remove(-1),
+        lambda: sim.set_velocity(1 << 30, (0.0, 0.0)),
+    ]
+    if len(there):
+        place, radius = sim.positions()[0], float(sim.radii()[0])
+        wrong += [
+            lambda: sim.insert(place, (0.0, 0.0), radius),
+            lambda: sim.set_velocity(int(there[0]), (math.nan, 0.0)),
+        ]
+    for command in wrong:
+        try:
+            command()
+        except (KinetileError, IndexError, ValueError):
+            continue
+        raise Disagreement(f"at time {sim.time!r} a command that cannot be carried out is not refused")
+    if sim.snapshot() != before:
+        raise Disagreement(f"at time {sim.time!r} a command that is refused changes the simulation")
 
 
 @check(living="living", share=0.1, since="4.0")
@@ -94,6 +119,7 @@ def _by_hand(tested: Subject, scene: Scene, between: Callable[[Simulation, int],
         for count, command in enumerate(scene.commands):
             if command.time > sim.time:
                 sim.run(until=command.time, max_contacts=CONTACTS)
+            had = len(sim.contacts)
             if isinstance(command, Insert):
                 _, place, flies, radius, mass, *_ = command
                 try:
@@ -106,6 +132,8 @@ def _by_hand(tested: Subject, scene: Scene, between: Callable[[Simulation, int],
                 sim.remove(numbers[command.body])
             else:
                 sim.set_velocity(numbers[command.body], command.velocity)
+            if len(sim.contacts) != had:
+                raise Disagreement(f"at time {sim.time!r} a command runs {len(sim.contacts) - had} contacts")
             sim = between(sim, count)
         sim.run(until=max(horizon(scene), sim.time), max_contacts=CONTACTS)
     except KinetileError as error:

@@ -7,6 +7,7 @@ checks are large and long, since six bodies and 150 contacts fill no list, no ta
 from __future__ import annotations
 
 from copy import deepcopy
+from functools import partial
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from kinetile_conformance.cases import (
     CONTACTS,
     LATTICE_CONTACTS,
     MARATHON_CONTACTS,
-    REFERENCE,
+    SCALED_CONTACTS,
     SWARM_CONTACTS,
     RunOutcome,
     Subject,
@@ -26,11 +27,11 @@ from kinetile_conformance.cases import (
     run_summary,
 )
 from kinetile_conformance.checks.check import (
+    Check,
     Disagreement,
     DrawnFrom,
     Reference,
     agree,
-    agree_when_commanded,
     check,
     near_fault,
 )
@@ -38,7 +39,7 @@ from kinetile_conformance.compare import difference
 from kinetile_conformance.strategies.changes import changed
 
 
-@check()
+@check(obvious=True)
 def same_contacts(subject: Subject, scene: Scene, reference: Reference) -> None:
     """It gives the reference's contacts, end and final state, bit for bit."""
     agree(subject, scene, reference)
@@ -48,25 +49,6 @@ def same_contacts(subject: Subject, scene: Scene, reference: Reference) -> None:
 def same_contacts_with_turns(subject: Subject, scene: Scene, reference: Reference) -> None:
     """The same while bodies turn at scheduled times."""
     agree(subject, scene, reference)
-
-
-@check()
-def same_contacts_when_turned_by_hand(subject: Subject, scene: Scene, reference: Reference) -> None:
-    """The same when bodies are turned by hand between runs."""
-
-    def ran(tested: Subject) -> RunOutcome:
-        sim = tested.simulation(scene)
-
-        def run() -> None:
-            for step in range(1, 4):
-                sim.run(until=scene.start + step * 0.5, max_contacts=CONTACTS)
-                if len(scene):
-                    sim.set_velocity(step % len(scene), (0.5 * step, -1.0))
-            sim.run(until=scene.start + 4.0, max_contacts=CONTACTS)
-
-        return RunOutcome.after(sim, run)
-
-    agree_when_commanded(subject, subject.under(REFERENCE), ran)
 
 
 @check(turns=True)
@@ -83,20 +65,9 @@ TURNS = 8
 """How often each of two simulations takes its turn."""
 
 
-@check()
+@check(scenes=DrawnFrom("swarms", "swarm_scenes"), share=0.12)
 def instances_are_independent(subject: Subject, scene: Scene, reference: Reference) -> None:
-    """Two simulations under it do not disturb each other."""
-    _by_turns(subject, scene)
-
-
-@check(scenes=DrawnFrom("swarms", "swarm_scenes"), share=0.12, since="4.0")
-def instances_are_independent_in_a_swarm(subject: Subject, scene: Scene, reference: Reference) -> None:
-    """Two simulations of hundreds of bodies that run by turns do not disturb each other."""
-    _by_turns(subject, scene)
-
-
-def _by_turns(subject: Subject, scene: Scene) -> None:
-    """Raise unless two simulations that run by turns have the contacts that each has alone."""
+    """Two simulations under it that run by turns do not disturb each other."""
     # As many bodies, flying the other way: state shared between the two would show.
     both = [scene, changed(scene, velocity=-scene.velocity)]
     alone = [outcome(subject, each) for each in both]
@@ -200,9 +171,6 @@ def rejects_unknown_options(subject: Subject, scene: Scene, reference: Reference
     raise Disagreement("it takes an option called 'no_such_option' without a word")
 
 
-SCALED_CONTACTS = 300
-"""The limit for a scaled swarm."""
-
 LOOKS = 4
 """Tests of `near` over the course of a swarm."""
 
@@ -223,37 +191,45 @@ def same_contacts_in_a_swarm(subject: Subject, scene: Scene, reference: Referenc
             raise Disagreement(f"at time {sim.time!r} {said}")
 
 
-@check(scenes=DrawnFrom("swarms", "giant_scenes"), share=0.3, since="3.3")
-def same_contacts_beside_giants(subject: Subject, scene: Scene, reference: Reference) -> None:
-    """The reference's contacts where few large bodies fly through many small ones that hardly move."""
-    agree(subject, scene, reference, contacts=SWARM_CONTACTS)
+def _compared(
+    name: str, sentence: str, strategy: str, contacts: int, share: float, since: str = "4.0"
+) -> Check:
+    """Return the check that compares contacts, up to a limit, on the scenes of a strategy."""
+    module, _, function = strategy.partition(":")
+    run = partial(agree, contacts=contacts)
+    return Check(name, sentence, run, scenes=DrawnFrom(module, function), share=share, since=since)
 
 
-@check(scenes=DrawnFrom("swarms", "scaled_scenes"), share=1.5, since="4.0")
-def same_contacts_in_a_scaled_swarm(subject: Subject, scene: Scene, reference: Reference) -> None:
-    """The reference's contacts of swarms at any scale of length and time, and far from the origin."""
-    agree(subject, scene, reference, contacts=SCALED_CONTACTS)
-
-
-@check(scenes=DrawnFrom("swarms", "burst_scenes"), share=0.3, since="4.0")
-def same_contacts_in_a_burst(subject: Subject, scene: Scene, reference: Reference) -> None:
-    """The reference's contacts where up to two hundred bodies cross one border at one tick."""
-    agree(subject, scene, reference, contacts=SWARM_CONTACTS)
-
-
-@check(scenes=DrawnFrom("swarms", "corridor_scenes"), share=0.3, since="4.0")
-def same_contacts_in_a_corridor(subject: Subject, scene: Scene, reference: Reference) -> None:
-    """The reference's contacts where all fly fast along a corridor, or almost along an axis."""
-    agree(subject, scene, reference, contacts=SWARM_CONTACTS)
-
-
-@check(scenes=DrawnFrom("bulk", "marathon_scenes"), share=0.03, since="3.0")
-def same_contacts_in_a_marathon(subject: Subject, scene: Scene, reference: Reference) -> None:
-    """The reference's contacts for a hundred thousand of them, while the base of the clock moves often."""
-    agree(subject, scene, reference, contacts=MARATHON_CONTACTS)
-
-
-@check(scenes=DrawnFrom("bulk", "lattice_scenes"), share=1.0, since="3.0")
-def same_contacts_on_lattices(subject: Subject, scene: Scene, reference: Reference) -> None:
-    """The reference's contacts on a hundred small lattices at once, where exact ties abound."""
-    agree(subject, scene, reference, contacts=LATTICE_CONTACTS)
+IN_LARGE_SCENES = (
+    _compared(
+        "same-contacts-beside-giants",
+        "The reference's contacts where few large bodies fly through many small ones that hardly move.",
+        *("swarms:giant_scenes", SWARM_CONTACTS, 0.3, "3.3"),
+    ),
+    _compared(
+        "same-contacts-on-lattices",
+        "The reference's contacts on a hundred small lattices at once, where exact ties abound.",
+        *("bulk:lattice_scenes", LATTICE_CONTACTS, 1.0, "3.0"),
+    ),
+    _compared(
+        "same-contacts-in-a-scaled-swarm",
+        "The reference's contacts of swarms at any scale of length and time, and far from the origin.",
+        *("swarms:scaled_scenes", SCALED_CONTACTS, 1.5),
+    ),
+    _compared(
+        "same-contacts-in-a-burst",
+        "The reference's contacts where up to two hundred bodies cross one border at one tick.",
+        *("swarms:burst_scenes", SWARM_CONTACTS, 0.3),
+    ),
+    _compared(
+        "same-contacts-in-a-corridor",
+        "The reference's contacts where all fly fast along a corridor, or almost along an axis.",
+        *("swarms:corridor_scenes", SWARM_CONTACTS, 0.3),
+    ),
+    _compared(
+        "same-contacts-in-a-marathon",
+        "The reference's contacts for a hundred thousand of them, while the base of the clock moves often.",
+        *("bulk:marathon_scenes", MARATHON_CONTACTS, 0.03, "3.0"),
+    ),
+)
+"""The same comparison on strategies of large scenes."""

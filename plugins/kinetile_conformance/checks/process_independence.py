@@ -13,7 +13,6 @@ run in a process without the kit, and without them the mutants that err on Frida
 from __future__ import annotations
 
 import json
-import multiprocessing
 import os
 import subprocess
 import sys
@@ -25,11 +24,11 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from kinetile.kernel.compiled import nobody_compiles
 from kinetile.scene import Scene, Settings, relabelled
 from kinetile.scene.files import dumps_scene
 from kinetile_conformance.cases import CONTACTS, Subject, horizon, provided, run_summary
 from kinetile_conformance.checks.check import Disagreement, Reference, check
+from kinetile_conformance.processes import in_a_fork
 
 Summaries = list[tuple[str, str, int]]
 """For each scene how its run ended, its fingerprint, and its number of events of all kinds."""
@@ -155,19 +154,12 @@ def _in_a_thread(subject: Subject, scenes: list[Scene], ends: list[float]) -> Su
     return list(found[0])
 
 
-def _as_a_worker(run: Callable[[], Summaries]) -> Summaries:
-    """Run in a worker of ``multiprocessing``, which is a fork."""
-    here, there = multiprocessing.Pipe(duplex=False)
-    worker = multiprocessing.get_context("fork").Process(target=lambda: there.send(run()))
-    with nobody_compiles():
-        worker.start()
-    there.close()
+def _as_a_worker(subject: Subject, scenes: list[Scene], ends: list[float]) -> Summaries:
+    """Run in a worker of ``multiprocessing``."""
     try:
-        return list(here.recv())
+        return list(in_a_fork(lambda: _summaries(subject, scenes, ends)))
     except EOFError:
         raise Disagreement("as a worker of multiprocessing it does not run") from None
-    finally:
-        worker.join()
 
 
 def _by_a_stranger(subject: Subject, scenes: list[Scene]) -> Summaries:
@@ -221,7 +213,7 @@ def does_not_see_who_asks(subject: Subject, scene: Scene, reference: Reference) 
         ("in another thread", lambda: _in_a_thread(subject, scenes, ends)),
     ]
     if hasattr(os, "fork"):
-        views.append(("as a worker", lambda: _as_a_worker(lambda: _summaries(subject, scenes, ends))))
+        views.append(("as a worker", lambda: _as_a_worker(subject, scenes, ends)))
     if all(each.distribution is not None for each in provided(subject)):
         views.append(("in a process of its own", lambda: _by_a_stranger(subject, scenes)))
     found = [(how, view()) for how, view in views]

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import gc
 import locale
-import multiprocessing
 import os
 import random
 import signal
@@ -26,11 +25,11 @@ from typing import Any
 import numpy as np
 
 from kinetile.errors import KinetileError
-from kinetile.kernel.compiled import nobody_compiles
 from kinetile.run.simulation import resume
 from kinetile.scene import Scene
 from kinetile_conformance.cases import CONTACTS, Subject, horizon
 from kinetile_conformance.checks.check import Disagreement, DoesNotApply, Reference, check
+from kinetile_conformance.processes import in_a_fork
 from kinetile_conformance.strategies.swarms import swarm
 
 SIMULATIONS = 100
@@ -140,20 +139,6 @@ def _resumed(path: Path, until: float) -> str:
     return sim.fingerprint
 
 
-def _in_a_fork(work: Callable[[], str]) -> str:
-    here, there = multiprocessing.Pipe(duplex=False)
-    worker = multiprocessing.get_context("fork").Process(target=lambda: there.send(work()))
-    with nobody_compiles():
-        worker.start()
-    there.close()
-    try:
-        return str(here.recv())
-    except EOFError:
-        return "the process ended"
-    finally:
-        worker.join()
-
-
 @check(draws=False, compares=False, since="4.0")
 def resumes_in_another_process(subject: Subject, scene: Scene, reference: Reference) -> None:
     """Saved, it can be resumed in another process, and goes on to the same contacts."""
@@ -166,7 +151,10 @@ def resumes_in_another_process(subject: Subject, scene: Scene, reference: Refere
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "saved"
             sim.save(path)
-            found = _in_a_fork(partial(_resumed, path, until))
+            try:
+                found = in_a_fork(partial(_resumed, path, until))
+            except EOFError:
+                found = "EOFError: the process ended"
         sim.run(until=until)
         if found != sim.fingerprint:
             how = found if ":" in found else "other contacts"

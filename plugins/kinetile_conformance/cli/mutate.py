@@ -132,10 +132,6 @@ class _Found:
         """Return the rows of a mutant."""
         return [row for row in self._rows if row["number"] == number]
 
-    def has(self, number: int, how: Row) -> bool:
-        """Return whether a mutant has been judged in a way."""
-        return any(how.items() <= row.items() for row in self.of(number))
-
     def fate(self, number: int) -> str:
         """Return what has come of a mutant last; "": it has not been judged."""
         return next((str(row["fate"]) for row in reversed(self.of(number))), "")

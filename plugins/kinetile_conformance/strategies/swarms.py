@@ -333,11 +333,24 @@ def fast_corridor(random: np.random.Generator, bodies: int, variation: int) -> S
 
 
 def steep(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
-    """Bodies that fly almost along an axis, but not quite."""
-    swarm = (gas, lattice)[variation & 1](random, bodies, variation)
-    slight = 2.0 ** -random.integers(8, 60, bodies).astype(np.float64)
-    velocity = np.column_stack([slight * swarm.velocity[:, 1], swarm.velocity[:, 1]])
-    return swarm._replace(velocity=velocity if variation & 2 else velocity[:, ::-1])
+    """A crowd at rest, and beside it some that fly almost along an axis: each meets a body far away, and only
+    because it drifts a few widths aside. There is no arena, with which a grid would have coarse cells."""
+    fliers = min(bodies // 8, 8)
+    crowd = bodies - 2 * fliers
+    side = square(crowd, 1.3)
+    radius = np.full(bodies, (0.5, 0.25, 0.375, 0.4375)[variation % 4])
+    slight = 2.0 ** -random.uniform(5.0, 12.0, fliers)
+    aside = random.uniform(2.5, 3.5, fliers)
+    right = random.choice([-1.0, 1.0], fliers)
+    start = np.column_stack([side + 8.0 * np.arange(1, fliers + 1), random.uniform(0.0, side, fliers)])
+    goal = start + np.column_stack([right * aside, aside / slight])
+    velocity = np.zeros((bodies, 2))
+    velocity[:fliers] = np.column_stack([right * slight, np.ones(fliers)])
+    place = np.vstack([start, goal, slots(random, crowd, side, side)])
+    until = 1.25 * float((aside / slight).max())
+    if variation & 4:
+        return Swarm(place[:, ::-1], velocity[:, ::-1], radius, None, until, [])
+    return Swarm(place, velocity, radius, None, until, [])
 
 
 FEWEST, MOST = 8, 400

@@ -179,20 +179,22 @@ def test_small_scenes_are_drawn_once_and_judged_by_the_reference_once() -> None:
     assert scenes == Drawing(10, seed=3).small(turns=False)
 
 
-def test_what_fails_is_drawn_again_and_shrunk_without_looking_at_what_came_before() -> None:
+def test_no_scene_is_drawn_after_one_that_fails() -> None:
     seen: list[Scene] = []
 
     def holds(scene: Scene) -> bool:
         seen.append(scene)
-        return not any(scene.radius == 0.125)
+        return len(seen) < 3
 
-    drawing = Drawing(60, seed=1)
-    each = check_named("same-contacts")
-    assert drawing.find_failure(each, holds, shrink=True)
-    first = next(at for at, scene in enumerate(drawing.small(turns=False)) if any(scene.radius == 0.125))
-    assert seen[first + 1] == seen[first]
-    smallest = min((scene for scene in seen if any(scene.radius == 0.125)), key=len)
-    assert len(smallest) == 2
+    for check in ("same-contacts", "same-contacts-with-loose-bounds"):
+        seen.clear()
+        assert Drawing(60, seed=1).scenes_fail(check_named(check), holds)
+        assert len(seen) == 3
+
+
+def test_a_small_scene_that_fails_is_minimised() -> None:
+    result = Runner(Subject("wrong-if", {"wrong": 1}), examples=30).run("same-contacts")
+    assert (result.status, result.bodies) == ("failed", 2)
 
 
 def test_what_a_hook_raises_is_where_the_author_wrote_it(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -214,7 +216,7 @@ def test_a_picture_shows_who_is_there() -> None:
         commands=[kt.Remove(0, 0.5), kt.Insert(1.0, (2.0, 2.0), (0.0, 0.0), 0.5)],
     )
     drawn = draw(Subject("sap-1d", {}), scene, "said")
-    assert re.findall(r">(\d+)</text>", drawn) == ["1", "2"]
+    assert re.findall(r">(\d+)</text>", drawn.decode()) == ["1", "2"]
 
 
 def test_a_run_that_ends_in_an_error_is_summed_up_in_the_program_of_another_process() -> None:
