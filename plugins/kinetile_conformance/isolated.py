@@ -233,6 +233,7 @@ class IsolatedRunner:
                 if result.status == "failed" and " raised " not in result.said:  # compiled, nothing is raised
                     self._preliminary = each.name
                     plan.on_result(replace(result, reason=PRELIMINARY))
+                if not result.ok:
                     return
 
     def _compile(self, fresh: list[int]) -> None:

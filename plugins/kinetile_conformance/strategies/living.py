@@ -46,8 +46,9 @@ from kinetile_conformance.strategies.swarms import swarm
 STEPS, MANY_STEPS = 50, 200
 """Rules for most scenes, and for every fourth batch."""
 
-BATCH = 10
-"""Scenes that Hypothesis draws in one go; of each batch the first is its simplest."""
+BATCH = 3 if INTERPRETED else 10
+"""Scenes that Hypothesis draws in one go; of each batch the first, its simplest, is left out. With plain
+Python hooks one scene takes over a second, and few are drawn."""
 
 CONTACTS = 40
 """Contacts in each piece of a run between two commands."""
