@@ -132,7 +132,7 @@ def _by_hand(tested: Subject, scene: Scene, between: Callable[[Simulation, int],
                 sim.remove(numbers[command.body])
             else:
                 sim.set_velocity(numbers[command.body], command.velocity)
-            if len(sim.contacts) != had:
+            if len(sim.contacts) != had and scene.kinds == (0,):  # with kinds, a passing may begin or end
                 raise Disagreement(f"at time {sim.time!r} a command runs {len(sim.contacts) - had} contacts")
             sim = between(sim, count)
         sim.run(until=max(horizon(scene), sim.time), max_contacts=CONTACTS)
