@@ -40,13 +40,13 @@ def same_contacts_as_bodies_come_and_go(subject: Subject, scene: Scene, referenc
     agree(subject, scene, reference, contacts=LIVING_CONTACTS)
 
 
-@check(living="living", share=0.2, since="3.1")
+@check(living="living", share=0.12, since="3.1")
 def its_structure_is_true_as_bodies_come_and_go(subject: Subject, scene: Scene, reference: Reference) -> None:
     """What must hold between events holds while bodies come and go."""
     _audit(subject, scene)
 
 
-@check(living="living", share=0.15, since="3.1")
+@check(living="living", share=0.08, since="3.1")
 def same_contacts_when_commanded_by_hand(subject: Subject, scene: Scene, reference: Reference) -> None:
     """The same when the commands are given by hand, between two runs, and the simulation is looked at, drawn,
     and put back to where it was."""
@@ -95,7 +95,7 @@ def _refuse(sim: Simulation) -> None:
         raise Disagreement(f"at time {sim.time!r} a command that is refused changes the simulation")
 
 
-@check(living="living", share=0.1, since="4.0")
+@check(living="living", share=0.06, since="4.0")
 def resumes_as_bodies_come_and_go(subject: Subject, scene: Scene, reference: Reference) -> None:
     """Saved to a file on the way and resumed from it, it goes on as if it had not been."""
     after = {len(scene.commands) // 3, len(scene.commands) // 2, len(scene.commands) - 1}
@@ -160,13 +160,13 @@ def _audit(subject: Subject, scene: Scene) -> None:
     _by_hand(subject, scene, audited)
 
 
-@check(living="solid", share=0.2, since="3.2")
+@check(living="solid", share=0.1, since="3.2")
 def same_contacts_with_responses(subject: Subject, scene: Scene, reference: Reference) -> None:
     """The reference's contacts where bodies stop, lose energy, or cannot be moved."""
     agree(subject, scene, reference, contacts=LIVING_CONTACTS)
 
 
-@check(living="passing", share=0.2, since="3.2")
+@check(living="passing", share=0.1, since="3.2")
 def same_contacts_while_some_pass(subject: Subject, scene: Scene, reference: Reference) -> None:
     """The reference's contacts where bodies pass through others; a phase that cannot do that says so."""
     agree(subject, scene, reference, contacts=LIVING_CONTACTS)
