@@ -422,7 +422,10 @@ def test_a_failure_before_a_silent_end_is_a_failure(monkeypatch: pytest.MonkeyPa
 # Before anything is compiled
 
 
-@pytest.mark.parametrize(("name", "said"), [("is-wrong-and-slow", "contact "), ("naive", "")])
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [("is-wrong-and-slow", "contact "), pytest.param("naive", "", marks=pytest.mark.slow)],
+)
 def test_an_obvious_fault_is_seen_with_interpreted_hooks(name: str, said: str) -> None:
     seen: list[Result] = []
     plan = Plan.of(name, {"on_result": seen.append})

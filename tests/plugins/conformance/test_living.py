@@ -15,7 +15,9 @@ from kinetile_conformance.strategies.living import STARTS, played
 from kinetile_conformance.strategies.swarms import BURSTS, CORRIDORS, numbered, scaled
 
 
-@pytest.mark.parametrize("kind", STARTS)
+@pytest.mark.parametrize(
+    "kind", [each if each == "living" else pytest.param(each, marks=pytest.mark.slow) for each in STARTS]
+)
 def test_the_same_number_plays_the_same_scenes_with_commands_of_all_kinds(kind):
     scenes = list(islice(played(kind, 3), 6))
     assert scenes == list(islice(played(kind, 3), 6))

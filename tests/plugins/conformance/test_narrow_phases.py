@@ -174,7 +174,7 @@ def test_whom_it_does_not_know_it_does_not_judge(interface):
 
 @pytest.mark.interpreted
 @pytest.mark.usefixtures("_added")
-def test_the_child_for_a_narrow_phase_of_this_process_is_a_fork():
+def test_a_narrow_phase_of_this_process_is_sent_to_the_child():
     """Though the broad phase is installed."""
     chosen = {"checks": [PLANS_ALONE], "examples": 4}
     report = check_broad_phase(

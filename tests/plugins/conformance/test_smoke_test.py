@@ -62,7 +62,12 @@ def installed(folder: Path, body: str) -> list[str]:
             r"helper is a plain function, .*toolbox\.hook \(.*faulty_phase\.py, line 12\)",
             marks=pytest.mark.slow,
         ),
-        ("return int(k.bodies[0].vz)", False, r"vz.*faulty_phase\.py, line 12\)"),
+        pytest.param(
+            "return int(k.bodies[0].vz)",
+            False,
+            r"vz.*faulty_phase\.py, line 12\)",
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_it_is_exit_code_2_and_nothing_is_judged(
