@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import pickle
 import re
 import signal
 import subprocess
@@ -19,13 +20,13 @@ import pytest
 import hostile_phases
 import kinetile as kt
 from installing import OWN, run
-from kinetile.errors import AuditError, BadOption, PhaseError, UnknownName
+from kinetile.errors import AuditError, BadOption, MissingExtra, PhaseError, UnknownName
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.toolbox import BroadPhaseParts
 from kinetile_conformance import CHECKS, Report, Result, check_broad_phase, deadline, processes
-from kinetile_conformance.cases import load_case
+from kinetile_conformance.cases import Subject, load_case
 from kinetile_conformance.isolated import GIB, PRELIMINARY, IsolatedRunner
-from kinetile_conformance.processes import Child, Message, Silent
+from kinetile_conformance.processes import Child, Message, Phases, Silent
 from kinetile_conformance.runner import Plan
 from registering import registered
 
@@ -354,6 +355,13 @@ def test_a_conforming_phase_passes_in_a_child_as_it_does_here() -> None:
 def test_a_mistake_in_the_question_is_an_error(arguments: dict[str, object], error: type[Exception]) -> None:
     with pytest.raises(error):
         check_broad_phase(**arguments)  # type: ignore[arg-type]
+
+
+def test_only_a_phase_of_this_process_needs_more_than_pickle(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "cloudpickle", None)
+    assert pickle.loads(Phases.of(Subject("naive", {})).pickled("more"))[1] == "more"
+    with pytest.raises(MissingExtra, match="conformance"):
+        Phases.of(Subject("hangs-in-arrange", {})).pickled("more")
 
 
 # What was seen, and how long is waited
