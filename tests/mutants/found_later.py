@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from phase_mutants import KILLED, UNSEEN, Change, Mutant, after, before, instead
+from phase_mutants import KILLED, Change, Mutant, after, before, instead
 
 __all__ = ["MUTANTS"]
 
@@ -197,7 +197,6 @@ MUTANTS = [
             )
         ],
         "a slow drift across is not watched",
-        UNSEEN,
     ),
     _mutant(
         "cannot be drawn with four bodies",

@@ -160,19 +160,19 @@ def _audit(subject: Subject, scene: Scene) -> None:
     _by_hand(subject, scene, audited)
 
 
-@check(living="solid", share=0.1, since="3.2")
+@check(living="solid", share=0.09, since="3.2")
 def same_contacts_with_responses(subject: Subject, scene: Scene, reference: Reference) -> None:
     """The reference's contacts where bodies stop, lose energy, or cannot be moved."""
     agree(subject, scene, reference, contacts=LIVING_CONTACTS)
 
 
-@check(living="passing", share=0.1, since="3.2")
+@check(living="passing", share=0.09, since="3.2")
 def same_contacts_while_some_pass(subject: Subject, scene: Scene, reference: Reference) -> None:
     """The reference's contacts where bodies pass through others; a phase that cannot do that says so."""
     agree(subject, scene, reference, contacts=LIVING_CONTACTS)
 
 
-@check(living="passing", share=0.1, since="3.2")
+@check(living="passing", share=0.09, since="3.2")
 def its_structure_is_true_while_some_pass(subject: Subject, scene: Scene, reference: Reference) -> None:
     """What must hold between events holds while bodies pass through others."""
     _audit(subject, scene)
