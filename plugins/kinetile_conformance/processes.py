@@ -49,7 +49,7 @@ class Silent(Exception):
     """A child sends no more messages; ``busy`` says whether it computes, or waits."""
 
     def __init__(self, busy: bool) -> None:
-        super().__init__()
+        super().__init__(busy)
         self.busy = busy
 
 

@@ -321,9 +321,6 @@ class Runner:
         return self
 
     def __exit__(self, *error: object) -> None:
-        self.close()
-
-    def close(self) -> None:
         """Do nothing: in this process there is nothing to end."""
 
     def smoke_test(self) -> None:

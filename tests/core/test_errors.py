@@ -21,6 +21,7 @@ from kinetile_bench.pool import PoolError
 from kinetile_bench.task import VersionsDiffer
 from kinetile_conformance.checks.check import Disagreement, DoesNotApply
 from kinetile_conformance.deadline import TimeIsUp
+from kinetile_conformance.processes import Silent
 from kinetile_conformance.watched_hooks import Breach
 
 PLACED = {"time": 2.5, "bodies": [3, 1]}
@@ -51,6 +52,7 @@ RAISED: list[BaseException] = [
     DoesNotApply("no such claim"),
     PoolError("no workers"),
     NotCompiled("a hook"),
+    Silent(True),
     TimeIsUp(),
     VersionsDiffer("stripes is 1.0 there, 2.0 here", "the worker tcp://a:1"),
     Undecided("which is first", 1.5, (0, 2)),

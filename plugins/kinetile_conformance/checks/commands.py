@@ -14,8 +14,9 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
+import kinetile as kt
 from kinetile.errors import AuditError, KinetileError
-from kinetile.run.simulation import Simulation, resume
+from kinetile.run.simulation import Simulation
 from kinetile.scene import Insert, Remove, Scene, with_commands
 from kinetile_conformance.cases import (
     CONTACTS,
@@ -106,7 +107,7 @@ def resumes_as_bodies_come_and_go(subject: Subject, scene: Scene, reference: Ref
                 return sim
             with tempfile.TemporaryDirectory() as folder:
                 sim.save(Path(folder) / "saved")
-                return resume(Path(folder) / "saved")
+                return kt.resume(Path(folder) / "saved")
 
         return _by_hand(tested, scene, saved)
 

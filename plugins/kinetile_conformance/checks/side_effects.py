@@ -24,8 +24,8 @@ from typing import Any
 
 import numpy as np
 
+import kinetile as kt
 from kinetile.errors import KinetileError
-from kinetile.run.simulation import resume
 from kinetile.scene import Scene
 from kinetile_conformance.cases import CONTACTS, Subject, horizon
 from kinetile_conformance.checks.check import Disagreement, DoesNotApply, Reference, check
@@ -132,7 +132,7 @@ def memory_does_not_grow(subject: Subject, scene: Scene, reference: Reference) -
 def _resumed(path: Path, until: float) -> str:
     """Go on with a saved simulation; return its fingerprint, or what was raised."""
     try:
-        sim = resume(path)
+        sim = kt.resume(path)
         sim.run(until=until)
     except Exception as error:  # of a foreign phase: whatever it is, it is told
         return f"{type(error).__name__}: {error}"

@@ -333,8 +333,8 @@ def fast_corridor(random: np.random.Generator, bodies: int, variation: int) -> S
 
 
 def steep(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
-    """A crowd at rest, and beside it some that fly almost along an axis: each meets a body far away, and only
-    because it drifts a few widths aside. There is no arena, with which a grid would have coarse cells."""
+    """A crowd at rest, and some that fly almost along an axis: each meets a body far away, only because it
+    drifts a few widths aside. There is no arena, with which a grid would have coarse cells."""
     fliers = min(bodies // 8, 8)
     crowd = bodies - 2 * fliers
     side = square(crowd, 1.3)
@@ -347,10 +347,8 @@ def steep(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
     velocity = np.zeros((bodies, 2))
     velocity[:fliers] = np.column_stack([right * slight, np.ones(fliers)])
     place = np.vstack([start, goal, slots(random, crowd, side, side)])
-    until = 1.25 * float((aside / slight).max())
-    if variation & 4:
-        return Swarm(place[:, ::-1], velocity[:, ::-1], radius, None, until, [])
-    return Swarm(place, velocity, radius, None, until, [])
+    way = slice(None, None, -1 if variation & 4 else 1)
+    return Swarm(place[:, way], velocity[:, way], radius, None, 1.25 * float((aside / slight).max()), [])
 
 
 FEWEST, MOST = 8, 400
@@ -375,7 +373,6 @@ GIANTS: dict[str, Callable[[np.random.Generator, int, int], Swarm]] = {"plough":
 """Kinds with few large bodies, of which one scene in four or five finds a fault: they have a check of their
 own."""
 
-
 BURSTS = {"front": front, "burst": burst}
 CORRIDORS = {"fast corridor": fast_corridor, "steep": steep}
 
@@ -395,8 +392,7 @@ def numbered(kinds: Iterable[str], number: int) -> Scene:
     return swarm(names[kind], int(bodies), seed, int(variation))
 
 
-SCALED_MOST = 100
-"""Bodies of a scaled swarm; more find no more faults of scale."""
+SCALED_MOST = 100  # bodies: more find no more faults of scale
 
 
 def scaled(number: int) -> Scene:
