@@ -37,6 +37,7 @@ from kinetile.records.finishing import (
 )
 from kinetile.records.log import Seal
 from kinetile.scene import Insert, Scene
+from kinetile.scene.by_name import Registered
 from kinetile.scene.checks import WALL, shown
 from kinetile.scene.responses import PASS
 
@@ -200,9 +201,9 @@ def _read_scene(path: Path, text: str) -> Scene:
         raise RecordError(f"{path} has a scene that is none: {error}") from error
 
 
-class _AnyPhase:
-    """Names as an event file may use them (``kinetile.scene.files.Names``): any phase, for none is run
-    here, and no recipe, for the bodies themselves are in the file."""
+class _AnyPhase(Registered):
+    """Names as an event file may use them: any phase, for none is run here, and no recipe, for the bodies
+    themselves are in the file."""
 
     def mistakes(self, where: str, name: str, *kinds: str) -> list[Mistake]:
         """Returns the mistake of naming a recipe."""
@@ -211,14 +212,6 @@ class _AnyPhase:
     def option_mistakes(self, name: str, options: Mapping[str, Any]) -> list[Mistake]:
         """Returns no mistake: a run of the phase checks its options."""
         return []
-
-    def parameter_mistakes(self, name: str, parameters: Mapping[str, Any]) -> list[Mistake]:
-        """Returns no mistake: the recipe is one already."""
-        return []
-
-    def make(self, name: str, parameters: Mapping[str, Any]) -> Scene:
-        """Makes nothing: ``mistakes`` has refused every recipe."""
-        raise NotImplementedError
 
 
 _A, _B = ("ax", "ay", "avx", "avy"), ("bx", "by", "bvx", "bvy")
