@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
-import numpy as np
-
 from kinetile.kernel.loop import idle
 from kinetile.kernel.tables import Kernel
 from kinetile.run.compose import Commands, Composition
-from kinetile.run.engine.bounds import Bounds
+from kinetile.run.engine.bounds import Bounds, squares_of_bodies
+from kinetile.run.engine.engine import Engine
 from kinetile.scene import Insert, Remove, Scene, Turn
 
 
@@ -76,21 +74,9 @@ class Readings:
         return asdict(self)
 
     @classmethod
-    def take(
-        cls,
-        k: Kernel,
-        *,
-        start_energy: float,
-        cpu_seconds: float,
-        compile_seconds: float,
-        audits: int,
-        fingerprint: str,
-    ) -> Readings:
-        """Reads the instruments of a kernel."""
-        counts = k.counts[0]
-        contacts = int(counts.contacts_disc) + int(counts.contacts_wall)
-        commands = int(counts.turns) + int(counts.inserted) + int(counts.removed)
-        events = contacts + commands + int(counts.structural)
+    def take(cls, engine: Engine, start_energy: float) -> Readings:
+        """Reads the instruments of an engine; ``start_energy`` is that of its bodies at the start."""
+        k, counts, seconds = engine.k, engine.k.counts[0], engine.cpu_seconds
         expected = start_energy + float(counts.commanded_energy) + float(counts.answered_energy)
         scale = max(abs(start_energy), abs(expected))
         return cls(
@@ -101,7 +87,7 @@ class Readings:
             inserted=int(counts.inserted),
             removed=int(counts.removed),
             structural_events=int(counts.structural),
-            events=events,
+            events=engine.events,
             certificates_updated=int(counts.updated),
             newcomers=int(counts.newcomers),
             partners_asked=int(counts.asked),
@@ -111,19 +97,18 @@ class Readings:
             deepest_overlap=max(float(counts.deepest), 0.0),
             energy_drift=abs(energy(k) - expected) / scale if scale > 0.0 else 0.0,
             lateness=float(counts.late) * float(k.clock[0].tick),
-            cpu_seconds=cpu_seconds,
-            compile_seconds=compile_seconds,
-            audits=audits,
-            events_per_cpu_second=events / cpu_seconds if cpu_seconds > 0.0 else 0.0,
-            contacts_per_cpu_second=contacts / cpu_seconds if cpu_seconds > 0.0 else 0.0,
-            fingerprint=fingerprint,
+            cpu_seconds=seconds,
+            compile_seconds=engine.compile_seconds,
+            audits=engine.audits,
+            events_per_cpu_second=engine.events / seconds if seconds > 0.0 else 0.0,
+            contacts_per_cpu_second=engine.contacts / seconds if seconds > 0.0 else 0.0,
+            fingerprint=engine.ledger.fingerprint,
         )
 
 
 def energy(k: Kernel) -> float:
     """Returns the kinetic energy of all movable bodies, summed exactly."""
-    mass = np.where(np.isinf(k.mass), 0.0, k.mass)
-    return 0.5 * math.fsum(np.asarray(mass * (k.bodies.vx**2 + k.bodies.vy**2)))
+    return 0.5 * squares_of_bodies(k)
 
 
 def reading_lines(found: Mapping[str, Any]) -> Iterator[tuple[str, str]]:

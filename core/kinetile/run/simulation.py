@@ -440,14 +440,7 @@ class Simulation:
     @property
     def readings(self) -> Readings:
         """The instruments, now."""
-        return Readings.take(
-            self._engine.k,
-            start_energy=self._start_energy,
-            cpu_seconds=self._engine.cpu_seconds,
-            compile_seconds=self._engine.compile_seconds,
-            audits=self._engine.audits,
-            fingerprint=self.fingerprint,
-        )
+        return Readings.take(self._engine, self._start_energy)
 
     @property
     def rows(self) -> int:
