@@ -19,6 +19,7 @@ import typer
 from kinetile.cli.output import as_json, label_table, scene_summary, show
 from kinetile.cli.terminal import FAULT, FAULTS, Bar, FirstSignal, make_ready, notice
 from kinetile.errors import BadOption, RecordError
+from kinetile.plugin.choices import called
 
 if TYPE_CHECKING:
     from kinetile.records.events import EventRecorder
@@ -278,12 +279,10 @@ def _lines(result: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
 
     scene, run = result["scene"], result["run"]
     walls = f"in {scene['arena'][0]:g} x {scene['arena'][1]:g}" if scene["arena"] else "without walls"
-    narrow = ", ".join(_phase(name, options) for name, options in result["narrow_phases"].items())
+    narrow = ", ".join(called(*each) for each in result["narrow_phases"].items())
     yield "scene", f"{_origin(scene)}: {scene['bodies']:,} discs {walls}"
-    yield (
-        "phases",
-        f"{_phase(result['broad_phase'], result['options'])}; {narrow or 'no narrow phase'}",
-    )
+    broad = called(result["broad_phase"], result["options"])
+    yield "phases", f"{broad}; {narrow or 'no narrow phase'}"
     yield "time", f"{scene['start']:g} to {run['time']:.10g}: {run['status']}"
     yield from reading_lines(result["readings"])
     if result["events_file"]:
@@ -297,9 +296,4 @@ def _lines(result: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
 def _origin(scene: Mapping[str, Any]) -> str:
     if scene["file"]:
         return str(scene["file"])
-    return _phase(scene["recipe"], scene["parameters"]) if scene["recipe"] else "arrays"
-
-
-def _phase(name: str, options: Mapping[str, Any]) -> str:
-    """Return a name with its options or parameters behind it."""
-    return f"{name} ({', '.join(f'{key}={value}' for key, value in options.items())})" if options else name
+    return called(scene["recipe"], scene["parameters"]) if scene["recipe"] else "arrays"

@@ -8,6 +8,7 @@ from typing import Any
 
 from kinetile.kernel.loop import idle
 from kinetile.kernel.tables import Kernel
+from kinetile.plugin.choices import called
 from kinetile.run.compose import Commands, Composition
 from kinetile.run.engine.bounds import Bounds, squares_of_bodies
 from kinetile.run.engine.engine import Engine
@@ -193,12 +194,9 @@ def _of_motion(scene: Scene, composition: Composition, certificates: int) -> Sen
     yield True, f"{len(scene)} discs, flying straight between contacts"
     loses = composition.rules is not None
     yield False, "gravity, friction, rotation, growth" + ("" if loses else " and any loss of energy")
-    options = ", ".join(f"{name}={value}" for name, value in composition.options.items())
-    yield (
-        True,
-        f"candidate pairs by the broad phase {composition.broad_phase}{f' ({options})' if options else ''}, "
-        f"with {'one structural certificate a body' if certificates else 'no structural certificate'}",
-    )
+    broad = called(composition.broad_phase, composition.options)
+    watched = "one structural certificate a body" if certificates else "no structural certificate"
+    yield True, f"candidate pairs by the broad phase {broad}, with {watched}"
 
 
 def _of_contacts(scene: Scene, composition: Composition) -> Sentences:

@@ -14,11 +14,12 @@ from __future__ import annotations
 import math
 from base64 import b64encode
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from html import escape
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from kinetile.errors import BusyError
+from kinetile.plugin.choices import called
 from kinetile.run.readings import Readings, reading_lines
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Insert, Remove, Scene
@@ -110,8 +111,8 @@ def _of_scene(scene: Scene) -> str:
 def _of_simulation(sim: Simulation) -> str:
     lines = [("scene", " ".join([*_name(sim.scene), *_around(sim.scene)]))]
     lines += [("bodies", f"{len(sim.bodies):,} now")]
-    lines += [("broad phase", _called(sim.broad_phase, sim.options))]
-    narrow = [_called(name, options) for name, options in sim.composition.narrow_phases.items()]
+    lines += [("broad phase", called(sim.broad_phase, sim.options))]
+    narrow = [called(name, options) for name, options in sim.composition.narrow_phases.items()]
     lines += [("narrow phases", ", ".join(narrow) or "none")]
     lines += [("time", f"{sim.scene.start:.6g} to {sim.time:.10g}")]
     if sim.fault is not None:
@@ -140,19 +141,20 @@ def _scene_lines(scene: Scene) -> Iterator[tuple[str, str]]:
     if scene.kinds != (0,):
         yield "kinds", ", ".join(f"{kind} ({count:,})" for kind, count in Counter(scene.kind).items())
     if scene.responses:
-        yield "responses", "; ".join(f"{a} and {b}: {_response(each)}" for (a, b), each in scene.responses)
+        rules = ((a, b, called(each.name, each.options)) for (a, b), each in scene.responses)
+        yield "responses", "; ".join(f"{a} and {b}: {response}" for a, b, response in rules)
     if scene.commands:
         yield "commands", _commands(scene)
     settings = scene.settings
     yield "time", f"from {scene.start:.6g}" + ("" if settings.until is None else f" to {settings.until:.6g}")
     if settings.broad_phase is not None:
-        yield "broad phase", _called(settings.broad_phase, settings.options.get(settings.broad_phase, {}))
+        yield "broad phase", called(settings.broad_phase, settings.options.get(settings.broad_phase, {}))
 
 
 def _name(scene: Scene) -> list[str]:
     origin = scene.origin
     if "recipe" in origin:
-        return [_called(str(origin["recipe"]), origin.get("parameters", {}))]
+        return [called(str(origin["recipe"]), origin.get("parameters", {}))]
     return [str(origin["file"])] if "file" in origin else []
 
 
@@ -168,15 +170,6 @@ def _commands(scene: Scene) -> str:
     parts = [(sum(counts.values()), "turn", "turns"), (come, "insertion", "insertions")]
     parts += [(go, "removal", "removals")]
     return ", ".join(_counted(count, one, many) for count, one, many in parts if count)
-
-
-def _response(response: Any) -> str:
-    return _called(response.name, response.options)
-
-
-def _called(name: str, options: Mapping[str, Any]) -> str:
-    said = ", ".join(f"{key}={value}" for key, value in options.items())
-    return f"{name} ({said})" if said else name
 
 
 def _counted(count: int, one: str, many: str) -> str:
