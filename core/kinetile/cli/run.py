@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from kinetile.cli import runner
 from kinetile.cli.files import check_files
 from kinetile.cli.options import (
     BroadPhase,
@@ -23,16 +24,6 @@ from kinetile.cli.options import (
     until_or_default,
 )
 from kinetile.cli.output import as_json
-from kinetile.cli.runner import (
-    EVERY,
-    Checkpoint,
-    check_checkpoint,
-    leave,
-    narrow_phases,
-    only_writer,
-    phases_of,
-    run_to_end,
-)
 from kinetile.cli.terminal import exit_codes, notice
 from kinetile.errors import BadOption, RecordError
 from kinetile.plugin.choices import read_phase
@@ -44,7 +35,7 @@ if TYPE_CHECKING:
 
 Every = Annotated[
     float | None,
-    typer.Option(min=0.0, metavar="SECONDS", help=f"How often --checkpoint saves; {EVERY:g} s."),
+    typer.Option(min=0.0, metavar="SECONDS", help=f"How often --checkpoint saves; {runner.EVERY:g} s."),
 ]
 
 
@@ -85,13 +76,13 @@ def run(
     json: Json = False,
 ) -> None:
     """Run a scene and print what happened."""
-    with exit_codes(), only_writer(checkpoint):
+    with exit_codes(), runner.only_writer(checkpoint):
         from kinetile.run.simulation import Simulation
 
         written = {"--events": events, "--contacts": contacts, "--checkpoint": checkpoint}
         source = Path(scene) if scene.lower().endswith(".toml") else None
         check_files({**written, "--save-scene": save_scene, "the scene": source}, overwrite)
-        check_checkpoint(checkpoint, every, overwrite)
+        runner.check_checkpoint(checkpoint, every, overwrite)
         this_scene = find_scene(scene, parameters)
         name, options = broad_choice(broad_phase, option)
         simulation = Simulation(
@@ -115,8 +106,8 @@ def run(
             return
         saves = None
         if checkpoint is not None:
-            saves = Checkpoint(simulation, recorder, checkpoint, every, asked)
-        ending = run_to_end(
+            saves = runner.Checkpoint(simulation, recorder, checkpoint, every, asked)
+        ending = runner.run_to_end(
             simulation,
             asked,
             max_contacts,
@@ -125,7 +116,7 @@ def run(
             contacts=contacts,
             json=json,
         )
-    leave(ending)
+    runner.leave(ending)
 
 
 def resume(
@@ -157,7 +148,7 @@ def resume(
     json: Json = False,
 ) -> None:
     """Continue a run from its checkpoint, and go on saving it there."""
-    with exit_codes(), only_writer(checkpoint or file):
+    with exit_codes(), runner.only_writer(checkpoint or file):
         try:
             simulation, note = _load(file, broad_phase)
         except RecordError as error:
@@ -175,9 +166,9 @@ def resume(
         done = read.contacts_disc + read.contacts_wall
         asked = _asked(simulation, note, done, until, max_contacts)
         recorder = None if events is None else _resumed_recorder(simulation, events, asked)
-        saves = Checkpoint(simulation, recorder, checkpoint or file, every or note.get("every"), asked)
+        saves = runner.Checkpoint(simulation, recorder, checkpoint or file, every or note.get("every"), asked)
         most = asked["max_contacts"]
-        ending = run_to_end(
+        ending = runner.run_to_end(
             simulation,
             asked,
             None if most is None else max(most - done, 0),
@@ -186,7 +177,7 @@ def resume(
             contacts=contacts,
             json=json,
         )
-    leave(ending)
+    runner.leave(ending)
 
 
 def recover(
@@ -232,7 +223,7 @@ def _settings(simulation: Simulation, broad: bool, narrow: bool, until: float | 
     if broad:
         options[simulation.broad_phase] = dict(simulation.options)
     if narrow:
-        options |= narrow_phases(simulation)
+        options |= runner.narrow_phases(simulation)
     return Settings(
         simulation.broad_phase if broad else settings.broad_phase,
         simulation.narrow_phases if narrow else settings.narrow_phases,
@@ -264,7 +255,7 @@ def _recorder(simulation: Simulation, events: Path, asked: dict[str, Any], **opt
     from kinetile.records.events import EventRecorder
 
     try:
-        return EventRecorder(events, simulation.scene, phases_of(simulation) | asked, **options)
+        return EventRecorder(events, simulation.scene, runner.phases_of(simulation) | asked, **options)
     except RecordError as error:
         raise BadOption(f"--events: {error}") from error
 

@@ -39,16 +39,7 @@ from kinetile.errors import (
     nearest,
 )
 from kinetile.plugin import specs
-from kinetile.plugin.specs import (
-    API_VERSION,
-    MOVING,
-    BroadPhaseSpec,
-    Kind,
-    NarrowPhaseSpec,
-    ResponseSpec,
-    SceneSpec,
-    Spec,
-)
+from kinetile.plugin.specs import Kind, SceneSpec, Spec
 
 if TYPE_CHECKING:
     from kinetile.scene import Scene
@@ -219,10 +210,10 @@ class Registry:
         owners = {(p.kind, name): p for p in self._provided for name in _all_names(p.spec)}
         for kind, spec in offers(plugin):
             provided = Provided(kind, spec, label, distribution, version)
-            if spec.api != API_VERSION:
+            if spec.api != specs.API_VERSION:
                 raise PluginApiMismatch(
                     f"{kind} {spec.name!r} was written for version {spec.api!r} of the plugin API; "
-                    f"this kinetile speaks version {API_VERSION}: {MOVING}"
+                    f"this kinetile speaks version {specs.API_VERSION}: {specs.MOVING}"
                 )
             for name in _all_names(spec):
                 owner = owners.setdefault((kind, name), provided)
@@ -319,9 +310,9 @@ def _source(plugin: str, distribution: str | None, version: str | None) -> str:
 
 _GROUP = "kinetile"
 _HOOKS: dict[str, tuple[Kind, type[Spec]]] = {
-    "kinetile_broad_phases": ("broad phase", BroadPhaseSpec),
-    "kinetile_narrow_phases": ("narrow phase", NarrowPhaseSpec),
-    "kinetile_responses": ("response", ResponseSpec),
+    "kinetile_broad_phases": ("broad phase", specs.BroadPhaseSpec),
+    "kinetile_narrow_phases": ("narrow phase", specs.NarrowPhaseSpec),
+    "kinetile_responses": ("response", specs.ResponseSpec),
     "kinetile_scenes": ("scene", SceneSpec),
 }
 
