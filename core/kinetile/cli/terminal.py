@@ -13,14 +13,8 @@ from typing import TYPE_CHECKING, Any, Self, TextIO
 
 import typer
 
-from kinetile.errors import (
-    AuditError,
-    KinetileError,
-    MissedContactError,
-    PhaseError,
-    RecordError,
-    ZenoError,
-)
+from kinetile.errors import FAULTS as FAULTS_OF_RUNS
+from kinetile.errors import KinetileError, RecordError
 
 if TYPE_CHECKING:
     from kinetile.run.simulation import Progress, Simulation
@@ -29,7 +23,7 @@ FAULT = 1
 DIFFERENT = 1
 USAGE = 2
 INTERRUPTED = 128 + signal.SIGINT
-FAULTS = (ZenoError, MissedContactError, PhaseError, RecordError, AuditError)
+FAULTS = (*FAULTS_OF_RUNS, RecordError)
 """Errors of a run whose command was correct."""
 
 BAR_DELAY = 2.0

@@ -4,12 +4,17 @@ these.
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any, cast
 
 from kinetile.errors import BadOption, PhaseError, Refused, nearest
+from kinetile.kernel.compiled import compose
+from kinetile.kernel.loop import idle
+from kinetile.kernel.loop.commands import obey_alone
+from kinetile.kernel.loop.loop import advance
 from kinetile.kernel.loop.responses import MOST_RESPONSES
 from kinetile.kernel.loop.responses import PASS as PASSES
 from kinetile.kernel.skin import too_thick
@@ -175,18 +180,11 @@ class Composition:
 
     def loop(self, commands: Commands) -> Callable[..., Any]:
         """Returns the loop for these phases, compiled at the first call or when it is made ready."""
-        from kinetile.kernel.compiled import compose
-        from kinetile.kernel.loop.loop import advance
-
         return compose(advance, self._parts(commands), self.label, type(self.broad.state))
 
     def obeying(self) -> Callable[..., Any]:
         """Returns a function that runs one command by itself, for a broad phase that cannot insert or
         remove a body."""
-        from kinetile.kernel.compiled import compose
-        from kinetile.kernel.loop import idle
-        from kinetile.kernel.loop.commands import obey_alone
-
         parts = self._parts(Commands.ALL) | {"LIVING": True, "enter": idle.enter, "leave": idle.leave}
         return compose(obey_alone, parts, f"obey_{self.label}", type(self.broad.state))
 
@@ -343,8 +341,6 @@ def check_options(kind: str, name: str, phase: Callable[..., Any], options: Mapp
     """Refuses an option that the phase's constructor does not have, with the nearest and all known ones."""
     if not options:
         return
-    import inspect
-
     known = [p for p in inspect.signature(phase).parameters if p != "self"]
     for option in options:
         if option not in known:

@@ -18,14 +18,7 @@ from typing import Any, NamedTuple, cast, overload
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import (
-    AuditError,
-    BadOption,
-    BusyError,
-    MissedContactError,
-    PhaseError,
-    ZenoError,
-)
+from kinetile.errors import FAULTS, BadOption, BusyError
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.compiled import is_cached
 from kinetile.kernel.flight import positions_now
@@ -56,7 +49,6 @@ __all__ = ["Progress", "Simulation", "resume"]
 
 Integers = npt.NDArray[np.int64]
 
-_FAULTS = (ZenoError, MissedContactError, PhaseError, AuditError)
 _RUNS = ("run", "step", "be built", "be built anew")
 
 
@@ -742,7 +734,7 @@ class Simulation:
             if what in ("run", "step", "be restored"):
                 self._fault = None
             yield
-        except _FAULTS as error:
+        except FAULTS as error:
             if what in _RUNS:
                 self._fault = f"{type(error).__name__}: {error}"
             raise
