@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from itertools import combinations
 from pathlib import Path
 
-from kinetile.errors import BadOption
+from kinetile.errors import BadOption, RecordError
 
 
 def check_files(files: Mapping[str, Path | None], overwrite: bool) -> None:
@@ -31,14 +31,22 @@ def check_files(files: Mapping[str, Path | None], overwrite: bool) -> None:
             check_new(what, path, overwrite)
 
 
+@contextmanager
+def file_errors(what: str = "") -> Iterator[None]:
+    """Within this context errors of files become BadOption: ``what``, an option with its file, and why."""
+    try:
+        yield
+    except OSError as error:
+        why = str(error) if isinstance(error, RecordError) else error.strerror or str(error)
+        raise BadOption(f"{what}: {why}" if what else why) from error
+
+
 def check_new(option: str, path: Path, overwrite: bool) -> None:
     """Raise BadOption unless a file can be made, or replaced where ``overwrite`` is given."""
     from kinetile.scene.targets import writable_target
 
-    try:
+    with file_errors(f"{option} {path}"):
         target = writable_target(path)
-    except OSError as error:
-        raise BadOption(f"{option} {path}: {error.strerror}") from error
     if target.exists() and not overwrite:
         raise BadOption(f"{option}: {path} is there already: choose another name, or say --overwrite")
     if not target.parent.is_dir():
@@ -59,12 +67,11 @@ def try_folder(option: str, folder: Path, *, keep: bool) -> None:
     """
     made: list[Path] = []
     try:
-        made += [each for each in (folder, *folder.parents) if not keep and not each.exists()]
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
-    except OSError as error:
-        raise BadOption(f"{option} {folder}: {error.strerror or error}") from error
+        with file_errors(f"{option} {folder}"):
+            made += [each for each in (folder, *folder.parents) if not keep and not each.exists()]
+            folder.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=folder):
+                pass
     finally:
         for each in made:  # the innermost comes first
             with suppress(OSError):

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from kinetile.cli.files import file_errors
 from kinetile.errors import BadOption
 from kinetile.plugin.choices import read_assignments, read_phase, read_phases
 
@@ -77,10 +78,8 @@ def find_scene(name: str, parameters: Sequence[str] | None) -> Scene:
             )
         if not Path(name).exists():
             raise BadOption(f"there is no scene file {name!r}")
-        try:
+        with file_errors(f"the scene file {name!r} cannot be read"):
             return load_scene(name)
-        except OSError as error:
-            raise BadOption(f"the scene file {name!r} cannot be read: {error.strerror}") from error
     from kinetile.scene.by_name import make_scene, parse_parameters
 
     return make_scene(name, **parse_parameters(name, parameters or ()))

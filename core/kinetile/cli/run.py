@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from kinetile.cli import runner
-from kinetile.cli.files import check_files
+from kinetile.cli.files import check_files, file_errors
 from kinetile.cli.options import (
     BroadPhase,
     Json,
@@ -25,7 +25,7 @@ from kinetile.cli.options import (
 )
 from kinetile.cli.output import as_json
 from kinetile.cli.terminal import exit_codes, notice
-from kinetile.errors import BadOption, RecordError
+from kinetile.errors import BadOption
 from kinetile.plugin.choices import read_phase
 
 if TYPE_CHECKING:
@@ -149,10 +149,8 @@ def resume(
 ) -> None:
     """Continue a run from its checkpoint, and go on saving it there."""
     with exit_codes(), runner.only_writer(checkpoint or file):
-        try:
+        with file_errors():
             simulation, note = _load(file, broad_phase)
-        except RecordError as error:
-            raise BadOption(str(error)) from error
         if contacts is not None and not simulation.keeps_contacts:
             raise BadOption(
                 "--contacts: this run keeps no contacts: expected `kinetile run --contacts` before"
@@ -197,10 +195,8 @@ def recover(
     with exit_codes():
         from kinetile.records.finishing import recover as make
 
-        try:
+        with file_errors():
             made = make(partial, out, overwrite=overwrite)
-        except RecordError as error:
-            raise BadOption(str(error)) from error
     if made.left_over:
         notice(
             f"kinetile: the last {made.left_over:,} bytes of {partial} are no whole batch of rows: a write "
@@ -237,10 +233,8 @@ def _save(scene: Scene, path: Path, settings: Settings) -> None:
     from kinetile.scene import relabelled
     from kinetile.scene.files import save_scene
 
-    try:
+    with file_errors(f"--save-scene {path}"):
         save_scene(relabelled(scene, settings=settings), path)
-    except OSError as error:
-        raise BadOption(f"--save-scene {path}: {error.strerror}") from error
 
 
 def _explain(simulation: Simulation, json: bool) -> None:
@@ -254,10 +248,8 @@ def _recorder(simulation: Simulation, events: Path, asked: dict[str, Any], **opt
     """Return a recorder of a run, whose file names the phases and the requested end."""
     from kinetile.records.events import EventRecorder
 
-    try:
+    with file_errors("--events"):
         return EventRecorder(events, simulation.scene, runner.phases_of(simulation) | asked, **options)
-    except RecordError as error:
-        raise BadOption(f"--events: {error}") from error
 
 
 def _resumed_recorder(simulation: Simulation, events: Path, asked: dict[str, Any]) -> EventRecorder:

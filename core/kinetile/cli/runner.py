@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import typer
 
+from kinetile.cli.files import file_errors
 from kinetile.cli.output import as_json, label_table, scene_summary, show
 from kinetile.cli.terminal import FAULT, FAULTS, Bar, FirstSignal, make_ready, notice
 from kinetile.errors import BadOption, RecordError
@@ -83,10 +84,8 @@ def _carry_out(
         checkpoint.begin()
     with FirstSignal() as signals, ExitStack() as stack:
         if recorder is not None:
-            try:
+            with file_errors("--events"):
                 stack.enter_context(recorder)
-            except RecordError as error:
-                raise BadOption(f"--events: {error}") from error
         try:
             with stack, Bar("running", simulation.scene.start, max_contacts) as bar:
 
@@ -136,10 +135,8 @@ def only_writer(path: Path | None) -> Iterator[None]:
     from kinetile.records.locks import alone
 
     with ExitStack() as stack:
-        try:
+        with file_errors("--checkpoint"):
             stack.enter_context(alone(path))
-        except RecordError as error:
-            raise BadOption(f"--checkpoint: {error}") from error
         yield
 
 
@@ -152,10 +149,8 @@ def check_checkpoint(path: Path | None, every: float | None, overwrite: bool) ->
         if every is not None:
             raise BadOption("--every says how often --checkpoint saves, and there is none: expected its FILE")
         return
-    try:
+    with file_errors("--checkpoint"):
         target = check_target(path)
-    except RecordError as error:
-        raise BadOption(f"--checkpoint: {error}") from error
     if target.exists() and not overwrite:
         raise BadOption(
             f"--checkpoint: {path} is there already: `kinetile resume {path}` goes on from it; choose "
@@ -189,10 +184,8 @@ class Checkpoint:
 
     def begin(self) -> None:
         """Save before anything is run or recorded, so that a failure is reported now, by BadOption."""
-        try:
+        with file_errors("--checkpoint"):
             self._save()
-        except RecordError as error:
-            raise BadOption(f"--checkpoint: {error}") from error
 
     def save(self) -> None:
         """Save now. Raises RecordError.

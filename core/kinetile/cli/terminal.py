@@ -7,8 +7,8 @@ import signal
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
-from types import FrameType, TracebackType
+from contextlib import AbstractContextManager, contextmanager, suppress
+from types import FrameType
 from typing import TYPE_CHECKING, Any, Self, TextIO
 
 import typer
@@ -114,9 +114,7 @@ class FirstSignal:
                 self._before[number] = signal.signal(number, self._receive)
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         for number, handler in self._before.items():
             signal.signal(number, handler)
 
@@ -140,7 +138,7 @@ class FirstSignal:
             raise KeyboardInterrupt
 
 
-class Bar:
+class Bar(AbstractContextManager["Bar"]):
     """A progress bar on stderr, on a terminal, after BAR_DELAY seconds; elsewhere, nothing."""
 
     def __init__(self, what: str, start: float = 0.0, max_contacts: int | None = None) -> None:
@@ -150,12 +148,7 @@ class Bar:
         self._began: float | None = None
         self._bar: Any = None
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self.close()
 
     def close(self) -> None:

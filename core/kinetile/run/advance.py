@@ -21,8 +21,6 @@ from kinetile.run.engine.engine import UNLIMITED, Engine
 from kinetile.run.interrupts import Unbroken
 from kinetile.scene.responses import Kind
 
-__all__ = ["End", "Event", "advance", "advance_one", "next_event"]
-
 IDLE_SPANS = 1 << 12
 """The number of empty spans of the clock after which a run without an end in time gives up."""
 

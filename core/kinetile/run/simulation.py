@@ -45,8 +45,6 @@ from kinetile.scene.bodies import Numbers
 from kinetile.scene.checks import WALL, shown
 from kinetile.scene.responses import Kind
 
-__all__ = ["Progress", "Simulation", "resume"]
-
 Integers = npt.NDArray[np.int64]
 
 _RUNS = ("run", "step", "be built", "be built anew")

@@ -71,8 +71,6 @@ from kinetile.run.interrupts import Unbroken
 from kinetile.scene import Insert, Scene
 from kinetile.scene.reach import flown
 
-__all__ = ["UNLIMITED", "Engine", "Parts", "Watch"]
-
 UNLIMITED = 2**62
 CHUNK_SECONDS = 0.2
 FIRST_BUDGET = 1 << (8 if INTERPRETED else 12)

@@ -29,8 +29,6 @@ from kinetile.plugin.calling import described
 from kinetile.run.compose import Composition
 from kinetile.run.engine.agenda import Rows
 
-__all__ = ["blocked", "demand_room", "failure"]
-
 _OF_SLOTS = (tables.LATE_CONTACT, tables.TOO_DEEP, tables.JAMMED, tables.STALLED, tables.NOT_FINITE)
 """Faults of present bodies, which the loop reports by their slots; users know them by numbers."""
 

@@ -23,8 +23,6 @@ from kinetile.kernel.loop.predictions import barred_with
 from kinetile.kernel.tables import NEVER, Kernel, elder
 from kinetile.run.questions.places import Moment, Point
 
-__all__ = ["CastHit", "NextContact", "cast", "next_contact", "next_contact_of"]
-
 Integers = npt.NDArray[np.int64]
 
 

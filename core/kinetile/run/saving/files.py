@@ -49,8 +49,6 @@ from kinetile.scene import Insert, Remove, Response, Scene, Settings, Turn, spac
 from kinetile.scene.checks import shown
 from kinetile.scene.targets import replacing, writable_target
 
-__all__ = ["check_target", "no_simulation", "note", "pack", "read_whole", "unpack", "write_whole"]
-
 HEAD = "kinetile_saved_run"
 _FIRST_NAME = slice(30, 30 + len(HEAD) + 4)
 """Where the name of the first member lies in an archive: by that a file of ours is known."""

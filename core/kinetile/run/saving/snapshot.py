@@ -35,8 +35,6 @@ from kinetile.run.engine.layout import as_bytes
 from kinetile.run.interrupts import Unbroken
 from kinetile.scene import Scene, spacious
 
-__all__ = ["Phases", "Snapshot", "layout", "put_back", "take", "versions_of"]
-
 
 @dataclass(frozen=True)
 class Phases:
