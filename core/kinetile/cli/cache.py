@@ -57,7 +57,7 @@ def _files(folder: Path) -> Iterator[CacheFile]:
 
 
 def _kept() -> tuple[Path, str, dict[str, list[CacheFile]]]:
-    """Return the folder of all machine code, the folder of these versions, and the files of each folder."""
+    """Returns the folder of all machine code, the folder of these versions, and the files of each folder."""
     from kinetile.kernel.compiled.cache import folder
 
     root = folder().parent
@@ -87,7 +87,7 @@ def show(json: Json = False, csv: Csv = False) -> None:
 
 
 def _row(name: str, files: list[CacheFile], used_here: bool) -> dict[str, Any]:
-    """Return the contents for one pair of versions."""
+    """Returns the contents for one pair of versions."""
     named = _FOLDER.fullmatch(name)
     assert named is not None
     last = max((each.last_used for each in files), default=None)
@@ -149,7 +149,7 @@ def clean(
 
 
 def _why_useless(file: CacheFile, days: float) -> str | None:
-    """Return why a file of the cache is unused, or None if it is used."""
+    """Returns why a file of the cache is unused, or None if it is used."""
     unused = time.time() - file.last_used
     if file.cut_off:
         return "left by a write that was cut off" if unused > _WRITING else None
@@ -181,7 +181,7 @@ def verify(json: Json = False) -> None:
 
 
 def _damage(path: Path) -> str:
-    """Return the error of a file, or an empty text."""
+    """Returns the error of a file, or an empty text."""
     from kinetile.kernel.compiled.cache import is_whole
 
     try:

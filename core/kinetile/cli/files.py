@@ -17,7 +17,7 @@ from kinetile.errors import BadOption, RecordError
 
 
 def check_files(files: Mapping[str, Path | None], overwrite: bool) -> None:
-    """Raise BadOption unless the files of the command line, by their options, have names, are different and
+    """Raises BadOption unless the files of the command line, by their options, have names, are different and
     may be written. Those of ``--contacts`` and ``--save-scene`` may exist only to be overwritten."""
     given = [(what, path) for what, path in files.items() if path is not None]
     for what, path in given:
@@ -42,7 +42,7 @@ def file_errors(what: str = "") -> Iterator[None]:
 
 
 def check_new(option: str, path: Path, overwrite: bool) -> None:
-    """Raise BadOption unless a file can be made, or replaced where ``overwrite`` is given."""
+    """Raises BadOption unless a file can be made, or replaced where ``overwrite`` is given."""
     from kinetile.scene.targets import writable_target
 
     with file_errors(f"{option} {path}"):
@@ -61,7 +61,7 @@ def _same_file(one: Path, other: Path) -> bool:
 
 
 def try_folder(option: str, folder: Path, *, keep: bool) -> None:
-    """Make a folder and try to write to it; unless it is to be kept, leave nothing there.
+    """Makes a folder and tries to write to it; unless it is to be kept, leaves nothing there.
 
     Raises BadOption, with the option that names the folder, where it cannot be made or written to.
     """

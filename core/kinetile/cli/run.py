@@ -211,7 +211,7 @@ def recover(
 
 
 def _settings(simulation: Simulation, broad: bool, narrow: bool, until: float | None) -> Settings:
-    """Return the scene's settings, with the chosen broad phase, narrow phases and end."""
+    """Returns the scene's settings, with the chosen broad phase, narrow phases and end."""
     from kinetile.scene import Settings
 
     settings = simulation.scene.settings
@@ -229,7 +229,7 @@ def _settings(simulation: Simulation, broad: bool, narrow: bool, until: float | 
 
 
 def _save(scene: Scene, path: Path, settings: Settings) -> None:
-    """Save a scene with other settings."""
+    """Saves a scene with other settings."""
     from kinetile.scene import relabelled
     from kinetile.scene.files import save_scene
 
@@ -245,7 +245,7 @@ def _explain(simulation: Simulation, json: bool) -> None:
 
 
 def _recorder(simulation: Simulation, events: Path, asked: dict[str, Any], **options: Any) -> EventRecorder:
-    """Return a recorder of a run, whose file names the phases and the requested end."""
+    """Returns a recorder of a run, whose file names the phases and the requested end."""
     from kinetile.records.events import EventRecorder
 
     with file_errors("--events"):
@@ -253,7 +253,7 @@ def _recorder(simulation: Simulation, events: Path, asked: dict[str, Any], **opt
 
 
 def _resumed_recorder(simulation: Simulation, events: Path, asked: dict[str, Any]) -> EventRecorder:
-    """Return a recorder that continues the file of the run so far, where that file exists."""
+    """Returns a recorder that continues the file of the run so far, where that file exists."""
     recorder = _recorder(simulation, events, asked, behind=simulation)
     if simulation.rows and not recorder.goes_on:
         notice(
@@ -264,7 +264,7 @@ def _resumed_recorder(simulation: Simulation, events: Path, asked: dict[str, Any
 
 
 def _load(file: Path, broad_phase: str | None) -> tuple[Simulation, dict[str, Any]]:
-    """Return the simulation of a checkpoint, and the note that the command left in it."""
+    """Returns the simulation of a checkpoint, and the note that the command left in it."""
     from kinetile.run.saving.files import note, read_whole
     from kinetile.run.simulation import resume
 
@@ -275,7 +275,7 @@ def _load(file: Path, broad_phase: str | None) -> tuple[Simulation, dict[str, An
 def _asked(
     simulation: Simulation, note: dict[str, Any], done: int, until: float | None, max_contacts: int | None
 ) -> dict[str, Any]:
-    """Return the end of a resumed run: the new one, else the one before, else the scene's.
+    """Returns the end of a resumed run: the new one, else the one before, else the scene's.
 
     ``max_contacts`` is counted from the start of the run, which has had ``done`` contacts.
     """

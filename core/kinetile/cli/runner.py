@@ -48,7 +48,7 @@ def run_to_end(
     contacts: Path | None,
     json: bool,
 ) -> Ending:
-    """Run, write the contacts if requested, print the result, and return how all of it ended.
+    """Runs, writes the contacts if requested, prints the result, and returns how all of it ended.
 
     ``asked`` is the requested end, its contacts counted from the start of the run; ``max_contacts`` is the
     number of further contacts in this process.
@@ -65,7 +65,7 @@ def run_to_end(
 
 
 def leave(ending: Ending) -> None:
-    """Print why a run ended badly, if it did, and leave with its exit code."""
+    """Prints why a run ended badly, if it did, and leaves with its exit code."""
     if ending.code:
         notice(f"kinetile: {ending.message}")
         raise typer.Exit(ending.code)
@@ -78,7 +78,7 @@ def _carry_out(
     max_contacts: int | None,
     checkpoint: Checkpoint | None,
 ) -> Ending:
-    """Run, save if requested, and close the events file in any case."""
+    """Runs, saves if requested, and closes the events file in any case."""
     said = ""
     if checkpoint is not None:
         checkpoint.begin()
@@ -113,7 +113,7 @@ def _carry_out(
 
 
 def _write_contacts(simulation: Simulation, path: Path, ending: Ending) -> Ending:
-    """Write the contacts as text; return how the run ended, or that they could not be written."""
+    """Writes the contacts as text; returns how the run ended, or that they could not be written."""
     from kinetile.records.contacts import write_contacts
 
     try:
@@ -141,7 +141,7 @@ def only_writer(path: Path | None) -> Iterator[None]:
 
 
 def check_checkpoint(path: Path | None, every: float | None, overwrite: bool) -> None:
-    """Raise BadOption where a new checkpoint may not be written: it would replace an old one, or a file that
+    """Raises BadOption where a new checkpoint may not be written: it would replace an old one, or a file that
     is no checkpoint."""
     from kinetile.run.saving.files import check_target
 
@@ -183,12 +183,12 @@ class Checkpoint:
         self._time: float | None = None
 
     def begin(self) -> None:
-        """Save before anything is run or recorded, so that a failure is reported now, by BadOption."""
+        """Saves before anything is run or recorded, so that a failure is reported now, by BadOption."""
         with file_errors("--checkpoint"):
             self._save()
 
     def save(self) -> None:
-        """Save now. Raises RecordError.
+        """Saves now. Raises RecordError.
 
         The rows of the events file are on the disk before the checkpoint that counts them.
         """
@@ -202,7 +202,7 @@ class Checkpoint:
         self._saved = monotonic()
 
     def save_if_due(self) -> None:
-        """Save when the interval is over; report a failure and continue."""
+        """Saves when the interval is over; reports a failure and continues."""
         if monotonic() - self._saved < self._every:
             return
         try:
@@ -212,7 +212,7 @@ class Checkpoint:
             notice(f"kinetile: --checkpoint: {error} ({self._last_state})")
 
     def save_after(self, signals: FirstSignal) -> str:
-        """Save because of a signal, unless another one cancels that; return the end of the message."""
+        """Saves because of a signal, unless another one cancels that; returns the end of the message."""
         try:
             with signals.another_ends():
                 self.save()
@@ -233,12 +233,12 @@ class Checkpoint:
 
 
 def narrow_phases(simulation: Simulation) -> dict[str, dict[str, Any]]:
-    """Return the narrow phases of a simulation with their options."""
+    """Returns the narrow phases of a simulation with their options."""
     return {name: dict(options) for name, options in simulation.composition.narrow_phases.items()}
 
 
 def phases_of(simulation: Simulation) -> dict[str, Any]:
-    """Return the phases of a simulation with their options, in plain types."""
+    """Returns the phases of a simulation with their options, in plain types."""
     return {
         "broad_phase": simulation.broad_phase,
         "options": dict(simulation.options),
@@ -249,7 +249,7 @@ def phases_of(simulation: Simulation) -> dict[str, Any]:
 def _result(
     simulation: Simulation, recorder: EventRecorder | None, asked: Mapping[str, Any], status: str
 ) -> dict[str, Any]:
-    """Return the whole result of a run, in plain types."""
+    """Returns the whole result of a run, in plain types."""
     from kinetile.kernel.log import ANSWER
     from kinetile.versions import versions
 
@@ -267,7 +267,7 @@ def _result(
 
 
 def _lines(result: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
-    """Yield the result of a run in words: the scene, the phases, counts, accuracy and cost, with units."""
+    """Yields the result of a run in words: the scene, the phases, counts, accuracy and cost, with units."""
     from kinetile.run.readings import reading_lines
 
     scene, run = result["scene"], result["run"]

@@ -33,7 +33,7 @@ _COMPILING = "about 10 s"
 
 
 def notice(text: str) -> None:
-    """Write a line to stderr. A closed or full stderr is no error: the result matters more than the line."""
+    """Writes a line to stderr. A closed or full stderr is no error: the result matters more than the line."""
     if sys.stderr is None:
         return
     try:
@@ -65,7 +65,7 @@ def results_on_stdout() -> Iterator[None]:
 
 
 def _give_up(stream: TextIO) -> None:
-    """Send the rest of a stream that cannot be written to the null device: Python flushes it at exit."""
+    """Sends the rest of a stream that cannot be written to the null device: Python flushes it at exit."""
     with suppress(OSError):
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, stream.fileno())
@@ -74,7 +74,7 @@ def _give_up(stream: TextIO) -> None:
 
 @contextmanager
 def exit_codes() -> Iterator[None]:
-    """Turn kinetile's exceptions into one message on stderr and an exit code."""
+    """Turns kinetile's exceptions into one message on stderr and an exit code."""
     try:
         yield
     except KinetileError as error:
@@ -86,7 +86,7 @@ def exit_codes() -> Iterator[None]:
 
 
 def make_ready(simulation: Simulation, label: str = "") -> None:
-    """Compile a simulation's loop; print a notice when that takes long, once for each choice of phases."""
+    """Compiles a simulation's loop; prints a notice when that takes long, once for each choice of phases."""
     fresh = simulation.cached is False
     if fresh:
         what = label or ", ".join([simulation.broad_phase, *simulation.narrow_phases])
@@ -119,7 +119,7 @@ class FirstSignal:
             signal.signal(number, handler)
 
     def check(self) -> None:
-        """Raise KeyboardInterrupt if a signal has come: one raised in a callback may be lost there."""
+        """Raises KeyboardInterrupt if a signal has come: one raised in a callback may be lost there."""
         if self.number is not None:
             raise KeyboardInterrupt
 
@@ -152,13 +152,13 @@ class Bar(AbstractContextManager["Bar"]):
         self.close()
 
     def close(self) -> None:
-        """Remove the bar from the terminal, if it is shown."""
+        """Removes the bar from the terminal, if it is shown."""
         if self._bar is not None:
             self._bar.stop()
             self._bar = None
 
     def __call__(self, progress: Progress) -> None:
-        """Show how far a run is, from the progress that ``Simulation.run`` reports."""
+        """Shows how far a run is, from the progress that ``Simulation.run`` reports."""
         shares = []
         if progress.until is not None and progress.until > self.start:
             shares.append((progress.time - self.start) / (progress.until - self.start))
@@ -171,11 +171,11 @@ class Bar(AbstractContextManager["Bar"]):
         )
 
     def count(self, done: int, total: int) -> None:
-        """Show how many steps of a total are done."""
+        """Shows how many steps of a total are done."""
         self.show(done / total, f"{done} of {total} runs")
 
     def show(self, share: float | None, text: str) -> None:
-        """Show a share of the whole (None: unknown) and a text."""
+        """Shows a share of the whole (None: unknown) and a text."""
         total, completed = (None, 0.0) if share is None else (1.0, share)
         if self._bar is not None:
             self._bar.update(0, total=total, completed=completed, text=text)

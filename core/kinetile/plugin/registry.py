@@ -177,13 +177,7 @@ class Registry:
             for kind, spec, plugin, distribution, version in self._provided
         ]
         failures = [
-            {
-                "plugin": failure.plugin,
-                "distribution": failure.distribution,
-                "version": failure.version,
-                "error": type(failure.error).__name__,
-                "message": str(failure.error),
-            }
+            failure._asdict() | {"error": type(failure.error).__name__, "message": str(failure.error)}
             for failure in self.failures
         ]
         return {"provided": provided, "failures": failures}

@@ -149,7 +149,8 @@ def find_faults(tables: Mapping[str, Any]) -> tuple[list[Mistake], set[Place]]:
     for kind, place in found:
         if kind == "extra_forbidden":
             continue
-        place = _whole_value(place)
+        if isinstance(place[-1], int) and place[-2] not in _LISTS:
+            place = place[:-1]  # the message is about a position, not its second number
         faults.add(place)
         if kind != "missing":
             mistakes[place] = Mistake(written(place), *_wrong_value(kind, place, _at(tables, place)))
@@ -176,11 +177,6 @@ def _wrong_value(kind: str, place: Place, value: Any) -> tuple[str, str]:
     if kind == "too_long" and place[0] in ("narrow-phases", "options", "parameters"):
         return f"{len(value):,} entries", f"at most {_MOST}"
     return shown(value), expected(place)
-
-
-def _whole_value(place: Place) -> Place:
-    """Returns the place of the value that the message is about: a position, not its second number."""
-    return place[:-1] if isinstance(place[-1], int) and place[-2] not in _LISTS else place
 
 
 def _keys(place: Place) -> dict[str, str]:
@@ -238,7 +234,8 @@ def read_bytes(path: str | os.PathLike[str], max_bytes: int | None) -> bytes:
     with open(path, "rb") as file:
         data = file.read(most + 1)
     if len(data) > most:
-        raise SceneError([Mistake("the file", f"more than {most:,} bytes", _larger(most))], os.fspath(path))
+        more = f"at most so many; max_bytes of load_scene, or the environment variable {_LIMIT}, allows more"
+        raise SceneError([Mistake("the file", f"more than {most:,} bytes", more)], os.fspath(path))
     return data
 
 
@@ -247,10 +244,6 @@ def _most_bytes() -> int:
     if text and not (text.isascii() and text.isdigit() and len(text) < 19):
         raise BadOption(f"the environment variable {_LIMIT} is {shown(text)}; expected a number of bytes")
     return int(text or MOST_BYTES)
-
-
-def _larger(most: int) -> str:
-    return f"at most so many; max_bytes of load_scene, or the environment variable {_LIMIT}, allows more"
 
 
 def read_tables(text: str, source: str | None) -> dict[str, Any]:

@@ -58,7 +58,10 @@ def as_html(thing: Thing) -> str:
         if isinstance(thing, Readings):
             return facts("Readings", reading_lines(thing.as_dict()))
         seen = _seen(thing)
-        parts = [_of_scene(thing) if isinstance(thing, Scene) else _of_simulation(thing)]
+        if isinstance(thing, Scene):
+            parts = [facts(f"Scene of {_counted(len(thing), 'body', 'bodies')}", _scene_lines(thing))]
+        else:
+            parts = [_of_simulation(thing)]
         if seen.picture is not None:
             parts.append(figure(seen.svg or b"", f"Picture: {seen.picture.caption}"))
         if seen.left_out:
@@ -102,10 +105,6 @@ def _seen(thing: Scene | Simulation) -> _Seen:
         said = f"it has {len(whole.shapes):,} shapes, and up to {MOST_SHAPES:,} are drawn here"
         return _Seen(bodies, f"without the structure: {said}")
     return _Seen(whole)
-
-
-def _of_scene(scene: Scene) -> str:
-    return facts(f"Scene of {_counted(len(scene), 'body', 'bodies')}", _scene_lines(scene))
 
 
 def _of_simulation(sim: Simulation) -> str:

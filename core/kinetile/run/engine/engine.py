@@ -101,17 +101,13 @@ class Parts:
         tables: copies of the kernel's tables, without the logs.
         state: copies of the arrays of the broad phase's state.
         base: that of the clock.
-        bounds: the bounds in force.
-        commands: which commands the loop is composed with.
         later: the commands of later spans of the clock.
         entries: the contents of the ledger.
-        numbers: how many body numbers have been given, or will be by the scene.
-        audits: number of audits without a violation.
         asked: the requested time, while the run stands there.
         log_rows: how many rows the log has room for.
         overlapping: the pairs that overlap at the start and have not begun to pass yet.
-        cpu_seconds: processor time spent in the loop.
-        compile_seconds: processor time spent compiling or loading it.
+
+    The others are attributes of the engine.
     """
 
     composition: Composition | None
@@ -291,7 +287,8 @@ class Engine(Tables):
         elif reason == FASTER:
             self._widen_skin()
         elif reason == CROWDED:
-            self._grow_passings()
+            room = 2 * int(self.k.clock[0].lists.passings) + len(self.k.bodies) + 64
+            self.k = layout.more_passings(self.k, room)
             return COMMAND_DUE
         elif reason == COMMAND_DUE:
             return COMMAND_DUE if self._make_slot() else BUDGET_SPENT
@@ -432,11 +429,6 @@ class Engine(Tables):
         compose(begin_at_start, {"part": pair.part}, f"begin_{self.composition.label}", Kernel)(self.k, now)
         self.k.clock[0].stops.due = 0  # passings of the start are no events
 
-    def _grow_passings(self) -> None:
-        """Makes room for more pairs that pass through each other."""
-        passings = int(self.k.clock[0].lists.passings)
-        self.k = layout.more_passings(self.k, 2 * passings + len(self.k.bodies) + 64)
-
     # Phases prepared anew
 
     def renew(self) -> None:
@@ -507,7 +499,9 @@ class Engine(Tables):
         Raises Refused, with nothing changed, if the broad phase does not accept the skin that they need, or
         if there is no room for an inserted body.
         """
-        self._demand_sound()
+        self._demand_whole()
+        if self.fields.fault.code[0] not in (0, JAMMED):  # a command may end a jam
+            raise failure(self.k, self.composition, self.clock.time(self.now))
         if not len(rows):
             return
         inserts = code == INSERTED
@@ -558,12 +552,6 @@ class Engine(Tables):
             except ZenoError:  # passings begin and end by a command, and may fill a window of contacts
                 if not due(self.k, self.fields, self.met_now):
                     return  # all commands have run; the next run reports the jam
-
-    def _demand_sound(self) -> None:
-        """Raises the fault that prevents commands; a jam does not, for a command may end it."""
-        self._demand_whole()
-        if self.fields.fault.code[0] not in (0, JAMMED):
-            raise failure(self.k, self.composition, self.clock.time(self.now))
 
     def _has_place_for(self, code: int, rows: Rows, wanted: Commands) -> bool:
         """Whether commands can run without preparing the phases anew: they are compiled into the loop, the
