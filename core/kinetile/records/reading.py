@@ -269,13 +269,11 @@ def _passing(rows: NDArray[Any], scene: Scene) -> NDArray[np.bool_]:
     """Returns which rows are the beginning or the end of a passing: two bodies, and no plan of either."""
     planless = np.all([np.isnan(rows[name]) for name in (*_A, *_B)], axis=0)
     may = any(response.name == PASS for row in scene.meets for response in row)
-    passing: NDArray[np.bool_] = planless & (rows["b"] >= 0) & (rows["a"] != rows["b"]) & may
-    return passing
+    return np.asarray(planless & (rows["b"] >= 0) & (rows["a"] != rows["b"]) & may)
 
 
 def _all_finite(rows: NDArray[Any], names: tuple[str, ...]) -> NDArray[np.bool_]:
-    finite: NDArray[np.bool_] = np.all([np.isfinite(rows[name]) for name in names], axis=0)
-    return finite
+    return np.asarray(np.all([np.isfinite(rows[name]) for name in names], axis=0))
 
 
 Runs: TypeAlias = list[list[Any]]

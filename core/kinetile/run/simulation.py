@@ -427,13 +427,11 @@ class Simulation:
     def bodies(self) -> npt.NDArray[np.int32]:
         """The numbers of the present bodies, (n,), ascending: those of the rows of ``positions``."""
         engine = self._engine
-        numbers: npt.NDArray[np.int32] = engine.k.queue.view(np.ndarray)["number"][engine.taken]
-        return numbers
+        return np.asarray(engine.k.queue.view(np.ndarray)["number"][engine.taken])
 
     def positions(self) -> npt.NDArray[np.float64]:
         """Returns the positions now, (n, 2), in the order of ``bodies``."""
-        found: npt.NDArray[np.float64] = positions_now(self._engine.k, self._engine.taken)
-        return found
+        return np.asarray(positions_now(self._engine.k, self._engine.taken))
 
     def velocities(self) -> npt.NDArray[np.float64]:
         """Returns the velocities now, (n, 2), in the order of ``bodies``."""
@@ -442,8 +440,7 @@ class Simulation:
 
     def radii(self) -> npt.NDArray[np.float64]:
         """Returns the radii, (n,), in the order of ``bodies``."""
-        found: npt.NDArray[np.float64] = self._engine.k.bodies.view(np.ndarray)["radius"][self._engine.taken]
-        return found
+        return np.asarray(self._engine.k.bodies.view(np.ndarray)["radius"][self._engine.taken])
 
     @property
     def kinds(self) -> npt.NDArray[Any]:
@@ -541,11 +538,8 @@ class Simulation:
         one, other = self._slot_of(a), self._slot_of(b)
         if one == other:
             raise ValueError(f"a contact is one of two bodies; found body {a} twice")
-        return self._named(
-            meetings.next_contact(
-                self._moment(), one, other, scheduled, self._planned() if scheduled else None
-            )
-        )
+        planned = self._planned() if scheduled else None
+        return self._named(meetings.next_contact(self._moment(), one, other, planned))
 
     def next_contact_of(
         self, body: int, *, scheduled: bool = False, kinds: Kind | Iterable[Kind] | None = None
@@ -567,7 +561,7 @@ class Simulation:
             known = (*moment.composition.prepared.kinds, WALL)
             chosen = arguments.read_kinds(kinds, known, "kinds")
             among, walls = _of_kinds(moment, chosen).slots, WALL in chosen
-        return self._named(meetings.next_contact_of(moment, slot, scheduled, planned, among, walls))
+        return self._named(meetings.next_contact_of(moment, slot, planned, among, walls))
 
     def cast(
         self, disc: Numbers, velocity: Numbers, *, kinds: Kind | Iterable[Kind] | None = None
@@ -781,8 +775,7 @@ class Simulation:
         return int(self._engine.k.slots[arguments.read_body(self._engine, body)])
 
     def _bodies_of(self, slots: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
-        numbers: npt.NDArray[np.int64] = self._engine.k.queue["number"][slots].astype(np.int64)
-        return numbers
+        return np.asarray(self._engine.k.queue["number"][slots].astype(np.int64))
 
     def _body_of(self, slot: int) -> int:
         return int(self._bodies_of(np.array([slot]))[0])

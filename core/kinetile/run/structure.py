@@ -55,14 +55,12 @@ def named_near(k: Kernel, composition: Composition) -> npt.NDArray[np.int32]:
     if count > len(found):
         found = np.zeros((count, 2), dtype=np.int32)
         listing(k, broad.state, found)
-    named: npt.NDArray[np.int32] = found[:count][found[:count, 0] != found[:count, 1]]
-    return named
+    return np.asarray(found[:count][found[:count, 0] != found[:count, 1]])
 
 
 def pairs_of_named(named: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
     """Returns the pairs (a, b), a < b, of which one is near the other, sorted; (m, 2)."""
-    pairs: npt.NDArray[np.int32] = np.unique(np.sort(named, axis=1), axis=0)
-    return pairs
+    return np.asarray(np.unique(np.sort(named, axis=1), axis=0))
 
 
 def candidates(k: Kernel, composition: Composition) -> npt.NDArray[np.int32]:
@@ -72,8 +70,7 @@ def candidates(k: Kernel, composition: Composition) -> npt.NDArray[np.int32]:
 
 def by_number(k: Kernel, named: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
     """Returns pairs of slots as pairs of the numbers of the bodies in them."""
-    numbers: npt.NDArray[np.int32] = np.asarray(k.queue["number"])[named]
-    return numbers
+    return np.asarray(k.queue["number"])[named]
 
 
 def drawn(k: Kernel, composition: Composition, clock: Clock) -> tuple[Item, ...]:

@@ -163,8 +163,7 @@ def _queued(simulation: Simulation) -> int:
 
 def _ticks(rows: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """Returns the times of rows as ticks since the start: Python's integers, which have no end."""
-    ticks: npt.NDArray[Any] = rows["epoch"].astype(object) * TICKS + rows["tick"].astype(object)
-    return ticks
+    return np.asarray(rows["epoch"].astype(object) * TICKS + rows["tick"].astype(object))
 
 
 def _now(simulation: Simulation, clock: Clock) -> int:
@@ -241,8 +240,7 @@ class _Flights:
         return cls(bodies[flat], flat // 2, (flat % 2).astype(bool))
 
     def value(self, rows: npt.NDArray[Any], pair: tuple[str, str]) -> Floats:
-        found: Floats = np.where(self.is_b, rows[pair[1]][self.row], rows[pair[0]][self.row])
-        return found
+        return np.asarray(np.where(self.is_b, rows[pair[1]][self.row], rows[pair[0]][self.row]))
 
 
 def kinds_of(rows: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
