@@ -103,17 +103,11 @@ class Registry:
         return cast("type[Any]", _load(self._find("broad phase", name)))
 
     def narrow_phase(self, name: str) -> type[Any]:
-        """Imports and returns the class of a narrow phase.
-
-        Raises UnknownName, and PhaseError where the target does not import or is no class.
-        """
+        """Imports and returns the class of a narrow phase. Raises as ``broad_phase`` does."""
         return cast("type[Any]", _load(self._find("narrow phase", name)))
 
     def response(self, name: str) -> type[Any]:
-        """Imports and returns the class of a response.
-
-        Raises UnknownName, and PhaseError where the target does not import or is no class.
-        """
+        """Imports and returns the class of a response. Raises as ``broad_phase`` does."""
         return cast("type[Any]", _load(self._find("response", name)))
 
     def scene(self, name: str) -> Callable[..., Scene]:

@@ -201,14 +201,7 @@ def _read_bodies(
     if "parameters" in tables:
         mistakes.append(Mistake("parameters", "parameters without a recipe", "a recipe beside them, by name"))
     rows = [] if ("bodies",) in faults else tables["bodies"]
-    unknown, columns = {}, {}
-    defaults = {"position": None, "velocity": (0.0, 0.0), "radius": None, "mass": 1.0}
-    for key, default in defaults.items():
-        blank: Any = (np.nan, np.nan) if key in ("position", "velocity") else np.nan
-        bad = [("bodies", i) in faults or ("bodies", i, key) in faults for i in range(len(rows))]
-        values = [blank if bad[i] else row.get(key, default) for i, row in enumerate(rows)]
-        unknown[key] = np.array(bad, dtype=np.bool_)
-        columns[key] = np.array(values, dtype=np.float64).reshape((len(rows), *np.shape(blank)))
+    columns, unknown = _columns(rows, faults)
     frame = {"arena": tables.get("arena"), "start": tables.get("start", 0.0), "until": tables.get("until")}
     off = {str(place[0]) for place in faults if len(place) == 1}
     framed = check_frame(**frame, unknown=off)
@@ -218,9 +211,8 @@ def _read_bodies(
     responses = _read_responses(tables, faults, mistakes, names)
     commands = _read_commands(tables, faults, mistakes)
     kinds = None if ("kinds",) in faults else tables.get("kinds")
-    bad = [("bodies", i) in faults for i in range(len(rows))]
-    kind = [None if bad[i] else row.get("kind") for i, row in enumerate(rows)]
-    whole = not any(bad) and not any(place[0] in ("bodies", "commands", "kinds") for place in faults if place)
+    kind = [None if ("bodies", i) in faults else row.get("kind") for i, row in enumerate(rows)]
+    whole = not any(place[0] in ("bodies", "commands", "kinds") for place in faults)
     coming = kinds_of_inserted(commands)
     rules = read_rules(kind, responses, len(rows), coming, mistakes, kinds, whole)
     mistakes += check_bodies(**columns, arena=arena, unknown=unknown, passing=(rules.kind, rules.passing))
@@ -233,9 +225,21 @@ def _read_bodies(
             turns.append(turn)
     if mistakes:
         return None
-    bodies = (columns["position"], columns["velocity"], columns["radius"], columns["mass"])
-    more: dict[str, Any] = {"unit": tables.get("unit"), "kind": kind, "responses": responses, "kinds": kinds}
-    return Scene(*bodies, arena, turns, frame["start"], commands=commands, **more)
+    rest: dict[str, Any] = {"unit": tables.get("unit"), "kind": kind, "responses": responses, "kinds": kinds}
+    return Scene(**columns, arena=arena, turns=turns, start=frame["start"], commands=commands, **rest)
+
+
+def _columns(rows: list[Any], faults: set[Place]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Returns the arrays of the bodies, and for each which of its values are unreadable: those are NaN."""
+    columns, unknown = {}, {}
+    defaults = {"position": None, "velocity": (0.0, 0.0), "radius": None, "mass": 1.0}
+    for key, default in defaults.items():
+        blank: Any = (np.nan, np.nan) if key in ("position", "velocity") else np.nan
+        bad = [("bodies", i) in faults or ("bodies", i, key) in faults for i in range(len(rows))]
+        values = [blank if bad[i] else row.get(key, default) for i, row in enumerate(rows)]
+        unknown[key] = np.array(bad, dtype=np.bool_)
+        columns[key] = np.array(values, dtype=np.float64).reshape((len(rows), *np.shape(blank)))
+    return columns, unknown
 
 
 def _turns(body: int, row: Any, faults: set[Place]) -> Iterator[tuple[Place, Turn]]:

@@ -61,7 +61,7 @@ def as_html(thing: Thing) -> str:
         if isinstance(thing, Scene):
             parts = [facts(f"Scene of {_counted(len(thing), 'body', 'bodies')}", _scene_lines(thing))]
         else:
-            parts = [_of_simulation(thing)]
+            parts = [facts("Simulation", _simulation_lines(thing))]
         if seen.picture is not None:
             parts.append(figure(seen.svg or b"", f"Picture: {seen.picture.caption}"))
         if seen.left_out:
@@ -107,27 +107,28 @@ def _seen(thing: Scene | Simulation) -> _Seen:
     return _Seen(whole)
 
 
-def _of_simulation(sim: Simulation) -> str:
-    lines = [("scene", " ".join([*_name(sim.scene), *_around(sim.scene)]))]
-    lines += [("bodies", f"{len(sim.bodies):,} now")]
-    lines += [("broad phase", called(sim.broad_phase, sim.options))]
-    narrow = [called(name, options) for name, options in sim.composition.narrow_phases.items()]
-    lines += [("narrow phases", ", ".join(narrow) or "none")]
-    lines += [("time", f"{sim.scene.start:.6g} to {sim.time:.10g}")]
+def _simulation_lines(sim: Simulation) -> Iterator[tuple[str, str]]:
+    """Yields what a simulation has, each with the word in front of it."""
+    yield "scene", " ".join(filter(None, (_name(sim.scene), _around(sim.scene))))
+    yield "bodies", f"{len(sim.bodies):,} now"
+    yield "broad phase", called(sim.broad_phase, sim.options)
+    yield (
+        "narrow phases",
+        ", ".join(called(*each) for each in sim.composition.narrow_phases.items()) or "none",
+    )
+    yield "time", f"{sim.scene.start:.6g} to {sim.time:.10g}"
     if sim.fault is not None:
-        lines += [("ended by", sim.fault)]
+        yield "ended by", sim.fault
     read = sim.readings.as_dict()
     wanted = ("contacts", "passings", "events", "deepest overlap", "energy drift", "speed", "fingerprint")
-    lines += [line for line in reading_lines(read) if line[0] in wanted and read["events"]]
-    return facts("Simulation", lines)
+    yield from (line for line in reading_lines(read) if line[0] in wanted and read["events"])
 
 
 def _scene_lines(scene: Scene) -> Iterator[tuple[str, str]]:
     """Yields what a scene has, each with the word in front of it."""
-    named = _name(scene)
-    if named:
-        yield "from", " ".join(named)
-    yield "walls", " ".join(_around(scene))
+    if _name(scene):
+        yield "from", _name(scene)
+    yield "walls", _around(scene)
     if len(scene):
         yield "radii", _range(scene.radius.min(), scene.radius.max())
         moved = scene.mass[scene.mass < math.inf]
@@ -150,17 +151,15 @@ def _scene_lines(scene: Scene) -> Iterator[tuple[str, str]]:
         yield "broad phase", called(settings.broad_phase, settings.options.get(settings.broad_phase, {}))
 
 
-def _name(scene: Scene) -> list[str]:
+def _name(scene: Scene) -> str:
     origin = scene.origin
     if "recipe" in origin:
-        return [called(str(origin["recipe"]), origin.get("parameters", {}))]
-    return [str(origin["file"])] if "file" in origin else []
+        return called(str(origin["recipe"]), origin.get("parameters", {}))
+    return str(origin.get("file", ""))
 
 
-def _around(scene: Scene) -> list[str]:
-    if scene.arena is None:
-        return ["without walls"]
-    return [f"in {scene.arena[0]:g} x {scene.arena[1]:g}"]
+def _around(scene: Scene) -> str:
+    return "without walls" if scene.arena is None else f"in {scene.arena[0]:g} x {scene.arena[1]:g}"
 
 
 def _commands(scene: Scene) -> str:

@@ -175,17 +175,12 @@ def _style(roles: Iterable[str]) -> str:
         ".number text{paint-order:stroke;stroke-width:3}",
         ".disc{stroke-width:1}.arena{fill:none;stroke-width:1.5}.velocity{fill:none;stroke-width:1.2}",
     ]
-    for role in roles:
-        look = LOOKS[role]
+    for name, look in [*((role, LOOKS[role]) for role in roles), ("next", NEXT)]:
         dashes = f";stroke-dasharray:{' '.join(map(_n, look.dashes))}" if look.dashes else ""
         rules.append(
-            f".{role}{{fill:{look.colour};fill-opacity:{_n(look.filled)};stroke:{look.colour};"
+            f".{name}{{fill:{look.colour};fill-opacity:{_n(look.filled)};stroke:{look.colour};"
             f"stroke-width:{_n(look.width)}{dashes}}}"
         )
-    rules.append(
-        f".next{{fill:{NEXT.colour};fill-opacity:{_n(NEXT.filled)};stroke:{NEXT.colour};"
-        f"stroke-width:{_n(NEXT.width)}}}"
-    )
     dark = "".join(_paper(DARK))
     return "".join([*rules, *_paper(LIGHT), f"@media(prefers-color-scheme:dark){{{dark}}}"])
 
