@@ -219,7 +219,7 @@ def _settings(simulation: Simulation, broad: bool, narrow: bool, until: float | 
     if broad:
         options[simulation.broad_phase] = dict(simulation.options)
     if narrow:
-        options |= runner.narrow_phases(simulation)
+        options |= {name: dict(own) for name, own in simulation.composition.narrow_phases.items()}
     return Settings(
         simulation.broad_phase if broad else settings.broad_phase,
         simulation.narrow_phases if narrow else settings.narrow_phases,

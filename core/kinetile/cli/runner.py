@@ -232,17 +232,12 @@ class Checkpoint:
 # The result
 
 
-def narrow_phases(simulation: Simulation) -> dict[str, dict[str, Any]]:
-    """Returns the narrow phases of a simulation with their options."""
-    return {name: dict(options) for name, options in simulation.composition.narrow_phases.items()}
-
-
 def phases_of(simulation: Simulation) -> dict[str, Any]:
     """Returns the phases of a simulation with their options, in plain types."""
     return {
         "broad_phase": simulation.broad_phase,
         "options": dict(simulation.options),
-        "narrow_phases": narrow_phases(simulation),
+        "narrow_phases": dict(simulation.composition.narrow_phases),
     }
 
 
