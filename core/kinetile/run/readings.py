@@ -12,7 +12,8 @@ from kinetile.plugin.choices import called
 from kinetile.run.compose import Commands, Composition
 from kinetile.run.engine.bounds import Bounds, squares_of_bodies
 from kinetile.run.engine.engine import Engine
-from kinetile.scene import Insert, Remove, Scene, Turn
+from kinetile.scene import Scene
+from kinetile.scene.commands import counted
 
 
 @dataclass(frozen=True)
@@ -231,7 +232,7 @@ def _of_commands(scene: Scene, composition: Composition, commands: Commands) -> 
     if not commands:
         yield False, "commands (turns, insertions, removals): the scene has none"
         return
-    yield True, f"commands: {_counted(scene)} in the scene, and those given by hand"
+    yield True, f"commands: {counted(scene.commands)} in the scene, and those given by hand"
     if commands == Commands.ALL and not composition.living:
         yield False, "taking bodies in and letting them go: for each the broad phase is built anew"
 
@@ -250,9 +251,3 @@ def explanation_lines(found: Mapping[str, Any]) -> list[str]:
         else:
             lines += [f"  - {sentence}" for sentence in content]
     return lines
-
-
-def _counted(scene: Scene) -> str:
-    """Returns how many commands of each kind there are."""
-    kinds = (("turns", Turn), ("insertions", Insert), ("removals", Remove))
-    return ", ".join(f"{sum(isinstance(c, kind) for c in scene.commands)} {name}" for name, kind in kinds)

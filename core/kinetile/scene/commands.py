@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 import operator
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
@@ -88,6 +89,14 @@ def numbered(commands: Iterable[Any], bodies: int, kind: str | int | None = None
                 command, free = command._replace(body=free), free + 1
         kept.append(command)
     return kept
+
+
+def counted(commands: Iterable[Command]) -> str:
+    """Returns how many commands of each kind there are, in words; "none" if there are none."""
+    words = {Turn: "turn", Insert: "insertion", Remove: "removal"}
+    counts = Counter(words[type(command)] for command in commands)
+    found = ((word, counts[word]) for word in words.values() if counts[word])
+    return ", ".join(f"{count:,} {word}{'s' * (count > 1)}" for word, count in found) or "none"
 
 
 def kinds_of_inserted(commands: Iterable[Any]) -> list[tuple[str, Any]]:

@@ -22,7 +22,8 @@ from kinetile.errors import BusyError
 from kinetile.plugin.choices import called
 from kinetile.run.readings import Readings, reading_lines
 from kinetile.run.simulation import Simulation
-from kinetile.scene import Insert, Remove, Scene
+from kinetile.scene import Scene
+from kinetile.scene.commands import counted
 from kinetile.show.picture import Picture, picture_of_scene, take_picture
 from kinetile.show.svg import as_svg as picture_as_svg
 
@@ -59,7 +60,7 @@ def as_html(thing: Thing) -> str:
             return facts("Readings", reading_lines(thing.as_dict()))
         seen = _seen(thing)
         if isinstance(thing, Scene):
-            parts = [facts(f"Scene of {_counted(len(thing), 'body', 'bodies')}", _scene_lines(thing))]
+            parts = [facts(f"Scene of {_bodies(len(thing))}", _scene_lines(thing))]
         else:
             parts = [facts("Simulation", _simulation_lines(thing))]
         if seen.picture is not None:
@@ -134,7 +135,7 @@ def _scene_lines(scene: Scene) -> Iterator[tuple[str, str]]:
         moved = scene.mass[scene.mass < math.inf]
         still = len(scene) - len(moved)
         masses = [_range(moved.min(), moved.max())] if len(moved) else []
-        masses += [f"{_counted(still, 'body', 'bodies')} that nothing can move"] if still else []
+        masses += [f"{_bodies(still)} that nothing can move"] if still else []
         yield "masses", "; ".join(masses)
         speed = (scene.velocity**2).sum(axis=1) ** 0.5
         yield "speeds", _range(speed.min(), speed.max())
@@ -144,7 +145,7 @@ def _scene_lines(scene: Scene) -> Iterator[tuple[str, str]]:
         rules = ((a, b, called(each.name, each.options)) for (a, b), each in scene.responses)
         yield "responses", "; ".join(f"{a} and {b}: {response}" for a, b, response in rules)
     if scene.commands:
-        yield "commands", _commands(scene)
+        yield "commands", counted(scene.commands)
     settings = scene.settings
     yield "time", f"from {scene.start:.6g}" + ("" if settings.until is None else f" to {settings.until:.6g}")
     if settings.broad_phase is not None:
@@ -162,16 +163,8 @@ def _around(scene: Scene) -> str:
     return "without walls" if scene.arena is None else f"in {scene.arena[0]:g} x {scene.arena[1]:g}"
 
 
-def _commands(scene: Scene) -> str:
-    counts = Counter(type(command) for command in scene.commands)
-    come, go = counts.pop(Insert, 0), counts.pop(Remove, 0)
-    parts = [(sum(counts.values()), "turn", "turns"), (come, "insertion", "insertions")]
-    parts += [(go, "removal", "removals")]
-    return ", ".join(_counted(count, one, many) for count, one, many in parts if count)
-
-
-def _counted(count: int, one: str, many: str) -> str:
-    return f"{count:,} {one if count == 1 else many}"
+def _bodies(count: int) -> str:
+    return f"{count:,} {'body' if count == 1 else 'bodies'}"
 
 
 def _range(low: float, high: float) -> str:
