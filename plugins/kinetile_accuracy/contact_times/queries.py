@@ -121,34 +121,10 @@ def query_claims(rows: list[QueryRow]) -> tuple[Claim, ...]:
 
 
 def query_findings(rows: list[QueryRow]) -> tuple[str, ...]:
-    """Returns what the rows of all families and forms show, in sentences."""
+    """Returns what the rows of all families and forms show beside the claims, in sentences."""
     ours = [row for row in rows if row.form == KERNEL]
     others = [row for row in rows if row.form != KERNEL]
-    return (_exact(ours), _depths(ours), *_textbook(others), _cost(ours, others))
-
-
-def _exact(ours: list[QueryRow]) -> str:
-    wrong = [row for row in ours if row.wrong]
-    if wrong:
-        where = "; ".join(
-            f"{row.family}: {row.wrong:,} of {row.queries:,}, {row.missed:,} of them missed and "
-            f"{row.false:,} invented"
-            for row in wrong
-        )
-        return f"The kernel's answer is not the exact one ({where})."
-    return (
-        f"The kernel's answer is the exact one in each of {sum(row.queries for row in ours):,} queries, "
-        f"{len(ours)} families: the exact tick, nothing missed, nothing invented."
-    )
-
-
-def _depths(ours: list[QueryRow]) -> str:
-    most = max(ours, key=lambda row: row.depth_rho)
-    return (
-        "Up to the exact tick no contact adds to an overlap. Anchoring the discs there does, since places "
-        f"are doubles: by at most {number(most.depth_rho)} rho ({most.family}), rho = 16 × 2^-53 × the "
-        f"largest coordinate, which {'bounds' if most.depth_rho <= 1.0 else 'DOES NOT bound'} it."
-    )
+    return (*_textbook(others), _cost(ours, others))
 
 
 def _textbook(others: list[QueryRow]) -> list[str]:

@@ -35,7 +35,6 @@ from kinetile_accuracy.sections import (
     Section,
     Table,
     grouped,
-    listed,
     number,
 )
 
@@ -270,7 +269,7 @@ def measure(budget: Budget, progress: ReportProgress) -> Section:
             "contact was missed, or the run would have stopped. Below: the same scene with other clocks, and "
             "on the way back."
         ),
-        findings=tuple(_findings(drift, clock, back)),
+        findings=tuple(_findings(drift, back)),
         tables=(
             Table("drift", "The readings after so many contacts.", tuple(drift)),
             Table("clocks", "The same scene with clocks that begin late.", tuple(clock)),
@@ -324,25 +323,15 @@ def _walk(contacts: int) -> float:
     return 2.0**-53 * math.sqrt(contacts)
 
 
-def _findings(drift: list[Drift], clock: list[LateClock], back: list[ReversedRun]) -> list[str]:
+def _findings(drift: list[Drift], back: list[ReversedRun]) -> list[str]:
     last = drift[-1]
     middle = drift[len(drift) // 2]
     growth = last.deepest_overlap / middle.deepest_overlap if middle.deepest_overlap else 1.0
     found = [
-        f"After {last.contacts:,} contacts the energy has changed by {number(last.energy)} of itself, and "
-        f"the momentum that contacts of two discs left over is {number(last.momentum)}.",
         f"The deepest overlap at any contact is {number(last.deepest_overlap)} radii, {growth:.1f} times "
         f"that of the first {middle.contacts:,}; half of all contacts are within {number(last.gap_median)} R "
         f"of the exact distance, 99 % within {number(last.gap_p99)}.",
     ]
-    if all(row.same for row in clock):
-        starts = listed([f"2^{math.log2(row.start):.0f}" for row in clock if row.start])
-        found.append(
-            f"With the clock at {starts} the {clock[0].contacts:,} contacts are the same to the last bit."
-        )
-    else:
-        wrong = listed([number(row.start) for row in clock if not row.same])
-        found.append(f"With the clock at {wrong} the contacts are others: that must not be.")
     for density, rows in grouped(back, "density").items():
         lost = next((row for row in rows if row.error > 1.0), None)
         if lost is not None:

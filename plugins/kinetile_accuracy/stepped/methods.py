@@ -47,8 +47,7 @@ Kind = Literal["kinetic", "snapshots", "engine"]
 _NEVER = np.iinfo(np.int64).max
 
 
-@dataclass(frozen=True)
-class Missed:
+class Missed(NamedTuple):
     """How many first encounters there are, and how many of them a method misses.
 
     Attributes:
@@ -62,24 +61,6 @@ class Missed:
     missed: int
     passed: int
     unseen: int
-
-    @property
-    def share(self) -> float:
-        """The share that is missed; NaN without encounters."""
-        return self.missed / self.encounters if self.encounters else math.nan
-
-    @property
-    def error(self) -> float:
-        """The standard error of the share, encounters taken as independent."""
-        return math.sqrt(self.share * (1.0 - self.share) / self.encounters) if self.encounters else math.nan
-
-    def __add__(self, other: Missed) -> Missed:
-        return Missed(
-            self.encounters + other.encounters,
-            self.missed + other.missed,
-            self.passed + other.passed,
-            self.unseen + other.unseen,
-        )
 
 
 def first_encounters(contacts: npt.NDArray[np.void], bodies: int) -> npt.NDArray[np.int64]:
@@ -287,11 +268,11 @@ def reference_runs(bodies: int, density: float, encounters: int) -> list[Referen
 
 def _missed(method: Method, known: Sequence[ReferenceRun]) -> Missed:
     """Returns how many first encounters a method misses."""
-    total = Missed(0, 0, 0, 0)
+    counts = []
     for scene, pairs, last in known:
         run = method.observe(scene, last + 2.0 * (method.dt or 0.0), "contacts")
-        total += missed_of(pairs, len(scene), run.contacts, run.order, run.overlaps)
-    return total
+        counts.append(missed_of(pairs, len(scene), run.contacts, run.order, run.overlaps))
+    return Missed(*map(sum, zip(*counts, strict=True)))
 
 
 def _costs(methods: Sequence[Method], scene: kt.Scene) -> list[float]:
@@ -329,6 +310,7 @@ def _row(
 ) -> SpeedError:
     deepest = [observe.deepest for observe in observed]
     events = [observe.events for observe in observed if observe.events is not None]
+    share = missed.missed / missed.encounters
     medians = [observe.depth_median for observe in observed if observe.depth_median is not None]
     return SpeedError(
         bodies=bodies,
@@ -346,10 +328,7 @@ def _row(
         energy_drift=max(observe.energy_drift for observe in observed),
         contacts=statistics.mean(float((observe.contacts["b"] >= 0).sum()) for observe in observed) / UNTIL,
         events=statistics.mean(events) / UNTIL if events else None,
-        encounters=missed.encounters,
-        missed=missed.missed,
-        passed=missed.passed,
-        unseen=missed.unseen,
-        missed_share=missed.share,
-        missed_error=missed.error,
+        **missed._asdict(),
+        missed_share=share,
+        missed_error=math.sqrt(share * (1.0 - share) / missed.encounters),
     )
