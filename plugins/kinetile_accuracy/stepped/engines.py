@@ -30,6 +30,7 @@ from kinetile_accuracy.stepped.snapshots import (
     STEPPED,
     SteppedRun,
     deepest_overlap,
+    energy_drift,
     kinetic_energy,
     steps_until,
 )
@@ -105,10 +106,9 @@ def run_engine(
     else:
         overlaps, deepest = _watch(world, scene, steps, met, watched == "depths")
     cpu_seconds = time.thread_time() - began
-    velocity = world.velocities()
-    before = kinetic_energy(scene.mass, scene.velocity)
-    drift = abs(kinetic_energy(scene.mass, velocity) - before) / before if before > 0.0 else 0.0
-    return SteppedRun(dt, steps, world.positions(), velocity, overlaps, deepest, drift, cpu_seconds)
+    position, velocity = world.positions(), world.velocities()
+    drift = energy_drift(scene, velocity)
+    return SteppedRun(dt, steps, position, velocity, overlaps, deepest, drift, cpu_seconds)
 
 
 def engine_module(name: EngineName) -> Any:

@@ -69,11 +69,20 @@ def first_encounters(contacts: npt.NDArray[np.void], bodies: int) -> npt.NDArray
     ``contacts`` has fields ``a`` and ``b`` (negative for walls), and is in the order of time; ``bodies`` is
     how many there are.
     """
-    first = _first(np.arange(len(contacts)), contacts, bodies)
-    number = np.arange(len(contacts))
-    pairs = contacts["b"] >= 0
-    other = np.where(pairs, contacts["b"], contacts["a"])
-    return np.flatnonzero(pairs & (first[contacts["a"]] == number) & (first[other] == number))
+    return np.flatnonzero(_first_of_both(contacts, bodies, np.arange(len(contacts))))
+
+
+def _first_of_both(
+    contacts: npt.NDArray[np.void], bodies: int, step: npt.NDArray[np.int64]
+) -> npt.NDArray[np.bool_]:
+    """Returns which contacts are of two discs, and at the step of the first contact of either."""
+    discs = contacts["b"] >= 0
+    other = np.where(discs, contacts["b"], contacts["a"])
+    first = np.full(bodies, _NEVER)
+    for body in (contacts["a"], other):
+        np.minimum.at(first, body, step)
+    both: npt.NDArray[np.bool_] = discs & (first[contacts["a"]] == step) & (first[other] == step)
+    return both
 
 
 def missed_of(
@@ -106,24 +115,10 @@ def found(
     ``contacts`` has fields ``a`` and ``b``. Where ``step`` says at which snapshot each was found, only those
     contacts count that are the first of both discs.
     """
-    discs = contacts["b"] >= 0
-    a, b = contacts["a"][discs].astype(np.int64), contacts["b"][discs].astype(np.int64)
-    if step is not None:
-        first = _first(step, contacts, bodies)
-        when = step[discs]
-        as_first = (first[a] == when) & (first[b] == when)
-        a, b = a[as_first], b[as_first]
+    counted = contacts[contacts["b"] >= 0 if step is None else _first_of_both(contacts, bodies, step)]
+    a, b = counted["a"].astype(np.int64), counted["b"].astype(np.int64)
     wanted = np.sort(np.asarray(pairs, dtype=np.int64).reshape(-1, 2), axis=1)
     return np.isin(wanted[:, 0] * bodies + wanted[:, 1], np.minimum(a, b) * bodies + np.maximum(a, b))
-
-
-def _first(step: npt.NDArray[np.int64], contacts: npt.NDArray[np.void], bodies: int) -> npt.NDArray[np.int64]:
-    """Returns at which step each body has its first contact."""
-    first = np.full(bodies, _NEVER)
-    np.minimum.at(first, contacts["a"], step)
-    discs = contacts["b"] >= 0
-    np.minimum.at(first, contacts["b"][discs], step[discs])
-    return first
 
 
 @dataclass(frozen=True)
@@ -197,16 +192,13 @@ class Method:
         """Returns what the method finds until a time."""
         if self.kind != "kinetic":
             run = self._stepped(scene, until, watched)
-            contacts, order = run.contacts, run.contacts["step"]
-            return Observation(
-                contacts, order, run.overlaps, run.deepest, run.median_depth, run.energy_drift, None
-            )
+            found = run.deepest, run.median_depth, run.energy_drift, None
+            return Observation(run.contacts, run.contacts["step"], run.overlaps, *found)
         simulation = kt.Simulation(scene, self.name)
         simulation.run(until)
-        contacts, readings = simulation.contacts, simulation.readings
+        contacts, now = simulation.contacts, simulation.readings
         order = np.arange(len(contacts))
-        found = readings.deepest_overlap, None, readings.energy_drift, readings.events
-        return Observation(contacts, order, contacts, *found)
+        return Observation(contacts, order, contacts, now.deepest_overlap, None, now.energy_drift, now.events)
 
     def _stepped(self, scene: kt.Scene, until: float, watched: Watched) -> SteppedRun:
         name: Any = self.name

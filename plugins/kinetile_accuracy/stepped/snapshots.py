@@ -312,8 +312,6 @@ def run_snapshots(
     velocity = np.column_stack([bodies.vx, bodies.vy])[order]
     overlaps = np.array(bodies.log[:room])
     depths = overlaps["depth"][overlaps["b"] >= 0]
-    before = kinetic_energy(scene.mass, scene.velocity)
-    after = kinetic_energy(scene.mass, velocity)
     return SteppedRun(
         dt=dt,
         steps=steps,
@@ -321,7 +319,7 @@ def run_snapshots(
         velocity=velocity,
         overlaps=overlaps,
         deepest=float(depths.max(initial=0.0)),
-        energy_drift=abs(after - before) / before if before > 0.0 else 0.0,
+        energy_drift=energy_drift(scene, velocity),
         cpu_seconds=cpu_seconds,
     )
 
@@ -342,6 +340,12 @@ def steps_until(scene: Scene, dt: float, until: float) -> int:
 def kinetic_energy(mass: Floats, velocity: Floats) -> float:
     """Returns the kinetic energy of bodies, summed exactly; ``mass`` is (n,), ``velocity`` (n, 2)."""
     return 0.5 * math.fsum(np.asarray(mass * (velocity[:, 0] ** 2 + velocity[:, 1] ** 2)))
+
+
+def energy_drift(scene: Scene, velocity: Floats) -> float:
+    """Returns the relative change of a scene's kinetic energy with these velocities; 0 where it has none."""
+    before = kinetic_energy(scene.mass, scene.velocity)
+    return abs(kinetic_energy(scene.mass, velocity) - before) / before if before > 0.0 else 0.0
 
 
 def deepest_overlap(position: Floats, radius: Floats) -> float:
