@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
+from dataclasses import fields
 
 import pytest
 
@@ -61,15 +61,11 @@ def test_rows_are_flat(section: Section) -> None:
 
 
 @pytest.mark.compiled
-def test_findings_say_what_was_found_whichever_way_it_went(section: Section) -> None:
-    rows, growth = rows_of(section), list(section.tables[1].rows)
-    assert "the requirement holds in all 3 runs" in section.findings[0]
-    short = [replace(rows[0], contacts_per_disc=39.9, holds=False), *rows[1:]]
-    said = horizon._findings(short, growth)
-    assert "the requirement fails in 1 of 3 runs (39.9 at density 0.5, seed 0)" in said[0]
-    assert "about all that chaos allows" in section.findings[2]
-    worse = [replace(row, collisions_per_disc=row.twin_collisions_per_disc / 2) for row in rows]
-    assert "50% of what chaos allows" in horizon._findings(worse, growth)[2]
+def test_findings_and_claims_say_how_long_runs_agree(section: Section) -> None:
+    whole, discs, _ = section.findings
+    assert "(40 required) at density 0.5" in whole
+    assert "(their twins " in discs
+    assert [claim.holds for claim in section.claims] == [True, True]
 
 
 @pytest.mark.compiled
@@ -84,9 +80,6 @@ def test_twins_do_not_depend_on_how_far_the_run_agrees(
     assert short.twin_contacts_per_disc == whole.twin_contacts_per_disc
     assert short.twin_collisions_per_disc == whole.twin_collisions_per_disc
     assert short.collisions_per_disc < 0.1 * short.twin_collisions_per_disc
-    share = short.collisions_per_disc / short.twin_collisions_per_disc
-    growth = list(section.tables[1].rows)
-    assert f"The runs agree for {share:.0%} of what chaos allows" in horizon._findings([short], growth)[2]
 
 
 def test_a_twin_that_never_departs_is_left_in_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -125,6 +118,6 @@ def test_the_picture_is_drawn(section: Section) -> None:
 
 def test_growth_of_one_density() -> None:
     growth = [ErrorGrowth(0.5, 2.0 + 4.0 * k, 10, 2.0 ** (4 * k), 2.0 ** (4 * k + 3)) for k in range(10)]
-    said = horizon._growing(growth)
+    said = horizon.findings([], growth)[-1]
     assert "by at most 8 ticks, by 1 in the median" in said
     assert "1.0 bits at density 0.5" in said

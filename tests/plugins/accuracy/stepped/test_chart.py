@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import re
 import sys
 from dataclasses import replace
@@ -17,7 +16,16 @@ import pytest
 
 import kinetile as kt
 from kinetile_accuracy.stepped import chart as speed_error
-from kinetile_accuracy.stepped.chart import EFFORTS, FINDERS, Effort, crossing, described, findings, measure
+from kinetile_accuracy.stepped.chart import (
+    EFFORTS,
+    FINDERS,
+    Effort,
+    claims,
+    crossing,
+    described,
+    findings,
+    measure,
+)
 from kinetile_accuracy.stepped.chart import KINETIC as KINETIC_NAMES
 from kinetile_accuracy.stepped.engines import ENGINES
 from kinetile_accuracy.stepped.methods import (
@@ -109,46 +117,59 @@ def test_three_ways_to_miss() -> None:
     pairs = np.array([(0, 1), (2, 3), (4, 5), (6, 7)])
     missed = missed_of(pairs, 8, acted, acted["step"], seen)
     assert missed == Missed(encounters=4, missed=3, passed=2, unseen=1)
-    assert missed.share == 0.75
-    assert (missed + missed).encounters == 8
-    assert math.isnan(Missed(0, 0, 0, 0).share)
 
 
 def test_where_two_methods_cost_the_same() -> None:
     at = crossing(CURVE, 1e-3)
     assert at is not None
+    assert at.cost == 1e-3
     assert at.dt == pytest.approx(10**-3.5)  # 1e-3 is half way from 5e-4 to 2e-3, by logarithms
     assert at.deepest == pytest.approx(10**-1.5)
     assert at.missed_share == pytest.approx(0.005)
-    assert crossing(CURVE, 5e-4) == pytest.approx((1e-3, 0.1, 0.01))
+    at = crossing(CURVE, 5e-4)
+    assert at is not None
+    assert (at.dt, at.deepest, at.missed_share) == pytest.approx((1e-3, 0.1, 0.01))
     assert crossing(CURVE, 1.0) is None
     assert crossing(CURVE, 1e-6) is None
     assert crossing(CURVE[:1], 1e-4) is None
 
 
+SLOW = tuple(row("box2d-bullets", dt, cost=cost, deepest=0.01) for dt, cost in ((1e-2, 5e-3), (1e-3, 9e-3)))
+
+
 def test_the_sentences_say_what_the_rows_say() -> None:
-    first, of_sweep, last = findings([*KINETIC, *CURVE])
-    assert "naive, sap-1d, sweep-tiling" in first
-    assert "none of the first encounters is missed" in first
-    assert "0.1 times as long as sweep-tiling, with overlaps up to 1 radii and 10.0% of first" in of_sweep
-    assert "it takes as long at dt = 3.2e-4, with overlaps up to 0.032 radii and 0.50% of first" in of_sweep
-    assert "2 times, with overlaps up to 0.01 radii and no first encounters missed" in of_sweep
-    assert "2 are as fast as sweep-tiling" in last
-    assert "none overlap as little" in last
-    assert "and none are both. Of those as fast, none have every first encounter" in last
+    (of_sweep,) = findings([*KINETIC, *CURVE])
+    assert "takes 0.1 times as long at dt = 0.01, with overlaps up to 1 radii and 10.0% of first" in of_sweep
+    assert "; 1 times as long at dt = 3.2e-4, with overlaps up to 0.032 radii and 0.50% of first" in of_sweep
+    assert "; 2 times as long at dt = 1e-4, with overlaps up to 0.01 radii and no first enc" in of_sweep
+    (of_engine,) = findings([*KINETIC, *SLOW])
+    assert "Box2D 2.3 with bullets takes 5 times as long" in of_engine
+    assert "1 times as long" not in of_engine, "it never costs as little"
 
 
-def test_the_sentences_turn_round_with_the_rows() -> None:
-    slower = [row("box2d-bullets", dt, cost=cost, deepest=0.01) for dt, cost in ((1e-2, 5e-3), (1e-3, 9e-3))]
-    said = findings([*KINETIC, *slower])
-    assert "Box2D 2.3 with bullets takes 5 times as long" in said[1]
-    assert "it takes as long" not in said[1]
-    assert "none are as fast as sweep-tiling" in said[-1]
-    truer = row("cells", 1e-3, cost=5e-4, deepest=1e-16)
-    assert "and 1 are both. Of those as fast, 1 have every" in findings([*KINETIC, truer])[-1]
-    lossy = replace(KINETIC[2], missed=7, missed_share=7 / 2000, deepest_high=0.2)
-    said = findings([*KINETIC[:2], lossy])
-    assert "the deepest overlap is 0.2 radii; up to 7 first encounters are missed" in said[0]
+@pytest.mark.parametrize(
+    ("rows", "measured", "hold"),
+    [
+        (CURVE, "of 3 measurements 2 are as fast, 0 as true, 0 both", (True, True, True)),
+        (SLOW, "of 2 measurements 0 are as fast, 0 as true, 0 both", (True, True, True)),
+        (
+            (row("cells", 1e-3, cost=5e-4, deepest=1e-16),),
+            "of 1 measurements 1 are as fast, 1 as true, 1 both",
+            (True, True, False),
+        ),
+        (
+            (replace(KINETIC[2], missed=7, deepest_high=0.2),),
+            "of 0 measurements 0 are as fast, 0 as true, 0 both",
+            (False, False, True),
+        ),
+    ],
+)
+def test_claims_hold_or_not_as_the_rows_say(
+    rows: tuple[SpeedError, ...], measured: str, hold: tuple[bool, ...]
+) -> None:
+    found = claims([*KINETIC, *rows])
+    assert tuple(claim.holds for claim in found) == hold
+    assert found[-1].measured == measured
 
 
 @pytest.mark.compiled
