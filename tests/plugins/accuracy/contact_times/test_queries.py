@@ -175,13 +175,6 @@ def test_rows_count_deviations() -> None:
     assert (row.ns_median, row.batches) == (2.0, 3)
 
 
-def test_simultaneous_contacts_get_one_tick_from_the_kernel() -> None:
-    for name in ("simultaneous, copies", "simultaneous, different"):
-        groups = by(KERNEL)(family(name).draw(COUNT)).reshape(-1, 8)
-        assert (groups != NEVER).all()
-        assert (groups == groups[:, :1]).all()
-
-
 def test_a_form_that_reports_a_fault_is_not_believed() -> None:
     inside = Queries(
         np.array([[[0.0, 0.0], [0.5, 0.0]]]),
