@@ -163,6 +163,20 @@ def _cells(s: Bodies, step: int, parting: bool, width: float, columns: int, rows
         s.head[row * columns + column] = i
 
 
+@hook
+def _reflect(s: Bodies, i: int, step: int, place: Any, speed: Any, side: float, low: int, high: int) -> None:
+    """Puts a row that went through a wall of an axis back to where the reflection has it."""
+    radius = s.radius[i]
+    if place[i] < radius and speed[i] < 0.0:
+        _write(s, step, s.body[i], low, True, 1.0 - place[i] / radius)
+        place[i] = 2.0 * radius - place[i]
+        speed[i] = -speed[i]
+    elif place[i] > side - radius and speed[i] > 0.0:
+        _write(s, step, s.body[i], high, True, 1.0 - (side - place[i]) / radius)
+        place[i] = 2.0 * (side - radius) - place[i]
+        speed[i] = -speed[i]
+
+
 find: Callable[..., None] = to_be_filled_in
 WALLED = True
 
@@ -185,23 +199,8 @@ def _run(
             s.y[i] += s.vy[i] * dt
         if WALLED:
             for i in range(len(s.x)):
-                radius = s.radius[i]
-                if s.x[i] < radius and s.vx[i] < 0.0:
-                    _write(s, step, s.body[i], LEFT, True, 1.0 - s.x[i] / radius)
-                    s.x[i] = 2.0 * radius - s.x[i]
-                    s.vx[i] = -s.vx[i]
-                elif s.x[i] > sides[0] - radius and s.vx[i] > 0.0:
-                    _write(s, step, s.body[i], RIGHT, True, 1.0 - (sides[0] - s.x[i]) / radius)
-                    s.x[i] = 2.0 * (sides[0] - radius) - s.x[i]
-                    s.vx[i] = -s.vx[i]
-                if s.y[i] < radius and s.vy[i] < 0.0:
-                    _write(s, step, s.body[i], BOTTOM, True, 1.0 - s.y[i] / radius)
-                    s.y[i] = 2.0 * radius - s.y[i]
-                    s.vy[i] = -s.vy[i]
-                elif s.y[i] > sides[1] - radius and s.vy[i] > 0.0:
-                    _write(s, step, s.body[i], TOP, True, 1.0 - (sides[1] - s.y[i]) / radius)
-                    s.y[i] = 2.0 * (sides[1] - radius) - s.y[i]
-                    s.vy[i] = -s.vy[i]
+                _reflect(s, i, step, s.x, s.vx, sides[0], LEFT, RIGHT)
+                _reflect(s, i, step, s.y, s.vy, sides[1], BOTTOM, TOP)
         for i in range(len(s.x)):
             s.left[i] = s.x[i] - s.radius[i]
         find(s, step, parting, cell, columns, rows)
