@@ -30,7 +30,7 @@ import numpy.typing as npt
 import kinetile as kt
 from kinetile_accuracy.sections import Column
 from kinetile_accuracy.stepped.engines import Watched, run_engine
-from kinetile_accuracy.stepped.snapshots import SteppedRun, run_snapshots
+from kinetile_accuracy.stepped.snapshots import STEPPED, SteppedRun, run_snapshots
 
 UNTIL = 1.0
 """The simulated time over which costs and overlaps are measured."""
@@ -85,38 +85,26 @@ def _first_of_both(
     return both
 
 
-def missed_of(
-    pairs: npt.NDArray[np.integer[Any]],
-    bodies: int,
-    contacts: npt.NDArray[np.void],
-    step: npt.NDArray[np.int64],
-    overlaps: npt.NDArray[np.void],
-) -> Missed:
-    """Returns how many of the first encounters ``pairs``, (k, 2), a method misses.
-
-    ``contacts`` are those that it acts on, each found at ``step``; ``overlaps`` all that it sees.
-    """
-    return Missed(
-        encounters=len(pairs),
-        missed=int((~found(pairs, contacts, bodies, step)).sum()),
-        passed=int((~found(pairs, contacts, bodies)).sum()),
-        unseen=int((~found(pairs, overlaps, bodies)).sum()),
+def missed_of(pairs: npt.NDArray[np.integer[Any]], bodies: int, overlaps: npt.NDArray[np.void]) -> Missed:
+    """Returns how many of the first encounters ``pairs``, (k, 2), a run with these overlaps misses."""
+    contacts = overlaps[overlaps["acted"]]
+    there = (
+        found(pairs, contacts, bodies, first=True),
+        found(pairs, contacts, bodies),
+        found(pairs, overlaps, bodies),
     )
+    return Missed(len(pairs), *(len(pairs) - int(each.sum()) for each in there))
 
 
 def found(
-    pairs: npt.NDArray[np.integer[Any]],
-    contacts: npt.NDArray[np.void],
-    bodies: int,
-    step: npt.NDArray[np.int64] | None = None,
+    pairs: npt.NDArray[np.integer[Any]], contacts: npt.NDArray[np.void], bodies: int, *, first: bool = False
 ) -> npt.NDArray[np.bool_]:
-    """Returns which of the ``pairs``, (k, 2), are among the contacts, (k,).
+    """Returns which of the ``pairs``, (k, 2), are among the contacts (dtype STEPPED), (k,).
 
-    ``contacts`` has fields ``a`` and ``b``. Where ``step`` says at which snapshot each was found, only those
-    contacts count that are the first of both discs.
+    With ``first``, only those contacts count that are the first of both discs.
     """
-    counted = contacts[contacts["b"] >= 0 if step is None else _first_of_both(contacts, bodies, step)]
-    a, b = counted["a"].astype(np.int64), counted["b"].astype(np.int64)
+    discs = _first_of_both(contacts, bodies, contacts["step"]) if first else contacts["b"] >= 0
+    a, b = contacts["a"][discs].astype(np.int64), contacts["b"][discs].astype(np.int64)
     wanted = np.sort(np.asarray(pairs, dtype=np.int64).reshape(-1, 2), axis=1)
     return np.isin(wanted[:, 0] * bodies + wanted[:, 1], np.minimum(a, b) * bodies + np.maximum(a, b))
 
@@ -158,19 +146,6 @@ class ReferenceRun(NamedTuple):
     last: float
 
 
-class Observation(NamedTuple):
-    """What a run found: contacts, with the snapshot of each, or its place in the order; all overlaps; and
-    readings."""
-
-    contacts: npt.NDArray[np.void]
-    order: npt.NDArray[np.int64]
-    overlaps: npt.NDArray[np.void]
-    deepest: float
-    depth_median: float | None
-    energy_drift: float
-    events: int | None
-
-
 @dataclass(frozen=True)
 class Method:
     """A way to simulate: a broad phase, snapshots, or an engine; the latter two with a step ``dt``."""
@@ -179,32 +154,37 @@ class Method:
     name: str
     dt: float | None = None
 
-    def cost(self, scene: kt.Scene) -> float:
-        """Returns the CPU seconds of a unit of simulated time."""
-        if self.kind != "kinetic":
-            return self._stepped(scene, scene.start + UNTIL, "not").cpu_seconds / UNTIL
-        simulation = kt.Simulation(scene, self.name, keep_contacts=False)
-        simulation.compile()
-        simulation.run(scene.start + UNTIL)
-        return simulation.readings.cpu_seconds / UNTIL
-
-    def observe(self, scene: kt.Scene, until: float, watched: Watched = "depths") -> Observation:
-        """Returns what the method finds until a time."""
-        if self.kind != "kinetic":
-            run = self._stepped(scene, until, watched)
-            found = run.deepest, run.median_depth, run.energy_drift, None
-            return Observation(run.contacts, run.contacts["step"], run.overlaps, *found)
-        simulation = kt.Simulation(scene, self.name)
-        simulation.run(until)
-        contacts, now = simulation.contacts, simulation.readings
-        order = np.arange(len(contacts))
-        return Observation(contacts, order, contacts, now.deepest_overlap, None, now.energy_drift, now.events)
-
-    def _stepped(self, scene: kt.Scene, until: float, watched: Watched) -> SteppedRun:
+    def run(self, scene: kt.Scene, until: float, watched: Watched) -> SteppedRun:
+        """Runs a scene to a time; the steps of a kinetic method are its events."""
         name: Any = self.name
         if self.kind == "engine":
             return run_engine(name, scene, self.dt or 0.0, until, watched=watched)
-        return run_snapshots(scene, self.dt or 0.0, until, finder=name, parting=watched != "not")
+        if self.kind == "snapshots":
+            return run_snapshots(scene, self.dt or 0.0, until, finder=name, parting=watched != "not")
+        simulation = kt.Simulation(scene, name, keep_contacts=watched != "not")
+        simulation.compile()
+        simulation.run(until)
+        overlaps = np.empty(0, STEPPED)
+        if watched != "not":
+            contacts = simulation.contacts
+            overlaps = np.zeros(len(contacts), STEPPED)
+            overlaps["step"], overlaps["acted"] = np.arange(len(contacts)), True
+            overlaps["a"], overlaps["b"] = contacts["a"], contacts["b"]
+        now = simulation.readings
+        return SteppedRun(
+            dt=0.0,
+            steps=now.events,
+            position=simulation.positions(),
+            velocity=simulation.velocities(),
+            overlaps=overlaps,
+            deepest=now.deepest_overlap,
+            energy_drift=now.energy_drift,
+            cpu_seconds=now.cpu_seconds,
+        )
+
+    def cost(self, scene: kt.Scene) -> float:
+        """Returns the CPU seconds of a unit of simulated time."""
+        return self.run(scene, scene.start + UNTIL, "not").cpu_seconds / UNTIL
 
 
 def measure_rows(
@@ -224,11 +204,11 @@ def measure_rows(
     scenes = [kt.make_scene("grid", bodies=bodies, density=density, seed=seed + 1) for seed in range(seeds)]
     total = seeds + len(methods)
     progress(0, total)
-    observed: list[list[Observation]] = [[] for _ in methods]
+    observed: list[list[SteppedRun]] = [[] for _ in methods]
     costs: list[list[float]] = [[] for _ in methods]
     for k, scene in enumerate(scenes):
         for found_by, method in zip(observed, methods, strict=True):
-            found_by.append(method.observe(scene, scene.start + UNTIL))
+            found_by.append(method.run(scene, scene.start + UNTIL, "depths"))
         for cost_of, cost in zip(costs, _costs(methods, scene), strict=True):
             cost_of.append(cost)
         progress(k + 1, total)
@@ -262,8 +242,8 @@ def _missed(method: Method, known: Sequence[ReferenceRun]) -> Missed:
     """Returns how many first encounters a method misses."""
     counts = []
     for scene, pairs, last in known:
-        run = method.observe(scene, last + 2.0 * (method.dt or 0.0), "contacts")
-        counts.append(missed_of(pairs, len(scene), run.contacts, run.order, run.overlaps))
+        run = method.run(scene, last + 2.0 * (method.dt or 0.0), "contacts")
+        counts.append(missed_of(pairs, len(scene), run.overlaps))
     return Missed(*map(sum, zip(*counts, strict=True)))
 
 
@@ -297,13 +277,12 @@ def _row(
     density: float,
     method: Method,
     costs: Sequence[float],
-    observed: Sequence[Observation],
+    observed: Sequence[SteppedRun],
     missed: Missed,
 ) -> SpeedError:
-    deepest = [observe.deepest for observe in observed]
-    events = [observe.events for observe in observed if observe.events is not None]
+    deepest = [run.deepest for run in observed]
     share = missed.missed / missed.encounters
-    medians = [observe.depth_median for observe in observed if observe.depth_median is not None]
+    kinetic = method.kind == "kinetic"
     return SpeedError(
         bodies=bodies,
         density=density,
@@ -316,10 +295,10 @@ def _row(
         deepest=statistics.median(deepest),
         deepest_low=min(deepest),
         deepest_high=max(deepest),
-        depth_median=statistics.median(medians) if medians else None,
-        energy_drift=max(observe.energy_drift for observe in observed),
-        contacts=statistics.mean(float((observe.contacts["b"] >= 0).sum()) for observe in observed) / UNTIL,
-        events=statistics.mean(events) / UNTIL if events else None,
+        depth_median=None if kinetic else statistics.median(run.median_depth for run in observed),
+        energy_drift=max(run.energy_drift for run in observed),
+        contacts=statistics.mean(float((run.contacts["b"] >= 0).sum()) for run in observed) / UNTIL,
+        events=statistics.mean(run.steps for run in observed) / UNTIL if kinetic else None,
         **missed._asdict(),
         missed_share=share,
         missed_error=math.sqrt(share * (1.0 - share) / missed.encounters),

@@ -103,19 +103,18 @@ def test_first_encounters_are_those_of_discs_that_touched_nothing() -> None:
 def test_an_encounter_is_found_as_the_first_contact_of_both() -> None:
     pairs = np.array([(0, 1), (2, 3), (4, 5)])
     late = contacts((7, 0, 1), (8, 3, 2), (9, 4, 5))
-    assert found(pairs, late, 6, late["step"]).all()
+    assert found(pairs, late, 6, first=True).all()
     instead = contacts((7, 0, 2), (8, 2, 3), (9, 4, -2), (9, 4, 5), (10, 0, 1))
     # 2 has met 0 before, and 0 has met 2; 4 is at a wall at the same snapshot, which has no order.
-    assert found(pairs, instead, 6, instead["step"]).tolist() == [False, False, True]
+    assert found(pairs, instead, 6, first=True).tolist() == [False, False, True]
     assert found(pairs, instead, 6).all()
 
 
 def test_three_ways_to_miss() -> None:
     seen = contacts((1, 0, 1), (2, 2, 4), (3, 2, 3), (4, 4, 5))
     seen["acted"][3] = False
-    acted = seen[seen["acted"]]
     pairs = np.array([(0, 1), (2, 3), (4, 5), (6, 7)])
-    missed = missed_of(pairs, 8, acted, acted["step"], seen)
+    missed = missed_of(pairs, 8, seen)
     assert missed == Missed(encounters=4, missed=3, passed=2, unseen=1)
 
 
@@ -295,12 +294,12 @@ def test_the_chart_of_readme_has_the_counts_that_there_are() -> None:
     assert said["encounters"] == sum(len(t.pairs) for t in reference_runs(bodies, density, effort.encounters))
     for phase, counts in said["kinetic"].items():
         found = [
-            Method("kinetic", phase).observe(
-                kt.make_scene("grid", bodies=bodies, density=density, seed=seed + 1), 1.0
+            Method("kinetic", phase).run(
+                kt.make_scene("grid", bodies=bodies, density=density, seed=seed + 1), 1.0, "contacts"
             )
             for seed in range(effort.seeds)
         ]
         contacts = [int((observed.contacts["b"] >= 0).sum()) for observed in found]
         assert counts["contacts"] == np.mean(contacts)
         # A tenth is less than the width of a mark; beyond, the phase has to be measured anew.
-        assert counts["events"] == pytest.approx(np.mean([each.events for each in found]), rel=0.1)
+        assert counts["events"] == pytest.approx(np.mean([each.steps for each in found]), rel=0.1)

@@ -169,9 +169,7 @@ def single_encounters(step: float, least: float = 0.0, pairs: int = 20_000) -> t
     scene = kt.Scene(position, velocity, 0.5)
     steps = math.ceil(2.0 / step + 3.0)
     run = run_snapshots(scene, 1.0, float(steps), parting=True)
-    missed = missed_of(
-        np.stack([k, k + pairs], axis=1), 2 * pairs, run.contacts, run.contacts["step"], run.overlaps
-    )
+    missed = missed_of(np.stack([k, k + pairs], axis=1), 2 * pairs, run.overlaps)
     return missed.unseen / pairs * (1.0 - least), missed.passed / pairs * (1.0 - least)
 
 
