@@ -220,7 +220,8 @@ def _chipmunk(pymunk: Any, scene: Scene, dt: float, on_overlap: OnOverlap | None
     space.iterations = _ITERATIONS
     space.collision_slop = 0.0
     space.collision_bias = 1.0
-    shapes, bodies = [], []
+    bodies: list[Any] = []
+    shapes: list[tuple[Any, ...]] = []
     for k, (position, velocity) in enumerate(zip(scene.position, scene.velocity, strict=True)):
         body = pymunk.Body(float(scene.mass[k]), math.inf)
         body.position, body.velocity = position.tolist(), velocity.tolist()
@@ -279,7 +280,8 @@ def _box2d(box2d: Any, scene: Scene, dt: float, on_overlap: OnOverlap | None, bu
             userData=k,
         )
         bodies.append(body)
-    for wall, start, end in _walls(*(side * length for side in scene.arena), 0.0):
+    width, height = (side * length for side in scene.arena)
+    for wall, start, end in _walls(width, height, 0.0):
         edge = world.CreateStaticBody(userData=wall)
         edge.CreateEdgeFixture(vertices=[start, end], friction=0.0, restitution=1.0)
     step = partial(world.Step, dt * length / speed, _VELOCITY_ITERATIONS, _POSITION_ITERATIONS)
