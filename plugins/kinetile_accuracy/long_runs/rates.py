@@ -120,7 +120,7 @@ def measure(budget: Budget, progress: ReportProgress) -> Section:
         claims=(
             Claim(
                 "Two discs meet each other and the walls at the exact rates, within three standard errors",
-                f"{within} of {len(rates)} rates; the furthest is {abs(worst.off):.1f} away",
+                f"{within} of {len(rates)} rates; the furthest is {abs(worst.off):.1f} standard errors off",
                 abs(worst.off) <= 3.0,
             ),
         ),
