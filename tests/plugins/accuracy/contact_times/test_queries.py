@@ -54,21 +54,8 @@ class Pairs:
         return gap / (np.sqrt(np.maximum(self.root, 0.0)) - self.approach)
 
 
-def receding(queries: Queries) -> Any:
-    """Has the sign of d.v the wrong way round."""
-    at = Pairs(queries)
-    return at.ticks((at.approach > 0.0) & (at.root > 0.0), 0.0)
-
-
-def one_side_only(queries: Queries) -> Any:
-    """Compares d x v with R|v| without taking its absolute value, and takes the farther root."""
-    at = Pairs(queries)
-    met = (at.approach < 0.0) & (at.cross <= at.reach * np.sqrt(at.speed2))
-    return at.ticks(met, (np.sqrt(np.abs(at.root)) - at.approach) / at.speed2)
-
-
 def half_the_plane(queries: Queries) -> Any:
-    """Leaves out the absolute value the other way: misses every disc that passes on one side."""
+    """Compares d x v with R|v| without its absolute value: misses every disc that passes on one side."""
     at = Pairs(queries)
     return at.ticks((at.approach < 0.0) & (at.root > 0.0) & (at.cross >= 0.0), at.near_root())
 
@@ -116,8 +103,6 @@ def test_textbook_forms_find_contacts_that_are_none_and_miss_some() -> None:
 @pytest.mark.parametrize(
     ("name", "answers", "missed", "invented"),
     [
-        ("generic", receding, (1.0, 1.0), (0.0, 1.0)),
-        ("generic", one_side_only, (0.0, 1.0), (0.1, 1.0)),
         ("generic", half_the_plane, (0.3, 0.7), (0.0, 0.0)),
         ("generic", without_anchors, (0.0, 0.0), (0.0, 0.0)),
         ("anchors apart", without_anchors, (0.1, 1.0), (0.1, 1.0)),
@@ -135,7 +120,6 @@ def test_forms_that_are_wrong_are_found_out(
     assert missed[0] <= row.missed / row.hits <= missed[1]
     assert invented[0] <= row.false / (row.queries - row.hits) <= invented[1]
     assert row.wrong >= row.missed + row.false
-    assert (row.error_max is None) == (row.late is None) == (row.missed == row.hits)
 
 
 def test_deviations() -> None:
@@ -158,6 +142,8 @@ def test_deviations() -> None:
 
 
 def test_rows_count_deviations() -> None:
+    unseen = query_row("generic", "form", [Deviation(True, False, missed=0.5)], np.ones(1))
+    assert (unseen.missed, unseen.late, unseen.ticks_p99, unseen.error_max) == (1, None, None, None)
     deviations = [
         Deviation(True, True, off=-1.0, error=1.0),
         Deviation(True, True, off=2.0, error=3.0, depth=0.25, depth_rho=7.0),
