@@ -40,15 +40,14 @@ def whole_rows(scene, until):
     return np.array(rows, LOG)
 
 
-def contacts_of(scene, until):
-    rows = whole_rows(scene, until)
+def contacts_among(rows):
     return rows[rows["b"] >= -4][list(CONTACT_LINE.names)].astype(CONTACT_LINE)
 
 
 @pytest.fixture(scope="module")
 def gas():
     scene = kt.make_scene("grid", bodies=25, density=0.5)
-    return scene, contacts_of(scene, UNTIL)
+    return scene, contacts_among(whole_rows(scene, UNTIL))
 
 
 def wrong(scene, log, until=UNTIL):
@@ -85,7 +84,11 @@ def test_a_list_may_be_a_beginning(gas):
 def test_whole_runs_of_the_vectors_are_right(file, number, name):
     run = json.loads((VECTORS / "runs" / f"{file}.json").read_text())["runs"][number]
     scene, until = scene_of(run["scene"])
-    log = contacts_of(scene, until)
+    rows = whole_rows(scene, until)
+    counts = {"clock": rows["b"] == -6, "turn": rows["b"] == -5, "pair": rows["b"] >= 0}
+    counts["wall"] = (rows["b"] < 0) & (rows["b"] >= -4)
+    assert {kind: which.sum() for kind, which in counts.items()} == run["happened"]
+    log = contacts_among(rows)
     begun = [[int(each) for each in contact] for contact in run["contacts"]]
     assert log[: len(begun)].tolist() == list(map(tuple, begun))
     found = certify_log(scene, log, until, fingerprint=run["fingerprint"])
