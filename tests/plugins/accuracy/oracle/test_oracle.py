@@ -76,27 +76,6 @@ def test_an_oblique_contact_to_sixty_digits() -> None:
     assert time.nearest == float(truth)
 
 
-def test_walls_alone() -> None:
-    scene = kt.Scene([[0.3, 0.4]], [[0.3, -0.7]], 0.1, arena=(1.0, 2.0))
-    run = oracle_contacts(scene, 20.0)
-    r, speeds = Fraction(0.1), (Fraction(0.3), Fraction(0.7))
-    expected = []
-    for axis, side, start, speed, walls in (
-        (0, Fraction(1), Fraction(0.3), speeds[0], (RIGHT, LEFT)),
-        (1, Fraction(2), Fraction(0.4), speeds[1], (BOTTOM, TOP)),
-    ):
-        first = (side - r - start) / speed if axis == 0 else (start - r) / speed
-        bounce = (side - 2 * r) / speed
-        k = 0
-        while first + k * bounce <= 20:
-            expected.append((first + k * bounce, 0, walls[k % 2]))
-            k += 1
-    expected.sort(key=lambda each: each[0])
-    assert listed(run) == [each[1:] for each in expected]
-    assert all(surely(c.time, time) for c, (time, _, _) in zip(run.contacts, expected, strict=True))
-    assert run.ended == "until"
-
-
 def test_the_clock_may_start_late() -> None:
     early = kt.make_scene("grid", bodies=9, seed=4)
     late = kt.Scene(early.position, early.velocity, early.radius, arena=early.arena, start=2.0**40)
