@@ -16,15 +16,7 @@ import pytest
 
 import kinetile as kt
 from kinetile_accuracy.stepped import chart as speed_error
-from kinetile_accuracy.stepped.chart import (
-    EFFORTS,
-    FINDERS,
-    Effort,
-    claims,
-    crossing,
-    findings,
-    measure,
-)
+from kinetile_accuracy.stepped.chart import EFFORTS, FINDERS, Effort, claims, crossing, findings, measure
 from kinetile_accuracy.stepped.chart import KINETIC as KINETIC_NAMES
 from kinetile_accuracy.stepped.engines import ENGINES
 from kinetile_accuracy.stepped.methods import (
