@@ -3,10 +3,10 @@
     kinetile mutate stripes --json > stripes.json
     python tests/mutation_table.py stripes.json
 
-Explanations are those that stand in the tables of that page: a survivor is known by its lines as they were and
-as they are changed, or by either, where all changes of it survive for one reason. So an explanation stays
-where the source moves; a survivor without any is marked, and is to be read. What ``--record`` has left will do
-as well.
+Explanations are those that stand in the tables of that page: a survivor is known by its lines as they were
+and as they are changed, or by either, where all changes of it survive for one reason. So an explanation stays
+where the source moves; a survivor without any is marked, and is to be read. What ``--record`` has left will
+do as well.
 """
 
 from __future__ import annotations

@@ -15,6 +15,7 @@ from kinetile.errors import BadOption, KinetileError, Refused, ZenoError
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.toolbox import ResponseParts, hook
 from kinetile_conformance.strategies.commands import ABSENT, SAME_LOOP, ruled_scenes, solid_scenes
+from registering import registered
 
 PASSING = ("naive", "cells", "sap-1d", "sap-2d")
 PHASES = (*PASSING, "sweep-tiling")
@@ -321,9 +322,7 @@ def test_a_recording_of_passings_is_a_whole_trajectory(tmp_path):
 
 @pytest.mark.small
 def test_a_foreign_response_is_a_plugin_with_one_hook():
-    registry = kt.registry()
-    registry.add(Bumpers)
-    try:
+    with registered(Bumpers):
         scene = kt.Scene(
             [[1.0, 1.0], [3.0, 1.0]], [[1.0, 0.0], [0.0, 0.0]], 0.5, 1.0, (6.0, 2.0),
             responses=kt.Response("bumper", kick=2.0),
@@ -334,8 +333,6 @@ def test_a_foreign_response_is_a_plugin_with_one_hook():
         assert len({sim.fingerprint for sim in runs.values()}) == 1
         assert runs["naive"].velocities().tolist() != [[0.0, 0.0], [1.0, 0.0]]
         assert "bumper" in str(runs["naive"].explain())
-    finally:
-        registry.remove(Bumpers)
 
 
 @hook

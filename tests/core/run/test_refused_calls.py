@@ -16,6 +16,7 @@ from kinetile.errors import BusyError, PhaseError, Refused
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.toolbox import BroadPhaseParts, Kernel, PairParts, hook
 from kinetile_plugins.naive import Naive
+from registering import registered
 
 PHASES = ["naive", "cells", "sap-1d", "sap-2d", "sweep-tiling"]
 
@@ -57,24 +58,11 @@ class Stumbling(Naive):
         return BroadPhaseParts(**{**vars(super().prepare(scene)), "arrange": arrange})
 
 
-class Plugin:
-    """The phases of these tests."""
-
-    @kt.hookimpl
-    def kinetile_broad_phases(self) -> list[kt.BroadPhaseSpec]:
-        return [kt.BroadPhaseSpec("thin-skinned", ThinSkinned), kt.BroadPhaseSpec("stumbling", Stumbling)]
-
-    @kt.hookimpl
-    def kinetile_narrow_phases(self) -> list[kt.NarrowPhaseSpec]:
-        return [kt.NarrowPhaseSpec("ghosts", Ghosts, role="pair")]
-
-
 @pytest.fixture(autouse=True)
-def plugin() -> Iterator[None]:
-    found = Plugin()
-    kt.registry().add(found)
-    yield
-    kt.registry().remove(found)
+def _registered() -> Iterator[None]:
+    specs = (kt.BroadPhaseSpec("thin-skinned", ThinSkinned), kt.BroadPhaseSpec("stumbling", Stumbling))
+    with registered(*specs, kt.NarrowPhaseSpec("ghosts", Ghosts, role="pair")):
+        yield
 
 
 BAD_NUMBERS = st.sampled_from([-1, -(2**31), 9, 10, 63, 64, 2**31, 2**63, 2**70, True, 1.0, 1.5, np.bool_(1)])

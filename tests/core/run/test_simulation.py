@@ -15,6 +15,7 @@ from agreement import PHASES, assert_one_answer
 from kinetile.errors import BadOption, PhaseError, Refused, UnknownName
 from kinetile.kernel.clock import Clock
 from kinetile.kernel.compiled import INTERPRETED
+from registering import registered
 
 
 def grid(bodies: int = 25, seed: int = 1, **more) -> kt.Scene:
@@ -263,18 +264,11 @@ def test_a_narrow_phase_must_be_what_its_spec_says():
         def prepare(self, scene):
             return kt.registry().narrow_phase("wall")().prepare(scene)
 
-    class Plugin:
-        @kt.hookimpl
-        def kinetile_narrow_phases(self):
-            return [kt.NarrowPhaseSpec("confused", Confused, role="pair")]
-
-    plugin = Plugin()
-    kt.registry().add(plugin)
-    try:
-        with pytest.raises(PhaseError, match="returned WallParts, not PairParts, as its role 'pair' has it"):
-            kt.Simulation(kt.make_scene("grid", bodies=4), "naive", narrow_phases=["confused", "wall"])
-    finally:
-        kt.registry().remove(plugin)
+    said = "returned WallParts, not PairParts, as its role 'pair' has it"
+    scene = kt.make_scene("grid", bodies=4)
+    spec = kt.NarrowPhaseSpec("confused", Confused, role="pair")
+    with registered(spec), pytest.raises(PhaseError, match=said):
+        kt.Simulation(scene, "naive", narrow_phases=["confused", "wall"])
 
 
 def test_what_is_not_there_is_refused_in_a_sentence():

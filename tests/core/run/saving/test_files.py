@@ -22,6 +22,7 @@ from kinetile.errors import BadOption, BusyError, RecordError, UnknownName
 from kinetile.run.engine import sha256
 from kinetile.run.saving import files, snapshot
 from kinetile.run.saving.files import note
+from registering import registered
 
 
 def simulation(name: str = "cells", **more) -> kt.Simulation:
@@ -301,12 +302,10 @@ def test_numpy_reads_a_file_and_a_pickle_in_one_is_refused(path):
 
 
 @pytest.mark.interpreted
-def test_what_has_ended_with_a_fault_is_not_saved(tmp_path, request):
-    plugin = broken_phases.Plugin()
-    kt.registry().add(plugin)
-    request.addfinalizer(lambda: kt.registry().remove(plugin))
+def test_what_has_ended_with_a_fault_is_not_saved(tmp_path):
     scene = kt.Scene([[1.0, 1.0], [2.0, 1.0]], [[1.0, 0.0], [-1.0, 0.0]], 0.25, arena=(4.0, 4.0))
-    sim = kt.Simulation(scene, "adds-too-late")
+    with registered(broken_phases.Plugin()):
+        sim = kt.Simulation(scene, "adds-too-late")
     before = sim.snapshot()
     with pytest.raises(kt.errors.MissedContactError):
         sim.run(4.0)
