@@ -406,23 +406,3 @@ def test_the_cpu_time_to_make_it_ready_was_that_of_the_clock_on_the_wall(monkeyp
     monkeypatch.setattr("kinetile.run.engine.engine.make_ready", lambda *arguments: sleep(0.5))
     assert sim.compile() < 0.25
     assert sim.readings.compile_seconds == sim.compile()
-
-
-RUN = """
-import kinetile as kt
-sim = kt.Simulation(kt.make_scene("grid", bodies=16, density=0.4), "naive")
-sim.run(until=0.5)
-print(sim.fingerprint)
-"""
-
-
-@pytest.mark.compiled
-def test_an_interpreted_run_has_the_contacts_of_a_compiled_one_and_warns_of_nothing() -> None:
-    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
-    command = [sys.executable, "-W", "error", "-c", RUN]
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120)
-    assert done.returncode == 0, done.stderr
-    sim = kt.Simulation(kt.make_scene("grid", bodies=16, density=0.4), "naive")
-    sim.run(until=0.5)
-    assert len(sim.contacts) > 10
-    assert done.stdout.strip() == sim.fingerprint

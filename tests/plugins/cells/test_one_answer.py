@@ -88,13 +88,6 @@ def test_hard_scenes(path):
     assert_naives(kt.load_scene(path), contacts=200)
 
 
-@pytest.mark.slow
-@pytest.mark.compiled
-@pytest.mark.parametrize("name", ["figure-10", "figure-11", "figure-16", "break", "two-discs", "cradle"])
-def test_worst_cases_and_billiards(name):
-    assert_naives(kt.make_scene(name), contacts=1000)
-
-
 @pytest.mark.compiled
 @pytest.mark.parametrize("side", [0.09, 0.2, 1.0, 1e6, 1e300])
 def test_any_number_of_bodies_in_a_cell(side):
