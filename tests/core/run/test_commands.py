@@ -24,12 +24,6 @@ def box(**more) -> kt.Scene:
     return kt.Scene([[1.0, 1.0], [3.0, 3.0]], [[0.0, 0.0], [0.0, 0.0]], 0.25, 1.0, (4.0, 4.0), **more)
 
 
-def table(sim: kt.Simulation) -> list[bytes]:
-    """Return everything that a refused command must leave as it was."""
-    state = [field.tobytes() for field in sim.state]
-    return [sim.positions().tobytes(), sim.velocities().tobytes(), sim.bodies.tobytes(), *state]
-
-
 @pytest.mark.small
 @pytest.mark.parametrize("phase", PHASES)
 def test_a_body_comes_meets_and_goes(phase):
@@ -83,27 +77,6 @@ def test_more_come_than_there_was_room_for(phase):
     sim.run(until=1.0)
     sim.audit()
     assert len(sim.contacts) > 0
-
-
-@pytest.mark.parametrize("phase", PHASES)
-@pytest.mark.parametrize(
-    ("where", "radius", "said"),
-    [
-        ((1.3, 1.0), 0.25, "it reaches 0.2 into body 0; nothing has changed"),
-        ((2.0, 2.0), 2.5, "inside the arena"),
-        ((0.1, 2.0), 0.25, "inside the arena"),
-        ((2.0, 2.0), -1.0, "radius is -1.0"),
-        ((np.nan, 2.0), 0.25, "position is"),
-    ],
-)
-def test_who_has_no_room_is_refused_and_nothing_has_changed(phase, where, radius, said):
-    sim = kt.Simulation(box(), phase, live=True)
-    sim.run(until=1.0)
-    before = table(sim)
-    with pytest.raises((Refused, ValueError), match=said):
-        sim.insert(where, (0.0, 0.0), radius)
-    assert table(sim) == before
-    assert sim.insert((2.0, 2.0), (0.0, 0.0), 0.25) == 2, "the number was not used"
 
 
 @pytest.mark.small

@@ -93,29 +93,37 @@ def test_a_number_that_no_body_was_given_was_accepted(number, call, phase, live,
     assert sim.snapshot() == before
 
 
+INSERTIONS = {
+    "overlap": ("there", (0.0, 0.0), 0.01, 1.0, r"into body 3; nothing has changed"),
+    "over the wall": ((0.0, 0.5), (0.0, 0.0), 0.01, 1.0, "inside the arena"),
+    "too large": ((0.5, 0.5), (0.0, 0.0), 2.5, 1.0, "inside the arena"),
+    "fast and overlap": ("there", (400.0, 0.0), 0.01, 1.0, "into body 3"),
+    "light and overlap": ("there", (1.0, 0.0), 0.001, 1e-6, "into body 3"),
+    "too fast": ((0.5, 0.5), (1e300, 0.0), 0.01, 1.0, ""),
+    "no radius": ((0.5, 0.5), (0.0, 0.0), 0.0, 1.0, "radius is 0.0"),
+    "less than none": ((0.5, 0.5), (0.0, 0.0), -1.0, 1.0, "radius is -1.0"),
+    "nowhere": ((np.nan, 0.5), (0.0, 0.0), 0.01, 1.0, "position is"),
+}
+"""Place (or where body 3 is), velocity, radius, mass, and what is said."""
+
+
 @settings(max_examples=60, deadline=None)
 @given(
     st.sampled_from(PHASES),
     st.booleans(),
-    st.sampled_from(["overlap", "wall", "fast and overlap", "light and overlap", "too fast", "no radius"]),
+    st.sampled_from(sorted(INSERTIONS)),
     st.sampled_from([0.0, 0.25, 5.0]),
 )
 def test_a_refused_insertion_changed_skin_structure_and_clock(phase, live, why, until):
     sim = kt.Simulation(grid(), phase, live=live)
     sim.run(until)
-    place = tuple(sim.positions()[3])
-    how = {
-        "overlap": (place, (0.0, 0.0), 0.01),
-        "wall": ((0.0, 0.5), (0.0, 0.0), 0.01),
-        "fast and overlap": (place, (400.0, 0.0), 0.01),
-        "light and overlap": (place, (1.0, 0.0), 0.001, 1e-6),
-        "too fast": ((0.5, 0.5), (1e300, 0.0), 0.01),
-        "no radius": ((0.5, 0.5), (0.0, 0.0), 0.0),
-    }[why]
+    place, *how, said = INSERTIONS[why]
     before = sim.snapshot()
-    with pytest.raises((Refused, ValueError)):
-        sim.insert(*how)
+    with pytest.raises((Refused, ValueError), match=said):
+        sim.insert(tuple(sim.positions()[3]) if place == "there" else place, *how)
     assert sim.snapshot() == before
+    sim.remove(3)
+    assert sim.insert(tuple(grid().position[3]), (0.0, 0.0), 1e-9) == 9, "no number was used"
 
 
 def test_an_insertion_refused_after_commands_of_the_scene_undid_nothing():
