@@ -698,7 +698,7 @@ def test_a_run_that_is_stopped_prints_and_keeps_what_was_done(tmp_path, number, 
         try:
             while process.poll() is None and not (path.with_name("e.parquet.partial")).exists():
                 time.sleep(0.05)
-            time.sleep(0.7)
+            time.sleep(0.3)
             process.send_signal(number)
             out, err = process.communicate(timeout=60)
         finally:

@@ -93,17 +93,6 @@ def test_rows_are_copied_when_they_are_taken(tmp_path):
     assert read_events(tmp_path / "e.parquet").rows.tobytes() == before
 
 
-def test_an_older_file_stays_until_the_new_one_is_done(tmp_path):
-    path = tmp_path / "e.parquet"
-    path.write_text("older")
-    with EventRecorder(path, scene(), overwrite=True) as recorder:
-        recorder(rows(5))
-        assert path.read_text() == "older"
-        assert recorder.partial.exists()
-    assert len(read_events(path).rows) == 5
-    assert [each.name for each in tmp_path.iterdir()] == ["e.parquet"]
-
-
 @pytest.mark.parametrize(
     ("error", "status"),
     [(KeyboardInterrupt(), "interrupted"), (RuntimeError("jammed"), "fault: RuntimeError: jammed")],
@@ -212,14 +201,12 @@ def test_without_fallocate_zeros_are_written_ahead(tmp_path, monkeypatch):
     assert read_events(tmp_path / "e.parquet").rows.tobytes() == rows(1000).tobytes()
 
 
-def test_a_path_that_cannot_be_written_is_told_before_anything_runs(tmp_path):
-    recorder = EventRecorder(tmp_path / "missing" / "e.parquet", scene())
-    with pytest.raises(RecordError, match="cannot be written: No such file or directory"), recorder:
-        pass
-
-
-def test_a_folder_is_no_event_file(tmp_path):
-    with pytest.raises(RecordError, match="Is a directory"), EventRecorder(tmp_path, scene()):
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [("missing/e.parquet", "cannot be written: No such file or directory"), (".", "Is a directory")],
+)
+def test_a_path_that_cannot_be_written_is_told_before_anything_runs(tmp_path, name, said):
+    with pytest.raises(RecordError, match=said), EventRecorder(tmp_path / name, scene()):
         pass
 
 

@@ -10,8 +10,6 @@ import kinetile as kt
 from kinetile.errors import BusyError, Refused
 from kinetile_accuracy import certify_log
 from kinetile_accuracy.specification.certify import explain_difference
-from kinetile_conformance.cases import Subject, outcome
-from kinetile_conformance.compare import difference
 from kinetile_conformance.strategies.commands import living_scenes
 from lanes import examples
 
@@ -225,7 +223,8 @@ def test_all_phases_agree_while_bodies_come_and_go(scene):
             continue
         sim = kt.Simulation(scene, phase, audit=5)
         sim.run(until=scene.start + 4.0, max_contacts=60)
-        found = (sim.fingerprint, sim.time, sim.bodies.tolist(), sim.positions().tobytes())
+        places = sim.positions().tobytes(), sim.velocities().tobytes()
+        found = (sim.fingerprint, sim.exact_time, sim.bodies.tolist(), *places)
         assert expected is None or found == expected, phase
         expected = found
 
@@ -259,16 +258,6 @@ def test_when_bodies_are_jammed_does_not_depend_on_the_phase(phase):
         limits.append(seen)
     assert limits[0] == limits[1]
     assert len(set(limits[0])) > 1
-
-
-@pytest.mark.small
-@settings(max_examples=examples(10), deadline=None)
-@given(living_scenes())
-def test_what_a_run_leaves_does_not_depend_on_the_phase(scene):
-    expected = outcome(Subject("naive", {}), scene)
-    for phase in LIVING:
-        if phase != "sweep-tiling" or scene.arena is not None:
-            assert difference(outcome(Subject(phase, {}), scene), expected, phase) is None
 
 
 @pytest.mark.filterwarnings("error")

@@ -118,12 +118,12 @@ def test_a_refused_insertion_changed_skin_structure_and_clock(phase, live, why, 
     sim = kt.Simulation(grid(), phase, live=live)
     sim.run(until)
     place, *how, said = INSERTIONS[why]
-    before = sim.snapshot()
+    before, there = sim.snapshot(), tuple(sim.positions()[3])
     with pytest.raises((Refused, ValueError), match=said):
-        sim.insert(tuple(sim.positions()[3]) if place == "there" else place, *how)
+        sim.insert(there if place == "there" else place, *how)
     assert sim.snapshot() == before
     sim.remove(3)
-    assert sim.insert(tuple(grid().position[3]), (0.0, 0.0), 1e-9) == 9, "no number was used"
+    assert sim.insert(there, (0.0, 0.0), float(sim.scene.radius[3])) == 9, "no number was used"
 
 
 def test_an_insertion_refused_after_commands_of_the_scene_undid_nothing():

@@ -57,18 +57,6 @@ def test_contacts_are_in_canonical_form():
     assert readings.events == len(contacts) + readings.structural_events
 
 
-def test_max_contacts_stops_at_that_contact_under_every_phase():
-    sims = []
-    for phase, options in PHASES:
-        sim = kt.Simulation(grid(), phase, options=options)
-        sim.run(max_contacts=100)
-        sims.append(sim)
-        assert len(sim.contacts) == 100
-        assert sim.time == sim.contacts[-1]["time"]
-    assert len({sim.fingerprint for sim in sims}) == 1
-    assert len({sim.time for sim in sims}) == 1
-
-
 def test_the_fingerprint_does_not_see_the_start_of_the_clock():
     zero = kt.Simulation(grid(), "sap-1d")
     zero.run(until=2.0)
@@ -178,7 +166,9 @@ def test_tables_grow_in_the_middle_of_a_run():
     assert len(sim.candidate_pairs()) == n * (n - 1) // 2
 
 
-@pytest.mark.parametrize("phase", ["naive", "sap-1d", "sap-2d"])
+@pytest.mark.parametrize(
+    "phase", ["sap-1d", *(pytest.param(each, marks=pytest.mark.slow) for each in ("naive", "sap-2d"))]
+)
 def test_another_process_compiled_or_interpreted_gives_the_same_fingerprint(phase):
     sim = kt.Simulation(grid(), phase)
     sim.run(until=0.4)

@@ -76,15 +76,6 @@ def test_a_body_that_stands_still_is_never_asked_about():
     assert own[1] < NEVER
 
 
-@pytest.mark.parametrize("arena", [None, (1.0, 1.0)])
-def test_no_body_at_all(arena):
-    sim = kt.Simulation(
-        kt.Scene(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), arena=arena), "cells", audit=1
-    )
-    sim.run(until=1.0)
-    assert len(sim.contacts) == 0
-
-
 def test_cells_a_whole_turn_apart_share_a_place_and_cost_time_alone():
     """In the open: two discs that meet, and two exactly one turn of the table away, which are near them."""
     at = np.array([[0.5, 0.5], [1.5, 0.5]])

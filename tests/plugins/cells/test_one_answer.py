@@ -159,7 +159,7 @@ def test_without_a_name_cells_do_any_scene():
     assert kt.Simulation(walled).broad_phase == "cells"
     assert kt.Simulation(walled, narrow_phases=("wall",)).broad_phase == "cells"
     assert kt.Simulation(kt.Scene(place, flight, 0.125)).broad_phase == "cells"
-    empty = kt.Scene(np.zeros((0, 2)), np.zeros((0, 2)), 1.0, arena=(1.0, 1.0))
-    sim = kt.Simulation(empty)
-    sim.run(until=1.0)
-    assert (sim.broad_phase, len(sim.contacts)) == ("cells", 0)
+    for arena in (None, (1.0, 1.0)):
+        sim = kt.Simulation(kt.Scene(np.zeros((0, 2)), np.zeros((0, 2)), 1.0, arena=arena), audit=1)
+        sim.run(until=1.0)
+        assert (sim.broad_phase, len(sim.contacts)) == ("cells", 0)
