@@ -156,10 +156,10 @@ def unfile(k: Kernel, at: int) -> int:
     return body
 
 
-def put(row: Any, **values: int) -> None:
-    """Set fields of a row."""
+def put(record: Any, **values: int) -> None:
+    """Set fields of a record."""
     for name, value in values.items():
-        row[name] = value
+        record[name] = value
 
 
 def file_in_another_slice(found: Engine) -> None:

@@ -36,10 +36,10 @@ def test_a_body_outside_its_cell(sim):
         sim._engine.audit()
 
 
-def put(row, **values) -> None:
-    """Set fields of a row."""
+def put(record, **values) -> None:
+    """Set fields of a record."""
     for name, value in values.items():
-        row[name] = value
+        record[name] = value
 
 
 def copy_a_block(state) -> None:

@@ -99,7 +99,7 @@ def test_the_next_contact_of_the_run_is_the_first_that_is_scheduled(scene):
 
 @pytest.mark.small
 @settings(max_examples=10, deadline=None)
-@given(scene=scenes())
+@given(scene=scenes(turns=False))
 def test_the_first_of_a_body_is_the_first_of_its_pairs(scene):
     for sim in stages(scene):
         for body in range(len(scene)):
