@@ -31,6 +31,10 @@ def scene() -> kt.Scene:
     )
 
 
+def full(self, size):
+    raise OSError(28, "No space left on device")
+
+
 def rows(count: int, seed: int = 0) -> np.ndarray:
     """Return made-up log rows: increasing times, NaN where there is no second body, and a negative zero."""
     random = np.random.default_rng(seed)
@@ -169,9 +173,6 @@ def test_after_the_disk_was_full_nothing_more_is_taken(tmp_path, monkeypatch):
     monkeypatch.setattr(records, "_ROWS_A_BATCH", 1000)
     path = tmp_path / "e.parquet"
 
-    def full(self, size):
-        raise OSError(28, "No space left on device")
-
     with EventRecorder(path, scene()) as recorder:
         recorder(rows(1000))
         monkeypatch.setattr(records.ReservedFile, "reserve", full)
@@ -183,9 +184,6 @@ def test_after_the_disk_was_full_nothing_more_is_taken(tmp_path, monkeypatch):
 
 
 def test_a_disk_that_fills_at_the_very_end_is_told_by_close(tmp_path, monkeypatch):
-    def full(self, size):
-        raise OSError(28, "No space left on device")
-
     with EventRecorder(tmp_path / "e.parquet", scene()) as recorder:
         recorder(rows(10))
         monkeypatch.setattr(records.ReservedFile, "reserve", full)
@@ -223,9 +221,6 @@ def test_a_name_that_is_taken_meanwhile_loses_nothing(tmp_path):
 
 
 def test_no_room_for_even_an_empty_file_leaves_nothing(tmp_path, monkeypatch):
-    def full(self, size):
-        raise OSError(28, "No space left on device")
-
     monkeypatch.setattr(records.ReservedFile, "reserve", full)
     with (
         pytest.raises(RecordError, match="cannot be written: No space left"),

@@ -99,7 +99,7 @@ INSERTIONS = {
     "too large": ((0.5, 0.5), (0.0, 0.0), 2.5, 1.0, "inside the arena"),
     "fast and overlap": ("there", (400.0, 0.0), 0.01, 1.0, "into body 3"),
     "light and overlap": ("there", (1.0, 0.0), 0.001, 1e-6, "into body 3"),
-    "too fast": ((0.5, 0.5), (1e300, 0.0), 0.01, 1.0, ""),
+    "too fast": ((0.5, 0.5), (1e300, 0.0), 0.01, 1.0, "velocity"),
     "no radius": ((0.5, 0.5), (0.0, 0.0), 0.0, 1.0, "radius is 0.0"),
     "less than none": ((0.5, 0.5), (0.0, 0.0), -1.0, 1.0, "radius is -1.0"),
     "nowhere": ((np.nan, 0.5), (0.0, 0.0), 0.01, 1.0, "position is"),
