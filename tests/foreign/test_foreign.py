@@ -84,14 +84,6 @@ def test_it_conforms():
     assert report.ok, str(report)
 
 
-@both
-@pytest.mark.parametrize("density", [0.5, 0.25, 0.125, 0.01])
-def test_the_grid(name, density):
-    for bodies in (25, 100):
-        scene = kt.make_scene("grid", bodies=bodies, density=density, seed=3)
-        assert_as_naive(name, scene, max_contacts=20 * bodies)
-
-
 def random_scenes(seed: int) -> Iterator[kt.Scene]:
     rng = np.random.default_rng(seed)
     for ratio in (1.0, 3.0, 20.0, 300.0):
@@ -182,14 +174,6 @@ def test_one_wide_body_among_many_small_ones():
         sim = assert_as_naive("boxes", kt.make_scene("figure-16", bodies=100), side, max_contacts=500)
         assert (sim.state.box[:, 2] <= sim.state.table.min()).all()
         assert_complete(sim)
-
-
-@both
-def test_the_empty_scene_and_one_body(name):
-    empty = kt.Scene(np.zeros((0, 2)), np.zeros((0, 2)), 0.1)
-    assert len(assert_as_naive(name, empty, until=1.0).contacts) == 0
-    one = kt.Scene([[0.5, 0.5]], [[1.0, 0.25]], 0.1, arena=(1.0, 1.0))
-    assert len(assert_as_naive(name, one, until=5.0).contacts) > 0
 
 
 @both

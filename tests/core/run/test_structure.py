@@ -14,6 +14,8 @@ from kinetile.toolbox import NEVER, At, Box, Link, Polygon, Segment
 from kinetile_plugins.naive import Naive
 from registering import registered
 
+pytestmark = pytest.mark.small
+
 SCENE = kt.Scene([(0.2, 0.2), (0.5, 0.5), (0.8, 0.8)], [(0.0, 0.0)] * 3, 0.05, arena=(1.0, 1.0))
 
 
@@ -33,13 +35,11 @@ def drawing_of():
         yield simulation
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("draw", [None, lambda k, s: ()])
 def test_a_phase_that_draws_nothing_shows_nothing(drawing_of, draw):
     assert drawing_of(draw).drawing() == ()
 
 
-@pytest.mark.small
 def test_shapes_come_back_with_the_numbers_of_bodies(drawing_of):
     def draw(k, s):
         last = len(k.bodies) - 1
@@ -58,7 +58,6 @@ def test_shapes_come_back_with_the_numbers_of_bodies(drawing_of):
     )
 
 
-@pytest.mark.small
 @pytest.mark.parametrize(
     ("item", "said"),
     [
@@ -79,7 +78,6 @@ def test_what_cannot_be_drawn_is_the_phases_fault(drawing_of, item, said):
     assert said in str(caught.value)
 
 
-@pytest.mark.small
 def test_draw_can_change_nothing(drawing_of):
     def draw(k, s):
         k.bodies.x[0] = 0.0
@@ -94,7 +92,6 @@ def test_a_draw_that_cannot_be_called_is_refused(drawing_of):
         drawing_of(3)
 
 
-@pytest.mark.small
 def test_what_new_plugin_writes_draws_a_box_around_each_body(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(new_plugin("tethered", tmp_path))
 

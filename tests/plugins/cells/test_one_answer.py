@@ -10,10 +10,9 @@ from hypothesis import given, reject, settings
 from hypothesis import strategies as st
 
 import kinetile as kt
-from agreement import lattice_scene, outcome
+from agreement import outcome
 from grids import few_wide_many_small, in_the_open, state_of
 from kinetile.errors import SceneError
-from lanes import first
 
 SCENES = Path(__file__).parents[2] / "scenes"
 
@@ -69,17 +68,6 @@ def test_cells_that_the_skin_had_widened_were_narrower_than_a_body_by_a_rounding
     sim = kt.Simulation(scene, "cells")
     sim.audit()
     assert sim.state.levels.slack[0] >= 0.0
-
-
-@pytest.mark.slow
-@pytest.mark.compiled
-@pytest.mark.parametrize("block", first(2, range(8)))
-def test_lattices(block):
-    for seed in range(25 * block, 25 * block + 25):
-        scene = lattice_scene(seed)
-        assert_naives(scene, contacts=150)
-        wide = float(2.0 * scene.radius.max())
-        assert_naives(scene, contacts=150, side=2.0 ** np.ceil(np.log2(1.01 * wide)))  # edges at the ties
 
 
 @pytest.mark.compiled
