@@ -171,7 +171,7 @@ def test_a_few_small_lattices(seed):
 @pytest.mark.compiled
 @pytest.mark.parametrize("phase", ["naive", "cells", "sap-1d", "sap-2d", "sweep-tiling"])
 def test_a_built_in_phase_conforms(phase):
-    """As anybody's has to: it repeats itself, its structure is true, near is mutual, and what else there is."""
+    """As anybody's has to: it repeats itself, its structure is true, near is mutual, and more."""
     report = check_broad_phase(phase)
     assert report.ok, str(report)
 

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-import tempfile
 from collections import Counter
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,6 +20,7 @@ from kinetile.kernel.tables import COMMAND, allocate
 from kinetile.run.engine import engine as engines
 from kinetile.run.engine.agenda import Agenda, to_the_front
 from kinetile.run.engine.fields import fields_of
+from kinetile.scene.by_name import loads_scene
 from kinetile.scene.files import dumps_scene
 from lanes import examples
 
@@ -220,15 +219,8 @@ def row_of_touching_bodies(**more: Any) -> kt.Scene:
     return kt.Scene([[a, 4.0] for a in x], [[a, 0.0] for a in v], 1.0, 1.0, (16.0, 8.0), **more)
 
 
-def loaded(text: str) -> kt.Scene:
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "scene.toml"
-        path.write_text(text)
-        return kt.load_scene(path)
-
-
 def through_a_file(scene: kt.Scene) -> kt.Scene:
-    found = loaded(dumps_scene(scene))
+    found = loads_scene(dumps_scene(scene))
     assert found == scene
     return found
 
@@ -314,9 +306,9 @@ def test_an_exact_end_that_is_not_at_until_is_refused():
     text = dumps_scene(sim.recorded())
     for changed in ("until = 0.25", "start = 0.5\nuntil = 0.5", ""):
         with pytest.raises(kt.errors.SceneError, match="an end at until"):
-            loaded(text.replace("until = 0.5", changed))
+            loads_scene(text.replace("until = 0.5", changed))
     with pytest.raises(kt.errors.SceneError, match=r"end: .* expected \[epoch, tick, contacts\]"):
-        loaded(text.replace("end = [", 'end = ["'[:-1] + "0.5, "))
+        loads_scene(text.replace("end = [", 'end = ["'[:-1] + "0.5, "))
 
 
 commands = st.lists(
