@@ -16,6 +16,7 @@ from kinetile.errors import BusyError, PhaseError, Refused
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.toolbox import BroadPhaseParts, Kernel, PairParts, hook
 from kinetile_plugins.naive import Naive
+from lanes import examples
 from registering import registered
 
 PHASES = ["naive", "cells", "sap-1d", "sap-2d", "sweep-tiling"]
@@ -78,7 +79,7 @@ CALLS = {
 
 
 @pytest.mark.small
-@settings(deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 @given(BAD_NUMBERS, st.sampled_from(sorted(CALLS)), st.sampled_from(PHASES), st.booleans(), st.booleans())
 def test_a_number_that_no_body_was_given_was_accepted(number, call, phase, live, one_has_gone):
     """In a simulation with room for bodies that come, the slot of a number that was never given counted."""
@@ -195,7 +196,7 @@ REFUSED_CALLS = {
 
 
 @pytest.mark.small
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @given(st.lists(st.sampled_from(sorted(REFUSED_CALLS)), min_size=1, max_size=4))
 def test_a_refused_call_changed_the_simulation(names):
     sim = kt.Simulation(grid(), "thin-skinned", turning=True)

@@ -79,7 +79,7 @@ def test_hundreds_by_hand_among_those_of_the_scene():
     scene = kt.Scene(scene.position, scene.velocity, scene.radius, 1.0, scene.arena, commands=planned)
     sim = kt.Simulation(scene, "cells", live=True)
     random = np.random.default_rng(5)
-    frames = 2 if INTERPRETED else 6
+    frames = 1 if INTERPRETED else 6
     for frame in range(frames):
         for body in random.integers(5, 20, 90).tolist():
             sim.set_velocity(body, tuple(random.normal(size=2)))
