@@ -64,7 +64,7 @@ def test_a_number_is_never_used_twice_and_a_slot_is(phase):
 
 
 @pytest.mark.small
-@pytest.mark.parametrize("phase", first(1, LIVING))
+@pytest.mark.parametrize("phase", first(1, (*LIVING, "naive")))
 def test_more_come_than_there_was_room_for(phase):
     sim = kt.Simulation(box(), phase)
     for at in range(80):
