@@ -112,9 +112,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 def blind():
     """The name of a broad phase, registered for one test, that never sees bodies 0 and 1 meet."""
     import broken_phases
-    import kinetile as kt
+    from registering import registered
 
-    plugin = broken_phases.Blind()
-    kt.registry().add(plugin)
-    yield "blind"
-    kt.registry().remove(plugin)
+    with registered(broken_phases.Blind()):
+        yield "blind"
