@@ -138,7 +138,7 @@ def thesis(
             study = thesis_study(folder, chosen, seeds=seeds, until=until, seconds=seconds, repeats=repeats)
             with _run(study):
                 found = read_bench(study)
-                if found.cells:
+                if found.rows:
                     _print_thesis(found, [] if results is None else _write(study, results), json, csv)
 
 
@@ -321,7 +321,7 @@ def _print_thesis(bench: ThesisBench, written: list[Path], json: bool, csv: bool
     scenes, fits, found = summaries(bench), exponents(bench), statements(bench)
     result: dict[str, Any] = {"conditions": dict(bench.conditions), "scenes": scenes, "exponents": fits}
     result["statements"] = [statement.as_dict() for statement in found]
-    result |= {"cells": [vars(cell) for cell in bench.cells], "files": written}
+    result |= {"cells": [vars(cell) for cell in bench.rows], "files": written}
     if not printed(result, result["cells"], json=json, csv=csv):
         from kinetile.cli.output import show
         from kinetile_bench.cli.tables import thesis_parts
