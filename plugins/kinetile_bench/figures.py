@@ -41,7 +41,7 @@ def draw(plan: StudyPlan, table: Any, folder: Path) -> list[Path]:
     written = []
     with house_style():
         folder.mkdir(parents=True, exist_ok=True)
-        for wanted in plan.figures or (FigureTable(name="figure", y=""),):
+        for wanted in plan.file.figures or (FigureTable(name="figure", y=""),):
             names = [kind for kind, *_ in _KINDS] if wanted.kind == "shares" else [wanted.y]
             quantities = [take_rows(plan, table, name or None) for name in names]
             x = choose_axis(quantities[0], wanted.x)

@@ -223,12 +223,12 @@ def read_bench(study: Study) -> ThesisBench:
         if row["status"] == "done":
             cells.setdefault((row["density"], row["bodies"], row["seed"], row["phase"]), []).append(row)
     plan = study.plan
-    whole = [rows for rows in cells.values() if len(rows) == plan.repeats]
+    whole = [rows for rows in cells.values() if len(rows) == plan.file.repeats]
     conditions = {
         "seeds": len({each["seed"] for each in plan.scenes[0].combinations}),
         "until": plan.scenes[0].until,
-        "seconds": plan.seconds,
-        "repeats": plan.repeats,
+        "seconds": plan.file.seconds,
+        "repeats": plan.file.repeats,
     }
     return ThesisBench(tuple(map(_cell, whole)), environment() | conditions)
 
