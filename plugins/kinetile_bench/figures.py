@@ -102,16 +102,8 @@ class _Figure:
                     [m - min(values) for m, values in zip(middle, found.values(), strict=True)],
                     [max(values) - m for m, values in zip(middle, found.values(), strict=True)],
                 ]
-                look = {
-                    "color": colour,
-                    "marker": marker,
-                    "linestyle": line,
-                    "markersize": 4,
-                    "linewidth": 1.2,
-                }
-                axes.errorbar(
-                    list(found), middle, bars, label=phase, markersize=4, linewidth=1.2, capsize=2, **look
-                )
+                look = {"color": colour, "marker": marker, "linestyle": line, "markersize": 4}
+                axes.errorbar(list(found), middle, bars, label=phase, linewidth=1.2, capsize=2, **look)
             if len(ticks) <= 8:
                 axes.set_xticks(sorted(ticks), [_text(each) for each in sorted(ticks)])
                 axes.set_xticks([], minor=True)

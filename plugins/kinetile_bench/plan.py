@@ -197,7 +197,8 @@ def _range(given: Mapping[str, Any], where: str, mistakes: list[Mistake], whole:
     if len(mistakes) > known:
         return []
     first, last = Fraction(repr(given["from"])), Fraction(repr(given["to"]))
-    count, logarithmic = given.get("count"), given.get("scale") == "log"
+    count: Any = given.get("count")
+    logarithmic = given.get("scale") == "log"
     ends = f"from {given['from']!r} to {given['to']!r}"
     if first >= last or (logarithmic and first <= 0):
         wrong("", ends, "from below to" + (", both above 0" if logarithmic else ""))
