@@ -350,6 +350,7 @@ def test_a_run_has_the_contacts_of_the_specification(name: str) -> None:
     assert_runs(RUNS[name], *PHASES[0])
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 @pytest.mark.parametrize("name", RUNS)
 def test_a_run_has_them_under_every_other_phase(name: str) -> None:

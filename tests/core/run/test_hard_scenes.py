@@ -130,8 +130,9 @@ def test_h15_keeps_its_ties_for_ever() -> None:
         ("H17", None, 100, 1e-13, 1e-13),  # ties that come apart
         ("H33", None, 100, 1e-13, 1e-13),
         ("H19", 3000, 2999, 1e-14, 1e-13),  # a burst
-        ("H20", 3000, 2999, 1e-13, 1e-12),  # ten decades of speed
-        ("H21", None, 1000, 1e-10, 1e-13),  # of the smallest radius, which is 1e-5
+        pytest.param("H20", 3000, 2999, 1e-13, 1e-12, marks=pytest.mark.slow),  # ten decades of speed
+        # Of the smallest radius, which is 1e-5.
+        pytest.param("H21", None, 1000, 1e-10, 1e-13, marks=pytest.mark.slow),
     ],
 )
 @pytest.mark.compiled

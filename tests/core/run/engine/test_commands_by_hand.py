@@ -158,6 +158,7 @@ def test_no_body_is_faster_than_the_bound(speeds):
         sim.run(max_contacts=2)
 
 
+@pytest.mark.small
 def test_who_is_there_is_looked_up_when_somebody_comes_or_goes():
     sim = kt.Simulation(kt.make_scene("grid", bodies=16, density=0.2, seed=1), "sap-1d", live=True)
     engine = sim._engine
@@ -263,6 +264,7 @@ def test_a_command_for_a_third_body_ran_the_contact_that_it_was_to_avert(phase):
         same(sim, replayed(sim.recorded(), other))
 
 
+@pytest.mark.small
 @pytest.mark.parametrize("phase", PHASES)
 def test_a_removal_at_the_very_start_ran_the_contacts_of_touching_bodies(phase):
     sim = kt.Simulation(row_of_touching_bodies(), phase, live=True)
@@ -346,6 +348,7 @@ def play(sim: kt.Simulation, what: list[tuple[str, int, float]]) -> list[int]:
     return found
 
 
+@pytest.mark.small
 @settings(max_examples=examples(40), deadline=None)
 @given(commands, st.booleans(), st.sampled_from(PHASES))
 def test_commands_at_a_stop_leave_pending_contacts_pending(what, turns_of_its_own, phase):

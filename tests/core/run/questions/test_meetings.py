@@ -287,6 +287,7 @@ def question_all(sim: kt.Simulation, bodies: list[int]) -> list:
     return [named, hits, near, inside]
 
 
+@pytest.mark.small
 @settings(max_examples=20, deadline=None)
 @given(scene=scenes(turns=False))
 def test_bodies_have_their_numbers_and_who_has_gone_is_not_asked(scene):
