@@ -78,15 +78,21 @@ def difference(one: kt.Simulation, two: kt.Simulation, name: str, a: Outcome, b:
     return f"{name} has the same contacts as naive, but not the same {', '.join(parts)}"
 
 
-def lattice_scene(seed: int) -> kt.Scene:
-    """Exact ties, touching starts, jitter from 1e-16 to 1e-9, turns at tie instants: the seed decides."""
+def lattice(seed: int, jitter: bool, most_turns: int) -> kt.Scene:
+    """A lattice with exact ties and touching starts, or jittered by 1e-16 to 1e-9; with turns at tie instants
+    unless their most is 0."""
     rng = np.random.default_rng(seed)
     return kt.make_scene(
         "lattice",
         bodies=int(rng.integers(2, 26)),
         kind=("dyadic", "non-dyadic")[seed % 2],
         touching=0.4,
-        jitter=float(10.0 ** rng.uniform(-16, -9)) if seed % 4 >= 2 else 0.0,
-        turns=int(rng.integers(3, 76)) if seed % 8 >= 4 else 0,
+        jitter=float(10.0 ** rng.uniform(-16, -9)) if jitter else 0.0,
+        turns=int(rng.integers(3, most_turns)) if most_turns else 0,
         seed=seed,
     )
+
+
+def lattice_scene(seed: int) -> kt.Scene:
+    """A lattice with jitter, turns, both or neither: the seed decides."""
+    return lattice(seed, seed % 4 >= 2, 76 if seed % 8 >= 4 else 0)

@@ -1,7 +1,8 @@
 """Encounters of two discs that are hard to tell from misses, and their exact ticks.
 
 An encounter is a row of ``ENCOUNTER``: the arguments of ``first_touch``. A family is a function of a
-generator and a count that returns so many rows.
+generator and a count that returns so many rows. The families of ``kinetile_accuracy.contact_times`` are not
+repeated here: ``test_millions.py`` asks ``first_touch`` about them.
 """
 
 from __future__ import annotations
@@ -168,12 +169,6 @@ def gas(rng: Rng, n: int, spacing: float = 3.0) -> Rows:
     return wait(rng, aimed(rng, n, distance, reach, rng.uniform(-1.2, 1.2, n)), 51.0)
 
 
-def thin_gas(rng: Rng, n: int) -> Rows:
-    reach = 0.002
-    distance = reach * 10.0 ** rng.uniform(0.0, 2.7, n)
-    return wait(rng, aimed(rng, n, distance, reach, rng.uniform(-1.2, 1.2, n)), 54.0)
-
-
 def dyadic(rng: Rng, n: int) -> Rows:
     def some(most: int, size: float) -> np.ndarray:
         return rng.integers(-most, most + 1, n) * size
@@ -189,26 +184,6 @@ def dyadic(rng: Rng, n: int) -> Rows:
 
 
 TRIPLES = np.array([(3, 4, 5), (5, 12, 13), (8, 15, 17), (7, 24, 25), (20, 21, 29)], dtype=float)
-
-
-def tangent(rng: Rng, n: int) -> Rows:
-    """Along an axis or a Pythagorean direction, exactly at the sum of the radii, or a last bit to a side."""
-    chosen = TRIPLES[rng.integers(0, len(TRIPLES), n)]
-    a, b, c = chosen.T
-    straight = rng.random(n) < 0.3
-    a, b, c = np.where(straight, 0.0, a), np.where(straight, 1.0, b), np.where(straight, 1.0, c)
-    size = 2.0 ** rng.integers(-12, 3, n)
-    run = rng.integers(1, 40, n) * size
-    nudge = rng.integers(-1, 2, n) * np.spacing(size * c) * (rng.random(n) < 0.5)
-    speed = 2.0 ** rng.integers(-8, 4, n) * rng.choice([-1.0, 1.0], n)
-    return rows(
-        n,
-        x2=size * a - run * b,
-        y2=size * b + run * a,
-        vx2=b * speed,
-        vy2=-a * speed,
-        radius=size * c + nudge,
-    )
 
 
 def sliding(rng: Rng, n: int) -> Rows:
@@ -240,28 +215,6 @@ def graze(least: float, most: float) -> Callable[[Rng, int], Rows]:
     return family
 
 
-def sharp_graze(rng: Rng, n: int) -> Rows:
-    """Along an axis, so that the depth is a few last bits and nothing else is lost."""
-    reach = rng.uniform(0.001, 0.1, n)
-    ulps = rng.integers(-4, 5, n)
-    table = rows(
-        n,
-        x2=rng.uniform(0.2, 3.0, n),
-        y2=reach + ulps * np.spacing(reach),
-        vx=rng.uniform(0.1, 2.0, n),
-        radius=reach,
-    )
-    table["vx2"] = np.where(rng.random(n) < 0.5, 0.0, -rng.uniform(0.1, 2.0, n))
-    return table
-
-
-def far_out(rng: Rng, n: int) -> Rows:
-    at = rng.choice([-1.0, 1.0], (n, 2)) * 10.0 ** rng.uniform(4.0, 7.0, (n, 1))
-    return wait(
-        rng, aimed(rng, n, 0.02 * rng.uniform(1.0, 5.0, n), 0.02, rng.uniform(-1.1, 1.1, n), at=at), 51.0
-    )
-
-
 def coarse(rng: Rng, n: int) -> Rows:
     """Far from the origin, fast, and nearly past each other: a Newton step has ticks to go, and bends."""
     at = rng.choice([-1.0, 1.0], (n, 2)) * 10.0 ** rng.uniform(3.0, 9.0, (n, 1))
@@ -276,41 +229,25 @@ def late(rng: Rng, n: int) -> Rows:
     return wait(rng, table, 62.0)
 
 
-def unequal(rng: Rng, n: int) -> Rows:
-    table = aimed(rng, n, 10.0 ** rng.uniform(0.0, 1.0, n), 1.0, rng.uniform(-1.1, 1.1, n))
-    table["radius"] = 1.0 - 1e-6 * rng.random(n)
-    table["radius2"] = 1e-6 * rng.random(n)
-    return table
-
-
-def touching(rng: Rng, n: int) -> Rows:
-    reach = 0.02
-    distance = reach * (1.0 + rng.integers(-8, 9, n) * 2.0**-53 * rng.choice([0, 1, 4], n))
-    return wait(rng, aimed(rng, n, distance, reach, rng.uniform(-1.0, 1.0, n)), 50.0)
-
-
-def slow(rng: Rng, n: int) -> Rows:
-    """Both move fast and almost alike: their relative speed is small, down to a rounding of their speeds."""
-    table = aimed(rng, n, 0.02 * rng.uniform(1.0, 2.0, n), 0.02, rng.uniform(-1.0, 1.0, n), speed=1e-3)
-    for name in ("vx", "vy"):
-        both = rng.normal(size=n)
-        less = 10.0 ** rng.uniform(-13.0, 0.0, n)
-        table[name + "2"] = both + (table[name + "2"] - table[name]) * less
-        table[name] = both
+def sized(table: Rows, length: np.ndarray, speed: np.ndarray, least: int) -> Rows:
+    """Make lengths and speeds larger by powers of two, and the clock's unit to go with them."""
+    for name in ("x", "y", "x2", "y2", "radius", "radius2"):
+        table[name] = np.ldexp(table[name], length)
+    for name in ("vx", "vy", "vx2", "vy2"):
+        table[name] = np.ldexp(table[name], speed)
+    table["tick"] = np.ldexp(1.0, np.clip(length - speed - 52, least, -52))
     return table
 
 
 def scaled(rng: Rng, n: int) -> Rows:
-    """The gas, with lengths and speeds up to 2^150 from 1, and the clock's unit to go with them."""
-    table = gas(rng, n)
-    length = rng.integers(-150, 151, n)
-    speed = rng.integers(-150, 151, n)
-    for name in ("x", "y", "x2", "y2", "radius", "radius2"):
-        table[name] = np.ldexp(table[name], length)
-    for name in ("vx", "vy", "vx2", "vy2"):
-        table[name] = np.ldexp(table[name], np.minimum(speed, length + 60))
-    table["tick"] = np.ldexp(1.0, np.clip(length - speed - 52, -900, -52))
-    return table
+    """The gas, with lengths and speeds up to 2^150 from 1."""
+    length, speed = rng.integers(-150, 151, (2, n))
+    return sized(gas(rng, n), length, np.minimum(speed, length + 60), -900)
+
+
+def one_size(rng: Rng, n: int) -> Rows:
+    """The gas at any scale at all: lengths of one size, subnormal to 2^900, and speeds of another."""
+    return sized(gas(rng, n), *rng.integers(-1080, 901, (2, n)), -952)
 
 
 def fast(rng: Rng, n: int) -> Rows:
@@ -334,19 +271,6 @@ def anything(rng: Rng, n: int) -> Rows:
     table["radius"], table["radius2"] = np.abs(table["radius"]), np.abs(table["radius2"])
     table["elapsed"] = (2.0 ** rng.uniform(0.0, 62.0, n)).astype(np.int64) * rng.integers(0, 2, n)
     table["tick"] = np.ldexp(1.0, rng.integers(-952, -51, n))
-    return table
-
-
-def one_size(rng: Rng, n: int) -> Rows:
-    """The gas at any scale at all: lengths of one size, subnormal to 2^900, and speeds of another."""
-    table = gas(rng, n)
-    length = rng.integers(-1080, 901, n)
-    speed = rng.integers(-1080, 901, n)
-    for name in ("x", "y", "x2", "y2", "radius", "radius2"):
-        table[name] = np.ldexp(table[name], length)
-    for name in ("vx", "vy", "vx2", "vy2"):
-        table[name] = np.ldexp(table[name], speed)
-    table["tick"] = np.ldexp(1.0, np.clip(length - speed - 52, -952, -52))
     return table
 
 
@@ -397,20 +321,13 @@ def true_reaches(table: Rows) -> list[int]:
 
 FAMILIES: dict[str, Callable[[Rng, int], Rows]] = {
     "gas": gas,
-    "thin gas": thin_gas,
     "dyadic": dyadic,
-    "tangent": tangent,
     "sliding": sliding,
     "graze 1e-17 .. 1e-14": graze(-17.0, -14.0),
     "graze 1e-14 .. 1e-9": graze(-14.0, -9.0),
     "graze 1e-9 .. 1e-3": graze(-9.0, -3.0),
-    "sharp graze": sharp_graze,
-    "far out": far_out,
     "coarse": coarse,
     "late": late,
-    "unequal": unequal,
-    "touching": touching,
-    "slow": slow,
     "scaled": scaled,
     "fast": fast,
     "anything": anything,

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 import kinetile as kt
-from kinetile.kernel.flight import positions_now
 
 
 def state_of(sim: kt.Simulation) -> Any:
@@ -36,17 +35,3 @@ def few_wide_many_small(small: int, ratio: float, seed: int, arena: bool = True)
     angle = random.uniform(0.0, 2.0 * np.pi, len(place))
     velocity = np.column_stack([np.cos(angle), np.sin(angle)])
     return kt.Scene(place, velocity, radius, np.array(radius), arena=(1.0, 1.0) if arena else None)
-
-
-def touching(sim: kt.Simulation) -> set[tuple[int, int]]:
-    """Return the pairs that are no further apart than their reaches, by brute force."""
-    k = sim._engine.k
-    place, reach = positions_now(k), np.asarray(k.bodies.reach)
-    apart = np.hypot(*(place[:, None] - place[None, :]).transpose(2, 0, 1))
-    a, b = np.nonzero(np.triu(apart <= reach[:, None] + reach[None, :], 1))
-    return set(zip(a.tolist(), b.tolist(), strict=True))
-
-
-def pairs(sim: kt.Simulation) -> set[tuple[int, int]]:
-    """Return the candidate pairs."""
-    return set(map(tuple, sim.candidate_pairs().tolist()))

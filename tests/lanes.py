@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import pytest
@@ -9,7 +10,7 @@ import pytest
 from kinetile.kernel.compiled import INTERPRETED
 
 
-def first(count: int, cases: range) -> list[Any]:
+def first(count: int, cases: Sequence[Any]) -> list[Any]:
     """Return all cases, as parameters of a test: those after the first ``count`` are slow."""
     return [*cases[:count], *(pytest.param(case, marks=pytest.mark.slow) for case in cases[count:])]
 

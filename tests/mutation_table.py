@@ -3,32 +3,52 @@
     kinetile mutate stripes --json > stripes.json
     python tests/mutation_table.py stripes.json
 
-A survivor's explanation is known by its lines as they are changed (of what is dropped, by what that is), or,
-where whatever is changed in a line survives for one reason, by that line as it was, or by both with an arrow
-between. So it stays where the source moves; one without any is marked, and is to be read. What ``--record``
-has left will do as well.
+Explanations are those that stand in the tables of that page: a survivor is known by its lines as they were
+and as they are changed, or by either, where all changes of it survive for one reason. So an explanation stays
+where the source moves; a survivor without any is marked, and is to be read. What ``--record`` has left will
+do as well.
 """
 
 from __future__ import annotations
 
 import json
+import re
 import sys
 from collections import Counter
 from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-from mutation_explained import EXPLAINED
-
 NOT_READ = "**not read yet**"
+PAGE = Path(__file__).parents[1] / "docs" / "mutation.md"
+CELLS = re.compile(r"(?<!\\) \| ")
 
 
-def explanation(phase: str, survivor: dict[str, Any]) -> str:
+def explained(page: str) -> dict[str, dict[str, str]]:
+    """Return the explanations of a page by phase, and within by ``was -> is`` (of a row of several changes
+    ``was -> change``), by what is, and by what was, where that has one explanation."""
+    found: dict[str, dict[str, set[str]]] = {}
+    known: dict[str, set[str]] = {}
+    for line in page.splitlines():
+        if head := re.match(r"`([\w-]+)`: \d+ of \d+ mutants judged", line):
+            known = found.setdefault(head[1], {})
+        elif line.startswith("| ") and len(cells := CELLS.split(line[2:-2])) == 4:
+            label, was, now, why = cells
+            changes = now.split("; ") if label.endswith(" changes") else [now]
+            for key in (*(f"{was} -> {change}" for change in changes), now, was):
+                known.setdefault(key, set()).add(why)
+    return {
+        phase: {key: min(whys) for key, whys in keys.items() if len(whys) == 1}
+        for phase, keys in found.items()
+    }
+
+
+def explanation(known: dict[str, str], survivor: dict[str, Any]) -> str:
     """Return why a mutant survives."""
-    was, lines = (" ".join(" ".join(survivor[which]).split()) for which in ("before", "after"))
-    key = survivor["label"].partition(" ")[2] if lines in ("", "pass") else lines
-    known = EXPLAINED.get(phase, {})
-    return known.get(f"{was} -> {key}") or known.get(key) or known.get(was) or NOT_READ
+    was, now = code(survivor["before"]), code(survivor["after"])
+    change = survivor["label"].partition(" ")[2].replace("|", "\\|")
+    keys = (f"{was} -> {now}", f"{was} -> {change}", now, was)
+    return next((known[key] for key in keys if key in known), NOT_READ)
 
 
 def code(lines: list[str]) -> str:
@@ -36,7 +56,7 @@ def code(lines: list[str]) -> str:
     return f"`{' '.join(' '.join(lines).split())}`".replace("|", "\\|")
 
 
-def table(found: dict[str, Any]) -> list[str]:
+def table(found: dict[str, Any], known: dict[str, str]) -> list[str]:
     """Return the counts and the survivors of one phase, as Markdown."""
     counts = ", ".join(f"{fate} {count}" for fate, count in found["counts"].items())
     lines = [
@@ -47,7 +67,7 @@ def table(found: dict[str, Any]) -> list[str]:
     ]
 
     def alike(each: dict[str, Any]) -> tuple[list[str], str]:
-        return each["before"], explanation(found["broad_phase"], each)
+        return each["before"], explanation(known, each)
 
     for (before, why), group in groupby(found["survivors"], alike):
         these = list(group)
@@ -77,8 +97,10 @@ def found_in(text: str) -> dict[str, Any]:
 
 
 def main() -> None:
+    of_phases = explained(PAGE.read_text(encoding="utf-8"))
     for name in sys.argv[1:]:
-        print("\n".join(table(found_in(Path(name).read_text(encoding="utf-8")))), end="\n\n")
+        found = found_in(Path(name).read_text(encoding="utf-8"))
+        print("\n".join(table(found, of_phases.get(found["broad_phase"], {}))), end="\n\n")
 
 
 if __name__ == "__main__":

@@ -79,7 +79,7 @@ PHASES_OF_THEIR_OWN = {
     "studies.md",
     "writing-a-broad-phase.md",
 }
-"""Pages whose Python has a dozen loops for few events: see ``interpreting``."""
+"""Pages whose Python has a dozen loops for few events: slow."""
 
 
 def pages_with(language: str) -> list[Any]:
@@ -88,9 +88,9 @@ def pages_with(language: str) -> list[Any]:
     found = []
     for page in PAGES:
         marks = {block.mark for block in read_blocks(page) if block.language == language}
-        small = language == "python" and page.name in PHASES_OF_THEIR_OWN
+        many = language == "python" and page.name in PHASES_OF_THEIR_OWN
         if "" in marks:
-            lane = pytest.mark.small if small else pytest.mark.compiled
+            lane = [pytest.mark.compiled, *([pytest.mark.slow] if many else [])]
             found.append(pytest.param(page, ("",), id=page.name, marks=lane))
         if "slow" in marks:
             found.append(

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+import agreement
 import kinetile as kt
 from kinetile.errors import SceneError, ZenoError
 from kinetile.kernel.flight import positions_now
@@ -217,17 +218,8 @@ def hard_scenes() -> Iterator[tuple[str, kt.Scene]]:
 
 
 def lattice(seed: int, jitter: bool) -> kt.Scene:
-    """A lattice with exact ties, or one that is jittered by 1e-16 to 1e-9; every other one has turns."""
-    rng = np.random.default_rng(seed)
-    return kt.make_scene(
-        "lattice",
-        bodies=int(rng.integers(2, 26)),
-        kind=("dyadic", "non-dyadic")[seed % 2],
-        touching=0.4,
-        jitter=float(10.0 ** rng.uniform(-16, -9)) if jitter else 0.0,
-        turns=int(rng.integers(3, 40)) if seed % 4 >= 2 else 0,
-        seed=seed,
-    )
+    """A lattice with exact ties, or a jittered one; every other one has turns."""
+    return agreement.lattice(seed, jitter, 40 if seed % 4 >= 2 else 0)
 
 
 def columns(seed: int) -> kt.Scene:
@@ -291,23 +283,3 @@ def random_scene(seed: int, bodies: int | None = None) -> kt.Scene:
         mass_ratio=float(10.0 ** rng.uniform(0, 6)),
         seed=seed,
     )
-
-
-__all__ = [
-    "LOWER",
-    "OUTER",
-    "SCENES",
-    "UPPER",
-    "Steps",
-    "Tiling",
-    "audited_contacts",
-    "audited_events",
-    "columns",
-    "crevice",
-    "hard_scenes",
-    "lattice",
-    "random_scene",
-    "take_the_limit_away",
-    "tiling_by_force",
-    "tiling_of",
-]

@@ -12,7 +12,7 @@ from contextlib import suppress
 
 
 def main() -> None:
-    """Run the command line."""
+    """Runs the command line."""
     try:
         from kinetile.cli import main as command
 

@@ -189,6 +189,10 @@ class UnawaitedContactError(MissedContactError, AuditError):
     """An audit found a contact that is not predicted, or predicted too late: it would be missed."""
 
 
+FAULTS = (ZenoError, MissedContactError, PhaseError, AuditError)
+"""Errors with which a run ends whose scene and phases were accepted."""
+
+
 def nearest(name: str, known: Iterable[str]) -> str | None:
     """Returns the known name that ``name`` was probably meant to be, or None if none is near."""
     if len(name) > _LONGEST_NAME:

@@ -10,7 +10,7 @@ import sys
 from collections.abc import Callable, Sequence
 from itertools import count
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from kinetile_accuracy.oracle.agreement import Agreement
     from kinetile_accuracy.oracle.oracle import CertifiedContact, CertifiedRun, Oracle, OracleProgress
     from kinetile_accuracy.sections import Budget, Section
-    from kinetile_accuracy.specification.certify import CertifiedLog, LogProgress
+    from kinetile_accuracy.specification.certify import CertifiedLog, LogCertifier, LogProgress
 
 app = typer.Typer()
 _command = app.command(rich_help_panel="Accuracy")
@@ -74,8 +74,12 @@ def oracle(
         end = until_or_default(this_scene, until, max_contacts)
         options = {"until": end, "max_contacts": max_contacts, "against": against}
         certifier = Oracle(this_scene)
-        with Bar("certifying", this_scene.start, max_contacts) as bar:
-            progress = _oracle_progress(bar, this_scene, end, max_contacts)
+        with Bar("certifying") as bar:
+
+            def progress(state: OracleProgress) -> None:
+                text = f"{state.bits} bits: time {state.time:.6g}, {state.contacts:,} contacts"
+                bar.show(state.share, text)
+
             try:
                 if against is None:
                     certifier.run(end, max_contacts=max_contacts, progress=progress)
@@ -110,23 +114,6 @@ def _run_against(
     simulation = Simulation(certifier.scene, name, options=options or None)
     make_ready(simulation)
     return certify(simulation, until=until, max_contacts=max_contacts, oracle=certifier, progress=progress)
-
-
-def _oracle_progress(
-    bar: Bar, scene: Scene, until: float | None, max_contacts: int | None
-) -> Callable[[OracleProgress], None]:
-    """Returns what shows the oracle's progress on a bar."""
-
-    def show(state: OracleProgress) -> None:
-        shares = []
-        if until is not None and until > scene.start:
-            shares.append((state.time - scene.start) / (until - scene.start))
-        if max_contacts:
-            shares.append(state.contacts / max_contacts)
-        text = f"{state.bits} bits: time {state.time:.6g}, {state.contacts:,} contacts"
-        bar.show(min(max(shares), 1.0) if shares else None, text)
-
-    return show
 
 
 def _print_oracle(
@@ -169,33 +156,20 @@ def _plain_contact(contact: CertifiedContact) -> dict[str, Any]:
 
 def _contacts_table(contacts: Sequence[CertifiedContact]) -> Table:
     """Returns the contacts as a table; of very many, the first and the last."""
-    from kinetile.cli.output import empty_table
+    from kinetile.cli.output import rows_table
     from kinetile.kernel.log import WALLS
 
-    table = empty_table("> contact", "| time", "", "> disc", "with", "> head-on")
-    left_out = range(SHOWN, len(contacts) - SHOWN)
-    for index, contact in enumerate(contacts):
-        if index in left_out:
-            if index == SHOWN:
-                table.add_row("...", f"({len(left_out):,} more)")
-            continue
-        partner = f"disc {contact.b}" if contact.b >= 0 else f"{WALLS[contact.b]} wall"
-        same = "same time" if contact.tied else ""
-        table.add_row(
-            f"{index}", contact.time.decimal(), same, f"{contact.a}", partner, f"{contact.head_on:.6f}"
-        )
-    return table
+    rows = []
+    for index, (time, a, b, tied, head_on) in enumerate(contacts):
+        partner = f"disc {b}" if b >= 0 else f"{WALLS[b]} wall"
+        same = "same time" if tied else ""
+        rows.append((f"{index}", time.decimal(), same, f"{a}", partner, f"{head_on:.6f}"))
+    if len(rows) > 2 * SHOWN:
+        rows[SHOWN:-SHOWN] = [("...", f"({len(rows) - 2 * SHOWN:,} more)", "", "", "", "")]
+    return rows_table(("> contact", "| time", "", "> disc", "with", "> head-on"), rows)
 
 
 # kinetile certify-log
-
-
-class _Log(NamedTuple):
-    """Rows to check, how far they go (None: to the last), and the fingerprint that they claim."""
-
-    rows: NDArray[Any]
-    until: float | None
-    fingerprint: str | None = None
 
 
 @_command
@@ -220,13 +194,8 @@ def certify_log(
 ) -> None:
     """Check a list of contacts by the specification; exit code 1, and the first line that is wrong."""
     with exit_codes():
-        from kinetile_accuracy.specification.certify import LogCertifier
-
         this_scene = find_scene(scene, parameters)
-        found = _read_log(log, this_scene, until, max_contacts)
-        certifier = LogCertifier(
-            this_scene, found.rows, found.until, max_contacts=max_contacts, fingerprint=found.fingerprint
-        )
+        certifier = _certifier(log, this_scene, until, max_contacts)
         with Bar("certifying") as bar:
 
             def show(state: LogProgress) -> None:
@@ -243,29 +212,34 @@ def certify_log(
         raise typer.Exit(DIFFERENT)
 
 
-def _read_log(log: str, scene: Scene, until: float | None, max_contacts: int | None) -> _Log:
-    """Reads a list of contacts; raises BadOption where that cannot be done."""
+def _certifier(log: str, scene: Scene, until: float | None, max_contacts: int | None) -> LogCertifier:
+    """Returns the certifier of a list of contacts; raises BadOption where the list cannot be read."""
     from kinetile.records.contacts import read_contacts
     from kinetile.records.log import SIGNATURE
+    from kinetile_accuracy.specification.certify import LogCertifier
 
     end = until_or_default(scene, until, max_contacts)
-    if log == "-":
-        found = read_contacts(sys.stdin, "standard input")
-        return _Log(found.rows, end, found.fingerprint)
+    fingerprint: str | None = None
     try:
-        with Path(log).open("rb") as file:
-            if file.read(len(SIGNATURE)).startswith((_PARQUET, SIGNATURE)):
-                return _read_events(
-                    log, scene, end if until is not None or max_contacts is not None else None
-                )
-        with Path(log).open(encoding="utf-8", errors="replace") as lines:
-            found = read_contacts(lines, log)
-            return _Log(found.rows, end, found.fingerprint)
+        if log == "-":
+            rows, fingerprint = read_contacts(sys.stdin, "standard input")
+        elif _begins_with(log, (_PARQUET, SIGNATURE)):
+            given = until is not None or max_contacts is not None
+            rows, end = _read_events(log, scene, end if given else None)
+        else:
+            with Path(log).open(encoding="utf-8", errors="replace") as lines:
+                rows, fingerprint = read_contacts(lines, log)
     except OSError as error:
         raise BadOption(f"the log {log!r} cannot be read: {error.strerror or error}") from error
+    return LogCertifier(scene, rows, end, max_contacts=max_contacts, fingerprint=fingerprint)
 
 
-def _read_events(path: str, scene: Scene, end: float | None) -> _Log:
+def _begins_with(path: str, signatures: tuple[bytes, ...]) -> bool:
+    with Path(path).open("rb") as file:
+        return file.read(max(map(len, signatures))).startswith(signatures)
+
+
+def _read_events(path: str, scene: Scene, end: float | None) -> tuple[NDArray[Any], float | None]:
     """Reads an event file, and how far it goes: a run that was broken off goes to its last row."""
     from kinetile import ANSWER
     from kinetile.records.reading import read_with_scene
@@ -284,7 +258,7 @@ def _read_events(path: str, scene: Scene, end: float | None) -> _Log:
     if end is None and metadata["status"] == "complete":
         reached = metadata["time"]
         end = reached if not len(rows) or reached > rows["time"][-1] else None
-    return _Log(rows, end)
+    return rows, end
 
 
 def _print_certified(scene: Scene, log: str, report: CertifiedLog, json: bool) -> None:

@@ -12,7 +12,7 @@ from base64 import b64encode
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from kinetile.cli.output import as_csv, as_json
 from kinetile.errors import BadOption, MissingExtra
@@ -142,11 +142,10 @@ def write_report(
         OSError: it cannot be written.
     """
     check_packages(())
-    sections = list(sections)
-    folder = Path(folder)
+    sections, folder = list(sections), Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     written = []
-    drawn: dict[tuple[str, str], _Drawn] = {}
+    images: dict[tuple[str, str, str], str] = {}
     for section in sections:
         for table in section.tables:
             written.append(folder / f"{section.name}-{table.name}.csv")
@@ -154,18 +153,19 @@ def write_report(
         for picture in section.pictures:
             stem = folder / f"{section.name}-{picture.name}"
             with house_style():
-                written += save_figure(picture.draw(), stem, picture.description)
+                svg, png = save_figure(picture.draw(), stem, picture.description)
             with house_style(NARROW):
                 narrow = as_svg(picture.draw())
-            wide = stem.with_name(f"{stem.name}.svg").read_bytes()
-            drawn[section.name, picture.name] = _Drawn(wide, narrow)
+            written += svg, png
+            images[section.name, picture.name, "wide"] = _embedded(svg.read_bytes())
+            images[section.name, picture.name, "narrow"] = _embedded(narrow)
     data = folder / "accuracy.json"
     parts = [section_as_dict(section) for section in sections]
     data.write_text(
         as_json({"budget": budget, "conditions": dict(conditions), "parts": parts}) + "\n", "utf-8"
     )
     target = folder / "accuracy.html"
-    target.write_text(_page(sections, drawn, budget, conditions), encoding="utf-8")
+    target.write_text(_page(sections, images, budget, conditions), encoding="utf-8")
     return [target, data, *written]
 
 
@@ -185,20 +185,13 @@ def section_as_dict(section: Section) -> dict[str, Any]:
 # The page
 
 
-class _Drawn(NamedTuple):
-    """A figure as SVG, for a wide page and for a narrow one."""
-
-    wide: bytes
-    narrow: bytes
-
-
 def _page(
     sections: Sequence[Section],
-    drawn: Mapping[tuple[str, str], _Drawn],
+    images: Mapping[tuple[str, str, str], str],
     budget: Budget,
     conditions: Mapping[str, Any],
 ) -> str:
-    """Returns the page; ``drawn`` has each figure by the names of its section and picture."""
+    """Returns the page; ``images`` has each figure by its section, its picture, and "wide" or "narrow"."""
     jinja = needed("Writing the report", "Jinja2", "accuracy", "jinja2")
     environment = jinja.Environment(
         loader=jinja.PackageLoader("kinetile_accuracy"),
@@ -207,11 +200,6 @@ def _page(
         trim_blocks=True,
         lstrip_blocks=True,
     )
-
-    def image(section: Section, picture: ReportFigure, width: str) -> str:
-        svg = getattr(drawn[section.name, picture.name], width)
-        return "data:image/svg+xml;base64," + b64encode(svg).decode("ascii")
-
     claims = [claim for section in sections for claim in section.claims]
     text: str = environment.get_template("page.html").render(
         sections=sections,
@@ -219,9 +207,14 @@ def _page(
         verdict=verdict(claims),
         command=command(budget),
         conditions=conditions,
-        image=image,
+        images=images,
     )
     return text
+
+
+def _embedded(svg: bytes) -> str:
+    """Returns a picture as the address that a page embeds it by."""
+    return "data:image/svg+xml;base64," + b64encode(svg).decode("ascii")
 
 
 def command(budget: Budget) -> str:

@@ -130,8 +130,8 @@ def read_events(study: Study) -> Bench:
         found += [_row(of_phase, most) for of_phase in scene.values()]
     plan = study.plan
     conditions = {
-        "seconds": plan.seconds,
-        "repeats": plan.repeats,
+        "seconds": plan.file.seconds,
+        "repeats": plan.file.repeats,
         "seed": plan.scenes[0].combinations[0]["seed"],
         "counted_contacts_a_disc": COUNTED,
     }

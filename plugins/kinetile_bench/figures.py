@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -41,7 +42,7 @@ def draw(plan: StudyPlan, table: Any, folder: Path) -> list[Path]:
     written = []
     with house_style():
         folder.mkdir(parents=True, exist_ok=True)
-        for wanted in plan.figures or (FigureTable(name="figure", y=""),):
+        for wanted in plan.file.figures or (FigureTable(name="figure", y=""),):
             names = [kind for kind, *_ in _KINDS] if wanted.kind == "shares" else [wanted.y]
             quantities = [take_rows(plan, table, name or None) for name in names]
             x = choose_axis(quantities[0], wanted.x)
@@ -52,6 +53,10 @@ def draw(plan: StudyPlan, table: Any, folder: Path) -> list[Path]:
             lines = -(-len(panels) // columns)
             figure, axes = new_figure(columns, 0.8 + 2.4 * lines, rows=lines, sharey=True)
             each = _Figure(wanted, quantities, x, panels, figure, [axes] if len(panels) == 1 else list(axes))
+            for unused in each.axes[len(panels) :]:
+                unused.set_visible(False)
+            if wanted.title:
+                figure.suptitle(wanted.title)
             each.draw_lines() if wanted.kind == "lines" else each.draw_shares()
             written += save_figure(figure, folder / wanted.name)
     return written
@@ -59,37 +64,25 @@ def draw(plan: StudyPlan, table: Any, folder: Path) -> list[Path]:
 
 def _panels(rows: Quantity, x: str) -> list[tuple[str, dict[str, Any]]]:
     """Returns the panels: their titles, and the parameters that have one value in each."""
-    others = [name for name in rows.parameters if name != x]
-    scenes = [dict(zip(rows.parameters, scene, strict=True)) for scene in rows.scenes]
     found = {}
-    for scene in scenes:
-        fixed = {name: scene[name] for name in others}
-        title = ", ".join(f"{name} {_text(value)}" for name, value in fixed.items())
-        found[title] = fixed
+    for scene in rows.scenes:
+        fixed = {name: value for name, value in zip(rows.parameters, scene, strict=True) if name != x}
+        found[", ".join(f"{name} {_text(value)}" for name, value in fixed.items())] = fixed
     return list(found.items())
 
 
+@dataclass(frozen=True)
 class _Figure:
-    def __init__(
-        self,
-        wanted: FigureTable,
-        quantities: list[Quantity],
-        x: str,
-        panels: list[tuple[str, dict[str, Any]]],
-        figure: Any,
-        axes: list[Any],
-    ) -> None:
-        self.wanted = wanted
-        self.quantities = quantities
-        self.rows = quantities[0]
-        self.x = x
-        self.panels = panels
-        self.figure = figure
-        self.axes = axes
-        for unused in axes[len(panels) :]:
-            unused.set_visible(False)
-        if wanted.title:
-            figure.suptitle(wanted.title)
+    wanted: FigureTable
+    quantities: list[Quantity]
+    x: str
+    panels: list[tuple[str, dict[str, Any]]]
+    figure: Any
+    axes: list[Any]
+
+    @property
+    def rows(self) -> Quantity:
+        return self.quantities[0]
 
     def draw_lines(self) -> None:
         """Draws a quantity over a parameter: medians over seeds, with the extremes."""
@@ -109,18 +102,8 @@ class _Figure:
                     [m - min(values) for m, values in zip(middle, found.values(), strict=True)],
                     [max(values) - m for m, values in zip(middle, found.values(), strict=True)],
                 ]
-                axes.errorbar(
-                    list(found),
-                    middle,
-                    yerr=bars,
-                    label=phase,
-                    color=colour,
-                    marker=marker,
-                    linestyle=line,
-                    markersize=4,
-                    linewidth=1.2,
-                    capsize=2,
-                )
+                look = {"color": colour, "marker": marker, "linestyle": line, "markersize": 4}
+                axes.errorbar(list(found), middle, bars, label=phase, linewidth=1.2, capsize=2, **look)
             if len(ticks) <= 8:
                 axes.set_xticks(sorted(ticks), [_text(each) for each in sorted(ticks)])
                 axes.set_xticks([], minor=True)
@@ -159,17 +142,8 @@ class _Figure:
         for (_, label, colour, hatch), values in zip(_KINDS, counts, strict=True):
             shares = [100.0 * a / b for a, b in zip(values, totals, strict=True)]
             share = statistics.fmean(shares)
-            axes.bar(
-                place,
-                share,
-                0.85,
-                bottom=bottom,
-                label=label,
-                color=colour,
-                hatch=hatch,
-                edgecolor="0.2",
-                linewidth=0.5,
-            )
+            look = {"color": colour, "hatch": hatch, "edgecolor": "0.2", "linewidth": 0.5}
+            axes.bar(place, share, 0.85, bottom=bottom, label=label, **look)
             bottom += share
             if values is counts[0] and len(shares) > 1 and share > 0.0:
                 error = statistics.stdev(shares) / math.sqrt(len(shares))

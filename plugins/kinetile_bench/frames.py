@@ -13,7 +13,7 @@ compiles would show in ``compile_seconds``, and a program that gets slower as it
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -99,14 +99,14 @@ def bench_frames(
     frames: int = 600,
     play: Play | None = None,
     *,
-    start: Callable[[str, Any], Any] | None = None,
-    finish: Callable[[FrameBench], Any] | None = None,
+    start: Callable[[Any], Any] | None = None,
     progress: Callable[[int, int], None] | None = None,
-) -> FrameBench:
-    """Measures a number of frames under each of the phases, one after the other.
+) -> Iterator[FrameBench]:
+    """Measures a number of frames under each of the phases, one after the other; yields what there is after
+    each.
 
-    ``start`` is called with a label and a simulation before its first frame, ``finish`` with what there is
-    after each phase, ``progress`` with the frames done and their total.
+    ``start`` is called with a simulation before its first frame, ``progress`` with the frames done and their
+    total.
 
     Raises BadOption for fewer than twenty frames or more changes than discs, and what ``Simulation`` and
     ``make_scene`` raise, but for Refused, which is a row.
@@ -121,25 +121,22 @@ def bench_frames(
         raise BadOption(f"of {play.bodies} discs there cannot be {changes} in a frame")
     scene = make_scene("grid", bodies=play.bodies, density=play.density, speed=play.speed, seed=play.seed)
     chosen = phases_with_options(phases)
-    bench = FrameBench((), environment() | {"frames": frames} | play._asdict())
-    for done, (name, options) in enumerate(chosen):
+    rows: list[FrameRow] = []
+    for name, options in chosen:
 
-        def count(frame: int, done: int = done) -> None:
+        def count(frame: int) -> None:
             if progress is not None:
-                progress(done * frames + frame, len(chosen) * frames)
+                progress(len(rows) * frames + frame, len(chosen) * frames)
 
         label = write_phase(name, options)
         try:
             sim = Simulation(scene, name, options=options, live=True)
             if start is not None:
-                start(label, sim)
-            row = _row(label, sim, frames, play, count)
+                start(sim)
+            rows.append(_row(label, sim, frames, play, count))
         except Refused as refused:
-            row = FrameRow(label, refused=str(refused))
-        bench = FrameBench((*bench.rows, row), bench.conditions)
-        if finish is not None:
-            finish(bench)
-    return bench
+            rows.append(FrameRow(label, refused=str(refused)))
+        yield FrameBench(tuple(rows), environment() | {"frames": frames} | play._asdict())
 
 
 def _row(label: str, sim: Any, frames: int, play: Play, count: Callable[[int], None]) -> FrameRow:

@@ -132,7 +132,7 @@ def read_growth(study: Study) -> Growth:
             rows.setdefault(row["bodies"], []).append(json.loads(row["stages"]))
     tiny = rows.pop(TINY)[0]["peaks"] if TINY in rows else {}
     found = tuple(_row(n, runs, tiny) for n, runs in rows.items())
-    conditions = environment() | {"seconds": plan.seconds, "repeats": plan.repeats, "seed": seed}
+    conditions = environment() | {"seconds": plan.file.seconds, "repeats": plan.file.repeats, "seed": seed}
     conditions |= {"contacts_before": WARM_UP}
     return Growth(write_phase(*plan.phases[0]), density, found, conditions)
 

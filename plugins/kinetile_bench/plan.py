@@ -15,7 +15,7 @@ import math
 import os
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
 from pathlib import Path
@@ -104,13 +104,34 @@ class StudyTable(_Keys):
     figures: Annotated[list[FigureTable], _key("[[figures]] tables", max_length=100)] = []
 
 
-def find_faults(tables: Mapping[str, Any]) -> tuple[list[Mistake], set[Place]]:
-    """Compares a file's tables with the model of a study.
+_MOST = 100_000
+"""How many values a list or range may have."""
+
+_FORM = "{ from, to, step } or { from, to, count, scale }"
+_Finite = Annotated[float, _key(f"a finite number, as in {_FORM}", allow_inf_nan=False)]
+
+
+class RangeTable(_Keys):
+    """A range; its model has the names of its keys, of which one is a word of Python."""
+
+    model_config = ConfigDict(alias_generator=lambda name: name.removesuffix("_"))
+
+    from_: _Finite
+    to: _Finite
+    step: _Finite = 1
+    count: Annotated[int | None, _key(f"a whole number from 2 to {_MOST:,}", ge=2, le=_MOST)] = None
+    scale: Annotated[Literal["linear", "log"], _key('"linear" or "log"')] = "linear"
+
+
+def find_faults(
+    tables: Mapping[str, Any], model: type[_Keys] = StudyTable
+) -> tuple[list[Mistake], set[Place]]:
+    """Compares tables with a model.
 
     Returns the mistakes, and the places of the values that are missing or of a wrong type, and so unusable.
     """
     try:
-        StudyTable.model_validate(tables)
+        model.model_validate(tables)
         return [], set()
     except ValidationError as error:
         found = error.errors(include_url=False, include_input=False)
@@ -119,22 +140,22 @@ def find_faults(tables: Mapping[str, Any]) -> tuple[list[Mistake], set[Place]]:
     for detail in found:
         kind, place = detail["type"], detail["loc"]
         if kind == "extra_forbidden":
-            expected = one_of(str(place[-1]), _fields(place))
+            expected = one_of(str(place[-1]), _fields(model, place))
             mistakes[place] = Mistake(written(place), "a key that is not known here", expected)
             continue
         while isinstance(place[-1], int) and (len(place) > 2 or place[0] not in ("scenes", "figures")):
             place = place[:-1]  # the whole list is meant, not its second entry
         faults.add(place)
-        expected = "a table" if isinstance(place[-1], int) else _fields(place)[str(place[-1])]
+        expected = "a table" if isinstance(place[-1], int) else _fields(model, place)[str(place[-1])]
         value = "nothing" if kind == "missing" else shown(_at(tables, place))
         mistakes[place] = Mistake(written(place), value, expected)
     return list(mistakes.values()), faults
 
 
-def _fields(place: Place) -> dict[str, str]:
+def _fields(model: type[_Keys], place: Place) -> dict[str, str]:
     """Returns the keys of the table in which ``place`` ends, each with what is expected there."""
-    models: dict[str | int, type[_Keys]] = {"scenes": SceneTable, "figures": FigureTable}
-    model = models.get(place[0], StudyTable) if len(place) > 1 else StudyTable
+    if len(place) > 1:
+        model = SceneTable if place[0] == "scenes" else FigureTable
     return {field.alias or name: field.description or "" for name, field in model.model_fields.items()}
 
 
@@ -142,13 +163,6 @@ def _at(tables: Any, place: Place) -> Any:
     for step in place:
         tables = tables[step]
     return tables
-
-
-MOST = 100_000
-"""How many values a list or range may have."""
-
-_KEYS = ("from", "to", "step", "count", "scale")
-_FORM = "{ from, to, step } or { from, to, count, scale }"
 
 
 def values_of(given: Any, where: str, mistakes: list[Mistake], *, whole: bool = False) -> list[Any]:
@@ -162,8 +176,8 @@ def values_of(given: Any, where: str, mistakes: list[Mistake], *, whole: bool = 
         return [given]
     if not given:
         mistakes.append(Mistake(where, "an empty list", f"a value, a list of values, or a range {_FORM}"))
-    if len(given) > MOST:
-        mistakes.append(Mistake(where, f"{len(given):,} values", f"at most {MOST:,}"))
+    if len(given) > _MOST:
+        mistakes.append(Mistake(where, f"{len(given):,} values", f"at most {_MOST:,}"))
         return []
     kept = list({(type(each), repr(each)): each for each in given}.values())
     if len(kept) < len(given):
@@ -173,46 +187,35 @@ def values_of(given: Any, where: str, mistakes: list[Mistake], *, whole: bool = 
 
 def _range(given: Mapping[str, Any], where: str, mistakes: list[Mistake], whole: bool) -> list[Any]:
     known = len(mistakes)
-    for key in given:
-        if key not in _KEYS:
-            mistakes.append(Mistake(f"{where}.{key}", "a key that is not known here", one_of(key, _KEYS)))
-    for key in ("from", "to", "step"):
-        if key in given and not is_finite(given[key]):
-            mistakes.append(Mistake(f"{where}.{key}", shown(given[key]), "a finite number"))
-        elif key not in given and key != "step":
-            mistakes.append(Mistake(f"{where}.{key}", "nothing", f"a finite number, as in {_FORM}"))
-    count: Any = given.get("count")
-    scale = given.get("scale", "linear")
-    if count is not None and (isinstance(count, bool) or not isinstance(count, int) or not 1 < count <= MOST):
-        mistakes.append(Mistake(f"{where}.count", shown(count), f"a whole number from 2 to {MOST:,}"))
-    if scale not in ("linear", "log"):
-        mistakes.append(Mistake(f"{where}.scale", shown(scale), '"linear" or "log"'))
-    if "step" in given and ("count" in given or "scale" in given):
-        mistakes.append(Mistake(where, "step beside count or scale", f"one of {_FORM}"))
+
+    def wrong(key: str, found: str, expected: str) -> None:
+        mistakes.append(Mistake(where + key, found, expected))
+
+    mistakes += [each._replace(where=f"{where}.{each.where}") for each in find_faults(given, RangeTable)[0]]
+    if "step" in given and {"count", "scale"} & given.keys():
+        wrong("", "step beside count or scale", f"one of {_FORM}")
     if len(mistakes) > known:
         return []
     first, last = Fraction(repr(given["from"])), Fraction(repr(given["to"]))
-    if first >= last or (scale == "log" and first <= 0):
-        expected = "from below to" + (", both above 0" if scale == "log" else "")
-        mistakes.append(Mistake(where, f"from {given['from']!r} to {given['to']!r}", expected))
+    count: Any = given.get("count")
+    logarithmic = given.get("scale") == "log"
+    ends = f"from {given['from']!r} to {given['to']!r}"
+    if first >= last or (logarithmic and first <= 0):
+        wrong("", ends, "from below to" + (", both above 0" if logarithmic else ""))
         return []
-    if scale == "log" and count is None:
-        mistakes.append(Mistake(f"{where}.count", "nothing", "a whole number: how many values there are"))
-        return []
-    if scale == "log":
+    if logarithmic:
         ratio = float(last) / float(first)
-        if not math.isfinite(ratio):
-            found = f"from {given['from']!r} to {given['to']!r}"
-            mistakes.append(Mistake(where, found, "numbers whose ratio is at most 1.8e308"))
+        if count is None:
+            wrong(".count", "nothing", "a whole number: how many values there are")
+        elif not math.isfinite(ratio):
+            wrong("", ends, "numbers whose ratio is at most 1.8e308")
+        if len(mistakes) > known:
             return []
-        numbers = [float(first) * math.pow(ratio, k / (count - 1)) for k in range(count)]
-        numbers[-1] = float(last)
+        numbers = [float(first) * math.pow(ratio, k / (count - 1)) for k in range(count - 1)] + [float(last)]
         return list(dict.fromkeys(map(round, numbers))) if whole else numbers
-    step = Fraction(repr(given.get("step", 1)))
-    if count is not None:
-        step = (last - first) / (count - 1)
-    if step <= 0 or (last - first) / step >= MOST:
-        mistakes.append(Mistake(f"{where}.step", shown(given.get("step")), f"at most {MOST:,} steps upwards"))
+    step = Fraction(repr(given.get("step", 1))) if count is None else (last - first) / (count - 1)
+    if step <= 0 or (last - first) / step >= _MOST:
+        wrong(".step", shown(given.get("step")), f"at most {_MOST:,} steps upwards")
         return []
     exact = [first + k * step for k in range(math.floor((last - first) / step) + 1)]
     integers = all(isinstance(given.get(key, 1), int) for key in ("from", "to", "step"))
@@ -244,34 +247,17 @@ class SceneSet:
 
 @dataclass(frozen=True)
 class StudyPlan:
-    """The content of a study file.
+    """The content of a study file: ``file`` is all of it, ``scenes`` and ``phases`` (name and options) are
+    what two of its keys mean."""
 
-    Attributes:
-        source: the file, or None.
-        results: the folder of the rows, as the file has it, or None.
-        scenes: the scenes.
-        phases: (name, options) of each broad phase.
-        repeats: how often each run is done.
-        measure: the measurements beside the readings.
-        seconds: CPU seconds of the runs of a task whose timings are measured, at least.
-        limit: CPU seconds that a task may take, or None.
-        figures: the figures to draw.
-    """
-
-    source: str | None
-    results: str | None
+    file: StudyTable
     scenes: tuple[SceneSet, ...]
     phases: tuple[tuple[str, Mapping[str, Any]], ...]
-    repeats: int = 1
-    measure: tuple[str, ...] = ()
-    seconds: float = 0.05
-    limit: float | None = None
-    figures: tuple[FigureTable, ...] = field(default=())
 
     @property
     def size(self) -> int:
         """The number of tasks."""
-        return sum(len(each.combinations) for each in self.scenes) * len(self.phases) * self.repeats
+        return sum(len(each.combinations) for each in self.scenes) * len(self.phases) * self.file.repeats
 
 
 def read_plan_file(path: str | os.PathLike[str]) -> StudyPlan:
@@ -334,17 +320,8 @@ class _PlanReader:
         self.check_figures(tables.get("figures", []))
         if self.mistakes:
             raise StudyError(abridged(self.mistakes), self.source)
-        plan = StudyPlan(
-            self.source,
-            results,
-            tuple(each for each in scenes if each is not None),
-            tuple(phases),
-            tables.get("repeats", 1),
-            tuple(dict.fromkeys(tables.get("measure", ()))),
-            float(tables.get("seconds", 0.05)),
-            tables.get("limit"),
-            tuple(FigureTable.model_validate(each) for each in tables.get("figures", [])),
-        )
+        file = StudyTable.model_validate(self.tables)
+        plan = StudyPlan(file, tuple(each for each in scenes if each is not None), tuple(phases))
         if plan.size > _MOST_TASKS:
             self.wrong("scenes", f"{plan.size:,} tasks in all", f"at most {_MOST_TASKS:,}")
             raise StudyError(self.mistakes, self.source)

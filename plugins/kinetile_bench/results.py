@@ -79,15 +79,13 @@ def crossover(
     Between two x the logarithm of the ratio is taken for a straight line over that of x. The interval is over
     the seeds that have one crossing each. None where the mean, or half of the seeds, has none, or several.
     """
-    ratios: dict[int, dict[float, float]] = {}
+    ratios: dict[int, dict[float, float]] = defaultdict(dict)
+    by_x: dict[float, list[float]] = defaultdict(list)
     for seed in one.keys() & other.keys():
         for x in one[seed].keys() & other[seed].keys():
             if x > 0.0 and one[seed][x] > 0.0 < other[seed][x]:
-                ratios.setdefault(seed, {})[x] = math.log(one[seed][x] / other[seed][x])
-    by_x: dict[float, list[float]] = {}
-    for found in ratios.values():
-        for x, ratio in found.items():
-            by_x.setdefault(x, []).append(ratio)
+                ratios[seed][x] = math.log(one[seed][x] / other[seed][x])
+                by_x[x].append(ratios[seed][x])
     middle = {x: statistics.fmean(found) for x, found in by_x.items()}
     crossings = _crossings(middle)
     single = [each[0] for found in ratios.values() if len(each := _crossings(found)) == 1]
@@ -123,12 +121,8 @@ def _within(t: float, freedom: int) -> float:
 
 
 def _exp(estimate: Estimate) -> Estimate:
-    interval = estimate.interval
-    return Estimate(
-        math.exp(estimate.value),
-        None if interval is None else (math.exp(interval[0]), math.exp(interval[1])),
-        estimate.seeds,
-    )
+    low_high = estimate.interval and (math.exp(estimate.interval[0]), math.exp(estimate.interval[1]))
+    return Estimate(math.exp(estimate.value), low_high, estimate.seeds)
 
 
 def _error_of_exponent(x: Sequence[float], y: Sequence[float]) -> float | None:
@@ -138,8 +132,7 @@ def _error_of_exponent(x: Sequence[float], y: Sequence[float]) -> float | None:
     logs_x, logs_y = list(map(math.log, x)), list(map(math.log, y))
     slope, height = statistics.linear_regression(logs_x, logs_y)
     rest = math.fsum((b - height - slope * a) ** 2 for a, b in zip(logs_x, logs_y, strict=True))
-    middle = statistics.fmean(logs_x)
-    return math.sqrt(rest / (len(x) - 2) / math.fsum((a - middle) ** 2 for a in logs_x))
+    return math.sqrt(rest / (len(x) - 2)) / (statistics.pstdev(logs_x) * math.sqrt(len(x)))
 
 
 def _crossings(points: Mapping[float, float]) -> list[float]:

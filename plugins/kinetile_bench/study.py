@@ -40,7 +40,7 @@ class Study:
         results: str | os.PathLike[str] | None = None,
     ) -> None:
         self.plan, beside = _read(source)
-        folder = results if results is not None else self.plan.results
+        folder = results if results is not None else self.plan.file.results
         if folder is None and beside is None:
             raise BadOption("a study that is given by its tables needs results: the name of a folder")
         if results is None and folder is not None and beside is not None:
@@ -92,7 +92,7 @@ class Study:
         for status in again:
             if status not in (*STATUSES, CHANGED):
                 raise BadOption(f"again is {status!r}; expected {one_of(status, (*STATUSES, CHANGED))}")
-        pool = _pool(executor, workers, dask, memory, quiet_core, self.plan.limit)
+        pool = _pool(executor, workers, dask, memory, quiet_core, self.plan.file.limit)
         return StudyRun(Store(self.results), self.tasks, pool, progress, disagreed).run(again)
 
     def status(self) -> StudyStatus:

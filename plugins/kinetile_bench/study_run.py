@@ -7,7 +7,7 @@ row with that status, and the rest get theirs. A worker that dies costs no row b
 
 from __future__ import annotations
 
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
 from time import monotonic
@@ -199,9 +199,7 @@ class _Dispatcher:
         self._tasks = tasks
         self._take = take
         self._tick = tick
-        self._suspects: deque[Task] = deque()
         self._under_way: dict[Future[Any], Task] = {}
-        self._begun = 0.0  # when the last task was handed out
         self._window = pool.width + (pool.width > 1)  # one task waits, so that no worker does
 
     def run(self, compile_first: Sequence[Task]) -> None:
@@ -211,13 +209,15 @@ class _Dispatcher:
         Raises VersionsDiffer where a worker has other versions, and PoolError where the pool cannot go on.
         """
         executor = self._compiled(compile_first)
-        while self._hand_out(executor):
-            done, _ = wait(self._under_way, timeout=0.5, return_when=FIRST_COMPLETED)
-            self._tick()
+        while True:
+            while len(self._under_way) < self._window and (task := next(self._tasks, None)) is not None:
+                self._submit(executor, task)
+            if not self._under_way:
+                return
             beside = self._pool.beside(len(self._under_way))
-            broken = [task for future in done if (task := self._settled(future, beside)) is not None]
+            broken = [task for each in self._done() if (task := self._settled(each, beside)) is not None]
             if broken:
-                executor = self._restarted(broken)
+                executor = self._one_by_one(broken)
 
     def _compiled(self, tasks: Sequence[Task]) -> Executor:
         """Returns an executor after the loops of these tasks have been compiled into the cache."""
@@ -233,17 +233,6 @@ class _Dispatcher:
             return self._pool.start()
         return executor
 
-    def _hand_out(self, executor: Executor) -> bool:
-        """Keeps the workers busy; returns whether any task is under way."""
-        if self._suspects and not self._under_way:
-            self._submit(executor, self._suspects[0])
-        while not self._suspects and len(self._under_way) < self._window:
-            task = next(self._tasks, None)
-            if task is None:
-                break
-            self._submit(executor, task)
-        return bool(self._under_way)
-
     def _submit(self, executor: Executor, task: Task) -> None:
         try:
             future = executor.submit(run_task, task._asdict())
@@ -251,7 +240,12 @@ class _Dispatcher:
             future = Future()
             future.set_exception(BrokenExecutor("the workers are gone"))
         self._under_way[future] = task
-        self._begun = monotonic()
+
+    def _done(self) -> set[Future[Any]]:
+        """Waits for a while; returns the futures that are done by then."""
+        done, _ = wait(self._under_way, timeout=0.5, return_when=FIRST_COMPLETED)
+        self._tick()
+        return done
 
     def _settled(self, future: Future[Any], beside: int) -> Task | None:
         """Passes on the result of a task; returns the task where its worker died."""
@@ -260,8 +254,6 @@ class _Dispatcher:
             result = self._result(future)
         except (BrokenExecutor, CancelledError):
             return task
-        if self._suspects and task is self._suspects[0]:
-            self._suspects.popleft()
         self._take(task, result, beside)
         return None
 
@@ -276,21 +268,27 @@ class _Dispatcher:
                 return {"status": LOST, "error": f"the workers died of it, one after the other: {error}"}
             raise PoolError(f"a task cannot be done here: {type(error).__name__}: {error}") from error
 
-    def _restarted(self, broken: list[Task]) -> Executor:
-        """Makes suspects of the tasks of a broken executor, and returns another executor."""
+    def _one_by_one(self, broken: list[Task]) -> Executor:
+        """Runs the tasks of a broken executor again, each alone: the one that breaks another executor gets a
+        row that says so. Returns the executor to go on with."""
         for future in list(self._under_way):
             task = self._settled(future, 0) if future.done() else self._under_way.pop(future)
             broken += [task] if task is not None else []
-        if self._suspects and broken == [self._suspects[0]]:
-            self._take(self._suspects.popleft(), self._death(), 0)
-        else:
-            self._suspects.extend(task for task in broken if task not in self._suspects)
-        return self._pool.start()
+        executor = self._pool.start()
+        for task in broken:
+            self._submit(executor, task)
+            began = monotonic()
+            while not (done := self._done()):
+                pass
+            if self._settled(done.pop(), 0) is not None:
+                self._take(task, self._death(monotonic() - began), 0)
+                executor = self._pool.start()
+        return executor
 
-    def _death(self) -> dict[str, Any]:
+    def _death(self, seconds: float) -> dict[str, Any]:
         """Returns the result of a task whose worker died a second time, with nothing else running."""
         limit = self._pool.limit
-        if limit is not None and monotonic() - self._begun >= limit:
+        if limit is not None and seconds >= limit:
             reason = f"it took more than {limit:g} CPU seconds, the study's limit, and its worker was ended"
             return {"status": OUT_OF_TIME, "error": reason}
         return {"status": LOST, "error": "its worker died, twice: the second time nothing else was running"}

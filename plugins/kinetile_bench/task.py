@@ -151,44 +151,45 @@ class Task(NamedTuple):
 
 def tasks_of(plan: StudyPlan) -> Iterator[Task]:
     """Yields the tasks of a study: scene by scene, repeat by repeat, each under all phases."""
-    phases = [(write_phase(*each), *each, source_of("broad phase", each[0])) for each in plan.phases]
+    measure = tuple(dict.fromkeys(plan.file.measure))
+    seconds = plan.file.seconds
+    measured = measure, seconds if {"timings", "rate", "stages"} & set(measure) else None
     for scenes in plan.scenes:
-        content, recipe, sha256 = scenes.content, scenes.made_by, None
-        if content is None:
-            recipe = scenes.recipe
-        else:  # the key depends on the content and not on the name of the file
-            sha256 = hashlib.sha256(content.encode()).hexdigest()
-        recipe_source = None if recipe is None else source_of("scene", recipe)
-        versions = [
-            {"kinetile": ANSWERED, f"broad phase {name}": source}
-            | ({} if recipe_source is None else {f"scene {recipe}": recipe_source})
-            for _, name, _, source in phases
+        sha256 = None if scenes.content is None else hashlib.sha256(scenes.content.encode()).hexdigest()
+        recipe = scenes.recipe if scenes.content is None else scenes.made_by
+        versions = {"kinetile": ANSWERED}
+        if recipe is not None:
+            versions[f"scene {recipe}"] = source_of("scene", recipe)
+        # The name of a scene file is in no key: what determines the result is its content.
+        scene = sha256 or recipe, versions.get(f"scene {recipe}")
+        turn = [
+            (
+                write_phase(*phase),
+                *phase,
+                versions | {f"broad phase {phase[0]}": source_of("broad phase", phase[0])},
+            )
+            for phase in plan.phases
         ]
         for parameters in scenes.combinations:
-            course = _digest(
-                [sha256 or recipe, parameters, scenes.until, scenes.contacts, ANSWER, recipe_source]
-            )
-            for repeat in range(1, plan.repeats + 1):
-                turn = list(zip(phases, versions, strict=True))
-                for (label, name, options, source), found in turn if repeat % 2 else reversed(turn):
-                    measured = plan.measure, plan.seconds if "timings" in plan.measure else None
-                    key = _digest([course, name, options, measured, repeat, ANSWERED, source])
+            course = _digest([*scene, parameters, scenes.until, scenes.contacts, ANSWER])
+            for repeat in range(1, plan.file.repeats + 1):
+                for label, name, options, found in turn if repeat % 2 else reversed(turn):
                     yield Task(
-                        key,
-                        course,
-                        scenes.recipe,
-                        parameters,
-                        label,
-                        name,
-                        options,
-                        scenes.until,
-                        scenes.contacts,
-                        plan.measure,
-                        plan.seconds,
-                        repeat,
-                        found,
-                        content,
-                        sha256,
+                        key=_digest([course, name, options, measured, repeat, found]),
+                        course=course,
+                        recipe=scenes.recipe,
+                        parameters=parameters,
+                        phase=label,
+                        broad_phase=name,
+                        options=options,
+                        until=scenes.until,
+                        contacts=scenes.contacts,
+                        measure=measure,
+                        seconds=seconds,
+                        repeat=repeat,
+                        versions=found,
+                        content=scenes.content,
+                        scene_sha256=sha256,
                     )
 
 

@@ -18,7 +18,7 @@ import statistics
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -63,6 +63,14 @@ class SceneRow:
     commands: int | None = None
     fingerprint: str | None = None
 
+    @property
+    def rate(self) -> float:
+        """Contacts a CPU second; 0 if it does not accept the scene."""
+        return self.contacts_per_cpu_second or 0.0
+
+
+Row = TypeVar("Row", bound=SceneRow)
+
 
 @dataclass(frozen=True)
 class SceneBench(PhasesMeasured):
@@ -81,14 +89,14 @@ def bench_scene(
     narrow_phases: Mapping[str, Mapping[str, Any]] | None = None,
     repeats: int = 3,
     seconds: float = 0.0,
-    start: Callable[[str, Any], Any] | None = None,
+    start: Callable[[Any], Any] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> SceneBench:
     """Measures broad phases (all registered ones, if None) on a scene, up to a time or for a number of
     contacts, as in ``Simulation.run``. A run is repeated until the runs have taken this many CPU
     ``seconds`` together; their median is one of this many ``repeats``.
 
-    ``start`` is called with a label and a simulation before a phase first runs, ``progress`` with the runs
+    ``start`` is called with a simulation before a phase first runs, ``progress`` with the runs
     done and their total. Raises what ``Simulation`` raises, but for Refused, which is a row.
     """
     chosen = phases_with_options(registry().names("broad phase") if phases is None else phases)
@@ -104,7 +112,7 @@ def bench_scene(
                         scene, name, options=options, narrow_phases=narrow_phases, keep_contacts=False
                     )
                     if start is not None and repeat == 0 and not spent:
-                        start(write_phase(name, options), sim)
+                        start(sim)
                     sim.build()
                     taken, ended[k] = _timed(sim, until, max_contacts)
                     spent.append(taken)
@@ -115,10 +123,9 @@ def bench_scene(
             if progress is not None:
                 progress(repeat * len(chosen) + k + 1, repeats * len(chosen))
     rows = [_row(write_phase(*choice), runs[k], ended[k]) for k, choice in enumerate(chosen)]
-    most = max((row.contacts_per_cpu_second or 0.0 for row in rows), default=0.0)
     conditions = environment() | {"repeats": repeats, "seconds": seconds}
     conditions |= {"until": until, "max_contacts": max_contacts}
-    return SceneBench(tuple(_beside(row, most) for row in rows), conditions)
+    return SceneBench(_rated(rows), conditions)
 
 
 def _timed(sim: Any, until: float | None, max_contacts: int | None) -> tuple[float, str | None]:
@@ -152,10 +159,13 @@ def _row(phase: str, runs: Sequence[tuple[float, dict[str, Any]]], ended_by: str
     )
 
 
-def _beside(row: SceneRow, most: float) -> SceneRow:
-    """Returns a row with its rate over that of the fastest."""
-    rate = row.contacts_per_cpu_second
-    return row if rate is None or most == 0.0 else SceneRow(**(vars(row) | {"of_fastest": rate / most}))
+def _rated(rows: Sequence[Row]) -> tuple[Row, ...]:
+    """Returns rows with their rates over that of the fastest."""
+    most = max((row.rate for row in rows), default=0.0)
+    return tuple(
+        row if row.contacts_per_cpu_second is None or not most else replace(row, of_fastest=row.rate / most)
+        for row in rows
+    )
 
 
 PILOT = 300
@@ -175,23 +185,16 @@ CLOSE = 0.05
 
 
 @dataclass(frozen=True)
-class Candidate:
-    """One broad phase on the scene.
+class Candidate(SceneRow):
+    """One broad phase on the scene, as it was measured; by the pilot alone where ``hopeless``.
 
     Attributes:
-        row: as it was measured; of the pilot alone where ``hopeless``.
         hopeless: it was not measured further, being slow from the beginning.
         memory: bytes of the arrays of scene, kernel and phase, the log apart; None: it refuses the scene.
     """
 
-    row: SceneRow
-    hopeless: bool
-    memory: int | None
-
-    @property
-    def rate(self) -> float:
-        """Contacts a CPU second; 0 if it does not accept the scene."""
-        return self.row.contacts_per_cpu_second or 0.0
+    hopeless: bool = False
+    memory: int | None = None
 
 
 @dataclass(frozen=True)
@@ -214,11 +217,7 @@ class Chosen:
 
     def as_dict(self) -> dict[str, Any]:
         """Returns everything in plain types, fit for JSON."""
-        rows = [
-            vars(each.row) | {"hopeless": each.hopeless, "memory": each.memory} for each in self.candidates
-        ]
-        found = {"phase": self.phase, "reason": self.reason, "identical": self.identical}
-        return found | {"conditions": dict(self.conditions), "candidates": rows}
+        return vars(self) | {"candidates": [vars(each) for each in self.candidates]}
 
 
 def choose(
@@ -228,7 +227,7 @@ def choose(
     until: float | None = None,
     seconds: float = SECONDS,
     repeats: int = REPEATS,
-    start: Callable[[str, Any], Any] | None = None,
+    start: Callable[[Any], Any] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Chosen:
     """Tries broad phases (all that are registered, if None) on a scene, and recommends one.
@@ -238,33 +237,31 @@ def choose(
 
     ``seconds`` is the CPU time of a measured run of the fastest, about; ``repeats`` is how often each is run.
 
-    ``start`` is called with a label and a simulation before a phase first runs, ``progress`` with the runs
+    ``start`` is called with a simulation before a phase first runs, ``progress`` with the runs
     done and their total. Raises what ``Simulation`` raises, but for Refused, which is a row.
     """
     named = registry().names("broad phase") if phases is None else phases
     choices = {write_phase(*choice): choice for choice in phases_with_options(named)}
     until = _end_of(scene) if until is None else until
     pilot = bench_scene(scene, [*choices.values()], until, max_contacts=PILOT, repeats=1, start=start)
-    best = max((row.contacts_per_cpu_second or 0.0 for row in pilot.rows), default=0.0)
-    good = [
-        choices[row.phase]
-        for row in pilot.rows
-        if row.cpu_seconds is not None and (row.contacts_per_cpu_second or 0.0) >= HOPELESS * best
-    ]
+    best = max((row.rate for row in pilot.rows), default=0.0)
+    able = [row for row in pilot.rows if row.cpu_seconds is not None]
+    good = [choices[row.phase] for row in able if row.rate >= HOPELESS * best]
     contacts = min(max(int(best * seconds), CONTACTS), MOST)
     measured = bench_scene(scene, good, until, max_contacts=contacts, repeats=repeats, progress=progress)
     rows = {row.phase: row for row in measured.rows}
-    candidates = sorted(
-        (
-            Candidate(rows.get(row.phase, row), row.phase not in rows, _memory(scene, choices[row.phase]))
-            for row in pilot.rows
-        ),
-        key=lambda each: (each.hopeless, -each.rate, each.row.phase),
-    )
-    phase, reason = _recommendation(candidates)
-    rated = tuple(_of_fastest(each, candidates[0].rate) for each in candidates)
+    found = [
+        Candidate(
+            **vars(rows.get(row.phase, row)),
+            hopeless=row.phase not in rows,
+            memory=_memory(scene, choices[row.phase]),
+        )
+        for row in pilot.rows
+    ]
+    found.sort(key=lambda each: (each.hopeless, -each.rate, each.phase))
+    phase, reason = _recommendation(found)
     identical = pilot.identical and measured.identical
-    return Chosen(phase, reason, rated, identical, dict(measured.conditions))
+    return Chosen(phase, reason, _rated(found), identical, measured.conditions)
 
 
 def _end_of(scene: Any) -> float | None:
@@ -275,11 +272,6 @@ def _end_of(scene: Any) -> float | None:
     widest = float(np.ptp(scene.position, axis=0).max() + 2.0 * scene.radius.max())
     fastest = float(np.hypot(*scene.velocity.T).max())
     return float(scene.start + (2.0 * widest / fastest if fastest else 1.0))
-
-
-def _of_fastest(candidate: Candidate, most: float) -> Candidate:
-    ratio = candidate.rate / most if most and candidate.rate else None
-    return replace(candidate, row=replace(candidate.row, of_fastest=ratio))
 
 
 def _memory(scene: Any, choice: tuple[str, Mapping[str, Any]]) -> int | None:
@@ -295,16 +287,16 @@ def _recommendation(candidates: Sequence[Candidate]) -> tuple[str | None, str]:
     if not able:
         return None, "no phase can do this scene; each says why"
     if not able[0].rate:
-        return able[0].row.phase, "nothing collides here within reach: any phase that does the scene will do"
+        return able[0].phase, "nothing collides here within reach: any phase that does the scene will do"
     fastest = able[0]
     alike = [each for each in able if not each.hopeless and each.rate >= (1.0 - CLOSE) * fastest.rate]
     taken = min(alike, key=lambda each: each.memory or 0)
-    name = taken.row.phase
+    name = taken.phase
     if len(alike) > 1:
-        others = ", ".join(each.row.phase for each in alike if each is not taken)
+        others = ", ".join(each.phase for each in alike if each is not taken)
         return name, f"{name} and {others} differ by less than {CLOSE:.0%}; {name} takes the least memory"
     rest = [each for each in able if each is not taken and each.rate]
     if not rest:
         return name, f"{name} is the only one that can do this scene"
-    times, behind = taken.rate / rest[0].rate, rest[0].row.phase
+    times, behind = taken.rate / rest[0].rate, rest[0].phase
     return name, f"{name} has {times:.2g} times the contacts a CPU second of {behind}, which comes next"

@@ -49,7 +49,7 @@ def truth(k) -> int:
     return since + delay if delay != NEVER else NEVER
 
 
-@settings(deadline=None, max_examples=25 if INTERPRETED else 500)
+@settings(deadline=None, max_examples=25 if INTERPRETED else 250)
 @given(
     st.tuples(places, places),
     st.tuples(places, places),

@@ -12,6 +12,8 @@ from kinetile.kernel.clock import TICKS
 from kinetile.plugin.drawing import At, Box, Link, Segment
 from kinetile.show.picture import corners_of, take_picture
 
+pytestmark = pytest.mark.small
+
 PHASES = ("naive", "sap-1d", "sap-1d:y", "sap-2d", "sweep-tiling", "cells")
 WITH_PAIRS = ("naive", "sap-2d", "sweep-tiling", "cells")
 EXAMPLES = settings(max_examples=25)  # the first ones compile
@@ -49,14 +51,12 @@ def next_to_fail(sim):
     return min((item.fails for item in sim.drawing() if item.fails is not None), default=None)
 
 
-@pytest.mark.small
 @EXAMPLES
 @given(moments(WITH_PAIRS))
 def test_the_links_are_the_candidate_pairs(sim):
     assert pairs_drawn(sim) == list(map(tuple, sim.candidate_pairs().tolist()))
 
 
-@pytest.mark.small
 @EXAMPLES
 @given(moments())
 def test_what_fails_next_is_the_next_structural_event(sim):
@@ -68,7 +68,6 @@ def test_what_fails_next_is_the_next_structural_event(sim):
         assert drawn >= event.epoch * TICKS + event.tick
 
 
-@pytest.mark.small
 @EXAMPLES
 @given(moments())
 def test_it_holds_until_the_next_event(sim):
@@ -80,7 +79,6 @@ def test_it_holds_until_the_next_event(sim):
         assert sim.drawing() == before
 
 
-@pytest.mark.small
 @EXAMPLES
 @given(moments(("sap-1d", "sap-1d:y")))
 def test_the_bounds_of_sap_1d_are_those_of_its_list(sim):
@@ -97,7 +95,6 @@ def test_the_bounds_of_sap_1d_are_those_of_its_list(sim):
     assert (np.diff([place[edge.body] + edge.offset for edge in edges]) > -1e-9).all()
 
 
-@pytest.mark.small
 @EXAMPLES
 @given(moments(("sap-2d",)))
 def test_sap_2d_draws_the_box_of_each_body(sim):
@@ -110,7 +107,6 @@ def test_sap_2d_draws_the_box_of_each_body(sim):
         assert found == pytest.approx([disc.radius] * 4, abs=1e-9)
 
 
-@pytest.mark.small
 @EXAMPLES
 @given(moments(("sap-1d", "sap-1d:y", "sap-2d")))
 def test_the_certificate_is_between_two_bounds_of_which_one_fails_then(sim):
@@ -126,7 +122,6 @@ def test_the_certificate_is_between_two_bounds_of_which_one_fails_then(sim):
     assert first.body in {value.body for corner in corners for value in corner if isinstance(value, At)}
 
 
-@pytest.mark.small
 @EXAMPLES
 @given(moments(("sweep-tiling",)))
 def test_tiles_cover_the_arena_and_do_not_overlap(sim):
@@ -148,7 +143,6 @@ def test_tiles_cover_the_arena_and_do_not_overlap(sim):
         assert not through.any()
 
 
-@pytest.mark.small
 @EXAMPLES
 @given(moments(("sweep-tiling",)))
 def test_bounds_of_sweep_tiling_go_as_far_as_can_be_seen(sim):
@@ -165,7 +159,6 @@ def test_bounds_of_sweep_tiling_go_as_far_as_can_be_seen(sim):
             assert not (crossed and low + 1e-9 < disc.at[1] < high - 1e-9)
 
 
-@pytest.mark.small
 @EXAMPLES
 @given(moments(("cells",)))
 def test_every_body_is_in_a_cell(sim):

@@ -8,10 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import kinetile as kt
-from agreement import PHASES, assert_one_answer, lattice_scene
+from agreement import assert_one_answer, lattice_scene
 from kinetile.errors import KinetileError
 from kinetile.kernel import skin
 from kinetile.kernel.compiled import INTERPRETED
+from kinetile_conformance import check_broad_phase
 from lanes import first
 
 THESIS = [(n, density) for n in (25, 100, 400) for density in (0.5, 0.25, 0.125, 0.01)]
@@ -166,15 +167,13 @@ def test_a_few_small_lattices(seed):
     assert_one_answer(scene, until=20.0, max_contacts=25)
 
 
-@pytest.mark.parametrize(("phase", "options"), PHASES)
-def test_a_run_repeats_itself(phase, options):
-    scene = kt.make_scene("grid", bodies=25, density=0.5, seed=4)
-    prints = set()
-    for _ in range(2):
-        sim = kt.Simulation(scene, phase, options=options)
-        sim.run(until=1.0)
-        prints.add((sim.fingerprint, sim.readings.events, sim.readings.certificates_updated))
-    assert len(prints) == 1
+@pytest.mark.slow
+@pytest.mark.compiled
+@pytest.mark.parametrize("phase", ["naive", "cells", "sap-1d", "sap-2d", "sweep-tiling"])
+def test_a_built_in_phase_conforms(phase):
+    """As anybody's has to: it repeats itself, its structure is true, near is mutual, and more."""
+    report = check_broad_phase(phase)
+    assert report.ok, str(report)
 
 
 @pytest.mark.slow

@@ -7,7 +7,6 @@ is compared with a tolerance: ticks are whole numbers, doubles are equal or not 
 from __future__ import annotations
 
 import json
-import os
 import subprocess
 import sys
 from contextlib import nullcontext
@@ -24,7 +23,7 @@ import kinetile as kt
 from agreement import PHASES, TILING
 from kinetile.errors import Refused
 from kinetile.kernel.clock import TICKS, Clock
-from kinetile.kernel.compiled import INTERPRETED, compose, disowned, to_be_filled_in
+from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
 from kinetile.kernel.flight import anchor_at
 from kinetile.kernel.tables import NEVER, Kernel, allocate
 from kinetile_plugins.disc import Disc
@@ -288,9 +287,10 @@ def test_a_clause_is_followed(name: str) -> None:
     assert_follows(CLAUSES[name], *PHASES[0])
 
 
-@pytest.mark.skipif(not INTERPRETED, reason="interpreted, in a process of its own: see the next test")
+@pytest.mark.interpreted
 @pytest.mark.parametrize("name", CLAUSES)
 def test_a_clause_is_followed_under_every_other_phase(name: str) -> None:
+    """These are a dozen loops a phase, each for a few events: compiling them would take minutes."""
     run = CLAUSES[name]
     for phase, options in PHASES[1:]:
         assert_follows(run, phase, options)
@@ -299,17 +299,6 @@ def test_a_clause_is_followed_under_every_other_phase(name: str) -> None:
     else:
         with pytest.raises(Refused):
             kt.Simulation(scene_of(run), *TILING[0][:1])
-
-
-@pytest.mark.compiled
-def test_clauses_are_followed_under_every_other_phase_interpreted() -> None:
-    """These are a dozen loops a phase, each for a few events: compiling them would take minutes."""
-    name = test_a_clause_is_followed_under_every_other_phase.__name__
-    command = [sys.executable, "-m", "pytest", "-q", f"{__file__}::{name}"]
-    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
-    done = subprocess.run(command, env=environment, capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert f"{len(CLAUSES)} passed" in done.stdout
 
 
 @pytest.mark.parametrize("phase", ["naive", "cells"])
@@ -361,6 +350,7 @@ def test_a_run_has_the_contacts_of_the_specification(name: str) -> None:
     assert_runs(RUNS[name], *PHASES[0])
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 @pytest.mark.parametrize("name", RUNS)
 def test_a_run_has_them_under_every_other_phase(name: str) -> None:

@@ -42,7 +42,7 @@ class _WithPlugins(TyperGroup):
         return super().get_command(ctx, cmd_name)
 
     def _load(self) -> None:
-        """Add the commands of all installed plugins, once; of two with one name the first stays."""
+        """Adds the commands of all installed plugins, once; of two with one name the first stays."""
         if self._complete:
             return
         self._complete = True
@@ -101,6 +101,6 @@ app.add_typer(cache.app, name="cache", rich_help_panel="Compiled loops")
 
 
 def main() -> None:
-    """Run the command line."""
+    """Runs the command line."""
     with results_on_stdout():
         app()

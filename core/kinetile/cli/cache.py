@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import re
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
@@ -43,14 +44,6 @@ class CacheFile(NamedTuple):
     cut_off: bool
 
 
-def _root() -> tuple[Path, str]:
-    """Return the folder of all machine code, and the name of the folder in it that these versions use."""
-    from kinetile.kernel.compiled.cache import folder
-
-    used = folder()
-    return used.parent, used.name
-
-
 def _files(folder: Path) -> Iterator[CacheFile]:
     for path in sorted(folder.iterdir()):
         named = _FILE.fullmatch(path.name)
@@ -64,10 +57,12 @@ def _files(folder: Path) -> Iterator[CacheFile]:
 
 
 def _kept() -> tuple[Path, str, dict[str, list[CacheFile]]]:
-    """Return the folder of all machine code, the folder of these versions, and the files of each folder."""
-    root, used = _root()
+    """Returns the folder of all machine code, the folder of these versions, and the files of each folder."""
+    from kinetile.kernel.compiled.cache import folder
+
+    root = folder().parent
     folders = sorted(each for each in root.iterdir() if _FOLDER.fullmatch(each.name)) if root.is_dir() else []
-    return root, used, {each.name: list(_files(each)) for each in folders if each.is_dir()}
+    return root, folder().name, {each.name: list(_files(each)) for each in folders if each.is_dir()}
 
 
 @app.command()
@@ -92,7 +87,7 @@ def show(json: Json = False, csv: Csv = False) -> None:
 
 
 def _row(name: str, files: list[CacheFile], used_here: bool) -> dict[str, Any]:
-    """Return the contents for one pair of versions."""
+    """Returns the contents for one pair of versions."""
     named = _FOLDER.fullmatch(name)
     assert named is not None
     last = max((each.last_used for each in files), default=None)
@@ -136,7 +131,8 @@ def clean(
                     continue
                 removed.append({"file": f"{name}/{file.path.name}", "bytes": file.bytes, "why": why})
             if not dry_run:
-                _remove_empty(root / name)
+                with suppress(OSError):  # it is not empty
+                    (root / name).rmdir()
     total = sum(each["bytes"] for each in removed)
     if json:
         typer.echo(as_json({"folder": str(root), "dry_run": dry_run, "bytes": total, "removed": removed}))
@@ -146,24 +142,20 @@ def clean(
             typer.echo(f"{why}: {len(sizes):,} files, {_megabytes(sum(sizes))} MB")
         verb = "would be removed" if dry_run else "removed"
         typer.echo(f"{verb} from {root}: {len(removed):,} files, {_megabytes(total)} MB")
-    _fail("cannot be removed", failed)
+    for said in failed:
+        notice(f"kinetile: cannot be removed: {said}")
+    if failed:
+        raise typer.Exit(FAULT)
 
 
 def _why_useless(file: CacheFile, days: float) -> str | None:
-    """Return why a file of the cache is unused, or None if it is used."""
+    """Returns why a file of the cache is unused, or None if it is used."""
     unused = time.time() - file.last_used
     if file.cut_off:
         return "left by a write that was cut off" if unused > _WRITING else None
     if unused >= days * _DAY:
         return f"not used for {days:g} days"
     return "damaged" if _damage(file.path) else None
-
-
-def _remove_empty(folder: Path) -> None:
-    try:
-        folder.rmdir()
-    except OSError:  # it is not empty
-        return
 
 
 @app.command()
@@ -189,7 +181,7 @@ def verify(json: Json = False) -> None:
 
 
 def _damage(path: Path) -> str:
-    """Return the error of a file, or an empty text."""
+    """Returns the error of a file, or an empty text."""
     from kinetile.kernel.compiled.cache import is_whole
 
     try:
@@ -202,12 +194,3 @@ def _damage(path: Path) -> str:
 
 def _megabytes(size: float) -> str:
     return f"{size / 1e6:,.1f}"
-
-
-def _fail(what: str, lines: Iterable[str]) -> None:
-    """Print failures, if any, to stderr, and leave with an exit code."""
-    lines = list(lines)
-    for line in lines:
-        notice(f"kinetile: {what}: {line}")
-    if lines:
-        raise typer.Exit(FAULT)

@@ -8,16 +8,16 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from itertools import combinations
 from pathlib import Path
 
-from kinetile.errors import BadOption
+from kinetile.errors import BadOption, RecordError
 
 
 def check_files(files: Mapping[str, Path | None], overwrite: bool) -> None:
-    """Raise BadOption unless the files of the command line, by their options, have names, are different and
+    """Raises BadOption unless the files of the command line, by their options, have names, are different and
     may be written. Those of ``--contacts`` and ``--save-scene`` may exist only to be overwritten."""
     given = [(what, path) for what, path in files.items() if path is not None]
     for what, path in given:
@@ -31,14 +31,22 @@ def check_files(files: Mapping[str, Path | None], overwrite: bool) -> None:
             check_new(what, path, overwrite)
 
 
+@contextmanager
+def file_errors(what: str = "") -> Iterator[None]:
+    """Within this context errors of files become BadOption: ``what``, an option with its file, and why."""
+    try:
+        yield
+    except OSError as error:
+        why = str(error) if isinstance(error, RecordError) else error.strerror or str(error)
+        raise BadOption(f"{what}: {why}" if what else why) from error
+
+
 def check_new(option: str, path: Path, overwrite: bool) -> None:
-    """Raise BadOption unless a file can be made, or replaced where ``overwrite`` is given."""
+    """Raises BadOption unless a file can be made, or replaced where ``overwrite`` is given."""
     from kinetile.scene.targets import writable_target
 
-    try:
+    with file_errors(f"{option} {path}"):
         target = writable_target(path)
-    except OSError as error:
-        raise BadOption(f"{option} {path}: {error.strerror}") from error
     if target.exists() and not overwrite:
         raise BadOption(f"{option}: {path} is there already: choose another name, or say --overwrite")
     if not target.parent.is_dir():
@@ -53,18 +61,17 @@ def _same_file(one: Path, other: Path) -> bool:
 
 
 def try_folder(option: str, folder: Path, *, keep: bool) -> None:
-    """Make a folder and try to write to it; unless it is to be kept, leave nothing there.
+    """Makes a folder and tries to write to it; unless it is to be kept, leaves nothing there.
 
     Raises BadOption, with the option that names the folder, where it cannot be made or written to.
     """
     made: list[Path] = []
     try:
-        made += [each for each in (folder, *folder.parents) if not keep and not each.exists()]
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
-    except OSError as error:
-        raise BadOption(f"{option} {folder}: {error.strerror or error}") from error
+        with file_errors(f"{option} {folder}"):
+            made += [each for each in (folder, *folder.parents) if not keep and not each.exists()]
+            folder.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=folder):
+                pass
     finally:
         for each in made:  # the innermost comes first
             with suppress(OSError):

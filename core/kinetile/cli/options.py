@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from kinetile.cli.files import file_errors
 from kinetile.errors import BadOption
 from kinetile.plugin.choices import read_assignments, read_option, read_phase, read_phases
 
@@ -40,7 +41,7 @@ MaxContacts = Annotated[int | None, typer.Option(min=0, help="Stop after this nu
 
 
 def _one_form(context: typer.Context, asked: bool) -> bool:
-    """Refuse ``--json`` beside ``--csv``: whichever is read second finds the other."""
+    """Refuses ``--json`` beside ``--csv``: whichever is read second finds the other."""
     if asked and (context.params.get("json") or context.params.get("csv")):
         raise typer.BadParameter("--json beside --csv; expected one of the two")
     return asked
@@ -66,7 +67,7 @@ def is_file_name(name: str) -> bool:
 
 
 def find_scene(name: str, parameters: Sequence[str] | None) -> Scene:
-    """Return the scene of a TOML file (a name that ends in .toml, or has a slash in it) or of a recipe."""
+    """Returns the scene of a TOML file (a name that ends in .toml, or has a slash in it) or of a recipe."""
     if is_file_name(name):
         from kinetile.scene.by_name import load_scene
 
@@ -77,17 +78,15 @@ def find_scene(name: str, parameters: Sequence[str] | None) -> Scene:
             )
         if not Path(name).exists():
             raise BadOption(f"there is no scene file {name!r}")
-        try:
+        with file_errors(f"the scene file {name!r} cannot be read"):
             return load_scene(name)
-        except OSError as error:
-            raise BadOption(f"the scene file {name!r} cannot be read: {error.strerror}") from error
     from kinetile.scene.by_name import make_scene, parse_parameters
 
     return make_scene(name, **parse_parameters(name, parameters or ()))
 
 
 def until_or_default(scene: Scene, until: float | None, max_contacts: int | None) -> float | None:
-    """Return the time to run to: the requested one, or the scene's own, or one unit; None for contacts alone.
+    """Returns the time to run to: the requested one, the scene's own, or one unit; None: for contacts alone.
 
     With ``max_contacts`` the scene's own end applies as well: whichever comes first.
     """
@@ -103,23 +102,23 @@ def until_or_default(scene: Scene, until: float | None, max_contacts: int | None
 
 
 def broad_choice(text: str | None, options: Sequence[str] | None) -> tuple[str | None, dict[str, Any]]:
-    """Return the broad phase of ``--broad-phase`` (None: not chosen) and its options, with ``--option``."""
+    """Returns the broad phase of ``--broad-phase`` (None: not chosen) and its options, with ``--option``."""
     name, chosen = (None, {}) if text is None else read_phase(text)
     return name, chosen | read_assignments(options or (), "--option", read_option)
 
 
 def narrow_choice(texts: Sequence[str] | None) -> dict[str, dict[str, Any]] | None:
-    """Return the narrow phases of ``--narrow-phase``, each with its options; None where none is named."""
+    """Returns the narrow phases of ``--narrow-phase``, each with its options; None where none is named."""
     return dict(map(read_phase, texts or ())) or None
 
 
 def phase_choices(text: str) -> list[tuple[str, dict[str, Any]]]:
-    """Return the broad phases of a list with commas, each with its options."""
+    """Returns the broad phases of a list with commas, each with its options."""
     return [read_phase(each) for each in read_phases(text)]
 
 
 def some_phases(text: str) -> list[tuple[str, dict[str, Any]]]:
-    """Return the broad phases of ``--phases``, with their options; it must name at least one."""
+    """Returns the broad phases of ``--phases``, with their options; it must name at least one."""
     chosen = phase_choices(text)
     if not chosen:
         raise BadOption("--phases names no phase; expected names, with commas between")
@@ -127,7 +126,7 @@ def some_phases(text: str) -> list[tuple[str, dict[str, Any]]]:
 
 
 def read_numbers(text: str, kind: type, where: str) -> list[Any]:
-    """Return the numbers of a list with commas, each of a kind (int or float) and greater than 0."""
+    """Returns the numbers of a list with commas, each of a kind (int or float) and greater than 0."""
     numbers = []
     for piece in filter(None, (piece.strip() for piece in text.split(","))):
         try:
@@ -141,7 +140,7 @@ def read_numbers(text: str, kind: type, where: str) -> list[Any]:
 
 
 def registered_phase(text: str, kind: Kind = "broad phase") -> tuple[str, dict[str, Any]]:
-    """Return a phase's name (not an alias) and options; raise UnknownName."""
+    """Returns a phase's name (not an alias) and options; raises UnknownName."""
     from kinetile.plugin.registry import registry
 
     name, options = read_phase(text)

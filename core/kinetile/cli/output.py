@@ -25,7 +25,7 @@ _ENDLESS = 100_000
 
 
 def printed(result: Any, rows: Iterable[Any], *, json: bool, csv: bool) -> bool:
-    """Print a result as JSON, or its rows as CSV, if one of them is chosen; return whether it was."""
+    """Prints a result as JSON, or its rows as CSV, if one of them is chosen; returns whether it was."""
     if json:
         typer.echo(as_json(result))
     elif csv:
@@ -34,12 +34,12 @@ def printed(result: Any, rows: Iterable[Any], *, json: bool, csv: bool) -> bool:
 
 
 def as_json(result: Any) -> str:
-    """Return a result as JSON text; JSON has no numbers that are not finite: they become null."""
+    """Returns a result as JSON text; JSON has no numbers that are not finite: they become null."""
     return json_format.dumps(_plain(result), indent=2, allow_nan=False)
 
 
 def as_csv(rows: Iterable[Any]) -> str:
-    """Return rows (mappings, dataclasses or named tuples) as CSV text, with every digit.
+    """Returns rows (mappings, dataclasses or named tuples) as CSV text, with every digit.
 
     An entry that is a table itself has a column for each of its entries (``outer.inner``); a list becomes
     JSON, and a value that is missing an empty field.
@@ -65,14 +65,14 @@ def _flat(row: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]
 
 
 def _fields(row: Any) -> dict[str, Any]:
-    """Return the fields of a row by name."""
+    """Returns the fields of a row by name."""
     if dataclasses.is_dataclass(row):
         return {field.name: getattr(row, field.name) for field in dataclasses.fields(row)}
     return dict(row._asdict() if hasattr(row, "_asdict") else row)
 
 
 def _plain(value: Any) -> Any:
-    """Return a value in the types of JSON; a dataclass becomes a table, any other object its text."""
+    """Returns a value in the types of JSON; a dataclass becomes a table, any other object its text."""
     if dataclasses.is_dataclass(value):
         value = _fields(value)
     if isinstance(value, dict):
@@ -85,7 +85,7 @@ def _plain(value: Any) -> Any:
 
 
 def scene_summary(scene: Scene) -> dict[str, Any]:
-    """Return the source and the size of a scene, in plain types."""
+    """Returns the source and the size of a scene, in plain types."""
     return {
         "file": scene.origin.get("file"),
         "recipe": scene.origin.get("recipe"),
@@ -98,7 +98,7 @@ def scene_summary(scene: Scene) -> dict[str, Any]:
 
 
 def show(*parts: Any) -> None:
-    """Print tables and lines to stdout: as wide as the terminal, and unbroken where there is none, because a
+    """Prints tables and lines to stdout: as wide as the terminal, and unbroken where there is none, because a
     program would have to join the pieces again.
 
     A table with columns of numbers is unbroken on any terminal: a number over three lines is unreadable.
@@ -122,12 +122,12 @@ def show(*parts: Any) -> None:
 
 
 def table_of(rows: Iterable[Any], columns: Mapping[str, Callable[[Any], str]], shared: int = 0) -> Table:
-    """Return rows as a table: ``columns`` maps the head of each to a function from a row to its text."""
+    """Returns rows as a table: ``columns`` maps the head of each to a function from a row to its text."""
     return rows_table(list(columns), [[text(row) for text in columns.values()] for row in rows], shared)
 
 
 def rows_table(heads: Sequence[str], rows: Iterable[Sequence[str]], shared: int = 0) -> Table:
-    """Return rows of texts as a table, with heads as in ``empty_table``.
+    """Returns rows of texts as a table, with heads as in ``empty_table``.
 
     Rows that have the same in their first ``shared`` columns show it once; a line divides them from others.
     """
@@ -143,7 +143,7 @@ def rows_table(heads: Sequence[str], rows: Iterable[Sequence[str]], shared: int 
 
 
 def empty_table(*heads: str) -> Table:
-    """Return an empty table; ``>`` begins the head of a column of numbers, ``|`` of one that never wraps."""
+    """Returns an empty table; ``>`` begins the head of a column of numbers, ``|`` of one that never wraps."""
     from rich import box
     from rich.table import Table
 
@@ -161,7 +161,7 @@ def empty_table(*heads: str) -> Table:
 
 
 def label_table(lines: Iterable[tuple[str, str]]) -> Table:
-    """Return lines of a label and a text as a table without heads."""
+    """Returns lines of a label and a text as a table without heads."""
     from rich.table import Table
 
     table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
@@ -173,7 +173,7 @@ def label_table(lines: Iterable[tuple[str, str]]) -> Table:
 
 
 def comparison_table(outcomes: Iterable[Any]) -> Table:
-    """Return the result of each phase, one row a phase."""
+    """Returns the result of each phase, one row a phase."""
     return table_of(
         outcomes,
         {

@@ -31,7 +31,7 @@ def plugins(json: Json = False, csv: Csv = False) -> None:
 
 
 def plugins_table(listing: Mapping[str, Sequence[Mapping[str, Any]]]) -> Table:
-    """Return every phase and recipe that can be chosen by name, and the package that it comes from."""
+    """Returns every phase and recipe that can be chosen by name, and the package that it comes from."""
     rows = []
     for row in sorted(listing["provided"], key=lambda row: str(row["kind"]).split()[::-1]):
         notes = [f"also called {', '.join(row['aliases'])}"] if row["aliases"] else []
@@ -73,7 +73,7 @@ def scenes(
 
 
 def _recipe(name: str) -> dict[str, Any]:
-    """Return a recipe's listing; one that cannot be imported is listed with its error."""
+    """Returns a recipe's listing; one that cannot be imported is listed with its error."""
     from kinetile.plugin.registry import registry
     from kinetile.scene.by_name import REQUIRED, recipe_parameters
 

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from kinetile.cli.files import check_files
+from kinetile.cli import runner
+from kinetile.cli.files import check_files, file_errors
 from kinetile.cli.options import (
     BroadPhase,
     Json,
@@ -23,18 +24,8 @@ from kinetile.cli.options import (
     until_or_default,
 )
 from kinetile.cli.output import as_json
-from kinetile.cli.runner import (
-    EVERY,
-    Checkpoint,
-    check_checkpoint,
-    leave,
-    narrow_phases,
-    only_writer,
-    phases_of,
-    run_to_end,
-)
 from kinetile.cli.terminal import exit_codes, notice
-from kinetile.errors import BadOption, RecordError
+from kinetile.errors import BadOption
 from kinetile.plugin.choices import read_phase
 
 if TYPE_CHECKING:
@@ -44,7 +35,7 @@ if TYPE_CHECKING:
 
 Every = Annotated[
     float | None,
-    typer.Option(min=0.0, metavar="SECONDS", help=f"How often --checkpoint saves; {EVERY:g} s."),
+    typer.Option(min=0.0, metavar="SECONDS", help=f"How often --checkpoint saves; {runner.EVERY:g} s."),
 ]
 
 
@@ -85,13 +76,13 @@ def run(
     json: Json = False,
 ) -> None:
     """Run a scene and print what happened."""
-    with exit_codes(), only_writer(checkpoint):
+    with exit_codes(), runner.only_writer(checkpoint):
         from kinetile.run.simulation import Simulation
 
         written = {"--events": events, "--contacts": contacts, "--checkpoint": checkpoint}
         source = Path(scene) if scene.lower().endswith(".toml") else None
         check_files({**written, "--save-scene": save_scene, "the scene": source}, overwrite)
-        check_checkpoint(checkpoint, every, overwrite)
+        runner.check_checkpoint(checkpoint, every, overwrite)
         this_scene = find_scene(scene, parameters)
         name, options = broad_choice(broad_phase, option)
         simulation = Simulation(
@@ -115,8 +106,8 @@ def run(
             return
         saves = None
         if checkpoint is not None:
-            saves = Checkpoint(simulation, recorder, checkpoint, every, asked)
-        ending = run_to_end(
+            saves = runner.Checkpoint(simulation, recorder, checkpoint, every, asked)
+        ending = runner.run_to_end(
             simulation,
             asked,
             max_contacts,
@@ -125,7 +116,7 @@ def run(
             contacts=contacts,
             json=json,
         )
-    leave(ending)
+    runner.leave(ending)
 
 
 def resume(
@@ -157,11 +148,9 @@ def resume(
     json: Json = False,
 ) -> None:
     """Continue a run from its checkpoint, and go on saving it there."""
-    with exit_codes(), only_writer(checkpoint or file):
-        try:
+    with exit_codes(), runner.only_writer(checkpoint or file):
+        with file_errors():
             simulation, note = _load(file, broad_phase)
-        except RecordError as error:
-            raise BadOption(str(error)) from error
         if contacts is not None and not simulation.keeps_contacts:
             raise BadOption(
                 "--contacts: this run keeps no contacts: expected `kinetile run --contacts` before"
@@ -175,9 +164,9 @@ def resume(
         done = read.contacts_disc + read.contacts_wall
         asked = _asked(simulation, note, done, until, max_contacts)
         recorder = None if events is None else _resumed_recorder(simulation, events, asked)
-        saves = Checkpoint(simulation, recorder, checkpoint or file, every or note.get("every"), asked)
+        saves = runner.Checkpoint(simulation, recorder, checkpoint or file, every or note.get("every"), asked)
         most = asked["max_contacts"]
-        ending = run_to_end(
+        ending = runner.run_to_end(
             simulation,
             asked,
             None if most is None else max(most - done, 0),
@@ -186,7 +175,7 @@ def resume(
             contacts=contacts,
             json=json,
         )
-    leave(ending)
+    runner.leave(ending)
 
 
 def recover(
@@ -206,10 +195,8 @@ def recover(
     with exit_codes():
         from kinetile.records.finishing import recover as make
 
-        try:
+        with file_errors():
             made = make(partial, out, overwrite=overwrite)
-        except RecordError as error:
-            raise BadOption(str(error)) from error
     if made.left_over:
         notice(
             f"kinetile: the last {made.left_over:,} bytes of {partial} are no whole batch of rows: a write "
@@ -224,7 +211,7 @@ def recover(
 
 
 def _settings(simulation: Simulation, broad: bool, narrow: bool, until: float | None) -> Settings:
-    """Return the scene's settings, with the chosen broad phase, narrow phases and end."""
+    """Returns the scene's settings, with the chosen broad phase, narrow phases and end."""
     from kinetile.scene import Settings
 
     settings = simulation.scene.settings
@@ -232,7 +219,7 @@ def _settings(simulation: Simulation, broad: bool, narrow: bool, until: float | 
     if broad:
         options[simulation.broad_phase] = dict(simulation.options)
     if narrow:
-        options |= narrow_phases(simulation)
+        options |= {name: dict(own) for name, own in simulation.composition.narrow_phases.items()}
     return Settings(
         simulation.broad_phase if broad else settings.broad_phase,
         simulation.narrow_phases if narrow else settings.narrow_phases,
@@ -242,14 +229,12 @@ def _settings(simulation: Simulation, broad: bool, narrow: bool, until: float | 
 
 
 def _save(scene: Scene, path: Path, settings: Settings) -> None:
-    """Save a scene with other settings."""
+    """Saves a scene with other settings."""
     from kinetile.scene import relabelled
     from kinetile.scene.files import save_scene
 
-    try:
+    with file_errors(f"--save-scene {path}"):
         save_scene(relabelled(scene, settings=settings), path)
-    except OSError as error:
-        raise BadOption(f"--save-scene {path}: {error.strerror}") from error
 
 
 def _explain(simulation: Simulation, json: bool) -> None:
@@ -260,17 +245,15 @@ def _explain(simulation: Simulation, json: bool) -> None:
 
 
 def _recorder(simulation: Simulation, events: Path, asked: dict[str, Any], **options: Any) -> EventRecorder:
-    """Return a recorder of a run, whose file names the phases and the requested end."""
+    """Returns a recorder of a run, whose file names the phases and the requested end."""
     from kinetile.records.events import EventRecorder
 
-    try:
-        return EventRecorder(events, simulation.scene, phases_of(simulation) | asked, **options)
-    except RecordError as error:
-        raise BadOption(f"--events: {error}") from error
+    with file_errors("--events"):
+        return EventRecorder(events, simulation.scene, runner.phases_of(simulation) | asked, **options)
 
 
 def _resumed_recorder(simulation: Simulation, events: Path, asked: dict[str, Any]) -> EventRecorder:
-    """Return a recorder that continues the file of the run so far, where that file exists."""
+    """Returns a recorder that continues the file of the run so far, where that file exists."""
     recorder = _recorder(simulation, events, asked, behind=simulation)
     if simulation.rows and not recorder.goes_on:
         notice(
@@ -281,7 +264,7 @@ def _resumed_recorder(simulation: Simulation, events: Path, asked: dict[str, Any
 
 
 def _load(file: Path, broad_phase: str | None) -> tuple[Simulation, dict[str, Any]]:
-    """Return the simulation of a checkpoint, and the note that the command left in it."""
+    """Returns the simulation of a checkpoint, and the note that the command left in it."""
     from kinetile.run.saving.files import note, read_whole
     from kinetile.run.simulation import resume
 
@@ -292,7 +275,7 @@ def _load(file: Path, broad_phase: str | None) -> tuple[Simulation, dict[str, An
 def _asked(
     simulation: Simulation, note: dict[str, Any], done: int, until: float | None, max_contacts: int | None
 ) -> dict[str, Any]:
-    """Return the end of a resumed run: the new one, else the one before, else the scene's.
+    """Returns the end of a resumed run: the new one, else the one before, else the scene's.
 
     ``max_contacts`` is counted from the start of the run, which has had ``done`` contacts.
     """

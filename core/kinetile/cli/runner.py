@@ -16,9 +16,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import typer
 
+from kinetile.cli.files import file_errors
 from kinetile.cli.output import as_json, label_table, scene_summary, show
 from kinetile.cli.terminal import FAULT, FAULTS, Bar, FirstSignal, make_ready, notice
 from kinetile.errors import BadOption, RecordError
+from kinetile.plugin.choices import called
 
 if TYPE_CHECKING:
     from kinetile.records.events import EventRecorder
@@ -46,7 +48,7 @@ def run_to_end(
     contacts: Path | None,
     json: bool,
 ) -> Ending:
-    """Run, write the contacts if requested, print the result, and return how all of it ended.
+    """Runs, writes the contacts if requested, prints the result, and returns how all of it ended.
 
     ``asked`` is the requested end, its contacts counted from the start of the run; ``max_contacts`` is the
     number of further contacts in this process.
@@ -63,7 +65,7 @@ def run_to_end(
 
 
 def leave(ending: Ending) -> None:
-    """Print why a run ended badly, if it did, and leave with its exit code."""
+    """Prints why a run ended badly, if it did, and leaves with its exit code."""
     if ending.code:
         notice(f"kinetile: {ending.message}")
         raise typer.Exit(ending.code)
@@ -76,16 +78,14 @@ def _carry_out(
     max_contacts: int | None,
     checkpoint: Checkpoint | None,
 ) -> Ending:
-    """Run, save if requested, and close the events file in any case."""
+    """Runs, saves if requested, and closes the events file in any case."""
     said = ""
     if checkpoint is not None:
         checkpoint.begin()
     with FirstSignal() as signals, ExitStack() as stack:
         if recorder is not None:
-            try:
+            with file_errors("--events"):
                 stack.enter_context(recorder)
-            except RecordError as error:
-                raise BadOption(f"--events: {error}") from error
         try:
             with stack, Bar("running", simulation.scene.start, max_contacts) as bar:
 
@@ -113,7 +113,7 @@ def _carry_out(
 
 
 def _write_contacts(simulation: Simulation, path: Path, ending: Ending) -> Ending:
-    """Write the contacts as text; return how the run ended, or that they could not be written."""
+    """Writes the contacts as text; returns how the run ended, or that they could not be written."""
     from kinetile.records.contacts import write_contacts
 
     try:
@@ -135,15 +135,13 @@ def only_writer(path: Path | None) -> Iterator[None]:
     from kinetile.records.locks import alone
 
     with ExitStack() as stack:
-        try:
+        with file_errors("--checkpoint"):
             stack.enter_context(alone(path))
-        except RecordError as error:
-            raise BadOption(f"--checkpoint: {error}") from error
         yield
 
 
 def check_checkpoint(path: Path | None, every: float | None, overwrite: bool) -> None:
-    """Raise BadOption where a new checkpoint may not be written: it would replace an old one, or a file that
+    """Raises BadOption where a new checkpoint may not be written: it would replace an old one, or a file that
     is no checkpoint."""
     from kinetile.run.saving.files import check_target
 
@@ -151,10 +149,8 @@ def check_checkpoint(path: Path | None, every: float | None, overwrite: bool) ->
         if every is not None:
             raise BadOption("--every says how often --checkpoint saves, and there is none: expected its FILE")
         return
-    try:
+    with file_errors("--checkpoint"):
         target = check_target(path)
-    except RecordError as error:
-        raise BadOption(f"--checkpoint: {error}") from error
     if target.exists() and not overwrite:
         raise BadOption(
             f"--checkpoint: {path} is there already: `kinetile resume {path}` goes on from it; choose "
@@ -187,14 +183,12 @@ class Checkpoint:
         self._time: float | None = None
 
     def begin(self) -> None:
-        """Save before anything is run or recorded, so that a failure is reported now, by BadOption."""
-        try:
+        """Saves before anything is run or recorded, so that a failure is reported now, by BadOption."""
+        with file_errors("--checkpoint"):
             self._save()
-        except RecordError as error:
-            raise BadOption(f"--checkpoint: {error}") from error
 
     def save(self) -> None:
-        """Save now. Raises RecordError.
+        """Saves now. Raises RecordError.
 
         The rows of the events file are on the disk before the checkpoint that counts them.
         """
@@ -208,7 +202,7 @@ class Checkpoint:
         self._saved = monotonic()
 
     def save_if_due(self) -> None:
-        """Save when the interval is over; report a failure and continue."""
+        """Saves when the interval is over; reports a failure and continues."""
         if monotonic() - self._saved < self._every:
             return
         try:
@@ -218,7 +212,7 @@ class Checkpoint:
             notice(f"kinetile: --checkpoint: {error} ({self._last_state})")
 
     def save_after(self, signals: FirstSignal) -> str:
-        """Save because of a signal, unless another one cancels that; return the end of the message."""
+        """Saves because of a signal, unless another one cancels that; returns the end of the message."""
         try:
             with signals.another_ends():
                 self.save()
@@ -238,24 +232,19 @@ class Checkpoint:
 # The result
 
 
-def narrow_phases(simulation: Simulation) -> dict[str, dict[str, Any]]:
-    """Return the narrow phases of a simulation with their options."""
-    return {name: dict(options) for name, options in simulation.composition.narrow_phases.items()}
-
-
 def phases_of(simulation: Simulation) -> dict[str, Any]:
-    """Return the phases of a simulation with their options, in plain types."""
+    """Returns the phases of a simulation with their options, in plain types."""
     return {
         "broad_phase": simulation.broad_phase,
         "options": dict(simulation.options),
-        "narrow_phases": narrow_phases(simulation),
+        "narrow_phases": dict(simulation.composition.narrow_phases),
     }
 
 
 def _result(
     simulation: Simulation, recorder: EventRecorder | None, asked: Mapping[str, Any], status: str
 ) -> dict[str, Any]:
-    """Return the whole result of a run, in plain types."""
+    """Returns the whole result of a run, in plain types."""
     from kinetile.kernel.log import ANSWER
     from kinetile.versions import versions
 
@@ -273,17 +262,15 @@ def _result(
 
 
 def _lines(result: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
-    """Yield the result of a run in words: the scene, the phases, counts, accuracy and cost, with units."""
+    """Yields the result of a run in words: the scene, the phases, counts, accuracy and cost, with units."""
     from kinetile.run.readings import reading_lines
 
     scene, run = result["scene"], result["run"]
     walls = f"in {scene['arena'][0]:g} x {scene['arena'][1]:g}" if scene["arena"] else "without walls"
-    narrow = ", ".join(_phase(name, options) for name, options in result["narrow_phases"].items())
+    narrow = ", ".join(called(*each) for each in result["narrow_phases"].items())
     yield "scene", f"{_origin(scene)}: {scene['bodies']:,} discs {walls}"
-    yield (
-        "phases",
-        f"{_phase(result['broad_phase'], result['options'])}; {narrow or 'no narrow phase'}",
-    )
+    broad = called(result["broad_phase"], result["options"])
+    yield "phases", f"{broad}; {narrow or 'no narrow phase'}"
     yield "time", f"{scene['start']:g} to {run['time']:.10g}: {run['status']}"
     yield from reading_lines(result["readings"])
     if result["events_file"]:
@@ -297,9 +284,4 @@ def _lines(result: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
 def _origin(scene: Mapping[str, Any]) -> str:
     if scene["file"]:
         return str(scene["file"])
-    return _phase(scene["recipe"], scene["parameters"]) if scene["recipe"] else "arrays"
-
-
-def _phase(name: str, options: Mapping[str, Any]) -> str:
-    """Return a name with its options or parameters behind it."""
-    return f"{name} ({', '.join(f'{key}={value}' for key, value in options.items())})" if options else name
+    return called(scene["recipe"], scene["parameters"]) if scene["recipe"] else "arrays"

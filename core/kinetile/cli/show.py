@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
-from kinetile.cli.files import check_new
+from kinetile.cli.files import check_new, file_errors
 from kinetile.cli.options import BroadPhase, Options, Parameters, SceneName, broad_choice, find_scene
 from kinetile.cli.terminal import Bar, exit_codes, make_ready, notice
-from kinetile.errors import BadOption, RecordError
+from kinetile.errors import BadOption
 from kinetile.plugin.choices import read_phase
 
 if TYPE_CHECKING:
@@ -65,7 +65,9 @@ def draw(
         simulation = Simulation(this_scene, name, options=options or None)
         wanted = None if roles is None else [role.strip() for role in roles.split(",")]
         _run_to(simulation, at)
-        _write(out, _drawn(simulation, wanted, form, velocities))
+        drawn = _drawn(simulation, wanted, form, velocities)
+        with file_errors(f"--out {out}"):
+            out.write_bytes(drawn)
 
 
 def _run_to(simulation: Simulation, at: float | None) -> None:
@@ -85,13 +87,6 @@ def _drawn(simulation: Simulation, roles: list[str] | None, form: str, velocitie
     except ValueError as error:
         raise BadOption(f"--roles: {error}") from error
     return as_svg(picture, velocities) if form == "svg" else as_printed(picture, form, velocities)
-
-
-def _write(out: Path, drawn: bytes) -> None:
-    try:
-        out.write_bytes(drawn)
-    except OSError as error:
-        raise BadOption(f"--out {out}: {error.strerror or error}") from error
 
 
 def view(
@@ -159,10 +154,8 @@ def _view(
             raise BadOption(
                 f"{scene} is shown as it was recorded: --broad-phase, --beside and --set are for scenes"
             )
-        try:
+        with file_errors():
             return view_file(scene, begin=begin, until=until)
-        except RecordError as error:
-            raise BadOption(str(error)) from error
     path = Path(scene)
     if scene.lower().endswith(".toml") and path.is_file() and not beside:
         from kinetile.plugin.registry import installed

@@ -7,20 +7,14 @@ import signal
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
-from types import FrameType, TracebackType
+from contextlib import AbstractContextManager, contextmanager, suppress
+from types import FrameType
 from typing import TYPE_CHECKING, Any, Self, TextIO
 
 import typer
 
-from kinetile.errors import (
-    AuditError,
-    KinetileError,
-    MissedContactError,
-    PhaseError,
-    RecordError,
-    ZenoError,
-)
+from kinetile.errors import FAULTS as FAULTS_OF_RUNS
+from kinetile.errors import KinetileError, RecordError
 
 if TYPE_CHECKING:
     from kinetile.run.simulation import Progress, Simulation
@@ -29,7 +23,7 @@ FAULT = 1
 DIFFERENT = 1
 USAGE = 2
 INTERRUPTED = 128 + signal.SIGINT
-FAULTS = (ZenoError, MissedContactError, PhaseError, RecordError, AuditError)
+FAULTS = (*FAULTS_OF_RUNS, RecordError)
 """Errors of a run whose command was correct."""
 
 BAR_DELAY = 2.0
@@ -39,7 +33,7 @@ _COMPILING = "about 10 s"
 
 
 def notice(text: str) -> None:
-    """Write a line to stderr. A closed or full stderr is no error: the result matters more than the line."""
+    """Writes a line to stderr. A closed or full stderr is no error: the result matters more than the line."""
     if sys.stderr is None:
         return
     try:
@@ -71,7 +65,7 @@ def results_on_stdout() -> Iterator[None]:
 
 
 def _give_up(stream: TextIO) -> None:
-    """Send the rest of a stream that cannot be written to the null device: Python flushes it at exit."""
+    """Sends the rest of a stream that cannot be written to the null device: Python flushes it at exit."""
     with suppress(OSError):
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, stream.fileno())
@@ -80,7 +74,7 @@ def _give_up(stream: TextIO) -> None:
 
 @contextmanager
 def exit_codes() -> Iterator[None]:
-    """Turn kinetile's exceptions into one message on stderr and an exit code."""
+    """Turns kinetile's exceptions into one message on stderr and an exit code."""
     try:
         yield
     except KinetileError as error:
@@ -92,7 +86,7 @@ def exit_codes() -> Iterator[None]:
 
 
 def make_ready(simulation: Simulation, label: str = "") -> None:
-    """Compile a simulation's loop; print a notice when that takes long, once for each choice of phases."""
+    """Compiles a simulation's loop; prints a notice when that takes long, once for each choice of phases."""
     fresh = simulation.cached is False
     if fresh:
         what = label or ", ".join([simulation.broad_phase, *simulation.narrow_phases])
@@ -120,14 +114,12 @@ class FirstSignal:
                 self._before[number] = signal.signal(number, self._receive)
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         for number, handler in self._before.items():
             signal.signal(number, handler)
 
     def check(self) -> None:
-        """Raise KeyboardInterrupt if a signal has come: one raised in a callback may be lost there."""
+        """Raises KeyboardInterrupt if a signal has come: one raised in a callback may be lost there."""
         if self.number is not None:
             raise KeyboardInterrupt
 
@@ -146,7 +138,7 @@ class FirstSignal:
             raise KeyboardInterrupt
 
 
-class Bar:
+class Bar(AbstractContextManager["Bar"]):
     """A progress bar on stderr, on a terminal, after BAR_DELAY seconds; elsewhere, nothing."""
 
     def __init__(self, what: str, start: float = 0.0, max_contacts: int | None = None) -> None:
@@ -156,22 +148,17 @@ class Bar:
         self._began: float | None = None
         self._bar: Any = None
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self.close()
 
     def close(self) -> None:
-        """Remove the bar from the terminal, if it is shown."""
+        """Removes the bar from the terminal, if it is shown."""
         if self._bar is not None:
             self._bar.stop()
             self._bar = None
 
     def __call__(self, progress: Progress) -> None:
-        """Show how far a run is, from the progress that ``Simulation.run`` reports."""
+        """Shows how far a run is, from the progress that ``Simulation.run`` reports."""
         shares = []
         if progress.until is not None and progress.until > self.start:
             shares.append((progress.time - self.start) / (progress.until - self.start))
@@ -184,11 +171,11 @@ class Bar:
         )
 
     def count(self, done: int, total: int) -> None:
-        """Show how many steps of a total are done."""
+        """Shows how many steps of a total are done."""
         self.show(done / total, f"{done} of {total} runs")
 
     def show(self, share: float | None, text: str) -> None:
-        """Show a share of the whole (None: unknown) and a text."""
+        """Shows a share of the whole (None: unknown) and a text."""
         total, completed = (None, 0.0) if share is None else (1.0, share)
         if self._bar is not None:
             self._bar.update(0, total=total, completed=completed, text=text)

@@ -1,7 +1,7 @@
 """Pairs: how a broad phase says that two bodies have become near, and a set of pairs for those that keep one.
 
-The kernel asks who is near a body when it needs to know (``near``); a pair that becomes near between two such
-questions is *offered*, and one of its bodies looks at the other. Nothing need be said when a pair parts.
+The kernel calls ``near`` when it needs the bodies near a body; a pair that becomes near between two such
+calls is *offered*, and one of its bodies looks at the other. Nothing need be said when a pair parts.
 
 Sweep-and-prune knows its pairs only by their history. For such phases there is the *pair set*: ``add_pair``,
 ``remove_pair``, and ``pairs_of``, which answers ``near`` with a body's list. A pair is found by its bodies

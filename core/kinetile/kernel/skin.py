@@ -1,4 +1,5 @@
-"""The skin: by how much bodies are fattened for the broad phase, so that no rounding can change an answer.
+"""The skin: the length by which bodies are enlarged for the broad phase, so that rounding cannot change a
+contact.
 
 Two things move an event: positions are rounded, and so are times, down to a tick. A structure is in order at
 the end of each tick, whatever the speeds, but for the rounding of positions, and a chain of neighbours in a
@@ -37,7 +38,7 @@ class Skin(NamedTuple):
 
     @classmethod
     def of(cls, bodies: int, extent: float, speed: float, tick: float) -> Skin:
-        """Return the skin for so many bodies within ``extent`` of the origin, never faster than ``speed``."""
+        """Return the skin of n bodies within ``extent`` of the origin and never faster than ``speed``."""
         rounding = 16.0 * ULP * extent
         flight = 2.0 * speed * tick
         return cls(
@@ -49,7 +50,7 @@ class Skin(NamedTuple):
 
 
 def too_thick(broad_phase: str, delta: float, limit: float) -> str:
-    """Return the sentence with which a broad phase is refused that cannot bear the skin."""
+    """Return the message for a broad phase that is only right with a thinner skin."""
     return (
         f"{broad_phase} is right only while the skin around bodies is thin, at most {limit:.3g} here, and "
         f"rounding asks for {delta:.3g}: choose cells, sap-1d, sap-2d or naive, or a scene with less range "

@@ -11,8 +11,8 @@ That is the structural certificate which the broad phase has given it, its first
 with a wall. docs/kernel.md has the rules by which the entries cover every contact that there can be.
 
 Bodies come and go. A body stands in a *slot*, its place in every table of bodies, and has a *number*, by
-which it is known outside: in the log, in what is awaited at one tick, to whoever runs the simulation. A slot
-that a body has left is taken by a later one; a number is never used twice. Hooks know slots only.
+which it is known outside: in the log, in the order of events of one tick, and to the user. A slot that a
+body has left is taken by a later one; a number is never used twice. Hooks use slots only.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ NEVER = 2**63 - 1
 """The failure time of a certificate that will not fail."""
 
 NOT_ASKED = -(2**63)
-"""The tick of a contact with a wall that nobody has asked for yet: the body is inside before its entry."""
+"""The tick of a wall contact that is not computed yet. Before it is needed, the body is inside the arena."""
 
 NOBODY = -1
 
@@ -61,11 +61,11 @@ ENTRY = np.dtype(
         ("tick", "i8"),  # its first contact with another body: not later than this, or exactly then
         ("wall", "i8"),  # its contact with a wall, or NOT_ASKED
         ("guard", "i8"),  # every other contact of the body is not before this
-        ("partner", "i4"),  # whom it meets at tick
+        ("partner", "i4"),  # the body that it meets at tick
         ("seen", "i4"),  # the partner's stamp when this was worked out
         ("kind", "i4"),  # what the key is: STRUCTURAL, GUESS, WALL or PAIR
         ("exact", "i4"),  # whether tick is exact
-        ("number", "i4"),  # of the body in this slot, or NOBODY: nobody is here
+        ("number", "i4"),  # of the body in this slot, or NOBODY: the slot is empty
         ("spare", "i4"),  # a record is a cache line
     ],
     align=True,
@@ -113,7 +113,7 @@ COMMAND = np.dtype(
         *((name, "f8") for name in ("x", "y", "vx", "vy", "radius", "mass")),
         ("body", "i4"),  # the body's number
         ("code", "i4"),  # what is to be done (kinetile.kernel.log)
-        ("after", "i8"),  # so many contacts of this tick
+        ("after", "i8"),  # after this many contacts of its tick
         ("kind", "i8"),
     ],
     align=True,
@@ -192,8 +192,8 @@ CLOCK = np.dtype(
         ("per_time", "f8"),  # ticks in one unit of the scene's time
         ("epoch", "i8"),  # whole units from the start to tick 0 ("base" is an attribute of records)
         ("origin", "i8"),  # the tick at which the rows of places hold
-        ("bodies", "i8"),  # slots that have been used: behind them nobody stands
-        ("present", "i8"),  # bodies that there are
+        ("bodies", "i8"),  # slots that have been used: those behind them are empty
+        ("present", "i8"),  # bodies in the scene now
         ("kinds", "i8"),  # of bodies
         ("built", "i8"),
         ("hand", "i8"),  # the body whose hook is at work: it is settled after it
@@ -202,7 +202,7 @@ CLOCK = np.dtype(
         ("limits", LIMITS),  # the arena, and what follows from the bodies' bounds
         ("lists", LISTS),  # how far tables are in use, and where their free records are
         ("calendar", CALENDAR),
-        ("jam", JAM),  # the look-out for runs that do not get on
+        ("jam", JAM),  # detects runs without progress
         ("stops", STOPS),  # at contacts that are watched
         ("fault", FAULTS),  # the first one, of bodies a and b
     ],
@@ -216,8 +216,8 @@ COUNTS = np.dtype(
         ("inserted", "i8"),
         ("removed", "i8"),
         ("structural", "i8"),
-        ("asks", "i8"),  # times a body's partners were asked
-        ("asked", "i8"),  # partners asked
+        ("asks", "i8"),  # times that a body's partners were looked at
+        ("asked", "i8"),  # partners looked at
         ("newcomers", "i8"),  # bodies that a hook said have become near another
         ("exact", "i8"),  # contact times worked out exactly
         ("updated", "i8"),  # structural certificates set anew
@@ -227,15 +227,15 @@ COUNTS = np.dtype(
         ("logged", "i8"),  # events that changed a plan
         ("late", "i8"),
         ("deepest", "f8"),
-        ("commanded_energy", "f8"),  # what commands have brought in
-        ("answered_energy", "f8"),  # what contacts have, that conserve none
+        ("commanded_energy", "f8"),  # energy that commands have added
+        ("answered_energy", "f8"),  # energy that contacts have added which do not conserve it
         ("passings", "i8"),  # times two bodies began to pass through each other
     ],
     align=True,
 )
 
 OFFERS = 1 << 10
-"""Offers that a hook may leave behind; where there are more, every body is asked anew."""
+"""Offers that a hook may leave behind; with more, every body is refreshed."""
 
 MANY = 1 << 15
 """Bodies. For fewer, twice as many slices are 5 % faster; for more, memory counts."""
@@ -259,18 +259,18 @@ class Kernel(NamedTuple):
     pairs: Records  # the pair set: its records,
     lookup: Records  # its hash table,
     firsts: Records  # (n,) and the head of each body's list; empty where the phase keeps none
-    traits: Records  # (n,) what responses ask of a body; this and the next three are empty without them
+    traits: Records  # (n,) what responses need of a body; this and the next three are empty without them
     rules: (
         Records  # (kinds * (kinds + 1),) what happens where a kind meets a kind, or a wall (the last column)
     )
     passings: Records  # the pairs that are passing through each other, a the elder of the two
     passers: Records  # (n,) the head of each body's list of them
     commands: Records  # those of the present span of the clock, in their order
-    watch: Records  # for each number of a body whether to stop at its contacts; empty where nobody watches
+    watch: Records  # for each number of a body whether to stop at its contacts; empty unless some are watched
     watched: Records  # the pairs, by numbers, to stop at
     slots: Records  # for each number of a body its slot, or NOBODY: it has left, or is still to come
     met: Records  # the log of contacts, as it is digested
-    log: Records  # every event with the plans after it; empty unless somebody records
+    log: Records  # every event with the plans after it; empty unless the run is recorded
     clock: Records
     counts: Records
 
@@ -283,8 +283,8 @@ def record_table(dtype: np.dtype[Any], length: int, aligned: int = 0) -> Records
 
 
 def allocate(bodies: int, near: int, log_rows: int) -> Kernel:
-    """Return tables for so many bodies, all of them there, numbered as their slots are; for so many that
-    ``near`` may name; and so many log rows."""
+    """Return tables for ``bodies`` bodies, numbered as their slots are, with room for ``near`` answers of
+    ``near`` and for ``log_rows`` rows of the log."""
     per_body = 4 if bodies < MANY else 2
     slices = 1 << max(6, (per_body * bodies - 1).bit_length())
     k = Kernel(
@@ -320,7 +320,7 @@ def allocate(bodies: int, near: int, log_rows: int) -> Kernel:
 
 
 def pair_set(k: Kernel, room: int) -> Kernel:
-    """Return the tables with a pair set of so much room, empty."""
+    """Return the tables with an empty pair set that has room for ``room`` pairs."""
     slots = 1 << max(4, (2 * room - 1).bit_length())
     return k._replace(
         pairs=record_table(HELD, room),
@@ -330,7 +330,7 @@ def pair_set(k: Kernel, room: int) -> Kernel:
 
 
 def clear(k: Kernel) -> None:
-    """Forget all that is awaited, and every pair of the pair set; bodies, clock, counts and log stay."""
+    """Clear the queue, the calendar and the pair set; bodies, clock, counts and log stay."""
     clock = k.clock[0]
     calendar, lists = clock.calendar, clock.lists
     for name in ("key", "own", "tick", "guard"):

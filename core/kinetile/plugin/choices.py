@@ -66,6 +66,11 @@ def write_phase(name: str, options: Mapping[str, Any]) -> str:
     return f"{name}:{','.join(f'{key}={value}' for key, value in options.items())}" if options else name
 
 
+def called(name: str, options: Mapping[str, Any]) -> str:
+    """Returns a name with its options or parameters behind it, for people: ``sap-1d (axis=y)``."""
+    return f"{name} ({', '.join(f'{key}={value}' for key, value in options.items())})" if options else name
+
+
 def read_phases(text: str) -> list[str]:
     """Returns the phases of a list with commas; ``key=value`` after one with options is a further option."""
     phases: list[str] = []

@@ -248,8 +248,6 @@ MOST = 2**31 - 1
 """Pairs and bodies are numbered in 32 bits."""
 
 PLAIN = ("arrange", "audit", "draw")
-OPTIONAL = ("soonest", "enter", "leave", "touch", "part", "respond")
-
 
 Parts: TypeAlias = BroadPhaseParts | PairParts | WallParts | ResponseParts
 
@@ -262,26 +260,21 @@ def check_parts(who: str, parts: Parts) -> None:
 
 
 def _mistakes(parts: Parts) -> Iterator[str]:
-    hooks = tuple(field.name for field in fields(parts))
-    if isinstance(parts, PairParts):
-        hooks = ("meet", "collide", "soonest", "touch", "part")
-        if parts.contact_distance not in get_args(ContactDistance):
-            expected = " or ".join(map(repr, get_args(ContactDistance)))
-            yield f"contact_distance is {_shown(parts.contact_distance)}; expected {expected}"
+    if isinstance(parts, PairParts) and parts.contact_distance not in get_args(ContactDistance):
+        expected = " or ".join(map(repr, get_args(ContactDistance)))
+        yield f"contact_distance is {_shown(parts.contact_distance)}; expected {expected}"
     if isinstance(parts, BroadPhaseParts):
         yield from _broad_mistakes(parts)
-        hooks = ("near", "build", "repair", "replan", "enter", "leave")
     if isinstance(parts, ResponseParts):
-        hooks = ("respond",)
         numbers: Any = parts.numbers
         fine = isinstance(numbers, tuple) and len(numbers) <= 4
         if not fine or not all(isinstance(n, int | float) and math.isfinite(n) for n in numbers):
             yield f"numbers is {_shown(numbers)}; expected a tuple of up to four finite numbers"
-    for name in hooks:
-        if name in OPTIONAL and getattr(parts, name) is None:
-            continue
-        if not is_hook(getattr(parts, name)):
-            yield f"{name} is {_shown(getattr(parts, name))}; expected a function marked with toolbox.hook"
+    for each in fields(parts):  # hooks are the fields of type Hook, or Hook | None
+        given, wanted = getattr(parts, each.name), str(each.type).split(" | ")
+        left_out = given is None and "None" in wanted
+        if "Hook" in wanted and not left_out and not is_hook(given):
+            yield f"{each.name} is {_shown(given)}; expected a function marked with toolbox.hook"
 
 
 def _broad_mistakes(parts: BroadPhaseParts) -> Iterator[str]:

@@ -39,16 +39,7 @@ from kinetile.errors import (
     nearest,
 )
 from kinetile.plugin import specs
-from kinetile.plugin.specs import (
-    API_VERSION,
-    MOVING,
-    BroadPhaseSpec,
-    Kind,
-    NarrowPhaseSpec,
-    ResponseSpec,
-    SceneSpec,
-    Spec,
-)
+from kinetile.plugin.specs import Kind, SceneSpec, Spec
 
 if TYPE_CHECKING:
     from kinetile.scene import Scene
@@ -112,17 +103,11 @@ class Registry:
         return cast("type[Any]", _load(self._find("broad phase", name)))
 
     def narrow_phase(self, name: str) -> type[Any]:
-        """Imports and returns the class of a narrow phase.
-
-        Raises UnknownName, and PhaseError where the target does not import or is no class.
-        """
+        """Imports and returns the class of a narrow phase. Raises as ``broad_phase`` does."""
         return cast("type[Any]", _load(self._find("narrow phase", name)))
 
     def response(self, name: str) -> type[Any]:
-        """Imports and returns the class of a response.
-
-        Raises UnknownName, and PhaseError where the target does not import or is no class.
-        """
+        """Imports and returns the class of a response. Raises as ``broad_phase`` does."""
         return cast("type[Any]", _load(self._find("response", name)))
 
     def scene(self, name: str) -> Callable[..., Scene]:
@@ -186,13 +171,7 @@ class Registry:
             for kind, spec, plugin, distribution, version in self._provided
         ]
         failures = [
-            {
-                "plugin": failure.plugin,
-                "distribution": failure.distribution,
-                "version": failure.version,
-                "error": type(failure.error).__name__,
-                "message": str(failure.error),
-            }
+            failure._asdict() | {"error": type(failure.error).__name__, "message": str(failure.error)}
             for failure in self.failures
         ]
         return {"provided": provided, "failures": failures}
@@ -219,10 +198,10 @@ class Registry:
         owners = {(p.kind, name): p for p in self._provided for name in _all_names(p.spec)}
         for kind, spec in offers(plugin):
             provided = Provided(kind, spec, label, distribution, version)
-            if spec.api != API_VERSION:
+            if spec.api != specs.API_VERSION:
                 raise PluginApiMismatch(
                     f"{kind} {spec.name!r} was written for version {spec.api!r} of the plugin API; "
-                    f"this kinetile speaks version {API_VERSION}: {MOVING}"
+                    f"this kinetile speaks version {specs.API_VERSION}: {specs.MOVING}"
                 )
             for name in _all_names(spec):
                 owner = owners.setdefault((kind, name), provided)
@@ -319,9 +298,9 @@ def _source(plugin: str, distribution: str | None, version: str | None) -> str:
 
 _GROUP = "kinetile"
 _HOOKS: dict[str, tuple[Kind, type[Spec]]] = {
-    "kinetile_broad_phases": ("broad phase", BroadPhaseSpec),
-    "kinetile_narrow_phases": ("narrow phase", NarrowPhaseSpec),
-    "kinetile_responses": ("response", ResponseSpec),
+    "kinetile_broad_phases": ("broad phase", specs.BroadPhaseSpec),
+    "kinetile_narrow_phases": ("narrow phase", specs.NarrowPhaseSpec),
+    "kinetile_responses": ("response", specs.ResponseSpec),
     "kinetile_scenes": ("scene", SceneSpec),
 }
 

@@ -71,7 +71,6 @@ class EventRecorder:
     Raises MissingExtra without pyarrow, and RecordError if the file exists, is being written by another
     run or cannot be written; rows written before an error are kept, in FILE, or in FILE.partial
     if the message says so.
-    where the message says so.
     """
 
     def __init__(

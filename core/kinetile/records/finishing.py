@@ -29,9 +29,8 @@ from kinetile.records.locks import open_alone, open_left
 from kinetile.records.log import SIGNATURE, LogReader, Seal
 from kinetile.scene.targets import writable_target
 
-KEY = "kinetile"
-SCENE_KEY = "kinetile.scene"
-DIGEST_KEY = "kinetile.digest"
+KEYS = ("kinetile", "kinetile.scene", "kinetile.digest")
+"""The keys of a file's metadata: as JSON, the scene as TOML, and the digest."""
 LONGEST_SCENE = 2**31 - 1
 """Bytes of TOML: pyarrow would stop at 1e8, about a million discs."""
 PARTIAL = ".partial"
@@ -158,8 +157,8 @@ def _write(reader: LogReader, its_name: str, file: Any) -> dict[str, Any]:
             metadata["status"] = "killed"
         metadata |= {"rows": count, "fingerprint": seal.fingerprint}
         text = json.dumps(metadata)
-        digest = seal.digest(text, reader.scene)
-        writer.add_key_value_metadata({KEY: text, SCENE_KEY: reader.scene, DIGEST_KEY: digest})
+        texts = (text, reader.scene, seal.digest(text, reader.scene))
+        writer.add_key_value_metadata(dict(zip(KEYS, texts, strict=True)))
         writer.close()
     except BaseException:
         writer.is_open = False  # there is no footer to be written when it is collected

@@ -230,9 +230,6 @@ def _without_zeros(file: BinaryIO) -> int:
     return size
 
 
-_EVERYWHERE = LOG.newbyteorder("<")
-
-
 class Seal:
     """Digest of an event file's rows, scene and metadata, in the order in which they were written.
 
@@ -246,7 +243,7 @@ class Seal:
     def add(self, rows: NDArray[Any]) -> None:
         """Continues with the next rows (dtype LOG)."""
         self._contacts.update(digestible(rows[rows["b"] > TURNED]))
-        self._rows.update(rows.astype(_EVERYWHERE, copy=False).tobytes())
+        self._rows.update(rows.astype(_ROW, copy=False).tobytes())
 
     @property
     def fingerprint(self) -> str:

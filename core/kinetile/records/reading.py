@@ -25,18 +25,10 @@ from numpy.typing import NDArray
 from kinetile.errors import Mistake, RecordError
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.log import INSERTED, LOG, REMOVED, TURNED
-from kinetile.records.finishing import (
-    DIGEST_KEY,
-    KEY,
-    LONGEST_SCENE,
-    PARTIAL,
-    SCENE_KEY,
-    is_log,
-    pyarrow_modules,
-    reason,
-)
+from kinetile.records.finishing import KEYS, LONGEST_SCENE, PARTIAL, is_log, pyarrow_modules, reason
 from kinetile.records.log import Seal
 from kinetile.scene import Insert, Scene
+from kinetile.scene.by_name import Registered
 from kinetile.scene.checks import WALL, shown
 from kinetile.scene.responses import PASS
 
@@ -87,9 +79,9 @@ def read_events(path: str | os.PathLike[str]) -> EventFile:
 def read_with_scene(path: str | os.PathLike[str]) -> tuple[EventFile, Scene]:
     """Reads an event file, and its scene, whose phases need not be installed here. Raises as read_events."""
     path = Path(path)
-    rows, texts = _read(path)
-    metadata = _read_metadata(path, texts[KEY])
-    scene = _read_scene(path, texts[SCENE_KEY])
+    rows, (text, scene_text, digest) = _read(path)
+    metadata = _read_metadata(path, text)
+    scene = _read_scene(path, scene_text)
     wrong = disagreement(rows, metadata, scene)
     if wrong:
         raise RecordError(f"{path} contradicts itself: {wrong}")
@@ -100,14 +92,14 @@ def read_with_scene(path: str | os.PathLike[str]) -> tuple[EventFile, Scene]:
             f"{path} contradicts itself: the fingerprint of its contacts is {seal.fingerprint}, and its "
             f"metadata say {shown(metadata['fingerprint'])}"
         )
-    if seal.digest(texts[KEY], texts[SCENE_KEY]) != texts[DIGEST_KEY]:
+    if seal.digest(text, scene_text) != digest:
         raise RecordError(f"{path} is not what was written: its rows, scene and metadata have another digest")
     kinds = all_runs(scene, metadata["kinds"])
-    return EventFile(rows, metadata | {"scene": texts[SCENE_KEY], "kinds": kinds}), scene
+    return EventFile(rows, metadata | {"scene": scene_text, "kinds": kinds}), scene
 
 
-def _read(path: Path) -> tuple[NDArray[Any], dict[str, str]]:
-    """Returns the rows of a file, and the texts in its footer by their keys."""
+def _read(path: Path) -> tuple[NDArray[Any], list[str]]:
+    """Returns the rows of a file, and the texts in its footer."""
     pa, pq = pyarrow_modules()
     try:
         if not stat.S_ISREG(os.stat(path).st_mode):
@@ -124,13 +116,12 @@ def _read(path: Path) -> tuple[NDArray[Any], dict[str, str]]:
             ) as file,
         ):
             found = file.metadata.metadata or {}
-            for key in (KEY, SCENE_KEY, DIGEST_KEY):
+            for key in KEYS:
                 if key.encode() not in found:
                     said = f"is a Parquet file, but not an event file of kinetile: no {key!r}"
                     raise RecordError(f"{path} {said}")
             _check_columns(pa, path, file.schema_arrow)
-            texts = {key: found[key.encode()].decode() for key in (KEY, SCENE_KEY, DIGEST_KEY)}
-            return _read_rows(path, file), texts
+            return _read_rows(path, file), [found[key.encode()].decode() for key in KEYS]
     except RecordError:
         raise
     except FileNotFoundError as error:
@@ -200,9 +191,9 @@ def _read_scene(path: Path, text: str) -> Scene:
         raise RecordError(f"{path} has a scene that is none: {error}") from error
 
 
-class _AnyPhase:
-    """Names as an event file may use them (``kinetile.scene.files.Names``): any phase, for none is run
-    here, and no recipe, for the bodies themselves are in the file."""
+class _AnyPhase(Registered):
+    """Names as an event file may use them: any phase, for none is run here, and no recipe, for the bodies
+    themselves are in the file."""
 
     def mistakes(self, where: str, name: str, *kinds: str) -> list[Mistake]:
         """Returns the mistake of naming a recipe."""
@@ -211,14 +202,6 @@ class _AnyPhase:
     def option_mistakes(self, name: str, options: Mapping[str, Any]) -> list[Mistake]:
         """Returns no mistake: a run of the phase checks its options."""
         return []
-
-    def parameter_mistakes(self, name: str, parameters: Mapping[str, Any]) -> list[Mistake]:
-        """Returns no mistake: the recipe is one already."""
-        return []
-
-    def make(self, name: str, parameters: Mapping[str, Any]) -> Scene:
-        """Makes nothing: ``mistakes`` has refused every recipe."""
-        raise NotImplementedError
 
 
 _A, _B = ("ax", "ay", "avx", "avy"), ("bx", "by", "bvx", "bvy")
@@ -286,13 +269,11 @@ def _passing(rows: NDArray[Any], scene: Scene) -> NDArray[np.bool_]:
     """Returns which rows are the beginning or the end of a passing: two bodies, and no plan of either."""
     planless = np.all([np.isnan(rows[name]) for name in (*_A, *_B)], axis=0)
     may = any(response.name == PASS for row in scene.meets for response in row)
-    passing: NDArray[np.bool_] = planless & (rows["b"] >= 0) & (rows["a"] != rows["b"]) & may
-    return passing
+    return np.asarray(planless & (rows["b"] >= 0) & (rows["a"] != rows["b"]) & may)
 
 
 def _all_finite(rows: NDArray[Any], names: tuple[str, ...]) -> NDArray[np.bool_]:
-    finite: NDArray[np.bool_] = np.all([np.isfinite(rows[name]) for name in names], axis=0)
-    return finite
+    return np.asarray(np.all([np.isfinite(rows[name]) for name in names], axis=0))
 
 
 Runs: TypeAlias = list[list[Any]]

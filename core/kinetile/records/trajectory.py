@@ -77,9 +77,7 @@ class Trajectory:
     def _check_continuity(self, path: Path) -> None:
         """Raises RecordError unless each body flies, from row to row, to where the next row says it is."""
         body, seen = np.divmod(self._keys, self._span)
-        rows, is_b = self.rows[seen // 2], (seen % 2).astype(bool)[:, None]
-        place = np.where(is_b, _columns(rows, "bx", "by"), _columns(rows, "ax", "ay"))
-        velocity = np.where(is_b, _columns(rows, "bvx", "bvy"), _columns(rows, "avx", "avy"))
+        rows, place, velocity = self._plans(seen)
         unit, first = self._clock.unit, np.append(True, body[1:] != body[:-1])[: len(body)]
         time = (rows["epoch"] + rows["tick"] * 2.0**-52) * unit
         since = np.where(first, 0.0, np.roll(time, 1))
@@ -101,6 +99,12 @@ class Trajectory:
                 "from the scene's start on, as the recorder gets them if it is there in each run"
             )
 
+    def _plans(self, seen: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+        """Returns rows, 2 k as its a sees row k and 2 k + 1 as its b, with position and velocity of that."""
+        rows, is_b = self.rows[seen // 2], (seen % 2).astype(bool)[:, None]
+        place = np.where(is_b, _columns(rows, "bx", "by"), _columns(rows, "ax", "ay"))
+        return rows, place, np.where(is_b, _columns(rows, "bvx", "bvy"), _columns(rows, "avx", "avy"))
+
     def _flight_plans(
         self, time: float
     ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
@@ -119,12 +123,9 @@ class Trajectory:
         index = np.searchsorted(self._keys, bodies * self._span + 2 * done) - 1
         moved = bodies[index >= 0]
         moved = moved[self._keys[index[moved]] // self._span == moved]
-        seen = self._keys[index[moved]] % self._span
-        rows, is_b = self.rows[seen // 2], (seen % 2).astype(bool)[:, None]
         anchor, velocity = np.zeros((2, self._numbers, 2))
         anchor[:n], velocity[:n] = self.scene.position, self.scene.velocity
-        anchor[moved] = np.where(is_b, _columns(rows, "bx", "by"), _columns(rows, "ax", "ay"))
-        velocity[moved] = np.where(is_b, _columns(rows, "bvx", "bvy"), _columns(rows, "avx", "avy"))
+        rows, anchor[moved], velocity[moved] = self._plans(self._keys[index[moved]] % self._span)
         ticks = np.full(self._numbers, now, dtype=object)
         ticks[moved] -= rows["epoch"].astype(object) * TICKS + rows["tick"].astype(object)
         there = bodies < n

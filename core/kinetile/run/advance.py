@@ -21,8 +21,6 @@ from kinetile.run.engine.engine import UNLIMITED, Engine
 from kinetile.run.interrupts import Unbroken
 from kinetile.scene.responses import Kind
 
-__all__ = ["End", "Event", "advance", "advance_one", "next_event"]
-
 IDLE_SPANS = 1 << 12
 """The number of empty spans of the clock after which a run without an end in time gives up."""
 
@@ -145,9 +143,11 @@ def advance_one(engine: Engine, end: End) -> Event | None:
             while engine.chunk(head.tick, UNLIMITED, most=1) == COMMAND_DUE:
                 pass  # tables have grown, and no event has run yet
             engine.build()
+            if event is not None and event.kind == "wall":  # which one, the log has of the last contact
+                return event._replace(wall=WALLS[int(engine.k.met[0].b)])
             if event is not None:
-                return event if event.kind != "wall" else event._replace(wall=_wall_met(engine))
-        elif end.ticks is None and not _awaited(engine) and engine.next_command is None:
+                return event
+        elif end.ticks is None and engine.next_command is None and (engine.k.queue.key == NEVER).all():
             return None
         else:
             engine.chunk(until, UNLIMITED, quota=quota)
@@ -226,11 +226,6 @@ def _next_command(engine: Engine) -> Any:
     return engine.k.commands[int(engine.k.clock[0].lists.command)]
 
 
-def _awaited(engine: Engine) -> bool:
-    """Whether anything is scheduled, at any distance in time."""
-    return bool((engine.k.queue.key != NEVER).any())
-
-
 def _event_of(engine: Engine, head: _Head) -> Event | None:
     """Returns the next event; None for one that users do not see, a plan that is anchored anew without
     a change."""
@@ -283,8 +278,3 @@ def _meeting(engine: Engine, body: int) -> tuple[Literal["disc", "pass", "part"]
         return "part", int(due.b[np.argmin(k.queue.number[due.b])])
     other = int(k.queue[body].partner)
     return "pass" if _passes(k, body, other) else "disc", other
-
-
-def _wall_met(engine: Engine) -> str:
-    """Returns the wall of the contact that happened last: the log has it."""
-    return WALLS[int(engine.k.met[0].b)]

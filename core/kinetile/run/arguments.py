@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -80,10 +80,7 @@ def read_count(value: Any, name: str) -> int:
 def read_kinds(value: Kind | Iterable[Kind], known: Sequence[Kind], where: str) -> list[Kind]:
     """Returns one kind or several as a list; ValueError for an unknown one."""
     one = isinstance(value, str | int | np.integer)
-    try:
-        kinds: list[Any] = [value] if one else list(value)  # type: ignore[arg-type]
-    except TypeError:
-        raise TypeError(f"{where}: kinds are given by a list of them; found {shown(value)}") from None
+    kinds: list[Any] = [value] if one else _several(value, where, "kinds", "them")
     for kind in kinds:
         if kind not in known:
             raise ValueError(f"{where}: {no_kind(kind, known)}")
@@ -274,9 +271,9 @@ class StopAt:
             that.
     """
 
-    bodies: Iterable[int] = field(default=())
-    pairs: Iterable[tuple[int, int | str]] = field(default=())
-    kinds: Kind | Iterable[Kind] = field(default=())
+    bodies: Iterable[int] = ()
+    pairs: Iterable[tuple[int, int | str]] = ()
+    kinds: Kind | Iterable[Kind] = ()
     before: bool = False
 
 
@@ -295,8 +292,8 @@ def read_stop(engine: Engine, scene: Scene, stop: Any) -> Watch | None:
         )
     flags = np.zeros(len(engine.k.slots), dtype=np.uint8)
     kinds = read_kinds(stop.kinds, scene.kinds, "stop_at")
-    bodies = _several(stop.bodies, "bodies", "their numbers")
-    pairs = [_pair(engine, pair) for pair in _several(stop.pairs, "pairs", "two numbers each")]
+    bodies = _several(stop.bodies, "stop_at", "bodies", "their numbers")
+    pairs = [_pair(engine, pair) for pair in _several(stop.pairs, "stop_at", "pairs", "two numbers each")]
     for body in bodies:
         flags[read_body(engine, body, or_coming=True)] = ANY
     for kind in kinds:
@@ -310,12 +307,12 @@ def read_stop(engine: Engine, scene: Scene, stop: Any) -> Watch | None:
     return Watch(flags, table, stop.before)
 
 
-def _several(given: Any, name: str, of: str) -> list[Any]:
+def _several(given: Any, where: str, name: str, of: str) -> list[Any]:
     """Returns an argument as a list; TypeError if that is impossible."""
     try:
         return list(given)
     except TypeError:
-        raise TypeError(f"stop_at: {name} are given by a list of {of}; found {shown(given)}") from None
+        raise TypeError(f"{where}: {name} are given by a list of {of}; found {shown(given)}") from None
 
 
 def _pair(engine: Engine, pair: Any) -> tuple[int, int]:

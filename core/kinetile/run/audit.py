@@ -49,7 +49,8 @@ def of_calendar(k: Any) -> Iterator[str]:
     keys, days = k.queue.key.tolist(), (k.queue.key >> clock.calendar.shift).tolist()
     after, before, marks = k.links.next.tolist(), k.links.prev.tolist(), k.marks.tolist()
     bodies = len(k.bodies)
-    ranks = _ranks(k)
+    columns = (k.queue.number, k.queue.key, k.queue.kind, k.queue.number[k.queue.partner])
+    ranks = [rank(*row) for row in zip(*(column.tolist() for column in columns), strict=True)]
     slices, found = len(after) - bodies, 0
     for at in range(slices):
         previous, body = bodies + at, after[bodies + at]
@@ -74,13 +75,6 @@ def of_calendar(k: Any) -> Iterator[str]:
         yield f"{said}; {counted} are counted"
     if waiting and min(days[body] for body in waiting) < clock.calendar.slice:
         yield "a body is filed before the slice in which the head is sought"
-
-
-def _ranks(k: Any) -> list[tuple[int, ...]]:
-    """Returns for each body the position of its entry in the order of events (``calendar.rank``)."""
-    queue = k.queue
-    columns = (queue.number, queue.key, queue.kind, queue.number[queue.partner])
-    return [rank(*row) for row in zip(*(column.tolist() for column in columns), strict=True)]
 
 
 def of_entries(k: Any) -> Iterator[str]:
@@ -255,7 +249,8 @@ def complaints(k: Kernel, composition: Composition, delta: float) -> Iterator[Co
         yield from map(Complaint, _near(columns, named))
         near = pairs_of_named(named)
     yield from _contact_times(k, columns, composition, near)
-    if composition.pair is not None and not _repairs_are_due(columns):
+    repaired = bool((columns.queue.own > columns.clock.now).all())  # no certificate fails at this very tick
+    if composition.pair is not None and repaired:
         yield from _touching(columns, positions_now(k), near, delta)
     yield from map(Complaint, of_passings(k, columns, composition, positions_now(k)))
     if broad.audit is not None:
@@ -299,11 +294,6 @@ def _numbers(record: Any) -> SimpleNamespace:
     return SimpleNamespace(
         **{name: _numbers(value) if value.dtype.names else value.item() for name, value in values.items()}
     )
-
-
-def _repairs_are_due(k: Any) -> bool:
-    """Whether a structural certificate fails at this very tick and has not been repaired yet."""
-    return bool((k.queue.own <= k.clock.now).any())
 
 
 def _near(k: Any, named: Pairs) -> Iterator[str]:

@@ -4,18 +4,30 @@ these.
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Any, cast
+from typing import Any, TypeVar, cast
 
 from kinetile.errors import BadOption, PhaseError, Refused, nearest
+from kinetile.kernel.compiled import compose
+from kinetile.kernel.loop import idle
+from kinetile.kernel.loop.commands import obey_alone
+from kinetile.kernel.loop.loop import advance
 from kinetile.kernel.loop.responses import MOST_RESPONSES
 from kinetile.kernel.loop.responses import PASS as PASSES
 from kinetile.kernel.skin import too_thick
 from kinetile.kernel.tables import RULE, Records, record_table
 from kinetile.plugin.calling import calling, described
-from kinetile.plugin.protocols import BroadPhaseParts, PairParts, ResponseParts, WallParts, check_parts
+from kinetile.plugin.protocols import (
+    BroadPhaseParts,
+    PairParts,
+    Parts,
+    ResponseParts,
+    WallParts,
+    check_parts,
+)
 from kinetile.plugin.registry import registry
 from kinetile.plugin.specs import Kind, NarrowPhaseSpec
 from kinetile.scene import Response, Scene, Turn
@@ -24,7 +36,7 @@ from kinetile.scene.responses import ELASTIC, PASS
 
 BUILT_IN = (ELASTIC, PASS)
 
-Prepare = Callable[[Kind, str, Mapping[str, Any], Scene], Any]
+P = TypeVar("P", bound=Parts)
 
 
 @dataclass(frozen=True)
@@ -57,10 +69,7 @@ class Rules:
 
 
 def read_rules(
-    scene: Scene,
-    broad: tuple[str, BroadPhaseParts],
-    narrow: dict[str, PairParts | WallParts],
-    prepare: Prepare,
+    scene: Scene, broad: tuple[str, BroadPhaseParts], narrow: dict[str, PairParts | WallParts]
 ) -> Rules | None:
     """Returns the rules of a scene, or None if all contacts are elastic and all bodies are movable.
 
@@ -69,7 +78,7 @@ def read_rules(
     if not scene.ruled:
         return None
     meets, kinds = [response for row in scene.meets for response in row], len(scene.kinds)
-    parts = [_parts(response, scene, prepare) for response in meets]
+    parts = [_parts(response, scene) for response in meets]
     hooks = sorted({each.respond for each in parts if each.respond is not None}, key=_name)
     if len(hooks) > MOST_RESPONSES:
         raise Refused(
@@ -99,14 +108,11 @@ def _name(hook: Any) -> tuple[str, str]:
     return function.__module__, function.__qualname__
 
 
-def _parts(response: Response, scene: Scene, prepare: Prepare) -> ResponseParts:
+def _parts(response: Response, scene: Scene) -> ResponseParts:
     """Returns the parts of a response for a scene."""
-    parts = prepare("response", response.name, response.options, scene)
-    who = described("response", response.name)
-    if not isinstance(parts, ResponseParts):
-        raise PhaseError(f"{who}: prepare returned {type(parts).__name__}, not ResponseParts")
-    check_parts(who, parts)
+    parts = _prepare("response", response.name, response.options, scene, ResponseParts)
     if parts.respond is None and response.name not in BUILT_IN:
+        who = described("response", response.name)
         raise PhaseError(f"{who}: its parts have no respond; expected a function marked with toolbox.hook")
     return parts
 
@@ -175,18 +181,11 @@ class Composition:
 
     def loop(self, commands: Commands) -> Callable[..., Any]:
         """Returns the loop for these phases, compiled at the first call or when it is made ready."""
-        from kinetile.kernel.compiled import compose
-        from kinetile.kernel.loop.loop import advance
-
         return compose(advance, self._parts(commands), self.label, type(self.broad.state))
 
     def obeying(self) -> Callable[..., Any]:
         """Returns a function that runs one command by itself, for a broad phase that cannot insert or
         remove a body."""
-        from kinetile.kernel.compiled import compose
-        from kinetile.kernel.loop import idle
-        from kinetile.kernel.loop.commands import obey_alone
-
         parts = self._parts(Commands.ALL) | {"LIVING": True, "enter": idle.enter, "leave": idle.leave}
         return compose(obey_alone, parts, f"obey_{self.label}", type(self.broad.state))
 
@@ -268,12 +267,7 @@ def _compose(
 ) -> Composition:
     """Prepares the phases of these names for a scene, and refuses incompatible ones."""
     broad_options = {**scene.settings.options.get(name, {}), **(options or {})}
-    broad = _prepare("broad phase", name, broad_options, scene)
-    if not isinstance(broad, BroadPhaseParts):
-        raise PhaseError(
-            f"{described('broad phase', name)}: prepare returned {type(broad).__name__}, not BroadPhaseParts"
-        )
-    check_parts(described("broad phase", name), broad)
+    broad = _prepare("broad phase", name, broad_options, scene, BroadPhaseParts)
     narrow_options = {
         each: {**scene.settings.options.get(each, {}), **extra} for each, extra in narrow.items()
     }
@@ -286,7 +280,7 @@ def _compose(
             raise Refused(too_thick(name, skin.delta, broad.skin_limit))
     if broad.solid:
         _demand_solid(name, given, pair)
-    rules = read_rules(scene, (name, broad), given, _prepare)
+    rules = read_rules(scene, (name, broad), given)
     return Composition(name, broad_options, narrow_options, broad, pair, wall, scene, rules)
 
 
@@ -294,20 +288,14 @@ def _narrow_parts(scene: Scene, options: Mapping[str, Mapping[str, Any]]) -> dic
     """Prepares the narrow phases, each with its options; there is one for pairs and one for walls at most."""
     found: dict[str, PairParts | WallParts] = {}
     for each, own in options.items():
-        parts = _prepare("narrow phase", each, own, scene)
         role = cast(NarrowPhaseSpec, registry().spec("narrow phase", each)).role
-        wanted = PairParts if role == "pair" else WallParts
-        if not isinstance(parts, wanted):
-            raise PhaseError(
-                f"{described('narrow phase', each)}: prepare returned {type(parts).__name__}, "
-                f"not {wanted.__name__}, as its role {role!r} has it"
-            )
+        wanted: type[PairParts | WallParts] = PairParts if role == "pair" else WallParts
+        parts = _prepare("narrow phase", each, own, scene, wanted, f", as its role {role!r} has it")
         if any(isinstance(other, wanted) for other in found.values()):
             raise BadOption(
                 f"two narrow phases for {role}s are named, and there can be one: {', '.join(options)}"
             )
-        check_parts(described("narrow phase", each), parts)
-        found[each] = cast(Any, parts)
+        found[each] = parts
     return found
 
 
@@ -327,8 +315,10 @@ def _demand_solid(name: str, given: Mapping[str, PairParts | WallParts], pair: P
         )
 
 
-def _prepare(kind: Kind, name: str, options: Mapping[str, Any], scene: Scene) -> Any:
-    """Makes a phase with its options and returns its parts."""
+def _prepare(
+    kind: Kind, name: str, options: Mapping[str, Any], scene: Scene, wanted: type[P], why: str = ""
+) -> P:
+    """Makes a phase with its options and returns its parts, which are ``wanted`` to be of a class."""
     found = registry()
     find = {"broad phase": found.broad_phase, "narrow phase": found.narrow_phase, "response": found.response}
     phase = find[kind](name)
@@ -336,15 +326,18 @@ def _prepare(kind: Kind, name: str, options: Mapping[str, Any], scene: Scene) ->
     with calling(kind, name, "its constructor"):
         made = phase(**options)
     with calling(kind, name, "prepare"):
-        return made.prepare(scene)
+        parts = made.prepare(scene)
+    who = described(kind, name)
+    if not isinstance(parts, wanted):
+        raise PhaseError(f"{who}: prepare returned {type(parts).__name__}, not {wanted.__name__}{why}")
+    check_parts(who, parts)
+    return parts
 
 
 def check_options(kind: str, name: str, phase: Callable[..., Any], options: Mapping[str, Any]) -> None:
     """Refuses an option that the phase's constructor does not have, with the nearest and all known ones."""
     if not options:
         return
-    import inspect
-
     known = [p for p in inspect.signature(phase).parameters if p != "self"]
     for option in options:
         if option not in known:

@@ -22,8 +22,6 @@ import threading
 from types import FrameType, TracebackType
 from typing import Any, ClassVar, Self
 
-__all__ = ["Unbroken"]
-
 _NAMES = ("SIGINT", "SIGTERM", "SIGHUP", "SIGALRM", "SIGVTALRM", "SIGUSR1", "SIGUSR2", "SIGXCPU", "SIGBREAK")
 _SIGNALS = [int(getattr(signal, name)) for name in _NAMES if hasattr(signal, name)]
 

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
-import numpy as np
-
 from kinetile.kernel.loop import idle
 from kinetile.kernel.tables import Kernel
+from kinetile.plugin.choices import called
 from kinetile.run.compose import Commands, Composition
-from kinetile.run.engine.bounds import Bounds
-from kinetile.scene import Insert, Remove, Scene, Turn
+from kinetile.run.engine.bounds import Bounds, squares_of_bodies
+from kinetile.run.engine.engine import Engine
+from kinetile.scene import Scene
+from kinetile.scene.commands import counted
 
 
 @dataclass(frozen=True)
@@ -76,21 +76,9 @@ class Readings:
         return asdict(self)
 
     @classmethod
-    def take(
-        cls,
-        k: Kernel,
-        *,
-        start_energy: float,
-        cpu_seconds: float,
-        compile_seconds: float,
-        audits: int,
-        fingerprint: str,
-    ) -> Readings:
-        """Reads the instruments of a kernel."""
-        counts = k.counts[0]
-        contacts = int(counts.contacts_disc) + int(counts.contacts_wall)
-        commands = int(counts.turns) + int(counts.inserted) + int(counts.removed)
-        events = contacts + commands + int(counts.structural)
+    def take(cls, engine: Engine, start_energy: float) -> Readings:
+        """Reads the instruments of an engine; ``start_energy`` is that of its bodies at the start."""
+        k, counts, seconds = engine.k, engine.k.counts[0], engine.cpu_seconds
         expected = start_energy + float(counts.commanded_energy) + float(counts.answered_energy)
         scale = max(abs(start_energy), abs(expected))
         return cls(
@@ -101,7 +89,7 @@ class Readings:
             inserted=int(counts.inserted),
             removed=int(counts.removed),
             structural_events=int(counts.structural),
-            events=events,
+            events=engine.events,
             certificates_updated=int(counts.updated),
             newcomers=int(counts.newcomers),
             partners_asked=int(counts.asked),
@@ -111,19 +99,18 @@ class Readings:
             deepest_overlap=max(float(counts.deepest), 0.0),
             energy_drift=abs(energy(k) - expected) / scale if scale > 0.0 else 0.0,
             lateness=float(counts.late) * float(k.clock[0].tick),
-            cpu_seconds=cpu_seconds,
-            compile_seconds=compile_seconds,
-            audits=audits,
-            events_per_cpu_second=events / cpu_seconds if cpu_seconds > 0.0 else 0.0,
-            contacts_per_cpu_second=contacts / cpu_seconds if cpu_seconds > 0.0 else 0.0,
-            fingerprint=fingerprint,
+            cpu_seconds=seconds,
+            compile_seconds=engine.compile_seconds,
+            audits=engine.audits,
+            events_per_cpu_second=engine.events / seconds if seconds > 0.0 else 0.0,
+            contacts_per_cpu_second=engine.contacts / seconds if seconds > 0.0 else 0.0,
+            fingerprint=engine.ledger.fingerprint,
         )
 
 
 def energy(k: Kernel) -> float:
     """Returns the kinetic energy of all movable bodies, summed exactly."""
-    mass = np.where(np.isinf(k.mass), 0.0, k.mass)
-    return 0.5 * math.fsum(np.asarray(mass * (k.bodies.vx**2 + k.bodies.vy**2)))
+    return 0.5 * squares_of_bodies(k)
 
 
 def reading_lines(found: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
@@ -208,12 +195,9 @@ def _of_motion(scene: Scene, composition: Composition, certificates: int) -> Sen
     yield True, f"{len(scene)} discs, flying straight between contacts"
     loses = composition.rules is not None
     yield False, "gravity, friction, rotation, growth" + ("" if loses else " and any loss of energy")
-    options = ", ".join(f"{name}={value}" for name, value in composition.options.items())
-    yield (
-        True,
-        f"candidate pairs by the broad phase {composition.broad_phase}{f' ({options})' if options else ''}, "
-        f"with {'one structural certificate a body' if certificates else 'no structural certificate'}",
-    )
+    broad = called(composition.broad_phase, composition.options)
+    watched = "one structural certificate a body" if certificates else "no structural certificate"
+    yield True, f"candidate pairs by the broad phase {broad}, with {watched}"
 
 
 def _of_contacts(scene: Scene, composition: Composition) -> Sentences:
@@ -248,7 +232,7 @@ def _of_commands(scene: Scene, composition: Composition, commands: Commands) -> 
     if not commands:
         yield False, "commands (turns, insertions, removals): the scene has none"
         return
-    yield True, f"commands: {_counted(scene)} in the scene, and those given by hand"
+    yield True, f"commands: {counted(scene.commands)} in the scene, and those given by hand"
     if commands == Commands.ALL and not composition.living:
         yield False, "taking bodies in and letting them go: for each the broad phase is built anew"
 
@@ -267,9 +251,3 @@ def explanation_lines(found: Mapping[str, Any]) -> list[str]:
         else:
             lines += [f"  - {sentence}" for sentence in content]
     return lines
-
-
-def _counted(scene: Scene) -> str:
-    """Returns how many commands of each kind there are."""
-    kinds = (("turns", Turn), ("insertions", Insert), ("removals", Remove))
-    return ", ".join(f"{sum(isinstance(c, kind) for c in scene.commands)} {name}" for name, kind in kinds)

@@ -18,37 +18,16 @@ from typing import Any, NamedTuple, cast, overload
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import (
-    AuditError,
-    BadOption,
-    BusyError,
-    MissedContactError,
-    PhaseError,
-    ZenoError,
-)
+from kinetile.errors import FAULTS, BadOption, BusyError
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.compiled import is_cached
 from kinetile.kernel.flight import positions_now
 from kinetile.kernel.log import INSERTED, REMOVED, TURNED
 from kinetile.kernel.tables import Kernel, read_only
 from kinetile.plugin.drawing import Item
+from kinetile.run import arguments
 from kinetile.run.advance import End, Event, advance, advance_one, next_event
-from kinetile.run.arguments import (
-    StopAt,
-    read_body,
-    read_box,
-    read_count,
-    read_direction,
-    read_disc,
-    read_end,
-    read_insertion,
-    read_kinds,
-    read_length,
-    read_point,
-    read_removal,
-    read_stop,
-    read_turns,
-)
+from kinetile.run.arguments import StopAt
 from kinetile.run.compose import Commands, Composition, compose_phases
 from kinetile.run.engine.agenda import History, Rows
 from kinetile.run.engine.engine import Engine
@@ -66,11 +45,8 @@ from kinetile.scene.bodies import Numbers
 from kinetile.scene.checks import WALL, shown
 from kinetile.scene.responses import Kind
 
-__all__ = ["Progress", "Simulation", "resume"]
-
 Integers = npt.NDArray[np.int64]
 
-_FAULTS = (ZenoError, MissedContactError, PhaseError, AuditError)
 _RUNS = ("run", "step", "be built", "be built anew")
 
 
@@ -249,9 +225,9 @@ class Simulation:
             TypeError: ``stop_at`` is no ``StopAt``.
         """
         with self._alone("run"):
-            end = read_end(self._engine, self.scene, until, max_contacts, max_events)
+            end = arguments.read_end(self._engine, self.scene, until, max_contacts, max_events)
             engine = self._engine
-            stop = read_stop(engine, self.scene, stop_at)
+            stop = arguments.read_stop(engine, self.scene, stop_at)
             engine.compile()
             engine.watch(stop)
             self._running = True
@@ -294,7 +270,7 @@ class Simulation:
         Raises as ``run`` does.
         """
         until = self.scene.settings.until if until is None else until
-        end = End() if until is None else read_end(self._engine, self.scene, until)
+        end = End() if until is None else arguments.read_end(self._engine, self.scene, until)
         while True:
             with self._alone("step"):
                 event = self._with_kinds(advance_one(self._engine, end))
@@ -342,7 +318,7 @@ class Simulation:
             BusyError: a chunk of a run is under way: this comes from a recorder, or from another thread.
         """
         with self._alone("turn a body"):
-            self._obey(TURNED, read_turns(self._engine, bodies, velocities))
+            self._obey(TURNED, arguments.read_turns(self._engine, bodies, velocities))
 
     @overload
     def insert(
@@ -383,7 +359,7 @@ class Simulation:
         if radius is None:
             raise TypeError("insert() needs the radius of the body that comes: insert(position, radius=...)")
         with self._alone("take a body in"):
-            rows = read_insertion(self._engine, position, velocity, radius, mass, kind)
+            rows = arguments.read_insertion(self._engine, position, velocity, radius, mass, kind)
             self._obey(INSERTED, rows)
         return int(rows["body"][0])
 
@@ -393,7 +369,7 @@ class Simulation:
         Raises IndexError if there is no such body, BusyError as ``set_velocities``.
         """
         with self._alone("let a body go"):
-            self._obey(REMOVED, read_removal(self._engine, body))
+            self._obey(REMOVED, arguments.read_removal(self._engine, body))
 
     def recorded(self) -> Scene:
         """Returns the scene together with all interactive commands, each at its exact time, and
@@ -440,14 +416,7 @@ class Simulation:
     @property
     def readings(self) -> Readings:
         """The instruments, now."""
-        return Readings.take(
-            self._engine.k,
-            start_energy=self._start_energy,
-            cpu_seconds=self._engine.cpu_seconds,
-            compile_seconds=self._engine.compile_seconds,
-            audits=self._engine.audits,
-            fingerprint=self.fingerprint,
-        )
+        return Readings.take(self._engine, self._start_energy)
 
     @property
     def rows(self) -> int:
@@ -458,13 +427,11 @@ class Simulation:
     def bodies(self) -> npt.NDArray[np.int32]:
         """The numbers of the present bodies, (n,), ascending: those of the rows of ``positions``."""
         engine = self._engine
-        numbers: npt.NDArray[np.int32] = engine.k.queue.view(np.ndarray)["number"][engine.taken]
-        return numbers
+        return np.asarray(engine.k.queue.view(np.ndarray)["number"][engine.taken])
 
     def positions(self) -> npt.NDArray[np.float64]:
         """Returns the positions now, (n, 2), in the order of ``bodies``."""
-        found: npt.NDArray[np.float64] = positions_now(self._engine.k, self._engine.taken)
-        return found
+        return np.asarray(positions_now(self._engine.k, self._engine.taken))
 
     def velocities(self) -> npt.NDArray[np.float64]:
         """Returns the velocities now, (n, 2), in the order of ``bodies``."""
@@ -473,8 +440,7 @@ class Simulation:
 
     def radii(self) -> npt.NDArray[np.float64]:
         """Returns the radii, (n,), in the order of ``bodies``."""
-        found: npt.NDArray[np.float64] = self._engine.k.bodies.view(np.ndarray)["radius"][self._engine.taken]
-        return found
+        return np.asarray(self._engine.k.bodies.view(np.ndarray)["radius"][self._engine.taken])
 
     @property
     def kinds(self) -> npt.NDArray[Any]:
@@ -572,11 +538,8 @@ class Simulation:
         one, other = self._slot_of(a), self._slot_of(b)
         if one == other:
             raise ValueError(f"a contact is one of two bodies; found body {a} twice")
-        return self._named(
-            meetings.next_contact(
-                self._moment(), one, other, scheduled, self._planned() if scheduled else None
-            )
-        )
+        planned = self._planned() if scheduled else None
+        return self._named(meetings.next_contact(self._moment(), one, other, planned))
 
     def next_contact_of(
         self, body: int, *, scheduled: bool = False, kinds: Kind | Iterable[Kind] | None = None
@@ -596,9 +559,9 @@ class Simulation:
         moment, among, walls = self._moment(), None, True
         if kinds is not None:
             known = (*moment.composition.prepared.kinds, WALL)
-            chosen = read_kinds(kinds, known, "kinds")
+            chosen = arguments.read_kinds(kinds, known, "kinds")
             among, walls = _of_kinds(moment, chosen).slots, WALL in chosen
-        return self._named(meetings.next_contact_of(moment, slot, scheduled, planned, among, walls))
+        return self._named(meetings.next_contact_of(moment, slot, planned, among, walls))
 
     def cast(
         self, disc: Numbers, velocity: Numbers, *, kinds: Kind | Iterable[Kind] | None = None
@@ -617,8 +580,8 @@ class Simulation:
 
         Raises ValueError for what is no disc, or no velocity.
         """
-        centre, radius = read_disc(disc)
-        hit = meetings.cast(self._among(kinds), centre, radius, read_point(velocity, "a velocity"))
+        centre, radius = arguments.read_disc(disc)
+        hit = meetings.cast(self._among(kinds), centre, radius, arguments.read_point(velocity, "a velocity"))
         return None if hit is None else hit._replace(body=self._body_of(hit.body))
 
     def bodies_in(
@@ -637,7 +600,7 @@ class Simulation:
 
         Raises ValueError for what is no box, or one that is upside down.
         """
-        return self._bodies_of(places.bodies_in(self._among(kinds), read_box(box), whole))
+        return self._bodies_of(places.bodies_in(self._among(kinds), arguments.read_box(box), whole))
 
     def bodies_near(
         self,
@@ -662,9 +625,9 @@ class Simulation:
         """
         if radius is None and k is None:
             raise ValueError("bodies_near needs to know how far or how many: radius=, k= or both")
-        centre = read_point(point, "a point")
-        length = None if radius is None else read_length(radius, "radius")
-        count = None if k is None else read_count(k, "k")
+        centre = arguments.read_point(point, "a point")
+        length = None if radius is None else arguments.read_length(radius, "radius")
+        count = None if k is None else arguments.read_count(k, "k")
         return self._bodies_of(places.bodies_near(self._among(kinds), centre, length, count))
 
     def ray(
@@ -689,8 +652,8 @@ class Simulation:
 
         Raises ValueError for what is no point, no direction or no number of bodies.
         """
-        start, towards = read_point(origin, "an origin"), read_direction(direction)
-        count = None if most is None else read_count(most, "most")
+        start, towards = arguments.read_point(origin, "an origin"), arguments.read_direction(direction)
+        count = None if most is None else arguments.read_count(most, "most")
         hits = places.ray(self._among(kinds), start, towards, count)
         return [hit._replace(body=self._body_of(hit.body)) for hit in hits]
 
@@ -763,7 +726,7 @@ class Simulation:
             if what in ("run", "step", "be restored"):
                 self._fault = None
             yield
-        except _FAULTS as error:
+        except FAULTS as error:
             if what in _RUNS:
                 self._fault = f"{type(error).__name__}: {error}"
             raise
@@ -806,14 +769,13 @@ class Simulation:
         moment = self._moment()
         if kinds is None:
             return moment
-        return _of_kinds(moment, read_kinds(kinds, moment.composition.prepared.kinds, "kinds"))
+        return _of_kinds(moment, arguments.read_kinds(kinds, moment.composition.prepared.kinds, "kinds"))
 
     def _slot_of(self, body: int) -> int:
-        return int(self._engine.k.slots[read_body(self._engine, body)])
+        return int(self._engine.k.slots[arguments.read_body(self._engine, body)])
 
     def _bodies_of(self, slots: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
-        numbers: npt.NDArray[np.int64] = self._engine.k.queue["number"][slots].astype(np.int64)
-        return numbers
+        return np.asarray(self._engine.k.queue["number"][slots].astype(np.int64))
 
     def _body_of(self, slot: int) -> int:
         return int(self._bodies_of(np.array([slot]))[0])

@@ -8,6 +8,7 @@ that it returns is checked, so that viewers can rely on it.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -54,14 +55,12 @@ def named_near(k: Kernel, composition: Composition) -> npt.NDArray[np.int32]:
     if count > len(found):
         found = np.zeros((count, 2), dtype=np.int32)
         listing(k, broad.state, found)
-    named: npt.NDArray[np.int32] = found[:count][found[:count, 0] != found[:count, 1]]
-    return named
+    return np.asarray(found[:count][found[:count, 0] != found[:count, 1]])
 
 
 def pairs_of_named(named: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
     """Returns the pairs (a, b), a < b, of which one is near the other, sorted; (m, 2)."""
-    pairs: npt.NDArray[np.int32] = np.unique(np.sort(named, axis=1), axis=0)
-    return pairs
+    return np.asarray(np.unique(np.sort(named, axis=1), axis=0))
 
 
 def candidates(k: Kernel, composition: Composition) -> npt.NDArray[np.int32]:
@@ -71,8 +70,7 @@ def candidates(k: Kernel, composition: Composition) -> npt.NDArray[np.int32]:
 
 def by_number(k: Kernel, named: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
     """Returns pairs of slots as pairs of the numbers of the bodies in them."""
-    numbers: npt.NDArray[np.int32] = np.asarray(k.queue["number"])[named]
-    return numbers
+    return np.asarray(k.queue["number"])[named]
 
 
 def drawn(k: Kernel, composition: Composition, clock: Clock) -> tuple[Item, ...]:
@@ -85,29 +83,25 @@ def drawn(k: Kernel, composition: Composition, clock: Clock) -> tuple[Item, ...]
         return ()
     with calling("broad phase", name, "draw"):
         items = list(parts.draw(read_only(k), read_only(parts.state)))
-    reader = _Reader(np.asarray(k.queue["number"]).tolist(), clock)
-    try:
-        return tuple(map(reader.read, items))
-    except _Wrong as wrong:
-        raise PhaseError(f"{described('broad phase', name)}: draw returned {wrong}") from None
+    return tuple(map(_Reader(name, np.asarray(k.queue["number"]).tolist(), clock).read, items))
 
 
-class _Wrong(Exception):
-    """A shape that is wrong; the message says how."""
-
-
+@dataclass
 class _Reader:
     """Reads shapes of slots as shapes of bodies, and the kernel's ticks as ticks since the start."""
 
-    def __init__(self, numbers: list[int], clock: Clock) -> None:
-        self.numbers = numbers
-        self.clock = clock
+    phase: str
+    numbers: list[int]
+    clock: Clock
+
+    def _wrong(self, said: str) -> PhaseError:
+        return PhaseError(f"{described('broad phase', self.phase)}: draw returned {said}")
 
     def read(self, item: Any) -> Item:
         """Returns a shape with the numbers of bodies; itself where they are the slots, as mostly."""
         if not isinstance(item, Segment | Box | Polygon | Link | Entry):
             wanted = "expected shapes: Segment, Box, Polygon, Link, Entry of kinetile.toolbox"
-            raise _Wrong(f"{item!r}; {wanted}")
+            raise self._wrong(f"{item!r}; {wanted}")
         fails = item.fails
         if fails is not None:
             fails = None if fails == NEVER else self.clock.total(int(fails))
@@ -125,7 +119,7 @@ class _Reader:
 
     def _point(self, item: Item, point: Point) -> Point:
         if not isinstance(point, tuple) or len(point) != 2:
-            raise _Wrong(f"{item!r}, and {point!r} is no point; expected two coordinates")
+            raise self._wrong(f"{item!r}, and {point!r} is no point; expected two coordinates")
         x, y = point
         return self._coordinate(item, x), self._coordinate(item, y)
 
@@ -136,11 +130,11 @@ class _Reader:
         at = value.offset if isinstance(value, At) else value
         if not isinstance(at, int | float | np.integer | np.floating) or not math.isfinite(at):
             wanted = "expected a finite number or At(slot, ...)"
-            raise _Wrong(f"{item!r}, and {value!r} is no coordinate; {wanted}")
+            raise self._wrong(f"{item!r}, and {value!r} is no coordinate; {wanted}")
         return At(self._body(item, value.body), float(at)) if isinstance(value, At) else float(at)
 
     def _body(self, item: Item, slot: int) -> int:
         fit = isinstance(slot, int | np.integer) and 0 <= slot < len(self.numbers)
         if not fit or self.numbers[slot] < 0:
-            raise _Wrong(f"{item!r}, and there is no body in slot {slot!r}")
+            raise self._wrong(f"{item!r}, and there is no body in slot {slot!r}")
         return self.numbers[slot]

@@ -2,21 +2,15 @@
 
 from __future__ import annotations
 
-from kinetile.scene.commands import Command, Insert, Remove, Turn
-from kinetile.scene.responses import Response
-from kinetile.scene.scene import Scene, Settings, only_turns, relabelled, spacious, standing, with_commands
-
-__all__ = [
-    "Command",
-    "Insert",
-    "Remove",
-    "Response",
-    "Scene",
-    "Settings",
-    "Turn",
-    "only_turns",
-    "relabelled",
-    "spacious",
-    "standing",
-    "with_commands",
-]
+from kinetile.scene.commands import Command as Command
+from kinetile.scene.commands import Insert as Insert
+from kinetile.scene.commands import Remove as Remove
+from kinetile.scene.commands import Turn as Turn
+from kinetile.scene.responses import Response as Response
+from kinetile.scene.scene import Scene as Scene
+from kinetile.scene.scene import Settings as Settings
+from kinetile.scene.scene import only_turns as only_turns
+from kinetile.scene.scene import relabelled as relabelled
+from kinetile.scene.scene import spacious as spacious
+from kinetile.scene.scene import standing as standing
+from kinetile.scene.scene import with_commands as with_commands

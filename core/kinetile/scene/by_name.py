@@ -13,11 +13,11 @@ import os
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
-from kinetile.errors import BadOption, KinetileError, Mistake, PhaseError, UnknownName, one_of
+from kinetile.errors import BadOption, KinetileError, Mistake, PhaseError, one_of
 from kinetile.plugin.calling import calling
 from kinetile.plugin.registry import registry
 from kinetile.plugin.specs import Kind
-from kinetile.scene.checks import is_number, shown
+from kinetile.scene.checks import check_name, is_number, shown
 from kinetile.scene.scene import Scene, relabelled
 
 REQUIRED = inspect.Parameter.empty
@@ -202,22 +202,11 @@ def loads_scene(text: str, source: str | None = None) -> Scene:
 
 
 class Registered:
-    """The names that this process's registry knows (``kinetile.scene.files.Names``)."""
+    """The names from which a file can choose: those that this process's registry knows."""
 
     def mistakes(self, where: str, name: str, *kinds: Kind) -> list[Mistake]:
         """Returns the mistake of naming something that none of these kinds has, if it is one."""
-        names: list[str] = []
-        not_loaded = ""
-        for kind in kinds:
-            try:
-                registry().spec(kind, name)
-            except UnknownName as error:
-                names += error.available
-                not_loaded = "".join(f"; not loaded: {failure}" for failure in error.failures)
-            else:
-                return []
-        found = f"{shown(name)}, which is the name of no {' and no '.join(kinds)}"
-        return [Mistake(where, found, one_of(name, names) + not_loaded)]
+        return check_name(where, name, *kinds)
 
     def option_mistakes(self, name: str, options: Mapping[str, Any]) -> list[Mistake]:
         """Returns the options that a phase or response does not have; if it has them all, why it cannot use a

@@ -14,11 +14,14 @@ import re
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from copy import deepcopy
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from kinetile.errors import Mistake
+from kinetile.errors import Mistake, UnknownName, one_of
+
+if TYPE_CHECKING:
+    from kinetile.plugin.specs import Kind
 
 TOLERANCE = 1e-12
 """By how much a disc may reach into a wall (in radii) or into another disc (in the sum of the two radii)."""
@@ -197,16 +200,48 @@ def check_turn(
     if not known:
         there = f"the number of a body, 0 to {bodies - 1}" if bodies else "no turns in a scene without bodies"
         mistakes.append(Mistake(f"{where}.body", shown(body), there))
-    if "time" in unknown:
-        pass
-    elif not is_finite(time):
-        mistakes.append(Mistake(f"{where}.time", shown(time), "a finite number"))
-    elif start is not None and time < start:
-        mistakes.append(Mistake(f"{where}.time", shown(time), f"a time not before the start, {start!r}"))
-    if "velocity" in unknown:
-        pass
-    elif len(pair) != 2 or not all(is_finite(part) for part in pair):
-        mistakes.append(Mistake(f"{where}.velocity", shown(pair), "[vx, vy], two finite numbers"))
-    elif max(map(abs, pair)) > LARGEST:
-        mistakes.append(Mistake(f"{where}.velocity", shown(pair), f"[vx, vy], each {REACH} in size"))
+    if "time" not in unknown:
+        mistakes += check_time(time, where, start)
+    if "velocity" not in unknown:
+        mistakes += check_pair(pair, f"{where}.velocity", "[vx, vy]")
     return mistakes
+
+
+def check_time(time: Any, where: str, start: float | None) -> list[Mistake]:
+    """Checks the time of a command; ``start`` is None where it is not known."""
+    if not is_finite(time):
+        return [Mistake(f"{where}.time", shown(time), "a finite number")]
+    if start is not None and time < start:
+        return [Mistake(f"{where}.time", shown(time), f"a time not before the start, {start!r}")]
+    return []
+
+
+def check_pair(given: Any, where: str, axes: str) -> list[Mistake]:
+    """Checks a position or a velocity, whose two numbers messages call ``axes``."""
+    pair: list[Any] = list(given) if hasattr(given, "__iter__") else []
+    if len(pair) != 2 or not all(map(is_finite, pair)):
+        return [Mistake(where, shown(given), f"{axes}, two finite numbers")]
+    if max(map(abs, pair)) > LARGEST:
+        return [Mistake(where, shown(pair), f"{axes}, each {REACH} in size")]
+    return []
+
+
+def check_name(where: str, name: str, *kinds: Kind) -> list[Mistake]:
+    """Returns the mistake of naming something that none of these kinds has, if it is one.
+
+    The registry is imported here: a scene of elastic bodies looks nothing up.
+    """
+    from kinetile.plugin.registry import registry
+
+    names: list[str] = []
+    not_loaded = ""
+    for kind in kinds:
+        try:
+            registry().spec(kind, name)
+        except UnknownName as error:
+            names += error.available
+            not_loaded = "".join(f"; not loaded: {failure}" for failure in error.failures)
+        else:
+            return []
+    found = f"{shown(name)}, which is the name of no {' and no '.join(kinds)}"
+    return [Mistake(where, found, one_of(name, names) + not_loaded)]

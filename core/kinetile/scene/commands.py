@@ -11,13 +11,24 @@ from __future__ import annotations
 
 import math
 import operator
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 from kinetile.errors import Mistake
 from kinetile.kernel.clock import TICKS
 from kinetile.scene.bodies import Numbers
-from kinetile.scene.checks import LARGEST, SMALLEST, TOLERANCE, as_kind, is_finite, is_kind, shown
+from kinetile.scene.checks import (
+    LARGEST,
+    SMALLEST,
+    TOLERANCE,
+    as_kind,
+    check_pair,
+    check_time,
+    is_finite,
+    is_kind,
+    shown,
+)
 
 
 class Turn(NamedTuple):
@@ -80,6 +91,14 @@ def numbered(commands: Iterable[Any], bodies: int, kind: str | int | None = None
     return kept
 
 
+def counted(commands: Iterable[Command]) -> str:
+    """Returns how many commands of each kind there are, in words; "none" if there are none."""
+    words = {Turn: "turn", Insert: "insertion", Remove: "removal"}
+    counts = Counter(words[type(command)] for command in commands)
+    found = ((word, counts[word]) for word in words.values() if counts[word])
+    return ", ".join(f"{count:,} {word}{'s' * (count > 1)}" for word, count in found) or "none"
+
+
 def kinds_of_inserted(commands: Iterable[Any]) -> list[tuple[str, Any]]:
     """Returns the place in the input, and the kind, of each body that commands insert."""
     return [
@@ -109,7 +128,9 @@ def check_commands(
             expected = "kinetile.Insert(...), kinetile.Remove(...) or kinetile.Turn(...)"
             mistakes.append(Mistake(where, shown(command), expected))
             continue
-        mistakes += _check_time(command, where, start)
+        mistakes += check_time(command.time, where, start)
+        if command.at is not None and not is_exact(command.at):
+            mistakes.append(Mistake(f"{where}.at", shown(command.at), EXACT))
         if not _is_number_of_body(command.body, isinstance(command, Insert)):
             mistakes.append(Mistake(f"{where}.body", shown(command.body), "the number of a body"))
         mistakes += _check_body(command, where, arena)
@@ -120,13 +141,8 @@ def _check_body(command: Any, where: str, arena: tuple[float, float] | None) -> 
     mistakes = []
     for name, axes in _PAIRS.items():
         given = getattr(command, name, None)
-        if given is None and not isinstance(command, Insert):
-            continue
-        pair: list[Any] = list(given) if given is not None and hasattr(given, "__iter__") else []
-        if len(pair) != 2 or not all(map(is_finite, pair)):
-            mistakes.append(Mistake(f"{where}.{name}", shown(given), f"{axes}, two finite numbers"))
-        elif max(map(abs, pair)) > LARGEST:
-            mistakes.append(Mistake(f"{where}.{name}", shown(pair), f"{axes}, each at most 2**200 in size"))
+        if given is not None or isinstance(command, Insert):
+            mistakes += check_pair(given, f"{where}.{name}", axes)
     if not isinstance(command, Insert):
         return mistakes
     if command.kind is not None and not is_kind(command.kind):
@@ -145,18 +161,6 @@ def _check_body(command: Any, where: str, arena: tuple[float, float] | None) -> 
                 expected = f"the whole disc inside the arena, [0, {arena[0]!r}] x [0, {arena[1]!r}]"
                 mistakes.append(Mistake(f"{where}.position", shown(command.position), expected))
                 break
-    return mistakes
-
-
-def _check_time(command: Any, where: str, start: float | None) -> list[Mistake]:
-    mistakes = []
-    time, exact = command.time, command.at
-    if not is_finite(time):
-        mistakes.append(Mistake(f"{where}.time", shown(time), "a finite number"))
-    elif start is not None and time < start:
-        mistakes.append(Mistake(f"{where}.time", shown(time), f"a time not before the start, {start!r}"))
-    if exact is not None and not is_exact(exact):
-        mistakes.append(Mistake(f"{where}.at", shown(exact), EXACT))
     return mistakes
 
 

@@ -17,9 +17,9 @@ import json
 import os
 import re
 import shutil
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -33,31 +33,13 @@ from kinetile.scene.scene import Scene, Settings, check_end, relabelled, with_co
 from kinetile.scene.schema import Place, expected, find_faults, read_bytes, read_tables, written
 from kinetile.scene.targets import replacing, writable_target
 
+if TYPE_CHECKING:
+    from kinetile.scene.by_name import Registered
+
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
 
-class Names(Protocol):
-    """Names that a file can choose from: phases with options, recipes with parameters."""
-
-    def mistakes(self, where: str, name: str, *kinds: Any) -> list[Mistake]:
-        """Returns the mistake of naming something that none of these kinds has ("broad phase", "narrow
-        phase", "scene"), if it is one."""
-        ...
-
-    def option_mistakes(self, name: str, options: Mapping[str, Any]) -> list[Mistake]:
-        """Returns the options that a phase does not have; if it has them all, why it cannot use a value."""
-        ...
-
-    def parameter_mistakes(self, name: str, parameters: Mapping[str, Any]) -> list[Mistake]:
-        """Returns the mistakes in these parameters for a recipe."""
-        ...
-
-    def make(self, name: str, parameters: Mapping[str, Any]) -> Scene:
-        """Returns the scene that a recipe makes."""
-        ...
-
-
-def read_file(path: str | os.PathLike[str], names: Names, max_bytes: int | None = None) -> Scene:
+def read_file(path: str | os.PathLike[str], names: Registered, max_bytes: int | None = None) -> Scene:
     """Reads a scene from a TOML file of at most ``max_bytes`` (see ``load_scene``).
 
     Raises OSError if the file cannot be read, and SceneError, with every mistake in it, if it is no scene.
@@ -75,7 +57,7 @@ def read_file(path: str | os.PathLike[str], names: Names, max_bytes: int | None 
     return read_text(text, source, names)
 
 
-def read_text(text: str, source: str | None, names: Names) -> Scene:
+def read_text(text: str, source: str | None, names: Registered) -> Scene:
     """Reads a scene from TOML text; ``source`` is what messages call it. Raises SceneError."""
     text = text.removeprefix("\ufeff")
     tables = read_tables(text, source)
@@ -119,28 +101,23 @@ def dumps_scene(scene: Scene) -> str:
     if "recipe" in scene.origin:
         made = f"made by the recipe {scene.origin['recipe']!r}: {scene.origin.get('parameters', {})!r}"
         lines.append(f"# {printable(made)}")
-    if scene.arena is not None:
-        lines.append(f"arena = {_toml(scene.arena)}")
-    if scene.unit is not None:
-        lines.append(f"unit = {_toml(scene.unit)}")
-    if repr(scene.start) != "0.0":
-        lines.append(f"start = {_toml(scene.start)}")
-    if settings.until is not None:
-        lines.append(f"until = {_toml(settings.until)}")
-    if settings.end is not None:
-        lines.append(f"end = {_toml(list(settings.end))}")
-    if settings.broad_phase is not None:
-        lines.append(f"broad-phase = {_toml(settings.broad_phase)}")
-    if settings.narrow_phases is not None:
-        lines.append(f"narrow-phases = {_toml(settings.narrow_phases)}")
-    if scene.declares_kinds:
-        lines.append(f"kinds = {_toml(scene.kinds)}")
+    head = {
+        "arena": scene.arena,
+        "unit": scene.unit,
+        "start": scene.start if repr(scene.start) != "0.0" else None,
+        "until": settings.until,
+        "end": settings.end,
+        "broad-phase": settings.broad_phase,
+        "narrow-phases": settings.narrow_phases,
+        "kinds": scene.kinds if scene.declares_kinds else None,
+    }
+    lines += [f"{key} = {_toml(value)}" for key, value in head.items() if value is not None]
     if not len(scene):
         lines.append("bodies = []")
     for phase, options in settings.options.items():
         lines += ["", f"[options.{_key(phase)}]"]
         lines += [f"{_key(key)} = {_toml(value, f'options.{phase}.{key}')}" for key, value in options.items()]
-    commands = written_commands(scene, _toml)
+    commands = _written_commands(scene)
     turns: dict[int, list[Turn]] = {}
     for turn in () if commands else scene.turns:
         turns.setdefault(turn.body, []).append(turn)
@@ -155,7 +132,7 @@ def dumps_scene(scene: Scene) -> str:
         for turn in turns.get(body, ()):
             lines += ["", "[[bodies.turns]]", f"time = {_toml(turn.time)}"]
             lines.append(f"velocity = {_toml(turn.velocity)}")
-    text = "\n".join([*lines, *commands, *written_responses(scene, _toml), ""])
+    text = "\n".join([*lines, *commands, *_written_responses(scene), ""])
     try:
         text.encode()
     except UnicodeEncodeError as error:
@@ -165,7 +142,7 @@ def dumps_scene(scene: Scene) -> str:
 
 
 def _read_settings(
-    tables: Mapping[str, Any], faults: set[Place], mistakes: list[Mistake], names: Names
+    tables: Mapping[str, Any], faults: set[Place], mistakes: list[Mistake], names: Registered
 ) -> Settings:
     """Returns the settings of the file; appends the phases that do not exist."""
     usable = {key: value for key, value in tables.items() if (key,) not in faults}
@@ -186,7 +163,7 @@ def _read_settings(
 
 
 def _follow_recipe(
-    tables: Mapping[str, Any], faults: set[Place], mistakes: list[Mistake], names: Names
+    tables: Mapping[str, Any], faults: set[Place], mistakes: list[Mistake], names: Registered
 ) -> Scene | None:
     """Returns the scene of the file's recipe; appends the mistakes that prevent it."""
     for key in ("arena", "start", "bodies", "unit"):
@@ -206,8 +183,8 @@ def _follow_recipe(
         else:
             until = None if ("until",) in faults else tables.get("until")
             wrong = check_frame(None, scene.start, until)
-            commands = read_commands(tables, faults, wrong)
-            responses = read_response_tables(tables, faults, wrong, names)
+            commands = _read_commands(tables, faults, wrong)
+            responses = _read_responses(tables, faults, wrong, names)
             kinds = None if ("kinds",) in faults else tables.get("kinds")
             if not wrong and (commands or responses or kinds):
                 return with_commands(scene, [*scene.commands, *commands], responses, kinds)
@@ -218,32 +195,24 @@ def _follow_recipe(
 
 
 def _read_bodies(
-    tables: Mapping[str, Any], faults: set[Place], mistakes: list[Mistake], names: Names
+    tables: Mapping[str, Any], faults: set[Place], mistakes: list[Mistake], names: Registered
 ) -> Scene | None:
     """Returns the scene of the file's bodies; appends all of their mistakes."""
     if "parameters" in tables:
         mistakes.append(Mistake("parameters", "parameters without a recipe", "a recipe beside them, by name"))
     rows = [] if ("bodies",) in faults else tables["bodies"]
-    unknown, columns = {}, {}
-    defaults = {"position": None, "velocity": (0.0, 0.0), "radius": None, "mass": 1.0}
-    for key, default in defaults.items():
-        blank: Any = (np.nan, np.nan) if key in ("position", "velocity") else np.nan
-        bad = [("bodies", i) in faults or ("bodies", i, key) in faults for i in range(len(rows))]
-        values = [blank if bad[i] else row.get(key, default) for i, row in enumerate(rows)]
-        unknown[key] = np.array(bad, dtype=np.bool_)
-        columns[key] = np.array(values, dtype=np.float64).reshape((len(rows), *np.shape(blank)))
+    columns, unknown = _columns(rows, faults)
     frame = {"arena": tables.get("arena"), "start": tables.get("start", 0.0), "until": tables.get("until")}
     off = {str(place[0]) for place in faults if len(place) == 1}
     framed = check_frame(**frame, unknown=off)
     off |= {mistake.where for mistake in framed}
     arena = None if "arena" in off or frame["arena"] is None else tuple(frame["arena"])
     mistakes += framed
-    responses = read_response_tables(tables, faults, mistakes, names)
-    commands = read_commands(tables, faults, mistakes)
+    responses = _read_responses(tables, faults, mistakes, names)
+    commands = _read_commands(tables, faults, mistakes)
     kinds = None if ("kinds",) in faults else tables.get("kinds")
-    bad = [("bodies", i) in faults for i in range(len(rows))]
-    kind = [None if bad[i] else row.get("kind") for i, row in enumerate(rows)]
-    whole = not any(bad) and not any(place[0] in ("bodies", "commands", "kinds") for place in faults if place)
+    kind = [None if ("bodies", i) in faults else row.get("kind") for i, row in enumerate(rows)]
+    whole = not any(place[0] in ("bodies", "commands", "kinds") for place in faults)
     coming = kinds_of_inserted(commands)
     rules = read_rules(kind, responses, len(rows), coming, mistakes, kinds, whole)
     mistakes += check_bodies(**columns, arena=arena, unknown=unknown, passing=(rules.kind, rules.passing))
@@ -256,9 +225,21 @@ def _read_bodies(
             turns.append(turn)
     if mistakes:
         return None
-    bodies = (columns["position"], columns["velocity"], columns["radius"], columns["mass"])
-    more: dict[str, Any] = {"unit": tables.get("unit"), "kind": kind, "responses": responses, "kinds": kinds}
-    return Scene(*bodies, arena, turns, frame["start"], commands=commands, **more)
+    rest: dict[str, Any] = {"unit": tables.get("unit"), "kind": kind, "responses": responses, "kinds": kinds}
+    return Scene(**columns, arena=arena, turns=turns, start=frame["start"], commands=commands, **rest)
+
+
+def _columns(rows: list[Any], faults: set[Place]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Returns the arrays of the bodies, and for each which of its values are unreadable: those are NaN."""
+    columns, unknown = {}, {}
+    defaults = {"position": None, "velocity": (0.0, 0.0), "radius": None, "mass": 1.0}
+    for key, default in defaults.items():
+        blank: Any = (np.nan, np.nan) if key in ("position", "velocity") else np.nan
+        bad = [("bodies", i) in faults or ("bodies", i, key) in faults for i in range(len(rows))]
+        values = [blank if bad[i] else row.get(key, default) for i, row in enumerate(rows)]
+        unknown[key] = np.array(bad, dtype=np.bool_)
+        columns[key] = np.array(values, dtype=np.float64).reshape((len(rows), *np.shape(blank)))
+    return columns, unknown
 
 
 def _turns(body: int, row: Any, faults: set[Place]) -> Iterator[tuple[Place, Turn]]:
@@ -301,7 +282,7 @@ def _toml(value: Any, where: str = "") -> str:
 _KINDS = ("turn", "insert", "remove")
 
 
-def read_commands(tables: Mapping[str, Any], faults: set[Place], mistakes: list[Mistake]) -> list[Command]:
+def _read_commands(tables: Mapping[str, Any], faults: set[Place], mistakes: list[Mistake]) -> list[Command]:
     """Returns the commands of a file's tables; appends to ``mistakes`` those with no action or several.
 
     Unreadable commands are left out: their mistakes are there already.
@@ -338,34 +319,31 @@ def _command(row: Mapping[str, Any]) -> Command:
     return Insert(time, place, flies, new["radius"], new["mass"], new["body"], at, new.get("kind"))
 
 
-def written_commands(scene: Scene, toml: Callable[[Any], str]) -> list[str]:
-    """Returns the lines for a scene's commands; none if all are turns that are written with their bodies.
-
-    ``toml`` writes a value.
-    """
+def _written_commands(scene: Scene) -> list[str]:
+    """Returns the lines for a scene's commands; none if all are turns that are written with their bodies."""
     turns = [each for each in scene.commands if isinstance(each, Turn) and each.at is None]
     sorted_turns = sorted(turns, key=lambda turn: (turn.time, turn.body))  # as they are read with bodies
     if len(turns) == len(scene.commands) and turns == sorted_turns:
         return []
     lines = []
     for each in scene.commands:
-        lines += ["", "[[commands]]", f"time = {toml(each.time)}"]
+        lines += ["", "[[commands]]", f"time = {_toml(each.time)}"]
         if each.at is not None:
-            lines.append(f"at = {toml(list(each.at))}")
+            lines.append(f"at = {_toml(list(each.at))}")
         if isinstance(each, Remove):
-            lines.append(f"remove = {toml(each.body)}")
+            lines.append(f"remove = {_toml(each.body)}")
         elif isinstance(each, Turn):
-            lines += [f"turn = {toml(each.body)}", f"velocity = {toml(each.velocity)}"]
+            lines += [f"turn = {_toml(each.body)}", f"velocity = {_toml(each.velocity)}"]
         else:
             fields = ["position", "velocity", "radius", "mass", "body"]
             fields += ["kind"] if each.kind is not None else []
-            inside = ", ".join(f"{name} = {toml(getattr(each, name))}" for name in fields)
+            inside = ", ".join(f"{name} = {_toml(getattr(each, name))}" for name in fields)
             lines.append(f"insert = {{ {inside} }}")
     return lines
 
 
-def read_response_tables(
-    tables: Mapping[str, Any], faults: set[Place], mistakes: list[Mistake], names: Names
+def _read_responses(
+    tables: Mapping[str, Any], faults: set[Place], mistakes: list[Mistake], names: Registered
 ) -> dict[Pair, Response]:
     """Returns the rules of a file's tables; appends their mistakes. Unreadable rules are left
     out."""
@@ -381,7 +359,8 @@ def read_response_tables(
         wrong = wrong or names.option_mistakes(name, options)
         pair: Pair = (row["between"][0], row["between"][1])
         if not all(is_kind(each) or each in (WALL, ANY) for each in pair):
-            mistakes.append(Mistake(f"{where}.between", shown(row["between"]), expected("between")))
+            place = ("responses", number, "between")
+            mistakes.append(Mistake(f"{where}.between", shown(row["between"]), expected(place)))
             continue
         response = Response(name, **options)
         response.found = True  # or its mistake is reported here, in the place of the file
@@ -393,11 +372,11 @@ def read_response_tables(
     return found
 
 
-def written_responses(scene: Scene, toml: Callable[..., str]) -> list[str]:
-    """Returns the lines for a scene's responses; ``toml`` writes a value."""
+def _written_responses(scene: Scene) -> list[str]:
+    """Returns the lines for a scene's responses."""
     lines = []
     for pair, response in scene.responses:
-        lines += ["", "[[responses]]", f"between = {toml(list(pair))}", f"response = {toml(response.name)}"]
+        lines += ["", "[[responses]]", f"between = {_toml(list(pair))}", f"response = {_toml(response.name)}"]
         if response.options:
-            lines.append(f"options = {toml(response.options, f'responses.{response.name}')}")
+            lines.append(f"options = {_toml(response.options, f'responses.{response.name}')}")
     return lines

@@ -28,8 +28,7 @@ def reach_of(scene: Scene) -> npt.NDArray[np.float64]:
     energy, and if an arena's walls are left out. Then ``arrange`` is called again, and ``k.bodies.reach``
     has the present values.
     """
-    reach: npt.NDArray[np.float64] = scene.radius + skin_at_start(scene, walls=scene.arena is not None).delta
-    return reach
+    return np.asarray(scene.radius + skin_at_start(scene, walls=scene.arena is not None).delta)
 
 
 def skin_at_start(scene: Scene, walls: bool) -> Skin:

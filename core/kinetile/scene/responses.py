@@ -23,8 +23,8 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import Mistake, UnknownName, nearest, one_of
-from kinetile.scene.checks import ANY, WALL, as_kind, is_kind, plain, shown
+from kinetile.errors import Mistake, nearest, one_of
+from kinetile.scene.checks import ANY, WALL, as_kind, check_name, is_kind, plain, shown
 
 Kind: TypeAlias = str | int
 Pair: TypeAlias = tuple[Kind, Kind]
@@ -145,23 +145,14 @@ def no_kind(name: Any, kinds: Iterable[Kind]) -> str:
 def unregistered(responses: Iterable[tuple[Pair, Response]]) -> list[Mistake]:
     """Returns the responses that no plugin provides; marks the others as found.
 
-    A scene of elastic bodies looks nothing up, so the registry is imported here. A response is looked up
-    once: a scene can be read where its plugin is not installed.
+    A response is looked up once: a scene can be read where its plugin is not installed.
     """
     mistakes = []
     for pair, response in responses:
         if not (response.found or response.name in (ELASTIC, PASS)):
-            from kinetile.plugin.registry import registry
-
-            try:
-                registry().spec("response", response.name)
-            except UnknownName as error:
-                failed = "".join(f"; not loaded: {failure}" for failure in error.failures)
-                found = f"{shown(response.name)}, which is the name of no response"
-                wanted = one_of(response.name, error.available) + failed
-                mistakes.append(Mistake(f"responses[{pair!r}]", found, wanted))
-            else:
-                response.found = True
+            wrong = check_name(f"responses[{pair!r}]", response.name, "response")
+            response.found = not wrong
+            mistakes += wrong
     return mistakes
 
 

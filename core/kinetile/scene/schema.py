@@ -37,110 +37,83 @@ _MOST = 100
 
 _LISTS = ("bodies", "turns", "commands", "responses")
 
-_Few = Field(max_length=_MOST)
 _Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
-_Moment = Annotated[list[int], Field(min_length=3, max_length=3)]
+_Velocity = Annotated[_Pair, Field(description="[vx, vy], two finite numbers")]
+_Moment = Annotated[
+    list[int], Field(min_length=3, max_length=3, description="[epoch, tick, contacts], three whole numbers")
+]
+_Time = Annotated[float, Field(description="a finite number")]
+_Number = Annotated[int, Field(description="the number of a body")]
+_Kind: TypeAlias = Any  # the scene decides which values are kinds
+_Few = Field(max_length=_MOST)
+_ABSENT: Any = None  # the default of a key that may be left out: nobody reads it, and TOML has no null
 
 
 class _FileTable(BaseModel):
+    """A table of a file: its keys, each with the description that messages give of a right value."""
+
     model_config = ConfigDict(
         extra="forbid", strict=True, alias_generator=lambda name: name.replace("_", "-"), defer_build=True
     )
 
 
-_Kind: TypeAlias = Any  # the scene decides which values are kinds
-
-
 class _Turn(_FileTable):
-    time: float
-    velocity: _Pair
+    time: _Time
+    velocity: _Velocity
 
 
-class _Body(_FileTable):
-    position: _Pair
-    velocity: _Pair = [0.0, 0.0]
-    radius: float
-    mass: float = 1.0
-    kind: _Kind = 0
-    turns: list[_Turn] = []
+class _Disc(_FileTable):
+    position: _Pair = Field(description="[x, y], two finite numbers")
+    velocity: _Velocity = _ABSENT
+    radius: float = Field(description="a finite number greater than 0")
+    mass: float = Field(_ABSENT, description="a number greater than 0, or inf")
+    kind: _Kind = Field(_ABSENT, description="the name of a kind, or a whole number")
 
 
-class _Insertion(_FileTable):
-    position: _Pair
-    velocity: _Pair = [0.0, 0.0]
-    radius: float
-    mass: float = 1.0
-    body: int = -1
-    kind: _Kind | None = None
+class _Body(_Disc):
+    turns: list[_Turn] = Field(_ABSENT, description="[[bodies.turns]] tables")
+
+
+class _Insertion(_Disc):
+    body: _Number = _ABSENT
 
 
 class _Command(_FileTable):
-    time: float
-    at: _Moment | None = None
-    insert: _Insertion | None = None
-    remove: int | None = None
-    turn: int | None = None
-    velocity: _Pair | None = None
+    time: _Time
+    at: _Moment = _ABSENT
+    insert: _Insertion = Field(_ABSENT, description="a table with position, velocity, radius and mass")
+    remove: _Number = _ABSENT
+    turn: _Number = _ABSENT
+    velocity: _Velocity = _ABSENT
 
 
 class _Response(_FileTable):
-    between: Annotated[list[_Kind], Field(min_length=2, max_length=2)]
-    response: str
-    options: Annotated[dict[str, Any], _Few] = {}
+    between: Annotated[list[_Kind], Field(min_length=2, max_length=2)] = Field(
+        description='two kinds, or one and "wall"; "*" for any'
+    )
+    response: str = Field(description="the name of a response")
+    options: Annotated[dict[str, Any], _Few] = Field(_ABSENT, description="a table of the response's options")
 
 
 class _File(_FileTable):
-    arena: _Pair | None = None
-    start: float = 0.0
-    until: float | None = None
-    end: _Moment | None = None
-    broad_phase: str | None = None
-    narrow_phases: Annotated[list[str], _Few] | None = None
-    options: Annotated[dict[str, Annotated[dict[str, Any], _Few]], _Few] = {}
-    recipe: str | None = None
-    parameters: Annotated[dict[str, Any], _Few] = {}
-    unit: float | None = None
-    bodies: list[_Body] | None = None
-    commands: list[_Command] = []
-    responses: list[_Response] = []
-    kinds: list[_Kind] | None = None
-
-
-_EXPECTED = {
-    "arena": "[width, height], two finite numbers greater than 0",
-    "start": "a finite number",
-    "until": "a finite number",
-    "end": "[epoch, tick, contacts], three whole numbers",
-    "broad-phase": "the name of a broad phase",
-    "narrow-phases": "a list of names of narrow phases",
-    "options": "a table for each phase, such as [options.sap-1d]",
-    "recipe": "the name of a recipe",
-    "parameters": "a table of the recipe's parameters",
-    "bodies": "[[bodies]] tables",
-    "position": "[x, y], two finite numbers",
-    "velocity": "[vx, vy], two finite numbers",
-    "radius": "a finite number greater than 0",
-    "mass": "a number greater than 0, or inf",
-    "kind": "the name of a kind, or a whole number",
-    "kinds": "a list of all kinds of bodies",
-    "responses": "[[responses]] tables",
-    "between": 'two kinds, or one and "wall"; "*" for any',
-    "response": "the name of a response",
-    "turns": "[[bodies.turns]] tables",
-    "time": "a finite number",
-    "unit": "a power of two from 2**-900 to 1",
-    "commands": "[[commands]] tables",
-    "at": "[epoch, tick, contacts], three whole numbers",
-    "insert": "a table with position, velocity, radius and mass",
-    "remove": "the number of a body",
-    "turn": "the number of a body",
-    "body": "the number of a body",
-}
-
-
-def expected(key: str) -> str:
-    """Returns what is expected of the value of a key."""
-    return _EXPECTED[key]
+    arena: _Pair = Field(_ABSENT, description="[width, height], two finite numbers greater than 0")
+    start: _Time = _ABSENT
+    until: _Time = _ABSENT
+    end: _Moment = _ABSENT
+    broad_phase: str = Field(_ABSENT, description="the name of a broad phase")
+    narrow_phases: Annotated[list[str], _Few] = Field(_ABSENT, description="a list of names of narrow phases")
+    options: Annotated[dict[str, Annotated[dict[str, Any], _Few]], _Few] = Field(
+        _ABSENT, description="a table for each phase, such as [options.sap-1d]"
+    )
+    recipe: str = Field(_ABSENT, description="the name of a recipe")
+    parameters: Annotated[dict[str, Any], _Few] = Field(
+        _ABSENT, description="a table of the recipe's parameters"
+    )
+    unit: float = Field(_ABSENT, description="a power of two from 2**-900 to 1")
+    bodies: list[_Body] = Field(_ABSENT, description="[[bodies]] tables")
+    commands: list[_Command] = Field(_ABSENT, description="[[commands]] tables")
+    responses: list[_Response] = Field(_ABSENT, description="[[responses]] tables")
+    kinds: list[_Kind] = Field(_ABSENT, description="a list of all kinds of bodies")
 
 
 def find_faults(tables: Mapping[str, Any]) -> tuple[list[Mistake], set[Place]]:
@@ -176,13 +149,14 @@ def find_faults(tables: Mapping[str, Any]) -> tuple[list[Mistake], set[Place]]:
     for kind, place in found:
         if kind == "extra_forbidden":
             continue
-        place = _whole_value(place)
+        if isinstance(place[-1], int) and place[-2] not in _LISTS:
+            place = place[:-1]  # the message is about a position, not its second number
         faults.add(place)
         if kind != "missing":
             mistakes[place] = Mistake(written(place), *_wrong_value(kind, place, _at(tables, place)))
         elif place not in meant:  # otherwise it is there, and misspelt
             also = ", or a recipe by name" if place == ("bodies",) else ""
-            mistakes[place] = Mistake(written(place), "nothing", _expected(place) + also)
+            mistakes[place] = Mistake(written(place), "nothing", expected(place) + also)
     return list(mistakes.values()), faults
 
 
@@ -202,16 +176,11 @@ def _wrong_value(kind: str, place: Place, value: Any) -> tuple[str, str]:
     """Returns what was found at a place, and what was expected."""
     if kind == "too_long" and place[0] in ("narrow-phases", "options", "parameters"):
         return f"{len(value):,} entries", f"at most {_MOST}"
-    return shown(value), _expected(place)
+    return shown(value), expected(place)
 
 
-def _whole_value(place: Place) -> Place:
-    """Returns the place of the value that the message is about: a position, not its second number."""
-    return place[:-1] if isinstance(place[-1], int) and place[-2] not in _LISTS else place
-
-
-def _keys(place: Place) -> list[str]:
-    """Returns the keys of the table in which the last step of ``place`` stands."""
+def _keys(place: Place) -> dict[str, str]:
+    """Returns the keys of the table in which the last step of ``place`` stands, and what each is to have."""
     model: type[_FileTable] = _File
     if len(place) > 1:
         model = _Turn if "turns" in place[:-1] else _Body
@@ -219,13 +188,14 @@ def _keys(place: Place) -> list[str]:
         model = _Insertion if "insert" in place[:-1] else _Command
     if place[0] == "responses" and len(place) > 1:
         model = _Response
-    return [field.alias or name for name, field in model.model_fields.items()]
+    return {field.alias or name: field.description or "" for name, field in model.model_fields.items()}
 
 
-def _expected(place: Place) -> str:
+def expected(place: Place) -> str:
+    """Returns what is expected of the value at a place."""
     if isinstance(place[-1], int) or len(place) == 2:
         return "a table"
-    return _EXPECTED[place[-1]]
+    return _keys(place)[place[-1]]
 
 
 def _at(tables: Any, place: Place) -> Any:
@@ -264,7 +234,8 @@ def read_bytes(path: str | os.PathLike[str], max_bytes: int | None) -> bytes:
     with open(path, "rb") as file:
         data = file.read(most + 1)
     if len(data) > most:
-        raise SceneError([Mistake("the file", f"more than {most:,} bytes", _larger(most))], os.fspath(path))
+        more = f"at most so many; max_bytes of load_scene, or the environment variable {_LIMIT}, allows more"
+        raise SceneError([Mistake("the file", f"more than {most:,} bytes", more)], os.fspath(path))
     return data
 
 
@@ -273,10 +244,6 @@ def _most_bytes() -> int:
     if text and not (text.isascii() and text.isdigit() and len(text) < 19):
         raise BadOption(f"the environment variable {_LIMIT} is {shown(text)}; expected a number of bytes")
     return int(text or MOST_BYTES)
-
-
-def _larger(most: int) -> str:
-    return f"at most so many; max_bytes of load_scene, or the environment variable {_LIMIT}, allows more"
 
 
 def read_tables(text: str, source: str | None) -> dict[str, Any]:

@@ -14,14 +14,16 @@ from __future__ import annotations
 import math
 from base64 import b64encode
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from html import escape
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from kinetile.errors import BusyError
+from kinetile.plugin.choices import called
 from kinetile.run.readings import Readings, reading_lines
 from kinetile.run.simulation import Simulation
-from kinetile.scene import Insert, Remove, Scene
+from kinetile.scene import Scene
+from kinetile.scene.commands import counted
 from kinetile.show.picture import Picture, picture_of_scene, take_picture
 from kinetile.show.svg import as_svg as picture_as_svg
 
@@ -57,7 +59,10 @@ def as_html(thing: Thing) -> str:
         if isinstance(thing, Readings):
             return facts("Readings", reading_lines(thing.as_dict()))
         seen = _seen(thing)
-        parts = [_of_scene(thing) if isinstance(thing, Scene) else _of_simulation(thing)]
+        if isinstance(thing, Scene):
+            parts = [facts(f"Scene of {_bodies(len(thing))}", _scene_lines(thing))]
+        else:
+            parts = [facts("Simulation", _simulation_lines(thing))]
         if seen.picture is not None:
             parts.append(figure(seen.svg or b"", f"Picture: {seen.picture.caption}"))
         if seen.left_out:
@@ -103,84 +108,63 @@ def _seen(thing: Scene | Simulation) -> _Seen:
     return _Seen(whole)
 
 
-def _of_scene(scene: Scene) -> str:
-    return facts(f"Scene of {_counted(len(scene), 'body', 'bodies')}", _scene_lines(scene))
-
-
-def _of_simulation(sim: Simulation) -> str:
-    lines = [("scene", " ".join([*_name(sim.scene), *_around(sim.scene)]))]
-    lines += [("bodies", f"{len(sim.bodies):,} now")]
-    lines += [("broad phase", _called(sim.broad_phase, sim.options))]
-    narrow = [_called(name, options) for name, options in sim.composition.narrow_phases.items()]
-    lines += [("narrow phases", ", ".join(narrow) or "none")]
-    lines += [("time", f"{sim.scene.start:.6g} to {sim.time:.10g}")]
+def _simulation_lines(sim: Simulation) -> Iterator[tuple[str, str]]:
+    """Yields what a simulation has, each with the word in front of it."""
+    yield "scene", " ".join(filter(None, (_name(sim.scene), _around(sim.scene))))
+    yield "bodies", f"{len(sim.bodies):,} now"
+    yield "broad phase", called(sim.broad_phase, sim.options)
+    yield (
+        "narrow phases",
+        ", ".join(called(*each) for each in sim.composition.narrow_phases.items()) or "none",
+    )
+    yield "time", f"{sim.scene.start:.6g} to {sim.time:.10g}"
     if sim.fault is not None:
-        lines += [("ended by", sim.fault)]
+        yield "ended by", sim.fault
     read = sim.readings.as_dict()
     wanted = ("contacts", "passings", "events", "deepest overlap", "energy drift", "speed", "fingerprint")
-    lines += [line for line in reading_lines(read) if line[0] in wanted and read["events"]]
-    return facts("Simulation", lines)
+    yield from (line for line in reading_lines(read) if line[0] in wanted and read["events"])
 
 
 def _scene_lines(scene: Scene) -> Iterator[tuple[str, str]]:
     """Yields what a scene has, each with the word in front of it."""
-    named = _name(scene)
-    if named:
-        yield "from", " ".join(named)
-    yield "walls", " ".join(_around(scene))
+    if _name(scene):
+        yield "from", _name(scene)
+    yield "walls", _around(scene)
     if len(scene):
         yield "radii", _range(scene.radius.min(), scene.radius.max())
         moved = scene.mass[scene.mass < math.inf]
         still = len(scene) - len(moved)
         masses = [_range(moved.min(), moved.max())] if len(moved) else []
-        masses += [f"{_counted(still, 'body', 'bodies')} that nothing can move"] if still else []
+        masses += [f"{_bodies(still)} that nothing can move"] if still else []
         yield "masses", "; ".join(masses)
         speed = (scene.velocity**2).sum(axis=1) ** 0.5
         yield "speeds", _range(speed.min(), speed.max())
     if scene.kinds != (0,):
         yield "kinds", ", ".join(f"{kind} ({count:,})" for kind, count in Counter(scene.kind).items())
     if scene.responses:
-        yield "responses", "; ".join(f"{a} and {b}: {_response(each)}" for (a, b), each in scene.responses)
+        rules = ((a, b, called(each.name, each.options)) for (a, b), each in scene.responses)
+        yield "responses", "; ".join(f"{a} and {b}: {response}" for a, b, response in rules)
     if scene.commands:
-        yield "commands", _commands(scene)
+        yield "commands", counted(scene.commands)
     settings = scene.settings
     yield "time", f"from {scene.start:.6g}" + ("" if settings.until is None else f" to {settings.until:.6g}")
     if settings.broad_phase is not None:
-        yield "broad phase", _called(settings.broad_phase, settings.options.get(settings.broad_phase, {}))
+        yield "broad phase", called(settings.broad_phase, settings.options.get(settings.broad_phase, {}))
 
 
-def _name(scene: Scene) -> list[str]:
+def _name(scene: Scene) -> str:
     origin = scene.origin
     if "recipe" in origin:
-        return [_called(str(origin["recipe"]), origin.get("parameters", {}))]
-    return [str(origin["file"])] if "file" in origin else []
+        return called(str(origin["recipe"]), origin.get("parameters", {}))
+    return str(origin.get("file", ""))
 
 
-def _around(scene: Scene) -> list[str]:
-    if scene.arena is None:
-        return ["without walls"]
-    return [f"in {scene.arena[0]:g} x {scene.arena[1]:g}"]
+def _around(scene: Scene) -> str:
+    return "without walls" if scene.arena is None else f"in {scene.arena[0]:g} x {scene.arena[1]:g}"
 
 
-def _commands(scene: Scene) -> str:
-    counts = Counter(type(command) for command in scene.commands)
-    come, go = counts.pop(Insert, 0), counts.pop(Remove, 0)
-    parts = [(sum(counts.values()), "turn", "turns"), (come, "insertion", "insertions")]
-    parts += [(go, "removal", "removals")]
-    return ", ".join(_counted(count, one, many) for count, one, many in parts if count)
-
-
-def _response(response: Any) -> str:
-    return _called(response.name, response.options)
-
-
-def _called(name: str, options: Mapping[str, Any]) -> str:
-    said = ", ".join(f"{key}={value}" for key, value in options.items())
-    return f"{name} ({said})" if said else name
-
-
-def _counted(count: int, one: str, many: str) -> str:
-    return f"{count:,} {one if count == 1 else many}"
+def _bodies(count: int) -> str:
+    return f"{count:,} {'body' if count == 1 else 'bodies'}"
 
 
 def _range(low: float, high: float) -> str:

@@ -7,6 +7,7 @@ its colour: its layer, the width of its line, dashes. The same picture gives the
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -58,6 +59,23 @@ class Picture:
     shapes: tuple[Item, ...]
     next: int | None
     times: dict[int, float]
+
+    @property
+    def roles(self) -> list[str]:
+        """The roles of its shapes, those below first."""
+        return [role for role in ORDER if any(shape.role == role for shape in self.shapes)]
+
+    @property
+    def arrow_time(self) -> float:
+        """The time by which velocities are multiplied to be arrows: the fastest is as long as two median
+        radii; 0 where no body moves."""
+        fastest = max((math.hypot(*disc.velocity) for disc in self.discs), default=0.0)
+        radii = sorted(disc.radius for disc in self.discs)
+        return 2.0 * radii[len(radii) // 2] / fastest if fastest else 0.0
+
+    def is_next(self, shape: Item) -> bool:
+        """Whether a shape has the certificate that fails first."""
+        return shape.fails is not None and shape.fails == self.next
 
     def told(self, shape: Item) -> str:
         """Returns what a shape is, in words: its role, its label, when it fails."""
@@ -208,12 +226,3 @@ class Paper(NamedTuple):
 
 LIGHT = Paper("#ffffff", "#000000", "#e6e6e6", "#404040")
 DARK = Paper("#14181d", "#f0f0f0", "#39424c", "#c0c6cc")
-
-
-def arrow_scale(speeds: list[float], radii: list[float]) -> float:
-    """Returns the time by which velocities are multiplied to be arrows: the fastest is as long as two median
-    radii; 0 where no body moves."""
-    fastest = max(speeds, default=0.0)
-    if fastest == 0.0:
-        return 0.0
-    return 2.0 * sorted(radii)[len(radii) // 2] / fastest

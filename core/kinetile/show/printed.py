@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from importlib import import_module
 from io import BytesIO
 from typing import Any
 
 from kinetile.errors import MissingExtra
 from kinetile.plugin.drawing import Item, Segment
-from kinetile.show.picture import LIGHT, LOOKS, NEXT, ORDER, Picture, arrow_scale, corners_of
+from kinetile.show.picture import LIGHT, LOOKS, NEXT, ORDER, Picture, corners_of
 
 INCHES = 6.9
 """The longer side of what is shown: the text width of an A4 page."""
@@ -56,10 +55,8 @@ def as_printed(picture: Picture, form: str, velocities: bool = False) -> bytes:
 
 def _add(axes: Any, picture: Picture, shape: Item) -> None:
     patches, lines = import_module("matplotlib.patches"), import_module("matplotlib.lines")
-    is_next = shape.fails is not None and shape.fails == picture.next
-    look = LOOKS[shape.role]
-    over = look.over
-    height = (10 if over else 0) + ORDER.index(shape.role) + (0.5 if is_next else 0.0)
+    is_next, look = picture.is_next(shape), LOOKS[shape.role]
+    height = (10 if look.over else 0) + ORDER.index(shape.role) + (0.5 if is_next else 0.0)
     look = NEXT if is_next else look
     dashes = (0, look.dashes) if look.dashes else "-"
     if isinstance(shape, Segment):
@@ -87,9 +84,8 @@ def _discs(axes: Any, picture: Picture, scale: float) -> None:
 
 def _arrows(axes: Any, picture: Picture) -> None:
     arrow = import_module("matplotlib.patches").FancyArrowPatch
-    discs = picture.discs
-    time = arrow_scale([math.hypot(*disc.velocity) for disc in discs], [disc.radius for disc in discs])
-    for disc in discs:
+    time = picture.arrow_time
+    for disc in picture.discs:
         if any(disc.velocity):
             tip = tuple(x + v * time for x, v in zip(disc.at, disc.velocity, strict=True))
             axes.add_patch(
@@ -99,8 +95,7 @@ def _arrows(axes: Any, picture: Picture) -> None:
 
 def _legend(figure: Any, picture: Picture) -> None:
     patch = import_module("matplotlib.patches").Patch
-    roles = [role for role in ORDER if any(shape.role == role for shape in picture.shapes)]
-    looks = [(role, LOOKS[role]) for role in roles]
+    looks = [(role, LOOKS[role]) for role in picture.roles]
     looks += [("fails next", NEXT)] if picture.next is not None else []
     swatches = [patch(fc=(look.colour, look.filled), ec=look.colour, label=name) for name, look in looks]
     if swatches:

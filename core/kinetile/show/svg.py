@@ -6,23 +6,11 @@ certificate shows it under the mouse. A legend names the roles.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator
 from html import escape
 
 from kinetile.plugin.drawing import Box, Item, Polygon, Segment
-from kinetile.show.picture import (
-    DARK,
-    LIGHT,
-    LOOKS,
-    NEXT,
-    ORDER,
-    Paper,
-    Picture,
-    PlacedDisc,
-    arrow_scale,
-    corners_of,
-)
+from kinetile.show.picture import DARK, LIGHT, LOOKS, NEXT, Paper, Picture, PlacedDisc, corners_of
 
 SIZE = 640.0
 """The longer side of what is shown, in units of the file: points on a page, pixels on a screen."""
@@ -42,7 +30,7 @@ _READABLE = 8.0
 def as_svg(picture: Picture, velocities: bool = False) -> bytes:
     """Returns a picture as an SVG file, with an arrow for each velocity if they are asked for."""
     sheet = _Sheet(picture)
-    roles = [role for role in ORDER if any(shape.role == role for shape in picture.shapes)]
+    roles = picture.roles
     under = [role for role in roles if not LOOKS[role].over]
     over = [role for role in roles if LOOKS[role].over]
     legend, lines = _legend(sheet, roles, picture.next is not None)
@@ -102,7 +90,7 @@ def _layers(sheet: _Sheet, roles: Iterable[str]) -> Iterator[str]:
     picture = sheet.picture
     for role in roles:
         shapes = [shape for shape in picture.shapes if shape.role == role]
-        shapes.sort(key=lambda shape: shape.fails is not None and shape.fails == picture.next)
+        shapes.sort(key=picture.is_next)
         yield f'<g class="{role}">'
         yield from (_shape(sheet, shape) for shape in shapes)
         yield "</g>"
@@ -110,7 +98,7 @@ def _layers(sheet: _Sheet, roles: Iterable[str]) -> Iterator[str]:
 
 def _shape(sheet: _Sheet, shape: Item) -> str:
     picture = sheet.picture
-    look = ' class="next"' if shape.fails is not None and shape.fails == picture.next else ""
+    look = ' class="next"' if picture.is_next(shape) else ""
     points = [sheet.at(x, y) for x, y in corners_of(shape)]
     if isinstance(shape, Segment):
         (x, y), (to_x, to_y) = points
@@ -148,10 +136,9 @@ def _numbers(sheet: _Sheet) -> Iterator[str]:
 
 def _arrows(sheet: _Sheet) -> Iterator[str]:
     """Yields an arrow from the centre of each disc that moves."""
-    discs = sheet.picture.discs
-    time = arrow_scale([math.hypot(*disc.velocity) for disc in discs], [disc.radius for disc in discs])
+    time = sheet.picture.arrow_time
     yield '<g class="velocity">'
-    yield from (_arrow(sheet, disc, time) for disc in discs if any(disc.velocity))
+    yield from (_arrow(sheet, disc, time) for disc in sheet.picture.discs if any(disc.velocity))
     yield "</g>"
 
 
@@ -188,17 +175,12 @@ def _style(roles: Iterable[str]) -> str:
         ".number text{paint-order:stroke;stroke-width:3}",
         ".disc{stroke-width:1}.arena{fill:none;stroke-width:1.5}.velocity{fill:none;stroke-width:1.2}",
     ]
-    for role in roles:
-        look = LOOKS[role]
+    for name, look in [*((role, LOOKS[role]) for role in roles), ("next", NEXT)]:
         dashes = f";stroke-dasharray:{' '.join(map(_n, look.dashes))}" if look.dashes else ""
         rules.append(
-            f".{role}{{fill:{look.colour};fill-opacity:{_n(look.filled)};stroke:{look.colour};"
+            f".{name}{{fill:{look.colour};fill-opacity:{_n(look.filled)};stroke:{look.colour};"
             f"stroke-width:{_n(look.width)}{dashes}}}"
         )
-    rules.append(
-        f".next{{fill:{NEXT.colour};fill-opacity:{_n(NEXT.filled)};stroke:{NEXT.colour};"
-        f"stroke-width:{_n(NEXT.width)}}}"
-    )
     dark = "".join(_paper(DARK))
     return "".join([*rules, *_paper(LIGHT), f"@media(prefers-color-scheme:dark){{{dark}}}"])
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 import zlib
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -27,6 +26,7 @@ from kinetile_accuracy.specification.arithmetic import (
 Floats = npt.NDArray[np.float64]
 Ticks = npt.NDArray[np.int64]
 Draws = np.random.Generator
+Range = tuple[float, float]
 
 UNIT = Frame(None, 0)
 """No arena, and a unit of time of 1."""
@@ -57,24 +57,6 @@ class Queries:
 
     def __len__(self) -> int:
         return len(self.radius)
-
-    def some(self, which: Any) -> Queries:
-        """Returns those that an index of an array selects: a slice, a mask."""
-        return Queries(self.position[which], self.velocity[which], self.radius[which], self.anchor[which])
-
-    def swapped(self) -> Queries:
-        """Returns the same queries with the bodies of each in the other order."""
-        return Queries(
-            self.position[:, ::-1],
-            self.velocity[:, ::-1],
-            self.radius[:, ::-1],
-            self.anchor[:, ::-1],
-            self.tied,
-        )
-
-    def replaced(self, **fields: Any) -> Queries:
-        """Returns a copy with other arrays in place of some."""
-        return replace(self, **fields)
 
     def plans(self) -> list[tuple[FlightPlan, FlightPlan]]:
         """Returns the flight plans of every pair."""
@@ -128,30 +110,38 @@ def aimed(
 
 
 def usual(
-    draws: Draws, count: int, run: Callable[[Floats], Floats], miss: Callable[[Floats], Floats]
+    draws: Draws,
+    count: int,
+    run: Range | Callable[[Floats], Floats],
+    miss: Range | Callable[[Floats], Floats],
+    spread: float | None = None,
 ) -> Queries:
-    """Returns pairs that are usual but for ``run`` and ``miss``, functions of the sum of the radii."""
+    """Returns pairs that are usual but for ``run`` and ``miss``.
+
+    Each is a range of multiples of the sum of the radii, or a function of that sum. ``spread`` is within how
+    many such sums of the origin the first disc is; None: in the unit box.
+    """
     radius = draws.uniform(0.005, 0.05, (count, 2))
     reach = radius.sum(axis=1)
+
+    def way(given: Range | Callable[[Floats], Floats]) -> Floats:
+        return given(reach) if callable(given) else reach * draws.uniform(*given, count)
+
+    base = draws.uniform(-0.5, 0.5, (count, 2))
     return aimed(
         radius,
-        draws.uniform(-0.5, 0.5, (count, 2)),
+        base if spread is None else base * (2.0 * spread * reach[:, None]),
         draws.uniform(-0.7, 0.7, (count, 2)),
         draws.uniform(0.0, 2.0 * np.pi, count),
         draws.uniform(0.1, 1.0, count),
-        run(reach),
-        miss(reach),
+        way(run),
+        way(miss),
     )
 
 
 def generic(draws: Draws, count: int) -> Queries:
     """Returns pairs 2 to 20 R away, about half of which meet."""
-    return usual(
-        draws,
-        count,
-        lambda reach: reach * draws.uniform(2.0, 20.0, count),
-        lambda reach: reach * draws.uniform(-2.0, 2.0, count),
-    )
+    return usual(draws, count, (2.0, 20.0), (-2.0, 2.0))
 
 
 # The families
@@ -165,17 +155,10 @@ def _grazing(draws: Draws, count: int) -> Queries:
 
 
 def _grazing_by_ulps(draws: Draws, count: int) -> Queries:
-    radius = draws.uniform(0.005, 0.05, (count, 2))
-    reach = radius.sum(axis=1)
-    return aimed(
-        radius,
-        draws.uniform(-1.0, 1.0, (count, 2)) * reach[:, None],
-        draws.uniform(-0.7, 0.7, (count, 2)),
-        draws.uniform(0.0, 2.0 * np.pi, count),
-        draws.uniform(0.1, 1.0, count),
-        reach * draws.uniform(1.5, 4.0, count),
-        reach * (1.0 + draws.integers(-4, 5, count) * 2.0**-52),
-    )
+    def miss(reach: Floats) -> Floats:
+        return reach * (1.0 + draws.integers(-4, 5, count) * 2.0**-52)
+
+    return usual(draws, count, (1.5, 4.0), miss, spread=1.0)
 
 
 def _tangent(draws: Draws, count: int) -> Queries:
@@ -217,8 +200,8 @@ def _almost_equal(draws: Draws, count: int) -> Queries:
         lambda reach: reach * miss,
     )
     drift = pairs.velocity[:, :1]
-    return pairs.replaced(
-        velocity=drift + np.stack([np.zeros((count, 2)), slow[:, None] * _unit(pairs)], axis=1)
+    return replace(
+        pairs, velocity=drift + np.stack([np.zeros((count, 2)), slow[:, None] * _unit(pairs)], axis=1)
     )
 
 
@@ -241,23 +224,18 @@ def _sizes(draws: Draws, count: int) -> Queries:
     pairs = usual(
         draws, count, lambda _: (reach + gap) * np.cos(angle), lambda _: (reach + gap) * np.sin(angle)
     )
-    return pairs.replaced(radius=radius)
+    return replace(pairs, radius=radius)
 
 
 def _struck(draws: Draws, count: int) -> tuple[Queries, Floats]:
     """Returns two discs of like energies that will collide, and their masses, of ratio 1 to 1e12."""
     ratio = 10.0 ** draws.uniform(0.0, 12.0, count)
     heavy = draws.integers(0, 2, count)[:, None] == np.arange(2)
-    before = usual(
-        draws,
-        count,
-        lambda reach: reach * draws.uniform(2.0, 20.0, count),
-        lambda reach: reach * draws.uniform(-0.9, 0.9, count),
-    )
+    before = usual(draws, count, (2.0, 20.0), (-0.9, 0.9))
     slower = np.where(heavy, ratio[:, None] ** -0.5, 1.0)
     share = slower / slower.sum(axis=1)[:, None] * np.array([-1.0, 1.0])
     relative = before.velocity[:, 1] - before.velocity[:, 0]
-    before = before.replaced(velocity=relative[:, None] * share[..., None])
+    before = replace(before, velocity=relative[:, None] * share[..., None])
     return before, np.where(heavy, ratio[:, None], 1.0)
 
 
@@ -297,13 +275,13 @@ def _far_apart(draws: Draws, count: int) -> Queries:
     reach = way / far
     miss = reach * draws.uniform(-1.2, 1.2, count)
     pairs = usual(draws, count, lambda _: way, lambda _: miss)
-    return pairs.replaced(radius=reach[:, None] * np.column_stack([share, 1.0 - share]))
+    return replace(pairs, radius=reach[:, None] * np.column_stack([share, 1.0 - share]))
 
 
 def _far_out(draws: Draws, count: int) -> Queries:
     out = draws.uniform(-1.0, 1.0, (count, 1, 2)) * 10.0 ** draws.uniform(2.0, 6.0, (count, 1, 1))
     pairs = generic(draws, count)
-    return pairs.replaced(position=pairs.position + out)
+    return replace(pairs, position=pairs.position + out)
 
 
 def _anchored_apart(draws: Draws, queries: Queries) -> Queries:
@@ -313,7 +291,7 @@ def _anchored_apart(draws: Draws, queries: Queries) -> Queries:
     earlier = np.where(first, draws.integers(0, UNIT_TICKS, count)[:, None], 0)
     flown = queries.velocity * (earlier / UNIT_TICKS)[..., None]
     since = UNIT_TICKS + draws.integers(0, UNIT_TICKS, count)[:, None]
-    return queries.replaced(position=queries.position - flown, anchor=since - earlier)
+    return replace(queries, position=queries.position - flown, anchor=since - earlier)
 
 
 def _apart_in_time(draws: Draws, count: int) -> Queries:
@@ -322,7 +300,7 @@ def _apart_in_time(draws: Draws, count: int) -> Queries:
 
 def _late(draws: Draws, count: int) -> Queries:
     early = _apart_in_time(draws, count)
-    return early.replaced(anchor=early.anchor + LATER)
+    return replace(early, anchor=early.anchor + LATER)
 
 
 def _far_out_apart_in_time(draws: Draws, count: int) -> Queries:
@@ -333,12 +311,7 @@ def _copies(draws: Draws, count: int) -> Queries:
     """One encounter moved, turned by right angles, mirrored, its discs exchanged, one anchored earlier: all
     exact, on a grid of 2^-40."""
     groups = -(-count // TIED)
-    one = usual(
-        draws,
-        groups,
-        lambda reach: reach * draws.uniform(2.0, 10.0, groups),
-        lambda reach: reach * draws.uniform(-0.95, 0.95, groups),
-    )
+    one = usual(draws, groups, (2.0, 10.0), (-0.95, 0.95))
     each = np.repeat(np.arange(groups), TIED)
     position = np.round(one.position[each] * 2.0**40) * 2.0**-40
     velocity = np.round(one.velocity[each] * 2.0**30) * 2.0**-30

@@ -8,10 +8,8 @@ never pooled: an average over easy and hard queries says nothing about either.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
@@ -121,34 +119,10 @@ def query_claims(rows: list[QueryRow]) -> tuple[Claim, ...]:
 
 
 def query_findings(rows: list[QueryRow]) -> tuple[str, ...]:
-    """Returns what the rows of all families and forms show, in sentences."""
+    """Returns what the rows of all families and forms show beside the claims, in sentences."""
     ours = [row for row in rows if row.form == KERNEL]
     others = [row for row in rows if row.form != KERNEL]
-    return (_exact(ours), _depths(ours), *_textbook(others), _cost(ours, others))
-
-
-def _exact(ours: list[QueryRow]) -> str:
-    wrong = [row for row in ours if row.wrong]
-    if wrong:
-        where = "; ".join(
-            f"{row.family}: {row.wrong:,} of {row.queries:,}, {row.missed:,} of them missed and "
-            f"{row.false:,} invented"
-            for row in wrong
-        )
-        return f"The kernel's answer is not the exact one ({where})."
-    return (
-        f"The kernel's answer is the exact one in each of {sum(row.queries for row in ours):,} queries, "
-        f"{len(ours)} families: the exact tick, nothing missed, nothing invented."
-    )
-
-
-def _depths(ours: list[QueryRow]) -> str:
-    most = max(ours, key=lambda row: row.depth_rho)
-    return (
-        "Up to the exact tick no contact adds to an overlap. Anchoring the discs there does, since places "
-        f"are doubles: by at most {number(most.depth_rho)} rho ({most.family}), rho = 16 × 2^-53 × the "
-        f"largest coordinate, which {'bounds' if most.depth_rho <= 1.0 else 'DOES NOT bound'} it."
-    )
+    return (*_textbook(others), _cost(ours, others))
 
 
 def _textbook(others: list[QueryRow]) -> list[str]:
@@ -182,76 +156,49 @@ _FORMS = ("citardauq", "naive", KERNEL, "cross product")
 
 
 def _pictures(rows: list[QueryRow]) -> tuple[ReportFigure, ...]:
+    error, depth = "time off the exact tick × closing speed / R", "deepest overlap at the answer / rho"
     return (
         ReportFigure(
             "error",
             "What the answers are off the exact tick, as a way along the line of centres: the 99th "
             "percentile (mark) and up to the largest (line). At the left edge: less, or exact, or no contact "
             "found.",
-            partial(draw_errors, rows),
+            lambda: draw_rows(rows, "error_p99", "error_max", 3e-17, error),
         ),
         ReportFigure(
             "depth",
             "The deepest overlap of discs that are anchored at the answer, in units of rho, by family and "
             "form; the dashed line is the bound that is proved for exact ticks. At the left edge: less, or "
             "none.",
-            partial(draw_depths, rows),
+            lambda: draw_rows(rows, "depth_rho", "depth_rho", 0.02, depth, bound=1.0),
         ),
     )
 
 
-def draw_depths(rows: list[QueryRow]) -> Figure:
-    """Draws the deepest overlap of discs anchored at an answer, in units of the proved bound."""
-    figure, panel = _panel(rows)
-    edge = 0.02
-    for place, row in _places(rows):
-        _mark(panel, row, max(row.depth_rho, edge), place)
-    panel.axvline(1.0, color="black", linewidth=0.9, linestyle="--", zorder=1)
-    panel.set_xlim(left=edge / 1.3)
-    panel.set_xlabel("deepest overlap of discs anchored at the answer / rho")
-    legend_below(figure, len(_FORMS))
-    return figure
-
-
-def draw_errors(rows: list[QueryRow]) -> Figure:
-    """Draws what the answers are off the exact tick: the 99th percentile and the largest."""
-    figure, panel = _panel(rows)
-    edge = 3e-17
-    for place, row in _places(rows):
-        usual, worst = row.error_p99 or 0.0, row.error_max or 0.0
-        colour = LOOKS[_FORMS.index(row.form)][0]
-        panel.plot([max(usual, edge), max(worst, edge)], [place, place], color=colour, linewidth=1.0)
-        _mark(panel, row, max(usual, edge), place)
-    panel.set_xlim(left=edge / 1.5)
-    panel.set_xlabel("time off the exact tick × closing speed / R")
-    legend_below(figure, len(_FORMS))
-    return figure
-
-
-def _panel(rows: list[QueryRow]) -> tuple[Figure, Any]:
-    """Returns a figure with a panel whose lines are the families, from the top down."""
+def draw_rows(
+    rows: list[QueryRow], usual: str, worst: str, edge: float, label: str, bound: float | None = None
+) -> Figure:
+    """Draws a mark at one column of each row and a line to another: families one below the other, their forms
+    a little apart; values below ``edge`` at the left edge."""
     families = list(grouped(rows, "family"))
+    forms = [form for form in _FORMS if any(row.form == form for row in rows)]
     figure, panel = new_figure(1, height=1.0 + 0.34 * len(families))
-    panel.set(xscale="log", ylim=(len(families) - 0.5, -0.5))
+    panel.set(xscale="log", ylim=(len(families) - 0.5, -0.5), xlabel=label)
     panel.set_yticks(range(len(families)), families)
     panel.tick_params(axis="y", length=0, labelsize=6.5 if is_narrow(figure) else 8.0)
     panel.grid(False, axis="y")
     for line in range(1, len(families)):
         panel.axhline(line - 0.5, color="0.88", linewidth=0.6, zorder=0)
-    return figure, panel
-
-
-def _places(rows: list[QueryRow]) -> list[tuple[float, QueryRow]]:
-    """Returns each row with its height: its family's line, the forms a little apart."""
-    line: Callable[[str], int] = list(grouped(rows, "family")).index
-    forms = [form for form in _FORMS if any(row.form == form for row in rows)]
-    step = 0.7 / len(forms)
-    return [(line(row.family) + step * (forms.index(row.form) - (len(forms) - 1) / 2), row) for row in rows]
-
-
-def _mark(panel: Any, row: QueryRow, value: float, place: float) -> None:
-    colour, marker, _ = LOOKS[_FORMS.index(row.form)]
-    fill = colour if row.form == KERNEL else "white"
-    panel.plot(
-        value, place, marker, color=colour, markerfacecolor=fill, markersize=4, label=row.form, clip_on=False
-    )
+    for row in rows:
+        colour, marker, _ = LOOKS[_FORMS.index(row.form)]
+        fill = colour if row.form == KERNEL else "white"
+        place = families.index(row.family) + 0.7 * ((forms.index(row.form) + 0.5) / len(forms) - 0.5)
+        low, high = (max(getattr(row, name) or 0.0, edge) for name in (usual, worst))
+        panel.plot([low, high], [place, place], color=colour, linewidth=1.0)
+        look = {"color": colour, "markerfacecolor": fill, "markersize": 4, "clip_on": False}
+        panel.plot(low, place, marker, label=row.form, **look)
+    if bound is not None:
+        panel.axvline(bound, color="black", linewidth=0.9, linestyle="--", zorder=1)
+    panel.set_xlim(left=edge / 1.5)
+    legend_below(figure, len(_FORMS))
+    return figure

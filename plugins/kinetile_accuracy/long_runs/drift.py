@@ -9,10 +9,7 @@ of one run, which audits itself, and beside them:
   contacts is taken from the log, in extended precision if the machine has it;
 - *the distance at contact* comes from the log too: |d| - R when the two bodies are brought to the tick, in
   units of R. It is the formula's rounding, that of the two flights, and up to a tick of flight;
-- *the clock* begins at 0, at 2^20 and at 2^40. The contacts must be the same;
-- *the way back*: all velocities are reversed after a while, and the run returns to its start, up to
-  its rounding, which chaos has doubled many times. It is a measure of chaos, not of the kernel, and says how
-  many contacts a disc may have before a trajectory means nothing.
+- *the clock* begins at 0, at 2^20 and at 2^40. The contacts must be the same.
 """
 
 from __future__ import annotations
@@ -34,8 +31,6 @@ from kinetile_accuracy.sections import (
     ReportProgress,
     Section,
     Table,
-    grouped,
-    listed,
     number,
 )
 
@@ -81,18 +76,6 @@ class LateClock:
     deepest_overlap: Annotated[float, Column("at any contact, in radii", "deepest overlap / r")]
     energy: Annotated[float, Column("relative change of the kinetic energy", "energy")]
     same: Annotated[bool, Column("whether the contacts are those of the clock at 0", "same contacts")]
-
-
-@dataclass(frozen=True)
-class ReversedRun:
-    """A run that is turned back."""
-
-    density: Annotated[float, Column("of the scene", "density")]
-    until: Annotated[float, Column("when it is turned back", "turned back at")]
-    contacts_per_disc: Annotated[
-        float, Column("until then; a contact of two discs counts for both", "contacts a disc")
-    ]
-    error: Annotated[float, Column("largest distance from where a disc began, in radii", "error / r")]
 
 
 class LogReadings:
@@ -221,31 +204,8 @@ def clocks(scene: kt.Scene, contacts: int, starts: tuple[float, ...] = STARTS) -
     return rows
 
 
-def way_back(scene: kt.Scene, density: float, until: float) -> ReversedRun:
-    """Runs a scene to a time, reverse all velocities, and run it back."""
-    sim = kt.Simulation(scene, turning=True, keep_contacts=False)
-    sim.run(until=until)
-    found = sim.readings
-    for body, (vx, vy) in enumerate(sim.velocities()):
-        sim.set_velocity(body, (-vx, -vy))
-    sim.run(until=2.0 * until)
-    error = np.hypot(*(sim.positions() - scene.position).T) / scene.radius
-    return ReversedRun(
-        density=density,
-        until=until,
-        contacts_per_disc=(2 * found.contacts_disc + found.contacts_wall) / len(scene),
-        error=float(error.max()),
-    )
-
-
 MOST: dict[Budget, int] = {"quick": 10**6, "normal": 10**7, "full": 10**8}
 """Contacts of the long run."""
-
-WAYS = {
-    0.5: (0.02, 0.04, 0.08, 0.12, 0.16, 0.2, 0.24, 0.32, 0.4, 0.5, 0.6, 0.7, 0.8),
-    0.1: (0.1, 0.2, 0.3, 0.4, 0.6, 0.8, 1.0, 1.2, 1.4, 1.6),
-}
-"""How long a run goes before it is turned back, in the scene's time, by density."""
 
 
 def measure(budget: Budget, progress: ReportProgress) -> Section:
@@ -255,11 +215,8 @@ def measure(budget: Budget, progress: ReportProgress) -> Section:
     drift = drifts(scene, most, progress)
     progress("clocks", 0, 1)
     clock = clocks(scene, min(most, 10**6) // 10)
-    back: list[ReversedRun] = []
-    for density, times in WAYS.items():
-        for until in times:
-            progress("the way back", len(back), sum(map(len, WAYS.values())))
-            back.append(way_back(kt.make_scene("grid", bodies=100, density=density, seed=1), density, until))
+    last, middle = drift[-1], drift[len(drift) // 2]
+    growth = last.deepest_overlap / middle.deepest_overlap if middle.deepest_overlap else 1.0
     return Section(
         name="drift",
         title="What a long run loses",
@@ -267,14 +224,16 @@ def measure(budget: Budget, progress: ReportProgress) -> Section:
             f"The thesis's grid, 100 discs at density 0.5, seed 1, with sweep-tiling, for {most:,} contacts "
             f"of discs and walls; between contacts, {drift[-1].audits:,} times, an audit rebuilt the "
             "structure and compared it, and looked by brute force for pairs that are no candidates. No "
-            "contact was missed, or the run would have stopped. Below: the same scene with other clocks, and "
-            "on the way back."
+            "contact was missed, or the run would have stopped. Below: the same scene with other clocks."
         ),
-        findings=tuple(_findings(drift, clock, back)),
+        findings=(
+            f"The deepest overlap at any contact is {number(last.deepest_overlap)} radii, {growth:.1f} times "
+            f"that of the first {middle.contacts:,}; half of all contacts are within "
+            f"{number(last.gap_median)} R of the exact distance, 99 % within {number(last.gap_p99)}.",
+        ),
         tables=(
             Table("drift", "The readings after so many contacts.", tuple(drift)),
             Table("clocks", "The same scene with clocks that begin late.", tuple(clock)),
-            Table("way-back", "Runs turned back after a while.", tuple(back)),
         ),
         claims=tuple(_claims(most, drift, clock)),
         pictures=(
@@ -283,12 +242,6 @@ def measure(budget: Budget, progress: ReportProgress) -> Section:
                 "Energy, momentum, deepest overlap and distance at contact against contacts. The grey dotted "
                 "line is how a random walk of one rounding a contact would grow.",
                 lambda: _draw_drift(drift),
-            ),
-            ReportFigure(
-                "way-back",
-                "How far a run that is turned back misses its beginning. The slope is the chaos of the "
-                "discs; at an error of one radius a trajectory means nothing any more.",
-                lambda: _draw_back(back),
             ),
         ),
     )
@@ -324,35 +277,6 @@ def _walk(contacts: int) -> float:
     return 2.0**-53 * math.sqrt(contacts)
 
 
-def _findings(drift: list[Drift], clock: list[LateClock], back: list[ReversedRun]) -> list[str]:
-    last = drift[-1]
-    middle = drift[len(drift) // 2]
-    growth = last.deepest_overlap / middle.deepest_overlap if middle.deepest_overlap else 1.0
-    found = [
-        f"After {last.contacts:,} contacts the energy has changed by {number(last.energy)} of itself, and "
-        f"the momentum that contacts of two discs left over is {number(last.momentum)}.",
-        f"The deepest overlap at any contact is {number(last.deepest_overlap)} radii, {growth:.1f} times "
-        f"that of the first {middle.contacts:,}; half of all contacts are within {number(last.gap_median)} R "
-        f"of the exact distance, 99 % within {number(last.gap_p99)}.",
-    ]
-    if all(row.same for row in clock):
-        starts = listed([f"2^{math.log2(row.start):.0f}" for row in clock if row.start])
-        found.append(
-            f"With the clock at {starts} the {clock[0].contacts:,} contacts are the same to the last bit."
-        )
-    else:
-        wrong = listed([number(row.start) for row in clock if not row.same])
-        found.append(f"With the clock at {wrong} the contacts are others: that must not be.")
-    for density, rows in grouped(back, "density").items():
-        lost = next((row for row in rows if row.error > 1.0), None)
-        if lost is not None:
-            found.append(
-                f"At density {density:g} a run turned back after {lost.contacts_per_disc:.0f} contacts a "
-                "disc does not find its beginning (more than a radius off)."
-            )
-    return found
-
-
 def _draw_drift(rows: list[Drift]) -> Figure:
     figure, panel = new_figure()
     contacts = [row.contacts for row in rows]
@@ -367,15 +291,4 @@ def _draw_drift(rows: list[Drift]) -> Figure:
     panel.plot(contacts, [_walk(n) for n in contacts], ":", color="0.5", label="random walk of roundings")
     panel.set(xscale="log", yscale="log", xlabel="contacts", ylabel="relative")
     legend_below(figure, 3)
-    return figure
-
-
-def _draw_back(rows: list[ReversedRun]) -> Figure:
-    figure, panel = new_figure()
-    for look, (density, some) in enumerate(grouped(rows, "density").items()):
-        errors = [max(row.error, 1e-17) for row in some]
-        curve(panel, [row.contacts_per_disc for row in some], errors, look, label=f"density {density:g}")
-    panel.axhline(1.0, color="0.5", linewidth=1.0, linestyle=":")
-    panel.set(yscale="log", xlabel="contacts a disc until the run is turned back", ylabel="error / r")
-    legend_below(figure, 2)
     return figure

@@ -268,62 +268,41 @@ def agreement(
         end: the time up to which the run went.
         fault: what the run ended with, where that was a fault.
     """
-    listed = contacts["a"].tolist(), contacts["b"].tolist()
+    rows = contacts[["epoch", "tick", "a", "b"]].tolist()
     agree = 0
-    for one, two, certain in zip(*listed, oracle.contacts, strict=False):
-        if (one, two) != (certain.a, certain.b):
+    for row, certain in zip(rows, oracle.contacts, strict=False):
+        if row[2:] != (certain.a, certain.b):
             break
         agree += 1
     tick = Fraction(time_unit) / UNIT_TICKS
     times = [
         Fraction(start) + (epoch * UNIT_TICKS + fraction) * tick
-        for epoch, fraction in contacts[["epoch", "tick"]][: agree + 1].tolist()
+        for epoch, fraction, _, _ in rows[: agree + 1]
     ]
     exact = [certain.time.middle for certain in oracle.contacts[:agree]]
     errors = [time - right for time, right in zip(times, exact, strict=False)]
-    ticks = np.array([float(error / tick) for error in errors])
-    ulps = np.array([float(error / _ulp(time)) for error, time in zip(errors, exact, strict=True)])
     # At the end one of the two may have a contact more by as much as times were off before, twice.
     slack = max(SLACK * tick, _ulp(Fraction(end))) + 2 * max(map(abs, errors), default=Fraction(0))
+    found = None if agree == len(rows) else (float(contacts["time"][agree]), *rows[agree][2:])
+    due = None if agree == len(oracle.contacts) else oracle.contacts[agree]
+    last = Fraction(end) if found is None else times[agree]
+    apart = Fraction(0) if due is None else last - due.time.middle
+    if found is None:
+        differ = due is not None and apart > slack
+    else:
+        differ = due is not None or (oracle.ended in ("until", "quiet") and Fraction(end) - last > slack)
     return Agreement(
-        bodies,
-        agree,
-        len(contacts),
-        contacts["a"][:agree].astype(np.int64),
-        contacts["b"][:agree].astype(np.int64),
-        ticks,
-        ulps,
-        _first_difference(contacts, times, oracle, agree, Fraction(end), slack, tick),
-        oracle,
-        fault,
+        bodies=bodies,
+        contacts=agree,
+        compared=len(rows),
+        a=contacts["a"][:agree].astype(np.int64),
+        b=contacts["b"][:agree].astype(np.int64),
+        ticks=np.array([float(error / tick) for error in errors]),
+        ulps=np.array([float(error / _ulp(time)) for error, time in zip(errors, exact, strict=True)]),
+        disagreement=Disagreement(agree, found, due, float(apart / tick)) if differ else None,
+        oracle=oracle,
+        fault=fault,
     )
-
-
-def _first_difference(
-    contacts: npt.NDArray[np.void],
-    times: list[Fraction],
-    oracle: CertifiedRun,
-    agree: int,
-    end: Fraction,
-    slack: Fraction,
-    tick: Fraction,
-) -> Disagreement | None:
-    """Returns the first contact that differs; one that only one of them has must be well before the end."""
-    run, certain = None, None
-    if agree < len(contacts):
-        row = contacts[agree]
-        run = (float(row["time"]), int(row["a"]), int(row["b"]))
-    if agree < len(oracle.contacts):
-        certain = oracle.contacts[agree]
-    if certain is not None:
-        time = times[agree] if run is not None else end
-        apart = time - certain.time.middle
-        if run is None and apart <= slack:
-            return None
-        return Disagreement(agree, run, certain, float(apart / tick))
-    if run is None or oracle.ended not in ("until", "quiet") or end - times[agree] <= slack:
-        return None
-    return Disagreement(agree, run, None, 0.0)
 
 
 def _run_on(sim: Simulation, until: float | None, max_contacts: int | None) -> str | None:

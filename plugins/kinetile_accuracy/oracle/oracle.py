@@ -133,11 +133,13 @@ class CertifiedRun:
 
 
 class OracleProgress(NamedTuple):
-    """How far a run of the oracle is: its precision, the contacts so far at it, and the scene's time."""
+    """How far a run of the oracle is: its precision, the contacts so far at it, the scene's time, and which
+    share that is of what it was given to do."""
 
     bits: int
     contacts: int
     time: float
+    share: float
 
 
 class Oracle:
@@ -207,7 +209,15 @@ class Oracle:
         self.certified = CertifiedRun((), FIRST_BITS, "interrupted", until)
         most = math.inf if max_contacts is None else max_contacts
         end = None if until is None else _rational(Fraction(until) - self._start)
+        span = (0.0 if until is None else until - self.scene.start) or math.inf
         bits, failures = FIRST_BITS, []
+
+        def told(found: list[CertifiedContact]) -> None:
+            if progress is not None and len(found) % 16 == 0:
+                time = found[-1].time.nearest
+                share = max(len(found) / most, (time - self.scene.start) / span)
+                progress(OracleProgress(bits, len(found), time, min(share, 1.0)))
+
         while True:
             found: list[CertifiedContact] = []
             ended: Ending = "interrupted"
@@ -215,7 +225,7 @@ class Oracle:
             with _flint().ctx.workprec(bits):
                 try:
                     attempt = Attempt(self.scene, end, self._discs, self._walls)
-                    ended = self._carry_out(attempt, found, most, bits, stop, progress)
+                    ended = self._carry_out(attempt, found, most, stop, told)
                 except Undecided as doubt:
                     # What stays undecided at the same contact is an exact tie: no number of bits settles it.
                     failures.append((len(found), doubt.what))
@@ -236,9 +246,8 @@ class Oracle:
         attempt: Attempt,
         found: list[CertifiedContact],
         most: float,
-        bits: int,
         stop: Callable[[int, int, int], bool] | None,
-        progress: Callable[[OracleProgress], None] | None,
+        told: Callable[[list[CertifiedContact]], None],
     ) -> Ending:
         """Runs an attempt to its end, adding to what was found."""
         crowd = 200 * len(self.scene) + 2000  # contacts at one time that are taken for a jam
@@ -253,8 +262,7 @@ class Oracle:
                 return "stopped"
             if attempt.crowd > crowd:
                 return "jammed"
-            if progress is not None and len(found) % 16 == 0:
-                progress(OracleProgress(bits, len(found), found[-1].time.nearest))
+            told(found)
         return "contacts"
 
     def _contact(self, met: BallContact) -> CertifiedContact:

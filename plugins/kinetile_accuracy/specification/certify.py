@@ -11,7 +11,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -140,31 +140,27 @@ class LogCertifier:
         self.scene = scene
         self._rows = contacts
         self._whole = {"ax", "ay", "avx", "avy", "bx", "by", "bvx", "bvy"} <= set(names)
-        self._until = until
         self._most = max_contacts
         self._claimed = fingerprint
-        self._print: str | None = None
-        self._lines = 0
-        self._finished = False
-        self._wrong: WrongLine | None = None
-
-    @property
-    def report(self) -> CertifiedLog:
-        """What has been found so far."""
-        found = self._lines, len(self._rows), self._until, self._finished, self._wrong, self._print
-        return CertifiedLog(*found)
+        self.report = CertifiedLog(0, len(contacts), until, finished=False)
 
     def run(self, progress: Callable[[LogProgress], None] | None = None) -> CertifiedLog:
         """Goes through all lines, or to the first that is wrong."""
-        self._wrong = self._first_wrong(progress)
-        self._finished = True
+        wrong, fingerprint = self._first_wrong(progress), None
+        if wrong is None:
+            fingerprint = _fingerprint(self._rows)
+            if self._claimed not in (None, fingerprint):
+                why = f"the fingerprint of the lines before it is {fingerprint}, and not {self._claimed}"
+                wrong = WrongLine(len(self._rows), None, None, why)
+        self.report = replace(self.report, finished=True, wrong=wrong, fingerprint=fingerprint)
         return self.report
 
     def _first_wrong(self, progress: Callable[[LogProgress], None] | None) -> WrongLine | None:
         """Returns the first line that is wrong."""
         scene, bits = self.scene, unit_bits(self.scene)
         course = Course(scene)
-        end = None if self._until is None else tick_of(self._until, scene.start, bits)
+        until = self.report.until
+        end = None if until is None else tick_of(until, scene.start, bits)
         before, contacts = None, 0
         for index, found in enumerate(self._plain_lines()):
             epoch, tick, a, b = found
@@ -182,15 +178,11 @@ class LogCertifier:
             if self._whole and (why_not := self._wrong_plan(course, index, line)):
                 return WrongLine(index, found, found, why_not)
             before = line
-            self._lines = index + 1
+            self.report = replace(self.report, lines=index + 1)
         due = None if end is None or contacts == self._most else self._due(course, end)
         if due is not None:
             why = f"there is one more before the end: {_named(due)} at {_when(due.tick)}"
             return WrongLine(len(self._rows), None, _line_of(due), why)
-        self._print = _fingerprint(self._rows)
-        if self._claimed not in (None, self._print):
-            why = f"the fingerprint of the lines before it is {self._print}, and not {self._claimed}"
-            return WrongLine(len(self._rows), None, None, why)
         return None
 
     def _plain_lines(self) -> Iterator[Line]:

@@ -13,7 +13,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
@@ -188,30 +188,29 @@ def described(rows: Sequence[SpeedError]) -> dict[str, Any]:
     }
 
 
-class Crossing(NamedTuple):
-    """Where a method in steps costs as much as another method: its step there, and its errors."""
+def crossing(curve: Sequence[SpeedError], cost: float) -> SpeedError | None:
+    """Returns a row for where a method in steps has this cost, between two of its rows; None where it never
+    has.
 
-    dt: float
-    deepest: float
-    missed_share: float
-
-
-def crossing(curve: Sequence[SpeedError], cost: float) -> Crossing | None:
-    """Returns where a method in steps has this cost, between two of its rows; None where it never has.
-
-    Step, cost and overlap are interpolated by their logarithms, the share that is missed linearly in that of
-    the step.
+    Step and overlap are interpolated by the logarithm of the cost, the share that is missed linearly in that
+    of the step.
     """
-    rows = sorted(curve, key=lambda row: row.dt or 0.0)
-    for fine, coarse in pairwise(rows):
+    for fine, coarse in pairwise(sorted(curve, key=_step)):
         if fine.cost >= cost >= coarse.cost and fine.cost > coarse.cost:
             part = math.log(fine.cost / cost) / math.log(fine.cost / coarse.cost)
-            return Crossing(
-                _between(fine.dt or 0.0, coarse.dt or 0.0, part),
-                _between(fine.deepest, coarse.deepest, part),
-                fine.missed_share + part * (coarse.missed_share - fine.missed_share),
+            return replace(
+                fine,
+                cost=cost,
+                dt=_between(_step(fine), _step(coarse), part),
+                deepest=_between(fine.deepest, coarse.deepest, part),
+                missed_share=fine.missed_share + part * (coarse.missed_share - fine.missed_share),
             )
     return None
+
+
+def _step(row: SpeedError) -> float:
+    """Returns the step of a row; 0 for a kinetic method, which has none."""
+    return row.dt or 0.0
 
 
 def claims(rows: Sequence[SpeedError]) -> tuple[Claim, ...]:
@@ -219,8 +218,10 @@ def claims(rows: Sequence[SpeedError]) -> tuple[Claim, ...]:
     kinetic = [row for row in rows if row.kind == "kinetic"]
     missed, deepest = max(row.missed for row in kinetic), max(row.deepest_high for row in kinetic)
     each = sum(row.encounters for row in kinetic if row.method == BEST)
-    fast, true, both = (len(some) for some in _rivals(rows))
-    stepped = sum(row.kind != "kinetic" for row in rows)
+    best = {(row.bodies, row.density): row for row in kinetic if row.method == BEST}
+    beside = [(row, best[row.bodies, row.density]) for row in rows if row.kind != "kinetic"]
+    stepped = [(row.cost <= its.cost, row.deepest <= its.deepest) for row, its in beside]
+    fast, true, both = sum(f for f, _ in stepped), sum(t for _, t in stepped), sum(map(all, stepped))
     return (
         Claim("Kinetic methods miss no first encounter", f"{missed:,} of {each:,}", not missed),
         Claim(
@@ -230,100 +231,35 @@ def claims(rows: Sequence[SpeedError]) -> tuple[Claim, ...]:
         ),
         Claim(
             f"No method in steps is both as fast as {BEST} and as true",
-            f"of {stepped} measurements {fast} are as fast, {true} as true, {both} both",
+            f"of {len(stepped)} measurements {fast} are as fast, {true} as true, {both} both",
             not both,
         ),
     )
 
 
 def findings(rows: Sequence[SpeedError]) -> tuple[str, ...]:
-    """Returns the results of the rows, in sentences."""
-    return (
-        _of_kinetic([row for row in rows if row.kind == "kinetic"]),
-        *(said for some in grouped(rows, *SCENE).values() for said in _of_scene(some)),
-        _of_rivals(rows),
-    )
-
-
-def _rivals(rows: Sequence[SpeedError]) -> tuple[list[SpeedError], list[SpeedError], list[SpeedError]]:
-    """Returns the rows of methods in steps that are as fast as BEST, as accurate, and both."""
-    best = {(row.bodies, row.density): row for row in rows if row.method == BEST}
-    beside = [(row, best[row.bodies, row.density]) for row in rows if row.kind != "kinetic"]
-    fast = [row for row, its in beside if row.cost <= its.cost]
-    true = [row for row, its in beside if row.deepest <= its.deepest]
-    return fast, true, [row for row in fast if row in true]
-
-
-def _of_kinetic(rows: Sequence[SpeedError]) -> str:
-    missed, encounters = max(row.missed for row in rows), sum(row.encounters for row in rows)
-    methods = ", ".join(dict.fromkeys(row.method for row in rows))
-    deepest = max(row.deepest_high for row in rows)
-    return f"Kinetic methods ({methods}): the deepest overlap is {number(deepest)} radii; " + (
-        "none of the first encounters is missed."
-        if not missed
-        else f"up to {missed} first encounters are missed (of {encounters} in all)."
-    )
-
-
-def _of_scene(rows: Sequence[SpeedError]) -> list[str]:
-    """Compares each method in steps with BEST on scenes of one kind."""
-    best = next(row.cost for row in rows if row.method == BEST)
-    head = f"{rows[0].bodies} discs at density {rows[0].density:g} ({BEST}: {number(best * 1e3)} ms)"
+    """Compares each method in steps with BEST on scenes of one kind: where it is fastest, where it costs as
+    much, and at its shortest step."""
     sentences = []
-    for method, some in grouped([row for row in rows if row.kind != "kinetic"], "method").items():
-        curve = sorted(some, key=lambda row: row.dt or 0.0)
-        cheapest = min(curve, key=lambda row: row.cost)
-        equal = crossing(curve, best)
-        said = (
-            f"at dt = {number(cheapest.dt or 0.0)}, where it is fastest, {NAMES[method]} takes "
-            f"{number(cheapest.cost / best)} times as long as {BEST}, {_errors(cheapest)}"
-        )
-        if equal is not None:
-            said += f"; it takes as long at dt = {number(equal.dt)}, {_errors(equal)}"
-        if cheapest is not curve[0]:
-            finest = curve[0]
-            said += (
-                f"; at dt = {number(finest.dt or 0.0)}, {number(finest.cost / best)} times, {_errors(finest)}"
-            )
-        sentences.append(f"{head}: {said}.")
-    return sentences
+    for (bodies, density), scene in grouped(rows, *SCENE).items():
+        best = next(row.cost for row in scene if row.method == BEST)
+        head = f"{bodies} discs at density {density:g} ({BEST}: {number(best * 1e3)} ms)"
+
+        for method, curve in grouped([row for row in scene if row.kind != "kinetic"], "method").items():
+            cheapest = min(curve, key=lambda row: row.cost)
+            shown = (cheapest, crossing(curve, best), min(curve, key=_step))
+            said = "; ".join(dict.fromkeys(_cost_and_errors(at, best) for at in shown if at is not None))
+            sentences.append(f"{head}: {NAMES[method]} takes {said}.")
+    return tuple(sentences)
 
 
-def _errors(at: SpeedError | Crossing) -> str:
+def _cost_and_errors(at: SpeedError, best: float) -> str:
     share = at.missed_share
-    missed = (
-        "no first encounters"
-        if share == 0.0
-        else f"{share:.{1 if share >= 0.01 else 2}%} of first encounters"
-    )
-    return f"with overlaps up to {number(at.deepest)} radii and {missed} missed"
-
-
-def _of_rivals(rows: Sequence[SpeedError]) -> str:
-    """Names the methods in steps that are as fast as BEST, and those that are as accurate."""
-    stepped = [row for row in rows if row.kind != "kinetic"]
-    as_fast, as_true, both = _rivals(rows)
-    complete = sum(row.missed == 0 for row in as_fast)
-    said = f"Of {len(stepped)} measurements of methods in steps, {len(as_fast) or 'none'}"
-    said += f" are as fast as {BEST}"
-    if as_fast:
-        truest = min(as_fast, key=lambda row: row.deepest)
-        said += f" (of these the least deepest overlap is {number(truest.deepest)} radii: {_called(truest)})"
-    said += f", {len(as_true) or 'none'} overlap as little"
-    if stepped:
-        truest = min(stepped, key=lambda row: row.deepest)
-        best = next(row for row in grouped(rows, *SCENE)[truest.bodies, truest.density] if row.method == BEST)
-        times = truest.cost / best.cost
-        cost = f"at {number(times)} times the time: {_called(truest)}"
-        said += f" (the least is {number(truest.deepest)} radii, {cost})"
+    missed = f"{share:.{1 if share >= 0.01 else 2}%} of" if share else "no"
     return (
-        f"{said}, and {len(both) or 'none'} are both. Of those as fast, {complete or 'none'} have every "
-        "first encounter that was looked for."
+        f"{number(at.cost / best)} times as long at dt = {number(_step(at))}, with overlaps up to "
+        f"{number(at.deepest)} radii and {missed} first encounters missed"
     )
-
-
-def _called(row: SpeedError) -> str:
-    return f"{NAMES[row.method]}, dt = {number(row.dt or 0.0)}, {row.bodies} discs at {row.density:g}"
 
 
 def _between(fine: float, coarse: float, part: float) -> float:
@@ -381,7 +317,7 @@ def draw_speed_error(rows: Sequence[SpeedError]) -> Figure:
             _write(main, said, (main.get_xlim()[0], best), (2, up), va=side, color=_LINE)
     for row in rows:
         if row.method == "sweep":
-            said = f"dt = {number(row.dt or 0.0)}"
+            said = f"dt = {number(_step(row))}"
             _write(panels[1], said, (row.deepest, row.cost), (-4, -2), va="top", ha="right", color="0.25")
     legend_below(figure, 4)
     return figure
@@ -422,7 +358,7 @@ def _lay_out(strip: Any, main: Any, error: str, rows: Sequence[SpeedError]) -> N
 def _draw_method(strip: Any, main: Any, error: str, rows: Sequence[SpeedError]) -> None:
     """Draws the points of a method, joined where it has steps; those beyond the break go to the strip."""
     look = _LOOKS.get((rows[0].kind, rows[0].method)) or _Look(rows[0].method, "#56B4E9", "X", ":")
-    rows = sorted(rows, key=lambda row: row.dt or 0.0)
+    rows = sorted(rows, key=_step)
     style: dict[str, Any] = {"color": look.colour, "marker": look.marker, "clip_on": False}
     kinetic = rows[0].kind == "kinetic"
     # A white edge parts a marker from another that it lies over.

@@ -16,8 +16,10 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
 from importlib.metadata import PackageNotFoundError, version
-from typing import Any, Literal, Protocol
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -30,6 +32,7 @@ from kinetile_accuracy.stepped.snapshots import (
     STEPPED,
     SteppedRun,
     deepest_overlap,
+    energy_drift,
     kinetic_energy,
     steps_until,
 )
@@ -55,17 +58,39 @@ _FASTEST = 5.0  # times the root mean square of the speeds: in equilibrium, 1 di
 _PACE = 1e4  # metres a second: that mean; Box2D lets no pair bounce that approaches at less than 1 m/s
 
 
-class _World(Protocol):
-    """A scene in an engine; positions and velocities, (n, 2), are in the scene's units."""
+@dataclass(frozen=True)
+class _World:
+    """A scene in an engine.
+
+    Attributes:
+        step: takes a step.
+        bodies: the engine's, in the scene's order.
+        velocity: the name that the engine has for a body's velocity.
+        length, speed: what a length and a speed of the scene are multiplied by in the engine.
+        owned: what must live as long as the engine, which does not own it.
+    """
+
+    step: Callable[[], object]
+    bodies: list[Any]
+    velocity: str = "velocity"
+    length: float = 1.0
+    speed: float = 1.0
+    owned: Any = None
 
     def advance(self, steps: int) -> None:
         """Takes this many steps."""
+        step = self.step
+        for _ in range(steps):
+            step()
 
     def positions(self) -> Floats:
-        """Returns the positions."""
+        """Returns the positions, (n, 2), in the scene's units."""
+        return np.array([tuple(body.position) for body in self.bodies]).reshape(-1, 2) / self.length
 
     def velocities(self) -> Floats:
-        """Returns the velocities."""
+        """Returns the velocities, (n, 2), in the scene's units."""
+        found = [tuple(getattr(body, self.velocity)) for body in self.bodies]
+        return np.array(found).reshape(-1, 2) / self.speed
 
 
 OnOverlap = Callable[[int, int, bool], None]
@@ -92,11 +117,10 @@ def run_engine(
     met: list[tuple[int, int, bool]] = []
     on_overlap = None if watched == "not" else lambda a, b, acted: met.append((max(a, b), min(a, b), acted))
     package = engine_module(name)
-    world: _World
     if name == "chipmunk":
-        world = _Chipmunk(package, scene, dt, on_overlap)
+        world = _chipmunk(package, scene, dt, on_overlap)
     else:
-        world = _Box2D(package, scene, dt, on_overlap, bullets=name == "box2d-bullets")
+        world = _box2d(package, scene, dt, on_overlap, bullets=name == "box2d-bullets")
     overlaps = np.empty(0, STEPPED)
     deepest = math.nan
     began = time.thread_time()
@@ -105,10 +129,9 @@ def run_engine(
     else:
         overlaps, deepest = _watch(world, scene, steps, met, watched == "depths")
     cpu_seconds = time.thread_time() - began
-    velocity = world.velocities()
-    before = kinetic_energy(scene.mass, scene.velocity)
-    drift = abs(kinetic_energy(scene.mass, velocity) - before) / before if before > 0.0 else 0.0
-    return SteppedRun(dt, steps, world.positions(), velocity, overlaps, deepest, drift, cpu_seconds)
+    position, velocity = world.positions(), world.velocities()
+    drift = energy_drift(scene, velocity)
+    return SteppedRun(dt, steps, position, velocity, overlaps, deepest, drift, cpu_seconds)
 
 
 def engine_module(name: EngineName) -> Any:
@@ -188,45 +211,31 @@ def _walls(width: float, height: float, out: float) -> Iterator[tuple[int, Point
     yield TOP, (0.0, height + out), (width, height + out)
 
 
-class _Chipmunk:
-    """A scene in a pymunk Space."""
-
-    def __init__(self, pymunk: Any, scene: Scene, dt: float, on_overlap: OnOverlap | None) -> None:
-        assert scene.arena is not None
-        self._space = space = pymunk.Space()
-        self._dt = dt
-        space.gravity = (0.0, 0.0)
-        space.damping = 1.0
-        space.iterations = _ITERATIONS
-        space.collision_slop = 0.0
-        space.collision_bias = 1.0
-        self._bodies = []
-        for k, (position, velocity) in enumerate(zip(scene.position, scene.velocity, strict=True)):
-            body = pymunk.Body(float(scene.mass[k]), math.inf)
-            body.position, body.velocity = position.tolist(), velocity.tolist()
-            self._add(pymunk.Circle(body, float(scene.radius[k])), k, body)
-            self._bodies.append(body)
-        width, height = scene.arena
-        t = 0.5 * max(width, height)  # half the thickness of a wall
-        for wall, start, end in _walls(width, height, t):
-            self._add(pymunk.Segment(space.static_body, start, end, t), wall)
-        if on_overlap is not None:
-            space.on_collision(None, None, **_callbacks(on_overlap))
-
-    def _add(self, shape: Any, number: int, *bodies: Any) -> None:
+def _chipmunk(pymunk: Any, scene: Scene, dt: float, on_overlap: OnOverlap | None) -> _World:
+    """Returns a scene in a pymunk Space."""
+    assert scene.arena is not None
+    space = pymunk.Space()
+    space.gravity = (0.0, 0.0)
+    space.damping = 1.0
+    space.iterations = _ITERATIONS
+    space.collision_slop = 0.0
+    space.collision_bias = 1.0
+    bodies: list[Any] = []
+    shapes: list[tuple[Any, ...]] = []
+    for k, (position, velocity) in enumerate(zip(scene.position, scene.velocity, strict=True)):
+        body = pymunk.Body(float(scene.mass[k]), math.inf)
+        body.position, body.velocity = position.tolist(), velocity.tolist()
+        bodies.append(body)
+        shapes.append((pymunk.Circle(body, float(scene.radius[k])), k, body))
+    t = 0.5 * max(scene.arena)  # half the thickness of a wall
+    for wall, start, end in _walls(*scene.arena, t):
+        shapes.append((pymunk.Segment(space.static_body, start, end, t), wall))
+    for shape, number, *its in shapes:
         shape.elasticity, shape.friction, shape.number = 1.0, 0.0, number
-        self._space.add(*bodies, shape)
-
-    def advance(self, steps: int) -> None:
-        step, dt = self._space.step, self._dt
-        for _ in range(steps):
-            step(dt)
-
-    def positions(self) -> Floats:
-        return np.array([body.position for body in self._bodies], dtype=float).reshape(-1, 2)
-
-    def velocities(self) -> Floats:
-        return np.array([body.velocity for body in self._bodies], dtype=float).reshape(-1, 2)
+        space.add(*its, shape)
+    if on_overlap is not None:
+        space.on_collision(None, None, **_callbacks(on_overlap))
+    return _World(partial(space.step, dt), bodies)
 
 
 def _callbacks(on_overlap: OnOverlap) -> dict[str, Any]:
@@ -244,53 +253,39 @@ def _callbacks(on_overlap: OnOverlap) -> dict[str, Any]:
     return {"begin": begin, "post_solve": post_solve}
 
 
-class _Box2D:
-    """A scene in a b2World, scaled in length and time."""
-
-    def __init__(
-        self, box2d: Any, scene: Scene, dt: float, on_overlap: OnOverlap | None, bullets: bool
-    ) -> None:
-        assert scene.arena is not None
-        speed = math.sqrt(2.0 * kinetic_energy(scene.mass, scene.velocity) / float(scene.mass.sum()) or 1.0)
-        self._length = min(_LARGEST / float(scene.radius.max()), _FARTHEST / (_FASTEST * speed * dt))
-        self._speed = _PACE / speed
-        self._dt = dt * self._length / self._speed
-        self._listener = _listener(box2d, on_overlap) if on_overlap is not None else None
-        more = {"contactListener": self._listener} if self._listener is not None else {}
-        self._world = world = box2d.b2World(gravity=(0.0, 0.0), doSleep=False, **more)
-        world.continuousPhysics = world.warmStarting = True
-        self._bodies = []
-        for k, (position, velocity) in enumerate(zip(scene.position, scene.velocity, strict=True)):
-            radius = float(scene.radius[k]) * self._length
-            shape = box2d.b2CircleShape(radius=radius)
-            density = float(scene.mass[k]) / (math.pi * radius**2)
-            body = world.CreateDynamicBody(
-                position=(position * self._length).tolist(),
-                linearVelocity=(velocity * self._speed).tolist(),
-                bullet=bullets,
-                fixedRotation=True,
-                allowSleep=False,
-                linearDamping=0.0,
-                angularDamping=0.0,
-                fixtures=box2d.b2FixtureDef(shape=shape, density=density, friction=0.0, restitution=1.0),
-                userData=k,
-            )
-            self._bodies.append(body)
-        width, height = (side * self._length for side in scene.arena)
-        for wall, start, end in _walls(width, height, 0.0):
-            edge = world.CreateStaticBody(userData=wall)
-            edge.CreateEdgeFixture(vertices=[start, end], friction=0.0, restitution=1.0)
-
-    def advance(self, steps: int) -> None:
-        step, dt = self._world.Step, self._dt
-        for _ in range(steps):
-            step(dt, _VELOCITY_ITERATIONS, _POSITION_ITERATIONS)
-
-    def positions(self) -> Floats:
-        return np.array([tuple(body.position) for body in self._bodies]).reshape(-1, 2) / self._length
-
-    def velocities(self) -> Floats:
-        return np.array([tuple(body.linearVelocity) for body in self._bodies]).reshape(-1, 2) / self._speed
+def _box2d(box2d: Any, scene: Scene, dt: float, on_overlap: OnOverlap | None, bullets: bool) -> _World:
+    """Returns a scene in a b2World, scaled in length and time."""
+    assert scene.arena is not None
+    mean = math.sqrt(2.0 * kinetic_energy(scene.mass, scene.velocity) / float(scene.mass.sum()) or 1.0)
+    length = min(_LARGEST / float(scene.radius.max()), _FARTHEST / (_FASTEST * mean * dt))
+    speed = _PACE / mean
+    listener = _listener(box2d, on_overlap) if on_overlap is not None else None
+    more = {"contactListener": listener} if listener is not None else {}
+    world = box2d.b2World(gravity=(0.0, 0.0), doSleep=False, **more)
+    world.continuousPhysics = world.warmStarting = True
+    bodies = []
+    for k, (position, velocity) in enumerate(zip(scene.position, scene.velocity, strict=True)):
+        radius = float(scene.radius[k]) * length
+        shape = box2d.b2CircleShape(radius=radius)
+        density = float(scene.mass[k]) / (math.pi * radius**2)
+        body = world.CreateDynamicBody(
+            position=(position * length).tolist(),
+            linearVelocity=(velocity * speed).tolist(),
+            bullet=bullets,
+            fixedRotation=True,
+            allowSleep=False,
+            linearDamping=0.0,
+            angularDamping=0.0,
+            fixtures=box2d.b2FixtureDef(shape=shape, density=density, friction=0.0, restitution=1.0),
+            userData=k,
+        )
+        bodies.append(body)
+    width, height = (side * length for side in scene.arena)
+    for wall, start, end in _walls(width, height, 0.0):
+        edge = world.CreateStaticBody(userData=wall)
+        edge.CreateEdgeFixture(vertices=[start, end], friction=0.0, restitution=1.0)
+    step = partial(world.Step, dt * length / speed, _VELOCITY_ITERATIONS, _POSITION_ITERATIONS)
+    return _World(step, bodies, "linearVelocity", length, speed, (world, listener))
 
 
 def _listener(box2d: Any, on_overlap: OnOverlap) -> Any:

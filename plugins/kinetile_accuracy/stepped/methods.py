@@ -30,7 +30,7 @@ import numpy.typing as npt
 import kinetile as kt
 from kinetile_accuracy.sections import Column
 from kinetile_accuracy.stepped.engines import Watched, run_engine
-from kinetile_accuracy.stepped.snapshots import SteppedRun, run_snapshots
+from kinetile_accuracy.stepped.snapshots import STEPPED, SteppedRun, run_snapshots
 
 UNTIL = 1.0
 """The simulated time over which costs and overlaps are measured."""
@@ -47,8 +47,7 @@ Kind = Literal["kinetic", "snapshots", "engine"]
 _NEVER = np.iinfo(np.int64).max
 
 
-@dataclass(frozen=True)
-class Missed:
+class Missed(NamedTuple):
     """How many first encounters there are, and how many of them a method misses.
 
     Attributes:
@@ -63,24 +62,6 @@ class Missed:
     passed: int
     unseen: int
 
-    @property
-    def share(self) -> float:
-        """The share that is missed; NaN without encounters."""
-        return self.missed / self.encounters if self.encounters else math.nan
-
-    @property
-    def error(self) -> float:
-        """The standard error of the share, encounters taken as independent."""
-        return math.sqrt(self.share * (1.0 - self.share) / self.encounters) if self.encounters else math.nan
-
-    def __add__(self, other: Missed) -> Missed:
-        return Missed(
-            self.encounters + other.encounters,
-            self.missed + other.missed,
-            self.passed + other.passed,
-            self.unseen + other.unseen,
-        )
-
 
 def first_encounters(contacts: npt.NDArray[np.void], bodies: int) -> npt.NDArray[np.int64]:
     """Returns which contacts (their numbers) are first encounters of two discs.
@@ -88,61 +69,44 @@ def first_encounters(contacts: npt.NDArray[np.void], bodies: int) -> npt.NDArray
     ``contacts`` has fields ``a`` and ``b`` (negative for walls), and is in the order of time; ``bodies`` is
     how many there are.
     """
-    first = _first(np.arange(len(contacts)), contacts, bodies)
-    number = np.arange(len(contacts))
-    pairs = contacts["b"] >= 0
-    other = np.where(pairs, contacts["b"], contacts["a"])
-    return np.flatnonzero(pairs & (first[contacts["a"]] == number) & (first[other] == number))
+    return np.flatnonzero(_first_of_both(contacts, bodies, np.arange(len(contacts))))
 
 
-def missed_of(
-    pairs: npt.NDArray[np.integer[Any]],
-    bodies: int,
-    contacts: npt.NDArray[np.void],
-    step: npt.NDArray[np.int64],
-    overlaps: npt.NDArray[np.void],
-) -> Missed:
-    """Returns how many of the first encounters ``pairs``, (k, 2), a method misses.
+def _first_of_both(
+    contacts: npt.NDArray[np.void], bodies: int, step: npt.NDArray[np.int64]
+) -> npt.NDArray[np.bool_]:
+    """Returns which contacts are of two discs, and at the step of the first contact of either."""
+    discs = contacts["b"] >= 0
+    other = np.where(discs, contacts["b"], contacts["a"])
+    first = np.full(bodies, _NEVER)
+    for body in (contacts["a"], other):
+        np.minimum.at(first, body, step)
+    both: npt.NDArray[np.bool_] = discs & (first[contacts["a"]] == step) & (first[other] == step)
+    return both
 
-    ``contacts`` are those that it acts on, each found at ``step``; ``overlaps`` all that it sees.
-    """
-    return Missed(
-        encounters=len(pairs),
-        missed=int((~found(pairs, contacts, bodies, step)).sum()),
-        passed=int((~found(pairs, contacts, bodies)).sum()),
-        unseen=int((~found(pairs, overlaps, bodies)).sum()),
+
+def missed_of(pairs: npt.NDArray[np.integer[Any]], bodies: int, overlaps: npt.NDArray[np.void]) -> Missed:
+    """Returns how many of the first encounters ``pairs``, (k, 2), a run with these overlaps misses."""
+    contacts = overlaps[overlaps["acted"]]
+    there = (
+        found(pairs, contacts, bodies, first=True),
+        found(pairs, contacts, bodies),
+        found(pairs, overlaps, bodies),
     )
+    return Missed(len(pairs), *(len(pairs) - int(each.sum()) for each in there))
 
 
 def found(
-    pairs: npt.NDArray[np.integer[Any]],
-    contacts: npt.NDArray[np.void],
-    bodies: int,
-    step: npt.NDArray[np.int64] | None = None,
+    pairs: npt.NDArray[np.integer[Any]], contacts: npt.NDArray[np.void], bodies: int, *, first: bool = False
 ) -> npt.NDArray[np.bool_]:
-    """Returns which of the ``pairs``, (k, 2), are among the contacts, (k,).
+    """Returns which of the ``pairs``, (k, 2), are among the contacts (dtype STEPPED), (k,).
 
-    ``contacts`` has fields ``a`` and ``b``. Where ``step`` says at which snapshot each was found, only those
-    contacts count that are the first of both discs.
+    With ``first``, only those contacts count that are the first of both discs.
     """
-    discs = contacts["b"] >= 0
+    discs = _first_of_both(contacts, bodies, contacts["step"]) if first else contacts["b"] >= 0
     a, b = contacts["a"][discs].astype(np.int64), contacts["b"][discs].astype(np.int64)
-    if step is not None:
-        first = _first(step, contacts, bodies)
-        when = step[discs]
-        as_first = (first[a] == when) & (first[b] == when)
-        a, b = a[as_first], b[as_first]
     wanted = np.sort(np.asarray(pairs, dtype=np.int64).reshape(-1, 2), axis=1)
     return np.isin(wanted[:, 0] * bodies + wanted[:, 1], np.minimum(a, b) * bodies + np.maximum(a, b))
-
-
-def _first(step: npt.NDArray[np.int64], contacts: npt.NDArray[np.void], bodies: int) -> npt.NDArray[np.int64]:
-    """Returns at which step each body has its first contact."""
-    first = np.full(bodies, _NEVER)
-    np.minimum.at(first, contacts["a"], step)
-    discs = contacts["b"] >= 0
-    np.minimum.at(first, contacts["b"][discs], step[discs])
-    return first
 
 
 @dataclass(frozen=True)
@@ -182,19 +146,6 @@ class ReferenceRun(NamedTuple):
     last: float
 
 
-class Observation(NamedTuple):
-    """What a run found: contacts, with the snapshot of each, or its place in the order; all overlaps; and
-    readings."""
-
-    contacts: npt.NDArray[np.void]
-    order: npt.NDArray[np.int64]
-    overlaps: npt.NDArray[np.void]
-    deepest: float
-    depth_median: float | None
-    energy_drift: float
-    events: int | None
-
-
 @dataclass(frozen=True)
 class Method:
     """A way to simulate: a broad phase, snapshots, or an engine; the latter two with a step ``dt``."""
@@ -203,35 +154,37 @@ class Method:
     name: str
     dt: float | None = None
 
-    def cost(self, scene: kt.Scene) -> float:
-        """Returns the CPU seconds of a unit of simulated time."""
-        if self.kind != "kinetic":
-            return self._stepped(scene, scene.start + UNTIL, "not").cpu_seconds / UNTIL
-        simulation = kt.Simulation(scene, self.name, keep_contacts=False)
-        simulation.compile()
-        simulation.run(scene.start + UNTIL)
-        return simulation.readings.cpu_seconds / UNTIL
-
-    def observe(self, scene: kt.Scene, until: float, watched: Watched = "depths") -> Observation:
-        """Returns what the method finds until a time."""
-        if self.kind != "kinetic":
-            run = self._stepped(scene, until, watched)
-            contacts, order = run.contacts, run.contacts["step"]
-            return Observation(
-                contacts, order, run.overlaps, run.deepest, run.median_depth, run.energy_drift, None
-            )
-        simulation = kt.Simulation(scene, self.name)
-        simulation.run(until)
-        contacts, readings = simulation.contacts, simulation.readings
-        order = np.arange(len(contacts))
-        found = readings.deepest_overlap, None, readings.energy_drift, readings.events
-        return Observation(contacts, order, contacts, *found)
-
-    def _stepped(self, scene: kt.Scene, until: float, watched: Watched) -> SteppedRun:
+    def run(self, scene: kt.Scene, until: float, watched: Watched) -> SteppedRun:
+        """Runs a scene to a time; the steps of a kinetic method are its events."""
         name: Any = self.name
         if self.kind == "engine":
             return run_engine(name, scene, self.dt or 0.0, until, watched=watched)
-        return run_snapshots(scene, self.dt or 0.0, until, finder=name, parting=watched != "not")
+        if self.kind == "snapshots":
+            return run_snapshots(scene, self.dt or 0.0, until, finder=name, parting=watched != "not")
+        simulation = kt.Simulation(scene, name, keep_contacts=watched != "not")
+        simulation.compile()
+        simulation.run(until)
+        overlaps = np.empty(0, STEPPED)
+        if watched != "not":
+            contacts = simulation.contacts
+            overlaps = np.zeros(len(contacts), STEPPED)
+            overlaps["step"], overlaps["acted"] = np.arange(len(contacts)), True
+            overlaps["a"], overlaps["b"] = contacts["a"], contacts["b"]
+        now = simulation.readings
+        return SteppedRun(
+            dt=0.0,
+            steps=now.events,
+            position=simulation.positions(),
+            velocity=simulation.velocities(),
+            overlaps=overlaps,
+            deepest=now.deepest_overlap,
+            energy_drift=now.energy_drift,
+            cpu_seconds=now.cpu_seconds,
+        )
+
+    def cost(self, scene: kt.Scene) -> float:
+        """Returns the CPU seconds of a unit of simulated time."""
+        return self.run(scene, scene.start + UNTIL, "not").cpu_seconds / UNTIL
 
 
 def measure_rows(
@@ -251,11 +204,11 @@ def measure_rows(
     scenes = [kt.make_scene("grid", bodies=bodies, density=density, seed=seed + 1) for seed in range(seeds)]
     total = seeds + len(methods)
     progress(0, total)
-    observed: list[list[Observation]] = [[] for _ in methods]
+    observed: list[list[SteppedRun]] = [[] for _ in methods]
     costs: list[list[float]] = [[] for _ in methods]
     for k, scene in enumerate(scenes):
         for found_by, method in zip(observed, methods, strict=True):
-            found_by.append(method.observe(scene, scene.start + UNTIL))
+            found_by.append(method.run(scene, scene.start + UNTIL, "depths"))
         for cost_of, cost in zip(costs, _costs(methods, scene), strict=True):
             cost_of.append(cost)
         progress(k + 1, total)
@@ -287,11 +240,11 @@ def reference_runs(bodies: int, density: float, encounters: int) -> list[Referen
 
 def _missed(method: Method, known: Sequence[ReferenceRun]) -> Missed:
     """Returns how many first encounters a method misses."""
-    total = Missed(0, 0, 0, 0)
+    counts = []
     for scene, pairs, last in known:
-        run = method.observe(scene, last + 2.0 * (method.dt or 0.0), "contacts")
-        total += missed_of(pairs, len(scene), run.contacts, run.order, run.overlaps)
-    return total
+        run = method.run(scene, last + 2.0 * (method.dt or 0.0), "contacts")
+        counts.append(missed_of(pairs, len(scene), run.overlaps))
+    return Missed(*map(sum, zip(*counts, strict=True)))
 
 
 def _costs(methods: Sequence[Method], scene: kt.Scene) -> list[float]:
@@ -324,12 +277,12 @@ def _row(
     density: float,
     method: Method,
     costs: Sequence[float],
-    observed: Sequence[Observation],
+    observed: Sequence[SteppedRun],
     missed: Missed,
 ) -> SpeedError:
-    deepest = [observe.deepest for observe in observed]
-    events = [observe.events for observe in observed if observe.events is not None]
-    medians = [observe.depth_median for observe in observed if observe.depth_median is not None]
+    deepest = [run.deepest for run in observed]
+    share = missed.missed / missed.encounters
+    kinetic = method.kind == "kinetic"
     return SpeedError(
         bodies=bodies,
         density=density,
@@ -342,14 +295,11 @@ def _row(
         deepest=statistics.median(deepest),
         deepest_low=min(deepest),
         deepest_high=max(deepest),
-        depth_median=statistics.median(medians) if medians else None,
-        energy_drift=max(observe.energy_drift for observe in observed),
-        contacts=statistics.mean(float((observe.contacts["b"] >= 0).sum()) for observe in observed) / UNTIL,
-        events=statistics.mean(events) / UNTIL if events else None,
-        encounters=missed.encounters,
-        missed=missed.missed,
-        passed=missed.passed,
-        unseen=missed.unseen,
-        missed_share=missed.share,
-        missed_error=missed.error,
+        depth_median=None if kinetic else statistics.median(run.median_depth for run in observed),
+        energy_drift=max(run.energy_drift for run in observed),
+        contacts=statistics.mean(float((run.contacts["b"] >= 0).sum()) for run in observed) / UNTIL,
+        events=statistics.mean(run.steps for run in observed) / UNTIL if kinetic else None,
+        **missed._asdict(),
+        missed_share=share,
+        missed_error=math.sqrt(share * (1.0 - share) / missed.encounters),
     )

@@ -163,6 +163,20 @@ def _cells(s: Bodies, step: int, parting: bool, width: float, columns: int, rows
         s.head[row * columns + column] = i
 
 
+@hook
+def _reflect(s: Bodies, i: int, step: int, place: Any, speed: Any, side: float, low: int, high: int) -> None:
+    """Puts a row that went through a wall of an axis back to where the reflection has it."""
+    radius = s.radius[i]
+    if place[i] < radius and speed[i] < 0.0:
+        _write(s, step, s.body[i], low, True, 1.0 - place[i] / radius)
+        place[i] = 2.0 * radius - place[i]
+        speed[i] = -speed[i]
+    elif place[i] > side - radius and speed[i] > 0.0:
+        _write(s, step, s.body[i], high, True, 1.0 - (side - place[i]) / radius)
+        place[i] = 2.0 * (side - radius) - place[i]
+        speed[i] = -speed[i]
+
+
 find: Callable[..., None] = to_be_filled_in
 WALLED = True
 
@@ -185,23 +199,8 @@ def _run(
             s.y[i] += s.vy[i] * dt
         if WALLED:
             for i in range(len(s.x)):
-                radius = s.radius[i]
-                if s.x[i] < radius and s.vx[i] < 0.0:
-                    _write(s, step, s.body[i], LEFT, True, 1.0 - s.x[i] / radius)
-                    s.x[i] = 2.0 * radius - s.x[i]
-                    s.vx[i] = -s.vx[i]
-                elif s.x[i] > sides[0] - radius and s.vx[i] > 0.0:
-                    _write(s, step, s.body[i], RIGHT, True, 1.0 - (sides[0] - s.x[i]) / radius)
-                    s.x[i] = 2.0 * (sides[0] - radius) - s.x[i]
-                    s.vx[i] = -s.vx[i]
-                if s.y[i] < radius and s.vy[i] < 0.0:
-                    _write(s, step, s.body[i], BOTTOM, True, 1.0 - s.y[i] / radius)
-                    s.y[i] = 2.0 * radius - s.y[i]
-                    s.vy[i] = -s.vy[i]
-                elif s.y[i] > sides[1] - radius and s.vy[i] > 0.0:
-                    _write(s, step, s.body[i], TOP, True, 1.0 - (sides[1] - s.y[i]) / radius)
-                    s.y[i] = 2.0 * (sides[1] - radius) - s.y[i]
-                    s.vy[i] = -s.vy[i]
+                _reflect(s, i, step, s.x, s.vx, sides[0], LEFT, RIGHT)
+                _reflect(s, i, step, s.y, s.vy, sides[1], BOTTOM, TOP)
         for i in range(len(s.x)):
             s.left[i] = s.x[i] - s.radius[i]
         find(s, step, parting, cell, columns, rows)
@@ -312,8 +311,6 @@ def run_snapshots(
     velocity = np.column_stack([bodies.vx, bodies.vy])[order]
     overlaps = np.array(bodies.log[:room])
     depths = overlaps["depth"][overlaps["b"] >= 0]
-    before = kinetic_energy(scene.mass, scene.velocity)
-    after = kinetic_energy(scene.mass, velocity)
     return SteppedRun(
         dt=dt,
         steps=steps,
@@ -321,7 +318,7 @@ def run_snapshots(
         velocity=velocity,
         overlaps=overlaps,
         deepest=float(depths.max(initial=0.0)),
-        energy_drift=abs(after - before) / before if before > 0.0 else 0.0,
+        energy_drift=energy_drift(scene, velocity),
         cpu_seconds=cpu_seconds,
     )
 
@@ -342,6 +339,12 @@ def steps_until(scene: Scene, dt: float, until: float) -> int:
 def kinetic_energy(mass: Floats, velocity: Floats) -> float:
     """Returns the kinetic energy of bodies, summed exactly; ``mass`` is (n,), ``velocity`` (n, 2)."""
     return 0.5 * math.fsum(np.asarray(mass * (velocity[:, 0] ** 2 + velocity[:, 1] ** 2)))
+
+
+def energy_drift(scene: Scene, velocity: Floats) -> float:
+    """Returns the relative change of a scene's kinetic energy with these velocities; 0 where it has none."""
+    before = kinetic_energy(scene.mass, scene.velocity)
+    return abs(kinetic_energy(scene.mass, velocity) - before) / before if before > 0.0 else 0.0
 
 
 def deepest_overlap(position: Floats, radius: Floats) -> float:

@@ -69,10 +69,7 @@ def events(
         fractions = read_numbers(densities, float, "--densities")
         with _rows_in(results) as folder:
             study = events_study(folder, chosen, sizes, fractions, seconds=seconds, repeats=repeats)
-            with _run(study):
-                found = read_events(study)
-                if found.rows:
-                    _print(found, json, csv)
+            _run(study, read_events, lambda found: _print(found, json, csv))
 
 
 def growth(
@@ -101,10 +98,7 @@ def growth(
             raise BadOption(f"--phases names {len(chosen)} phases; expected one, whose growth is measured")
         with _rows_in(results) as folder:
             study = growth_study(folder, chosen[0], sizes, density, seconds=seconds, repeats=repeats)
-            with _run(study):
-                found = read_growth(study)
-                if found.rows:
-                    _print(found, json, csv)
+            _run(study, read_growth, lambda found: _print(found, json, csv))
 
 
 def thesis(
@@ -136,10 +130,11 @@ def thesis(
                 except MissingExtra as error:
                     notice(f"kinetile: {error}; everything else is done without it")
             study = thesis_study(folder, chosen, seeds=seeds, until=until, seconds=seconds, repeats=repeats)
-            with _run(study):
-                found = read_bench(study)
-                if found.cells:
-                    _print_thesis(found, [] if results is None else _write(study, results), json, csv)
+
+            def show(found: ThesisBench) -> None:
+                _print_thesis(found, [] if results is None else _write(study, results), json, csv)
+
+            _run(study, read_bench, show)
 
 
 def frames(
@@ -161,27 +156,25 @@ def frames(
 
     Exit code 1 unless all phases give the same contacts.
     """
-    from kinetile_bench.frames import FrameBench, Play, bench_frames
+    from kinetile_bench.frames import Play, bench_frames
     from kinetile_bench.growth import square_at_least
 
-    done: list[FrameBench] = []
+    found = None
     with exit_codes(), Bar("playing") as bar:
         chosen = some_phases(phases)
         play = Play(square_at_least(bodies), density, speed, turned=turned, exchanged=exchanged)
+
+        def progress(at: int, total: int) -> None:
+            bar.show(at / total, f"{at:,} of {total:,} frames")
+
         try:
-            bench_frames(
-                chosen,
-                frames,
-                play,
-                start=_make_ready,
-                finish=done.append,
-                progress=lambda at, total: bar.show(at / total, f"{at:,} of {total:,} frames"),
-            )
+            for each in bench_frames(chosen, frames, play, start=make_ready, progress=progress):
+                found = each
         finally:  # a signal does not discard finished measurements
             bar.close()
-            if done:
-                _print(done[-1], json, csv)
-    if not done[-1].identical:
+            if found is not None:
+                _print(found, json, csv)
+    if found is not None and not found.identical:
         raise typer.Exit(DIFFERENT)
 
 
@@ -203,18 +196,10 @@ def scene(
     """
     from kinetile_bench.user_scene import bench_scene
 
-    def measure(of_scene: Scene, chosen: Any, bar: Bar) -> Any:
-        return bench_scene(
-            of_scene,
-            chosen,
-            until_or_default(of_scene, until, max_contacts),
-            max_contacts=max_contacts,
-            narrow_phases=narrow_choice(narrow_phase),
-            repeats=repeats,
-            seconds=seconds,
-            start=_make_ready,
-            progress=bar.count,
-        )
+    def measure(of_scene: Scene, chosen: Any, **how: Any) -> Any:
+        end_ = until_or_default(of_scene, until, max_contacts)
+        how |= {"max_contacts": max_contacts, "narrow_phases": narrow_choice(narrow_phase)}
+        return bench_scene(of_scene, chosen, end_, repeats=repeats, seconds=seconds, **how)
 
     _on_scene(scene, parameters, phases, measure, json, csv)
 
@@ -235,9 +220,8 @@ def choose(
     """
     from kinetile_bench import user_scene
 
-    def measure(of_scene: Scene, chosen: Any, bar: Bar) -> Any:
-        how: dict[str, Any] = {"until": until, "seconds": seconds, "repeats": repeats}
-        return user_scene.choose(of_scene, chosen, **how, start=_make_ready, progress=bar.count)
+    def measure(of_scene: Scene, chosen: Any, **how: Any) -> Any:
+        return user_scene.choose(of_scene, chosen, until=until, seconds=seconds, repeats=repeats, **how)
 
     _on_scene(scene, parameters, phases, measure, json, csv, rows="candidates")
 
@@ -246,7 +230,7 @@ def _on_scene(
     name: str,
     parameters: list[str] | None,
     phases: str | None,
-    measure: Callable[[Scene, Any, Bar], Any],
+    measure: Callable[..., Any],
     json: bool,
     csv: bool,
     rows: str = "rows",
@@ -255,14 +239,10 @@ def _on_scene(
     with exit_codes(), Bar("measuring") as bar:
         chosen = None if phases is None else some_phases(phases)
         scene = find_scene(name, parameters)
-        found = measure(scene, chosen, bar)
+        found = measure(scene, chosen, start=make_ready, progress=bar.count)
     _print(found, json, csv, of_scene=scene_summary(scene), rows=rows)
     if not found.identical:
         raise typer.Exit(DIFFERENT)
-
-
-def _make_ready(label: str, simulation: Any) -> None:
-    make_ready(simulation)
 
 
 def _print(
@@ -288,12 +268,12 @@ def _rows_in(results: Path | None) -> Iterator[Path]:
         yield Path(folder)
 
 
-@contextmanager
-def _run(study: Study) -> Iterator[None]:
-    """Runs a study, one task at a time; what is done within this context comes before the errors and the
-    exit code of the command."""
+def _run(study: Study, read: Callable[[Study], Any], show: Callable[[Any], None]) -> None:
+    """Runs a study, one task at a time; shows its results before the errors and the exit code."""
     status, number = run_with_bar(study, quiet_core=True)
-    yield
+    found = read(study)
+    if found.rows:
+        show(found)
     rows = study.rows().select(["phase", "status", "error"]).to_pylist()
     for phase, end_, error in dict.fromkeys(tuple(row.values()) for row in rows if row["status"] != "done"):
         notice(f"kinetile: {phase}: {end_}: {error}")
@@ -321,7 +301,7 @@ def _print_thesis(bench: ThesisBench, written: list[Path], json: bool, csv: bool
     scenes, fits, found = summaries(bench), exponents(bench), statements(bench)
     result: dict[str, Any] = {"conditions": dict(bench.conditions), "scenes": scenes, "exponents": fits}
     result["statements"] = [statement.as_dict() for statement in found]
-    result |= {"cells": [vars(cell) for cell in bench.cells], "files": written}
+    result |= {"cells": [vars(cell) for cell in bench.rows], "files": written}
     if not printed(result, result["cells"], json=json, csv=csv):
         from kinetile.cli.output import show
         from kinetile_bench.cli.tables import thesis_parts

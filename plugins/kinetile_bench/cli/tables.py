@@ -154,19 +154,17 @@ def _scene(bench: SceneBench) -> list[Any]:
 @printed_parts.register
 def _choice(chosen: Chosen) -> list[Any]:
     """The results of the candidates, the fastest first, and the recommendation."""
-    candidates = {each.row.phase: each for each in chosen.candidates}
-    rows = [each.row for each in chosen.candidates]
     table = _table(
-        rows,
+        chosen.candidates,
         ("broad phase", lambda row: row.phase),
         *_SPEED,
-        ("> arrays\nKB", lambda row: _or_dash(candidates[row.phase].memory, ",.0f", 1 / 1024)),
-        ("", lambda row: _remark(candidates[row.phase])),
+        ("> arrays\nKB", lambda row: _or_dash(row.memory, ",.0f", 1 / 1024)),
+        ("", _remark),
     )
     where = chosen.conditions
     return [
         table,
-        *(f"{row.phase}: {row.ended_by}" for row in rows if row.ended_by),
+        *(f"{row.phase}: {row.ended_by}" for row in chosen.candidates if row.ended_by),
         f"{where['processor']}; the first {where['max_contacts']:,} contacts, medians of {where['repeats']} "
         "runs each, compiling and set-up apart",
         "the same contacts under all phases that ran" if chosen.identical else _DIFFERENT,
@@ -177,7 +175,7 @@ def _choice(chosen: Chosen) -> list[Any]:
 def _remark(candidate: Any) -> str:
     if candidate.memory is None:
         return "refuses"
-    return "slow from the beginning" if candidate.hopeless else _kind(candidate.row.ended_by)
+    return "slow from the beginning" if candidate.hopeless else _kind(candidate.ended_by)
 
 
 def _kind(error: str | None) -> str:

@@ -19,7 +19,8 @@ import statistics
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from functools import cached_property
+from typing import Any, NamedTuple
 
 from kinetile.plugin.choices import write_phase
 from kinetile_accuracy.environment import environment
@@ -113,43 +114,74 @@ class Cell:
         return max(self.cpu_seconds) / min(self.cpu_seconds)
 
 
+class ThesisScene(NamedTuple):
+    """A scene of the benchmark, with all seeds."""
+
+    density: float
+    bodies: int
+
+    def __str__(self) -> str:
+        return f"{plain(self.density)}/{self.bodies}"
+
+
+def plain(density: float) -> str:
+    """Returns a density as the thesis's readers write it: .5."""
+    return f"{density:g}".removeprefix("0")
+
+
 @dataclass(frozen=True)
 class ThesisBench(Measured):
     """All cells, and where and with what they were measured."""
 
-    cells: tuple[Cell, ...]
+    rows: tuple[Cell, ...]
     conditions: Mapping[str, Any]
 
-    @property
-    def rows(self) -> tuple[Cell, ...]:
-        """The cells."""
-        return self.cells
-
-    @property
+    @cached_property
     def densities(self) -> tuple[float, ...]:
         """The densities, highest first."""
-        return tuple(sorted({cell.density for cell in self.cells}, reverse=True))
+        return tuple(sorted({cell.density for cell in self.rows}, reverse=True))
 
-    @property
+    @cached_property
     def bodies(self) -> tuple[int, ...]:
         """The numbers of discs, smallest first."""
-        return tuple(sorted({cell.bodies for cell in self.cells}))
+        return tuple(sorted({cell.bodies for cell in self.rows}))
 
-    @property
+    @cached_property
     def phases(self) -> tuple[str, ...]:
         """The broad phases in the order in which they ran."""
-        return tuple(dict.fromkeys(cell.phase for cell in self.cells))
+        return tuple(dict.fromkeys(cell.phase for cell in self.rows))
 
     @property
     def unrest(self) -> float:
         """The cells' unrest, the median of all."""
-        return statistics.median(cell.unrest for cell in self.cells)
+        return statistics.median(cell.unrest for cell in self.rows)
 
-    def of(self, density: float, bodies: int, phase: str) -> tuple[Cell, ...]:
+    @cached_property
+    def _cells(self) -> dict[tuple[float, int, str], dict[int, Cell]]:
+        found: dict[tuple[float, int, str], dict[int, Cell]] = {}
+        for cell in sorted(self.rows, key=lambda cell: cell.seed):
+            found.setdefault((cell.density, cell.bodies, cell.phase), {})[cell.seed] = cell
+        return found
+
+    def of(self, scene: ThesisScene, phase: str) -> tuple[Cell, ...]:
         """Returns the cells of one scene and phase, one for each seed that was run."""
-        wanted = (density, bodies, phase)
-        found = [cell for cell in self.cells if (cell.density, cell.bodies, cell.phase) == wanted]
-        return tuple(sorted(found, key=lambda cell: cell.seed))
+        return tuple(self._cells.get((*scene, phase), {}).values())
+
+    def scenes(self, *phases: str) -> list[ThesisScene]:
+        """Returns the scenes that all these phases have run, by density from the highest, then by size."""
+        every = [ThesisScene(density, n) for density in self.densities for n in self.bodies]
+        return [scene for scene in every if all(self.of(scene, phase) for phase in phases)]
+
+    def seed_by_seed(self, scene: ThesisScene, phases: Sequence[str]) -> list[list[Cell]]:
+        """Returns the cells of the phases on a scene, one list for each seed that all of them have run."""
+        found = [self._cells[(*scene, phase)] for phase in phases]
+        return [
+            [cells[seed] for cells in found] for seed in found[0] if all(seed in cells for cells in found)
+        ]
+
+    def mean(self, scene: ThesisScene, phase: str, quantity: str) -> float:
+        """Returns the mean of an attribute of the cells over the seeds."""
+        return statistics.fmean(getattr(cell, quantity) for cell in self.of(scene, phase))
 
 
 def thesis_study(
@@ -191,12 +223,12 @@ def read_bench(study: Study) -> ThesisBench:
         if row["status"] == "done":
             cells.setdefault((row["density"], row["bodies"], row["seed"], row["phase"]), []).append(row)
     plan = study.plan
-    whole = [rows for rows in cells.values() if len(rows) == plan.repeats]
+    whole = [rows for rows in cells.values() if len(rows) == plan.file.repeats]
     conditions = {
         "seeds": len({each["seed"] for each in plan.scenes[0].combinations}),
         "until": plan.scenes[0].until,
-        "seconds": plan.seconds,
-        "repeats": plan.repeats,
+        "seconds": plan.file.seconds,
+        "repeats": plan.file.repeats,
     }
     return ThesisBench(tuple(map(_cell, whole)), environment() | conditions)
 
@@ -205,19 +237,16 @@ def _cell(rounds: Sequence[Mapping[str, Any]]) -> Cell:
     """Returns what the rows of one scene under one phase come to; counts are the same in all of them."""
     row = rounds[0]
     least = time.get_clock_info("process_time").resolution
+    same = (
+        *("density", "bodies", "seed", "phase", "until", "contacts_disc", "contacts_wall", "queue_max"),
+        *("pairs_mean", "pairs_of_one_body", "pair_changes", "fingerprint"),
+    )
     return Cell(
-        **{name: row[name] for name in ("density", "bodies", "seed", "phase", "until")},
+        **{name: row[name] for name in same},
         cpu_seconds=tuple(max(each["cpu_seconds"], least) for each in rounds),
-        contacts_disc=row["contacts_disc"],
-        contacts_wall=row["contacts_wall"],
         bound_events=row["structural_events"],
         certificates_updated=row["certificates_updated"] - row["construction_updated"],
         partners_asked=row["partners_asked"] - row["construction_asked"],
         contacts_computed=row["contacts_computed"] - row["construction_computed"],
-        queue_max=row["queue_max"],
-        pairs_mean=row["pairs_mean"],
         pairs_max=row["pairs_most"],
-        pairs_of_one_body=row["pairs_of_one_body"],
-        pair_changes=row["pair_changes"],
-        fingerprint=row["fingerprint"],
     )

@@ -20,8 +20,7 @@ from enum import Enum
 from typing import NamedTuple
 
 from kinetile_bench.results import fit_exponent
-from kinetile_bench.thesis import Cell, ThesisBench
-from kinetile_bench.thesis.measures import Fit, fits
+from kinetile_bench.thesis import Cell, ThesisBench, ThesisScene
 
 QUIET = 1.05
 """Unrest up to which the machine counts as quiet, and the ratio that is level then."""
@@ -83,14 +82,6 @@ class Evidence(NamedTuple):
         return "{:.3g} ({:.3g}-{:.3g})".format(*map(math.exp, self.span))
 
 
-class StatementPart(NamedTuple):
-    """A part of a statement: what it says, whether that holds, and the numbers that decide it."""
-
-    text: str
-    answer: Answer
-    numbers: str
-
-
 def by_count(holds: bool) -> Answer:
     """Returns the answer of counts, which are the same on every machine."""
     return Answer.YES if holds else Answer.NO
@@ -114,105 +105,8 @@ def more_than_half(answers: Sequence[Answer]) -> Answer:
     return all_of(answer for answer in answers if answer not in (Answer.YES, Answer.NO))
 
 
-NAIVE, SAP, SAP2, TILING = "naive", "sap-1d", "sap-2d", "sweep-tiling"
-THREE = (NAIVE, SAP, TILING)
-"""The phases of the thesis's figures."""
-
-SHORT = {NAIVE: "naive", SAP: "sap", SAP2: "sap-2d", TILING: "tiling"}
-
-
 Times = Callable[[Cell], Sequence[float]]
 """A time that is taken from a cell, round by round."""
-
-
-class ThesisScene(NamedTuple):
-    """A scene of the benchmark, with all seeds."""
-
-    density: float
-    bodies: int
-
-    def __str__(self) -> str:
-        return f"{plain(self.density)}/{self.bodies}"
-
-
-class Facts:
-    """The cells of a run, by scene and phase."""
-
-    def __init__(self, bench: ThesisBench) -> None:
-        self.bench = bench
-        self._cells: dict[tuple[float, int, str], dict[int, Cell]] = {}
-        for cell in bench.cells:
-            of_seeds = self._cells.setdefault((cell.density, cell.bodies, cell.phase), {})
-            of_seeds[cell.seed] = cell
-
-    def cases(self, *phases: str) -> list[ThesisScene]:
-        """Returns the scenes that all these phases have run, by density from the highest, then by size."""
-        return [
-            ThesisScene(density, n)
-            for density in self.bench.densities
-            for n in self.bench.bodies
-            if all((density, n, phase) in self._cells for phase in phases)
-        ]
-
-    def mean(self, case: ThesisScene, phase: str, count: str) -> float:
-        """Returns the mean of a count over the seeds."""
-        return statistics.fmean([getattr(cell, count) for cell in self._cells[(*case, phase)].values()])
-
-    def count_ratio(self, case: ThesisScene, one: str, two: str, count: str) -> float:
-        """Returns how many times a count under one phase is that under another, the median over the seeds."""
-        pairs = [
-            (getattr(first, count), getattr(second, count))
-            for first, second in self.seed_by_seed(case, (one, two))
-        ]
-        return statistics.median([a / b if b else 1.0 for a, b in pairs] or [1.0])
-
-    def ratio(self, case: ThesisScene, one: str, two: str, times: Times) -> Evidence:
-        """Returns how many times as long one phase takes as another, seed by seed and round by round."""
-        pairs = self.seed_by_seed(case, (one, two))
-        logs = [
-            math.log(a / b)
-            for first, second in pairs
-            for a, b in zip(times(first), times(second), strict=True)
-        ]
-        return Evidence(tuple(logs), _unrest(pairs))
-
-    def growth(self, density: float, one: str, two: str) -> Evidence:
-        """Returns how many times as much one phase's time grows as another's, from few discs to many.
-
-        That is the difference of their fitted exponents, as a ratio.
-        """
-        sizes = [case.bodies for case in self.cases(one, two) if case.density == density]
-        scenes = [self.seed_by_seed(ThesisScene(density, n), (one, two)) for n in sizes]
-        seeds = set.intersection(*({first.seed for first, _ in pairs} for pairs in scenes))
-        scenes = [[pair for pair in pairs if pair[0].seed in seeds] for pairs in scenes]
-        reach = self.reach(density)
-        logs = [
-            reach * (fit_exponent(sizes, above) - fit_exponent(sizes, below))
-            for cells in zip(*scenes, strict=True)
-            for above, below in zip(
-                zip(*(costs(first) for first, _ in cells), strict=True),
-                zip(*(costs(second) for _, second in cells), strict=True),
-                strict=True,
-            )
-        ]
-        return Evidence(tuple(logs), max(map(_unrest, scenes)))
-
-    def reach(self, density: float) -> float:
-        """Returns the logarithm of the most discs over the least: what an exponent is multiplied with."""
-        sizes = {n for each, n, _ in self._cells if each == density}
-        return math.log(max(sizes) / min(sizes))
-
-    def seed_by_seed(self, case: ThesisScene, phases: Sequence[str]) -> list[list[Cell]]:
-        """Returns the cells of the phases on a scene, one list for each seed that all of them have run."""
-        found = [self._cells[(*case, phase)] for phase in phases]
-        return [
-            [cells[seed] for cells in found] for seed in found[0] if all(seed in cells for cells in found)
-        ]
-
-    def slope(self, density: float, phase: str) -> Fit | None:
-        """Returns the exponent of the CPU time over all numbers of discs."""
-        found = fits(self.bench, density, phase, "cost")
-        return found[0] if found and found[0].exponent is not None else None
 
 
 def costs(cell: Cell) -> list[float]:
@@ -225,39 +119,44 @@ def costs_of_one(cell: Cell) -> list[float]:
     return [seconds / max(cell.events, 1) for seconds in cell.cpu_seconds]
 
 
+def ratio(bench: ThesisBench, scene: ThesisScene, one: str, two: str, times: Times = costs) -> Evidence:
+    """Returns how many times as long one phase takes as another, seed by seed and round by round."""
+    pairs = bench.seed_by_seed(scene, (one, two))
+    logs = [
+        math.log(a / b) for first, second in pairs for a, b in zip(times(first), times(second), strict=True)
+    ]
+    return Evidence(tuple(logs), _unrest(pairs))
+
+
+def growth(bench: ThesisBench, density: float, one: str, two: str) -> Evidence:
+    """Returns how many times as much one phase's time grows as another's, from few discs to many.
+
+    That is the difference of their fitted exponents, as a ratio.
+    """
+    scenes = [scene for scene in bench.scenes(one, two) if scene.density == density]
+    sizes = [scene.bodies for scene in scenes]
+    found = [bench.seed_by_seed(scene, (one, two)) for scene in scenes]
+    seeds = set.intersection(*({first.seed for first, _ in pairs} for pairs in found))
+    found = [[pair for pair in pairs if pair[0].seed in seeds] for pairs in found]
+
+    def slopes(cells: Iterable[Cell]) -> list[float]:
+        """The exponents of one phase with one seed, round by round."""
+        return [fit_exponent(sizes, times) for times in zip(*map(costs, cells), strict=True)]
+
+    logs = [
+        reach(bench, density) * (above - below)
+        for pairs in zip(*found, strict=True)
+        for above, below in zip(*map(slopes, zip(*pairs, strict=True)), strict=True)
+    ]
+    return Evidence(tuple(logs), max(map(_unrest, found)))
+
+
+def reach(bench: ThesisBench, density: float) -> float:
+    """Returns the logarithm of the most discs over the least: what an exponent is multiplied with."""
+    sizes = {cell.bodies for cell in bench.rows if cell.density == density}
+    return math.log(max(sizes) / min(sizes))
+
+
 def _unrest(pairs: Sequence[Sequence[Cell]]) -> float:
     """Returns the unrest of the phase that was moved most, the median over the seeds."""
-    return max(statistics.median([cells[k].unrest for cells in pairs]) for k in (0, 1))
-
-
-def by_density(cases: Iterable[ThesisScene]) -> list[list[ThesisScene]]:
-    """Returns the cases in groups of one density each."""
-    groups: dict[float, list[ThesisScene]] = {}
-    for case in cases:
-        groups.setdefault(case.density, []).append(case)
-    return list(groups.values())
-
-
-def plain(density: float) -> str:
-    """Returns a density as the thesis's readers write it: .5."""
-    return f"{density:g}".removeprefix("0")
-
-
-def sizes(cases: Sequence[ThesisScene]) -> str:
-    """Returns the numbers of discs of cases."""
-    return ", ".join(str(case.bodies) for case in cases)
-
-
-def most_discs(cases: Sequence[ThesisScene]) -> ThesisScene:
-    """Returns the case with the most discs at the density of the first."""
-    return max((case for case in cases if case.density == cases[0].density), key=lambda case: case.bodies)
-
-
-def listed(found: Iterable[object]) -> str:
-    """Returns things as a list with commas."""
-    return ", ".join(map(str, found))
-
-
-def over(one: str, two: str) -> str:
-    """Returns how a ratio of two phases is written."""
-    return f"{SHORT[one]}/{SHORT[two]}"
+    return max(statistics.median(cells[k].unrest for cells in pairs) for k in (0, 1))

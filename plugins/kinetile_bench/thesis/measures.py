@@ -22,7 +22,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from kinetile_bench.results import fit_exponent
-from kinetile_bench.thesis import Cell, ThesisBench
+from kinetile_bench.thesis import Cell, ThesisBench, ThesisScene
 
 NOT_MEASURED = (
     "responsiveness by kind of event, and its worst case: updates are counted over the whole run",
@@ -31,21 +31,6 @@ NOT_MEASURED = (
     "a certificate for each candidate pair, as in the thesis: there is none; a body looks at its partners",
     "queue operations inside an update",
 )
-
-
-class Spread(NamedTuple):
-    """A median over seeds, and the extremes."""
-
-    median: float
-    low: float
-    high: float
-
-
-class Mean(NamedTuple):
-    """A mean over seeds and its standard error (None where there is one seed)."""
-
-    mean: float
-    error: float | None
 
 
 class Fit(NamedTuple):
@@ -63,47 +48,15 @@ class Fit(NamedTuple):
         return f"{self.exponent:.2f}" + (f" ± {self.error:.2f}" if self.error is not None else "")
 
 
-class Measures(NamedTuple):
-    """The measures of one phase on one scene, means over seeds; ``in_theory`` None where there is no theory.
-
-    Attributes:
-        updates_per_event: new certificates, for one event (responsiveness).
-        updates_in_theory: an upper bound of that, from the numbers of bound events and of new plans.
-        asked_per_contact: candidate checks, for one contact (responsiveness).
-        computed_per_contact: exact solves, for one contact (responsiveness).
-        bound_per_contact: bound events for one contact of discs or with a wall (efficiency).
-        bound_per_pair_change: bound events for one candidate pair that comes or goes (efficiency).
-        pair_change_in_theory: 2 for sap-1d, since every other swap is of two left or two right bounds.
-        queue_per_body: the most bodies queued, over n (compactness); at most 1, by construction.
-        pairs_per_body: candidate pairs that a body is in, on average (locality).
-        pairs_of_one_body: the most at one of the moments at which pairs were counted.
-        pairs_in_theory: the mean: n-1, 4rn for sap-1d, below 6 for sweep-tiling.
-    """
-
-    updates_per_event: float | None
-    updates_in_theory: float | None
-    asked_per_contact: float | None
-    computed_per_contact: float | None
-    bound_per_contact: float | None
-    bound_per_pair_change: float | None
-    pair_change_in_theory: float | None
-    queue_per_body: float
-    pairs_per_body: float
-    pairs_of_one_body: int
-    pairs_in_theory: float | None
-
-
-def spread(values: Sequence[float]) -> Spread:
+def spread(values: Sequence[float]) -> dict[str, float]:
     """Returns median and extremes."""
-    return Spread(statistics.median(values), min(values), max(values))
+    return {"median": statistics.median(values), "low": min(values), "high": max(values)}
 
 
-def mean(values: Sequence[float]) -> Mean:
-    """Returns mean and standard error."""
-    several = len(values) > 1
-    return Mean(
-        statistics.fmean(values), statistics.stdev(values) / math.sqrt(len(values)) if several else None
-    )
+def mean(values: Sequence[float]) -> dict[str, float | None]:
+    """Returns the mean and its standard error, None where there is one value."""
+    error = statistics.stdev(values) / math.sqrt(len(values)) if len(values) > 1 else None
+    return {"mean": statistics.fmean(values), "error": error}
 
 
 def ranges(bodies: Sequence[int]) -> list[tuple[int, ...]]:
@@ -117,11 +70,11 @@ def fits(bench: ThesisBench, density: float, phase: str, quantity: str) -> tuple
     for bodies in ranges(bench.bodies):
         by_seed: dict[int, list[float]] = {}
         for n in bodies:
-            for cell in bench.of(density, n, phase):
+            for cell in bench.of(ThesisScene(density, n), phase):
                 by_seed.setdefault(cell.seed, []).append(getattr(cell, quantity))
         whole = [values for values in by_seed.values() if len(values) == len(bodies) and min(values) > 0.0]
         slopes = [fit_exponent(bodies, values) for values in whole]
-        exponent, error = mean(slopes) if slopes else (None, None)
+        exponent, error = mean(slopes).values() if slopes else (None, None)
         found.append(Fit(bodies[0], bodies[-1], exponent, error))
     return tuple(found)
 
@@ -147,17 +100,19 @@ def bound_events_in_theory(phase: str, density: float, bodies: int) -> float | N
     return known.get(_name(phase))
 
 
-def measures(cells: Sequence[Cell]) -> Measures:
-    """Returns the four measures of the cells of one phase on one scene."""
+def measures(cells: Sequence[Cell]) -> dict[str, float | None]:
+    """Returns the four measures of one phase on one scene, means over seeds.
+
+    A value is None where nothing was counted, or where there is no theory.
+    """
     first = cells[0]
     name, n, r = _name(first.phase), first.bodies, radius(first.density, first.bodies)
-    kinds = (
-        *("events", "bound_events", "plan_changes", "pair_changes"),
-        *("certificates_updated", "partners_asked", "contacts_computed"),
-    )
-    total = {kind: sum(getattr(cell, kind) for cell in cells) for kind in kinds}
-    pairs = 2.0 * statistics.fmean(cell.pairs_mean for cell in cells) / n
-    contacts = total["events"] - total["bound_events"]
+
+    def total(count: str) -> int:
+        return sum(getattr(cell, count) for cell in cells)
+
+    events, bound = total("events"), total("bound_events")
+    contacts = events - bound
     # Of each phase: new certificates for a bound event, and for a new flight plan, at most; pairs of a body.
     theory: dict[str, tuple[float, float, float | None]] = {
         "naive": (0.0, 0.0, n - 1.0),
@@ -166,52 +121,56 @@ def measures(cells: Sequence[Cell]) -> Measures:
         "sweep-tiling": (3.0, 4.0, 6.0),
     }
     by_bound, by_plan, near = theory.get(name, (math.nan, math.nan, None))
-    updates = by_bound * total["bound_events"] + by_plan * total["plan_changes"]
-    known = name in theory
-    return Measures(
-        updates_per_event=_over(total["certificates_updated"], total["events"]),
-        updates_in_theory=_over(updates, total["events"]) if known else None,
-        asked_per_contact=_over(total["partners_asked"], contacts),
-        computed_per_contact=_over(total["contacts_computed"], contacts),
-        bound_per_contact=_over(total["bound_events"], contacts),
-        bound_per_pair_change=_over(total["bound_events"], total["pair_changes"]),
-        pair_change_in_theory={"sap-1d": 2.0}.get(name),
-        queue_per_body=max(cell.queue_max for cell in cells) / n,
-        pairs_per_body=pairs,
-        pairs_of_one_body=max(cell.pairs_of_one_body for cell in cells),
-        pairs_in_theory=near,
-    )
+    updates = by_bound * bound + by_plan * total("plan_changes")
+    return {
+        # Responsiveness: new certificates for one event; candidate checks and exact solves for one contact.
+        "updates_per_event": _over(total("certificates_updated"), events),
+        "updates_in_theory": _over(updates, events) if name in theory else None,  # an upper bound
+        "asked_per_contact": _over(total("partners_asked"), contacts),
+        "computed_per_contact": _over(total("contacts_computed"), contacts),
+        # Efficiency: bound events for one contact, and for one candidate pair that comes or goes: 2 for
+        # sap-1d, in theory, since every other swap is of two left or two right bounds.
+        "bound_per_contact": _over(bound, contacts),
+        "bound_per_pair_change": _over(bound, total("pair_changes")),
+        "pair_change_in_theory": {"sap-1d": 2.0}.get(name),
+        # Compactness: the most bodies queued, over n; at most 1, by construction.
+        "queue_per_body": max(cell.queue_max for cell in cells) / n,
+        # Locality: candidate pairs that a body is in, on average, and the most at one of the moments at which
+        # pairs were counted. In theory the mean is n-1, 4rn for sap-1d, below 6 for sweep-tiling.
+        "pairs_per_body": 2.0 * statistics.fmean(cell.pairs_mean for cell in cells) / n,
+        "pairs_of_one_body": max(cell.pairs_of_one_body for cell in cells),
+        "pairs_in_theory": near,
+    }
 
 
 def summaries(bench: ThesisBench) -> list[dict[str, Any]]:
     """Returns, for each scene and phase, everything that is computed from its cells, in plain types."""
-    found = []
-    for density in bench.densities:
-        for n in bench.bodies:
-            for phase in bench.phases:
-                cells = bench.of(density, n, phase)
-                if not cells:
-                    continue
-                row: dict[str, Any] = {"density": density, "bodies": n, "phase": phase}
-                row["seeds"] = [cell.seed for cell in cells]
-                row["cpu_seconds_per_time"] = spread([cell.cost for cell in cells])._asdict()
-                row["unrest"] = statistics.median(cell.unrest for cell in cells)
-                row["microseconds_per_event"] = spread(
-                    [cell.microseconds_per_event for cell in cells]
-                )._asdict()
-                for kind in ("bound_events", "contacts_disc", "contacts_wall"):
-                    rates = [getattr(cell, kind) / cell.until for cell in cells]
-                    row[f"{kind}_per_time"] = mean(rates)._asdict()
-                    shares = [getattr(cell, kind) / max(cell.events, 1) for cell in cells]
-                    row[f"share_{kind}"] = mean(shares)._asdict()
-                row["bound_events_in_theory"] = bound_events_in_theory(phase, density, n)
-                row["contacts_in_theory"] = contacts_in_theory(density, n)
-                row["queue_max"] = max(cell.queue_max for cell in cells)
-                row["pairs_mean"] = statistics.fmean(cell.pairs_mean for cell in cells)
-                row["pairs_max"] = max(cell.pairs_max for cell in cells)
-                row["measures"] = measures(cells)._asdict()
-                found.append(row)
-    return found
+    return [
+        _summary(cells)
+        for scene in bench.scenes()
+        for phase in bench.phases
+        if (cells := bench.of(scene, phase))
+    ]
+
+
+def _summary(cells: Sequence[Cell]) -> dict[str, Any]:
+    density, n, phase = cells[0].density, cells[0].bodies, cells[0].phase
+    row: dict[str, Any] = {"density": density, "bodies": n, "phase": phase}
+    row["seeds"] = [cell.seed for cell in cells]
+    row["cpu_seconds_per_time"] = spread([cell.cost for cell in cells])
+    row["unrest"] = statistics.median(cell.unrest for cell in cells)
+    row["microseconds_per_event"] = spread([cell.microseconds_per_event for cell in cells])
+    for kind in ("bound_events", "contacts_disc", "contacts_wall"):
+        row[f"{kind}_per_time"] = mean([getattr(cell, kind) / cell.until for cell in cells])
+        row[f"share_{kind}"] = mean([getattr(cell, kind) / max(cell.events, 1) for cell in cells])
+    return row | {
+        "bound_events_in_theory": bound_events_in_theory(phase, density, n),
+        "contacts_in_theory": contacts_in_theory(density, n),
+        "queue_max": max(cell.queue_max for cell in cells),
+        "pairs_mean": statistics.fmean(cell.pairs_mean for cell in cells),
+        "pairs_max": max(cell.pairs_max for cell in cells),
+        "measures": measures(cells),
+    }
 
 
 def exponents(bench: ThesisBench) -> list[dict[str, Any]]:

@@ -32,9 +32,8 @@ def cradle(*, bodies: int = 5, moving: int = 1) -> Scene:
     multiples of a power of two, so every contact time is exact. The ``moving`` discs come from the left at
     speed 1.
     """
-    demand(bodies >= 2, f"bodies is {bodies}; a cradle has 2 bodies or more")
+    demand_number("bodies", bodies, 2, "a cradle has 2 bodies or more")
     demand(0 < moving < bodies, f"moving is {moving}; it is from 1 to {bodies - 1}, less than the bodies")
-    demand_number("bodies", bodies)
     radius, gap = 0.125, 1.0
     width = 2.0 * gap + 2.0 * radius * bodies
     position = np.full((bodies, 2), 0.5)
@@ -110,8 +109,7 @@ def figure_10(*, bodies: int = 16, speed: float = 1.0, seed: int = 1) -> Scene:
     since every contact is along the column, they do so for ever: sweep and prune along x has all n (n - 1)
     / 2 pairs, along y only those that are next to each other.
     """
-    demand(bodies >= 1, f"bodies is {bodies}; figure 10 has 1 body or more")
-    demand_number("bodies", bodies)
+    demand_number("bodies", bodies, 1, "figure 10 has 1 body or more")
     demand_speed(speed)
     (random,) = draws(seed, 1)
     position = np.full((bodies, 2), 0.5)
@@ -149,8 +147,7 @@ def figure_16(*, bodies: int = 21, speed: float = 0.1, seed: int = 1) -> Scene:
     all their intervals on the x-axis overlap, and a vertical line from each one's right end reaches the
     wide disc unhindered.
     """
-    demand(bodies >= 2, f"bodies is {bodies}; figure 16 has 2 bodies or more, the wide disc and others")
-    demand_number("bodies", bodies)
+    demand_number("bodies", bodies, 2, "figure 16 has 2 bodies or more, the wide disc and others")
     (random,) = draws(seed, 1)
     others = bodies - 1
     radius = 0.2 / others

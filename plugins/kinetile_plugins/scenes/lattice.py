@@ -43,13 +43,11 @@ def lattice(
     line until they touch the one before them, or the wall; ``jitter`` is how far centres are displaced;
     ``turns`` is the number of changes of velocity, at multiples of 1/16 up to 4.
     """
-    demand(bodies >= 1, f"bodies is {bodies}; a lattice has 1 body or more")
+    demand_number("bodies", bodies, 1, "a lattice has 1 body or more")
     demand(kind in ("dyadic", "non-dyadic"), f"kind is {kind!r}; it is 'dyadic' or 'non-dyadic'")
     demand(0.0 <= touching <= 1.0, f"touching is {touching}; it is a share, from 0 to 1")
     demand(0.0 <= jitter <= 1e-3, f"jitter is {jitter}; it is from 0 to 0.001, much less than a disc")
-    demand(turns >= 0, f"turns is {turns}; it is 0 or more")
-    demand_number("bodies", bodies)
-    demand_number("turns", turns)
+    demand_number("turns", turns, 0, "it is 0 or more")
     for_lattice, for_bodies, for_jitter, for_turns = draws(seed, 4)
     exact = kind == "dyadic"
     cells = 8 if exact else 3 + int(for_lattice.below(10))

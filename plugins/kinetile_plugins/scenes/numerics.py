@@ -185,8 +185,10 @@ def demand(granted: bool, sentence: str) -> None:
         raise BadOption(sentence)
 
 
-def demand_number(name: str, number: int) -> None:
-    """Raises BadOption if there are to be more bodies, or turns, than memory would hold."""
+def demand_number(name: str, number: int, least: int, why: str) -> None:
+    """Raises BadOption if there are to be fewer bodies, or turns, than ``least``, for the reason ``why``, or
+    more than memory would hold."""
+    demand(number >= least, f"{name} is {number}; {why}")
     demand(number <= MOST, f"{name} is {number}; it is at most {MOST:,}, for memory would not hold more")
 
 

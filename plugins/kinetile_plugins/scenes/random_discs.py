@@ -54,8 +54,7 @@ def random_discs(
     the smallest, the heaviest mass up to ``mass_ratio`` times the lightest, which is 1 or more. All have the
     same speed. Equal discs too dense to be placed at random start from a lattice.
     """
-    demand(bodies >= 0, f"bodies is {bodies}; a scene has 0 bodies or more")
-    demand_number("bodies", bodies)
+    demand_number("bodies", bodies, 0, "a scene has 0 bodies or more")
     demand(0.0 < density < 1.0, f"density is {density}; it is above 0 and below 1")
     for name, ratio in (("radius_ratio", radius_ratio), ("mass_ratio", mass_ratio)):
         demand(1.0 <= ratio < math.inf, f"{name} is {ratio}; a ratio is finite, and 1 or more")
@@ -167,7 +166,7 @@ def grid(*, bodies: int = 400, density: float = 0.5, seed: int = 1, speed: float
     near = " or ".join(str(each * each) for each in (side, side + 1) if each)
     square = bodies >= 1 and side * side == bodies
     demand(square, f"bodies is {bodies}; a grid needs a square number of bodies, such as {near}")
-    demand_number("bodies", bodies)
+    demand_number("bodies", bodies, 1, "a grid has 1 body or more")
     sparse = 0.0 < density < math.pi / 4
     demand(
         sparse, f"density is {density}; it is above 0, and below pi / 4 = 0.785, where the discs would touch"

@@ -10,28 +10,13 @@ import time
 import llvmlite
 import numba
 import pytest
-from typer.testing import CliRunner
 
 import kinetile as kt
-from kinetile.cli import app
+from command_line import kinetile, printed
 from kinetile.kernel.compiled import INTERPRETED
 
 HERE = f"numba-{numba.__version__}-llvmlite-{llvmlite.__version__}"
 OTHER = "numba-0.1.0-llvmlite-0.2.0"
-
-
-def cache(*arguments: object):
-    """Run a command in this process."""
-    result = CliRunner().invoke(app, ["cache", *map(str, arguments)])
-    if result.exception is not None and not isinstance(result.exception, SystemExit):
-        raise result.exception
-    return result
-
-
-def found(*arguments: object) -> dict:
-    result = cache(*arguments, "--json")
-    assert result.exit_code == 0, result.stderr
-    return json.loads(result.stdout)
 
 
 def write(path, days=0.0, content=b"machine code", whole=True):
@@ -60,33 +45,29 @@ def left(place):
 
 
 def test_show_lists_versions_entries_bytes_and_last_use(place):
-    result = found("show")
+    result = printed("cache show")
     assert result["folder"] == str(place)
     other, here = result["versions"]
     assert (other["numba"], other["llvmlite"], other["used_here"]) == ("0.1.0", "0.2.0", False)
-    assert (here["numba"], here["used_here"], here["entries"], here["files"]) == (
-        numba.__version__,
-        True,
-        1,
-        2,
-    )
+    found = [here[name] for name in ("numba", "used_here", "entries", "files")]
+    assert found == [numba.__version__, True, 1, 2]
     assert here["bytes"] == 1000 + 32 + 12 + 32
     assert result["bytes"] == here["bytes"] + other["bytes"]
     assert other["last_used"] < here["last_used"]
-    text = cache("show").stdout
+    text = kinetile("cache show").stdout
     assert str(place) in text
     assert "in use by this installation" in text
-    assert cache("show", "--csv").stdout.startswith(
+    assert kinetile("cache show --csv").stdout.startswith(
         "numba,llvmlite,entries,files,bytes,last_used,used_here\n"
     )
 
 
 def test_an_empty_cache_is_no_error(tmp_path, monkeypatch):
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "nothing"))
-    assert "nothing is kept" in cache("show").stdout
-    assert found("show")["versions"] == []
-    assert "removed from" in cache("clean").stdout
-    assert "0 files, 0.0 MB: all whole" in cache("verify").stdout
+    assert "nothing is kept" in kinetile("cache show").stdout
+    assert printed("cache show")["versions"] == []
+    assert "removed from" in kinetile("cache clean").stdout
+    assert "0 files, 0.0 MB: all whole" in kinetile("cache verify").stdout
     assert not (tmp_path / "nothing").exists()
 
 
@@ -95,9 +76,9 @@ def test_clean_removes_what_is_unused_or_damaged_and_nothing_else(place):
     write(place / HERE / "loop.advance_d-95.py311.nbi.tmp.0123abcd", days=1)
     fresh = write(place / HERE / "loop.advance_e-95.py311.nbi.tmp.4567abcd")
     before = left(place)
-    dry = found("clean", "--dry-run")
+    dry = printed("cache clean --dry-run")
     assert left(place) == before
-    result = found("clean")
+    result = printed("cache clean")
     assert result["removed"] == dry["removed"]
     assert {each["file"]: each["why"] for each in result["removed"]} == {
         f"{OTHER}/loop.advance_b-95.py311.1.nbc": "not used for 30 days",
@@ -112,26 +93,26 @@ def test_clean_removes_what_is_unused_or_damaged_and_nothing_else(place):
 
 
 def test_clean_by_days_and_clean_all(place):
-    assert "removed from" in cache("clean", "--unused", 50).stdout
+    assert "removed from" in kinetile("cache clean --unused 50").stdout
     assert len(left(place)) == 6
-    text = cache("clean", "--all").stdout
+    text = kinetile("cache clean --all").stdout
     assert "--all: 4 files" in text
     assert left(place) == ["mine.nbi", "notes.txt"]
 
 
 def test_verify_names_each_damaged_file_and_exits_with_1(place):
-    assert "4 files, 0.0 MB: all whole" in cache("verify").stdout
+    assert "4 files, 0.0 MB: all whole" in kinetile("cache verify").stdout
     bad = write(place / HERE / "loop.advance_c-95.py311.1.nbc", whole=False)
     empty = place / HERE / "loop.advance_c-95.py311.nbi"
     empty.write_bytes(b"")  # as a power cut leaves a file
-    result = cache("verify")
+    result = kinetile("cache verify")
     assert result.exit_code == 1
     assert f"{bad}: its content does not match its checksum\n" in result.stdout
     assert f"{empty}: its content does not match its checksum\n" in result.stdout
     assert "6 files" in result.stdout
     assert "2 damaged" in result.stdout
     assert "cache clean" in result.stderr
-    rows = json.loads(cache("verify", "--json").stdout)["damaged"]
+    rows = json.loads(kinetile("cache verify --json").stdout)["damaged"]
     assert [each["file"] for each in rows] == [str(bad), str(empty)]
 
 
@@ -140,5 +121,5 @@ def test_what_a_run_loads_is_in_the_cache_that_is_shown(tmp_path):
     sim = kt.Simulation(kt.make_scene("grid", bodies=4), "naive")
     sim.compile()
     assert sim.cached
-    (here,) = [each for each in found("show")["versions"] if each["used_here"]]
+    (here,) = [each for each in printed("cache show")["versions"] if each["used_here"]]
     assert here["entries"] >= 1

@@ -12,30 +12,16 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import pytest
-from typer.testing import CliRunner
 
 import kinetile as kt
-from kinetile.cli import app
+from command_line import kinetile, printed, refused
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.run.saving import files
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="sends POSIX signals")
 
-RUN = "run grid -s bodies=16 -s seed=2 --broad-phase sap-1d --json"
-
-
-def kinetile(*arguments: object):
-    """Run a command in this process."""
-    result = CliRunner().invoke(app, [str(argument) for argument in arguments])
-    if result.exception is not None and not isinstance(result.exception, SystemExit):
-        raise result.exception
-    return result
-
-
-def found(*arguments: object) -> dict:
-    result = kinetile(*arguments)
-    assert result.exit_code == 0, result.stderr
-    return json.loads(result.stdout)
+OTHERS = (getattr(signal, "SIGHUP", signal.SIGTERM), signal.SIGINT)
+RUN = "run grid -s bodies=16 -s seed=2 --broad-phase sap-1d"
 
 
 def whole(until: float) -> kt.Simulation:
@@ -48,48 +34,48 @@ def whole(until: float) -> kt.Simulation:
 def saved(tmp_path):
     """The checkpoint of a run that has come to time .2."""
     path = tmp_path / "c.kt"
-    found(*RUN.split(), "--until", "0.2", "--checkpoint", path)
+    printed(RUN, "--until", "0.2", "--checkpoint", path)
     return path
 
 
 def test_a_run_goes_on_to_another_time(saved):
-    said = found("resume", saved, "--until", "0.5", "--json")
+    said = printed("resume --until 0.5", saved)
     assert said["readings"]["fingerprint"] == whole(0.5).fingerprint
     assert said["readings"]["structural_events"] == whole(0.5).readings.structural_events
     assert said["run"]["until"] == said["run"]["time"] == 0.5
-    assert found("resume", saved, "--json")["run"]["time"] == 0.5  # it was saved there again
+    assert printed("resume", saved)["run"]["time"] == 0.5  # it was saved there again
 
 
 def test_under_another_phase(saved):
-    said = found("resume", saved, "--until", "0.5", "--broad-phase", "sap-2d", "--json")
+    said = printed("resume --until 0.5 --broad-phase sap-2d", saved)
     assert said["broad_phase"] == "sap-2d"
     assert said["readings"]["fingerprint"] == whole(0.5).fingerprint
 
 
 def test_contacts_are_counted_from_the_start(tmp_path):
     path = tmp_path / "c.kt"
-    found(*RUN.split(), "--max-contacts", "5", "--checkpoint", path)
-    assert found("resume", path, "--json")["readings"]["contacts_disc"] <= 5
-    said = found("resume", path, "--max-contacts", "3", "--json")
+    printed(RUN, "--max-contacts", "5", "--checkpoint", path)
+    assert printed("resume", path)["readings"]["contacts_disc"] <= 5
+    said = printed("resume --max-contacts 3", path)
     assert said["readings"]["contacts_disc"] + said["readings"]["contacts_wall"] == 8
     assert said["run"]["max_contacts"] == 8
 
 
 def test_contacts_are_written_where_they_were_kept(saved, tmp_path):
-    assert "keeps no contacts" in kinetile("resume", saved, "--contacts", tmp_path / "x").stderr
+    assert "keeps no contacts" in refused("resume --contacts", tmp_path / "x", saved)
     path = tmp_path / "k.kt"
-    found(*RUN.split(), "--until", "0.2", "--checkpoint", path, "--contacts", tmp_path / "a")
-    found("resume", path, "--until", "0.5", "--contacts", tmp_path / "b", "--json")
+    printed(RUN, "--until", "0.2", "--checkpoint", path, "--contacts", tmp_path / "a")
+    printed("resume --until 0.5 --contacts", tmp_path / "b", path)
     assert len((tmp_path / "b").read_text().splitlines()) >= len(whole(0.5).contacts)
 
 
 def test_the_events_file_goes_on(tmp_path):
     pytest.importorskip("pyarrow")
     path, events = tmp_path / "c.kt", tmp_path / "e.parquet"
-    found(*RUN.split(), "--until", "0.2", "--checkpoint", path, "--events", events)
-    found("resume", path, "--until", "0.5", "--json")
+    printed(RUN, "--until", "0.2", "--checkpoint", path, "--events", events)
+    printed("resume --until 0.5", path)
     straight = tmp_path / "w.parquet"
-    found(*RUN.split(), "--until", "0.5", "--events", straight)
+    printed(RUN, "--until", "0.5", "--events", straight)
     one, two = kt.read_events(events), kt.read_events(straight)
     assert one.rows.tobytes() == two.rows.tobytes()
     assert one.metadata["missing"] == 0
@@ -99,68 +85,48 @@ def test_the_events_file_goes_on(tmp_path):
 def test_events_from_here_on_say_how_many_are_missing(saved, tmp_path):
     pytest.importorskip("pyarrow")
     events = tmp_path / "e.parquet"
-    result = kinetile("resume", saved, "--until", "0.5", "--events", events, "--json")
+    result = kinetile("resume --until 0.5 --json --events", events, saved)
     assert "from time 0.2 on" in result.stderr
-    assert kt.read_events(events).metadata["missing"] == kt.resume(saved).rows - len(
-        kt.read_events(events).rows
-    )
+    found = kt.read_events(events)
+    assert found.metadata["missing"] == kt.resume(saved).rows - len(found.rows)
 
 
 def test_the_events_of_another_run_are_no_beginning(saved, tmp_path):
     pytest.importorskip("pyarrow")
     events = tmp_path / "e.parquet"
     for other, said in (("bodies=9", "another scene"), ("bodies=16", "holds 0 events")):
-        found(
-            "run",
-            "grid",
-            "-s",
-            other,
-            "-s",
-            "seed=2",
-            "--until",
-            "0.0",
-            "--events",
-            events,
-            "--overwrite",
-            "--json",
-        )
+        printed(f"run grid -s {other} -s seed=2 --until 0 --overwrite --events", events)
         before = events.read_bytes()
-        result = kinetile("resume", saved, "--until", "0.5", "--events", events)
-        assert (result.exit_code, events.read_bytes()) == (2, before)
-        assert said in result.stderr
+        assert said in refused("resume --until 0.5 --events", events, saved)
+        assert events.read_bytes() == before
         assert not (tmp_path / "e.parquet.partial").exists()
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("line", "said"),
     [
-        (["--until", "0.1"], "the checkpoint is of time 0.2"),
-        (["--until", "1", "--broad-phase", "nothing"], "no broad phase is called"),
-        (["--until", "1", "--events", "{saved}"], "are one file"),
+        ("--until 0.1", "the checkpoint is of time 0.2"),
+        ("--until 1 --broad-phase nothing", "no broad phase is called"),
+        ("--until 1 --events {saved}", "are one file"),
     ],
 )
-def test_what_cannot_be_done_is_said(saved, arguments, said):
+def test_what_cannot_be_done_is_said(saved, line, said):
     before = saved.read_bytes()
-    result = kinetile("resume", saved, *(each.format(saved=saved) for each in arguments))
-    assert result.exit_code == 2
-    assert said in result.stderr
+    assert said in refused(f"resume {line.format(saved=saved)}", saved)
     assert saved.read_bytes() == before
 
 
 def test_what_is_there_is_not_lost(saved, tmp_path):
     before = saved.read_bytes()
-    result = kinetile(*RUN.split(), "--checkpoint", saved)
-    assert result.exit_code == 2
-    assert "kinetile resume" in result.stderr
+    assert "kinetile resume" in refused(RUN, "--checkpoint", saved)
     mine = tmp_path / "mine.toml"
     mine.write_text("what I have written")
-    result = kinetile(*RUN.split(), "--checkpoint", mine, "--overwrite")
-    assert "is no saved simulation, so it is not replaced" in result.stderr
+    said = refused(RUN, "--checkpoint", mine, "--overwrite")
+    assert "is no saved simulation, so it is not replaced" in said
     assert (saved.read_bytes(), mine.read_text()) == (before, "what I have written")
-    assert "there is none" in kinetile(*RUN.split(), "--every", "3").stderr
-    assert kinetile(*RUN.split(), "--checkpoint", tmp_path / "no" / "c.kt").exit_code == 2
-    result = kinetile("resume", mine)
-    assert (result.exit_code, "is no saved simulation" in result.stderr) == (2, True)
+    assert "there is none" in refused(RUN, "--every", 3)
+    refused(RUN, "--checkpoint", tmp_path / "no" / "c.kt")
+    assert "is no saved simulation" in refused("resume", mine)
 
 
 @pytest.mark.parametrize("moment", [0.1, 0.4])
@@ -176,7 +142,7 @@ def test_a_full_disk_is_told_of_and_the_old_checkpoint_stands(saved, monkeypatch
 
     monkeypatch.setattr(files.os, "fsync", full)
     every = "0" if moment < 0.3 else "1000"
-    result = kinetile("resume", saved, "--until", "0.5", "--every", every, "--json")
+    result = kinetile("resume --until 0.5 --json --every", every, saved)
     assert result.exit_code == 1
     assert "No space left on device" in result.stderr
     assert "is as it was" in result.stderr
@@ -185,14 +151,12 @@ def test_a_full_disk_is_told_of_and_the_old_checkpoint_stands(saved, monkeypatch
 
 
 @contextmanager
-def started(*arguments: object) -> Iterator[subprocess.Popen[str]]:
-    """A command in a process of its own, which ends with the context at the latest."""
-    with subprocess.Popen(
-        [sys.executable, "-m", "kinetile", *map(str, arguments)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    ) as process:
+def started(path) -> Iterator[subprocess.Popen[str]]:
+    """A run with a checkpoint in a process of its own, which ends with the context at the latest."""
+    line = f"{RUN} --until 1e6 --every 0.02 --json --checkpoint {path}"
+    command = [sys.executable, "-m", "kinetile", *line.split()]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with subprocess.Popen(command, **pipes, text=True) as process:
         try:
             yield process
         finally:
@@ -213,16 +177,12 @@ def begun(path) -> None:
 
 @posix
 @pytest.mark.parametrize(
-    "number",
-    [
-        signal.SIGTERM,
-        *(pytest.param(each, marks=pytest.mark.slow) for each in (signal.SIGHUP, signal.SIGINT)),
-    ],
+    "number", [signal.SIGTERM, *(pytest.param(each, marks=pytest.mark.slow) for each in OTHERS)]
 )
 @pytest.mark.usefixtures("hanging_up")
 def test_a_signal_saves_and_ends(tmp_path, number):
     path = tmp_path / "c.kt"
-    with started(*RUN.split(), "--until", "1e6", "--checkpoint", path, "--every", "0.02") as process:
+    with started(path) as process:
         begun(path)
         process.send_signal(number)
         out, said = process.communicate(timeout=60)
@@ -243,7 +203,7 @@ def test_a_signal_saves_and_ends(tmp_path, number):
 def test_ctrl_c_twice_ends_and_what_is_there_is_whole(tmp_path):
     for wait in (0.0, 0.001, 0.01):
         path = tmp_path / f"{wait}.kt"
-        with started(*RUN.split(), "--until", "1e6", "--checkpoint", path, "--every", "0.02") as process:
+        with started(path) as process:
             begun(path)
             process.send_signal(signal.SIGINT)
             time.sleep(wait)
@@ -258,14 +218,13 @@ def test_ctrl_c_twice_ends_and_what_is_there_is_whole(tmp_path):
 def test_two_processes_ran_on_one_checkpoint(tmp_path):
     path, link = tmp_path / "c.kt", tmp_path / "link"
     link.symlink_to(path)
-    with started(*RUN.split(), "--until", "1e6", "--checkpoint", path, "--every", "0.02"):
+    with started(path):
         begun(path)
-        for second in (["resume", link], [*RUN.split(), "--overwrite", "--checkpoint", path]):
-            result = kinetile(*second)
-            assert (result.exit_code, result.stdout) == (2, "")
-            assert f"{path} is being written by another run, which holds {path}.lock" in result.stderr
+        for second in (("resume", link), (f"{RUN} --overwrite --checkpoint", path)):
+            said = f"{path} is being written by another run, which holds {path}.lock"
+            assert said in refused(*second)
         assert kt.resume(path).time > 0.0  # it can be read
-    assert found("resume", path, "--max-contacts", "5", "--json")["run"]["status"] == "complete"
+    assert printed("resume --max-contacts 5", path)["run"]["status"] == "complete"
     there = {each.name for each in tmp_path.iterdir() if each.suffix != ".part"}  # of a save that was killed
     assert there == {"c.kt", "link"}
 
@@ -289,7 +248,7 @@ def test_another_signal_gives_up_the_saving(saved, monkeypatch):
         time.sleep(1)
 
     monkeypatch.setattr(kt.Simulation, "run", interrupt)
-    result = kinetile("resume", saved, "--until", "0.5")
+    result = kinetile("resume --until 0.5", saved)
     assert result.exit_code == 130
     assert "not saved any more" in result.stderr
     assert f"{saved} is of time 0.2" in result.stderr

@@ -6,21 +6,12 @@ import json
 import re
 
 import pytest
-from typer.testing import CliRunner
 
 import kinetile as kt
-from kinetile.cli import app
+from command_line import kinetile, refused
 from kinetile_conformance.cases import Subject, save_case
 
-SCENE = ("view", "grid", "-s", "bodies=9")
-
-
-def kinetile_(*arguments: object):
-    """Run a command in this process."""
-    result = CliRunner().invoke(app, [str(argument) for argument in arguments])
-    if result.exception is not None and not isinstance(result.exception, SystemExit):
-        raise result.exception
-    return result
+SCENE = "view grid -s bodies=9"
 
 
 def held(path) -> dict:
@@ -29,20 +20,14 @@ def held(path) -> dict:
     return json.loads(re.search(r'<script type="application/json" id="recording">(.*?)</script>', text)[1])
 
 
-def refused(*arguments: object) -> str:
-    result = kinetile_(*arguments)
-    assert (result.exit_code, result.stdout) == (2, "")
-    return result.stderr
-
-
 @pytest.fixture(autouse=True)
 def in_a_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
 
 def test_two_phases_beside_each_other(tmp_path):
-    phases = ("--broad-phase", "sap-1d:axis=y", "--beside", "cells")
-    result = kinetile_(*SCENE, *phases, "--until", 0.3, "--out", "page.html")
+    phases = "--broad-phase sap-1d:axis=y --beside cells"
+    result = kinetile(f"{SCENE} {phases} --until 0.3 --out page.html")
     assert result.exit_code == 0, result.stderr
     assert re.fullmatch(r"page\.html: 0\.\d\d MB\n", result.stdout)
     found = held(tmp_path / "page.html")
@@ -54,33 +39,42 @@ def test_two_phases_beside_each_other(tmp_path):
 
 def test_an_event_file_and_a_window_of_it(tmp_path):
     pytest.importorskip("pyarrow")
-    assert kinetile_("run", "grid", "-s", "bodies=9", "--until", 1, "--events", "e.parquet").exit_code == 0
-    assert kinetile_("view", "e.parquet").exit_code == 0
+    assert kinetile("run grid -s bodies=9 --until 1 --events e.parquet").exit_code == 0
+    assert kinetile("view e.parquet").exit_code == 0
     whole = held(tmp_path / "view.html")
-    window = ("--from", 0.25, "--until", 0.5, "--out", "b.html")
-    assert kinetile_("view", "e.parquet", *window).exit_code == 0
+    assert kinetile("view e.parquet --from 0.25 --until 0.5 --out b.html").exit_code == 0
     part = held(tmp_path / "b.html")
     assert (part["begin"], part["end"]) == ([0, 2**50], [0, 2**51])
     sizes = [found["runs"][0]["rows"]["columns"][0][2] for found in (whole, part)]
     rows = kt.read_events("e.parquet").rows
     assert sizes == [len(rows), int(((rows["time"] > 0.25) & (rows["time"] <= 0.5)).sum())]
-    assert "--broad-phase" in refused("view", "e.parquet", "--broad-phase", "naive", "--out", "c.html")
-    assert "in order" in refused("view", "e.parquet", "--from", 0.5, "--until", 0.2, "--out", "c.html")
+    assert "--broad-phase" in refused("view e.parquet --broad-phase naive --out c.html")
+    assert "in order" in refused("view e.parquet --from 0.5 --until 0.2 --out c.html")
 
 
-def test_what_is_refused(tmp_path):
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        (f"{SCENE} --out there.html", "there.html is there already"),
+        (f"{SCENE} --out page.txt", "ends in .html"),
+        (f"{SCENE} --out nowhere/page.html", "there is no folder"),
+        ("view no.toml", "there is no scene file 'no.toml'"),
+        ("view no.parquet", "no.parquet cannot be read"),
+        (f"{SCENE} --broad-phase naiv", "naive"),
+        (f"{SCENE} --beside naive", "name the first with --broad-phase"),
+        (f"{SCENE} --from 3 --until 1", "expected two times"),
+    ],
+)
+def test_what_is_refused(line, said, tmp_path):
     (tmp_path / "there.html").write_text("mine")
-    assert "there.html is there already" in refused(*SCENE, "--out", "there.html")
-    assert "ends in .html" in refused(*SCENE, "--out", "page.txt")
-    assert "there is no folder" in refused(*SCENE, "--out", "nowhere/page.html")
-    assert "there is no scene file 'no.toml'" in refused("view", "no.toml")
-    assert "no.parquet cannot be read" in refused("view", "no.parquet")
-    assert "naive" in refused(*SCENE, "--broad-phase", "naiv")
-    assert "name the first with --broad-phase" in refused(*SCENE, "--beside", "naive")
-    assert "expected two times" in refused(*SCENE, "--from", 3, "--until", 1)
+    assert said in refused(line)
     assert [path.name for path in tmp_path.iterdir()] == ["there.html"]
     assert (tmp_path / "there.html").read_text() == "mine"
-    assert kinetile_(*SCENE, "--until", 0.1, "--out", "there.html", "--overwrite").exit_code == 0
+
+
+def test_overwrite_replaces_a_page(tmp_path):
+    (tmp_path / "there.html").write_text("mine")
+    assert kinetile(f"{SCENE} --until 0.1 --out there.html --overwrite").exit_code == 0
     assert held(tmp_path / "there.html")["end"][0] == 0
 
 
@@ -88,7 +82,7 @@ def test_what_is_refused(tmp_path):
 def test_a_saved_case_opens_where_the_phase_is_wrong(blind, tmp_path):
     scene = kt.Scene([[0.3, 0.5], [0.7, 0.5]], [[1.0, 0.0], [-1.0, 0.0]], 0.1, arena=(1.0, 1.0))
     save_case(scene, tmp_path / "case.toml", "same-contacts", Subject(blind, {}), "contact 0 is missing")
-    result = kinetile_("view", "case.toml", "--until", 0.15)
+    result = kinetile("view case.toml --until 0.15")
     assert result.exit_code == 0, result.stderr
     found = held(tmp_path / "view.html")
     assert [run["label"] for run in found["runs"]] == ["naive", "blind"]
@@ -106,7 +100,7 @@ def test_a_saved_case_opens_where_the_phase_is_wrong(blind, tmp_path):
 def test_a_case_under_a_phase_that_is_right(blind, tmp_path):
     scene = kt.Scene([[0.3, 0.5], [0.7, 0.5]], [[1.0, 0.0], [-1.0, 0.0]], 0.1, arena=(1.0, 1.0))
     save_case(scene, tmp_path / "case.toml", "same-contacts", Subject(blind, {}), "contact 0 is missing")
-    result = kinetile_("view", "case.toml", "--broad-phase", "sap-1d", "--until", 0.15)
+    result = kinetile("view case.toml --broad-phase sap-1d --until 0.15")
     assert "All 1 events are the same under sap-1d and naive." in result.stderr
     assert held(tmp_path / "view.html")["open"] is None
-    assert "no --from" in refused("view", "case.toml", "--from", 0.1, "--out", "b.html")
+    assert "no --from" in refused("view case.toml --from 0.1 --out b.html")

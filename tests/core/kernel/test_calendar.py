@@ -87,7 +87,7 @@ def popped(k: Kernel) -> list[int]:
 
 
 @given(changes, st.integers(0, 55))
-@settings(deadline=None, max_examples=300)
+@settings(deadline=None, max_examples=150)
 def test_entries_leave_in_the_one_total_order(changes, shift):
     k = tables(shift)
     model: dict[int, tuple[int, int, int]] = {}

@@ -97,88 +97,49 @@ def test_importing_kinetile_and_listing_names_imports_nothing_heavy() -> None:
 
 PREAMBLE = "from kinetile import BroadPhaseSpec, SceneSpec, hookimpl\n"
 
+
+def bringing(what: str, *specs: str) -> str:
+    """Return the code of a module whose hook returns these."""
+    return f"@hookimpl\ndef kinetile_{what}():\n    return [{', '.join(specs)}]\n"
+
+
 DISTRIBUTIONS: dict[str, tuple[str, str]] = {
     # distribution: (entry point, module); its name tells what is wrong with it
     "kinetile-good": (
         "bands",
-        """
-        @hookimpl
-        def kinetile_broad_phases():
-            return [
-                BroadPhaseSpec("bands", "kinetile_good_phase:Bands", "bands", frozenset({"insert"})),
-                BroadPhaseSpec("absent", "kinetile_good_phase:Absent"),
-                BroadPhaseSpec("nowhere", "a_module_that_is_not_there:Bands"),
-            ]
-        """,
+        bringing(
+            "broad_phases",
+            'BroadPhaseSpec("bands", "kinetile_good_phase:Bands", "bands", frozenset({"insert"}))',
+            'BroadPhaseSpec("absent", "kinetile_good_phase:Absent")',
+            'BroadPhaseSpec("nowhere", "a_module_that_is_not_there:Bands")',
+        ),
     ),
     "kinetile-broken": ("broken", "import a_module_that_is_not_there"),
     "kinetile-leaves": ("leaves", "raise SystemExit(3)"),
     "a-thief": (
         "thief",  # its name sorts before "kinetile", and its first phase is nobody else's
-        """
-        @hookimpl
-        def kinetile_broad_phases():
-            return [BroadPhaseSpec("fresh", "a_thief:Fresh"), BroadPhaseSpec("sap-1d", "a_thief:Fresh")]
-        """,
+        bringing(
+            "broad_phases",
+            'BroadPhaseSpec("fresh", "a_thief:Fresh")',
+            'BroadPhaseSpec("sap-1d", "a_thief:Fresh")',
+        ),
     ),
     "kinetile-old": (
         "old",
-        """
-        @hookimpl
-        def kinetile_broad_phases():
-            return [BroadPhaseSpec("ancient", "kinetile_old:Ancient", api=1)]
-        """,
+        bringing("broad_phases", 'BroadPhaseSpec("ancient", "kinetile_old:Ancient", api=1)'),
     ),
-    "kinetile-typo": (
-        "typo",
-        """
-        @hookimpl
-        def kinetile_broad_phase():
-            return [BroadPhaseSpec("typo", "kinetile_typo:Typo")]
-        """,
-    ),
+    "kinetile-typo": ("typo", bringing("broad_phase", 'BroadPhaseSpec("typo", "kinetile_typo:Typo")')),
     "kinetile-raises": (
         "raises",
-        """
-        @hookimpl
-        def kinetile_broad_phases():
-            return [BroadPhaseSpec("raised", "kinetile_raises:Raised")]
-
-        @hookimpl
-        def kinetile_scenes():
-            raise RuntimeError("a bad day,\\nall day")
-        """,
+        bringing("broad_phases", 'BroadPhaseSpec("raised", "kinetile_raises:Raised")')
+        + '@hookimpl\ndef kinetile_scenes():\n    raise RuntimeError("a bad day,\\nall day")\n',
     ),
-    "kinetile-garbage": (
-        "garbage",
-        """
-        @hookimpl
-        def kinetile_scenes():
-            return ["grid"]
-        """,
-    ),
-    "kinetile-left": (
-        "twin",
-        """
-        @hookimpl
-        def kinetile_scenes():
-            return [SceneSpec("left", "kinetile_left:left")]
-        """,
-    ),
+    "kinetile-garbage": ("garbage", bringing("scenes", '"grid"')),
+    "kinetile-left": ("twin", bringing("scenes", 'SceneSpec("left", "kinetile_left:left")')),
     "kinetile-right": (
-        "twin",
-        """
-        import kinetile
-
-        KNOWN = kinetile.registry().names("scene")  # the registry may be asked while it is being made
-
-        @hookimpl
-        def kinetile_scenes():
-            return [SceneSpec("right", "kinetile_right:right")]
-
-        def right():
-            return KNOWN
-        """,
+        "twin",  # the registry may be asked while it is being made
+        "import kinetile\nKNOWN = kinetile.registry().names('scene')\ndef right():\n    return KNOWN\n"
+        + bringing("scenes", 'SceneSpec("right", "kinetile_right:right")'),
     ),
 }
 
@@ -188,7 +149,7 @@ def wheel(folder: Path, distribution: str, entry_point: str, code: str, **more_m
     stem = distribution.replace("-", "_")
     info = f"{stem}-0.2.0.dist-info"
     files = {
-        f"{stem}.py": PREAMBLE + dedent(code),
+        f"{stem}.py": PREAMBLE + code,
         **{f"{name}.py": dedent(text) for name, text in more_modules.items()},
         f"{info}/METADATA": f"Metadata-Version: 2.1\nName: {distribution}\nVersion: 0.2.0\n",
         f"{info}/WHEEL": "Wheel-Version: 1.0\nGenerator: tests\nRoot-Is-Purelib: true\nTag: py3-none-any\n",

@@ -12,10 +12,9 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from typer.testing import CliRunner
 
+from command_line import kinetile, refused
 from installing import install, run
-from kinetile.cli import app
 from kinetile.errors import BadOption
 from kinetile.plugin.new_plugin import new_plugin
 
@@ -88,14 +87,11 @@ def test_a_folder_that_is_there_is_left_alone(tmp_path):
 
 def test_the_command_says_what_to_do_next(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    result = CliRunner().invoke(app, ["new-plugin", "demo"])
+    result = kinetile("new-plugin demo")
     assert result.exit_code == 0
     assert result.stdout.splitlines()[-3:] == ["  cd kinetile-demo", "  pip install -e '.[test]'", "  pytest"]
-    again = CliRunner().invoke(app, ["new-plugin", "demo"])
-    assert again.exit_code == 2
-    assert "is there already" in again.stderr
-    elsewhere = CliRunner().invoke(app, ["new-plugin", "demo", "--into", str(tmp_path / "nowhere")])
-    assert elsewhere.exit_code == 2
+    assert "is there already" in refused("new-plugin demo")
+    refused("new-plugin demo --into", tmp_path / "nowhere")
 
 
 # The generated phase, judged with interpreted hooks: nothing has to be compiled

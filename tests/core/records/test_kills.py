@@ -170,7 +170,7 @@ def test_a_second_ctrl_c_made_event_files_that_were_not_true(rounds, tmp_path, h
     scene = kt.make_scene("grid", bodies=100, seed=7)
     chance = random.Random(11)
     written = 0
-    for number in range(10 if how == "command" else 30):
+    for number in range(6 if how == "command" else 30):
         path = tmp_path / f"{number}.parquet"
         rounds.stdin.write(f"{how} {path}\n")
         rounds.stdin.flush()

@@ -257,25 +257,3 @@ def test_a_folder_that_was_moved_keeps_the_events(tmp_path):
     recover(moved / "e.parquet.partial")
     assert len(read_events(moved / "e.parquet").rows) == 5
     assert (folder / "e.parquet.partial").read_text() == "somebody else's"
-
-
-def test_the_time_reached_after_a_full_disk_is_that_of_the_last_row_in_the_file(tmp_path, monkeypatch):
-    from kinetile.records import events
-
-    monkeypatch.setattr(events, "_ROWS_A_BATCH", 4)
-    path = tmp_path / "e.parquet"
-
-    def full(self, size):
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    def run():
-        with EventRecorder(path, SCENE) as recorder:
-            recorder(rows(4))
-            monkeypatch.setattr(events.ReservedFile, "reserve", full)
-            recorder.reached(7.0)
-            recorder(rows(8)[4:])
-
-    with pytest.raises(RecordError, match="it holds the first 4 events"):
-        run()
-    metadata = read_events(path).metadata
-    assert (metadata["time"], metadata["rows"]) == (3 * 2.0**-52, 4)

@@ -16,7 +16,7 @@ from kinetile.errors import RecordError
 from kinetile.records import log as row_log
 from kinetile.records.log import SIGNATURE, LogReader, LogWriter, ReservedFile, holds_nothing
 
-MANY = settings(max_examples=300)
+MANY = settings(max_examples=150)
 SIZES = (0, 3, 1, 40, 2)
 
 

@@ -14,10 +14,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from typer.testing import CliRunner
 
 import kinetile as kt
-from kinetile.cli import app
+from command_line import kinetile, printed, refused
 from kinetile.errors import RecordError
 from kinetile.records import EventRecorder, Trajectory, events, finishing, read_events, recover
 from kinetile.records.log import LogReader, ReservedFile
@@ -61,10 +60,6 @@ def names(folder) -> list[str]:
 
 def full(self, *_):
     raise OSError(errno.ENOSPC, "No space left on device")
-
-
-def command(*arguments):
-    return CliRunner().invoke(app, ["recover", *map(str, arguments)])
 
 
 def test_what_a_killed_run_has_left_becomes_an_event_file(partial, tmp_path, whole):
@@ -111,7 +106,7 @@ def test_damage_ends_the_event_file_and_keeps_the_log(partial, tmp_path, whole):
     content = bytearray(partial.read_bytes())
     content[len(content.rstrip(b"\0")) // 2] ^= 4
     partial.write_bytes(content)
-    result = command(partial)
+    result = kinetile("recover", partial)
     assert result.exit_code == 0
     assert "are no whole batch of rows: a write that was cut off, or damage" in result.stderr
     assert f"{partial} is still there" in result.stdout
@@ -121,20 +116,12 @@ def test_damage_ends_the_event_file_and_keeps_the_log(partial, tmp_path, whole):
 
 
 def test_the_command_says_what_it_has_made(partial, tmp_path, whole):
-    result = command(partial, "--out", tmp_path / "other", "--json")
-    said = json.loads(result.stdout)
-    assert (result.exit_code, said["rows"], said["status"], said["kept"]) == (
-        0,
-        len(whole) - 10,
-        "killed",
-        True,
-    )
-    result = command(partial)
+    said = printed("recover --out", tmp_path / "other", partial)
+    assert [said[name] for name in ("rows", "status", "kept")] == [len(whole) - 10, "killed", True]
+    result = kinetile("recover", partial)
     assert result.stdout.startswith(f"{tmp_path / 'e.parquet'}: {len(whole) - 10:,} events, to time ")
     assert result.stdout.endswith(" (killed)\n")
-    result = command(tmp_path / "e.parquet")
-    assert result.exit_code == 2
-    assert "does not end in .partial" in result.stderr
+    assert "does not end in .partial" in refused("recover", tmp_path / "e.parquet")
 
 
 def test_readers_say_what_to_do_with_a_log(partial, tmp_path):

@@ -17,7 +17,7 @@ from kinetile.records import Trajectory, read_events
 pa = pytest.importorskip("pyarrow")
 pq = pytest.importorskip("pyarrow.parquet")
 
-MANY = settings(max_examples=400)
+MANY = settings(max_examples=200)
 
 UNREADABLE = r"cannot be read as an event file|is what a run writes while it goes on"
 

@@ -17,6 +17,7 @@ from kinetile.kernel.log import WALLS
 from kinetile_conformance.strategies import scenes
 from kinetile_conformance.strategies.living import ruled_scenes
 from kinetile_conformance.strategies.small import box_scenes
+from lanes import examples
 
 ALL = PHASES + TILING
 
@@ -55,7 +56,7 @@ def test_steps_are_the_run_event_by_event(phase, options):
 
 
 @pytest.mark.small
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @given(scene=scenes())
 def test_the_next_event_is_the_one_that_comes(scene):
     for phase, options in ALL:

@@ -10,10 +10,8 @@ import kinetile as kt
 from kinetile.errors import BusyError, Refused
 from kinetile_accuracy import certify_log
 from kinetile_accuracy.specification.certify import explain_difference
-from kinetile_conformance.cases import Subject, outcome
-from kinetile_conformance.compare import difference
 from kinetile_conformance.strategies.living import living_scenes
-from lanes import examples
+from lanes import examples, first
 
 PHASES = ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling")
 LIVING = PHASES[1:]
@@ -22,12 +20,6 @@ LIVING = PHASES[1:]
 def box(**more) -> kt.Scene:
     """Return two discs in a box, far apart and at rest."""
     return kt.Scene([[1.0, 1.0], [3.0, 3.0]], [[0.0, 0.0], [0.0, 0.0]], 0.25, 1.0, (4.0, 4.0), **more)
-
-
-def table(sim: kt.Simulation) -> list[bytes]:
-    """Return everything that a refused command must leave as it was."""
-    state = [field.tobytes() for field in sim.state]
-    return [sim.positions().tobytes(), sim.velocities().tobytes(), sim.bodies.tobytes(), *state]
 
 
 @pytest.mark.small
@@ -72,7 +64,7 @@ def test_a_number_is_never_used_twice_and_a_slot_is(phase):
 
 
 @pytest.mark.small
-@pytest.mark.parametrize("phase", PHASES)
+@pytest.mark.parametrize("phase", first(1, (*LIVING, "naive")))
 def test_more_come_than_there_was_room_for(phase):
     sim = kt.Simulation(box(), phase)
     for at in range(80):
@@ -83,27 +75,6 @@ def test_more_come_than_there_was_room_for(phase):
     sim.run(until=1.0)
     sim.audit()
     assert len(sim.contacts) > 0
-
-
-@pytest.mark.parametrize("phase", PHASES)
-@pytest.mark.parametrize(
-    ("where", "radius", "said"),
-    [
-        ((1.3, 1.0), 0.25, "it reaches 0.2 into body 0; nothing has changed"),
-        ((2.0, 2.0), 2.5, "inside the arena"),
-        ((0.1, 2.0), 0.25, "inside the arena"),
-        ((2.0, 2.0), -1.0, "radius is -1.0"),
-        ((np.nan, 2.0), 0.25, "position is"),
-    ],
-)
-def test_who_has_no_room_is_refused_and_nothing_has_changed(phase, where, radius, said):
-    sim = kt.Simulation(box(), phase, live=True)
-    sim.run(until=1.0)
-    before = table(sim)
-    with pytest.raises((Refused, ValueError), match=said):
-        sim.insert(where, (0.0, 0.0), radius)
-    assert table(sim) == before
-    assert sim.insert((2.0, 2.0), (0.0, 0.0), 0.25) == 2, "the number was not used"
 
 
 @pytest.mark.small
@@ -252,7 +223,8 @@ def test_all_phases_agree_while_bodies_come_and_go(scene):
             continue
         sim = kt.Simulation(scene, phase, audit=5)
         sim.run(until=scene.start + 4.0, max_contacts=60)
-        found = (sim.fingerprint, sim.time, sim.bodies.tolist(), sim.positions().tobytes())
+        places = sim.positions().tobytes(), sim.velocities().tobytes()
+        found = (sim.fingerprint, sim.exact_time, sim.bodies.tolist(), *places)
         assert expected is None or found == expected, phase
         expected = found
 
@@ -286,16 +258,6 @@ def test_when_bodies_are_jammed_does_not_depend_on_the_phase(phase):
         limits.append(seen)
     assert limits[0] == limits[1]
     assert len(set(limits[0])) > 1
-
-
-@pytest.mark.small
-@settings(max_examples=examples(10), deadline=None)
-@given(living_scenes())
-def test_what_a_run_leaves_does_not_depend_on_the_phase(scene):
-    expected = outcome(Subject("naive", {}), scene)
-    for phase in LIVING:
-        if phase != "sweep-tiling" or scene.arena is not None:
-            assert difference(outcome(Subject(phase, {}), scene), expected, phase) is None
 
 
 @pytest.mark.filterwarnings("error")

@@ -11,6 +11,8 @@ import kinetile as kt
 from kinetile.errors import RecordError
 from kinetile.records.reading import disagreement, read_with_scene
 
+pytestmark = pytest.mark.small
+
 
 def world(**more) -> kt.Scene:
     """Return two balls on their ways through a sensor, one that comes, and kinds of which none is there."""
@@ -32,7 +34,6 @@ def sim() -> kt.Simulation:
     return kt.Simulation(world(), "naive", live=True)
 
 
-@pytest.mark.small
 def test_kinds_stand_beside_bodies(sim):
     assert sim.kinds.tolist() == ["ball", "sensor", "ball"]
     sim.run(until=1.5)
@@ -41,7 +42,6 @@ def test_kinds_stand_beside_bodies(sim):
     assert kt.Simulation(kt.make_scene("grid", bodies=4), "naive").kinds.tolist() == [0, 0, 0, 0]
 
 
-@pytest.mark.small
 def test_contacts_have_kinds_whoever_has_gone_or_came_by_hand(sim):
     assert sim.kinds_of(3) == "late", "it is still to come"
     sim.run(until=1.5)
@@ -71,7 +71,6 @@ def test_a_scene_without_bodies_has_walls():
     assert (empty.kinds.tolist(), empty.kinds_of([-1]).tolist()) == ([], ["wall"])
 
 
-@pytest.mark.small
 def test_events_say_of_which_kinds_their_bodies_are(sim):
     assert sim.next_event.kinds == ("late",)
     told = [(event.kind, event.kinds) for event in sim.steps(until=2.5)]
@@ -89,7 +88,6 @@ def test_events_say_of_which_kinds_their_bodies_are(sim):
     assert plain.step().kinds == ()
 
 
-@pytest.mark.small
 def test_questions_can_be_about_some_kinds(sim):
     everywhere = (0.0, 0.0, 10.0, 10.0)
     assert sim.bodies_in(everywhere, kinds="ball").tolist() == [0, 2]
@@ -104,7 +102,6 @@ def test_questions_can_be_about_some_kinds(sim):
     assert sim.cast((9.0, 5.0, 0.1), (-4.0, 0.0), kinds=7) is None
 
 
-@pytest.mark.small
 def test_the_next_contact_can_be_one_with_some_kinds(sim):
     first = sim.next_contact_of(0)
     assert (first.a, first.b) == (0, 1)
@@ -122,7 +119,6 @@ def test_a_scene_of_one_kind_can_be_asked_about_it():
     assert sim.bodies_in((0.0, 0.0, 1.0, 1.0), kinds=()).tolist() == []
 
 
-@pytest.mark.small
 @pytest.mark.parametrize(
     ("ask", "kind", "said"),
     [
@@ -181,7 +177,6 @@ def test_nonsense_is_refused_in_a_sentence_and_changes_nothing(sim, ask, kind, s
     assert sim.run(until=0.5) is None
 
 
-@pytest.mark.small
 def test_a_simulation_is_shown_in_a_line(sim):
     assert repr(sim) == "<Simulation: naive, 3 bodies, time 0.0, 0 contacts>"
     sim.run(until=2.0)
@@ -209,7 +204,6 @@ def test_points_may_be_lists_and_arrays():
     assert sim.velocities().tolist() == [[0.5, 0.0], [0.5, 0.0], [0.0, 0.0]]
 
 
-@pytest.mark.small
 def test_an_event_file_has_the_kinds_of_all_bodies(sim, tmp_path):
     path = tmp_path / "run.parquet"
 
@@ -252,7 +246,6 @@ def test_an_event_file_has_the_kinds_of_all_bodies(sim, tmp_path):
         assert "its metadata have the kinds" in disagreement(found.rows, metadata | {"kinds": wrong}, scene)
 
 
-@pytest.mark.small
 def test_a_file_that_goes_on_after_a_kill_has_the_kinds_of_before(sim, tmp_path):
     path = tmp_path / "run.parquet"
     with kt.EventRecorder(path, sim.scene) as recorder:
@@ -266,7 +259,6 @@ def test_a_file_that_goes_on_after_a_kill_has_the_kinds_of_before(sim, tmp_path)
     assert kt.read_events(path).metadata["kinds"][-2:] == [[4, 4, 7], [5, 5, "sensor"]]
 
 
-@pytest.mark.small
 def test_kinds_that_are_none_are_an_event_file_that_contradicts_itself(sim, tmp_path):
     path = tmp_path / "run.parquet"
     with kt.EventRecorder(path, sim.scene) as recorder:

@@ -16,6 +16,8 @@ from kinetile.errors import BusyError, PhaseError, Refused
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.toolbox import BroadPhaseParts, Kernel, PairParts, hook
 from kinetile_plugins.naive import Naive
+from lanes import examples
+from registering import registered
 
 PHASES = ["naive", "cells", "sap-1d", "sap-2d", "sweep-tiling"]
 
@@ -57,24 +59,11 @@ class Stumbling(Naive):
         return BroadPhaseParts(**{**vars(super().prepare(scene)), "arrange": arrange})
 
 
-class Plugin:
-    """The phases of these tests."""
-
-    @kt.hookimpl
-    def kinetile_broad_phases(self) -> list[kt.BroadPhaseSpec]:
-        return [kt.BroadPhaseSpec("thin-skinned", ThinSkinned), kt.BroadPhaseSpec("stumbling", Stumbling)]
-
-    @kt.hookimpl
-    def kinetile_narrow_phases(self) -> list[kt.NarrowPhaseSpec]:
-        return [kt.NarrowPhaseSpec("ghosts", Ghosts, role="pair")]
-
-
 @pytest.fixture(autouse=True)
-def plugin() -> Iterator[None]:
-    found = Plugin()
-    kt.registry().add(found)
-    yield
-    kt.registry().remove(found)
+def _registered() -> Iterator[None]:
+    specs = (kt.BroadPhaseSpec("thin-skinned", ThinSkinned), kt.BroadPhaseSpec("stumbling", Stumbling))
+    with registered(*specs, kt.NarrowPhaseSpec("ghosts", Ghosts, role="pair")):
+        yield
 
 
 BAD_NUMBERS = st.sampled_from([-1, -(2**31), 9, 10, 63, 64, 2**31, 2**63, 2**70, True, 1.0, 1.5, np.bool_(1)])
@@ -90,7 +79,7 @@ CALLS = {
 
 
 @pytest.mark.small
-@settings(deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 @given(BAD_NUMBERS, st.sampled_from(sorted(CALLS)), st.sampled_from(PHASES), st.booleans(), st.booleans())
 def test_a_number_that_no_body_was_given_was_accepted(number, call, phase, live, one_has_gone):
     """In a simulation with room for bodies that come, the slot of a number that was never given counted."""
@@ -105,29 +94,37 @@ def test_a_number_that_no_body_was_given_was_accepted(number, call, phase, live,
     assert sim.snapshot() == before
 
 
+INSERTIONS = {
+    "overlap": ("there", (0.0, 0.0), 0.01, 1.0, r"into body 3; nothing has changed"),
+    "over the wall": ((0.0, 0.5), (0.0, 0.0), 0.01, 1.0, "inside the arena"),
+    "too large": ((0.5, 0.5), (0.0, 0.0), 2.5, 1.0, "inside the arena"),
+    "fast and overlap": ("there", (400.0, 0.0), 0.01, 1.0, "into body 3"),
+    "light and overlap": ("there", (1.0, 0.0), 0.001, 1e-6, "into body 3"),
+    "too fast": ((0.5, 0.5), (1e300, 0.0), 0.01, 1.0, "velocity"),
+    "no radius": ((0.5, 0.5), (0.0, 0.0), 0.0, 1.0, "radius is 0.0"),
+    "less than none": ((0.5, 0.5), (0.0, 0.0), -1.0, 1.0, "radius is -1.0"),
+    "nowhere": ((np.nan, 0.5), (0.0, 0.0), 0.01, 1.0, "position is"),
+}
+"""Place (or where body 3 is), velocity, radius, mass, and what is said."""
+
+
 @settings(max_examples=60, deadline=None)
 @given(
     st.sampled_from(PHASES),
     st.booleans(),
-    st.sampled_from(["overlap", "wall", "fast and overlap", "light and overlap", "too fast", "no radius"]),
+    st.sampled_from(sorted(INSERTIONS)),
     st.sampled_from([0.0, 0.25, 5.0]),
 )
 def test_a_refused_insertion_changed_skin_structure_and_clock(phase, live, why, until):
     sim = kt.Simulation(grid(), phase, live=live)
     sim.run(until)
-    place = tuple(sim.positions()[3])
-    how = {
-        "overlap": (place, (0.0, 0.0), 0.01),
-        "wall": ((0.0, 0.5), (0.0, 0.0), 0.01),
-        "fast and overlap": (place, (400.0, 0.0), 0.01),
-        "light and overlap": (place, (1.0, 0.0), 0.001, 1e-6),
-        "too fast": ((0.5, 0.5), (1e300, 0.0), 0.01),
-        "no radius": ((0.5, 0.5), (0.0, 0.0), 0.0),
-    }[why]
-    before = sim.snapshot()
-    with pytest.raises((Refused, ValueError)):
-        sim.insert(*how)
+    place, *how, said = INSERTIONS[why]
+    before, there = sim.snapshot(), tuple(sim.positions()[3])
+    with pytest.raises((Refused, ValueError), match=said):
+        sim.insert(there if place == "there" else place, *how)
     assert sim.snapshot() == before
+    sim.remove(3)
+    assert sim.insert(there, (0.0, 0.0), float(sim.scene.radius[3])) == 9, "no number was used"
 
 
 def test_an_insertion_refused_after_commands_of_the_scene_undid_nothing():
@@ -199,7 +196,7 @@ REFUSED_CALLS = {
 
 
 @pytest.mark.small
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @given(st.lists(st.sampled_from(sorted(REFUSED_CALLS)), min_size=1, max_size=4))
 def test_a_refused_call_changed_the_simulation(names):
     sim = kt.Simulation(grid(), "thin-skinned", turning=True)

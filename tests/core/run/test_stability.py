@@ -45,7 +45,9 @@ def drop(sim: kt.Simulation, body: int, **known: int) -> None:
 
 @pytest.mark.compiled
 @pytest.mark.parametrize("phase", PHASES)
-@pytest.mark.parametrize("density", [0.5, 0.1, 0.01])
+@pytest.mark.parametrize(
+    "density", [0.5, *(pytest.param(each, marks=pytest.mark.slow) for each in (0.1, 0.01))]
+)
 def test_a_contact_that_is_dropped_is_missed_and_never_in_silence(density, phase):
     for seed in range(10):
         sim = kt.Simulation(kt.make_scene("grid", bodies=49, density=density, seed=seed), phase, audit=1)

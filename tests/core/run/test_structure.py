@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from dataclasses import replace
 
 import pytest
@@ -11,6 +12,9 @@ from kinetile.errors import PhaseError
 from kinetile.plugin.new_plugin import new_plugin
 from kinetile.toolbox import NEVER, At, Box, Link, Polygon, Segment
 from kinetile_plugins.naive import Naive
+from registering import registered
+
+pytestmark = pytest.mark.small
 
 SCENE = kt.Scene([(0.2, 0.2), (0.5, 0.5), (0.8, 0.8)], [(0.0, 0.0)] * 3, 0.05, arena=(1.0, 1.0))
 
@@ -18,34 +22,24 @@ SCENE = kt.Scene([(0.2, 0.2), (0.5, 0.5), (0.8, 0.8)], [(0.0, 0.0)] * 3, 0.05, a
 @pytest.fixture
 def drawing_of():
     """Make a simulation under a phase that draws so."""
-    added = []
+    with ExitStack() as stack:
 
-    def simulation(draw):
-        class Drawing(Naive):
-            def prepare(self, scene):
-                return replace(super().prepare(scene), draw=draw)
+        def simulation(draw):
+            class Drawing(Naive):
+                def prepare(self, scene):
+                    return replace(super().prepare(scene), draw=draw)
 
-        class Plugin:
-            @kt.hookimpl
-            def kinetile_broad_phases(self):
-                return [kt.BroadPhaseSpec("drawing", Drawing)]
+            stack.enter_context(registered(kt.BroadPhaseSpec("drawing", Drawing)))
+            return kt.Simulation(SCENE, "drawing")
 
-        added.append(Plugin())
-        kt.registry().add(added[-1])
-        return kt.Simulation(SCENE, "drawing")
-
-    yield simulation
-    for plugin in added:
-        kt.registry().remove(plugin)
+        yield simulation
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("draw", [None, lambda k, s: ()])
 def test_a_phase_that_draws_nothing_shows_nothing(drawing_of, draw):
     assert drawing_of(draw).drawing() == ()
 
 
-@pytest.mark.small
 def test_shapes_come_back_with_the_numbers_of_bodies(drawing_of):
     def draw(k, s):
         last = len(k.bodies) - 1
@@ -64,7 +58,6 @@ def test_shapes_come_back_with_the_numbers_of_bodies(drawing_of):
     )
 
 
-@pytest.mark.small
 @pytest.mark.parametrize(
     ("item", "said"),
     [
@@ -85,7 +78,6 @@ def test_what_cannot_be_drawn_is_the_phases_fault(drawing_of, item, said):
     assert said in str(caught.value)
 
 
-@pytest.mark.small
 def test_draw_can_change_nothing(drawing_of):
     def draw(k, s):
         k.bodies.x[0] = 0.0
@@ -100,23 +92,13 @@ def test_a_draw_that_cannot_be_called_is_refused(drawing_of):
         drawing_of(3)
 
 
-@pytest.mark.small
 def test_what_new_plugin_writes_draws_a_box_around_each_body(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(new_plugin("tethered", tmp_path))
 
-    class Plugin:
-        @kt.hookimpl
-        def kinetile_broad_phases(self):
-            return [kt.BroadPhaseSpec("tethered", "kinetile_tethered.phase:TetheredPhase")]
-
-    plugin = Plugin()
-    kt.registry().add(plugin)
-    try:
+    with registered(kt.BroadPhaseSpec("tethered", "kinetile_tethered.phase:TetheredPhase")):
         sim = kt.Simulation(SCENE, "tethered")
         boxes = sim.drawing()
         leash = float(sim.state.leash[1])
-    finally:
-        kt.registry().remove(plugin)
     assert [box.role for box in boxes] == ["bound"] * 3
     for box, (x, y) in zip(boxes, SCENE.position.tolist(), strict=True):
         assert (box.low, box.high) == ((x - leash, y - leash), (x + leash, y + leash))

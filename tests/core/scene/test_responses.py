@@ -14,6 +14,7 @@ import kinetile as kt
 from kinetile.errors import SceneError
 from kinetile.scene.by_name import loads_scene
 from kinetile.scene.files import dumps_scene
+from registering import registered
 
 BALLS = {"position": [[1.0, 1.0], [3.0, 1.0], [1.0, 3.0]], "velocity": [[0.0, 0.0]] * 3, "radius": 0.5}
 LOSSY = kt.Response("restitution", e=0.5, contact_time=1e-6)
@@ -253,10 +254,8 @@ def test_a_response_is_looked_up_once():
         def kinetile_responses(self) -> list[kt.ResponseSpec]:
             return [kt.ResponseSpec("spring", Spring, "pushes back")]
 
-    plugin = Springs()
-    kt.registry().add(plugin)
-    made = scene(responses="spring")
-    kt.registry().remove(plugin)
+    with registered(Springs()):
+        made = scene(responses="spring")
     assert pickle.loads(pickle.dumps(made)) == made.replace(start=0.0) == made
     with pytest.raises(SceneError, match="'spring', which is the name of no response"):
         scene(responses="spring")

@@ -16,6 +16,7 @@ from kinetile.errors import MissedContactError, ZenoError
 from kinetile.plugin.drawing import ROLES
 from kinetile.show import html
 from kinetile.show.html import facts, grid, paragraph
+from registering import registered
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -77,14 +78,6 @@ def circles(svg) -> int:
 
 def random(bodies=9, **more):
     return kt.make_scene("random", bodies=bodies, seed=4, **more)
-
-
-@pytest.fixture
-def broken():
-    plugin = broken_phases.Plugin()
-    kt.registry().add(plugin)
-    yield
-    kt.registry().remove(plugin)
 
 
 def test_all_text_is_escaped():
@@ -210,14 +203,15 @@ def test_a_structure_of_many_shapes_is_left_out():
     assert shapes(found.pictures[0]) == 0
 
 
-def test_a_run_that_has_ended_with_an_error_displays_and_says_so(broken):
+def test_a_run_that_has_ended_with_an_error_displays_and_says_so():
     head_on = kt.Scene(
         [[1.0, 1.0], [2.0, 1.0], [1.25, 1.8125]],
         [[1.0, 0.0], [-1.0, 0.0], [0.0, -1.0]],
         0.25,
         arena=(4.0, 4.0),
     )
-    sim = kt.Simulation(head_on, "adds-when-deep")
+    with registered(broken_phases.Plugin()):
+        sim = kt.Simulation(head_on, "adds-when-deep")
     with pytest.raises(MissedContactError) as caught:
         sim.run(until=4.0)
     found = shown(sim)

@@ -14,70 +14,65 @@ from kinetile_bench import Study, runner
 from kinetile_bench import growth as bench_growth
 from kinetile_bench.events import COUNTED, Bench, events_study, read_events
 from kinetile_bench.growth import Growth, GrowthRow, growth_study, read_growth, square_at_least
+from kinetile_bench.thesis import thesis_study
 from studies import kinetile, run_here
 
 
-def bench(tmp_path, *choices, repeats: int = 1, **others) -> Bench:
-    return read_events(
-        run_here(events_study(tmp_path / "rows", *choices, seconds=0.001, repeats=repeats, **others))
-    )
+def study_of(folder, **others) -> Study:
+    choices = ["naive", ("sap-1d", {"axis": "y"}), "sap-2d"]
+    return run_here(events_study(folder, choices, [4, 9], [0.5, 0.25], seconds=0.001, repeats=2, **others))
 
 
-def test_every_phase_on_every_scene(tmp_path):
-    result = bench(tmp_path, ["naive", ("sap-1d", {"axis": "y"})], [4, 9], [0.5], repeats=2)
-    assert [(row.bodies, row.density, row.phase) for row in result.rows] == [
-        (4, 0.5, "naive"),
-        (4, 0.5, "sap-1d:axis=y"),
-        (9, 0.5, "naive"),
-        (9, 0.5, "sap-1d:axis=y"),
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory) -> Bench:
+    return read_events(study_of(tmp_path_factory.mktemp("rows"), seed=6))
+
+
+def test_every_phase_on_every_scene(bench):
+    assert [(row.density, row.bodies, row.phase) for row in bench.rows] == [
+        (density, bodies, phase)
+        for density in (0.5, 0.25)
+        for bodies in (4, 9)
+        for phase in ("naive", "sap-1d:axis=y", "sap-2d")
     ]
-    for row in result.rows:
+    for row in bench.rows:
         assert len(row.cpu_seconds) == 2
         assert row.slowest <= row.events_per_cpu_second <= row.fastest
         assert row.contacts > 0
         assert row.events_per_contact >= 1.0
         assert row.asked_per_contact > row.computed_per_contact > 0.0
+    found = json.loads(json.dumps(bench.as_dict()))
+    assert found["rows"][0]["phase"] == "naive"
+    assert found["conditions"]["repeats"] == 2
+    assert found["conditions"]["versions"]["kinetile"] == kt.__version__
+
+
+@pytest.mark.parametrize("at", range(0, 12, 3))
+def test_the_fastest_phase_of_a_scene_is_the_measure_of_the_others(bench, at):
+    rows = bench.rows[at : at + 3]
+    most = max(row.contacts_per_cpu_second for row in rows)
+    assert [row.of_fastest for row in rows] == [row.contacts_per_cpu_second / most for row in rows]
+    assert max(row.of_fastest for row in rows) == 1.0
+
+
+def test_counts_are_those_of_a_fixed_number_of_contacts_on_the_recipes_scene(bench, tmp_path):
+    for row in bench.rows:
+        sim = kt.Simulation(kt.make_scene("grid", bodies=row.bodies, density=row.density, seed=6), "naive")
+        sim.run(max_contacts=COUNTED * row.bodies)
+        assert row.counts["fingerprint"] == sim.fingerprint
+        assert row.counts["contacts_disc"] + row.counts["contacts_wall"] == COUNTED * row.bodies
+        assert (row.counts["structural_events"] == 0) == (row.phase == "naive")
+    again = read_events(study_of(tmp_path, seed=6))
+    assert [row.counts for row in again.rows] == [row.counts for row in bench.rows]
 
 
 def test_the_studies_that_ship_are_what_the_commands_measure(tmp_path):
     built_in = ["cells", "naive", "sap-1d", "sap-2d", "sweep-tiling"]
     assert list(Study("events", tmp_path).tasks) == list(events_study(tmp_path, built_in).tasks)
+    assert list(Study("thesis", tmp_path).tasks) == list(thesis_study(tmp_path).tasks)
     mine = growth_study(tmp_path, "cells", [100, 1000, 10_000, 100_000])
     whole = Study("growth", tmp_path).tasks
     assert {key for key, task in whole.items() if task.phase == "cells"} == set(mine.tasks)
-
-
-def test_the_fastest_phase_of_a_scene_is_the_measure_of_the_others(tmp_path):
-    result = bench(tmp_path, ["naive", "cells"], [9, 16], [0.5, 0.25])
-    for n in (9, 16):
-        for density in (0.5, 0.25):
-            rows = [row for row in result.rows if (row.bodies, row.density) == (n, density)]
-            most = max(row.contacts_per_cpu_second for row in rows)
-            assert [row.of_fastest for row in rows] == [row.contacts_per_cpu_second / most for row in rows]
-            assert max(row.of_fastest for row in rows) == 1.0
-
-
-def test_counts_are_taken_over_a_fixed_number_of_contacts(tmp_path):
-    counts = []
-    for time in ("once", "again"):
-        result = bench(tmp_path / time, ["naive", "sap-2d"], [9], [0.25])
-        counts.append([row.counts for row in result.rows])
-    assert counts[0] == counts[1]
-    for each in counts[0]:
-        assert each["contacts_disc"] + each["contacts_wall"] == COUNTED * 9
-    assert counts[0][0]["fingerprint"] == counts[0][1]["fingerprint"]
-    assert counts[0][0]["structural_events"] == 0
-
-
-def test_the_scene_is_the_recipes_own_and_the_result_is_fit_for_json(tmp_path):
-    result = bench(tmp_path, ["naive"], [4], [0.125], seed=6)
-    sim = kt.Simulation(kt.make_scene("grid", bodies=4, density=0.125, seed=6), "naive")
-    sim.run(max_contacts=COUNTED * 4)
-    assert result.rows[0].counts["fingerprint"] == sim.fingerprint
-    found = json.loads(json.dumps(result.as_dict()))
-    assert found["rows"][0]["phase"] == "naive"
-    assert found["conditions"]["repeats"] == 1
-    assert found["conditions"]["versions"]["kinetile"] == kt.__version__
 
 
 def growth_row(n: int, cost: float) -> GrowthRow:
@@ -127,15 +122,6 @@ def in_this_process(monkeypatch):
 
 
 def test_growth_has_the_stretches_of_all_repeats(tmp_path, in_this_process):
-    assert_measured(tmp_path)
-
-
-@pytest.mark.slow
-def test_growth_measures_in_processes_of_their_own(tmp_path):
-    assert_measured(tmp_path)
-
-
-def assert_measured(tmp_path):
     study = run_here(growth_study(tmp_path, "sap-1d", [16, 10], seconds=0.01, repeats=2))
     found = read_growth(study)
     assert [each.bodies for each in found.rows] == [16]

@@ -17,9 +17,8 @@ SMALL = Play(bodies=25, turned=5, exchanged=2)
 
 
 def test_all_phases_play_the_same_game():
-    done = []
-    found = bench_frames(["cells", "sap-1d", "sweep-tiling"], 30, SMALL, finish=done.append)
-    assert done[-1] is found
+    *before, found = bench_frames(["cells", "sap-1d", "sweep-tiling"], 30, SMALL)
+    assert [len(each.rows) for each in before] == [1, 2]
     assert found.identical
     assert len({row.fingerprint for row in found.rows}) == 1
     for row in found.rows:
@@ -44,9 +43,9 @@ def test_a_frame_has_its_turns_its_goings_and_its_comings():
 
 def test_what_is_asked_for_and_cannot_be():
     with pytest.raises(BadOption, match="there are 19 frames; expected at least 20"):
-        bench_frames(["cells"], 19, SMALL)
+        next(bench_frames(["cells"], 19, SMALL))
     with pytest.raises(BadOption, match="of 4 discs there cannot be 5 that turn and 2 that go"):
-        bench_frames(["cells"], 20, SMALL._replace(bodies=4))
+        next(bench_frames(["cells"], 20, SMALL._replace(bodies=4)))
 
 
 def test_a_phase_that_refuses_is_a_row(monkeypatch):
@@ -54,7 +53,7 @@ def test_a_phase_that_refuses_is_a_row(monkeypatch):
         raise Refused("not this one")
 
     monkeypatch.setattr(frames_module, "_row", refuse)
-    (row,) = bench_frames(["cells"], 20, SMALL).rows
+    (row,) = next(bench_frames(["cells"], 20, SMALL)).rows
     assert row == FrameRow("cells", refused="not this one")
 
 
@@ -72,9 +71,9 @@ def test_frames_are_printed_and_phases_that_differ_are_exit_code_1(monkeypatch):
         for name in ("cells", "naive")
     ]
     differing = FrameBench(
-        (*rows, FrameRow("odd", refused="no")), bench_frames(["cells"], 20, SMALL).conditions
+        (*rows, FrameRow("odd", refused="no")), next(bench_frames(["cells"], 20, SMALL)).conditions
     )
-    monkeypatch.setattr(frames_module, "bench_frames", lambda *_, finish, **__: finish(differing))
+    monkeypatch.setattr(frames_module, "bench_frames", lambda *_, **__: [differing])
     printed = kinetile("bench", "frames")
     assert printed.exit_code == 1
     assert "NOT identical" in printed.stdout
@@ -85,6 +84,6 @@ def test_frames_are_printed_and_phases_that_differ_are_exit_code_1(monkeypatch):
 @pytest.mark.compiled
 def test_no_frame_compiles():
     """The first turn, the first who goes and the first who comes find the loop as it was made ready."""
-    (row,) = bench_frames(["cells"], 20, SMALL).rows
+    (row,) = next(bench_frames(["cells"], 20, SMALL)).rows
     assert row.compile_seconds == 0.0
     assert np.isfinite(row.drift)

@@ -97,21 +97,8 @@ def test_phases_that_differ_are_exit_code_1(trace, monkeypatch):
     assert "NOT identical" in printed.stdout
 
 
-def test_a_notebook_shows_a_row_for_each_phase_and_the_columns_that_are_filled_in():
-    rows = (
-        SceneRow("sap-1d:axis=<y>", None, 0.25, contacts=1200),
-        SceneRow("cells", None, 0.5, contacts=1200),
-    )
-    page = SceneBench(rows, {"processor": "a & b", "repeats": 1})._repr_html_()
-    assert page.count("<tr>") == 3
-    for said in (">sap-1d:axis=&lt;y&gt;<", ">cpu seconds<", ">0.25<", ">1,200<", "processor a &amp; b"):
-        assert said in page
-    assert "fingerprint" not in page
-    assert "<table" in SceneBench((), {})._repr_html_()
-
-
 def candidate(name: str, rate: float | None, memory: int | None = 1000, hopeless: bool = False) -> Candidate:
-    return Candidate(SceneRow(name, contacts_per_cpu_second=rate), hopeless, memory)
+    return Candidate(name, contacts_per_cpu_second=rate, hopeless=hopeless, memory=memory)
 
 
 def test_the_fastest_is_named_with_how_far_the_next_is_behind():
@@ -140,9 +127,9 @@ def test_a_scene_without_walls_is_left_when_all_have_flown_apart():
     found = choose(plane, ["naive", "cells", "sweep-tiling"])
     assert found.identical
     assert found.phase in ("naive", "cells")
-    assert [each.row.contacts for each in found.candidates] == [1, 1, None]
+    assert [each.contacts for each in found.candidates] == [1, 1, None]
     assert found.candidates[-1].memory is None
-    assert "arena" in found.candidates[-1].row.ended_by
+    assert "arena" in found.candidates[-1].ended_by
 
 
 @pytest.mark.parametrize("position", [[], [[0.0, 0.0], [4.0, 0.0]]])
@@ -183,7 +170,7 @@ def test_of_ten_unlike_scenes_at_most_one_is_wrong_by_more_than_a_fifth():
     for title, (recipe, parameters, until) in UNLIKE.items():
         scene = kt.make_scene(recipe, **parameters)
         chosen = choose(scene)
-        able = [row.phase for row in (each.row for each in chosen.candidates) if row.cpu_seconds is not None]
+        able = [row.phase for row in chosen.candidates if row.cpu_seconds is not None]
         whole = bench_scene(scene, able, until, max_contacts=200_000)
         rates = {row.phase: row.contacts_per_cpu_second or 0.0 for row in whole.rows}
         lost = 1.0 - rates[chosen.phase] / max(rates.values())

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 import kinetile as kt
-from grids import few_wide_many_small, in_the_open, pairs, state_of, touching
+from grids import few_wide_many_small, state_of
 from kinetile.kernel.flight import positions_now
 from kinetile.kernel.tables import NEVER
 
@@ -22,26 +20,6 @@ def lists(sim: kt.Simulation) -> list[list[int]]:
         np.array(engine.k.near[: near(engine.k, engine.state, body)]).tolist()
         for body in range(len(engine.k.bodies))
     ]
-
-
-@pytest.mark.slow
-@pytest.mark.compiled
-@settings(max_examples=40)
-@given(
-    seed=st.integers(0, 10**6),
-    bodies=st.integers(2, 80),
-    ratio=st.sampled_from([1.0, 3.0, 1000.0]),
-    arena=st.booleans(),
-    narrow=st.sampled_from([None, 1.01, 3.0]),
-)
-def test_near_is_complete_while_bodies_move(seed, bodies, ratio, arena, narrow):
-    scene = kt.make_scene("random", bodies=bodies, density=0.2, radius_ratio=ratio, seed=seed)
-    scene = scene if arena else in_the_open(scene, (-0.5, 1e5))
-    options = {} if narrow is None else {"side": float(2.0 * scene.radius.min() * narrow)}
-    sim = kt.Simulation(scene, "cells", options=options)
-    for step in range(12):
-        assert touching(sim) <= pairs(sim)
-        sim.run(until=0.05 * (step + 1))
 
 
 @pytest.mark.small
@@ -74,15 +52,6 @@ def test_a_body_that_stands_still_is_never_asked_about():
     own = sim._engine.k.queue.own
     assert own[0] == NEVER
     assert own[1] < NEVER
-
-
-@pytest.mark.parametrize("arena", [None, (1.0, 1.0)])
-def test_no_body_at_all(arena):
-    sim = kt.Simulation(
-        kt.Scene(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), arena=arena), "cells", audit=1
-    )
-    sim.run(until=1.0)
-    assert len(sim.contacts) == 0
 
 
 def test_cells_a_whole_turn_apart_share_a_place_and_cost_time_alone():

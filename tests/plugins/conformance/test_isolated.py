@@ -183,6 +183,7 @@ def isolated(name: str, *checks: str, **more: object) -> Report:
     return check_broad_phase(name, checks=checks or ("same-contacts",), examples=10, **more)  # type: ignore[arg-type]
 
 
+@pytest.mark.small
 @pytest.mark.parametrize(
     ("name", "said"),
     [

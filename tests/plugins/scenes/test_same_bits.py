@@ -18,43 +18,8 @@ import pytest
 import kinetile_plugins
 import recipe_bits
 
-SCENES = {
-    "grid": "10c6511924f0c72e",
-    "grid of 2,500": "e9e621299cb1cab3",
-    "random": "659a4e89c2bdf6f0",
-    "random of many sizes": "72c91125cbb04b9c",
-    "random from a lattice": "1db61aeed2e1d976",
-    "lattice": "8f712f68bc0bfd68",
-    "lattice with turns": "26993d93b191ab04",
-    "non-dyadic lattice": "b45de67e87641891",
-    "lattice with jitter": "61a0d5280bbef605",
-    "figure-10": "df09e95ede82b0ec",
-    "figure-11": "62c87f9e09861352",
-    "figure-16": "f6fd726eabc43f18",
-    "cradle": "d2f9cd18dff579b2",
-    "break": "52c48ca4c7aa9a45",
-    "break with an aim": "31016116e5d4786f",
-    "two-discs": "12aa53997fae240d",
-}
-RUNS = {
-    "grid": "211385ba4400670e",
-    "grid of 2,500": "c21a1e8c47427498",
-    "random": "7ef1caf31aafc508",
-    "random of many sizes": "fc3e16a7fbb90414",
-    "random from a lattice": "1d5f468642e6a9d1",
-    "lattice": "42f2cf4a2f69cba7",
-    "lattice with turns": "776c1a106c870a01",
-    "non-dyadic lattice": "a5c797959f39690c",
-    "lattice with jitter": "a8fb99ed42f445a0",
-    "figure-10": "e156abf856878b1d",
-    "figure-11": "ce89c9f2b65c30a3",
-    "figure-16": "c38d213e0b9a432e",
-    "cradle": "0e69ca2e45b86a0a",
-    "break": "fd8fd302ec028e1c",
-    "break with an aim": "3f2fbb4efc4889f3",
-    "two-discs": "05f0dfd461b8756d",
-    "kinetile run": "47e464fc381f0b24",
-}
+SCENES = {name: case.scene for name, case in recipe_bits.CASES.items()}
+RUNS = {name: case.run for name, case in recipe_bits.CASES.items()} | {"kinetile run": recipe_bits.README_RUN}
 
 
 def bits(*words: str, **environment: str) -> Any:
@@ -78,7 +43,7 @@ def dispatched() -> list[str]:
 
 
 def test_every_recipe_has_a_case() -> None:
-    assert {name for name, _ in recipe_bits.CASES.values()} == {
+    assert {case.recipe for case in recipe_bits.CASES.values()} == {
         spec.name for spec in kinetile_plugins.kinetile_scenes()
     }
 

@@ -12,6 +12,7 @@ from kinetile import Scene, SceneSpec, hookimpl, make_scene, registry
 from kinetile.errors import BadOption, PhaseError, UnknownName
 from kinetile.plugin.registry import Registry
 from kinetile.scene.by_name import Parameter, parse_parameters, recipe_parameters
+from registering import registered
 
 NAMES = ("grid", "random", "lattice", "figure-10", "figure-11", "figure-16", "cradle", "break", "two-discs")
 
@@ -245,13 +246,9 @@ def test_a_recipe_that_breaks_is_named() -> None:
         def kinetile_scenes(self) -> list[SceneSpec]:
             return [SceneSpec("broken", lambda: np.zeros(2**62), "asks for too much")]
 
-    plugin = Broken()
-    registry().add(plugin)
-    try:
-        with pytest.raises(PhaseError, match=r"scene 'broken' of .*: the recipe raised "):
-            make_scene("broken")
-    finally:
-        registry().remove(plugin)
+    said = r"scene 'broken' of .*: the recipe raised "
+    with registered(Broken()), pytest.raises(PhaseError, match=said):
+        make_scene("broken")
 
 
 def test_wrong_parameters_are_all_told_with_a_suggestion() -> None:

@@ -28,17 +28,17 @@ def grid(bodies: int, density: float) -> kt.Scene:
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize("bodies", [9, 25, pytest.param(49, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("bodies", [9, *(pytest.param(each, marks=pytest.mark.slow) for each in (25, 49))])
 def test_grids_are_right_after_every_event(bodies):
     for density in DENSITIES:
         assert audited_events(grid(bodies, density), 400) == 400
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize("block", first(1, range(4)))
+@pytest.mark.parametrize("block", first(1, range(8)))
 def test_random_scenes_are_right_after_every_event(block):
     """Up to 60 bodies, radius ratios up to 1000, mass ratios up to a million."""
-    for seed in range(10 * block, 10 * block + 10):
+    for seed in range(5 * block, 5 * block + 5):
         assert audited_events(random_scene(seed), 150) == 150
 
 
@@ -158,17 +158,6 @@ def test_skins_wider_than_the_proof_allows_by_far(monkeypatch):
     beyond = [factor for factor in factors if factor > 1.0]
     print(f"{len(factors)} scenes, {len(beyond)} of them beyond the proof, by up to {max(beyond):.3g}")
     assert len(beyond) > 200
-
-
-@pytest.mark.compiled
-def test_a_run_can_audit_itself():
-    scene = grid(25, 0.5)
-    plain = kt.Simulation(scene, "sweep-tiling")
-    plain.run(until=0.5)
-    audited = kt.Simulation(scene, "sweep-tiling", audit=10)
-    audited.run(until=0.5)
-    assert audited.fingerprint == plain.fingerprint
-    assert audited.readings.structural_events == plain.readings.structural_events
 
 
 @pytest.mark.compiled

@@ -10,6 +10,7 @@ import kinetile as kt
 import square_pairs
 from agreement import outcome
 from kinetile.errors import PhaseError, Refused
+from registering import registered
 from tilings import crevice, take_the_limit_away
 
 POSITION = [[0.25, 0.5], [0.75, 0.5]]
@@ -48,9 +49,8 @@ def test_bodies_that_pass_through_each_other(narrow):
 
 @pytest.fixture
 def _squares():
-    kt.registry().add(square_pairs)
-    yield
-    kt.registry().remove(square_pairs)
+    with registered(square_pairs):
+        yield
 
 
 def as_squares(name: str, **options: str) -> kt.Simulation:

@@ -166,7 +166,7 @@ def sign_of_inside(m: Cells, first: int, end: int) -> int:
 
 @subroutine
 def signs_at(m: Cells, first: int, end: int, count: int) -> tuple[int, int]:
-    """Return the signs of B and of q so many ticks after the later anchor."""
+    """Return the signs of B and of q at a count of ticks after the later anchor."""
     put_count(m, COUNT, count)
     copy(m, X, DX, first, end)
     copy(m, Y, DY, first, end)

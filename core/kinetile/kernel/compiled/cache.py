@@ -10,7 +10,7 @@ Numba loads whatever lies in its cache. A file that a power cut has emptied, or 
 end every later run with the unpickler's error; a bit that is flipped within the machine code unpickles well,
 and the process crashes or computes something else. So each file ends with the SHA-256 of what is before it,
 and nothing is unpickled before that is compared. An entry that is not right is dropped, a line of the log
-``kinetile`` (on stderr, where nobody has set up logging) says so, and the code is compiled anew.
+``kinetile`` (on stderr, where logging is not set up) says so, and the code is compiled anew.
 """
 
 from __future__ import annotations

@@ -125,8 +125,8 @@ def compiling_seconds() -> float:
 
 
 def while_compiling(context: Callable[[], AbstractContextManager[Any]]) -> None:
-    """Have a context entered whenever a composed function is compiled or loaded: for whoever limits the time
-    of what runs in this process, which compiling is not to count towards."""
+    """Enter a context whenever a composed function is compiled or loaded. A runner that limits the CPU time
+    of this process uses it to leave compilation out."""
     global _meanwhile
     _meanwhile = context
 

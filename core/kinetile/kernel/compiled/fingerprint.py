@@ -43,7 +43,8 @@ def fingerprint(function: Callable[..., Any], state: type) -> tuple[str, set[str
             if id(value) in seen:
                 return
             seen.add(id(value))
-            code(value.__code__, value.__globals__)
+            documented = value.__doc__ is not None and value.__code__.co_consts[:1] == (value.__doc__,)
+            code(value.__code__, value.__globals__, documented)
             for cell in value.__closure__ or ():
                 visit(cell.cell_contents)
             visit(value.__defaults__)
@@ -60,10 +61,11 @@ def fingerprint(function: Callable[..., Any], state: type) -> tuple[str, set[str
         else:
             digest.update(repr(value).encode())
 
-    def code(block: CodeType, names: Mapping[str, Any]) -> None:
+    def code(block: CodeType, names: Mapping[str, Any], documented: bool = False) -> None:
         digest.update(block.co_code)
         digest.update(repr(block.co_varnames).encode())
-        for constant in block.co_consts:
+        # A docstring is the first constant, and makes no machine code: new words compile nothing anew.
+        for constant in block.co_consts[1:] if documented else block.co_consts:
             if isinstance(constant, CodeType):
                 code(constant, names)
             else:

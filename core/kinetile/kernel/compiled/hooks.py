@@ -72,7 +72,7 @@ if not INTERPRETED:
         """The code of a hook, which is only ever linked into that of its callers.
 
         Numba optimises the code of each function, with that of all that it calls, and makes machine code of
-        it. A hook is inlined wherever it is called, so that nobody runs its machine code, and the callers
+        it. A hook is inlined wherever it is called, so its own machine code never runs, and the callers
         optimise it again. So neither is done for hooks, which saves a part of the time to compile a loop.
         """
 

@@ -1,4 +1,4 @@
-"""What a process may take, kept by the system: no compiled loop can be interrupted from within."""
+"""Limits of a process, enforced by the system: a compiled loop cannot be interrupted from within."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 
 
 def end_after(seconds: float) -> None:
-    """Have the system end this process after so many more CPU seconds, rounded up, where it can do that."""
+    """Have the system end this process after ``seconds`` more CPU seconds, rounded up, where it can."""
     with suppress(ImportError, OSError, ValueError):
         import resource
 
@@ -26,7 +26,7 @@ def end_after(seconds: float) -> None:
 
 
 def limit_memory(more: int) -> None:
-    """Let this process have so many bytes more than it has now, where the system can do that."""
+    """Limit the memory of this process to ``more`` bytes beyond what it has now, where the system can."""
     with suppress(ImportError, OSError, ValueError):
         import resource
 

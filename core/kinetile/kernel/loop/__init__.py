@@ -1,5 +1,5 @@
-"""The main loop: ``loop`` itself, its queue (``calendar``), what it expects of a body (``predictions``), and
-what it carries out (``responses``, ``commands``). Here are the reasons for which it returns."""
+"""The main loop: ``loop`` itself, its queue (``calendar``), what a body awaits (``predictions``), and what
+happens at an event (``events``, ``responses``, ``commands``). Here are the reasons for which it returns."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ NO_REASON = -1
 TIME_REACHED, CONTACTS_REACHED, BUDGET_SPENT, LOG_FULL, NO_ROOM, FAULT = range(6)
 
 COMMAND_DUE = 6
-"""A body comes or goes for which the tables, or the structure, have to be laid out anew."""
+"""A body is inserted or removed for which the tables, or the structure, must be laid out anew."""
 
 BLOCKED = 7
-"""There is no room for a body that comes; the clock's ``fault`` has its number (a), and what is in its way
+"""There is no room for an inserted body; the clock's ``fault`` has its number (a), and what is in its way
 (b)."""
 
 CROWDED = 8
@@ -20,4 +20,4 @@ FASTER = 9
 """A response has made a body faster than its reach allows for."""
 
 WATCHED = 10
-"""At a contact that somebody watches, before it or after."""
+"""At a watched contact, before it or after."""

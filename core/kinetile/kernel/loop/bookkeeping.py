@@ -1,6 +1,6 @@
-"""Bookkeeping: what the loop writes down of an event, and what it concludes from that.
+"""Bookkeeping: what the loop writes down of an event, and the checks that follow from it.
 
-A contact has a row for the digest, and where somebody records, every event has a row with the plans after it.
+A contact has a row for the digest; in a recorded run every event has a row with the plans after it.
 Rows name bodies by their numbers. Each contact is counted; the loop stops at one that is watched; and it
 reports what cannot be: jams, and overlaps that rounding does not explain.
 """
@@ -45,7 +45,7 @@ def log(k: Kernel, tick: int, a: int, b: int) -> None:
 
 @hook
 def _log_contact(k: Kernel, tick: int, first: int, second: int) -> None:
-    """Write down for the digest who met, by numbers, and when."""
+    """Write the row of a contact for the digest: the bodies, by numbers, and the tick."""
     clock = k.clock[0]
     lists = clock.lists
     met = k.met[lists.logged]
@@ -81,7 +81,7 @@ def log_passing(k: Kernel, tick: int, a: int, b: int) -> None:
 
 @hook
 def log_is_full(k: Kernel, rows: int) -> bool:
-    """Whether there is no room for so many rows more."""
+    """Whether there is no room for ``rows`` rows more."""
     lists = k.clock[0].lists
     room = len(k.met) - lists.logged
     return bool(room < rows or (len(k.log) > 0 and len(k.log) - lists.written < rows))

@@ -1,13 +1,13 @@
-"""Commands: what is changed from outside, at a tick of its own and in the order that was given.
+"""Commands: changes from outside, each at a tick of its own, in the order in which they were given.
 
-A command turns a body, has one come or has one go. By the clock a plan may be anchored anew, which changes no
-velocity. Commands run after the structural events of their tick and before its contacts, so that whoever
-comes, comes into a structure that is in order, and whoever goes is out of it before the next contact is
-looked for. A command given by hand where a run stopped between two contacts of one tick says after how many
-of them it came (``after``), so that it comes there again.
+A command turns a body, inserts one or removes one. The clock also anchors plans anew, which changes no
+velocity. Commands run after the structural events of their tick and before its contacts: a body is inserted
+into a structure that is in order, and a removed one is out of it before the next contact is computed. A
+command given at a stop between two contacts of one tick says after how many of them it came (``after``), so
+that a repeated run carries it out at the same place.
 
-Who comes must have room: it may touch others and the walls of the arena, and not reach into them by more than
-rounding explains (``ROOM`` of the radii). Otherwise the command is not carried out and nothing has changed.
+An inserted body must have room: it may touch others and the walls of the arena, and overlap them by no more
+than rounding explains (``ROOM`` of the radii). Otherwise the command is refused, and nothing has changed.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ enter = leave = to_be_filled_in
 
 @hook
 def plan_changed(k: Kernel, body: int) -> None:
-    """A body's plan has changed: what was known of it is not true any more."""
+    """Make void what other entries say of a body whose plan has changed."""
     k.bodies[body].stamp += 1
     k.queue[body].wall = NOT_ASKED
     note_place(k, body)
@@ -59,20 +59,20 @@ def met_at(k: Kernel, tick: int) -> int:
 
 @hook
 def may_come(k: Kernel) -> bool:
-    """Whether as many contacts have happened at the tick of the next command as it waits for."""
+    """Whether the contacts that the next command waits for have happened at its tick."""
     command = k.commands[k.clock[0].lists.command]
     return bool(command.after <= met_at(k, command.tick))
 
 
 @hook
 def window_of(bodies: int) -> int:
-    """Return after how many contacts it is looked whether so many bodies are jammed."""
+    """Return the number of contacts between two checks whether ``bodies`` bodies are jammed."""
     return 200 * bodies + 2000
 
 
 @hook
 def has_vacancy(k: Kernel, command: Records) -> bool:
-    """Whether there is a slot for a body that comes, and its radius is one that the broad phase knows of."""
+    """Whether there is a slot for a new body, and the broad phase was prepared for its radius."""
     clock = k.clock[0]
     limits = clock.limits
     room = clock.lists.vacant >= 0 or clock.bodies < len(k.bodies)
@@ -81,8 +81,7 @@ def has_vacancy(k: Kernel, command: Records) -> bool:
 
 @template
 def blocked_by(k: Kernel, command: Records) -> int:
-    """Return the slot of the eldest body, or the wall, that a body would reach into if it came now; or
-    FREE."""
+    """Return the slot of the eldest body, or the wall, that an inserted body would overlap; or FREE."""
     clock = k.clock[0]
     limits = clock.limits
     radius = command.radius
@@ -114,7 +113,7 @@ def blocked_by(k: Kernel, command: Records) -> int:
 
 @hook
 def take_slot(k: Kernel, number: int) -> int:
-    """Give the body of a number a slot that nobody has; there is one."""
+    """Give the body of a number a vacant slot. Before: there is one."""
     clock = k.clock[0]
     lists = clock.lists
     body = lists.vacant
@@ -132,7 +131,7 @@ def take_slot(k: Kernel, number: int) -> int:
 
 @template
 def arrive(k: Kernel, command: Records) -> int:
-    """Have a body come; return its slot. It awaits nothing yet."""
+    """Insert a body; return its slot. Its entry awaits nothing yet."""
     body = take_slot(k, command.body)
     new = k.bodies[body]
     new.x = command.x
@@ -166,17 +165,18 @@ def arrive(k: Kernel, command: Records) -> int:
 
 @hook
 def _account(k: Kernel, mass: float, squares: float) -> None:
-    """Count the energy that a command brings in, of a speed squared; none of what nothing can move."""
+    """Add the kinetic energy of a mass and a speed squared to what commands have added; 0 for infinite
+    mass."""
     if abs(mass) < math.inf:
         k.counts[0].commanded_energy += 0.5 * mass * squares
 
 
 @template
 def depart(k: Kernel, body: int) -> None:
-    """Have the body in a slot go; the structure has let it go already.
+    """Remove the body in a slot; the broad phase's structure has removed it already.
 
-    Whoever awaits a contact with it asks again when that comes up. Contacts of one tick stand in the order of
-    numbers in the calendar, and this one is gone: so it is awaited as a guess.
+    A body that awaits a contact with it is refreshed when that contact is at the head. Contacts of one tick
+    stand in the calendar in the order of numbers, and this number is gone: so they become guesses.
     """
     clock = k.clock[0]
     lists = clock.lists
@@ -213,7 +213,7 @@ def depart(k: Kernel, body: int) -> None:
 
 @template
 def must_wait(k: Kernel, command: Records) -> int:
-    """Return for what a command has to wait, LOG_FULL or CROWDED, or NO_REASON."""
+    """Return the reason for which a command has to wait, LOG_FULL or CROWDED, or NO_REASON."""
     rows = 1
     if PASSING and command.code == INSERTED:
         rows += k.clock[0].present
@@ -226,8 +226,8 @@ def must_wait(k: Kernel, command: Records) -> int:
 
 @template
 def obey(k: Kernel, s: Any) -> int:
-    """Carry out the next command, whose tick is now; return the slot of the body that has to ask who is near
-    it, or NOBODY. With ``LIVING``, there is room for one who comes."""
+    """Carry out the next command, whose tick is now; return the slot of the body that is to be refreshed, or
+    NOBODY. With ``LIVING``, there is room for a new body."""
     clock = k.clock[0]
     lists = clock.lists
     command = k.commands[lists.command]

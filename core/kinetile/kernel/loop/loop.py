@@ -170,7 +170,7 @@ def restore(k: Kernel, s: Any, task: int, a: int, b: int, newcomers: int, at: in
     body = NOBODY  # whose entry is in hand
     waiting = NOBODY  # one that has been refreshed, and is filed after it
     count = newcomers
-    if task <= REFILE:  # nobody is to be refreshed
+    if task <= REFILE:  # no body is to be refreshed
         body = a if task == REFILE else NOBODY
         a = NOBODY
     while True:
@@ -182,7 +182,7 @@ def restore(k: Kernel, s: Any, task: int, a: int, b: int, newcomers: int, at: in
                 b = NOBODY
                 if task == REFRESH_ALL:
                     a = body + 1 if body + 1 < clock.bodies else NOBODY
-            elif lists.offered > len(k.offers):  # some are lost, and nobody knows which
+            elif lists.offered > len(k.offers):  # some are lost, and it is not known which
                 lists.offered = 0
                 task = REFRESH_ALL
                 a = 0 if clock.bodies > 0 else NOBODY
@@ -210,10 +210,10 @@ def restore(k: Kernel, s: Any, task: int, a: int, b: int, newcomers: int, at: in
 
 @template
 def refresh(k: Kernel, s: Any, body: int, task: int) -> int:
-    """Forget what an entry says of contacts, and return how many bodies of ``k.near`` it has to look at.
+    """Clear what an entry says of contacts, and return how many bodies of ``k.near`` it has to look at.
 
-    With ``REPLAN`` the broad phase is told of the body's plan too, after the question who is near: it may
-    answer from the structure as it was, because a new plan does not move the body.
+    With ``REPLAN`` the hook ``replan`` is called too, after ``near``: ``near`` may read the structure as it
+    was, because a new plan does not move the body.
     """
     count = 0
     if PAIRS and (not LIVING or is_there(k, body)):
@@ -283,8 +283,8 @@ def next_event(k: Kernel) -> tuple[int, int, int]:
 def is_over(k: Kernel, kind: int, at: int, until: int, quota: int) -> bool:
     """Whether what comes next is behind the end.
 
-    The last tick may end between two of its contacts: where a command by hand was given, or where a recording
-    stopped. Structural events and commands of that place have happened then.
+    The last tick may end between two of its contacts: where a command was given between two runs, or where a
+    recording stopped. Structural events and commands of that place have happened then.
     """
     return bool(at > until or at == NEVER or (at == until and kind >= WALL and met_at(k, at) >= quota))
 

@@ -1,13 +1,13 @@
-"""Predictions: what a body's entry in the queue knows about its contacts, and how it comes to know it.
+"""Predictions: what a body's entry in the queue says about its contacts, and how that is computed.
 
-An entry says of body h, about all that was near it when it was asked and all newcomers since::
+An entry says of body h, about all that was near it when it was refreshed and all newcomers since::
 
     its contact with ``partner`` is not before ``tick``, if the partner still has the plan of stamp ``seen``;
     every other contact is not before ``guard``; tick <= guard
 
-The first answers are lower bounds, cheap and for eight partners at once. Only what comes to the head of the
-queue is asked for exactly. Lower bounds come from ``soonest`` of the narrow phase, as a delay; where a narrow
-phase has none, every partner is asked exactly at once.
+The first values are lower bounds, cheap and for eight partners at once. Only a contact that comes to the head
+of the queue is computed exactly. Lower bounds come from ``soonest`` of the narrow phase, as a delay; where a
+narrow phase has none, the contact with every partner is computed exactly at once.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ near = meet = soonest = to_be_filled_in
 
 @template
 def forget(k: Kernel, h: int) -> None:
-    """Forget what an entry knows about contacts: all that is near is going to be asked. It awaits nothing."""
+    """Clear what an entry says of contacts, before all that is near is looked at. It awaits nothing."""
     move(k, h, NEVER)
     entry = k.queue[h]
     entry.tick = NEVER
@@ -42,7 +42,7 @@ def forget(k: Kernel, h: int) -> None:
 
 @hook
 def barred_with(k: Kernel, h: int) -> int:
-    """Return the body that h has just met and that has met nobody since, or NOBODY."""
+    """Return the body that h has just met, if neither has met another since, or NOBODY."""
     partner = k.bodies[h].last
     return int(partner) if partner >= 0 and k.bodies[partner].last == h else NOBODY
 
@@ -101,7 +101,7 @@ def meeting(k: Kernel, a: int, b: int) -> int:
 
 @template
 def soonest_exactly(k: Kernel, h: int, count: int, barred: int, known: int) -> tuple[int, int, int]:
-    """Return the first contact, the second, and with whom the first, of ``k.near[:count]``, exactly.
+    """Return the first contact, the second, and the partner of the first, of ``k.near[:count]``, exactly.
 
     ``barred`` and ``known`` are left out. Of contacts at one tick the first is that of the smaller numbers.
     """
@@ -128,7 +128,7 @@ def soonest_exactly(k: Kernel, h: int, count: int, barred: int, known: int) -> t
 
 @template
 def ask_all_exactly(k: Kernel, s: Any, h: int) -> None:
-    """Ask all that is near a body exactly: bounds could not tell who comes first."""
+    """Compute the contacts with all that is near a body exactly: bounds could not tell which is first."""
     count = near(k, s, h)
     if PASSING:
         count = leaves_out(k, h, count)

@@ -1,4 +1,4 @@
-"""Responses: what happens where two bodies meet, or a body and a wall, and who passes through whom.
+"""Responses: what happens where two bodies meet, or a body and a wall, and which pairs pass.
 
 The table ``k.rules`` has a row for each two kinds and for each kind and a wall. Its response is ``ELASTIC``
 (what the narrow phase does), ``PASS`` (nothing changes), or one of the hooks that are composed into the loop.
@@ -43,7 +43,7 @@ respond_1 = respond_2 = respond_3 = respond_4 = collide = touch = bounce = touch
 
 @hook
 def row_of(kinds: int, one: int, other: int) -> int:
-    """Return the row of the rule for two of so many kinds; walls come behind the last kind."""
+    """Return the row of the rule for two of ``kinds`` kinds; walls come behind the last kind."""
     return int(one * (kinds + 1) + other)
 
 
@@ -90,7 +90,7 @@ def have_passed(k: Kernel, a: int, b: int) -> bool:
 
 @hook
 def leaves_out(k: Kernel, body: int, count: int) -> int:
-    """Leave out of ``k.near[:count]`` whom a body is passing through; return how many stay."""
+    """Remove from ``k.near[:count]`` the bodies that a body is passing through; return how many stay."""
     if k.traits[body].inside == 0:
         return count
     kept = 0
@@ -104,7 +104,7 @@ def leaves_out(k: Kernel, body: int, count: int) -> int:
 
 @hook
 def _energy(k: Kernel, body: int) -> float:
-    """Return a body's kinetic energy; 0 for one that nothing can move."""
+    """Return a body's kinetic energy; 0 for one of infinite mass."""
     plan = k.bodies[body]
     mass = k.mass[body]
     return 0.5 * mass * (plan.vx * plan.vx + plan.vy * plan.vy) if mass < math.inf else 0.0
@@ -121,7 +121,7 @@ def _note(k: Kernel, body: int, tick: int) -> None:
 
 @template
 def _respond(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
-    """Have a hook respond."""
+    """Call the hook of a rule's response."""
     if RESPONSES > 0 and rule.response == FIRST:
         respond_1(k, a, b, nx, ny, rule)
     if RESPONSES > 1 and rule.response == FIRST + 1:
@@ -167,7 +167,7 @@ def answer_wall(k: Kernel, a: int, wall: int, tick: int) -> float:
 
 @hook
 def crowded(k: Kernel, pairs: int) -> bool:
-    """Whether there is no room for so many pairs more."""
+    """Whether there is no room for ``pairs`` pairs more."""
     return bool(len(k.passings) - k.clock[0].lists.passings < pairs)
 
 
@@ -179,7 +179,7 @@ def _parts(k: Kernel, record: Records) -> int:
 
 @template
 def begin_passing(k: Kernel, a: int, b: int, tick: int) -> None:
-    """Two bodies begin to pass through each other; there is room for them. ``a`` is the elder."""
+    """Begin a passing of two bodies, ``a`` the elder. Before: the table has room."""
     lists = k.clock[0].lists
     new = lists.passable
     record = k.passings[new]
@@ -201,7 +201,7 @@ def begin_passing(k: Kernel, a: int, b: int, tick: int) -> None:
 
 @hook
 def find_leave(k: Kernel, body: int) -> int:
-    """Look in a body's list for the first of the pairs that it is looked at for; return it, or -1."""
+    """Return the first pair to part among those of which a body is the elder, or -1; note its tick."""
     table = k.passings
     found = -1
     k.traits[body].leave = NEVER
@@ -221,7 +221,7 @@ def find_leave(k: Kernel, body: int) -> int:
 
 @hook
 def end_passing(k: Kernel, pair: int, tick: int) -> None:
-    """A pair ends; who looks for its next one is told by ``find_leave``."""
+    """End a passing. The caller finds the body's next one by ``find_leave``."""
     lists = k.clock[0].lists
     record = k.passings[pair]
     a = record.a
@@ -240,14 +240,14 @@ def end_passing(k: Kernel, pair: int, tick: int) -> None:
 
 @hook
 def end_first_passing(k: Kernel, body: int, tick: int) -> None:
-    """The first of the pairs parts that a body is looked at for."""
+    """End the first of the passings of which a body is the elder."""
     end_passing(k, find_leave(k, body), tick)
     find_leave(k, body)
 
 
 @template
 def plan_partings(k: Kernel, body: int) -> None:
-    """A body's plan has changed: ask when it parts from all those that it is passing through."""
+    """Compute anew when a body, whose plan has changed, parts from those that it is passing through."""
     pair = k.passers[body]
     while pair >= 0:
         record = k.passings[pair]
@@ -261,7 +261,7 @@ def plan_partings(k: Kernel, body: int) -> None:
 
 @template
 def begin_with_all(k: Kernel, body: int, tick: int) -> None:
-    """A body has come: it begins to pass through all that it overlaps and passes, the eldest first."""
+    """Begin the passings of a new body with all that it overlaps and passes, the eldest first."""
     clock = k.clock[0]
     new = k.bodies[body]
     before = -1
@@ -287,7 +287,7 @@ def begin_with_all(k: Kernel, body: int, tick: int) -> None:
 
 @template
 def end_all_passings(k: Kernel, body: int, tick: int) -> None:
-    """A body goes: it ends to pass through others, the eldest first."""
+    """End the passings of a body that is being removed, the eldest first."""
     while k.passers[body] >= 0:
         pair = k.passers[body]
         found = pair
@@ -305,7 +305,7 @@ def end_all_passings(k: Kernel, body: int, tick: int) -> None:
 
 
 def begin_at_start(k: Kernel, pairs: Any) -> None:
-    """Let pairs begin that overlap from the start, (m, 2) slots in their order; a template, as
+    """Begin the passings of pairs that overlap from the start, (m, 2) slots in their order; a template, as
     ``advance``."""
     k = disowned(k)
     for at in range(len(pairs)):

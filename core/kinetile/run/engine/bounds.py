@@ -19,8 +19,6 @@ from kinetile.kernel.tables import Kernel
 from kinetile.scene import Insert, Scene
 from kinetile.scene.reach import speed_bound
 
-__all__ = ["MOST_FLOWN", "Bounds", "fastest", "squares_of_bodies"]
-
 MOST_FLOWN = 2.0**-20
 """The greatest flight in one tick, in smallest radii; beyond it a tick is too coarse for contacts."""
 

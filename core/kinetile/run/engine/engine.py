@@ -61,39 +61,15 @@ from kinetile.plugin.calling import calling, described, place_of
 from kinetile.plugin.registry import sentence
 from kinetile.run.audit import check_all
 from kinetile.run.compose import Commands, Composition
+from kinetile.run.engine import layout, spans
 from kinetile.run.engine.agenda import Agenda, Command, Rows, due, planned, squares_of, to_the_front
 from kinetile.run.engine.bounds import MOST_FLOWN, Bounds, fastest, squares_of_bodies
 from kinetile.run.engine.failures import blocked, demand_room, failure
 from kinetile.run.engine.fields import Tables
-from kinetile.run.engine.layout import (
-    Renewed,
-    carried_out,
-    copied,
-    fill,
-    first_shift,
-    fit,
-    more_passings,
-    overlapping,
-    refilled,
-    renewed,
-    set_limits,
-    steps,
-    tables_of,
-)
 from kinetile.run.engine.ledger import Entries, Ledger
-from kinetile.run.engine.spans import (
-    FEWEST_SPANS,
-    MOST_BODIES,
-    MOST_SPANS,
-    count_from_next,
-    pass_spans,
-    quiet_spans,
-)
 from kinetile.run.interrupts import Unbroken
 from kinetile.scene import Insert, Scene
 from kinetile.scene.reach import flown
-
-__all__ = ["UNLIMITED", "Engine", "Parts", "Watch"]
 
 UNLIMITED = 2**62
 CHUNK_SECONDS = 0.2
@@ -125,17 +101,13 @@ class Parts:
         tables: copies of the kernel's tables, without the logs.
         state: copies of the arrays of the broad phase's state.
         base: that of the clock.
-        bounds: the bounds in force.
-        commands: which commands the loop is composed with.
         later: the commands of later spans of the clock.
         entries: the contents of the ledger.
-        numbers: how many body numbers have been given, or will be by the scene.
-        audits: number of audits without a violation.
         asked: the requested time, while the run stands there.
         log_rows: how many rows the log has room for.
         overlapping: the pairs that overlap at the start and have not begun to pass yet.
-        cpu_seconds: processor time spent in the loop.
-        compile_seconds: processor time spent compiling or loading it.
+
+    The others are attributes of the engine.
     """
 
     composition: Composition | None
@@ -201,8 +173,8 @@ class Engine(Tables):
         self._asked: float | None = None
         self._ready = False
         self._budget = FIRST_BUDGET
-        self._overlapping = overlapping(scene)
-        self.k = self.agenda.load(tables_of(scene, composition, self.clock.unit), self.clock)
+        self._overlapping = layout.overlapping(scene)
+        self.k = self.agenda.load(layout.tables_of(scene, composition, self.clock.unit), self.clock)
         self._long_log = self._no_log = self.k.log
         self._number(self.numbers)
         self.lay_out(self.speed)
@@ -278,7 +250,7 @@ class Engine(Tables):
         """Runs the loop for a budget of events, and returns its reason. The budget is doubled or halved so
         that a chunk takes about ``CHUNK_SECONDS``."""
         began = time.thread_time()
-        budget, before, heads = min(self._budget, most), self.now, steps(self.count)
+        budget, before, heads = min(self._budget, most), self.now, layout.steps(self.count)
         try:
             with np.errstate(all="ignore") if INTERPRETED else nullcontext():  # compiled, nothing warns
                 reason = int(self.loop(self.k, self.state, until, budget, contacts, quota))
@@ -291,7 +263,7 @@ class Engine(Tables):
         took = time.thread_time() - began
         self.cpu_seconds += took
         self._take_over(before)
-        fit(self.k, self.fields, before, steps(self.count) - heads)
+        layout.fit(self.k, self.fields, before, layout.steps(self.count) - heads)
         if reason == BUDGET_SPENT and budget == self._budget and took < CHUNK_SECONDS / 2:
             self._budget *= 2
         elif took > 2 * CHUNK_SECONDS:
@@ -315,7 +287,8 @@ class Engine(Tables):
         elif reason == FASTER:
             self._widen_skin()
         elif reason == CROWDED:
-            self._grow_passings()
+            room = 2 * int(self.k.clock[0].lists.passings) + len(self.k.bodies) + 64
+            self.k = layout.more_passings(self.k, room)
             return COMMAND_DUE
         elif reason == COMMAND_DUE:
             return COMMAND_DUE if self._make_slot() else BUDGET_SPENT
@@ -388,9 +361,9 @@ class Engine(Tables):
         k = self.k
         clock = k.clock[0]
         self.bounds = self.bounds_for(speed)
-        set_limits(k, self.bounds, self.composition.prepared)
+        layout.set_limits(k, self.bounds, self.composition.prepared)
         if clock.calendar.shift == 0:
-            clock.calendar.shift = first_shift(k, self.bounds.extent)
+            clock.calendar.shift = layout.first_shift(k, self.bounds.extent)
         clear(k)
         if len(k.bodies):  # without bodies, only the base has moved on
             clock.epoch = self.clock.base
@@ -452,22 +425,17 @@ class Engine(Tables):
         now, self._overlapping = self._overlapping[:rows], self._overlapping[rows:]
         if pair is None:
             return
-        self.k = more_passings(k, int(k.clock[0].lists.passings) + len(now) + len(k.bodies))
+        self.k = layout.more_passings(k, int(k.clock[0].lists.passings) + len(now) + len(k.bodies))
         compose(begin_at_start, {"part": pair.part}, f"begin_{self.composition.label}", Kernel)(self.k, now)
         self.k.clock[0].stops.due = 0  # passings of the start are no events
-
-    def _grow_passings(self) -> None:
-        """Makes room for more pairs that pass through each other."""
-        passings = int(self.k.clock[0].lists.passings)
-        self.k = more_passings(self.k, 2 * passings + len(self.k.bodies) + 64)
 
     # Phases prepared anew
 
     def renew(self) -> None:
         """Prepares the phases for the present bodies, and lays the tables out for them."""
-        self._go_on_with(renewed(self.k, self.scene, self.composition))
+        self._go_on_with(layout.renewed(self.k, self.scene, self.composition))
 
-    def _go_on_with(self, new: Renewed) -> None:
+    def _go_on_with(self, new: layout.Renewed) -> None:
         """Continues with other phases and tables, and lays them out."""
         self.composition, self.k, self.state = new.composition, new.k, new.composition.broad.state
         self._take_loop(self.commands)
@@ -484,9 +452,10 @@ class Engine(Tables):
         run."""
         k, composition = self.k, self.composition
         if composition.living:
-            self._go_on_with(renewed(k, self.scene, composition, k.commands[int(k.clock[0].lists.command)]))
+            command = k.commands[int(k.clock[0].lists.command)]
+            self._go_on_with(layout.renewed(k, self.scene, composition, command))
         else:
-            self._go_on_with(carried_out(k, self.scene, composition))
+            self._go_on_with(layout.carried_out(k, self.scene, composition))
         return composition.living
 
     def _number(self, numbers: int) -> None:
@@ -505,7 +474,7 @@ class Engine(Tables):
         if commands > self.commands:
             self._take_loop(commands)
             if commands == Commands.ALL and self.composition.living:
-                self._go_on_with(renewed(self.k, self.scene, self.composition, roomy=True))
+                self._go_on_with(layout.renewed(self.k, self.scene, self.composition, roomy=True))
 
     # Interactive commands
     #
@@ -530,7 +499,9 @@ class Engine(Tables):
         Raises Refused, with nothing changed, if the broad phase does not accept the skin that they need, or
         if there is no room for an inserted body.
         """
-        self._demand_sound()
+        self._demand_whole()
+        if self.fields.fault.code[0] not in (0, JAMMED):  # a command may end a jam
+            raise failure(self.k, self.composition, self.clock.time(self.now))
         if not len(rows):
             return
         inserts = code == INSERTED
@@ -582,12 +553,6 @@ class Engine(Tables):
                 if not due(self.k, self.fields, self.met_now):
                     return  # all commands have run; the next run reports the jam
 
-    def _demand_sound(self) -> None:
-        """Raises the fault that prevents commands; a jam does not, for a command may end it."""
-        self._demand_whole()
-        if self.fields.fault.code[0] not in (0, JAMMED):
-            raise failure(self.k, self.composition, self.clock.time(self.now))
-
     def _has_place_for(self, code: int, rows: Rows, wanted: Commands) -> bool:
         """Whether commands can run without preparing the phases anew: they are compiled into the loop, the
         phase inserts and removes bodies, and an inserted body has a slot. The last is
@@ -615,7 +580,7 @@ class Engine(Tables):
         if leaves and self._reach_of_flight(self.speed, 2) > self.bounds.extent:
             self.lay_out(self.speed)
         k = self.k
-        count_from_next(k, self.composition.broad.ticks)
+        spans.count_from_next(k, self.composition.broad.ticks)
         self.clock.base += SPAN // TICKS
         if len(k.bodies):
             k.clock[0].epoch = self.clock.base
@@ -634,25 +599,25 @@ class Engine(Tables):
         A run with a recorder skips nothing: anchors are rows.
         """
         clock = self.k.clock[0]
-        if self.ledger.reads or not 0 < len(self.taken) <= MOST_BODIES or clock.lists.passings:
+        if self.ledger.reads or not 0 < len(self.taken) <= spans.MOST_BODIES or clock.lists.passings:
             return 0
         for ticks in (end, None if self.next_command is None else self.next_command.ticks):
             if ticks is not None:
                 most = min(most, self.clock.relative(ticks) // SPAN - 1)
         arena = self.scene.arena if self.walled else None
-        spans = quiet_spans(self.k, self.taken, arena, min(most, MOST_SPANS))
-        if spans < FEWEST_SPANS:
+        quiet = spans.quiet_spans(self.k, self.taken, arena, min(most, spans.MOST_SPANS))
+        if quiet < spans.FEWEST_SPANS:
             return 0
         try:
             with self.unchanged_if(Refused):
-                self.clock.base += spans * (SPAN // TICKS)
-                compose(pass_spans, {}, "pass_spans", Kernel)(self.k, spans)
+                self.clock.base += quiet * (SPAN // TICKS)
+                compose(spans.pass_spans, {}, "pass_spans", Kernel)(self.k, quiet)
                 self.k.traits.touched[:] = LONG_AGO
                 clock.stops.tick = clock.met_tick = clock.jam.window_tick = LONG_AGO
                 self.lay_out(self.speed)
         except Refused:  # in an open plane, by a skin for distant bodies: the next spans will report it
             return 0
-        return spans
+        return quiet
 
     # Saving and restoring
 
@@ -660,8 +625,8 @@ class Engine(Tables):
         """Returns the state of this engine as copies, between two chunks."""
         return Parts(
             composition=self.composition,
-            tables={name: copied(table) for name, table in _named(self.k) if name not in LOGS},
-            state={name: copied(array) for name, array in _named(self.state)},
+            tables={name: layout.copied(table) for name, table in _named(self.k) if name not in LOGS},
+            state={name: layout.copied(array) for name, array in _named(self.state)},
             base=self.clock.base,
             bounds=self.bounds,
             commands=self.commands,
@@ -686,10 +651,10 @@ class Engine(Tables):
         if composition is not None:
             self.composition, self.state = composition, composition.broad.state
             for name, array in _named(self.state):
-                fill(array, parts.state[name])
+                layout.fill(array, parts.state[name])
         rows = self.k.met if len(self.k.met) == parts.log_rows else record_table(MET, parts.log_rows)
         self._long_log = self._no_log
-        self.k = refilled(self.k, parts.tables)._replace(met=rows, log=self._no_log)
+        self.k = layout.refilled(self.k, parts.tables)._replace(met=rows, log=self._no_log)
         self._taken = None
         self.clock.base = parts.base
         self.bounds = parts.bounds

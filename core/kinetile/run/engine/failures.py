@@ -19,32 +19,17 @@ from kinetile.errors import (
     StalledError,
     ZenoError,
 )
+from kinetile.kernel import tables
 from kinetile.kernel.clock import Clock
 from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
 from kinetile.kernel.log import WALLS
 from kinetile.kernel.loop.commands import FREE, blocked_by
-from kinetile.kernel.tables import (
-    BAD_CERTIFICATE,
-    BAD_COUNT,
-    BAD_PAIR,
-    JAMMED,
-    LATE_CONTACT,
-    MY_FAULT,
-    NOT_FINITE,
-    SPARE,
-    STALLED,
-    TOO_DEEP,
-    UNKNOWN_PAIR,
-    Kernel,
-    Records,
-)
+from kinetile.kernel.tables import Kernel, Records
 from kinetile.plugin.calling import described
 from kinetile.run.compose import Composition
 from kinetile.run.engine.agenda import Rows
 
-__all__ = ["blocked", "demand_room", "failure"]
-
-_OF_SLOTS = (LATE_CONTACT, TOO_DEEP, JAMMED, STALLED, NOT_FINITE)
+_OF_SLOTS = (tables.LATE_CONTACT, tables.TOO_DEEP, tables.JAMMED, tables.STALLED, tables.NOT_FINITE)
 """Faults of present bodies, which the loop reports by their slots; users know them by numbers."""
 
 
@@ -61,35 +46,36 @@ def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
         f"bodies {a} and {b}" if b >= 0 else f"body {a}" + (f" and the {WALLS[b]} wall" if b in WALLS else "")
     )
     at, phase = f"at time {time!r}", described("broad phase", composition.broad_phase)
-    if fault == TOO_DEEP and b >= 0 and _pass_through(k, composition, *slots):
+    if fault == tables.TOO_DEEP and b >= 0 and _pass_through(k, composition, *slots):
         narrow = _narrow_phases(composition)
         return PhaseError(
             f"{at} {who} overlap more than rounding explains, and no contact of theirs has been "
             f"missed: {narrow} lets them go on towards each other at a contact, so that bodies pass through "
             "each other; a collide has to part them (without a narrow phase for pairs all bodies pass)"
         )
-    if fault in (TOO_DEEP, LATE_CONTACT):
+    if fault in (tables.TOO_DEEP, tables.LATE_CONTACT):
         return MissedContactError(f"{at} {_missed(composition, fault, b, who)}", time=time, bodies=bodies)
-    if fault == JAMMED:
+    if fault == tables.JAMMED:
         said = (
             f"{at} the bodies are jammed: {int(clock.jam.window_size)} contacts took next to no "
             f"time, the last of them between {who}; nothing can move on from here"
         )
         return ZenoError(said, time=time, bodies=bodies)
-    if fault == NOT_FINITE:
+    if fault == tables.NOT_FINITE:
         return PhaseError(f"{at} a contact of {who} left a place or velocity that is not a finite number")
-    if fault == STALLED:
+    if fault == tables.STALLED:
         return StalledError(
             f"{at} {phase} does not get on: its certificates, the last of them that of body {a}, "
             "fail again and again at the same moment"
         )
-    if fault >= MY_FAULT:
-        return PhaseError(f"{at} {phase} {_its_own(composition, fault - MY_FAULT, a, b)}")
+    if fault >= tables.MY_FAULT:
+        return PhaseError(f"{at} {phase} {_its_own(composition, fault - tables.MY_FAULT, a, b)}")
+    room = len(k.near) - tables.SPARE
     broken = {
-        BAD_CERTIFICATE: f"scheduled the certificate of body {a}, which is no body of the scene",
-        BAD_COUNT: f"said that {b} bodies are near body {a}, and there is room for {len(k.near) - SPARE}",
-        BAD_PAIR: f"reported the pair ({a}, {b}), which is not two bodies of the scene",
-        UNKNOWN_PAIR: f"removed the pair ({a}, {b}), which was not in its pair set",
+        tables.BAD_CERTIFICATE: f"scheduled the certificate of body {a}, which is no body of the scene",
+        tables.BAD_COUNT: f"said that {b} bodies are near body {a}, and there is room for {room}",
+        tables.BAD_PAIR: f"reported the pair ({a}, {b}), which is not two bodies of the scene",
+        tables.UNKNOWN_PAIR: f"removed the pair ({a}, {b}), which was not in its pair set",
     }
     return PhaseError(f"{at} {phase} {broken.get(fault, f'left fault {fault} ({a}, {b})')}")
 
@@ -98,7 +84,7 @@ def _missed(composition: Composition, fault: int, other: int, who: str) -> str:
     """Returns the error of a contact that was late or missing, and the responsible phase:
     the broad phase for missing pairs, the narrow ones for walls and times."""
     phase, narrow = described("broad phase", composition.broad_phase), _narrow_phases(composition)
-    if fault == LATE_CONTACT:
+    if fault == tables.LATE_CONTACT:
         late = f"{phase} reported the pair too late" if other >= 0 else f"{narrow} foresaw it too late"
         return f"a contact of {who} came up that lies in the past: {late}"
     missed = phase if other >= 0 else narrow

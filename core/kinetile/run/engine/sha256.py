@@ -23,8 +23,6 @@ import numpy.typing as npt
 from kinetile.kernel.compiled import compose
 from kinetile.kernel.tables import Kernel
 
-__all__ = ["Digest", "Sha256"]
-
 BLOCK = 64
 MOST_WAITING = 1 << 22
 

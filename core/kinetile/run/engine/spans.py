@@ -20,8 +20,6 @@ from kinetile.kernel.flight import anchor_at, positions_now
 from kinetile.kernel.loop.commands import LONG_AGO
 from kinetile.kernel.tables import NEVER, NOBODY, NOT_ASKED, Kernel
 
-__all__ = ["FEWEST_SPANS", "MOST_BODIES", "MOST_SPANS", "count_from_next", "pass_spans", "quiet_spans"]
-
 FEWEST_SPANS, MOST_SPANS = 64, 1 << 20
 """How many spans are skipped in one step: for fewer it is not worth building the structure anew, and more
 would keep signals waiting."""

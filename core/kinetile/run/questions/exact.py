@@ -21,8 +21,6 @@ from math import isqrt
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["compare_roots", "compare_squares", "difference_of_roots", "in_order", "whole"]
-
 Floats = npt.NDArray[np.float64]
 Truths = npt.NDArray[np.bool_]
 

@@ -23,9 +23,9 @@ from kinetile.kernel.loop.predictions import barred_with
 from kinetile.kernel.tables import NEVER, Kernel, elder
 from kinetile.run.questions.places import Moment, Point
 
-__all__ = ["CastHit", "NextContact", "cast", "next_contact", "next_contact_of"]
-
 Integers = npt.NDArray[np.int64]
+Planned = Mapping[int, int]
+"""The kernel's tick at which the body in a slot is to change its plan, by slots."""
 
 
 class NextContact(NamedTuple):
@@ -69,15 +69,11 @@ class _First(NamedTuple):
     other: int
 
 
-def next_contact(
-    moment: Moment, a: int, b: int, scheduled: bool = False, planned: Mapping[int, int] | None = None
-) -> NextContact | None:
-    """Returns the contact of the bodies in two slots by their present plans; None where there is none.
-
-    ``planned`` is for ``scheduled``: at which kernel's tick the body in a slot is to change its plan.
-    """
+def next_contact(moment: Moment, a: int, b: int, planned: Planned | None = None) -> NextContact | None:
+    """Returns the contact of the bodies in two slots by their present plans; None where there is none, or,
+    with the ``planned`` changes of plans, where it is not scheduled."""
     tick = int(_ticks_with(moment, a, np.array([b], dtype=np.int64))[0])
-    if tick == NEVER or (scheduled and not _is_first(moment, a, b, tick, planned or {})):
+    if tick == NEVER or (planned is not None and not _is_first(moment, a, b, tick, planned)):
         return None
     return NextContact(*_moment_of(moment, tick), min(a, b), max(a, b))
 
@@ -85,19 +81,18 @@ def next_contact(
 def next_contact_of(
     moment: Moment,
     a: int,
-    scheduled: bool = False,
-    planned: Mapping[int, int] | None = None,
+    planned: Planned | None = None,
     among: Integers | None = None,
     walls: bool = True,
 ) -> NextContact | None:
     """Returns the first of the contacts that the body in a slot has with each other body, or with each that
-    is ``among`` these, and with ``walls``, by the present plans; None if it has none. If it is to be
-    ``scheduled``, None as well if something precedes it, with any body."""
+    is ``among`` these, and with ``walls``, by the present plans; None if it has none, or, with the
+    ``planned`` changes of plans, if something precedes it, with any body."""
     first = _first_of(moment, a, among, walls)
     if first is None:
         return None
     tick, other = first
-    if scheduled and not _is_first(moment, a, other, tick, planned or {}):
+    if planned is not None and not _is_first(moment, a, other, tick, planned):
         return None
     bodies = (a, other) if other < 0 else (min(a, other), max(a, other))
     return NextContact(*_moment_of(moment, tick), *bodies)
@@ -123,7 +118,7 @@ def _moment_of(moment: Moment, tick: int) -> tuple[float, int, int]:
     return moment.clock.moment(moment.clock.total(tick))
 
 
-def _is_first(moment: Moment, a: int, other: int, tick: int, planned: Mapping[int, int]) -> bool:
+def _is_first(moment: Moment, a: int, other: int, tick: int, planned: Planned) -> bool:
     """Whether nothing precedes a contact for any of its bodies. Changes of plan go before contacts."""
     bodies = [(a, other)] if other < 0 else [(a, other), (other, a)]
     return all(

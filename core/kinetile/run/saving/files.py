@@ -49,8 +49,6 @@ from kinetile.scene import Insert, Remove, Response, Scene, Settings, Turn, spac
 from kinetile.scene.checks import shown
 from kinetile.scene.targets import replacing, writable_target
 
-__all__ = ["check_target", "no_simulation", "note", "pack", "read_whole", "unpack", "write_whole"]
-
 HEAD = "kinetile_saved_run"
 _FIRST_NAME = slice(30, 30 + len(HEAD) + 4)
 """Where the name of the first member lies in an archive: by that a file of ours is known."""
@@ -207,29 +205,26 @@ def _said(snapshot: Snapshot, arrays: Arrays) -> dict[str, Any]:
         "prepared": None if snapshot.at_start else _columns(snapshot.prepared, snapshot.scene),
         "tables": list(parts.tables),
         "state": list(parts.state),
-        "base": parts.base,
-        "bounds": parts.bounds,
+        **{name: getattr(parts, name) for name in _OF_PARTS},
         "commands": int(parts.commands),
         "later": list(parts.later),
         "entries": _entries(parts.entries, arrays),
-        "numbers": parts.numbers,
-        "audits": parts.audits,
-        "asked": parts.asked,
-        "log_rows": parts.log_rows,
-        "overlapping": parts.overlapping,
-        "cpu_seconds": parts.cpu_seconds,
-        "compile_seconds": parts.compile_seconds,
         "history": [list(base) for base in bases],
         "audit": snapshot.audit,
         "start_energy": snapshot.start_energy,
     }
 
 
-_KINDS: dict[str, Any] = {
-    **dict.fromkeys(("base", "capacity", "commands", "numbers", "audits", "log_rows"), int),
+_OF_PARTS: dict[str, Any] = {
+    **dict.fromkeys(("base", "numbers", "audits", "log_rows"), int),
     **dict.fromkeys(("cpu_seconds", "compile_seconds"), int | float),
-    **{"at_start": bool, "asked": float | int | None, "audit": int | None, "start_energy": float},
-    **{"bounds": Bounds, "overlapping": np.ndarray},
+    **{"bounds": Bounds, "asked": float | int | None, "overlapping": np.ndarray},
+}
+"""Fields of an engine's parts that stand in the head under their names, with their types."""
+
+_KINDS: dict[str, Any] = {
+    **_OF_PARTS,
+    **{"capacity": int, "commands": int, "at_start": bool, "audit": int | None, "start_energy": float},
 }
 
 
@@ -243,18 +238,10 @@ def _snapshot(said: Mapping[str, Any], arrays: Arrays) -> Snapshot:
         composition=None,
         tables={name: arrays[f"tables.{name}"] for name in said["tables"]},
         state={name: arrays[f"state.{name}"] for name in said["state"]},
-        base=said["base"],
-        bounds=said["bounds"],
         commands=Commands(said["commands"]),
         later=tuple(said["later"]),
         entries=_read_entries(said["entries"], arrays, scene),
-        numbers=said["numbers"],
-        audits=said["audits"],
-        asked=said["asked"],
-        log_rows=said["log_rows"],
-        overlapping=said["overlapping"],
-        cpu_seconds=said["cpu_seconds"],
-        compile_seconds=said["compile_seconds"],
+        **{name: said[name] for name in _OF_PARTS},
     )
     return Snapshot(
         scene=scene,

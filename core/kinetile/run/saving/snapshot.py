@@ -35,8 +35,6 @@ from kinetile.run.engine.layout import as_bytes
 from kinetile.run.interrupts import Unbroken
 from kinetile.scene import Scene, spacious
 
-__all__ = ["Phases", "Snapshot", "layout", "put_back", "take", "versions_of"]
-
 
 @dataclass(frozen=True)
 class Phases:
@@ -153,7 +151,12 @@ def put_back(engine: Engine, scene: Scene, snapshot: Snapshot, anew: bool = Fals
             engine.adopt(parts, None)
             engine.renew()
     else:
-        _check_versions(engine.composition, snapshot)
+        if parts.composition is None:  # it comes from another process
+            odd = differences(snapshot.versions or {}, versions_of(engine.composition))
+            if odd:
+                raise RecordError(
+                    f"what goes on here is not what was saved: {odd}; {_anew(engine.composition)}"
+                )
         composition = _prepared(engine, snapshot)
         _check_state(composition, parts.state)
         with Unbroken():
@@ -171,14 +174,6 @@ def _prepared(engine: Engine, snapshot: Snapshot) -> Composition:
     if mine.prepared.position is engine.scene.position and mine.prepared.capacity == capacity:
         return mine
     return mine.prepared_for(spacious(engine.scene, capacity))
-
-
-def _check_versions(composition: Composition, snapshot: Snapshot) -> None:
-    """Raises RecordError for a snapshot of another process with other versions than those here."""
-    if snapshot.parts.composition is None:
-        odd = differences(snapshot.versions or {}, versions_of(composition))
-        if odd:
-            raise RecordError(f"what goes on here is not what was saved: {odd}; {_anew(composition)}")
 
 
 def _anew(composition: Composition) -> str:

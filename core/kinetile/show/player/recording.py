@@ -163,8 +163,7 @@ def _queued(simulation: Simulation) -> int:
 
 def _ticks(rows: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """Returns the times of rows as ticks since the start: Python's integers, which have no end."""
-    ticks: npt.NDArray[Any] = rows["epoch"].astype(object) * TICKS + rows["tick"].astype(object)
-    return ticks
+    return np.asarray(rows["epoch"].astype(object) * TICKS + rows["tick"].astype(object))
 
 
 def _now(simulation: Simulation, clock: Clock) -> int:
@@ -173,8 +172,8 @@ def _now(simulation: Simulation, clock: Clock) -> int:
 
 
 Floats = npt.NDArray[np.float64]
-_PLACES = {"x": ("ax", "bx"), "y": ("ay", "by")}
-_SPEEDS = {"vx": ("avx", "bvx"), "vy": ("avy", "bvy")}
+_COLUMNS = {"x": ("ax", "bx"), "y": ("ay", "by"), "vx": ("avx", "bvx"), "vy": ("avy", "bvy")}
+"""The columns of rows, of a and of b, by the fields of plans."""
 
 KINDS = ("structural", "disc", "wall", "turn", "insert", "remove", "pass", "part", "anchor")
 """Kinds of events by the number that a page has for them; "anchor" is a plan that the clock has written down
@@ -220,7 +219,7 @@ class Plans:
         body, row = flights.body, flights.row
         columns["there"][body] = rows["b"][row] != REMOVED  # of one body's flights the last one stays
         columns["epoch"][body], columns["tick"][body] = rows["epoch"][row], rows["tick"][row]
-        for name, pair in (_PLACES | _SPEEDS).items():
+        for name, pair in _COLUMNS.items():
             columns[name][body] = flights.value(rows, pair)
         return Plans(**columns)
 
@@ -241,8 +240,7 @@ class _Flights:
         return cls(bodies[flat], flat // 2, (flat % 2).astype(bool))
 
     def value(self, rows: npt.NDArray[Any], pair: tuple[str, str]) -> Floats:
-        found: Floats = np.where(self.is_b, rows[pair[1]][self.row], rows[pair[0]][self.row])
-        return found
+        return np.asarray(np.where(self.is_b, rows[pair[1]][self.row], rows[pair[0]][self.row]))
 
 
 def kinds_of(rows: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
@@ -275,12 +273,12 @@ def residuals(plans: Plans, rows: npt.NDArray[Any], unit: float) -> dict[str, np
     epoch, tick = (rows[name][flights.row].astype(np.float64) for name in ("epoch", "tick"))
     ticks = (epoch - before(plans.epoch, epoch)) * float(TICKS) + (tick - before(plans.tick, tick))
     elapsed = ticks * (unit / TICKS)
-    columns = {name: np.zeros(len(rows), np.uint64) for pair in _ALL for name in pair}
+    columns = {name: np.zeros(len(rows), np.uint64) for pair in _COLUMNS.values() for name in pair}
     for place, speed in (("x", "vx"), ("y", "vy")):
         was, flew = (
-            before(getattr(plans, name), flights.value(rows, _BOTH[name])) for name in (place, speed)
+            before(getattr(plans, name), flights.value(rows, _COLUMNS[name])) for name in (place, speed)
         )
-        found, flies = flights.value(rows, _BOTH[place]), flights.value(rows, _BOTH[speed])
+        found, flies = flights.value(rows, _COLUMNS[place]), flights.value(rows, _COLUMNS[speed])
         keeps = flew.copy()
         second = np.flatnonzero(flights.is_b)  # its row's a comes right before it
         same = second[plans.mass[flights.body[second]] == plans.mass[flights.body[second - 1]]]
@@ -289,14 +287,10 @@ def residuals(plans: Plans, rows: npt.NDArray[Any], unit: float) -> dict[str, np
             (place, _bits(found) ^ _bits(was + flew * elapsed)),
             (speed, _bits(flies) ^ _bits(keeps)),
         ):
-            for side, column in enumerate(_BOTH[name]):
+            for side, column in enumerate(_COLUMNS[name]):
                 mine = flights.is_b == bool(side)
                 columns[column][flights.row[mine]] = bits[mine]
     return columns
-
-
-_BOTH = _PLACES | _SPEEDS
-_ALL = tuple(_BOTH.values())
 
 
 def _bits(numbers: Floats) -> npt.NDArray[np.uint64]:
@@ -352,7 +346,7 @@ class StructureLog:
         if not spans:
             return None
         spans.sort(key=lambda span: (ORDER.index(span[2].role), span[0], span[1]))
-        labels = self._labels(spans)
+        labels = self.labels
         points = [list(_coordinates(item)) for _, _, item in spans]
         flat = [each for coordinates in points for each in coordinates]
         fails = [(np.nan, np.nan) if item.fails is None else divmod(item.fails, TICKS) for *_, item in spans]
@@ -377,11 +371,7 @@ class StructureLog:
     @property
     def labels(self) -> list[str]:
         """The labels of shapes, in the order in which ``columns`` numbers them."""
-        return self._labels([*self._closed, *((0, 0, item) for item in self._open)])
-
-    @staticmethod
-    def _labels(spans: Iterable[tuple[int, int, Item]]) -> list[str]:
-        return sorted({item.label for *_, item in spans})
+        return sorted({item.label for item in [*(item for *_, item in self._closed), *self._open]})
 
 
 def _without_certificate(item: Item) -> tuple[Any, ...]:

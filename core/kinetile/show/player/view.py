@@ -11,6 +11,7 @@ from typing import Any
 
 from kinetile.errors import BadOption
 from kinetile.kernel.clock import TICKS, Clock
+from kinetile.plugin.choices import write_phase
 from kinetile.records.reading import read_events
 from kinetile.records.trajectory import Trajectory
 from kinetile.run.simulation import Simulation
@@ -110,7 +111,7 @@ def view_scene(
     for choice in choices:
         first = simulation(choice)
         again = simulation(choice) if steps else None
-        label = _label(first)
+        label = write_phase(first.broad_phase, first.options)
         recordings.append(record(scene, first, again, label, begin, until, max_contacts))
     return View(Page(scene, recordings, title or _name(scene)))
 
@@ -149,11 +150,6 @@ def view(simulation: Simulation, until: float | None = None) -> View:
     choice = (simulation.broad_phase, simulation.options)
     narrow_phases = simulation.composition.narrow_phases
     return view_scene(scene, [choice], until=until, narrow_phases=narrow_phases)
-
-
-def _label(simulation: Simulation) -> str:
-    options = ",".join(f"{key}={value}" for key, value in simulation.options.items())
-    return f"{simulation.broad_phase}:{options}" if options else simulation.broad_phase
 
 
 def _name(scene: Scene) -> str:

@@ -11,7 +11,7 @@ from kinetile.kernel.certificates.contact import last_touch
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.kernel.tables import NEVER
 
-SOME = 150 if INTERPRETED else 1500
+SOME = 150 if INTERPRETED else 750
 
 part = getattr(last_touch, "py_func", last_touch)
 """Not compiled apart from a loop: whole numbers are the same either way."""

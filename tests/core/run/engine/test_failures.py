@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -15,14 +14,7 @@ from kinetile.errors import AuditError, MissedContactError, PhaseError
 from kinetile.kernel import tables
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.toolbox import MY_FAULT, NEVER, BroadPhaseParts, Kernel, Records, blame, hook, schedule
-
-
-@pytest.fixture(autouse=True)
-def _registered():
-    plugin = broken_phases.Plugin()
-    kt.registry().add(plugin)
-    yield
-    kt.registry().remove(plugin)
+from registering import registered
 
 
 def head_on(partner: bool = False) -> kt.Scene:
@@ -170,20 +162,11 @@ class Faulty:
         return BroadPhaseParts(everyone, State(np.zeros(1, int)), faults=self.faults)  # type: ignore[arg-type]
 
 
-class OwnFaults:
-    """Brings both."""
-
-    @kt.hookimpl
-    def kinetile_broad_phases(self) -> list[kt.BroadPhaseSpec]:
-        return [kt.BroadPhaseSpec("gives-up", GivesUp), kt.BroadPhaseSpec("faulty", Faulty)]
-
-
 @pytest.fixture(autouse=True)
-def _own_faults_registered() -> Iterator[None]:
-    plugin = OwnFaults()
-    kt.registry().add(plugin)
-    yield
-    kt.registry().remove(plugin)
+def _registered():
+    specs = (kt.BroadPhaseSpec("gives-up", GivesUp), kt.BroadPhaseSpec("faulty", Faulty))
+    with registered(broken_phases.Plugin(), *specs):
+        yield
 
 
 @pytest.mark.interpreted
@@ -197,7 +180,7 @@ def _own_faults_registered() -> Iterator[None]:
 )
 def test_a_fault_of_its_own_is_told_in_its_own_words(which, said):
     sim = kt.Simulation(kt.make_scene("two-discs"), "gives-up", options={"which": which})
-    who = "at time 0.125 broad phase 'gives-up' of OwnFaults (added in this process)"
+    who = "at time 0.125 broad phase 'gives-up' of gives-up (added in this process)"
     with pytest.raises(PhaseError, match=f"^{re.escape(f'{who} {said}')}$"):
         sim.run(until=1.0)
 

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import kinetile as kt
-from kinetile.run.engine import engine
+from kinetile.run.engine import engine, spans
 
 pytestmark = pytest.mark.compiled
 
@@ -20,7 +20,7 @@ def slow(speed: float, **more: object) -> kt.Scene:
 
 
 def in_small_steps(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(engine, "MOST_BODIES", 0)
+    monkeypatch.setattr(spans, "MOST_BODIES", 0)
 
 
 def steps_of(monkeypatch: pytest.MonkeyPatch) -> list[int]:

@@ -86,6 +86,7 @@ def kills(folder, numbers) -> int:
     return found
 
 
+@pytest.mark.slow
 def test_a_killed_run_goes_on_from_its_checkpoint(tmp_path):
     assert kills(tmp_path, (1,))
 

@@ -17,12 +17,13 @@ from hypothesis import seed as seeded
 import kinetile as kt
 import saved_runs
 from kinetile.errors import Refused
+from kinetile.kernel.compiled import INTERPRETED
 
 PHASES = ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling")
 
 
 def lively(name: str) -> kt.Simulation:
-    sim = kt.Simulation(kt.make_scene("grid", bodies=16, seed=1), name, live=True)
+    sim = kt.Simulation(kt.make_scene("grid", bodies=9, seed=1), name, live=True)
     sim.run(0.2)
     sim.remove(3)
     sim.set_velocity(4, (1.0, 0.5))
@@ -146,7 +147,7 @@ def stopped(folder: Path, number: int, seed: int) -> None:
 
 @pytest.mark.small
 def test_what_is_stopped_and_saved_goes_on(tmp_path):
-    stopped(tmp_path, 8, 1)
+    stopped(tmp_path, 4 if INTERPRETED else 8, 1)
 
 
 @pytest.mark.long

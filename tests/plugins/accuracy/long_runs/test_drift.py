@@ -9,7 +9,7 @@ import pytest
 
 import kinetile as kt
 from kinetile_accuracy.long_runs import drift
-from kinetile_accuracy.long_runs.drift import clocks, drifts, way_back
+from kinetile_accuracy.long_runs.drift import clocks, drifts
 
 
 def silent(what: str, done: int, total: int) -> None:
@@ -98,10 +98,3 @@ def test_a_clock_with_other_contacts_is_told(monkeypatch):
 
     monkeypatch.setattr(drift.kt, "Simulation", other)
     assert [row.same for row in clocks(few(), 100)] == [True, False, False]
-
-
-@pytest.mark.compiled
-def test_the_way_back_is_lost_to_chaos():
-    near, far = (way_back(kt.make_scene("grid", bodies=25, density=0.5, seed=1), 0.5, t) for t in (0.1, 1.0))
-    assert near.error < 1e-12 < 1e-6 < far.error
-    assert far.contacts_per_disc > near.contacts_per_disc > 0.1

@@ -6,8 +6,7 @@ import math
 
 import pytest
 
-import kinetile as kt
-from kinetile_accuracy.long_runs.rates import enskog_rate, two_disc_rates, two_discs
+from kinetile_accuracy.long_runs.rates import two_disc_rates, two_discs
 
 
 def silent(what: str, done: int, total: int) -> None:
@@ -52,16 +51,3 @@ def test_two_discs_meet_at_these_rates():
     counted = sum(rate.rate for rate in rates)
     assert counted == pytest.approx(sum(rate.theory for rate in rates), rel=0.01)
     assert rates[0].contacts == pytest.approx(300_000, rel=0.02)
-
-
-def test_enskog_needs_an_arena():
-    scene = kt.Scene([(0.0, 0.0)], [(1.0, 0.0)], 0.1)
-    with pytest.raises(ValueError, match="arena"):
-        enskog_rate(scene)
-
-
-def test_enskog_of_a_thin_gas_is_that_of_free_flight():
-    scene = kt.make_scene("grid", bodies=400, density=1e-6, seed=1)
-    radius, speed = float(scene.radius[0]), math.sqrt(float((scene.velocity**2).sum(axis=1).mean()))
-    free = 400.0**2 / 2.0 * (4.0 * radius) * (math.sqrt(math.pi / 2.0) * speed)
-    assert enskog_rate(scene) == pytest.approx(free, rel=1e-5)

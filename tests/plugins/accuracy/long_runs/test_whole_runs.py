@@ -39,5 +39,5 @@ def test_a_run_that_is_wrong_is_told(few, monkeypatch):
     monkeypatch.setattr(kt, "Simulation", Wrong, raising=False)
     found = measure("quick", lambda *step: None)
     assert [claim.holds for claim in found.claims] == [False]
-    assert "dense gas: line 8 is wrong" in found.findings[1]
-    assert "its tick should be" in found.findings[1]
+    assert "dense gas: line 8 is wrong" in found.findings[0]
+    assert "its tick should be" in found.findings[0]

@@ -15,7 +15,6 @@ from typer.testing import CliRunner
 
 import broken_phases
 import kinetile as kt
-from agreement import PHASES, TILING
 from kinetile.cli import app
 from kinetile.errors import PhaseError, Refused
 from kinetile.kernel.clock import TICKS
@@ -51,16 +50,6 @@ def test_runs_agree_for_as_long_as_is_asked(density: float, bodies: int, pace: f
     assert np.abs(found.ticks[early]).max() < 32.0, "it begins with roundings"
     half = len(found.ticks) // 2
     assert np.median(np.abs(found.ticks[half:])) > 100.0 * np.median(np.abs(found.ticks[:half]))
-
-
-@pytest.mark.parametrize(("phase", "options"), PHASES + TILING)
-@pytest.mark.compiled
-def test_every_broad_phase_agrees_alike(phase: str, options: dict[str, Any]) -> None:
-    sim = kt.Simulation(kt.make_scene("grid", bodies=16, seed=7), phase, options=options)
-    found = certify(sim, until=0.5)
-    assert found.complete
-    assert found.contacts == found.compared == len(sim.contacts) > 100
-    assert sim.time == 0.5
 
 
 def test_several_masses_radii_turns_and_a_late_clock() -> None:
@@ -181,23 +170,6 @@ def test_a_missing_and_a_made_up_contact_are_noticed(run: tuple[kt.Simulation, A
     assert extra is not None
     assert extra.oracle is None
     assert "the oracle nothing more" in str(extra)
-
-
-def test_a_wrong_partner_is_noticed(run: tuple[kt.Simulation, Any]) -> None:
-    contacts = run[0].contacts.copy()
-    contacts["b"][6] = -1 if contacts["b"][6] != -1 else -2
-    found = compared(run, contacts)
-    assert found.contacts == 6
-
-
-def test_a_wrong_kernel_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    scene = kt.make_scene("grid", bodies=9, seed=3)
-    heavier = kt.Scene(scene.position, scene.velocity, scene.radius * (1.0 + 1e-9), arena=scene.arena)
-    sim = kt.Simulation(heavier, "naive")
-    sim.run(0.5)
-    truth = oracle_contacts(scene, 0.5)
-    found = agreement(sim.contacts, truth, bodies=9, start=0.0, time_unit=sim.time_unit, end=0.5)
-    assert found.worst_ticks > 1e5
 
 
 def test_what_the_oracle_cannot_know_is_refused() -> None:

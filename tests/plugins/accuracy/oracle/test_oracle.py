@@ -76,27 +76,6 @@ def test_an_oblique_contact_to_sixty_digits() -> None:
     assert time.nearest == float(truth)
 
 
-def test_walls_alone() -> None:
-    scene = kt.Scene([[0.3, 0.4]], [[0.3, -0.7]], 0.1, arena=(1.0, 2.0))
-    run = oracle_contacts(scene, 20.0)
-    r, speeds = Fraction(0.1), (Fraction(0.3), Fraction(0.7))
-    expected = []
-    for axis, side, start, speed, walls in (
-        (0, Fraction(1), Fraction(0.3), speeds[0], (RIGHT, LEFT)),
-        (1, Fraction(2), Fraction(0.4), speeds[1], (BOTTOM, TOP)),
-    ):
-        first = (side - r - start) / speed if axis == 0 else (start - r) / speed
-        bounce = (side - 2 * r) / speed
-        k = 0
-        while first + k * bounce <= 20:
-            expected.append((first + k * bounce, 0, walls[k % 2]))
-            k += 1
-    expected.sort(key=lambda each: each[0])
-    assert listed(run) == [each[1:] for each in expected]
-    assert all(surely(c.time, time) for c, (time, _, _) in zip(run.contacts, expected, strict=True))
-    assert run.ended == "until"
-
-
 def test_the_clock_may_start_late() -> None:
     early = kt.make_scene("grid", bodies=9, seed=4)
     late = kt.Scene(early.position, early.velocity, early.radius, arena=early.arena, start=2.0**40)
@@ -174,17 +153,6 @@ def test_rows_agree_with_fractions_ties_and_all(seed: int, exact: bool) -> None:
     assert sum(c.tied for c in run.contacts) > len(times) // 3
     for contact, time in zip(run.contacts, times, strict=True):
         assert contact.time.radius == 0 == time or surely(contact.time, time) or contact.time.middle == time
-
-
-@pytest.mark.parametrize("name", ["H05", "H06", "H11", "H12", "H14"])
-def test_named_ties_have_exact_times(name: str) -> None:
-    run = oracle_contacts(scene_of(name))
-    sim = kt.Simulation(scene_of(name), "naive")
-    sim.run()
-    assert [(c.time.middle, c.a, c.b) for c in run.contacts] == [
-        (Fraction(row["time"]), row["a"], row["b"]) for row in sim.contacts
-    ]
-    assert all(c.time.radius == 0 for c in run.contacts)
 
 
 def test_a_cluster_that_touches_and_overlaps_bursts_as_in_fractions() -> None:
@@ -289,13 +257,6 @@ def test_a_near_tie_is_told_from_a_tie() -> None:
     assert not run.contacts[1].tied
 
 
-@pytest.mark.parametrize("name", ["H07", "H08b", "H09", "H23", "H25", "H27", "H32"])
-def test_tangency_is_no_contact(name: str) -> None:
-    run = oracle_contacts(scene_of(name))
-    assert run.contacts == ()
-    assert run.ended == "until"
-
-
 def test_order_within_one_moment() -> None:
     """At time 1/4 disc 0 would meet disc 1, but turns; disc 2 meets a wall, and discs 3 and 4 each other."""
     position = [[1.25, 0.5], [1.75, 0.5], [0.375, 1.0], [1.0, 1.5], [1.5, 1.5]]
@@ -346,24 +307,6 @@ def test_a_disc_at_rest_that_touches_is_hit_at_an_irrational_time() -> None:
     assert listed(run) == [(0, 1), (1, LEFT), (0, 1), (1, 2), (1, LEFT)]
     assert [c.tied for c in run.contacts] == [False, True, True, True, True]
     assert run.bits == oracle_module.FIRST_BITS
-    # The same in doubles that take near for touching: walls before pairs, by the numbers of the discs.
-    v = scene.velocity.copy()
-    p = scene.position + v * run.contacts[0].time.nearest
-    found: list[tuple[int, int]] = []
-    while True:
-        if near := [a for a in range(3) if abs(p[a, 0] - 5.0 / 64.0) < 1e-9 and v[a, 0] < -1e-9]:
-            found.append((near[0], LEFT))
-            v[near[0], 0] *= -1.0
-            continue
-        pairs = ((a, b) for a, b in ((0, 1), (0, 2), (1, 2)) if np.hypot(*(p[a] - p[b])) < 10.0 / 64.0 + 1e-9)
-        if not (met := [(a, b) for a, b in pairs if (p[b] - p[a]) @ (v[b] - v[a]) < -1e-9]):
-            break
-        a, b = met[0]
-        normal = (p[b] - p[a]) / np.hypot(*(p[b] - p[a]))
-        gain = ((v[b] - v[a]) @ normal) * normal
-        v[a], v[b] = v[a] + gain, v[b] - gain
-        found.append((a, b))
-    assert listed(run) == found
 
 
 # What cannot be decided
@@ -423,12 +366,6 @@ def test_the_precision_it_begins_with_does_not_matter(kind: str, monkeypatch: py
         assert shortest == 40 or any(run.ended == "undecidable" for run in runs)
         ties = [[(c.a, c.b, c.tied) for c in run.contacts[:shortest]] for run in runs]
         assert ties[0] == ties[1] == ties[2]
-
-
-def test_a_jam_is_reported() -> None:
-    run = oracle_contacts(scene_of("H18"), 1.0)
-    assert run.ended == "jammed"
-    assert {c.time.middle for c in run.contacts} == {0}
 
 
 def test_endings() -> None:

@@ -27,21 +27,27 @@ RUNS = [
 ]
 
 
-def contacts_of(scene, until, most=10**6):
-    """Return the contacts of a scene by the certifier's own course, so many of them at most."""
-    course, found = Course(scene), []
+def whole_rows(scene, until):
+    """Return what an event file of a scene would hold, by the certifier's own course."""
+    course, rows = Course(scene), []
     end = tick_of(until, scene.start, unit_bits(scene))
-    while len(found) < most and (event := course.next(end)) is not None:
+    while (event := course.next(end)) is not None:
         course.carry_out()
-        if event.b >= -4:
-            found.append((event.tick >> 52, event.tick & (2**52 - 1), event.a, event.b))
-    return np.array(found, CONTACT_LINE)
+        a = course.plans[event.a]
+        b = course.plans[event.b] if event.b >= 0 else None
+        plans = [a.x, a.y, a.vx, a.vy, *([b.x, b.y, b.vx, b.vy] if b else [np.nan] * 4)]
+        rows.append((0.0, event.tick >> 52, event.tick & (2**52 - 1), event.a, event.b, *plans))
+    return np.array(rows, LOG)
+
+
+def contacts_among(rows):
+    return rows[rows["b"] >= -4][list(CONTACT_LINE.names)].astype(CONTACT_LINE)
 
 
 @pytest.fixture(scope="module")
 def gas():
     scene = kt.make_scene("grid", bodies=25, density=0.5)
-    return scene, contacts_of(scene, UNTIL)
+    return scene, contacts_among(whole_rows(scene, UNTIL))
 
 
 def wrong(scene, log, until=UNTIL):
@@ -78,7 +84,11 @@ def test_a_list_may_be_a_beginning(gas):
 def test_whole_runs_of_the_vectors_are_right(file, number, name):
     run = json.loads((VECTORS / "runs" / f"{file}.json").read_text())["runs"][number]
     scene, until = scene_of(run["scene"])
-    log = contacts_of(scene, until, run["count"] + 1)
+    rows = whole_rows(scene, until)
+    counts = {"clock": rows["b"] == -6, "turn": rows["b"] == -5, "pair": rows["b"] >= 0}
+    counts["wall"] = (rows["b"] < 0) & (rows["b"] >= -4)
+    assert {kind: which.sum() for kind, which in counts.items()} == run["happened"]
+    log = contacts_among(rows)
     begun = [[int(each) for each in contact] for contact in run["contacts"]]
     assert log[: len(begun)].tolist() == list(map(tuple, begun))
     found = certify_log(scene, log, until, fingerprint=run["fingerprint"])
@@ -225,19 +235,6 @@ def test_a_fingerprint_is_that_of_the_lines(gas):
 # Rows with plans
 
 
-def whole_rows(scene, until):
-    """Return what an event file of a scene would hold, by the certifier's own course."""
-    course, rows = Course(scene), []
-    end = tick_of(until, scene.start, unit_bits(scene))
-    while (event := course.next(end)) is not None:
-        course.carry_out()
-        a = course.plans[event.a]
-        b = course.plans[event.b] if event.b >= 0 else None
-        plans = [a.x, a.y, a.vx, a.vy, *([b.x, b.y, b.vx, b.vy] if b else [np.nan] * 4)]
-        rows.append((0.0, event.tick >> 52, event.tick & (2**52 - 1), event.a, event.b, *plans))
-    return np.array(rows, LOG)
-
-
 @pytest.fixture(scope="module")
 def turning():
     scene = kt.make_scene("grid", bodies=9, density=0.3)
@@ -305,19 +302,6 @@ def test_what_is_no_list_of_contacts_is_refused(gas):
         certify_log(scene, log, -1.0)
 
 
-def changes(log, at):
-    """Yield a log with a tick changed, two contacts exchanged, one left out, one invented."""
-    other = log.copy()
-    other["tick"][at] += 1
-    yield other
-    other = log.copy()
-    other[[at, at + 1]] = other[[at + 1, at]]
-    yield other
-    yield np.delete(log, at)
-    other = np.insert(log, at, log[at - 1])
-    yield other
-
-
 @pytest.mark.parametrize(
     ("bodies", "contacts"), [(25, 1_000), pytest.param(100, 100_000, marks=pytest.mark.long)]
 )
@@ -328,11 +312,6 @@ def test_a_run_of_kinetile_is_right_to_its_end(bodies, contacts):
     log = sim.contacts
     found = certify_log(scene, log, max_contacts=contacts, fingerprint=sim.fingerprint)
     assert found.right, str(found)
-    at = len(log) * 9 // 10
-    for other in changes(log, at):
-        found = certify_log(scene, other)
-        assert not found.right
-        assert found.wrong.index == at
 
 
 # Which of two lists is right

@@ -93,7 +93,7 @@ def test_on_a_quiet_machine_what_is_level_is_too_close_to_tell():
 
 
 def test_verdicts_of_a_part_of_a_run():
-    cells = bench_of(as_the_thesis_says).cells
+    cells = bench_of(as_the_thesis_says).rows
     for end in range(4, len(cells), 4):  # Ctrl-C comes after any scene
         *found, last = statements(ThesisBench(cells[:end], {}))
         assert {part.answer for each in found for part in each.parts} <= {Answer.YES, Answer.NO}
@@ -106,7 +106,7 @@ def test_what_was_not_measured_is_said():
     found = verdicts(bench_of(as_the_thesis_says, ("sap-1d", "sap-2d", "sweep-tiling")))
     assert {name for name, verdict in found.items() if verdict == "holds"} == {"B7", "B8", "B10"}
     small = bench_of(as_the_thesis_says)
-    dense = ThesisBench(tuple(cell for cell in small.cells if cell.density == 0.5), {})
+    dense = ThesisBench(tuple(cell for cell in small.rows if cell.density == 0.5), {})
     assert statements(dense)[2].verdict == "not measured"
 
 
