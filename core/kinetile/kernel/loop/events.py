@@ -75,7 +75,7 @@ def run_structural(k: Kernel, s: Any, h: int, at: int) -> int:
 def run_command(k: Kernel, s: Any, at: int) -> tuple[int, int, int]:
     """Carry out the next command, or return the reason for which it has to wait: (reason, task, body).
 
-    With a reason nothing has changed, and the command is still the next one.
+    With a reason no body has changed, and the command is still the next one.
     """
     clock = k.clock[0]
     command = k.commands[clock.lists.command]
@@ -90,6 +90,7 @@ def run_command(k: Kernel, s: Any, at: int) -> tuple[int, int, int]:
             fault.a = command.body
             fault.b = blocked_by(k, command)
             if fault.b != FREE:
+                clock.now = larger(clock.now, at)  # else the time of the refusal would depend on the phase
                 return BLOCKED, NOTHING, NOBODY
         if not LIVING or (command.code == INSERTED and not has_vacancy(k, command)):
             return COMMAND_DUE, NOTHING, NOBODY
