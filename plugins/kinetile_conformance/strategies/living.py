@@ -268,6 +268,18 @@ def _machine(kind: str, found: list[Scene]) -> type[RuleBasedStateMachine]:
             ends = [int(there[-1]), int(there[0])][: len(there)]
             self.going.exchange(ends[:: 1 if number & 1 else -1], random)
 
+        @precondition(lambda self: self.may_with_bodies() and len(self.going.sim.bodies) <= 8)
+        @rule(number=_numbers)
+        def start_over(self, number: int) -> None:
+            """All go, or all but one, and one comes that may be four times as wide as any that there was.
+
+            A structure that was built for those who are there is too narrow for it, or was built for nobody.
+            """
+            random, play = self.going.moved_on(number), self.going
+            for body in play.sim.bodies[number & 1 :].tolist():
+                play.sim.remove(body)
+            play.insert(play.place(random), random.integers(-4, 5, 2) / 4.0, 4.0 * play.widest, random)
+
         @precondition(may_with_bodies)
         @rule(number=_numbers)
         def turn(self, number: int) -> None:
