@@ -75,37 +75,37 @@ class Readings:
         """Returns the readings by name, fit for JSON."""
         return asdict(self)
 
-    @classmethod
-    def take(cls, engine: Engine, start_energy: float) -> Readings:
-        """Reads the instruments of an engine; ``start_energy`` is that of its bodies at the start."""
-        k, counts, seconds = engine.k, engine.k.counts[0], engine.cpu_seconds
-        expected = start_energy + float(counts.commanded_energy) + float(counts.answered_energy)
-        scale = max(abs(start_energy), abs(expected))
-        return cls(
-            contacts_disc=int(counts.contacts_disc),
-            contacts_wall=int(counts.contacts_wall),
-            passings=int(counts.passings),
-            turns=int(counts.turns),
-            inserted=int(counts.inserted),
-            removed=int(counts.removed),
-            structural_events=int(counts.structural),
-            events=engine.events,
-            certificates_updated=int(counts.updated),
-            newcomers=int(counts.newcomers),
-            partners_asked=int(counts.asked),
-            contacts_computed=int(counts.exact),
-            queue_max=int(counts.queue_max),
-            pairs_max=int(counts.pairs_max),
-            deepest_overlap=max(float(counts.deepest), 0.0),
-            energy_drift=abs(energy(k) - expected) / scale if scale > 0.0 else 0.0,
-            lateness=float(counts.late) * float(k.clock[0].tick),
-            cpu_seconds=seconds,
-            compile_seconds=engine.compile_seconds,
-            audits=engine.audits,
-            events_per_cpu_second=engine.events / seconds if seconds > 0.0 else 0.0,
-            contacts_per_cpu_second=engine.contacts / seconds if seconds > 0.0 else 0.0,
-            fingerprint=engine.ledger.fingerprint,
-        )
+
+def readings_of(engine: Engine, start_energy: float) -> Readings:
+    """Reads the instruments of an engine; ``start_energy`` is that of its bodies at the start."""
+    k, counts, seconds = engine.k, engine.k.counts[0], engine.cpu_seconds
+    expected = start_energy + float(counts.commanded_energy) + float(counts.answered_energy)
+    scale = max(abs(start_energy), abs(expected))
+    return Readings(
+        contacts_disc=int(counts.contacts_disc),
+        contacts_wall=int(counts.contacts_wall),
+        passings=int(counts.passings),
+        turns=int(counts.turns),
+        inserted=int(counts.inserted),
+        removed=int(counts.removed),
+        structural_events=int(counts.structural),
+        events=engine.events,
+        certificates_updated=int(counts.updated),
+        newcomers=int(counts.newcomers),
+        partners_asked=int(counts.asked),
+        contacts_computed=int(counts.exact),
+        queue_max=int(counts.queue_max),
+        pairs_max=int(counts.pairs_max),
+        deepest_overlap=max(float(counts.deepest), 0.0),
+        energy_drift=abs(energy(k) - expected) / scale if scale > 0.0 else 0.0,
+        lateness=float(counts.late) * float(k.clock[0].tick),
+        cpu_seconds=seconds,
+        compile_seconds=engine.compile_seconds,
+        audits=engine.audits,
+        events_per_cpu_second=engine.events / seconds if seconds > 0.0 else 0.0,
+        contacts_per_cpu_second=engine.contacts / seconds if seconds > 0.0 else 0.0,
+        fingerprint=engine.ledger.fingerprint,
+    )
 
 
 def energy(k: Kernel) -> float:

@@ -36,7 +36,7 @@ from kinetile.run.interrupts import Unbroken
 from kinetile.run.questions import meetings, places
 from kinetile.run.questions.meetings import CastHit, NextContact
 from kinetile.run.questions.places import Moment, RayHit
-from kinetile.run.readings import Readings, energy, explanation
+from kinetile.run.readings import Readings, energy, explanation, readings_of
 from kinetile.run.saving.files import no_simulation, read_whole, unpack, write_whole
 from kinetile.run.saving.snapshot import Snapshot, put_back, take
 from kinetile.run.structure import by_number, candidates, drawn, named_near
@@ -416,7 +416,7 @@ class Simulation:
     @property
     def readings(self) -> Readings:
         """The instruments, now."""
-        return Readings.take(self._engine, self._start_energy)
+        return readings_of(self._engine, self._start_energy)
 
     @property
     def rows(self) -> int:

@@ -46,7 +46,7 @@ _Time = Annotated[float, Field(description="a finite number")]
 _Number = Annotated[int, Field(description="the number of a body")]
 _Kind: TypeAlias = Any  # the scene decides which values are kinds
 _Few = Field(max_length=_MOST)
-_ABSENT: Any = None  # the default of a key that may be left out: nobody reads it, and TOML has no null
+_ABSENT: Any = None  # the default of a key that may be left out: it is never read, and TOML has no null
 
 
 class _FileTable(BaseModel):
