@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -15,6 +17,7 @@ from lanes import examples, first
 
 PHASES = ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling")
 LIVING = PHASES[1:]
+SCENES = Path(__file__).parents[2] / "scenes"
 
 
 def box(**more) -> kt.Scene:
@@ -147,6 +150,16 @@ def test_a_scheduled_body_without_room_ends_the_run_until_there_is_room(phase):
     sim.remove(0)
     sim.run(until=1.0)
     assert sim.bodies.tolist() == [1, 2]
+
+
+@pytest.mark.small
+@pytest.mark.parametrize("phase", PHASES)
+def test_an_insertion_without_room_stopped_at_the_last_event_before_it(phase):
+    sim = kt.Simulation(kt.load_scene(SCENES / "insertion-without-room.toml"), phase)
+    with pytest.raises(Refused, match="at time 6.625 there is no room for body 18"):
+        sim.run()
+    assert sim.time == 6.625
+    assert sim.positions().tolist() == [[2.75, 0.8125]]
 
 
 def test_who_goes_takes_its_schedule_along():
