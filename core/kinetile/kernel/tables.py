@@ -114,7 +114,8 @@ COMMAND = np.dtype(
         ("body", "i4"),  # the body's number
         ("code", "i4"),  # what is to be done (kinetile.kernel.log)
         ("after", "i8"),  # after this many contacts of its tick
-        ("kind", "i8"),
+        ("kind", "i4"),
+        ("overtakes", "i4"),  # planned commands of its tick that came after it (a history's alone)
     ],
     align=True,
 )

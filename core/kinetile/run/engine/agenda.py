@@ -15,6 +15,7 @@ would take four times the memory, and Python's collector would scan all of them 
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Iterable, Iterator
 from itertools import chain
 from typing import Any, NamedTuple
@@ -77,8 +78,7 @@ def planned(scene: Scene, clock: Clock) -> list[Command]:
 
 
 def _command(command: Turn | Insert | Remove, clock: Clock, mass: dict[int, float], scene: Scene) -> Command:
-    ticks = clock.tick_of(command.time, command.at)
-    after = command.at[2] if command.at else 0
+    ticks, after = _moment(command, clock)
     if isinstance(command, Remove):
         return Command(ticks, command.body, REMOVED, after=after)
     vx, vy = command.velocity
@@ -207,15 +207,12 @@ def due(k: Kernel, fields: Fields, met: int) -> int:
 
 
 def to_the_front(k: Kernel, fields: Fields, rows: Rows) -> Kernel:
-    """Puts commands of the present moment before those of later ones, after those that are due already;
-    returns the tables. A command that waits for another contact of this tick comes later."""
+    """Puts commands of the present moment before all that wait; returns the tables."""
     many = len(rows)
     if many > fields.lists.command[0]:
         k = _with_rows(k, _waiting(k), max(FRONT, 2 * many))
-    table, command = np.asarray(k.commands), fields.lists.command[0]
-    place = command + due(k, fields, int(rows["after"][0]))
-    table[command - many : place - many] = table[command:place]
-    table[place - many : place] = rows
+    command = fields.lists.command[0]
+    np.asarray(k.commands)[command - many : command] = rows
     fields.lists.command[0] = command - many
     return k
 
@@ -263,17 +260,35 @@ class History:
 
     def in_scene(self, scene: Scene, clock: Clock) -> Scene:
         """Returns a scene with these commands, at their exact times, and without its own commands for bodies
-        that had been removed by then."""
+        that had been removed by then.
+
+        A planned command comes before those by hand of its tick, unless it waited then for an insertion
+        without room: such commands are given the number of contacts of what overtook them.
+        """
+        played: list[Turn | Insert | Remove] = []
+        planned, gone = deque(scene.commands), set()
+        for command, overtaken in self._commands():
+            due = []
+            while planned and _moment(planned[0], clock) <= (command.ticks, command.after):
+                due.append(planned.popleft())
+            due = [each for each in due if each.body not in gone]
+            by_hand = command.as_scene_has_it(clock, scene)
+            first = len(due) - overtaken
+            planned.extendleft(each._replace(at=by_hand.at) for each in reversed(due[first:]))
+            played += [*due[:first], by_hand]
+            if command.code == REMOVED:
+                gone.add(command.body)
+        played += (each for each in planned if each.body not in gone)
+        return with_commands(scene, played, kinds=scene.kinds)
+
+    def _commands(self) -> Iterator[tuple[Command, int]]:
+        """Yields the commands, each with the number of planned ones that it overtook."""
         rows = np.frombuffer(bytes(self._bytes), COMMAND)
-        commands = []
-        for at, (first, base) in enumerate(self._bases):
-            end = self._bases[at + 1][0] if at + 1 < len(self._bases) else len(rows)
-            commands += [command_of(row, base) for row in rows[first:end]]
-        gone = {command.body: command.ticks for command in commands if command.code == REMOVED}
-        own = [
-            each
-            for each in scene.commands
-            if each.body not in gone or clock.tick_of(each.time, each.at) <= gone[each.body]
-        ]
-        done = [command.as_scene_has_it(clock, scene) for command in commands]
-        return with_commands(scene, [*own, *done], kinds=scene.kinds)
+        ends = [first for first, _ in self._bases[1:]] + [len(rows)]
+        for (first, base), end in zip(self._bases, ends, strict=True):
+            yield from ((command_of(row, base), int(row["overtakes"])) for row in rows[first:end])
+
+
+def _moment(command: Turn | Insert | Remove, clock: Clock) -> tuple[int, int]:
+    """Returns when a command of a scene happens: its tick since the start, and after how many contacts."""
+    return clock.tick_of(command.time, command.at), command.at[2] if command.at else 0

@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -526,9 +526,19 @@ class Engine(Tables):
                 self.lay_out(2.0 * needed)
             if inserts:
                 self._number(self.numbers + 1)
-            self.k = to_the_front(self.k, self.fields, rows)
             with self.ledger.put_aside():
-                self._run_commands()
+                if others_first:
+                    with suppress(Refused):  # of an insertion without room: this command comes before it
+                        self._run_commands()
+                rows["after"] = self.met_now
+                rows["overtakes"] = due(self.k, self.fields, self.met_now)
+                waiting = self._waiting
+                self.k = to_the_front(self.k, self.fields, rows)
+                try:
+                    self._run_commands()
+                except Refused:
+                    if self._waiting > waiting:
+                        raise
             if inserts:
                 self.numbers += 1
             if code == REMOVED:
@@ -542,8 +552,14 @@ class Engine(Tables):
             squares = squares_of_bodies(self.k) + self.agenda.squares(self.k)
         return bounds._replace(squares=squares + gained), fastest(squares + gained, bounds.lightest)
 
+    @property
+    def _waiting(self) -> int:
+        """The number of commands that have not run."""
+        return int(self.fields.lists.commands[0] - self.fields.lists.command[0])
+
     def _run_commands(self) -> None:
-        """Runs everything before the next contact at the present tick."""
+        """Runs everything before the next contact at the present tick. Raises Refused at an insertion
+        without room, which then waits."""
         quota = self.met_now
         while True:
             try:
