@@ -284,8 +284,8 @@ class History:
     def _commands(self) -> Iterator[tuple[Command, int]]:
         """Yields the commands, each with the number of planned ones that it overtook."""
         rows = np.frombuffer(bytes(self._bytes), COMMAND)
-        ends = [first for first, _ in self._bases[1:]] + [len(rows)]
-        for (first, base), end in zip(self._bases, ends, strict=True):
+        for at, (first, base) in enumerate(self._bases):
+            end = self._bases[at + 1][0] if at + 1 < len(self._bases) else len(rows)
             yield from ((command_of(row, base), int(row["overtakes"])) for row in rows[first:end])
 
 
