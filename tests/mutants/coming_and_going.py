@@ -30,8 +30,8 @@ MUTANTS = [
     _mutant(
         "keeps who has gone",
         "cells",
-        "    home = s.homes[body]\n    move_out(s, body, 0, home.column, home.row)\n",
-        "    home = s.homes[body]\n",
+        "    move_out(s, body, s.homes[body].cell)\n",
+        "    pass\n",
         "uniform",
         "leave does nothing: near names a body that is no more",
     ),

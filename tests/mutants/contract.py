@@ -76,8 +76,8 @@ MUTANTS = [
         "cells",
         [
             instead(
-                "grid.first + middle, grid.first + high, count)",
-                "grid.first + middle, grid.first + middle, count)",
+                "_append_block(k, s, high, count, found)",
+                "_append_block(k, s, middle, count, found)",
                 "layout",
             )
         ],

@@ -39,7 +39,9 @@ MUTANTS = [
         "cells",
         [
             instead(
-                "right, grid.columns)\n    home.row", "right, grid.columns) & 31\n    home.row", "uniform"
+                "home.cell + right + up * grid.columns)\n    move_in",
+                "home.cell + right + up * grid.columns) & 31\n    move_in",
+                "uniform",
             ),
             *CELLS,
         ],
@@ -51,7 +53,7 @@ MUTANTS = [
         "cells of 32 bits",
         "cells",
         [
-            instead('        ("y", "f8"),\n', '        ("y", "i4"),\n', "table"),
+            instead('        ("y", "f8"),\n', '        ("y", "i4"),\n', "layout"),
             *CELLS,
         ],
         "cells beyond 2^31, where bodies are small and far away",

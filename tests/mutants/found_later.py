@@ -70,9 +70,9 @@ MUTANTS = [
                 "    come_home(k, s, body, 0)\n    watch(k, s, body)\n",
                 "    come_home(k, s, body, 0)\n"
                 "    home = s.homes[body]\n"
-                "    if list_around(k, s, 0, home.column, home.row, 0) > 16:\n"
-                "        move_out(s, body, 0, home.column, home.row)\n"
-                "        move_in(s, body, 0, wrapped(home.column + 1, s.levels[0].columns), home.row)\n"
+                "    if list_around(k, s, 0, home.cell, 0) > 16:\n"
+                "        move_out(s, body, home.cell)\n"
+                "        move_in(s, body, wrapped(s.levels[0], home.cell + 1))\n"
                 "    watch(k, s, body)\n",
                 "uniform",
             )
@@ -126,14 +126,14 @@ MUTANTS = [
                 "layout",
             ),
             instead(
-                "    return list_ahead(k, s, 0, home.column, home.row, right, up, 0)\n",
+                "    return list_ahead(k, s, 0, home.cell, right, up, 0)\n",
                 "    if s.told[0] != k.clock[0].now:\n"
                 "        s.told[0] = k.clock[0].now\n"
                 "        s.told[1] = 0\n"
                 "    s.told[1] += 1\n"
                 "    if s.told[1] > 24:\n"
                 "        return 0\n"
-                "    return list_ahead(k, s, 0, home.column, home.row, right, up, 0)\n",
+                "    return list_ahead(k, s, 0, home.cell, right, up, 0)\n",
                 "uniform",
             ),
         ],
@@ -144,12 +144,11 @@ MUTANTS = [
         "cells",
         [
             instead(
-                "    right = plan.vx > 0.0\n    up = plan.vy > 0.0\n    across",
-                "    right = plan.vx > 0.0\n    up = plan.vy > 0.0\n"
+                "    across = edge(grid, home.x, plan.vx) - plan.x\n",
                 "    if s.homes.shape[0] > 20 and abs(plan.vx) > 1e10:\n"
                 "        schedule(k, body, NEVER)\n"
                 "        return\n"
-                "    across",
+                "    across = edge(grid, home.x, plan.vx) - plan.x\n",
                 "uniform",
             )
         ],
@@ -160,13 +159,9 @@ MUTANTS = [
         "cells",
         [
             instead(
+                "    home.x += right\n    home.y += up\n",
                 "    home.x += right\n    home.y += up\n"
-                "    home.column = wrapped(home.column + right, grid.columns)\n"
-                "    home.row = wrapped(home.row + up, grid.rows)\n    move_in(s, body, 0",
-                "    home.x += right\n    home.y += up\n"
-                "    home.x = float((int(home.x) + 2**39) % 2**40 - 2**39)\n"
-                "    home.column = wrapped(home.column + right, grid.columns)\n"
-                "    home.row = wrapped(home.row + up, grid.rows)\n    move_in(s, body, 0",
+                "    home.x = float((int(home.x) + 2**39) % 2**40 - 2**39)\n",
                 "uniform",
             )
         ],
@@ -177,8 +172,8 @@ MUTANTS = [
         "cells",
         [
             instead(
-                "    across = edge(grid, home.x, right) - plan.x\n",
-                "    across = edge(grid, home.x, right) - plan.x\n"
+                "    across = edge(grid, home.x, plan.vx) - plan.x\n",
+                "    across = edge(grid, home.x, plan.vx) - plan.x\n"
                 "    if abs(plan.x) > 1e13:\n"
                 "        across = across + 64.0 * grid.side\n",
                 "uniform",

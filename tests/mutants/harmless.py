@@ -9,7 +9,7 @@ __all__ = ["HARMLESS"]
 
 NO_CELLS_AUDIT = instead("            audit=audit,\n", "", "__init__")
 ORDER = "np.lexsort((body, 1 - upper, speed[body], edge))"
-AHEAD = "    return list_ahead(k, s, 0, home.column, home.row, right, up, 0)"
+AHEAD = "    return list_ahead(k, s, 0, home.cell, right, up, 0)"
 
 
 def _harmless(name: str, base: str, why: str, *changes: Change) -> Mutant:

@@ -14,7 +14,7 @@ __all__ = ["MUTANTS"]
 
 NAMED = "        k.near[other] = other\n"
 LIST = "    body = s.lists[cell]\n    while body >= 0:\n        k.near[count] = body\n"
-THIRD = "        count = _append_list(k, s, three, count)\n"
+THIRD = "            for right in range(-1, 2):\n                count = _append_list("
 CELLS = [instead("            audit=audit,\n", "", "__init__")]
 
 MUTANTS = [
@@ -105,7 +105,7 @@ MUTANTS = [
     Mutant(
         "the third cell has no list",
         "cells",
-        [instead(THIRD, "", "table")],
+        [instead(THIRD, THIRD.replace("2", "1"), "layout")],
         "more than seven bodies in a cell, on the right",
         family="many bodies",
         witness=Audited(partial(corner, 40), 8.0, steps=8, options={"side": 4.0}),
@@ -128,7 +128,7 @@ MUTANTS = [
     Mutant(
         "takes the last of a block for who leaves",
         "cells",
-        [instead("    while place <= last and s", "    while place < last and s", "table"), *CELLS],
+        [instead("    while place <= last and s", "    while place < last and s", "layout"), *CELLS],
         "eight bodies in a cell, of which the eighth leaves: it stays, and the seventh is gone",
         family="many bodies",
         witness=Audited(partial(corner, 40), 8.0, steps=8, options={"side": 4.0}),

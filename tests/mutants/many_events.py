@@ -12,7 +12,7 @@ from phase_mutants import Mutant, after, before, instead
 __all__ = ["MUTANTS"]
 
 COUNTED = [instead("near=near, replan", "near=near, state=NoState(np.zeros(4)), replan"), NUMPY]
-CROSSED = after('        ("side", "f8"),  # of a cell, a length\n', '        ("crossed", "i8"),\n', "table")
+CROSSED = after('        ("side", "f8"),  # of a cell, a length\n', '        ("crossed", "i8"),\n', "layout")
 LONG = partial(gas, 25, 0.25)
 
 

@@ -14,6 +14,7 @@ from kinetile.errors import BadOption, PhaseError, Refused, nearest
 from kinetile.kernel.compiled import compose
 from kinetile.kernel.loop import idle
 from kinetile.kernel.loop.commands import obey_alone
+from kinetile.kernel.loop.foreign import as_foreign
 from kinetile.kernel.loop.loop import advance
 from kinetile.kernel.loop.responses import MOST_RESPONSES
 from kinetile.kernel.loop.responses import PASS as PASSES
@@ -35,6 +36,9 @@ from kinetile.scene.reach import skin_at_start
 from kinetile.scene.responses import ELASTIC, PASS
 
 BUILT_IN = (ELASTIC, PASS)
+
+OWN = ("kinetile", "kinetile_plugins")
+"""Packages whose hooks never count from the end of an array."""
 
 P = TypeVar("P", bound=Parts)
 
@@ -106,6 +110,11 @@ def _name(hook: Any) -> tuple[str, str]:
     """The origin of a hook: the same hooks in the same order make the same loop."""
     function = getattr(hook, "py_func", hook)
     return function.__module__, function.__qualname__
+
+
+def _package(hook: Any) -> str:
+    """Returns the package that a hook is from."""
+    return str(_name(hook)[0]).partition(".")[0]
 
 
 def _parts(response: Response, scene: Scene) -> ResponseParts:
@@ -214,7 +223,10 @@ class Composition:
                 parts["soonest"] = self.pair.soonest
         if self.wall is not None:
             parts |= {"reach_wall": self.wall.reach_wall, "bounce": self.wall.bounce}
-        return parts
+        return {
+            name: as_foreign(name, part) if callable(part) and _package(part) not in OWN else part
+            for name, part in parts.items()
+        }
 
     def prepared_for(self, scene: Scene) -> Composition:
         """Returns the same phases, prepared for another scene; Refused if one does not accept it."""

@@ -12,13 +12,14 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Iterator
+from itertools import product
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from kinetile.kernel.certificates.structural import FAR
-from kinetile.toolbox import NEVER, Box, Item, Kernel, pair_links, positions_now
+from kinetile.toolbox import NEVER, NOBODY, Box, Item, Kernel, pair_links, positions_now
 from kinetile_plugins.cells.layout import BLOCK, FULL, LISTED, State, cells_of, least_side
 
 Whole = npt.NDArray[np.intp]
@@ -38,9 +39,9 @@ def audit(k: Kernel, s: State) -> Iterator[str]:
         yield f"level {of} has cells of side {side}: too narrow for a slack of {slack}"
     yield from _places(k, s, there)
     yield from _certificates(k, s, there)
-    for name, at, size in (("column", homes.x, s.levels.columns), ("row", homes.y, s.levels.rows)):
-        for body in np.flatnonzero(homes[name] != np.mod(at, size[level])):
-            yield f"body {there[body]} stands in {name} {homes[name][body]}, where cell {at[body]:.0f} is not"
+    for body in np.flatnonzero(homes.cell != cells_of(s.levels[level], homes.x, homes.y)):
+        cell = f"cell ({homes.x[body]:.0f}, {homes.y[body]:.0f}) of the plane"
+        yield f"body {there[body]} is at home in cell {homes.cell[body]} of the table, where {cell} is not"
     yield from _table(s, there)
     for at in range(1, len(s.levels)):
         yield from _guests(s, at, there)
@@ -84,7 +85,7 @@ def _certificates(k: Kernel, s: State, there: Whole) -> Iterator[str]:
 
 def _table(s: State, there: Whole) -> Iterator[str]:
     """The blocks and lists have every body once, in its cell; bodies in a list found the block full."""
-    home = cells_of(s, np.arange(len(s.homes)))
+    home = s.homes.cell
     blocks = s.blocks.reshape(-1, BLOCK)
     cells, places = np.nonzero(np.arange(FULL) < blocks[:, FULL:] & FULL)
     standing = list(zip(cells.tolist(), blocks[cells, places].tolist(), strict=True))
@@ -109,17 +110,15 @@ def _guests(s: State, at: int, there: Whole) -> Iterator[str]:
     """A body at home in a finer level is a guest of this one, in the cell around its own, once."""
     grid, coarser = s.levels[at], len(s.levels) - 1
     part = s.levels.side[s.homes.level] / grid.side
-    columns = np.mod(np.floor(s.homes.x * part), grid.columns)
-    rows = np.mod(np.floor(s.homes.y * part), grid.rows)
+    around = cells_of(grid, np.floor(s.homes.x * part), np.floor(s.homes.y * part))
     wanted: Any = dict.fromkeys(there[s.homes.level[there] < at].tolist())
     for body in wanted:
-        wanted[body] = int(grid.first + rows[body] * grid.columns + columns[body])
-        place = s.guests[body * coarser + at - 1]
-        if grid.first + int(place.row) * grid.columns + place.column != wanted[body]:
+        wanted[body] = int(around[body])
+        if s.guests[body * coarser + at - 1].cell != wanted[body]:
             yield f"body {body} is a guest of level {at} in another cell than the one around its own"
     seen = set()
-    for cell in range(int(grid.first), int(grid.first + grid.columns * grid.rows)):
-        before, number = -2 - cell, int(s.hosts[cell])
+    for cell in range(int(grid.first), int(grid.first + grid.cells)):
+        before, number = NOBODY, int(s.hosts[cell])
         while number >= 0 and number not in seen:
             seen.add(number)
             if wanted.get(number // coarser) != cell or number % coarser != at - 1:
@@ -141,10 +140,12 @@ def draw(k: Kernel, s: State) -> Iterator[Item]:
     """
     there = np.flatnonzero(k.queue.number >= 0).tolist()
     own = k.queue.own.tolist()
-    homes = s.homes.view(np.ndarray).tolist()  # (x, y, column, row, next, way, level)
-    sides, columns, rows = (s.levels[name].tolist() for name in ("side", "columns", "rows"))
+    homes = s.homes.view(np.ndarray).tolist()  # (x, y, cell, next, way, level)
+    sides, columns, sizes, firsts = (
+        s.levels[name].tolist() for name in ("side", "columns", "cells", "first")
+    )
     fails: dict[tuple[int, int, int], int] = {}
-    standing = defaultdict(list)
+    standing = defaultdict(list)  # by the number of the cell
     for body in there:
         x, y, *_, level = homes[body]
         for at in range(level, len(sides)):
@@ -152,16 +153,16 @@ def draw(k: Kernel, s: State) -> Iterator[Item]:
             across, up = math.floor(x * part), math.floor(y * part)
             leaves = own[body] if at == level else NEVER
             fails[at, across, up] = min(leaves, fails.get((at, across, up), NEVER))
-            standing[at, across % columns[at], up % rows[at]].append(body)
+            standing[firsts[at] + (across + up * columns[at]) % sizes[at]].append(body)
     for (at, across, up), tick in sorted(fails.items()):
         side = sides[at]
         label = f"level {at}" if len(sides) > 1 else ""
         yield Box("cell", (across * side, up * side), ((across + 1) * side, (up + 1) * side), tick, label)
     pairs = set()
     for body in there:
-        _, _, column, row, _, _, level = homes[body]
-        for across in (column - 1, column, column + 1):
-            for up in (row - 1, row, row + 1):
-                for other in standing.get((level, across % columns[level], up % rows[level]), ()):
-                    pairs.add((body, other) if body < other else (other, body))
+        _, _, cell, _, _, level = homes[body]
+        for across, up in product((-1, 0, 1), repeat=2):
+            place = cell - firsts[level] + across + up * columns[level]
+            for other in standing.get(firsts[level] + place % sizes[level], ()):
+                pairs.add((body, other) if body < other else (other, body))
     yield from pair_links((a, b) for a, b in pairs if a != b)

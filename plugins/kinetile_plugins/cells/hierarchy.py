@@ -11,11 +11,11 @@ from __future__ import annotations
 
 import math
 
-from kinetile.toolbox import Kernel, hook
+from kinetile.toolbox import NOBODY, Kernel, hook
 from kinetile_plugins.cells.layout import (
     State,
+    cell_of,
     come_home,
-    folded,
     list_ahead,
     list_around,
     move_in,
@@ -26,11 +26,12 @@ from kinetile_plugins.cells.uniform import watch
 
 
 @hook
-def _enter_as_guest(s: State, number: int, body: int, cell: int) -> None:
+def _enter_as_guest(s: State, number: int, cell: int) -> None:
     """Put a guest into a cell. O(1)."""
     guest = s.guests[number]
+    guest.cell = cell
     guest.next = s.hosts[cell]
-    guest.prev = -2 - cell
+    guest.prev = NOBODY
     if guest.next >= 0:
         s.guests[guest.next].prev = number
     s.hosts[cell] = number
@@ -43,7 +44,7 @@ def _leave_as_guest(s: State, number: int) -> None:
     if guest.prev >= 0:
         s.guests[guest.prev].next = guest.next
     else:
-        s.hosts[-2 - guest.prev] = guest.next
+        s.hosts[guest.cell] = guest.next
     if guest.next >= 0:
         s.guests[guest.next].prev = guest.prev
 
@@ -68,21 +69,17 @@ def near(k: Kernel, s: State, body: int) -> int:
     level = int(home.level)
     coarser = len(s.levels) - 1
     count = 0
-    column = int(home.column)
-    row = int(home.row)
+    cell = home.cell
     for at in range(level, coarser + 1):
         if at > level:
-            guest = s.guests[body * coarser + at - 1]
-            column = int(guest.column)
-            row = int(guest.row)
-        count = list_around(k, s, at, column, row, count)
+            cell = s.guests[body * coarser + at - 1].cell
+        count = list_around(k, s, at, cell, count)
     if level > 0:
         grid = s.levels[level]
         for up in range(-1, 2):
-            base = grid.first + wrapped(home.row + up, grid.rows) * grid.columns
             for right in range(-1, 2):
-                cell = base + wrapped(home.column + right, grid.columns)
-                count = _list_guests(k, s, cell, count)
+                there = wrapped(grid, home.cell + right + up * grid.columns)
+                count = _list_guests(k, s, there, count)
     return count
 
 
@@ -99,22 +96,21 @@ def repair(k: Kernel, s: State, body: int) -> int:
     step = 2 * (home.way & 1) - 1
     right = step * (1 - (home.way >> 1))
     up = step * (home.way >> 1)
-    move_out(s, body, level, home.column, home.row)
+    move_out(s, body, home.cell)
     home.x += right
     home.y += up
-    home.column = wrapped(home.column + right, grid.columns)
-    home.row = wrapped(home.row + up, grid.rows)
-    move_in(s, body, level, home.column, home.row)
+    home.cell = wrapped(grid, home.cell + right + up * grid.columns)
+    move_in(s, body, home.cell)
     watch(k, s, body)
     count = 0
+    ahead = wrapped(grid, home.cell + right + up * grid.columns)
+    aside = up + right * grid.columns
     if level > 0:
         for step in range(-1, 2):
-            there = wrapped(home.row + up + step * right, grid.rows) * grid.columns
-            cell = grid.first + there + wrapped(home.column + right + step * up, grid.columns)
-            count = _list_guests(k, s, cell, count)
+            there = wrapped(grid, ahead + step * aside)
+            count = _list_guests(k, s, there, count)
     edge = (home.x if right != 0 else home.y) + (1.0 if right + up < 0 else 0.0)
-    column = int(home.column)
-    row = int(home.row)
+    cell = home.cell
     for at in range(level, coarser + 1):
         if at > level:
             over = s.levels[at]
@@ -122,14 +118,10 @@ def repair(k: Kernel, s: State, body: int) -> int:
             if edges != math.floor(edges):
                 break
             number = body * coarser + at - 1
-            guest = s.guests[number]
+            cell = wrapped(over, s.guests[number].cell + right + up * over.columns)
             _leave_as_guest(s, number)
-            column = wrapped(guest.column + right, over.columns)
-            row = wrapped(guest.row + up, over.rows)
-            guest.column = column
-            guest.row = row
-            _enter_as_guest(s, number, body, over.first + row * over.columns + column)
-        count = list_ahead(k, s, at, column, row, right, up, count)
+            _enter_as_guest(s, number, cell)
+        count = list_ahead(k, s, at, cell, right, up, count)
     return count
 
 
@@ -146,11 +138,8 @@ def enter(k: Kernel, s: State, body: int) -> None:
     for at in range(level + 1, coarser + 1):
         over = s.levels[at]
         part = s.levels[level].side / over.side
-        guest = s.guests[body * coarser + at - 1]
-        guest.column = int(folded(math.floor(home.x * part), over.columns))
-        guest.row = int(folded(math.floor(home.y * part), over.rows))
-        cell = over.first + guest.row * over.columns + guest.column
-        _enter_as_guest(s, body * coarser + at - 1, body, cell)
+        cell = cell_of(over, math.floor(home.x * part), math.floor(home.y * part))
+        _enter_as_guest(s, body * coarser + at - 1, cell)
     watch(k, s, body)
 
 
@@ -159,6 +148,6 @@ def leave(k: Kernel, s: State, body: int) -> None:
     """A body goes, from its home and from where it is a guest."""
     home = s.homes[body]
     coarser = len(s.levels) - 1
-    move_out(s, body, home.level, home.column, home.row)
+    move_out(s, body, home.cell)
     for at in range(home.level + 1, coarser + 1):
         _leave_as_guest(s, body * coarser + at - 1)

@@ -1,17 +1,19 @@
 """The table of cells: their widths, the bodies in each, and how the hooks read and change it.
 
-The plane is divided into square cells, mapped to a torus of ``columns`` x ``rows`` places: column
-c of the plane is column c mod ``columns`` of the table. With an arena the table has one more column and row
-than the arena, so that no two cells of the arena share a place and its opposite edges are not adjacent.
-Without one the plane wraps around the torus, and cells a whole turn apart share a place. That makes pairs
-that are far apart, which only costs time: nearness depends on the table alone, and is the same
-from both sides.
+The plane is divided into square cells, and a cell has a number, its place in the table: the rows of the
+table follow each other, so cell (x, y) of the plane is place x + ``columns`` y, modulo the number of places.
+The end of a row adjoins the beginning of the next one, and the last place adjoins the first: a helix, wound
+up to a torus. So the eight cells around a cell are at fixed distances from it, everywhere, and only near the
+two ends of the table is there anything to wind up. With an arena the table has one more column and row than
+the arena, so that no two cells of the arena share a place and its opposite edges are not adjacent. Without
+one cells that are a multiple of a whole turn apart share a place. That makes pairs that are far apart, which
+only costs time: nearness depends on the table alone, and is the same from both sides (docs/cells.md).
 
 A place has a block of eight integers: the numbers of seven bodies, and how many of them count, so that one
 vector copies it (``append``). A body that finds the block full goes into the list of the cell, which is
 threaded through the bodies: any number of bodies fits into a cell, and nothing has to be allocated. The
-eighth integer also marks whether there is a list, so that one test of those of the copied cells
-finds whether there is any.
+eighth integer also marks whether there is a list, in a bit above the counts of nine blocks: so the sum of
+those of nine copied cells has the number of bodies below and the number of lists above.
 
 The narrower the cells, the fewer bodies are near each other, and the more often one moves to another
 cell. A cell cannot be narrower than the widest body at home in it (docs/cells.md has the exact bound and its
@@ -36,15 +38,17 @@ BLOCK = 8
 FULL = BLOCK - 1
 """Bodies in a block, and the place of their count; of its bits, those that count them."""
 
-LISTED = 8
-"""The bit of the count that says that the cell has a list."""
+LISTED = 64
+"""The bit of the count that says that the cell has a list: more than nine full blocks hold."""
+
+INSIDE = LISTED - 1
+"""In the sum of the counts of up to nine blocks, the bits of the bodies within the blocks."""
 
 HOME = np.dtype(
     [
         ("x", "f8"),  # the body's cell in the plane: a whole number
         ("y", "f8"),
-        ("column", "i4"),  # and in the table
-        ("row", "i4"),
+        ("cell", "i8"),  # and its number, a place of the table
         ("next", "i4"),  # the next body in the list of a cell that is full
         ("way", "i2"),  # the edge of its cell that it reaches next: 0 left, 1 right, 2 lower, 3 upper
         ("level", "i2"),  # of which level its cell is
@@ -55,14 +59,14 @@ LEVEL = np.dtype(
         ("side", "f8"),  # of a cell, a length
         ("slack", "f8"),  # how far a body may be outside its cell, a length
         ("widest", "f8"),  # the greatest radius of a body at home in it, now or later
-        ("columns", "i8"),
-        ("rows", "i8"),
+        ("columns", "i8"),  # of its part of the table
+        ("cells", "i8"),  # in all its rows
         ("first", "i8"),  # the number of its first cell
     ]
 )
-GUEST = np.dtype([("column", "i4"), ("row", "i4"), ("next", "i4"), ("prev", "i4")])
-"""Where a body stands in a coarser level, and its neighbours in the list of the cell's guests; before the
-first: -2 - cell."""
+GUEST = np.dtype([("cell", "i8"), ("next", "i4"), ("prev", "i4")])
+"""The cell of a coarser level in which a body stands, and its neighbours in the list of the cell's guests, or
+NOBODY."""
 
 
 class State(NamedTuple):
@@ -77,17 +81,23 @@ class State(NamedTuple):
 
 
 @hook
-def wrapped(place: int, size: int) -> int:
-    """Return a column or a row, at most one beyond the edge of the table, wound up."""
-    if place < 0:
-        return place + size
-    return place - size if place >= size else place
+def wrapped(grid: Records, cell: int) -> int:
+    """Return the number of a cell of a level, less than a turn beyond either end of its places, wound up."""
+    if cell < grid.first:
+        return int(cell + grid.cells)
+    return int(cell - grid.cells if cell >= grid.first + grid.cells else cell)
 
 
 @hook
-def move_in(s: State, body: int, level: int, column: int, row: int) -> None:
+def cell_of(grid: Records, x: float, y: float) -> int:
+    """Return the number of a level's cell (x, y) of the plane; the sum is exact (docs/cells.md)."""
+    place = x + y * grid.columns
+    return int(grid.first + (place - math.floor(place / grid.cells) * grid.cells))
+
+
+@hook
+def move_in(s: State, body: int, cell: int) -> None:
     """Put a body into a cell. O(1)."""
-    cell = s.levels[level].first + row * s.levels[level].columns + column
     at = cell * BLOCK
     count = s.blocks[at + FULL]
     if count < FULL:
@@ -100,12 +110,6 @@ def move_in(s: State, body: int, level: int, column: int, row: int) -> None:
 
 
 @hook
-def folded(cell: float, size: int) -> float:
-    """Return the column or row of the table in which a column or row of the plane is."""
-    return cell - math.floor(cell / size) * size
-
-
-@hook
 def come_home(k: Kernel, s: State, body: int, level: int) -> None:
     """Put a body that comes into the cell of a level in which it stands, by its rounded coordinates: a cell
     is history, and its begins here."""
@@ -114,17 +118,15 @@ def come_home(k: Kernel, s: State, body: int, level: int) -> None:
     grid = s.levels[level]
     home.x = math.floor(plan.x / grid.side)
     home.y = math.floor(plan.y / grid.side)
-    home.column = int(folded(home.x, grid.columns))
-    home.row = int(folded(home.y, grid.rows))
+    home.cell = cell_of(grid, home.x, home.y)
     home.level = level
     home.next = NOBODY
-    move_in(s, body, level, home.column, home.row)
+    move_in(s, body, home.cell)
 
 
 @hook
-def move_out(s: State, body: int, level: int, column: int, row: int) -> None:
+def move_out(s: State, body: int, cell: int) -> None:
     """Take a body out of a cell; the first of the cell's list takes its place in the block."""
-    cell = s.levels[level].first + row * s.levels[level].columns + column
     at = cell * BLOCK
     last = at + (s.blocks[at + FULL] & FULL) - 1
     place = at
@@ -160,45 +162,62 @@ def _append_list(k: Kernel, s: State, cell: int, count: int) -> int:
 
 
 @hook
-def _append_three(k: Kernel, s: State, one: int, two: int, three: int, count: int) -> int:
-    """Write the bodies of three cells behind ``k.near[:count]``; return the new count."""
-    first = append(s.blocks, one * BLOCK, k.near, count)
-    count += first & FULL
-    second = append(s.blocks, two * BLOCK, k.near, count)
-    count += second & FULL
-    third = append(s.blocks, three * BLOCK, k.near, count)
-    count += third & FULL
-    if (first | second | third) & LISTED != 0:
-        count = _append_list(k, s, one, count)
-        count = _append_list(k, s, two, count)
-        count = _append_list(k, s, three, count)
-    return count
+def _append_block(k: Kernel, s: State, cell: int, count: int, found: int) -> int:
+    """Write the bodies in a cell's block behind ``k.near[:count]`` and those ``found`` before; return
+    the new sum of counts."""
+    return found + append(s.blocks, cell * BLOCK, k.near, count + (found & INSIDE))
 
 
 @hook
-def list_around(k: Kernel, s: State, level: int, column: int, row: int, count: int) -> int:
+def _append_row(k: Kernel, s: State, left: int, count: int, found: int) -> int:
+    """Do so for three cells that follow each other."""
+    found = _append_block(k, s, left, count, found)
+    found = _append_block(k, s, left + 1, count, found)
+    return _append_block(k, s, left + 2, count, found)
+
+
+@hook
+def list_around(k: Kernel, s: State, level: int, cell: int, count: int) -> int:
     """Write the bodies at home in a cell and in the eight around it behind ``k.near[:count]``; return the new
     count."""
     grid = s.levels[level]
-    left = wrapped(column - 1, grid.columns)
-    right = wrapped(column + 1, grid.columns)
-    for step in range(-1, 2):
-        base = grid.first + wrapped(row + step, grid.rows) * grid.columns
-        count = _append_three(k, s, base + left, base + column, base + right, count)
+    columns = grid.columns
+    found = 0
+    if cell > grid.first + columns and cell < grid.first + grid.cells - columns - 1:
+        found = _append_row(k, s, cell - columns - 1, count, found)
+        found = _append_row(k, s, cell - 1, count, found)
+        found = _append_row(k, s, cell + columns - 1, count, found)
+    else:  # near an end of the table: some of them are at the other end
+        for up in range(-1, 2):
+            for right in range(-1, 2):
+                there = wrapped(grid, cell + right + up * columns)
+                found = _append_block(k, s, there, count, found)
+    count += found & INSIDE
+    if found >= LISTED:
+        for up in range(-1, 2):
+            for right in range(-1, 2):
+                count = _append_list(k, s, wrapped(grid, cell + right + up * columns), count)
     return count
 
 
 @hook
-def list_ahead(
-    k: Kernel, s: State, level: int, column: int, row: int, right: int, up: int, count: int
-) -> int:
+def list_ahead(k: Kernel, s: State, level: int, cell: int, right: int, up: int, count: int) -> int:
     """Write the bodies at home in the three cells on one side of a cell behind ``k.near[:count]``; return the
     new count. The side is (right, up): (-1, 0), (1, 0), (0, -1) or (0, 1)."""
     grid = s.levels[level]
-    middle = wrapped(row + up, grid.rows) * grid.columns + wrapped(column + right, grid.columns)
-    low = wrapped(row + up - right, grid.rows) * grid.columns + wrapped(column + right - up, grid.columns)
-    high = wrapped(row + up + right, grid.rows) * grid.columns + wrapped(column + right + up, grid.columns)
-    return _append_three(k, s, grid.first + low, grid.first + middle, grid.first + high, count)
+    aside = up + right * grid.columns
+    middle = wrapped(grid, cell + right + up * grid.columns)
+    low = wrapped(grid, middle - aside)
+    high = wrapped(grid, middle + aside)
+    found = _append_block(k, s, low, count, 0)
+    found = _append_block(k, s, middle, count, found)
+    found = _append_block(k, s, high, count, found)
+    count += found & INSIDE
+    if found >= LISTED:
+        count = _append_list(k, s, low, count)
+        count = _append_list(k, s, middle, count)
+        count = _append_list(k, s, high, count)
+    return count
 
 
 SPACING = 1.25, 1.65
@@ -300,7 +319,7 @@ def empty(scene: Scene, sides: list[float]) -> State:
     cells = 0
     for level, side in zip(levels, sides, strict=True):
         columns, rows = _size(scene, side)
-        level.side, level.columns, level.rows, level.first = side, columns, rows, cells
+        level.side, level.columns, level.cells, level.first = side, columns, columns * rows, cells
         cells += columns * rows
     homes = _aligned(HOME, n)
     home_level = np.minimum(np.searchsorted(sides, _widths(scene)), coarser)
@@ -339,9 +358,9 @@ def arrange(k: Kernel, s: State) -> None:
     s.blocks[:] = 0
     s.lists[:] = NOBODY
     s.hosts[:] = NOBODY
-    homes.column, homes.row = np.mod(homes.x, levels.columns[level]), np.mod(homes.y, levels.rows[level])
-    body, before, rank = _queued(cells_of(s, np.arange(len(homes))))
-    inside, cell = rank < FULL, cells_of(s, body)
+    homes.cell = cells_of(levels[level], homes.x, homes.y)
+    body, before, rank = _queued(homes.cell)
+    inside, cell = rank < FULL, homes.cell[body]
     s.blocks[cell[inside] * BLOCK + rank[inside]] = body[inside]
     np.maximum.at(s.blocks, cell * BLOCK + FULL, np.minimum(rank + 1, FULL))
     homes.next[body[rank > FULL]] = before[rank > FULL]
@@ -351,11 +370,9 @@ def arrange(k: Kernel, s: State) -> None:
         _invite(s, at, homes)
 
 
-def cells_of(s: State, body: Any, right: int = 0, up: int = 0) -> Any:
-    """Returns the numbers of the cells in which bodies are at home, or of cells to the right and above."""
-    home = s.homes[body]
-    grid = s.levels[home.level]
-    return grid.first + (home.row + up) % grid.rows * grid.columns + (home.column + right) % grid.columns
+def cells_of(grid: Records, x: Any, y: Any) -> Any:
+    """Returns what ``cell_of`` does, for many at once."""
+    return grid.first + np.mod(x + y * grid.columns, grid.cells).astype(np.int64)
 
 
 def _invite(s: State, at: int, homes: Records) -> None:
@@ -365,15 +382,14 @@ def _invite(s: State, at: int, homes: Records) -> None:
     number = smaller * (len(s.levels) - 1) + at - 1
     home = homes[smaller]
     part = s.levels.side[home.level] / grid.side
-    guest.column[number] = np.mod(np.floor(home.x * part), grid.columns)
-    guest.row[number] = np.mod(np.floor(home.y * part), grid.rows)
-    cell = grid.first + guest.row[number].astype(np.int64) * grid.columns + guest.column[number]
+    cell = cells_of(grid, np.floor(home.x * part), np.floor(home.y * part))
+    guest.cell[number] = cell
     which, _, rank = _queued(cell)
     number, cell = number[which], cell[which]
     first = rank == 0
     guest.next[number] = np.where(first, NOBODY, number[np.maximum(np.arange(len(number)) - 1, 0)])
     last = np.append(first[1:], True)
-    guest.prev[number] = np.where(last, -2 - cell, np.append(number[1:], 0))
+    guest.prev[number] = np.where(last, NOBODY, np.append(number[1:], 0))
     s.hosts[cell] = number  # of several in a cell, the last
 
 

@@ -18,9 +18,10 @@ from kinetile_plugins.cells.layout import (
 
 
 @hook
-def edge(grid: Records, cell: float, upper: bool) -> float:
-    """Return where a body leaves a cell: beyond its edge, by the slack."""
-    return float((cell + 1.0) * grid.side + grid.slack if upper else cell * grid.side - grid.slack)
+def edge(grid: Records, cell: float, speed: float) -> float:
+    """Return where a body leaves a cell: beyond the edge ahead of it, by the slack."""
+    slack = grid.slack
+    return float((cell + (1.0 if speed > 0.0 else 0.0)) * grid.side + (slack if speed > 0.0 else -slack))
 
 
 @hook
@@ -28,21 +29,24 @@ def watch(k: Kernel, s: State, body: int) -> None:
     """Schedule when a body reaches an edge of its cell, and note which; never before now.
 
     Where its plan has it beyond the edge by a rounding already, that is now. An edge that it flies away from,
-    or along, is no concern, whatever its coordinates are.
+    or along, is no concern, whatever its coordinates are. Directions are as good as random, and a branch that
+    depends on one is predicted wrongly half of the time: all of it is computed, and then chosen.
     """
     plan = k.bodies[body]
     home = s.homes[body]
     clock = k.clock[0]
     grid = s.levels[home.level]
-    right = plan.vx > 0.0
-    up = plan.vy > 0.0
-    across = edge(grid, home.x, right) - plan.x
-    along = edge(grid, home.y, up) - plan.y
+    right = 1 if plan.vx > 0.0 else 0
+    up = 3 if plan.vy > 0.0 else 2
+    across = edge(grid, home.x, plan.vx) - plan.x
+    along = edge(grid, home.y, plan.vy) - plan.y
     across = across / plan.vx if plan.vx != 0.0 else math.inf
     along = along / plan.vy if plan.vy != 0.0 else math.inf
-    home.way = (1 if right else 0) if across <= along else (3 if up else 2)
+    home.way = right if across <= along else up
     ticks = larger(smaller(across, along), 0.0) * clock.per_time
-    schedule(k, body, larger(plan.anchor + int(ticks), clock.now) if ticks < FAR else NEVER)
+    soon = ticks < FAR
+    tick = larger(plan.anchor + int(ticks if soon else 0.0), clock.now)
+    schedule(k, body, tick if soon else NEVER)
 
 
 @hook
@@ -55,8 +59,7 @@ def build(k: Kernel, s: State) -> None:
 @hook
 def near(k: Kernel, s: State, body: int) -> int:
     """Name the bodies in the cell of a body and in the eight around it."""
-    home = s.homes[body]
-    return list_around(k, s, 0, home.column, home.row, 0)
+    return list_around(k, s, 0, s.homes[body].cell, 0)
 
 
 @hook
@@ -68,14 +71,13 @@ def repair(k: Kernel, s: State, body: int) -> int:
     step = 2 * (home.way & 1) - 1
     right = step * (1 - (home.way >> 1))
     up = step * (home.way >> 1)
-    move_out(s, body, 0, home.column, home.row)
+    move_out(s, body, home.cell)
     home.x += right
     home.y += up
-    home.column = wrapped(home.column + right, grid.columns)
-    home.row = wrapped(home.row + up, grid.rows)
-    move_in(s, body, 0, home.column, home.row)
+    home.cell = wrapped(grid, home.cell + right + up * grid.columns)
+    move_in(s, body, home.cell)
     watch(k, s, body)
-    return list_ahead(k, s, 0, home.column, home.row, right, up, 0)
+    return list_ahead(k, s, 0, home.cell, right, up, 0)
 
 
 @hook
@@ -88,5 +90,4 @@ def enter(k: Kernel, s: State, body: int) -> None:
 @hook
 def leave(k: Kernel, s: State, body: int) -> None:
     """A body goes."""
-    home = s.homes[body]
-    move_out(s, body, 0, home.column, home.row)
+    move_out(s, body, s.homes[body].cell)

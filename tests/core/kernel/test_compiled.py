@@ -111,6 +111,28 @@ def test_without_a_folder_for_the_cache_it_compiles_all_the_same(monkeypatch):
     assert function(21) == 42
 
 
+@pytest.mark.skipif(compiled.INTERPRETED, reason="nothing is compiled")
+def test_what_an_intrinsic_compiles_to_counts_wherever_it_is():
+    """It is code within a function that makes code; only those of two files of the kernel were seen."""
+    source = """
+@intrinsic
+def constant(typing_context, x):
+    def codegen(context, builder, signature, arguments):
+        return context.get_constant(types.int64, {})
+    return types.int64(x), codegen
+
+def hook(x):
+    return constant(x)
+"""
+    from numba.core import types
+    from numba.extending import intrinsic
+
+    made = [module("phase", source.format(n), intrinsic=intrinsic, types=types).hook for n in (1, 1, 2)]
+    one, again, other = map(prints, made)
+    assert one == again
+    assert one != other
+
+
 def made_apart(answer: int):
     source = f"def answer(x: float) -> int:\n    return int(x) + {answer}\n"
     named = module("other", "from __future__ import annotations\n" + source)

@@ -18,7 +18,7 @@ def sim() -> kt.Simulation:
     scene = kt.Scene(position, np.full((11, 2), 0.25), [0.005] * 10 + [0.25], arena=(1.0, 1.0))
     found = kt.Simulation(scene, "cells", options={"side": 0.25})
     state = state_of(found)
-    assert (state.homes.level[10], len(state.levels), state.blocks[7]) == (1, 2, 15)
+    assert (state.homes.level[10], len(state.levels), state.blocks[7]) == (1, 2, 71)
     assert said(found) == ""
     return found
 
@@ -60,12 +60,15 @@ def copy_a_block(state) -> None:
         ),
         (
             lambda s: np.put(s.lists, 0, -1),
-            ["cell 0 has a list beginning with -1, and counts 15", "stands in the table 0 times"],
+            ["cell 0 has a list beginning with -1, and counts 71", "stands in the table 0 times"],
         ),
         (lambda s: np.put(s.blocks, 7, 6), ["cell 0 has a list beginning with 9, and counts 6"]),
-        (lambda s: put(s.homes[3], column=1), ["body 3 stands in column 1, where cell 0 is not"]),
         (
-            lambda s: put(s.guests[3], row=1),
+            lambda s: put(s.homes[3], cell=1),
+            ["body 3 is at home in cell 1 of the table, where cell (0, 0) of the plane is not"],
+        ),
+        (
+            lambda s: put(s.guests[3], cell=s.levels[1].first + 1),
             ["body 3 is a guest of level 1 in another cell than the one around its own"],
         ),
         (

@@ -63,6 +63,6 @@ def test_cells_a_whole_turn_apart_share_a_place_and_cost_time_alone():
         options={"side": 1.0},
     )
     level = state_of(sim).levels[0]
-    assert (level.columns, level.rows) == (3, 5)
+    assert (level.columns, level.cells) == (3, 15)
     sim.run(until=1.0)
     assert sim.contacts[["a", "b"]].tolist() == [(0, 1), (2, 3)]

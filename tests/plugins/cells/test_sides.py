@@ -74,7 +74,7 @@ def test_any_sizes_get_cells_that_are_wide_enough_and_not_too_many(radius, sprea
     assert (state.levels.side[state.homes.level] >= 2.0 * np.array(radius)).all()
     assert len(state.lists) <= len(sides) * (8 * n + 40)
     assert (state.levels.columns >= 3).all()
-    assert (state.levels.rows >= 3).all()
+    assert (state.levels.cells >= 3 * state.levels.columns).all()
 
 
 @pytest.mark.parametrize("density", [0.5, 0.01])

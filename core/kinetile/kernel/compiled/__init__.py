@@ -4,6 +4,7 @@ Phases and kernel are plain Python functions marked with ``hook``. What makes th
 
 * ``hooks``: every hook is forced inline, and arrays are viewed without their owners; what is long, and
   called from few places, is compiled by itself and known to the loop by name (``apart``);
+* ``indexing``: an index is not compared with 0, where no hook counts from the end;
 * ``composer``: the loop is composed once for a choice of phases (``compose``), and what the compiler says of
   a hook is made short;
 * ``fingerprint`` and ``cache``: machine code is kept on disk, under a name that carries a fingerprint of
@@ -36,6 +37,7 @@ from kinetile.kernel.compiled.hooks import (
     template,
     to_be_filled_in,
 )
+from kinetile.kernel.compiled.indexing import plain, wrapping
 
 __all__ = [
     "INTERPRETED",
@@ -50,9 +52,11 @@ __all__ = [
     "larger",
     "make_ready",
     "nobody_compiles",
+    "plain",
     "smaller",
     "subroutine",
     "template",
     "to_be_filled_in",
     "while_compiling",
+    "wrapping",
 ]

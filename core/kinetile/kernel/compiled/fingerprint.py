@@ -32,6 +32,8 @@ def fingerprint(function: Callable[..., Any], state: type) -> tuple[str, set[str
     def visit(value: Any) -> None:
         if hasattr(value, "load_apart") and value not in called:
             called.append(value)
+        if hasattr(value, "_defn"):  # an intrinsic: the code of it is within what makes its code
+            value = value._defn
         if hasattr(value, "py_func"):
             digest.update(type(value).__name__.encode())  # taken in or called: another machine code
             value = value.py_func
@@ -90,18 +92,20 @@ def fingerprint(function: Callable[..., Any], state: type) -> tuple[str, set[str
 
 @cache
 def _sources() -> bytes:
-    """Return a digest of the files that have intrinsics, which bytecode does not show."""
+    """Return a digest of the files that tell Numba how to compile types, operators and calls: no name in a
+    hook leads to them."""
     here = Path(__file__).parent
     digest = hashlib.sha256()
-    for source in (here / "hooks.py", here.parent / "vectors" / "intrinsics.py"):
+    for source in (here / "hooks.py", here / "indexing.py", here.parent / "vectors" / "intrinsics.py"):
         digest.update(source.read_bytes())
     return digest.digest()
 
 
 def _foreign(module: ModuleType) -> bool:
-    """Whether a module's functions change only with its version: the standard library, NumPy, Numba."""
+    """Whether a module's functions change only with its version: those of the standard library, NumPy, Numba
+    and llvmlite."""
     root = module.__name__.partition(".")[0]
-    return root in sys.stdlib_module_names or root in ("numpy", "numba")
+    return root in sys.stdlib_module_names or root in ("numpy", "numba", "llvmlite")
 
 
 API = 2

@@ -70,10 +70,16 @@ def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
         )
     if fault >= tables.MY_FAULT:
         return PhaseError(f"{at} {phase} {_its_own(composition, fault - tables.MY_FAULT, a, b)}")
+    if fault == tables.BAD_PARTNER:
+        return PhaseError(
+            f"{at} {_narrow_phases(composition)} named body {b} as the first that body {a} meets, which is "
+            "no body of the scene"
+        )
     room = len(k.near) - tables.SPARE
     broken = {
         tables.BAD_CERTIFICATE: f"scheduled the certificate of body {a}, which is no body of the scene",
         tables.BAD_COUNT: f"said that {b} bodies are near body {a}, and there is room for {room}",
+        tables.BAD_NAME: f"named body {b} as near body {a}, which is no body of the scene",
         tables.BAD_PAIR: f"reported the pair ({a}, {b}), which is not two bodies of the scene",
         tables.UNKNOWN_PAIR: f"removed the pair ({a}, {b}), which was not in its pair set",
     }

@@ -196,6 +196,8 @@ def test_its_faults_are_not_the_kernels():
         tables.NOT_FINITE,
         tables.BAD_CERTIFICATE,
         tables.BAD_COUNT,
+        tables.BAD_NAME,
+        tables.BAD_PARTNER,
     )
     assert sorted(kernels) == [*range(1, len(kernels) + 1)]
     assert max(kernels) < MY_FAULT

@@ -1,0 +1,66 @@
+"""Hooks of other packages, as the loop calls them.
+
+They get the tables as NumPy's arrays, of which an index below 0 counts from the end; in the loop's own arrays
+it does not (``kernel.compiled.indexing``). And numbers of bodies that they return are compared with how many
+there are, because the loop reads its tables there: one that is none is a fault that names the phase, and not
+a read of memory that belongs to nobody.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+from kinetile.kernel.compiled import hook, larger, smaller, wrapping
+from kinetile.kernel.tables import BAD_NAME, BAD_PARTNER, NOBODY, SPARE, Kernel, blame
+
+Hook = Callable[..., Any]
+
+
+@cache
+def as_foreign(name: str, function: Hook) -> Hook:
+    """Return a hook as the loop calls it, by its name in the loop; the same one for the same hook."""
+    if name in ("near", "repair"):
+        return _naming(function)
+    return _bounding(function) if name == "soonest" else _unguarded(function)
+
+
+def _unguarded(function: Hook) -> Hook:
+    @hook
+    def call(*given: Any) -> Any:
+        return function(*wrapping(given))
+
+    return call
+
+
+def _naming(function: Hook) -> Hook:
+    @hook
+    def call(k: Kernel, s: Any, body: int) -> int:
+        count = function(wrapping(k), wrapping(s), body)
+        if count > len(k.near) - SPARE:
+            return int(count)  # a fault of its own
+        lowest = 0
+        highest = 0
+        for i in range(count):
+            lowest = smaller(lowest, k.near[i])
+            highest = larger(highest, k.near[i])
+        if lowest < 0 or highest >= k.clock[0].bodies:
+            blame(k, BAD_NAME, body, lowest if lowest < 0 else highest)
+            return 0
+        return int(count)
+
+    return call
+
+
+def _bounding(function: Hook) -> Hook:
+    @hook
+    def call(k: Kernel, body: int, count: int, barred: int, known: int, at: int) -> tuple[float, float, int]:
+        first, second, who = function(wrapping(k), body, count, barred, known, at)
+        if first < math.inf and (who < 0 or who >= k.clock[0].bodies):
+            blame(k, BAD_PARTNER, body, who)
+            return math.inf, math.inf, NOBODY
+        return float(first), float(second), int(who)
+
+    return call

@@ -1,0 +1,163 @@
+"""Indices: what the kernel's own hooks read and write, what those of others may, and what is none."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+
+import kinetile as kt
+from kinetile.errors import Refused
+from kinetile.kernel import compiled
+from kinetile.kernel.compiled import INTERPRETED, composer, disowned, hook, plain, wrapping
+from kinetile.kernel.loop import loop
+from kinetile.kernel.loop.foreign import as_foreign
+from kinetile.kernel.tables import BAD_NAME, BAD_PARTNER, NOBODY, SPARE, Kernel, allocate
+
+
+class Tables(NamedTuple):
+    """An array of numbers, one of records, and one of two dimensions."""
+
+    numbers: Any
+    records: Any
+    square: Any
+
+
+def tables() -> Tables:
+    records = np.zeros(4, np.dtype([("x", "f8"), ("y", "i4")])).view(np.recarray)
+    records.y = [1, 2, 3, 4]
+    return Tables(np.arange(8.0), records, np.arange(9).reshape(3, 3))
+
+
+@hook
+def from_the_end(t: Tables, place: int) -> float:
+    return t.numbers[place] + t.records[place].y
+
+
+def read_and_write(t, place):
+    p = plain(disowned(t))
+    p.numbers[place] = 7.5
+    p.records[place].y += 10
+    inside = p.numbers[place] + p.records[place].y + len(p.numbers) + p.square[1, 2]
+    return inside, from_the_end(wrapping(p), -1), from_the_end(wrapping((p, place))[0], -2)
+
+
+def test_plain_arrays_are_read_and_written_as_any_and_for_others_they_count_from_the_end():
+    t = tables()
+    function = compiled.compose(read_and_write, {}, "indexing", Tables)
+    assert function(t, np.int32(1)) == (7.5 + 12 + 8 + 5, 7.0 + 4, 6.0 + 3)
+    assert (t.numbers[1], t.records.y.tolist()) == (7.5, [1, 12, 3, 4])
+
+
+# Numbers that hooks of others return
+
+
+@hook
+def near(k: Kernel, s: int, body: int) -> int:
+    k.near[0] = 1
+    k.near[1] = s
+    k.near[2] = -7
+    return len(k.near) if s > 90 else 2
+
+
+@hook
+def soonest(k: Kernel, body: int, count: int, barred: int, known: int, at: int) -> tuple[float, float, int]:
+    return float(count), 3.0, known
+
+
+def ask(k, s, body):
+    return near(plain(disowned(k)), s, body)
+
+
+def bound(k, body, who):
+    return soonest(plain(disowned(k)), body, 1, 0, who, 0)
+
+
+@pytest.mark.parametrize(
+    ("named", "count", "fault"),
+    [(0, 2, 0), (4, 2, 0), (-1, 0, BAD_NAME), (5, 0, BAD_NAME), (99, 6 + SPARE, 0)],
+)
+def test_a_number_that_is_no_body_s_is_a_fault_and_no_index(named, count, fault):
+    """Numbers behind those that count are not looked at; a count that is too large is a fault elsewhere."""
+    k = allocate(5, 6, 1)
+    parts = {"near": as_foreign("near", near)}
+    assert compiled.compose(ask, parts, "names", Kernel)(k, named, 2) == count
+    first = k.clock[0].fault
+    assert (int(first.code), int(first.a), int(first.b)) == ((fault, 2, named) if fault else (0, 0, 0))
+
+
+@pytest.mark.parametrize(("who", "right"), [(0, True), (4, True), (NOBODY, False), (5, False)])
+def test_a_partner_that_is_no_body_is_a_fault(who, right):
+    k = allocate(5, 6, 1)
+    parts = {"soonest": as_foreign("soonest", soonest)}
+    found = compiled.compose(bound, parts, "partners", Kernel)(k, 2, who)
+    assert found == ((1.0, 3.0, who) if right else (np.inf, np.inf, NOBODY))
+    assert int(k.clock[0].fault.code) == (0 if right else BAD_PARTNER)
+
+
+def test_the_same_hook_makes_the_same_loop():
+    assert as_foreign("near", near) is as_foreign("near", near)
+
+
+# No hook of kinetile's own counts from the end
+
+
+class Checked(np.recarray):
+    """An array that refuses an index below 0."""
+
+    def __getitem__(self, index: Any) -> Any:
+        refuse(index)
+        return super().__getitem__(index)
+
+    def __setitem__(self, index: Any, value: Any) -> None:
+        refuse(index)
+        super().__setitem__(index, value)
+
+
+def refuse(index: Any) -> None:
+    assert not isinstance(index, int | np.integer) or index >= 0, "an index below 0"
+
+
+views: list[Any] = []
+
+
+def checked(given: Any) -> Any:
+    views.append(type(given))
+    return type(given)(*(array.view(Checked) for array in given))
+
+
+SCENES = {
+    "arena": lambda: kt.make_scene("random", bodies=12, density=0.3, seed=3),
+    "sizes": lambda: kt.make_scene("random", bodies=30, density=0.3, radius_ratio=40.0, seed=4),
+    "lattice": lambda: kt.make_scene("lattice", bodies=9, turns=6, seed=5),
+}
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("phase", ["naive", "cells", "sap-1d", "sap-2d", "sweep-tiling"])
+@pytest.mark.parametrize("scene", SCENES)
+def test_no_hook_of_kinetile_counts_from_the_end(monkeypatch, scene, phase):
+    """Nor does the loop: in plain arrays such an index would be another place of memory."""
+    assert INTERPRETED
+    monkeypatch.setattr(loop, "plain", checked)
+    monkeypatch.setattr(composer, "_composed", {})
+    made = SCENES[scene]()
+    if phase == "sweep-tiling" and scene == "sizes":
+        made = kt.make_scene("random", bodies=30, density=0.3, radius_ratio=4.0, seed=4)
+    sim = kt.Simulation(made, phase, live=phase != "sap-2d")
+    sim.run(max_contacts=60)
+    for number in (3, 0, 7):
+        place = tuple(sim.positions()[int(np.flatnonzero(sim.bodies == number)[0])])
+        sim.remove(number)
+        sim.run(max_contacts=3)
+        sim.set_velocity(int(sim.bodies[2]), (0.5, -0.25))
+        try:
+            sim.insert(place, (0.1, 0.2), float(made.radius.min()))
+        except Refused:
+            continue
+    sim.run(max_contacts=30)
+    assert len(sim.contacts) > 60
+    with pytest.raises(AssertionError, match="an index below 0"):
+        checked(tables()).numbers[-1]
+    assert views

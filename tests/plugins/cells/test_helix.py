@@ -1,0 +1,65 @@
+"""The helix of places: what adjoins in the plane adjoins in the table, at both of its ends too."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import kinetile as kt
+from grids import in_the_open, state_of
+from kinetile_plugins.cells.layout import LEVEL, cell_of, cells_of, list_ahead, list_around, wrapped
+
+AROUND = [(right, up) for up in (-1, 0, 1) for right in (-1, 0, 1)]
+AHEAD = [(-1, 0), (1, 0), (0, -1), (0, 1)]
+
+
+def part_of_a_table(columns: int, rows: int, first: int) -> np.recarray:
+    """Return a level of a table, whose first cell has a number."""
+    level = np.zeros(1, LEVEL).view(np.recarray)
+    level.columns, level.cells, level.first = columns, columns * rows, first
+    return level
+
+
+@given(
+    columns=st.integers(3, 1000),
+    rows=st.integers(3, 1000),
+    first=st.sampled_from([0, 9, 10**9]),
+    x=st.integers(-(2**45), 2**45),
+    y=st.integers(-(2**35), 2**35),
+)
+def test_a_step_in_the_plane_is_a_step_in_the_table(columns, rows, first, x, y):
+    """Nine cells have nine places, and a body that steps from one to the next finds the one of that cell."""
+    grid = part_of_a_table(columns, rows, first)
+    cell = int(cell_of(grid[0], float(x), float(y)))
+    assert cell == first + (x + y * columns) % (columns * rows)
+    places = [int(wrapped(grid[0], cell + right + up * columns)) for right, up in AROUND]
+    assert len(set(places)) == 9
+    for (right, up), place in zip(AROUND, places, strict=True):
+        assert place == int(cell_of(grid[0], float(x + right), float(y + up)))
+        assert place == cells_of(grid, np.array([float(x + right)]), np.array([float(y + up)]))[0]
+
+
+@pytest.mark.small
+@pytest.mark.parametrize("arena", [True, False])
+@pytest.mark.parametrize("crowded", [False, True])
+def test_who_is_at_home_around_each_place_of_the_table(arena, crowded):
+    """Of the whole table, its ends and its middle: with blocks alone, and with lists."""
+    scene = kt.make_scene("grid", bodies=225, density=0.25, seed=4)
+    options = {"side": 0.4 if crowded else 0.09}
+    sim = kt.Simulation(scene if arena else in_the_open(scene, (-0.3, 7.0)), "cells", options=options)
+    state, k = state_of(sim), sim._engine.k
+    grid = state.levels[0]
+    columns, cells = int(grid.columns), int(grid.cells)
+    assert (state.lists.max() >= 0) == crowded
+    for cell in range(cells):
+        places = [(cell + right + up * columns) % cells for right, up in AROUND]
+        count = list_around(k, state, 0, cell, 0)
+        at_home = np.flatnonzero(np.isin(state.homes.cell, places))
+        assert sorted(k.near[:count].tolist()) == at_home.tolist()
+        for right, up in AHEAD:
+            places = [(cell + right + a * up + (up + a * right) * columns) % cells for a in (-1, 0, 1)]
+            count = list_ahead(k, state, 0, cell, right, up, 3)
+            at_home = np.flatnonzero(np.isin(state.homes.cell, places))
+            assert sorted(k.near[3:count].tolist()) == at_home.tolist()
