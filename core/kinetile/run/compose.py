@@ -11,7 +11,7 @@ from enum import IntEnum
 from typing import Any, TypeVar, cast
 
 from kinetile.errors import BadOption, PhaseError, Refused, nearest
-from kinetile.kernel.compiled import compose
+from kinetile.kernel.compiled import compose, is_foreign
 from kinetile.kernel.loop import idle
 from kinetile.kernel.loop.commands import obey_alone
 from kinetile.kernel.loop.foreign import as_foreign
@@ -36,9 +36,6 @@ from kinetile.scene.reach import skin_at_start
 from kinetile.scene.responses import ELASTIC, PASS
 
 BUILT_IN = (ELASTIC, PASS)
-
-OWN = ("kinetile", "kinetile_plugins")
-"""Packages whose hooks never count from the end of an array."""
 
 P = TypeVar("P", bound=Parts)
 
@@ -110,11 +107,6 @@ def _name(hook: Any) -> tuple[str, str]:
     """The origin of a hook: the same hooks in the same order make the same loop."""
     function = getattr(hook, "py_func", hook)
     return function.__module__, function.__qualname__
-
-
-def _package(hook: Any) -> str:
-    """Returns the package that a hook is from."""
-    return str(_name(hook)[0]).partition(".")[0]
 
 
 def _parts(response: Response, scene: Scene) -> ResponseParts:
@@ -223,10 +215,7 @@ class Composition:
                 parts["soonest"] = self.pair.soonest
         if self.wall is not None:
             parts |= {"reach_wall": self.wall.reach_wall, "bounce": self.wall.bounce}
-        return {
-            name: as_foreign(name, part) if callable(part) and _package(part) not in OWN else part
-            for name, part in parts.items()
-        }
+        return {name: as_foreign(name, part) if is_foreign(part) else part for name, part in parts.items()}
 
     def prepared_for(self, scene: Scene) -> Composition:
         """Returns the same phases, prepared for another scene; Refused if one does not accept it."""

@@ -4,7 +4,7 @@ Phases and kernel are plain Python functions marked with ``hook``. What makes th
 
 * ``hooks``: every hook is forced inline, and arrays are viewed without their owners; what is long, and
   called from few places, is compiled by itself and known to the loop by name (``apart``);
-* ``indexing``: an index is not compared with 0, where no hook counts from the end;
+* ``views``: the tables as a loop sees them, and as hooks of other packages do;
 * ``composer``: the loop is composed once for a choice of phases (``compose``), and what the compiler says of
   a hook is made short;
 * ``fingerprint`` and ``cache``: machine code is kept on disk, under a name that carries a fingerprint of
@@ -21,6 +21,7 @@ from kinetile.kernel.compiled.composer import (
     compiling_seconds,
     compose,
     is_cached,
+    is_foreign,
     make_ready,
     nobody_compiles,
     while_compiling,
@@ -28,7 +29,6 @@ from kinetile.kernel.compiled.composer import (
 from kinetile.kernel.compiled.hooks import (
     INTERPRETED,
     apart,
-    disowned,
     hook,
     is_hook,
     larger,
@@ -37,7 +37,7 @@ from kinetile.kernel.compiled.hooks import (
     template,
     to_be_filled_in,
 )
-from kinetile.kernel.compiled.indexing import plain, wrapping
+from kinetile.kernel.compiled.views import disowned, wrapping
 
 __all__ = [
     "INTERPRETED",
@@ -48,11 +48,11 @@ __all__ = [
     "disowned",
     "hook",
     "is_cached",
+    "is_foreign",
     "is_hook",
     "larger",
     "make_ready",
     "nobody_compiles",
-    "plain",
     "smaller",
     "subroutine",
     "template",

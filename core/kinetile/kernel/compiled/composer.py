@@ -13,6 +13,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, nullcontext
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
 from types import FunctionType
@@ -22,6 +23,7 @@ import numpy as np
 
 from kinetile.kernel.compiled.fingerprint import fingerprint
 from kinetile.kernel.compiled.hooks import INTERPRETED, hook
+from kinetile.kernel.compiled.views import wrapping
 
 if not INTERPRETED:
     import numba
@@ -55,7 +57,8 @@ def _compose(
     template: Callable[..., Any], parts: Mapping[str, Any], label: str, state: type
 ) -> Callable[..., Any]:
     source = cast(FunctionType, template)
-    function = _filled_in(source, parts, {})
+    given = {name: _with_numpy(part) if is_foreign(part) else part for name, part in parts.items()}
+    function = _filled_in(source, given, {})
     if INTERPRETED:
         return function
     digest, modules, called = fingerprint(function, state)
@@ -66,6 +69,28 @@ def _compose(
         except RuntimeError:  # there is no folder that Numba could write its cache to
             pass
     return _njit(function, False, called)
+
+
+OWN = ("kinetile", "kinetile_plugins")
+"""Packages whose hooks never count from the end of an array."""
+
+
+def is_foreign(part: Any) -> bool:
+    """Whether a part is a hook of another package: it gets NumPy's arrays."""
+    function = getattr(part, "py_func", part)
+    return isinstance(function, FunctionType) and function.__module__.partition(".")[0] not in OWN
+
+
+@cache
+def _with_numpy(function: Callable[..., Any]) -> Callable[..., Any]:
+    if INTERPRETED:
+        return function
+
+    @hook
+    def call(*given: Any) -> Any:
+        return function(*wrapping(given))
+
+    return call
 
 
 def _filled_in(source: FunctionType, parts: Mapping[str, Any], made: dict[str, Any]) -> FunctionType:

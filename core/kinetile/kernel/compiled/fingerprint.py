@@ -96,7 +96,7 @@ def _sources() -> bytes:
     hook leads to them."""
     here = Path(__file__).parent
     digest = hashlib.sha256()
-    for source in (here / "hooks.py", here / "indexing.py", here.parent / "vectors" / "intrinsics.py"):
+    for source in (here / "hooks.py", here / "views.py", here.parent / "vectors" / "intrinsics.py"):
         digest.update(source.read_bytes())
     return digest.digest()
 

@@ -1,8 +1,7 @@
 """Hooks: functions that are compiled into the kernel's loop.
 
 Every hook and every hook it calls is forced inline, so that no array is ever passed by value between them.
-And at the kernel's entry each array is re-viewed without its owner (``disowned``): Numba counts references
-atomically on every pass of an array that has one, and that count is most of the cost of a small function.
+And at the kernel's entry each array loses its owner (``views.disowned``).
 
 What is too long for a hook is marked ``apart``: compiled once, and cached by itself. Numba links whatever a
 function calls into it, and makes machine code of it all again, for each function of the loop and for each
@@ -68,12 +67,12 @@ if not INTERPRETED:
         def set_env(self, name: str, environment: Any) -> None:
             """Do nothing: an environment is read by code that has Python objects, and hooks have none."""
 
-    class _InlinedCode(JITCodeLibrary):
-        """The code of a hook, which is only ever linked into that of its callers.
+    class _LinkedCode(JITCodeLibrary):
+        """The code of a hook or a subroutine, which is only ever linked into that of its callers.
 
         Numba optimises the code of each function, with that of all that it calls, and makes machine code of
-        it. A hook is inlined wherever it is called, so its own machine code never runs, and the callers
-        optimise it again. So neither is done for hooks, which saves a part of the time to compile a loop.
+        it. Only the code of the outermost caller ever runs, and is optimised with all that was linked into
+        it. So neither is done for the rest, which saves a part of the time to compile a loop.
         """
 
         @property
@@ -92,7 +91,7 @@ if not INTERPRETED:
         """Numba's compiler, with another place for the code."""
 
         def __init__(self, typing: Any, target: Any, library: Any, *rest: Any) -> None:
-            own = library or cast(Any, _InlinedCode)(target.codegen(), "hook")
+            own = library or cast(Any, _LinkedCode)(target.codegen(), "hook")
             cast(Any, super()).__init__(typing, target, own, *rest)
 
     class _Hook(CPUDispatcher):
@@ -132,7 +131,8 @@ def subroutine(function: F) -> F:
     """Mark a function that functions marked ``apart`` call: compiled once, not inlined, arrays and all."""
     if INTERPRETED:
         return function
-    return cast(F, _Subroutine(function, targetoptions={**_HOOK, "forceinline": False}))
+    options = {**_HOOK, "forceinline": False}
+    return cast(F, _Subroutine(function, targetoptions=options, pipeline_class=_HookCompiler))
 
 
 @hook
@@ -151,39 +151,6 @@ def is_hook(value: Any) -> bool:
     """Whether a value is a function marked with ``hook``; where hooks are interpreted, whether it is a
     function."""
     return callable(value) if INTERPRETED else hasattr(value, "py_func")
-
-
-if INTERPRETED:
-
-    def disowned(tables: T) -> T:
-        """Return ``tables`` as they are: interpreted code counts no references worth saving."""
-        return tables
-
-else:
-    from numba import types as _types
-    from numba.core import cgutils as _cgutils
-    from numba.extending import intrinsic as _intrinsic
-
-    @_intrinsic
-    def disowned(typing_context: Any, tables: Any) -> Any:
-        """Return a named tuple of arrays, each viewing the same memory without a reference to its owner.
-
-        The caller keeps the owners alive for as long as the views are in use.
-        """
-
-        def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            (value,) = arguments
-            null = cast(Any, _cgutils).get_null_value
-            for position, kind in enumerate(tables.types):
-                if isinstance(kind, _types.Array):
-                    element = builder.extract_value(value, position)
-                    array = context.make_array(kind)(context, builder, value=element)
-                    array.meminfo = null(array.meminfo.type)
-                    array.parent = null(array.parent.type)
-                    value = builder.insert_value(value, array._getvalue(), position)
-            return value
-
-        return tables(tables), codegen
 
 
 if not INTERPRETED:

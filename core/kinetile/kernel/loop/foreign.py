@@ -1,9 +1,8 @@
 """Hooks of other packages, as the loop calls them.
 
-They get the tables as NumPy's arrays, of which an index below 0 counts from the end; in the loop's own arrays
-it does not (``kernel.compiled.indexing``). And numbers of bodies that they return are compared with how many
-there are, because the loop reads its tables there: one that is none is a fault that names the phase, and not
-a read of memory that belongs to nobody.
+Numbers of bodies that they return are compared with how many there are, because the loop reads its tables
+there, and its index is not checked (``kernel.compiled.views``): one that is none is a fault that names the
+phase, and not a read of memory that belongs to nobody.
 """
 
 from __future__ import annotations
@@ -24,15 +23,7 @@ def as_foreign(name: str, function: Hook) -> Hook:
     """Return a hook as the loop calls it, by its name in the loop; the same one for the same hook."""
     if name in ("near", "repair"):
         return _naming(function)
-    return _bounding(function) if name == "soonest" else _unguarded(function)
-
-
-def _unguarded(function: Hook) -> Hook:
-    @hook
-    def call(*given: Any) -> Any:
-        return function(*wrapping(given))
-
-    return call
+    return _bounding(function) if name == "soonest" else function
 
 
 def _naming(function: Hook) -> Hook:

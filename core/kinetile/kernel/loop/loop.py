@@ -27,7 +27,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from kinetile.kernel.compiled import disowned, larger, plain, smaller, template, to_be_filled_in
+from kinetile.kernel.compiled import disowned, larger, smaller, template, to_be_filled_in
 from kinetile.kernel.flight import note_all_places
 from kinetile.kernel.loop import (
     BUDGET_SPENT,
@@ -86,8 +86,8 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int, quota: in
     With a budget of 0 nothing moves, not even the clock, but guesses are resolved until an event is at the
     head. At the first call after ``tables.clear`` the structure is built and every body refreshed.
     """
-    k = plain(disowned(k))
-    s = plain(disowned(s))
+    k = disowned(k)
+    s = disowned(s)
     clock = k.clock[0]
     if clock.calendar.filed == 0:
         file_all(k)

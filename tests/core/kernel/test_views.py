@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,8 +11,7 @@ import pytest
 import kinetile as kt
 from kinetile.errors import Refused
 from kinetile.kernel import compiled
-from kinetile.kernel.compiled import INTERPRETED, composer, disowned, hook, plain, wrapping
-from kinetile.kernel.loop import loop
+from kinetile.kernel.compiled import INTERPRETED, composer, disowned, hook, wrapping
 from kinetile.kernel.loop.foreign import as_foreign
 from kinetile.kernel.tables import BAD_NAME, BAD_PARTNER, NOBODY, SPARE, Kernel, allocate
 
@@ -36,16 +36,16 @@ def from_the_end(t: Tables, place: int) -> float:
 
 
 def read_and_write(t, place):
-    p = plain(disowned(t))
+    p = disowned(t)
     p.numbers[place] = 7.5
     p.records[place].y += 10
     inside = p.numbers[place] + p.records[place].y + len(p.numbers) + p.square[1, 2]
     return inside, from_the_end(wrapping(p), -1), from_the_end(wrapping((p, place))[0], -2)
 
 
-def test_plain_arrays_are_read_and_written_as_any_and_for_others_they_count_from_the_end():
+def test_views_are_read_and_written_as_any_and_for_others_they_count_from_the_end():
     t = tables()
-    function = compiled.compose(read_and_write, {}, "indexing", Tables)
+    function = compiled.compose(read_and_write, {}, "views", Tables)
     assert function(t, np.int32(1)) == (7.5 + 12 + 8 + 5, 7.0 + 4, 6.0 + 3)
     assert (t.numbers[1], t.records.y.tolist()) == (7.5, [1, 12, 3, 4])
 
@@ -67,11 +67,11 @@ def soonest(k: Kernel, body: int, count: int, barred: int, known: int, at: int) 
 
 
 def ask(k, s, body):
-    return near(plain(disowned(k)), s, body)
+    return near(disowned(k), s, body)
 
 
 def bound(k, body, who):
-    return soonest(plain(disowned(k)), body, 1, 0, who, 0)
+    return soonest(disowned(k), body, 1, 0, who, 0)
 
 
 @pytest.mark.parametrize(
@@ -138,9 +138,10 @@ SCENES = {
 @pytest.mark.parametrize("phase", ["naive", "cells", "sap-1d", "sap-2d", "sweep-tiling"])
 @pytest.mark.parametrize("scene", SCENES)
 def test_no_hook_of_kinetile_counts_from_the_end(monkeypatch, scene, phase):
-    """Nor does the loop: in plain arrays such an index would be another place of memory."""
+    """Nor do loop, audit and questions: in views such an index would be another place of memory."""
     assert INTERPRETED
-    monkeypatch.setattr(loop, "plain", checked)
+    for module in [each for each in sys.modules.values() if getattr(each, "disowned", None) is disowned]:
+        monkeypatch.setattr(module, "disowned", checked)
     monkeypatch.setattr(composer, "_composed", {})
     made = SCENES[scene]()
     if phase == "sweep-tiling" and scene == "sizes":
@@ -158,6 +159,11 @@ def test_no_hook_of_kinetile_counts_from_the_end(monkeypatch, scene, phase):
             continue
     sim.run(max_contacts=30)
     assert len(sim.contacts) > 60
+    sim.audit()
+    sim.next_contact_of(int(sim.bodies[1]))
+    first, second = sim.bodies[:2].tolist()
+    sim.next_contact(first, second)
+    assert len(sim.near())
     with pytest.raises(AssertionError, match="an index below 0"):
         checked(tables()).numbers[-1]
     assert views
