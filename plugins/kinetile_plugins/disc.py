@@ -11,14 +11,17 @@ The thesis decides in the same spirit by comparing with the time of closest appr
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 from kinetile.kernel.certificates.contact import first_touch, last_touch
 from kinetile.kernel.vectors import (
     LANES,
     Floats,
-    Wholes,
     choose,
+    fill,
     lane,
+    number_in,
+    numbered,
     numbers,
     pick,
     places,
@@ -38,10 +41,21 @@ from kinetile.toolbox import (
     blame,
     closing_speed,
     hook,
+    larger,
     shared,
     since_anchor,
     since_origin,
+    smaller,
 )
+
+PLACES = 64
+"""Partners that six bits tell apart."""
+
+LEAST = 2.0**-1000
+"""A delay that is none: as small as delays are made before they are numbered."""
+
+NONE = 2.0**1023
+"""What delays are below: an infinite one, numbered, is above it."""
 
 
 @hook
@@ -105,18 +119,13 @@ def part(k: Kernel, a: int, b: int) -> int:
 
 
 @hook
-def sooner_of(
-    first: Floats, second: Floats, who: Wholes, other_first: Floats, other_second: Floats, other_who: Wholes
-) -> tuple[Floats, Floats, Wholes]:
-    """Return the first and the second of two firsts and two seconds, and whose the first is, lane by lane."""
-    sooner = other_first < first
-    later = choose(sooner, first, other_first)
+def sooner_two(
+    first: Floats, second: Floats, other_first: Floats, other_second: Floats
+) -> tuple[Floats, Floats]:
+    """Return the first and the second of two firsts and two seconds, lane by lane."""
+    later = choose(other_first < first, first, other_first)
     rest = choose(other_second < second, other_second, second)
-    return (
-        choose(sooner, other_first, first),
-        choose(later < rest, later, rest),
-        choose(sooner, other_who, who),
-    )
+    return choose(other_first < first, other_first, first), choose(later < rest, later, rest)
 
 
 @hook
@@ -142,62 +151,89 @@ def not_before(k: Kernel, body: int, other: int, at: int) -> float:
     return math.inf if passes else delay
 
 
-@hook
-def soonest(k: Kernel, body: int, count: int, barred: int, known: int, at: int) -> tuple[float, float, int]:
-    """Return bounds below the first contact of a body with ``k.near[:count]``, the second, and with whom.
+def _bounds(equal: bool) -> Callable[..., tuple[float, float, int]]:
+    """Returns the hook ``soonest``, for bodies of one radius or of any."""
 
-    Eight at a time, on the common clock, with discs fattened by more than all rounding (``limits.fat``, and
-    a little of the distance), so that they touch before the discs do. The bounds are delays after tick
-    ``at``; infinite where there is no contact. docs/one-answer.md proves that they are bounds.
-    """
-    if count == 1:
-        alone = k.near[0]
-        if alone == body or alone == barred or alone == known:  # noqa: SIM109 - no tuple in a hook
-            return math.inf, math.inf, NOBODY
-        soon = not_before(k, body, alone, at)
-        return soon, math.inf, int(alone) if soon < math.inf else NOBODY
-    elapsed = spread(since_origin(k, at))
-    place = k.places[body]
-    x = spread(place.x)
-    y = spread(place.y)
-    vx = spread(place.vx)
-    vy = spread(place.vy)
-    fat2 = spread(k.clock[0].limits.fat * k.clock[0].limits.fat)
-    own_reach = spread(k.radii[body] + k.clock[0].limits.fat)
-    zero = spread(0.0)
-    never = spread(math.inf)
-    less = spread(1.0 - 2.0**-46)
-    myself = spread_whole(body)
-    first = never
-    second = never
-    who = spread_whole(NOBODY)
-    for start in range(0, count, LANES):
-        other = numbers(k.near, start, count, body)
-        other_x, other_y, other_vx, other_vy = places(k.places, other)
-        reach = pick(k.radii, other) + own_reach
-        dvx = other_vx - vx
-        dvy = other_vy - vy
-        dx = (other_x - x) + dvx * elapsed
-        dy = (other_y - y) + dvy * elapsed
-        approach = dx * dvx + dy * dvy
-        speed2 = dvx * dvx + dvy * dvy
-        gap = (dx * dx + dy * dy) * less - reach * reach
-        approach2 = approach * approach
-        inside = approach2 - speed2 * gap
-        parts = (approach > zero) & (approach2 > fat2 * speed2)
-        passes = parts | (inside < zero)
-        delay = gap / (root(inside) - approach)
-        delay = choose(delay > zero, delay, zero)  # what is not a number may touch now
-        left_out = (other == myself) | (other == spread_whole(barred)) | (other == spread_whole(known))
-        delay = choose(passes | left_out, never, delay)
-        sooner = delay < first
-        second = choose(sooner, first, choose(delay < second, delay, second))
-        first = choose(sooner, delay, first)
-        who = choose(sooner, other, who)
-    first, second, who = sooner_of(first, second, who, turned(first, 4), turned(second, 4), turned(who, 4))
-    first, second, who = sooner_of(first, second, who, turned(first, 2), turned(second, 2), turned(who, 2))
-    first, second, who = sooner_of(first, second, who, turned(first, 1), turned(second, 1), turned(who, 1))
-    return lane(first, 0), lane(second, 0), int(lane(who, 0))
+    @hook
+    def soonest(
+        k: Kernel, body: int, count: int, barred: int, known: int, at: int
+    ) -> tuple[float, float, int]:
+        """Return bounds below the first contact of a body with ``k.near[:count]``, the second, and with whom.
+
+        Eight at a time, on the common clock, with discs fattened by more than all rounding (``limits.fat``,
+        and a little of the distance), so that they touch before the discs do. The bounds are delays after
+        tick ``at``; infinite where there is no contact. The last six bits of a delay are the partner's place
+        of up to 64, so that the least delay says whose it is; for that it is made less by less than 2^-45 of
+        it. docs/one-answer.md proves that they are bounds. Up to eight places behind those that count are
+        written to.
+        """
+        if count == 1:
+            alone = k.near[0]
+            if alone == body or alone == barred or alone == known:  # noqa: SIM109 - no tuple in a hook
+                return math.inf, math.inf, NOBODY
+            soon = not_before(k, body, alone, at)
+            return soon, math.inf, int(alone) if soon < math.inf else NOBODY
+        fill(k.near, count, body)  # the rest of the last eight: a body itself is left out
+        elapsed = spread(since_origin(k, at))
+        place = k.places[body]
+        x = spread(place.x)
+        y = spread(place.y)
+        vx = spread(place.vx)
+        vy = spread(place.vy)
+        fat2 = spread(k.clock[0].limits.fat * k.clock[0].limits.fat)
+        own = k.radii[body] + k.clock[0].limits.fat
+        own_reach = spread(own)
+        reach2 = spread((k.radii[body] + own) * (k.radii[body] + own))
+        zero = spread(0.0)
+        least = spread(LEAST)
+        never = spread(math.inf)
+        less = spread(1.0 - 2.0**-46)
+        myself = spread_whole(body)
+        not_this = spread_whole(barred)
+        nor_this = spread_whole(known)
+        soon = NONE
+        rest = NONE
+        who = NOBODY
+        for begin in range(0, count, PLACES):
+            first = never
+            second = never
+            for start in range(begin, smaller(begin + PLACES, count), LANES):
+                other_x, other_y, other_vx, other_vy = places(k.places, k.near, start)
+                if not equal:
+                    reach = pick(k.radii, k.near, start) + own_reach
+                    reach2 = reach * reach
+                dvx = other_vx - vx
+                dvy = other_vy - vy
+                dx = (other_x - x) + dvx * elapsed
+                dy = (other_y - y) + dvy * elapsed
+                approach = dx * dvx + dy * dvy
+                speed2 = dvx * dvx + dvy * dvy
+                gap = (dx * dx + dy * dy) * less - reach2
+                approach2 = approach * approach
+                inside = approach2 - speed2 * gap
+                parts = (approach > zero) & (approach2 > fat2 * speed2)
+                passes = parts | (inside < zero)
+                delay = gap / (root(inside) - approach)
+                delay = choose(delay > least, delay, least)  # what is not a number may touch now
+                other = numbers(k.near, start)
+                left_out = (other == myself) | (other == not_this) | (other == nor_this)
+                delay = numbered(choose(passes | left_out, never, delay), start - begin)
+                later = choose(delay < first, first, delay)
+                second = choose(later < second, later, second)
+                first = choose(delay < first, delay, first)
+            first, second = sooner_two(first, second, turned(first, 4), turned(second, 4))
+            first, second = sooner_two(first, second, turned(first, 2), turned(second, 2))
+            first, second = sooner_two(first, second, turned(first, 1), turned(second, 1))
+            found = lane(first, 0)
+            rest = smaller(larger(soon, found), smaller(rest, lane(second, 0)))
+            who = int(k.near[begin + number_in(found)]) if found < soon else who
+            soon = smaller(found, soon)
+        return (soon if soon < NONE else math.inf), (rest if rest < NONE else math.inf), who
+
+    return soonest
+
+
+soonest, soonest_of_equals = _bounds(False), _bounds(True)
 
 
 @hook
@@ -260,17 +296,18 @@ class Disc:
     """Elastic contact of two discs."""
 
     def prepare(self, scene: Scene) -> PairParts:
-        """Returns the parts; masses are left out of the loop where all are equal and stay so.
+        """Returns the parts; masses and radii are left out of the loop where all are equal and stay so.
 
         For equal masses both forms give the same velocities, to the bit: the share of each is exactly 1.
         """
         one = len(set(scene.mass.tolist())) <= 1
         equal = one and scene.capacity == len(scene) and not scene.ruled
         answer = collide_equals if equal else collide
+        alike = len(set(scene.radius.tolist())) <= 1 and scene.capacity == len(scene)
         return PairParts(
             meet=meet,
             collide=answer,
-            soonest=soonest,
+            soonest=soonest_of_equals if alike else soonest,
             touch=touch,
             part=part,
             contact_distance="sum of radii",

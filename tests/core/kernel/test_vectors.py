@@ -52,7 +52,7 @@ EIGHT = np.arange(LANES, dtype=np.int32)
 
 @hook
 def load(values: Any, numbers: Any) -> Any:
-    return vectors.pick(values, vectors.numbers(numbers, 0, 8, 0))
+    return vectors.pick(values, numbers, 0)
 
 
 @hook
@@ -112,7 +112,7 @@ def test_comparisons_with_what_is_not_a_number_are_false(one, two):
 def choices(one: Any, two: Any, numbers: Any, whole: Any, out: Any, who: Any) -> None:
     a = load(one, numbers)
     b = load(two, numbers)
-    w = vectors.numbers(whole, 0, 8, 0)
+    w = vectors.numbers(whole, 0)
     lay_down(vectors.choose(a < b, a, b), out[0])
     lay_down(vectors.spread(one[3]), out[1])
     lay_down(vectors.choose(a < b, w, vectors.spread_whole(-7)), who[0])
@@ -132,22 +132,52 @@ def test_choices(one, two, whole):
 
 @hook
 def blocks(table: Any, first: int, end: int, filler: int, out: Any) -> None:
-    lay_down(vectors.numbers(table, first, end, filler), out)
+    vectors.fill(table, end, filler)
+    lay_down(vectors.numbers(table, first), out)
 
 
 @given(st.integers(0, 20), st.integers(0, 20), st.integers(-2, 2**31 - 1))
 @settings(deadline=None, max_examples=100)
-def test_a_block_of_numbers_has_the_filler_beyond_the_end(first, end, filler):
+def test_eight_numbers_are_written_and_read(first, end, filler):
     table = np.arange(100, 100 + 20 + LANES, dtype=np.int32)
+    expected = table.copy()
+    expected[end : end + LANES] = filler
     out = np.zeros(LANES, dtype=np.int32)
     blocks(table, first, end, filler, out)
-    places = np.arange(first, first + LANES)
-    same(out, np.where(places < end, table[first : first + LANES], filler).astype(np.int32))
+    same(out, expected[first : first + LANES])
+    same(table, expected)
+
+
+@hook
+def number_all(values: Any, names: Any, first: int, out: Any, places: Any) -> None:
+    lay_down(vectors.numbered(vectors.pick(values, names, 0), first), out)
+    for i in range(8):
+        places[i] = vectors.number_in(out[i])
+
+
+delays = arrays.arrays(
+    np.float64, LANES, elements=st.floats(2.0**-1000, math.inf) | st.sampled_from([2.0**-1000, 1.0, math.inf])
+)
+
+
+@given(delays, st.integers(0, 7).map(lambda block: LANES * block))
+@settings(deadline=None, max_examples=200)
+def test_a_number_in_the_last_bits_makes_a_delay_less_and_by_next_to_nothing(values, first):
+    """The order of delays that differ by more stays, and an infinite one is the largest."""
+    out, places = np.zeros(LANES), np.zeros(LANES, dtype=np.int64)
+    number_all(values, EIGHT, first, out, places)
+    assert places.tolist() == list(range(first, first + LANES))
+    assert (out < values).all()
+    finite = np.isfinite(values)
+    assert (out[finite] > values[finite] * (1.0 - 2.0**-45)).all()
+    assert (out[~finite] > 2.0**1023).all()
+    bits = (values.view(np.int64) & -64) - 64 + np.arange(first, first + LANES)
+    same(out, bits.view(np.float64))
 
 
 @hook
 def rows(table: Any, which: Any, out: Any) -> None:
-    x, y, vx, vy = vectors.places(table, vectors.numbers(which, 0, 8, 0))
+    x, y, vx, vy = vectors.places(table, which, 0)
     lay_down(x, out[0])
     lay_down(y, out[1])
     lay_down(vx, out[2])

@@ -50,9 +50,9 @@ def barred_with(k: Kernel, h: int) -> int:
 @template
 def not_before(at: int, ticks: float) -> int:
     """Return a tick that a contact is not before, ``ticks`` after a tick; NEVER for what is too far."""
-    if not ticks < FAR:
-        return NEVER
-    return int(larger(at + (int(ticks) - MARGIN), at))
+    near_enough = ticks < FAR
+    tick = at + larger(int(ticks if near_enough else FAR) - MARGIN, 0)
+    return tick if near_enough else NEVER
 
 
 @template

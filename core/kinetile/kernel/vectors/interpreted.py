@@ -29,11 +29,26 @@ def spread_whole(value: int) -> Wholes:
     return np.full(LANES, value, dtype=np.int32)
 
 
-def numbers(table: Any, first: int, end: int, filler: int) -> Wholes:
-    """Return ``table[first:first + 8]``, with ``filler`` in place of what lies at ``end`` or beyond."""
-    found = spread_whole(filler)
-    found[: max(end - first, 0)] = table[first : min(first + LANES, end)]
-    return found
+def numbers(table: Any, first: int) -> Wholes:
+    """Return ``table[first:first + 8]`` of an array of int32."""
+    return np.array(table[first : first + LANES], dtype=np.int32)
+
+
+def fill(table: Any, first: int, value: int) -> None:
+    """Write a number to ``table[first:first + 8]`` of an array of int32."""
+    table[first : first + LANES] = value
+
+
+def numbered(value: Floats, first: int) -> Floats:
+    """Return numbers >= 2^-1000 with first, first + 1, ... (0 to 63) in their last six bits: each is less
+    than it was, by less than 2^-45 of it."""
+    places = np.arange(first, first + LANES)
+    return ((np.ascontiguousarray(value).view(np.int64) & -64) + (places - 64)).view(np.float64)
+
+
+def number_in(value: float) -> int:
+    """Return the last six bits of a number."""
+    return int(np.float64(value).view(np.int64)) & 63
 
 
 def root(value: Floats) -> Floats:
@@ -105,9 +120,9 @@ def flights(
     return x, y, vx, vy, anchor, reach
 
 
-def places(table: Any, which: Wholes) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return x, y, vx, vy of eight rows of a table of places."""
-    rows = table[which]
+def places(table: Any, names: Any, first: int) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return x, y, vx, vy of the rows ``names[first:first + 8]`` of a table of places."""
+    rows = table[names[first : first + LANES]]
     x, y, vx, vy = (np.array(rows[name]) for name in ("x", "y", "vx", "vy"))
     return x, y, vx, vy
 
@@ -117,9 +132,9 @@ def put_place(table: Any, number: int, x: float, y: float, vx: float, vy: float)
     table[number] = (x, y, vx, vy)
 
 
-def pick(table: Any, which: Wholes) -> Floats:
-    """Return eight entries of an array of doubles."""
-    return np.array(table[which])
+def pick(table: Any, names: Any, first: int) -> Floats:
+    """Return the entries ``names[first:first + 8]`` of an array of doubles."""
+    return np.array(table[names[first : first + LANES]])
 
 
 def to_floats(value: Ticks) -> Floats:

@@ -131,25 +131,64 @@ def spread_whole(typing_context: Any, value: Any) -> Any:
 
 
 @intrinsic
-def numbers(typing_context: Any, table: Any, first: Any, end: Any, filler: Any) -> Any:
-    """Return ``table[first:first + 8]``, with ``filler`` in place of what lies at ``end`` or beyond.
-
-    Eight places of the table are read: it has to be that much longer than ``end``.
-    """
+def numbers(typing_context: Any, table: Any, first: Any) -> Any:
+    """Return ``table[first:first + 8]`` of an array of int32, read in one piece."""
 
     def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        array, first, end, filler = arguments
+        array, first = arguments
         at = builder.gep(_data(context, builder, signature.args[0], array, _WHOLE), [first])
-        left, filler = builder.sub(end, first), builder.trunc(filler, _WHOLE)
-        found = ir.Constant(_wholes.vector, ir.Undefined)
-        for i in range(LANES):  # one by one, as they were stored: no load has to wait for several stores
-            place = ir.Constant(_WHOLE, i)
-            number = builder.load_atomic(builder.gep(at, [ir.Constant(_WORD, i)]), "unordered", 4)
-            counts = builder.icmp_signed("<", ir.Constant(_WORD, i), left)
-            found = builder.insert_element(found, builder.select(counts, number, filler), place)
-        return found
+        return _load(builder, at, _wholes.vector, 4)
 
-    return _wholes(table, types.int64, types.int64, types.int64), codegen
+    return _wholes(table, types.int64), codegen
+
+
+def _names(context: Any, builder: Any, kind: Any, array: Any, first: Any) -> list[Any]:
+    """Return eight numbers of an array, as words: read one by one, as they may have been stored, so that no
+    load has to wait for several stores."""
+    at = builder.gep(_data(context, builder, kind, array, _WHOLE), [first])
+    each = [builder.gep(at, [ir.Constant(_WORD, i)]) for i in range(LANES)]
+    return [builder.sext(builder.load_atomic(here, "unordered", 4), _WORD) for here in each]
+
+
+@intrinsic
+def fill(typing_context: Any, table: Any, first: Any, value: Any) -> Any:
+    """Write a number to ``table[first:first + 8]`` of an array of int32."""
+
+    def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        array, first, value = arguments
+        at = builder.gep(_data(context, builder, signature.args[0], array, _WHOLE), [first])
+        whole = _splat(builder, builder.trunc(value, _WHOLE), _wholes.vector)
+        builder.store(whole, builder.bitcast(at, _wholes.vector.as_pointer()), align=4)
+        return context.get_dummy_value()
+
+    return types.void(table, types.int64, types.int64), codegen
+
+
+@intrinsic
+def numbered(typing_context: Any, value: Any, first: Any) -> Any:
+    """Return numbers >= 2^-1000 with first, first + 1, ... (0 to 63) in their last six bits: each is less
+    than it was, by less than 2^-45 of it."""
+
+    def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        value, first = arguments
+        vector = _ticks.vector
+        less = ir.Constant(vector, [ir.Constant(_WORD, i - 64) for i in range(LANES)])
+        mask = ir.Constant(vector, [ir.Constant(_WORD, -64)] * LANES)
+        bits = builder.and_(builder.bitcast(value, vector), mask)
+        bits = builder.add(bits, builder.add(less, _splat(builder, first, vector)))
+        return builder.bitcast(bits, _floats.vector)
+
+    return _floats(_floats, types.int64), codegen
+
+
+@intrinsic
+def number_in(typing_context: Any, value: Any) -> Any:
+    """Return the last six bits of a number."""
+
+    def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.and_(builder.bitcast(arguments[0], _WORD), ir.Constant(_WORD, 63))
+
+    return types.int64(types.float64), codegen
 
 
 @intrinsic
@@ -306,33 +345,30 @@ def flights(
 
 
 @intrinsic
-def places(typing_context: Any, table: Any, which: Any) -> Any:
-    """Return x, y, vx, vy of eight rows of a table of places."""
+def places(typing_context: Any, table: Any, names: Any, first: Any) -> Any:
+    """Return x, y, vx, vy of the rows ``names[first:first + 8]`` of a table of places."""
     result = types.UniTuple(_floats, 4)
 
     def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        array, which = arguments
+        array, names, first = arguments
         data = _data(context, builder, signature.args[0], array, _DOUBLE)
         row = ir.VectorType(_DOUBLE, 4)
         rows = []
-        for i in range(LANES):
-            number = builder.sext(builder.extract_element(which, ir.Constant(_WHOLE, i)), _WORD)
+        for number in _names(context, builder, signature.args[1], names, first):
             at = builder.gep(data, [builder.shl(number, ir.Constant(_WORD, 2))])
             rows.append(_load(builder, at, row, 8))
-        pairs = [_shuffle(builder, rows[2 * i], rows[2 * i + 1], list(range(8))) for i in range(4)]
+        # Rows i and i + 4 side by side; then pairs of columns of rows 0, 1, 4, 5 and of 2, 3, 6, 7, lane by
+        # lane within halves of a vector, where a shuffle is cheapest.
+        pairs = [_shuffle(builder, rows[i], rows[i + 4], list(range(8))) for i in range(4)]
+        even, odd = [0, 8, 2, 10, 4, 12, 6, 14], [1, 9, 3, 11, 5, 13, 7, 15]
+        left, right = [0, 1, 8, 9, 4, 5, 12, 13], [2, 3, 10, 11, 6, 7, 14, 15]
+        x_vx, y_vy = (
+            [_shuffle(builder, pairs[i], pairs[i + 1], lanes) for i in (0, 2)] for lanes in (even, odd)
+        )
+        found = [_shuffle(builder, one, two, lanes) for lanes in (left, right) for one, two in (x_vx, y_vy)]
+        return context.make_tuple(builder, result, found)
 
-        def columns(c: int) -> list[Any]:  # two columns of four rows each, then of all eight
-            lanes = [c, c + 4, c + 8, c + 12, c + 1, c + 5, c + 9, c + 13]
-            upper = _shuffle(builder, pairs[0], pairs[1], lanes)
-            lower = _shuffle(builder, pairs[2], pairs[3], lanes)
-            return [
-                _shuffle(builder, upper, lower, [0, 1, 2, 3, 8, 9, 10, 11]),
-                _shuffle(builder, upper, lower, [4, 5, 6, 7, 12, 13, 14, 15]),
-            ]
-
-        return context.make_tuple(builder, result, columns(0) + columns(2))
-
-    return result(table, _wholes), codegen
+    return result(table, names, types.int64), codegen
 
 
 @intrinsic
@@ -354,20 +390,19 @@ def put_place(typing_context: Any, table: Any, number: Any, x: Any, y: Any, vx: 
 
 
 @intrinsic
-def pick(typing_context: Any, table: Any, which: Any) -> Any:
-    """Return eight entries of an array of doubles."""
+def pick(typing_context: Any, table: Any, names: Any, first: Any) -> Any:
+    """Return the entries ``names[first:first + 8]`` of an array of doubles."""
 
     def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        array, which = arguments
+        array, names, first = arguments
         data = _data(context, builder, signature.args[0], array, _DOUBLE)
         found = ir.Constant(_floats.vector, ir.Undefined)
-        for i in range(LANES):
-            place = ir.Constant(_WHOLE, i)
-            number = builder.sext(builder.extract_element(which, place), _WORD)
-            found = builder.insert_element(found, builder.load(builder.gep(data, [number])), place)
+        for i, number in enumerate(_names(context, builder, signature.args[1], names, first)):
+            entry = builder.load(builder.gep(data, [number]))
+            found = builder.insert_element(found, entry, ir.Constant(_WHOLE, i))
         return found
 
-    return _floats(table, _wholes), codegen
+    return _floats(table, names, types.int64), codegen
 
 
 @intrinsic

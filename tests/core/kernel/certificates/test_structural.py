@@ -12,7 +12,7 @@ from kinetile.kernel.certificates.structural import falls, falls_eight
 from kinetile.kernel.compiled import hook
 from kinetile.kernel.skin import Skin
 from kinetile.kernel.tables import NEVER, allocate
-from kinetile.kernel.vectors import floor, lane, numbers, pick
+from kinetile.kernel.vectors import floor, lane, pick
 
 TICK = 2.0**-52
 
@@ -57,8 +57,7 @@ NUMBERS = np.arange(8, dtype=np.int32)
 @hook
 def fall_together(k, since, gap, rate, ticks):
     """Lay down what ``falls_eight`` says of eight quantities; ticks come as doubles."""
-    which = numbers(NUMBERS, 0, 8, 0)
-    found = falls_eight(k, floor(pick(since, which)), pick(gap, which), pick(rate, which))
+    found = falls_eight(k, floor(pick(since, NUMBERS, 0)), pick(gap, NUMBERS, 0), pick(rate, NUMBERS, 0))
     for i in range(8):
         ticks[i] = lane(found, i)
 
