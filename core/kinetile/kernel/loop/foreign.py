@@ -12,6 +12,8 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
+import numpy as np
+
 from kinetile.kernel.compiled import hook, larger, smaller, wrapping
 from kinetile.kernel.tables import BAD_NAME, BAD_PARTNER, NOBODY, SPARE, Kernel, blame
 
@@ -32,13 +34,13 @@ def _naming(function: Hook) -> Hook:
         count = function(wrapping(k), wrapping(s), body)
         if count > len(k.near) - SPARE:
             return int(count)  # a fault of its own
-        lowest = 0
-        highest = 0
+        lowest = np.int32(0)  # as short as names are: the compiler takes eight at a time
+        highest = np.int32(0)
         for i in range(count):
             lowest = smaller(lowest, k.near[i])
             highest = larger(highest, k.near[i])
         if lowest < 0 or highest >= k.clock[0].bodies:
-            blame(k, BAD_NAME, body, lowest if lowest < 0 else highest)
+            blame(k, BAD_NAME, body, int(lowest if lowest < 0 else highest))
             return 0
         return int(count)
 
