@@ -96,10 +96,15 @@ def _not_ignored(*numbers):
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """What is long is slow as well. Tests of many events run compiled only: NUMBA_DISABLE_JIT=1 runs the
-    others, on small scenes."""
+    """What is long is slow as well, and so are small tests under ``naive`` and ``sap-2d``: as plain Python they
+    take longest, and three other phases run the same tests. Tests of many events run compiled only:
+    NUMBA_DISABLE_JIT=1 runs the others, on small scenes."""
     for item in items:
-        if item.get_closest_marker("long"):
+        cases = getattr(item, "callspec", None)
+        under = cases.params.values() if cases is not None and item.get_closest_marker("small") else ()
+        if item.get_closest_marker("long") or any(
+            each in ("naive", "sap-2d") for each in under if type(each) is str
+        ):
             item.add_marker(pytest.mark.slow)
     if INTERPRETED:
         too_slow = pytest.mark.skip(reason="too many events for interpreted hooks")

@@ -81,6 +81,9 @@ PHASES_OF_THEIR_OWN = {
 }
 """Pages whose Python has a dozen loops for few events: slow."""
 
+MANY_COMMANDS = {"accuracy.md", "command-line.md", "studies.md"}
+"""Pages whose commands take seconds: slow."""
+
 
 def pages_with(language: str) -> list[Any]:
     """Return (page, marks) to run: each page that has blocks to run, and again, marked slow, with those that
@@ -88,7 +91,7 @@ def pages_with(language: str) -> list[Any]:
     found = []
     for page in PAGES:
         marks = {block.mark for block in read_blocks(page) if block.language == language}
-        many = language == "python" and page.name in PHASES_OF_THEIR_OWN
+        many = page.name in (PHASES_OF_THEIR_OWN if language == "python" else MANY_COMMANDS)
         if "" in marks:
             lane = [pytest.mark.compiled, *([pytest.mark.slow] if many else [])]
             found.append(pytest.param(page, ("",), id=page.name, marks=lane))

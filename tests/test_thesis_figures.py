@@ -114,6 +114,7 @@ def test_whatever_is_right_passes_every_audit(runs):
             assert [moment["complaint"] for moment in happened["moments"] if moment["complaint"]] == [], name
 
 
+@pytest.mark.slow
 def test_1_a_disc_takes_another_along(moments):
     before, after = moments("figure-01")[:2]
     assert (after["kind"], round(after["time"], 3), after["bodies"]) == ("disc", 1.387, [0, 1])

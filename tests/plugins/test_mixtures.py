@@ -68,6 +68,7 @@ def test_a_light_body_gets_fifty_times_faster_than_any_was():
     assert fastest <= kt.Simulation(scene).explain()["numbers"]["speed_bound"]
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 @given(
     st.integers(2, 25),

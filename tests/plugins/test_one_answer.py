@@ -18,6 +18,7 @@ from lanes import first
 THESIS = [(n, density) for n in (25, 100, 400) for density in (0.5, 0.25, 0.125, 0.01)]
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 @pytest.mark.parametrize(("bodies", "density"), THESIS)
 def test_the_thesis_scenes_to_fifty_contacts_a_disc(bodies, density):

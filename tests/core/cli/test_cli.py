@@ -390,6 +390,7 @@ def test_a_recipe_that_does_not_import_spoils_no_listing():
         assert "must be given" in kinetile("scenes picky").stdout
 
 
+@pytest.mark.slow
 def test_bench_events_measures_and_prints():
     line = "bench events --bodies 4 --densities 0.5,0.25 --phases naive --seconds 0.001 --repeats 1"
     data = printed(line)
@@ -682,6 +683,7 @@ def test_the_first_run_says_that_it_compiles_and_stdout_stays_clean(tmp_path):
     assert len(fingerprints) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="sends POSIX signals")
 @pytest.mark.parametrize(
     ("number", "code"),

@@ -214,6 +214,7 @@ def test_ctrl_c_twice_ends_and_what_is_there_is_whole(tmp_path):
         assert kt.resume(path).time > 0.0
 
 
+@pytest.mark.slow
 @posix
 def test_two_processes_ran_on_one_checkpoint(tmp_path):
     path, link = tmp_path / "c.kt", tmp_path / "link"

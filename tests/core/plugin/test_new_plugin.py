@@ -184,6 +184,7 @@ CHEAP = ("near forgets a neighbour",)
 """A broken line for each of three checks, found within seconds."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "which", [pytest.param(each, marks=() if each in CHEAP else pytest.mark.slow) for each in BROKEN]
 )

@@ -165,6 +165,7 @@ def is_true(path, scene) -> None:
     assert last <= reached <= again.contacts["time"][-1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("how", ["command", pytest.param("python", marks=pytest.mark.slow)])
 def test_a_second_ctrl_c_made_event_files_that_were_not_true(rounds, tmp_path, how):
     scene = kt.make_scene("grid", bodies=100, seed=7)

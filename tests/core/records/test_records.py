@@ -152,6 +152,7 @@ FILL = """
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a limit on the size of files")
 @pytest.mark.parametrize("limit", [90_000, 250_000, 3_000_000, 12_000_000])
 def test_a_full_disk_leaves_a_file_of_what_was_done(tmp_path, limit):

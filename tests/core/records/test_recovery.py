@@ -301,6 +301,7 @@ GOES_ON = """
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="kills a process")
 @pytest.mark.parametrize(
     "there",

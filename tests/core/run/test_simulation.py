@@ -67,6 +67,7 @@ def test_the_fingerprint_does_not_see_the_start_of_the_clock():
     assert late.contacts[0]["time"] == 2.0**40 + zero.contacts[0]["time"]
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_a_clock_far_beyond_64_bits_of_ticks():
     scene = kt.make_scene("grid", bodies=4, density=0.1, seed=3)
@@ -166,6 +167,7 @@ def test_tables_grow_in_the_middle_of_a_run():
     assert len(sim.candidate_pairs()) == n * (n - 1) // 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "phase", ["sap-1d", *(pytest.param(each, marks=pytest.mark.slow) for each in ("naive", "sap-2d"))]
 )

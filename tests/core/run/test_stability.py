@@ -43,6 +43,7 @@ def drop(sim: kt.Simulation, body: int, **known: int) -> None:
     move(k, body, key)
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 @pytest.mark.parametrize("phase", PHASES)
 @pytest.mark.parametrize(

@@ -366,6 +366,7 @@ def test_files_that_are_not_there_or_not_text(tmp_path: Path) -> None:
         load_scene(tmp_path / "latin.toml")
 
 
+@pytest.mark.slow
 def test_ten_thousand_bodies_load_in_about_a_second(tmp_path: Path) -> None:
     scene = make_scene("grid", bodies=10_000)
     save_scene(scene, tmp_path / "scene.toml")

@@ -141,6 +141,7 @@ def test_a_file_of_any_size_was_read(tmp_path: Path, monkeypatch: pytest.MonkeyP
         load_scene(path)
 
 
+@pytest.mark.slow
 def test_twenty_thousand_mistakes_were_all_told() -> None:
     keys = "\n".join(f"k{i} = 1" for i in range(20_000))
     body_keys = "".join(f"{BODY.replace('0.25', str(i))}k{i} = 1\n" for i in range(2000))

@@ -296,6 +296,7 @@ def test_the_overlap_search_finds_each_pair_once(discs: list[tuple[float, float,
     assert sorted(found) == expected
 
 
+@pytest.mark.slow
 def test_a_hundred_thousand_discs_are_checked_quickly() -> None:
     side = 316
     cell = np.arange(side * side)

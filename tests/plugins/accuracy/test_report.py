@@ -226,6 +226,7 @@ def test_a_missing_package_is_told_with_its_extra_before_anything_is_measured(
         assert not (tmp_path / "report").exists()
 
 
+@pytest.mark.slow
 @needs_chromium
 @pytest.mark.parametrize("width", [390, 1280])
 def test_a_checker_of_accessibility_finds_nothing(width, tmp_path):

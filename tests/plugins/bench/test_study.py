@@ -168,6 +168,7 @@ def test_the_table_has_means_ratios_exponents(done):
         done.table(x="density")
 
 
+@pytest.mark.slow
 def test_figures_are_drawn_as_svg_and_png(tmp_path):
     pytest.importorskip("matplotlib")
     shares = {"name": "shares", "kind": "shares", "title": "What happens"}
@@ -314,6 +315,7 @@ def test_a_scene_file_that_cannot_be_used_is_a_mistake_with_its_place(tmp_path, 
     assert said in str(caught.value)
 
 
+@pytest.mark.slow
 def test_stages_of_a_scene_file_are_noted_in_a_process_of_its_own(tmp_path):
     kt.save_scene(kt.make_scene("grid", bodies=9), tmp_path / "trace.toml")
     tables = '\nphases = ["naive"]\ncontacts = 5\nmeasure = ["stages"]\nseconds = 0.001\n'

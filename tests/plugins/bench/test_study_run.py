@@ -72,6 +72,7 @@ def test_killed_and_begun_again_it_has_the_same_rows(tmp_path, undisturbed, kill
     assert studies.table(path) == undisturbed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_a_worker_that_is_killed_costs_no_row(tmp_path, undisturbed, workers):
     path = studies.write(tmp_path)
@@ -112,6 +113,7 @@ def test_two_processes_share_a_study(tmp_path, undisturbed):
     assert studies.table(path) == undisturbed
 
 
+@pytest.mark.slow
 def test_ctrl_c_ends_it_cleanly_with_what_was_done(tmp_path, undisturbed, monkeypatch):
     path = studies.write(tmp_path)
     put = Store.put

@@ -138,6 +138,7 @@ def test_what_cannot_be_compared():
         compare(three_in_a_row(), ["naive", "nave"], 1.0)
 
 
+@pytest.mark.slow
 def test_a_recording_is_compared_to_its_end(tmp_path):
     sim = kt.Simulation(kt.make_scene("grid", bodies=16, density=0.3, seed=1), "cells", live=True)
     for frame in range(1, 13):

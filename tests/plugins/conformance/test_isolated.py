@@ -211,6 +211,7 @@ def test_a_death_is_a_result_that_names_check_distribution_and_cause(
     assert report.distribution == "this process"
 
 
+@pytest.mark.slow
 def test_an_endless_loop_is_ended_and_located(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(deadline, "SCENE_SECONDS", 1.0)
     (result,) = isolated("hangs-in-arrange", shrink=False).results
@@ -280,6 +281,7 @@ def test_the_other_checks_are_run_after_a_death() -> None:
     assert report.notes == ()
 
 
+@pytest.mark.slow
 def test_after_three_deaths_the_rest_is_not_run() -> None:
     names = [check.name for check in CHECKS if check.compares]  # those of memory have a child of their own
     report = isolated("crashes-in-arrange", *names, shrink=False)

@@ -52,6 +52,7 @@ def test_scenes_have_the_bits_that_are_promised() -> None:
     assert recipe_bits.scene_hashes() == SCENES
 
 
+@pytest.mark.slow
 def test_ratios_gave_other_bits_on_a_processor_with_fewer_features() -> None:
     features = dispatched()
     if not features:

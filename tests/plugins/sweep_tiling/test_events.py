@@ -27,6 +27,7 @@ def grid(bodies: int, density: float) -> kt.Scene:
     return kt.make_scene("grid", bodies=bodies, density=density, seed=bodies)
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 @pytest.mark.parametrize("bodies", [9, *(pytest.param(each, marks=pytest.mark.slow) for each in (25, 49))])
 def test_grids_are_right_after_every_event(bodies):

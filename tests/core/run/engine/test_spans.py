@@ -64,6 +64,7 @@ def test_skipped_time_leaves_the_same_bits(until, monkeypatch):
         assert slowly.next_event == quick.next_event
 
 
+@pytest.mark.slow
 def test_a_run_without_an_end_gives_up_where_it_did(monkeypatch):
     still = kt.Scene([[0.5, 0.5]], [[2.0**-60, 0.0]], 0.1, 1.0, (1.0, 1.0))
     times = []

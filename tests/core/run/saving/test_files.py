@@ -182,6 +182,7 @@ def places(said):
             yield from places(value)
 
 
+@pytest.mark.slow
 def test_hostile_values_with_a_right_checksum_were_type_errors(path):
     """Each value in some places: refused, or nothing that is ever computed with."""
     content = path.read_bytes()

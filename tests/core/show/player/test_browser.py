@@ -129,6 +129,7 @@ def test_keys_do_what_they_say(browser, tmp_path):
     assert browser.said() == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dark", [False, True])
 @pytest.mark.parametrize(("width", "phases"), [(1280, ("sweep-tiling",)), (390, ("sap-2d", "cells"))])
 def test_a_checker_of_accessibility_finds_nothing(width, phases, dark, axe, tmp_path):

@@ -247,6 +247,7 @@ def test_space_plays_after_a_click_on_a_button(browser, saved):
     assert browser.value("kinetilePlayer.speed") == 2 * speed
 
 
+@pytest.mark.slow
 def test_the_picture_says_that_the_recorded_structure_has_ended(browser, tmp_path, monkeypatch):
     monkeypatch.setattr(recording, "MOST_LOOKS", 300)
     view = view_scene(SCENES["grid"], [("sweep-tiling", {})], until=0.5)

@@ -87,6 +87,7 @@ def test_every_module_comes_after_those_it_imports():
         assert {(path.parent / name).resolve() for name in imports} <= {*paths[:at]}, path
 
 
+@pytest.mark.slow
 @needs_node
 @pytest.mark.parametrize(
     ("name", "phases"), [("come and go", ("sap-1d",)), ("grid", ("sweep-tiling", "cells"))]

@@ -341,6 +341,7 @@ def test_hard_scenes_whose_near_ties_rounding_exchanges(name: str) -> None:
     assert abs(found.disagreement.ticks_apart) < 8.0
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_a_jam_agrees_until_nobody_goes_on() -> None:
     found = certify(kt.Simulation(scene_of(JAMMED), "naive"), until=1.0)

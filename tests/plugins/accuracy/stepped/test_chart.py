@@ -187,6 +187,7 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(speed_error.EFFORTS, "quick", effort)
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 @pytest.mark.usefixtures("small")
 def test_the_section_holds_together(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -62,6 +62,7 @@ def judged(phase, *labels, jobs=1):
     return {named[row["number"]]: row for row in campaign.judge(chosen)}
 
 
+@pytest.mark.slow
 @pytest.mark.interpreted
 def test_every_fate(toy, monkeypatch):
     monkeypatch.setattr("kinetile_conformance.mutation.judging.SECONDS", 2.0)
