@@ -94,16 +94,21 @@ def _not_ignored(*numbers):
         signal.signal(number, signal.SIG_IGN)
 
 
+def _is_under_slow_phase(item: pytest.Item) -> bool:
+    """Whether a parameter of a test is the name of a phase that is slow as plain Python."""
+    cases = getattr(item, "callspec", None)
+    given = cases.params.values() if cases is not None else ()
+    return any(isinstance(each, str) and each in ("naive", "sap-2d") for each in given)
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """What is long is slow as well, and so are small tests under ``naive`` and ``sap-2d``: as plain Python they
     take longest, and three other phases run the same tests. Tests of many events run compiled only:
     NUMBA_DISABLE_JIT=1 runs the others, on small scenes."""
     for item in items:
-        cases = getattr(item, "callspec", None)
-        under = cases.params.values() if cases is not None and item.get_closest_marker("small") else ()
-        if item.get_closest_marker("long") or any(
-            each in ("naive", "sap-2d") for each in under if type(each) is str
+        if item.get_closest_marker("long") or (
+            item.get_closest_marker("small") and _is_under_slow_phase(item)
         ):
             item.add_marker(pytest.mark.slow)
     if INTERPRETED:
