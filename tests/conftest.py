@@ -103,13 +103,12 @@ def _is_under_slow_phase(item: pytest.Item) -> bool:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """What is long is slow as well, and so are small tests under ``naive`` and ``sap-2d``: as plain Python they
-    take longest, and three other phases run the same tests. Tests of many events run compiled only:
+    """What is long is slow as well, and so are small tests under ``naive`` and ``sap-2d``, which take longest
+    as plain Python: three other phases run the same. Tests of many events run compiled only:
     NUMBA_DISABLE_JIT=1 runs the others, on small scenes."""
     for item in items:
-        if item.get_closest_marker("long") or (
-            item.get_closest_marker("small") and _is_under_slow_phase(item)
-        ):
+        small = item.get_closest_marker("small") is not None
+        if item.get_closest_marker("long") or (small and _is_under_slow_phase(item)):
             item.add_marker(pytest.mark.slow)
     if INTERPRETED:
         too_slow = pytest.mark.skip(reason="too many events for interpreted hooks")
