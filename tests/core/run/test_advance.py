@@ -224,6 +224,7 @@ def test_it_stops_at_every_contact_of_a_kind_at_its_exact_time(before):
     assert sim.fingerprint == straight.fingerprint
 
 
+@pytest.mark.slow
 @pytest.mark.small
 @pytest.mark.parametrize("before", [False, True])
 @settings(max_examples=8, deadline=None)

@@ -237,6 +237,7 @@ def test_a_body_of_another_mass_in_a_slot_that_was_left(phase):
     assert ends[0] == [[-1.5, 0.0], [-0.5, 0.0]]
 
 
+@pytest.mark.slow
 @pytest.mark.small
 @settings(max_examples=examples(15), deadline=None)
 @given(living_scenes())

@@ -116,6 +116,7 @@ def test_one_kind_for_all_has_the_same_contacts_after_saving_recording_and_in_an
     assert read_with_scene(tmp_path / "run.parquet")[1] == ONE_KIND
 
 
+@pytest.mark.slow
 @pytest.mark.small
 @settings(max_examples=5, deadline=None)
 @given(scene=ruled_scenes())
