@@ -71,7 +71,7 @@ class Drawing:
         return self._small[turns]
 
     def living(self, kind: str, count: int) -> Iterator[Scene]:
-        """Yield so many living scenes of a kind; each is played when it is asked for, and once."""
+        """Yield a number of living scenes of a kind; each is played when it is asked for, and once."""
         if kind not in self._living:
             from kinetile_conformance.strategies.living import played
 

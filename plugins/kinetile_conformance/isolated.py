@@ -43,7 +43,7 @@ from kinetile_conformance.strategies.changes import without
 GIB = 1 << 30
 
 DEATHS = 3
-"""After so many deaths the checks that are left are not run."""
+"""After this number of deaths the checks that are left are not run."""
 
 COMPILING = 200.0
 """CPU seconds that a child may compile between two messages."""

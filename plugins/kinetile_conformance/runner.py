@@ -182,7 +182,7 @@ class References:
             self._kept.setdefault(id(scene), (scene, {}))
 
     def __call__(self, scene: Scene, contacts: int = CONTACTS) -> RunOutcome:
-        """Return the reference's outcome of a scene, with so many contacts at most."""
+        """Return the reference's outcome of a scene, with a number of contacts at most."""
         if is_living(scene):
             self.keep([scene])  # played once, for several checks
         _, known = self._kept.get(id(scene), (scene, {}))

@@ -53,10 +53,10 @@ def ticks(sim: Simulation) -> int:
 
 
 DRAWN = 6
-"""The structure is drawn every so many events."""
+"""Events from one drawing of the structure to the next."""
 
 AUDITED = 8
-"""A run is audited every so many contacts; other checks test what lies between two audits."""
+"""Contacts from one audit to the next; other checks test what lies between two audits."""
 
 
 @check(turns=True)

@@ -24,7 +24,7 @@ class Reference(Protocol):
     """Returns the reference's outcome of a scene."""
 
     def __call__(self, scene: Scene, contacts: int = CONTACTS) -> RunOutcome:
-        """Return the outcome, with so many contacts at most."""
+        """Return the outcome, with a number of contacts at most."""
         ...
 
 
@@ -112,7 +112,7 @@ class Check:
     replayed_by: str = ""
 
     def count(self, examples: int) -> int:
-        """Return its number of scenes for so many small ones."""
+        """Return its number of scenes for a number of small ones."""
         return max(1, round(self.share * examples)) if self.draws else 1
 
     @property

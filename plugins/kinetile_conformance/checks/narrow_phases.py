@@ -40,7 +40,7 @@ NAME = "conformance-loose"
 Integers = npt.NDArray[np.integer]
 
 EVERY = 4
-"""All pairs are tested every so many events."""
+"""Events from one test of all pairs to the next."""
 
 LATER = 2**44 + 977
 """Ticks, some 1/256 of a time unit, and odd: what is computed from there is rounded otherwise."""

@@ -134,7 +134,7 @@ def _resumed(path: Path, until: float) -> str:
     try:
         sim = kt.resume(path)
         sim.run(until=until)
-    except Exception as error:  # of a foreign phase: whatever it is, it is told
+    except Exception as error:  # a foreign phase may raise anything; the verdict says what
         return f"{type(error).__name__}: {error}"
     return sim.fingerprint
 

@@ -143,8 +143,8 @@ class _Play:
         self.unit = 2.0 ** np.round(np.log2(max(2.0 * self.widest, self.size.min() / 8.0) / speed))
 
     def run(self, eighths: int) -> None:
-        """Run on for so many eighths of the time in which the fastest body crosses a cell or an eighth of the
-        scene."""
+        """Run on for a number of eighths of the time in which the fastest body crosses a cell, or an eighth
+        of the scene."""
         if not eighths or self.ended:
             return
         try:
@@ -274,7 +274,7 @@ def _machine(kind: str, found: list[Scene]) -> type[RuleBasedStateMachine]:
         def start_over(self, number: int) -> None:
             """All go, or all but one, and one comes that may be four times as wide as any that there was.
 
-            A structure that was built for those who are there is too narrow for it, or was built for nobody.
+            A structure that was built for those who are there is too narrow for it, or was built for no body.
             """
             random, play = self.going.moved_on(number), self.going
             for body in play.sim.bodies[number & 1 :].tolist():

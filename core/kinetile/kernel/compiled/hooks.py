@@ -25,7 +25,6 @@ INTERPRETED = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
 """True when hooks run as plain Python."""
 
 F = TypeVar("F", bound=Callable[..., Any])
-T = TypeVar("T")
 
 
 def to_be_filled_in(*arguments: Any) -> Any:

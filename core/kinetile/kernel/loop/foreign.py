@@ -2,7 +2,7 @@
 
 Numbers of bodies that they return are compared with how many there are, because the loop reads its tables
 there, and its index is not checked (``kernel.compiled.views``): one that is none is a fault that names the
-phase, and not a read of memory that belongs to nobody.
+phase, and not a read of other memory.
 """
 
 from __future__ import annotations

@@ -485,12 +485,11 @@ class Engine(Tables):
     # above, and only when it would exceed the speed in force is the energy summed up anew.
 
     def command_rows(self, code: int, many: int = 1) -> Rows:
-        """Returns a number of commands of the present tick, after the contacts that it has had; the caller
-        fills in their bodies and effects."""
+        """Returns a number of commands of the present tick; the caller fills in their bodies and effects,
+        ``carry_out`` the contacts that come before."""
         rows = np.zeros(many, COMMAND)
         rows["code"] = code
         rows["tick"] = self.now
-        rows["after"] = self.met_now
         return rows
 
     def carry_out(self, code: int, rows: Rows) -> None:

@@ -43,7 +43,7 @@ steps = st.lists(
 
 @given(st.lists(st.integers(0, 6), max_size=8), steps)
 def test_commands_by_hand_stand_before_all_that_wait(planned, steps):
-    """Against a list. Of those of this tick, so many are carried out."""
+    """Against a list. Some of those of this tick are carried out."""
     k = allocate(1, 1, 1)
     fields = fields_of(k.clock)
     expected = [(tick, at) for at, tick in enumerate(sorted(planned))]
