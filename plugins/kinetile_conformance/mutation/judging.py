@@ -202,8 +202,8 @@ def _fate(code: int, rows: Sequence[dict[str, Any]], checks: Sequence[str]) -> t
 
 
 def passes(mutant: Mutant | None, command: str, seconds: float | None = None) -> bool:
-    """Returns whether an author's own tests end with exit code 0, within ``seconds``, on a mutant or, where there
-    is none, on the phase as it is.
+    """Returns whether an author's own tests end with exit code 0, within ``seconds``, on a mutant or, where
+    there is none, on the phase as it is.
 
     They run in the installed package itself: a ``sitecustomize`` on the path of the command makes every
     interpreter that it starts compile the changed text in place of the file's.

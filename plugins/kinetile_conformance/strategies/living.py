@@ -143,8 +143,8 @@ class _Play:
         self.unit = 2.0 ** np.round(np.log2(max(2.0 * self.widest, self.size.min() / 8.0) / speed))
 
     def run(self, eighths: int) -> None:
-        """Run on for a number of eighths of the time in which the fastest body crosses a cell, or an eighth
-        of the scene."""
+        """Run on for a number of eighths of the time in which the fastest body crosses a cell, or an
+        eighth of the scene."""
         if not eighths or self.ended:
             return
         try:
