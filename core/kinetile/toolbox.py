@@ -7,7 +7,7 @@ own state as ``s``.
 from __future__ import annotations
 
 from kinetile.kernel.certificates.structural import falls, falls_eight, falls_many, schedule, ticks_after
-from kinetile.kernel.compiled import hook, larger, smaller
+from kinetile.kernel.compiled import hook, larger, smaller, unchecked
 from kinetile.kernel.flight import closing_speed, positions_now, shared, since_anchor, since_origin
 from kinetile.kernel.log import BOTTOM, LEFT, RIGHT, TOP
 from kinetile.kernel.loop.idle import NoState
@@ -87,4 +87,5 @@ __all__ = [
     "since_origin",
     "smaller",
     "ticks_after",
+    "unchecked",
 ]

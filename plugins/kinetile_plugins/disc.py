@@ -46,6 +46,7 @@ from kinetile.toolbox import (
     since_anchor,
     since_origin,
     smaller,
+    unchecked,
 )
 
 PLACES = 64
@@ -58,6 +59,7 @@ NONE = 2.0**1023
 """What delays are below: an infinite one, numbered, is above it."""
 
 
+@unchecked
 @hook
 def meet(k: Kernel, a: int, b: int) -> int:
     """Return the tick of the first contact of two discs, or ``NEVER``."""
@@ -93,6 +95,7 @@ def meet(k: Kernel, a: int, b: int) -> int:
     return int(since + delay)
 
 
+@unchecked
 @hook
 def part(k: Kernel, a: int, b: int) -> int:
     """Return the tick at which two discs part that pass through each other, or ``NEVER``."""
@@ -154,6 +157,7 @@ def not_before(k: Kernel, body: int, other: int, at: int) -> float:
 def _bounds(equal: bool) -> Callable[..., tuple[float, float, int]]:
     """Returns the hook ``soonest``, for bodies of one radius or of any."""
 
+    @unchecked
     @hook
     def soonest(
         k: Kernel, body: int, count: int, barred: int, known: int, at: int
@@ -243,6 +247,7 @@ def overlap(one: Records, two: Records, distance: float) -> float:
     return float(one.radius + two.radius - distance) if distance > 0.0 else math.nan
 
 
+@unchecked
 @hook
 def collide(k: Kernel, a: int, b: int) -> float:
     """Exchange momentum along the line of centres, elastically; return the overlap."""
@@ -263,6 +268,7 @@ def collide(k: Kernel, a: int, b: int) -> float:
     return overlap(one, two, distance)
 
 
+@unchecked
 @hook
 def collide_equals(k: Kernel, a: int, b: int) -> float:
     """As ``collide``, for bodies of one mass: they exchange their velocities along the line of centres."""
@@ -281,6 +287,7 @@ def collide_equals(k: Kernel, a: int, b: int) -> float:
     return overlap(one, two, distance)
 
 
+@unchecked
 @hook
 def touch(k: Kernel, a: int, b: int) -> tuple[float, float, float]:
     """Return the line of centres and the overlap."""

@@ -17,12 +17,13 @@ import numpy as np
 
 from kinetile.errors import Refused
 from kinetile.scene import Scene
-from kinetile.toolbox import BroadPhaseParts, Item, Kernel, NoState, hook, pair_links
+from kinetile.toolbox import BroadPhaseParts, Item, Kernel, NoState, hook, pair_links, unchecked
 
 LIMIT = 4000
 """Bodies. At this number a contact checks 8,000 others, and every other phase is a hundred times as fast."""
 
 
+@unchecked
 @hook
 def near(k: Kernel, s: NoState, body: int) -> int:
     """Name every body; that a body is near itself does no harm."""

@@ -13,7 +13,7 @@ import math
 
 from kinetile.errors import BadOption
 from kinetile.scene import Scene
-from kinetile.toolbox import Kernel, Records, ResponseParts, closing_speed, hook, shared, smaller
+from kinetile.toolbox import Kernel, Records, ResponseParts, closing_speed, hook, shared, smaller, unchecked
 
 
 class Elastic:
@@ -42,6 +42,7 @@ def since_touched(k: Kernel, a: int, b: int) -> float:
     return float(since * k.clock[0].tick)
 
 
+@unchecked
 @hook
 def give_back(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
     """Turn the closing speed round, and leave a share of it: ``rule.first``; all of it within
@@ -97,6 +98,7 @@ def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
+@unchecked
 @hook
 def halt(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
     """Bring both to rest; one that meets what nothing can move, to rest beside that."""

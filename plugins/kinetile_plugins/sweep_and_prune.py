@@ -46,6 +46,7 @@ from kinetile.toolbox import (
     remove_pair,
     schedule,
     since_anchor,
+    unchecked,
 )
 
 from .sorted_bounds import audit_bounds, draw_line
@@ -102,6 +103,7 @@ def watch(k: Kernel, s: State, left: int, right: int) -> None:
     schedule(k, left >> 2, min(due, s.bounds[left ^ 1]))
 
 
+@unchecked
 @hook
 def build(k: Kernel, s: State) -> None:
     """Watch all gaps; every body whose L stands between the bounds of another makes a pair with it."""
@@ -119,6 +121,7 @@ def build(k: Kernel, s: State) -> None:
                 inside += 1
 
 
+@unchecked
 @hook
 def repair(k: Kernel, s: State, body: int) -> int:
     """A bound passes the one right of it: exchange them, note whether their intervals meet or part, watch the
@@ -143,6 +146,7 @@ def repair(k: Kernel, s: State, body: int) -> int:
     return 0
 
 
+@unchecked
 @hook
 def replan(k: Kernel, s: State, body: int) -> None:
     """A body's plan changed: watch the gaps on both sides of its two bounds."""
@@ -197,6 +201,7 @@ def watch_left(k: Kernel, s: State, bound: int) -> None:
         watch(k, s, before, bound)
 
 
+@unchecked
 @hook
 def enter(k: Kernel, s: State, body: int) -> None:
     """A body comes: its bounds find their places, and whose intervals overlap its own are its pairs."""
@@ -217,6 +222,7 @@ def enter(k: Kernel, s: State, body: int) -> None:
             add_pair(k, body, other)
 
 
+@unchecked
 @hook
 def leave(k: Kernel, s: State, body: int) -> None:
     """A body goes, and its pairs with it; the gaps that close behind its bounds are watched."""
@@ -231,6 +237,7 @@ def leave(k: Kernel, s: State, body: int) -> None:
             watch(k, s, before, s.order[s.bounds[before + PLACE] + 1])
 
 
+@unchecked
 @hook
 def near(k: Kernel, s: State, body: int) -> int:
     """Name the bodies whose intervals overlap a body's."""

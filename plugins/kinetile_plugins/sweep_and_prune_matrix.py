@@ -44,6 +44,7 @@ from kinetile.toolbox import (
     remove_pair,
     schedule,
     since_anchor,
+    unchecked,
 )
 
 from .sorted_bounds import audit_bounds, draw_boxes
@@ -112,6 +113,7 @@ def overlap(s: State, one: int, other: int) -> bool:
     return bool(s.bounds[one] < s.bounds[other + 1] and s.bounds[other] < s.bounds[one + 1])
 
 
+@unchecked
 @hook
 def build(k: Kernel, s: State) -> None:
     """Watch all gaps on both axes; make a pair of every two bodies that overlap on both."""
@@ -131,6 +133,7 @@ def build(k: Kernel, s: State) -> None:
                 inside += 1
 
 
+@unchecked
 @hook
 def repair(k: Kernel, s: State, body: int) -> int:
     """A bound passes the one after it on its axis: exchange them, look at the other axis, watch the three
@@ -159,6 +162,7 @@ def repair(k: Kernel, s: State, body: int) -> int:
     return 0
 
 
+@unchecked
 @hook
 def replan(k: Kernel, s: State, body: int) -> None:
     """A body's plan changed: watch the gaps on both sides of its four bounds."""
@@ -206,6 +210,7 @@ def take_bound_out(s: State, bound: int) -> None:
         place += 1
 
 
+@unchecked
 @hook
 def enter(k: Kernel, s: State, body: int) -> None:
     """A body comes: its bounds find their places, and whose boxes overlap its own are its pairs."""
@@ -225,6 +230,7 @@ def enter(k: Kernel, s: State, body: int) -> None:
             add_pair(k, body, other)
 
 
+@unchecked
 @hook
 def leave(k: Kernel, s: State, body: int) -> None:
     """A body goes, and its pairs with it; the gaps that close behind its bounds are watched."""
@@ -238,6 +244,7 @@ def leave(k: Kernel, s: State, body: int) -> None:
             watch(k, s, before, s.order[s.bounds[before + PLACE] + 1])
 
 
+@unchecked
 @hook
 def near(k: Kernel, s: State, body: int) -> int:
     """Name the bodies whose boxes overlap a body's."""

@@ -23,6 +23,7 @@ from kinetile.toolbox import (
     Records,
     WallParts,
     hook,
+    unchecked,
 )
 
 
@@ -34,6 +35,7 @@ def after(k: Kernel, body: Records, far: float, near: float, speed: float) -> in
     return int(body.anchor + delay) if delay != NEVER else NEVER
 
 
+@unchecked
 @hook
 def reach_wall(k: Kernel, body: Records) -> tuple[int, int]:
     """Return (tick, wall) of the first contact of a body with a wall; ``NEVER`` where there is none."""
@@ -53,6 +55,7 @@ def reach_wall(k: Kernel, body: Records) -> tuple[int, int]:
     return tick, wall
 
 
+@unchecked
 @hook
 def bounce(k: Kernel, body: Records, wall: int) -> float:
     """Turn the velocity away from the wall; return how deep the body is in it."""
@@ -69,6 +72,7 @@ def bounce(k: Kernel, body: Records, wall: int) -> float:
     return float(body.radius - (limits.height - body.y))
 
 
+@unchecked
 @hook
 def touch(k: Kernel, body: Records, wall: int) -> tuple[float, float, float]:
     """Return the normal into the wall, and how deep the body is in it."""

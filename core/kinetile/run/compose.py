@@ -11,10 +11,10 @@ from enum import IntEnum
 from typing import Any, TypeVar, cast
 
 from kinetile.errors import BadOption, PhaseError, Refused, nearest
-from kinetile.kernel.compiled import compose, is_foreign
+from kinetile.kernel.compiled import compose, is_checked
 from kinetile.kernel.loop import idle
+from kinetile.kernel.loop.checked import checked
 from kinetile.kernel.loop.commands import obey_alone
-from kinetile.kernel.loop.foreign import as_foreign
 from kinetile.kernel.loop.loop import advance
 from kinetile.kernel.loop.responses import MOST_RESPONSES
 from kinetile.kernel.loop.responses import PASS as PASSES
@@ -215,7 +215,7 @@ class Composition:
                 parts["soonest"] = self.pair.soonest
         if self.wall is not None:
             parts |= {"reach_wall": self.wall.reach_wall, "bounce": self.wall.bounce}
-        return {name: as_foreign(name, part) if is_foreign(part) else part for name, part in parts.items()}
+        return {name: checked(name, part) if is_checked(part) else part for name, part in parts.items()}
 
     def prepared_for(self, scene: Scene) -> Composition:
         """Returns the same phases, prepared for another scene; Refused if one does not accept it."""

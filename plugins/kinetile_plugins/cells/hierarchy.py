@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 
-from kinetile.toolbox import NOBODY, Kernel, hook
+from kinetile.toolbox import NOBODY, Kernel, hook, unchecked
 from kinetile_plugins.cells.layout import (
     State,
     cell_of,
@@ -61,6 +61,7 @@ def _list_guests(k: Kernel, s: State, cell: int, count: int) -> int:
     return count
 
 
+@unchecked
 @hook
 def near(k: Kernel, s: State, body: int) -> int:
     """Name the bodies at home and the guests around a body in its level, and those at home around it in each
@@ -83,6 +84,7 @@ def near(k: Kernel, s: State, body: int) -> int:
     return count
 
 
+@unchecked
 @hook
 def repair(k: Kernel, s: State, body: int) -> int:
     """A body reaches an edge of its cell, which may be one of coarser cells, too.
@@ -125,6 +127,7 @@ def repair(k: Kernel, s: State, body: int) -> int:
     return count
 
 
+@unchecked
 @hook
 def enter(k: Kernel, s: State, body: int) -> None:
     """A body comes: it is at home in the finest level that has been prepared for bodies as wide, and a guest
@@ -143,6 +146,7 @@ def enter(k: Kernel, s: State, body: int) -> None:
     watch(k, s, body)
 
 
+@unchecked
 @hook
 def leave(k: Kernel, s: State, body: int) -> None:
     """A body goes, from its home and from where it is a guest."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from kinetile.kernel.certificates.structural import FAR
-from kinetile.toolbox import NEVER, Kernel, Records, hook, larger, schedule, smaller
+from kinetile.toolbox import NEVER, Kernel, Records, hook, larger, schedule, smaller, unchecked
 from kinetile_plugins.cells.layout import (
     State,
     come_home,
@@ -24,6 +24,7 @@ def edge(grid: Records, cell: float, speed: float) -> float:
     return float((cell + (1.0 if speed > 0.0 else 0.0)) * grid.side + (slack if speed > 0.0 else -slack))
 
 
+@unchecked
 @hook
 def watch(k: Kernel, s: State, body: int) -> None:
     """Schedule when a body reaches an edge of its cell, and note which; never before now.
@@ -49,6 +50,7 @@ def watch(k: Kernel, s: State, body: int) -> None:
     schedule(k, body, tick if soon else NEVER)
 
 
+@unchecked
 @hook
 def build(k: Kernel, s: State) -> None:
     """Watch every body; ``arrange`` has put them into their cells."""
@@ -56,12 +58,14 @@ def build(k: Kernel, s: State) -> None:
         watch(k, s, body)
 
 
+@unchecked
 @hook
 def near(k: Kernel, s: State, body: int) -> int:
     """Name the bodies in the cell of a body and in the eight around it."""
     return list_around(k, s, 0, s.homes[body].cell, 0)
 
 
+@unchecked
 @hook
 def repair(k: Kernel, s: State, body: int) -> int:
     """A body reaches an edge of its cell: it is in the next one now, and those in the three cells beyond are
@@ -80,6 +84,7 @@ def repair(k: Kernel, s: State, body: int) -> int:
     return list_ahead(k, s, 0, home.cell, right, up, 0)
 
 
+@unchecked
 @hook
 def enter(k: Kernel, s: State, body: int) -> None:
     """A body comes: it is at home in the cell where it stands."""
@@ -87,6 +92,7 @@ def enter(k: Kernel, s: State, body: int) -> None:
     watch(k, s, body)
 
 
+@unchecked
 @hook
 def leave(k: Kernel, s: State, body: int) -> None:
     """A body goes."""

@@ -36,6 +36,7 @@ from kinetile.toolbox import (
     hook,
     offer,
     pair_links,
+    unchecked,
 )
 
 from .audit import audit, tiles_of
@@ -57,6 +58,7 @@ from .web import (
 )
 
 
+@unchecked
 @hook
 def build(k: Kernel, s: State) -> None:
     """Construct the tiling and watch its tiles."""
@@ -65,6 +67,7 @@ def build(k: Kernel, s: State) -> None:
         watch_around(k, s, body)
 
 
+@unchecked
 @hook
 def repair(k: Kernel, s: State, body: int) -> int:
     """The first of a body's three tiles fails: relink, watch what is new, name who came into sight."""
@@ -88,6 +91,7 @@ def repair(k: Kernel, s: State, body: int) -> int:
     return 1
 
 
+@unchecked
 @hook
 def replan(k: Kernel, s: State, body: int) -> None:
     """A body's plan changed: watch the six tiles at its ports."""

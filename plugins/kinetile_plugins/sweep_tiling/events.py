@@ -34,7 +34,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from kinetile.toolbox import NEVER, Kernel, hook, is_there, offer, since_anchor
+from kinetile.toolbox import NEVER, Kernel, hook, is_there, offer, since_anchor, unchecked
 
 from .certificates import watch_around, watch_tiles
 from .web import (
@@ -221,6 +221,7 @@ def tile_for(k: Kernel, s: State, body: int) -> int:
     return best
 
 
+@unchecked
 @hook
 def enter(k: Kernel, s: State, body: int) -> None:
     """A body comes: a line of no length in one tile, which then grows to the right."""
@@ -246,6 +247,7 @@ def enter(k: Kernel, s: State, body: int) -> None:
         q = facing(s, port(right, OUTER))
 
 
+@unchecked
 @hook
 def leave(k: Kernel, s: State, body: int) -> None:
     """A body goes: its R moves left to its L, and the line of no length that is left is taken out of its

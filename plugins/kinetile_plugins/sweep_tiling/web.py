@@ -34,7 +34,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.toolbox import NEVER, Kernel, Records, hook
+from kinetile.toolbox import NEVER, Kernel, Records, hook, unchecked
 
 OUTER, UPPER, LOWER = 0, 1, 2
 """Ports of a bound, and sides of a body; also the numbers of the three tiles that a body owns: those at
@@ -218,6 +218,7 @@ def next_along(q: int, side: int) -> int:
     return bound_of(q) + (OUTER if is_right_bound(q) else opposite(side))
 
 
+@unchecked
 @hook
 def near(k: Kernel, s: State, body: int) -> int:
     """Name the bodies on the other side of the tiles over a body, then of those under it."""

@@ -12,7 +12,7 @@ import kinetile as kt
 from kinetile.errors import Refused
 from kinetile.kernel import compiled
 from kinetile.kernel.compiled import INTERPRETED, composer, disowned, hook, wrapping
-from kinetile.kernel.loop.foreign import as_foreign
+from kinetile.kernel.loop.checked import checked as as_checked
 from kinetile.kernel.tables import BAD_NAME, BAD_PARTNER, NOBODY, SPARE, Kernel, allocate
 
 
@@ -81,7 +81,7 @@ def bound(k, body, who):
 def test_a_number_that_is_no_body_s_is_a_fault_and_no_index(named, count, fault):
     """Numbers behind those that count are not looked at; a count that is too large is a fault elsewhere."""
     k = allocate(5, 6, 1)
-    parts = {"near": as_foreign("near", near)}
+    parts = {"near": as_checked("near", near)}
     assert compiled.compose(ask, parts, "names", Kernel)(k, named, 2) == count
     first = k.clock[0].fault
     assert (int(first.code), int(first.a), int(first.b)) == ((fault, 2, named) if fault else (0, 0, 0))
@@ -90,14 +90,14 @@ def test_a_number_that_is_no_body_s_is_a_fault_and_no_index(named, count, fault)
 @pytest.mark.parametrize(("who", "right"), [(0, True), (4, True), (NOBODY, False), (5, False)])
 def test_a_partner_that_is_no_body_is_a_fault(who, right):
     k = allocate(5, 6, 1)
-    parts = {"soonest": as_foreign("soonest", soonest)}
+    parts = {"soonest": as_checked("soonest", soonest)}
     found = compiled.compose(bound, parts, "partners", Kernel)(k, 2, who)
     assert found == ((1.0, 3.0, who) if right else (np.inf, np.inf, NOBODY))
     assert int(k.clock[0].fault.code) == (0 if right else BAD_PARTNER)
 
 
 def test_the_same_hook_makes_the_same_loop():
-    assert as_foreign("near", near) is as_foreign("near", near)
+    assert as_checked("near", near) is as_checked("near", near)
 
 
 # No hook of kinetile's own counts from the end

@@ -4,7 +4,7 @@ Phases and kernel are plain Python functions marked with ``hook``. What makes th
 
 * ``hooks``: every hook is forced inline, and arrays are viewed without their owners; what is long, and
   called from few places, is compiled by itself and known to the loop by name (``apart``);
-* ``views``: the tables as a loop sees them, and as hooks of other packages do;
+* ``views``: the tables as a loop sees them, and as hooks do that are not marked ``unchecked``;
 * ``composer``: the loop is composed once for a choice of phases (``compose``), and what the compiler says of
   a hook is made short;
 * ``fingerprint`` and ``cache``: machine code is kept on disk, under a name that carries a fingerprint of
@@ -21,7 +21,6 @@ from kinetile.kernel.compiled.composer import (
     compiling_seconds,
     compose,
     is_cached,
-    is_foreign,
     make_ready,
     nobody_compiles,
     while_compiling,
@@ -30,12 +29,14 @@ from kinetile.kernel.compiled.hooks import (
     INTERPRETED,
     apart,
     hook,
+    is_checked,
     is_hook,
     larger,
     smaller,
     subroutine,
     template,
     to_be_filled_in,
+    unchecked,
 )
 from kinetile.kernel.compiled.views import disowned, wrapping
 
@@ -48,7 +49,7 @@ __all__ = [
     "disowned",
     "hook",
     "is_cached",
-    "is_foreign",
+    "is_checked",
     "is_hook",
     "larger",
     "make_ready",
@@ -57,6 +58,7 @@ __all__ = [
     "subroutine",
     "template",
     "to_be_filled_in",
+    "unchecked",
     "while_compiling",
     "wrapping",
 ]

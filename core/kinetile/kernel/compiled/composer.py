@@ -22,7 +22,7 @@ from typing import Any, cast
 import numpy as np
 
 from kinetile.kernel.compiled.fingerprint import fingerprint
-from kinetile.kernel.compiled.hooks import INTERPRETED, hook
+from kinetile.kernel.compiled.hooks import INTERPRETED, hook, is_checked
 from kinetile.kernel.compiled.views import wrapping
 
 if not INTERPRETED:
@@ -57,7 +57,7 @@ def _compose(
     template: Callable[..., Any], parts: Mapping[str, Any], label: str, state: type
 ) -> Callable[..., Any]:
     source = cast(FunctionType, template)
-    given = {name: _with_numpy(part) if is_foreign(part) else part for name, part in parts.items()}
+    given = {name: _with_numpy(part) if is_checked(part) else part for name, part in parts.items()}
     function = _filled_in(source, given, {})
     if INTERPRETED:
         return function
@@ -71,18 +71,9 @@ def _compose(
     return _njit(function, False, called)
 
 
-OWN = ("kinetile", "kinetile_plugins")
-"""Packages whose hooks never count from the end of an array."""
-
-
-def is_foreign(part: Any) -> bool:
-    """Whether a part is a hook of another package: it gets NumPy's arrays."""
-    function = getattr(part, "py_func", part)
-    return isinstance(function, FunctionType) and function.__module__.partition(".")[0] not in OWN
-
-
 @cache
 def _with_numpy(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a hook that hands a hook NumPy's arrays."""
     if INTERPRETED:
         return function
 

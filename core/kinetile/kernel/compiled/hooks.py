@@ -126,6 +126,24 @@ def hook(function: F) -> F:
     return cast(F, _Hook(function, targetoptions=_HOOK, pipeline_class=_HookCompiler))
 
 
+def unchecked(function: F) -> F:
+    """Mark a hook that needs no checks, above ``hook``: it runs faster, and memory is at stake if it is
+    wrong.
+
+    Its tables are not NumPy's arrays but what the loop has itself (``kernel.compiled.views``): to be read and
+    written by an index from 0, sliced, gone through, and asked for their length. An index below 0 is not
+    counted from the end, nor noticed. And numbers of bodies that ``near``, ``repair`` and ``soonest`` name
+    are not compared with how many there are. Have the conformance kit judge the hook without this mark first.
+    """
+    cast(Any, function).is_unchecked = True
+    return function
+
+
+def is_checked(value: Any) -> bool:
+    """Whether a value is a hook that is not marked with ``unchecked``."""
+    return is_hook(value) and not getattr(value, "is_unchecked", False)
+
+
 def subroutine(function: F) -> F:
     """Mark a function that functions marked ``apart`` call: compiled once, not inlined, arrays and all."""
     if INTERPRETED:

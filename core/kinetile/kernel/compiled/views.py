@@ -1,15 +1,15 @@
-"""Views: the tables as a loop sees them, two numbers for each array, and as NumPy's for hooks of others.
+"""Views: the tables as a loop sees them, two numbers for each array, and as NumPy's for checked hooks.
 
 To Numba an array is seven numbers, of which two are for counting references. Each call of a hook hands on all
 of them, for each array of the tables, and each pass of an array that has an owner is counted atomically,
 which is most of the cost of a small function. And an index below 0 counts from the end: a comparison and a
 choice at each of some two hundred places of a loop. So at the loop's entry (``disowned``) an array becomes a
-view of its own type: where it begins and how many elements it has. Its index is never negative: no hook of
-kinetile's own counts from the end. That saves instructions, and a quarter of the time to compile a loop.
+view of its own type: where it begins and how many elements it has. Its index is never negative. That saves
+instructions, and a quarter of the time to compile a loop.
 
-Authors of other hooks may count on NumPy's way, and slice and search as they like, so to them the same tables
-are handed as NumPy's arrays (``wrapping``); ``composer`` sees to that. What their hooks return is an index of
-the loop: ``kernel.loop.foreign`` checks it first.
+An author may count on NumPy's way, and slice and search as he likes, so ``composer`` hands the same tables as
+NumPy's arrays (``wrapping``) to every hook that is not marked ``unchecked``. A number of a body that such a
+hook returns is an index of the loop: ``kernel.loop.checked`` compares it first.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from kinetile.kernel.compiled import hook
+from kinetile.kernel.compiled import hook, unchecked
 from kinetile.kernel.tables import Kernel, Records
 
 
@@ -14,27 +14,32 @@ class NoState(NamedTuple):
     nothing: Records
 
 
+@unchecked
 @hook
 def build(k: Kernel, s: NoState) -> None:
     """There is no structure."""
 
 
+@unchecked
 @hook
 def repair(k: Kernel, s: NoState, body: int) -> int:
     """There is no certificate that could fail."""
     return 0
 
 
+@unchecked
 @hook
 def enter(k: Kernel, s: NoState, body: int) -> None:
     """There is no structure that a body could be taken into."""
 
 
+@unchecked
 @hook
 def leave(k: Kernel, s: NoState, body: int) -> None:
     """There is no structure that a body could be taken out of."""
 
 
+@unchecked
 @hook
 def replan(k: Kernel, s: NoState, body: int) -> None:
     """There is no certificate that depends on a flight plan."""

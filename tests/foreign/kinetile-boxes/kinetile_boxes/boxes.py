@@ -36,6 +36,7 @@ from kinetile.toolbox import (
     hook,
     positions_now,
     schedule,
+    unchecked,
 )
 
 __all__ = ["Boxes"]
@@ -110,6 +111,7 @@ def enter(s: State, entry: int, end: int) -> None:
     s.after[end] = entry
 
 
+@unchecked
 @hook
 def watch(k: Kernel, s: State, body: int) -> None:
     """Schedule the first of two crossings: the box comes to the border of its cells ahead, in x or in y."""
@@ -128,6 +130,7 @@ def watch(k: Kernel, s: State, body: int) -> None:
     schedule(k, body, in_y if in_y < in_x else in_x)
 
 
+@unchecked
 @hook
 def build(k: Kernel, s: State) -> None:
     """Put each body into its cells."""
@@ -142,6 +145,7 @@ def build(k: Kernel, s: State) -> None:
         watch(k, s, body)
 
 
+@unchecked
 @hook
 def near(k: Kernel, s: State, body: int) -> int:
     """Name the bodies that share a cell with a body, each once."""
@@ -164,6 +168,7 @@ def near(k: Kernel, s: State, body: int) -> int:
     return count
 
 
+@unchecked
 @hook
 def repair(k: Kernel, s: State, body: int) -> int:
     """A body's cells move on by one column or row, and it meets those whose cells begin there."""

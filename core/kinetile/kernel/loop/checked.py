@@ -1,4 +1,4 @@
-"""Hooks of other packages, as the loop calls them.
+"""Hooks that are not marked ``unchecked``, as the loop calls them.
 
 Numbers of bodies that they return are compared with how many there are, because the loop reads its tables
 there, and its index is not checked (``kernel.compiled.views``): one that is none is a fault that names the
@@ -14,14 +14,14 @@ from typing import Any
 
 import numpy as np
 
-from kinetile.kernel.compiled import hook, larger, smaller, wrapping
+from kinetile.kernel.compiled import hook, larger, smaller, unchecked, wrapping
 from kinetile.kernel.tables import BAD_NAME, BAD_PARTNER, NOBODY, SPARE, Kernel, blame
 
 Hook = Callable[..., Any]
 
 
 @cache
-def as_foreign(name: str, function: Hook) -> Hook:
+def checked(name: str, function: Hook) -> Hook:
     """Return a hook as the loop calls it, by its name in the loop; the same one for the same hook."""
     if name in ("near", "repair"):
         return _naming(function)
@@ -29,6 +29,7 @@ def as_foreign(name: str, function: Hook) -> Hook:
 
 
 def _naming(function: Hook) -> Hook:
+    @unchecked
     @hook
     def call(k: Kernel, s: Any, body: int) -> int:
         count = function(wrapping(k), wrapping(s), body)
@@ -48,6 +49,7 @@ def _naming(function: Hook) -> Hook:
 
 
 def _bounding(function: Hook) -> Hook:
+    @unchecked
     @hook
     def call(k: Kernel, body: int, count: int, barred: int, known: int, at: int) -> tuple[float, float, int]:
         first, second, who = function(wrapping(k), body, count, barred, known, at)
