@@ -40,6 +40,8 @@ def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> 
     hook = item.ihook
     hook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
     for data in _reports[item.nodeid]:
+        if data["outcome"] == "skipped":
+            data["longrepr"] = tuple(data["longrepr"])  # the summary of skipped tests refuses JSON's list
         report = hook.pytest_report_from_serializable(config=item.config, data=data)
         hook.pytest_runtest_logreport(report=report)
     hook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import enum
 import errno
 import os
@@ -14,6 +15,7 @@ from types import ModuleType
 from typing import NamedTuple
 
 import pytest
+from _pytest.assertion.rewrite import rewrite_asserts
 
 import kinetile
 import kinetile_plugins
@@ -93,6 +95,32 @@ def test_constants_closures_and_defaults_count():
 def test_modules_that_change_only_with_their_version_are_not_searched():
     hook = module("phase", "def hook(x):\n    return math.sqrt(x)\n", math=sys.modules["math"]).hook
     assert prints(hook) == prints(hook)
+
+
+def test_an_assertion_that_pytest_rewrote_gave_a_new_name_to_each_process():
+    """The name had addresses of pytest's objects in it, so every process compiled the loop anew."""
+    tree = ast.parse("def hook(x):\n    assert x\n    return x\n")
+    rewrite_asserts(tree, b"")
+    names: dict[str, object] = {}
+    exec(compile(tree, "phase", "exec"), names)
+    before = prints(names["hook"])
+    names["@pytest_ar"] = object()
+    assert prints(names["hook"]) == before
+
+
+def test_no_assertion_is_in_what_is_compiled():
+    """Under pytest, which rewrites those of its plugins, loops would have other names than elsewhere."""
+    kernel = Path(kinetile.__file__).parent / "kernel"
+    folders = [
+        Path(kinetile_plugins.__file__).parent,
+        kernel / "vectors",
+        kernel / "certificates",
+        kernel / "loop",
+    ]
+    for source in (each for folder in folders for each in folder.rglob("*.py")):
+        assert not any(isinstance(node, ast.Assert) for node in ast.walk(ast.parse(source.read_text()))), (
+            source
+        )
 
 
 @pytest.mark.skipif(compiled.INTERPRETED, reason="nothing is compiled")

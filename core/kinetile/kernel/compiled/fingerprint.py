@@ -73,11 +73,13 @@ def fingerprint(function: Callable[..., Any], state: type) -> tuple[str, set[str
             else:
                 digest.update(repr(constant).encode())
         rooms: list[ModuleType] = []
-        for name in block.co_names:  # in the order of the code: package, module in it, function in that
+        # Where pytest has rewritten an assertion, names with "@" lead to objects of its own.
+        own = [name for name in block.co_names if not name.startswith("@")]
+        for name in own:  # in the order of the code: package, module in it, function in that
             for value in (names.get(name), *(getattr(room, name, None) for room in rooms)):
                 if isinstance(value, ModuleType) and value not in rooms and not _foreign(value):
                     rooms.append(value)
-        for name in block.co_names:
+        for name in own:
             digest.update(name.encode())
             if name in names:
                 visit(names[name])

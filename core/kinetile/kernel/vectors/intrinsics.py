@@ -318,7 +318,8 @@ def flights(
     def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         array, *which = arguments
         record = signature.args[0].dtype
-        assert record.size == 8 * LANES
+        if record.size != 8 * LANES:
+            raise TypeError(f"a record of {8 * LANES} bytes is read at once, and this one has {record.size}")
         data = _data(context, builder, signature.args[0], array, _DOUBLE)
         rows = []
         for number in which:
