@@ -21,7 +21,7 @@ class Elastic:
 
     def prepare(self, scene: Scene) -> ResponseParts:
         """Returns no hook: the kernel has it."""
-        return ResponseParts()
+        return ResponseParts(beside=FAMILY)
 
 
 class Pass:
@@ -29,7 +29,7 @@ class Pass:
 
     def prepare(self, scene: Scene) -> ResponseParts:
         """Returns no hook: the kernel has it."""
-        return ResponseParts()
+        return ResponseParts(beside=FAMILY)
 
 
 @hook
@@ -91,7 +91,7 @@ class Restitution:
 
     def prepare(self, scene: Scene) -> ResponseParts:
         """Returns the parts."""
-        return ResponseParts(give_back, self.numbers)
+        return ResponseParts(give_back, self.numbers, beside=FAMILY)
 
 
 def _is_number(value: object) -> bool:
@@ -120,4 +120,8 @@ class Stop:
 
     def prepare(self, scene: Scene) -> ResponseParts:
         """Returns the parts."""
-        return ResponseParts(halt)
+        return ResponseParts(halt, beside=FAMILY)
+
+
+FAMILY = (give_back, halt)
+"""Hooks that every loop with rules has: a scene with another response of this module compiles nothing."""

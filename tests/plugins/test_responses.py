@@ -11,8 +11,10 @@ import pytest
 from hypothesis import given, settings
 
 import kinetile as kt
-from kinetile.errors import BadOption, KinetileError, Refused, ZenoError
+from kinetile.errors import BadOption, KinetileError, PhaseError, Refused, ZenoError
 from kinetile.kernel.compiled import INTERPRETED
+from kinetile.plugin.protocols import check_parts
+from kinetile.run.compose import Commands, compose_phases
 from kinetile.toolbox import ResponseParts, hook
 from kinetile_conformance.strategies.living import ABSENT, SAME_LOOP, ruled_scenes
 from registering import registered
@@ -340,3 +342,30 @@ class Bumpers:
     @kt.hookimpl
     def kinetile_responses():
         return [kt.ResponseSpec("bumper", Bumper)]
+
+
+def test_another_response_of_the_same_family_needs_no_other_loop():
+    columns = [[1.0, 1.0], [4.0, 1.0]], [[1.0, 0.0], [0.0, 0.0]], 0.5
+    rules = [LOSSY, kt.Response("restitution", e=0.75, contact_time=1e-6), "stop", "elastic"]
+    scenes = [kt.Scene(*columns, responses={("*", "*"): each}, kind=["a", "b"]) for each in rules]
+    loops = {compose_phases(scene, "cells", None, None).loop(Commands.NONE).__qualname__ for scene in scenes}
+    assert len(loops) == 1
+
+
+@hook
+def nothing(k, a, b, nx, ny, rule):
+    """Leave the two as they are."""
+
+
+@pytest.mark.parametrize(
+    ("beside", "right"), [((), True), ((nothing,), True), (nothing, False), ((1,), False)]
+)
+def test_what_is_compiled_beside_is_checked(beside, right):
+    parts = ResponseParts(nothing, beside=beside)
+    if right:
+        check_parts("it", parts)
+        return
+    with pytest.raises(
+        PhaseError, match="beside is .*; expected a tuple of functions marked with toolbox.hook"
+    ):
+        check_parts("it", parts)

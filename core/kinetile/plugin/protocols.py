@@ -214,10 +214,14 @@ class ResponseParts:
 
     ``numbers`` are up to four of the response's own, found in ``rule.first``, ``second``, ``third`` and
     ``fourth``: other numbers need no other machine code.
+
+    ``beside`` are the hooks of other responses that are compiled into the same loop, where there is room, so
+    that a scene with those needs no other machine code either.
     """
 
     respond: Hook | None = None
     numbers: tuple[float, ...] = ()
+    beside: tuple[Hook, ...] = ()
 
 
 class ContactResponse(Protocol):
@@ -270,6 +274,9 @@ def _mistakes(parts: Parts) -> Iterator[str]:
         fine = isinstance(numbers, tuple) and len(numbers) <= 4
         if not fine or not all(isinstance(n, int | float) and math.isfinite(n) for n in numbers):
             yield f"numbers is {_shown(numbers)}; expected a tuple of up to four finite numbers"
+        beside: Any = parts.beside
+        if not isinstance(beside, tuple) or not all(map(is_hook, beside)):
+            yield f"beside is {_shown(beside)}; expected a tuple of functions marked with toolbox.hook"
     for each in fields(parts):  # hooks are the fields of type Hook, or Hook | None
         given, wanted = getattr(parts, each.name), str(each.type).split(" | ")
         left_out = given is None and "None" in wanted

@@ -80,11 +80,15 @@ def read_rules(
         return None
     meets, kinds = [response for row in scene.meets for response in row], len(scene.kinds)
     parts = [_parts(response, scene) for response in meets]
-    hooks = sorted({each.respond for each in parts if each.respond is not None}, key=_name)
-    if len(hooks) > MOST_RESPONSES:
+    needed = {each.respond for each in parts if each.respond is not None}
+    if len(needed) > MOST_RESPONSES:
         raise Refused(
-            f"a scene can have {MOST_RESPONSES} responses of plugins, and this one has {len(hooks)}"
+            f"a scene can have {MOST_RESPONSES} responses of plugins, and this one has {len(needed)}"
         )
+    family = needed.union(*(each.beside for each in parts))
+    if len(family) > MOST_RESPONSES or any(each.touch is None for each in narrow.values()):
+        family = needed
+    hooks = sorted(family, key=_name)
     rows = record_table(RULE, kinds * (kinds + 1))
     for row, response, each in zip(rows, meets, parts, strict=True):
         # The kernel runs the two built-in responses itself, as 0 and 1; hooks are numbered after them.
@@ -98,7 +102,7 @@ def read_rules(
             f"{broad[0]} is right only while bodies cannot pass through each other, and this scene has kinds "
             "that pass: choose cells, sap-1d, sap-2d or naive"
         )
-    _check_narrow(narrow, passing, bool(hooks))
+    _check_narrow(narrow, passing, bool(needed))
     names = tuple(dict.fromkeys(response.name for response in meets))
     return Rules(rows, kinds, tuple(hooks), passing, names)
 
