@@ -357,15 +357,11 @@ def nothing(k, a, b, nx, ny, rule):
     """Leave the two as they are."""
 
 
-@pytest.mark.parametrize(
-    ("beside", "right"), [((), True), ((nothing,), True), (nothing, False), ((1,), False)]
-)
-def test_what_is_compiled_beside_is_checked(beside, right):
+@pytest.mark.parametrize("beside", [(), (nothing,), nothing, (1,)])
+def test_what_is_compiled_beside_is_checked(beside):
     parts = ResponseParts(nothing, beside=beside)
-    if right:
+    if beside in ((), (nothing,)):
         check_parts("it", parts)
         return
-    with pytest.raises(
-        PhaseError, match="beside is .*; expected a tuple of functions marked with toolbox.hook"
-    ):
+    with pytest.raises(PhaseError, match=r"beside is .*; expected a tuple of functions"):
         check_parts("it", parts)
