@@ -126,16 +126,18 @@ def some_phases(text: str) -> list[tuple[str, dict[str, Any]]]:
 
 
 def read_numbers(text: str, kind: type, where: str) -> list[Any]:
-    """Returns the numbers of a list with commas, each of a kind (int or float) and greater than 0."""
+    """Returns the numbers of a list with commas, at least one, each of a kind (int or float) and above 0."""
     numbers = []
+    what = "whole numbers" if kind is int else "numbers"
     for piece in filter(None, (piece.strip() for piece in text.split(","))):
         try:
             numbers.append(kind(piece))
         except ValueError:
             numbers.append(0)
         if not numbers[-1] > 0:
-            what = "whole numbers" if kind is int else "numbers"
             raise BadOption(f"{where}: found {piece!r}; expected {what} greater than 0, with commas between")
+    if not numbers:
+        raise BadOption(f"{where} names no number; expected {what}, with commas between")
     return numbers
 
 

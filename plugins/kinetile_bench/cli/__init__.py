@@ -8,7 +8,7 @@ import typer
 from typer.core import TyperGroup
 
 from kinetile.cli.options import is_file_name
-from kinetile_bench.cli.bench import choose, events, frames, growth, scene, thesis
+from kinetile_bench.cli.bench import choose, counters, events, frames, growth, scene, thesis
 from kinetile_bench.cli.study import run_study, study_plot, study_status, study_table
 
 _PANEL = "Speed"
@@ -28,7 +28,7 @@ bench = typer.Typer(
     help="Measure speed; `kinetile bench FILE.toml` measures the broad phases on a scene of your own.",
     no_args_is_help=True,
 )
-for _benchmark in (events, thesis, growth, frames, scene):
+for _benchmark in (events, thesis, growth, frames, counters, scene):
     bench.command()(_benchmark)
 
 study = typer.Typer(

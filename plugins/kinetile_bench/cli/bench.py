@@ -5,7 +5,7 @@ Numerical modules are imported inside the commands, so that ``--help`` is quick.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -91,8 +91,6 @@ def growth(
 
     with exit_codes():
         sizes = read_numbers(bodies, int, "--bodies")
-        if not sizes:
-            raise BadOption("--bodies names no number; expected whole numbers, with commas between")
         chosen = some_phases(phases)
         if len(chosen) > 1:
             raise BadOption(f"--phases names {len(chosen)} phases; expected one, whose growth is measured")
@@ -159,7 +157,6 @@ def frames(
     from kinetile_bench.frames import Play, bench_frames
     from kinetile_bench.growth import square_at_least
 
-    found = None
     with exit_codes(), Bar("playing") as bar:
         chosen = some_phases(phases)
         play = Play(square_at_least(bodies), density, speed, turned=turned, exchanged=exchanged)
@@ -167,15 +164,34 @@ def frames(
         def progress(at: int, total: int) -> None:
             bar.show(at / total, f"{at:,} of {total:,} frames")
 
-        try:
-            for each in bench_frames(chosen, frames, play, start=make_ready, progress=progress):
-                found = each
-        finally:  # a signal does not discard finished measurements
-            bar.close()
-            if found is not None:
-                _print(found, json, csv)
-    if found is not None and not found.identical:
-        raise typer.Exit(DIFFERENT)
+        _last(bench_frames(chosen, frames, play, start=make_ready, progress=progress), bar, json, csv)
+
+
+def counters(
+    phases: Phases = None,
+    bodies: Annotated[
+        str, typer.Option(metavar="N,...", help="Numbers of discs; the next square numbers are taken.")
+    ] = "100,1600",
+    densities: Annotated[str, typer.Option(metavar="D,...", help="Area fractions.")] = "0.5",
+    contacts: Annotated[
+        int, typer.Option(metavar="N", help="Contacts that are counted, after ten a disc.")
+    ] = 1_000_000,
+    json: Json = False,
+    csv: Csv = False,
+) -> None:
+    """Count instructions, mispredicted branches and cache misses a contact, with Linux's perf.
+
+    Exit code 1 unless all phases give the same contacts.
+    """
+    from kinetile.plugin.registry import registry
+    from kinetile_bench.counters import bench_counters
+
+    with exit_codes(), Bar("counting") as bar:
+        chosen = registry().names("broad phase") if phases is None else some_phases(phases)
+        sizes = read_numbers(bodies, int, "--bodies")
+        fractions = read_numbers(densities, float, "--densities")
+        rows = bench_counters(chosen, sizes, fractions, contacts, start=make_ready, progress=bar.count)
+        _last(rows, bar, json, csv)
 
 
 def scene(
@@ -245,6 +261,20 @@ def _on_scene(
         raise typer.Exit(DIFFERENT)
 
 
+def _last(measured: Iterable[Any], bar: Bar, json: bool, csv: bool) -> None:
+    """Measures to the end and prints the last result; exit code 1 unless all contacts agree."""
+    found = None
+    try:
+        for each in measured:
+            found = each
+    finally:  # a signal does not discard finished measurements
+        bar.close()
+        if found is not None:
+            _print(found, json, csv)
+    if found is not None and not found.identical:
+        raise typer.Exit(DIFFERENT)
+
+
 def _print(
     found: Any, json: bool, csv: bool, *, of_scene: Mapping[str, Any] | None = None, rows: str = "rows"
 ) -> None:
@@ -304,6 +334,6 @@ def _print_thesis(bench: ThesisBench, written: list[Path], json: bool, csv: bool
     result |= {"cells": [vars(cell) for cell in bench.rows], "files": written}
     if not printed(result, result["cells"], json=json, csv=csv):
         from kinetile.cli.output import show
-        from kinetile_bench.cli.tables import thesis_parts
+        from kinetile_bench.cli.thesis_tables import thesis_parts
 
         show(*thesis_parts(bench, scenes, fits, found), *(f"written: {path}" for path in written))

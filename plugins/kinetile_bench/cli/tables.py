@@ -8,16 +8,13 @@ from typing import Any
 
 from rich.table import Table
 
-from kinetile.cli.output import empty_table, rows_table
+from kinetile.cli.output import rows_table
+from kinetile_bench.counters import CountersBench
 from kinetile_bench.events import Bench
 from kinetile_bench.frames import PARTS, FrameBench
 from kinetile_bench.growth import Growth
 from kinetile_bench.study import Study
 from kinetile_bench.study_run import StudyStatus
-from kinetile_bench.thesis import ThesisBench
-from kinetile_bench.thesis.evidence import QUIET
-from kinetile_bench.thesis.measures import NOT_MEASURED, Fit
-from kinetile_bench.thesis.statements import Statement
 from kinetile_bench.user_scene import Chosen, SceneBench
 
 Rows = Sequence[Mapping[str, Any]]
@@ -31,7 +28,8 @@ def printed_parts(found: Any) -> list[Any]:
     raise TypeError(f"there are no tables for {type(found).__name__}")
 
 
-def _table(rows: Iterable[Any], *columns: Column, shared: int = 0) -> Table:
+def column_table(rows: Iterable[Any], *columns: Column, shared: int = 0) -> Table:
+    """Returns a table of rows by its columns; the first ``shared`` columns leave out what repeats."""
     return rows_table(
         [head for head, _ in columns], [[cell(row) for _, cell in columns] for row in rows], shared
     )
@@ -41,7 +39,7 @@ def _table(rows: Iterable[Any], *columns: Column, shared: int = 0) -> Table:
 def _events(bench: Bench) -> list[Any]:
     """The rates of all phases, one row for each phase on each scene."""
     where = bench.conditions
-    table = _table(
+    table = column_table(
         bench.rows,
         ("> discs", lambda row: f"{row.bodies:,}"),
         ("> density", lambda row: f"{row.density:g}"),
@@ -64,16 +62,16 @@ def _growth(growth: Growth) -> list[Any]:
     """One row for each number of discs."""
     rows, where = growth.rows, growth.conditions
     exponents = dict(zip((row.bodies for row in rows), [None, *growth.steps], strict=True))
-    table = _table(
+    table = column_table(
         rows,
         ("> discs", lambda row: f"{row.bodies:,}"),
         ("> set-up\ns", lambda row: f"{row.setup_seconds:.2f}"),
         ("> CPU s / unit\nof time", lambda row: f"{row.cpu_seconds_per_time:.4g}"),
         ("> fastest-\nslowest", lambda row: f"{row.fastest:.4g}-{row.slowest:.4g}"),
-        ("> exponent\nsince", lambda row: _or_dash(exponents[row.bodies], ".2f")),
+        ("> exponent\nsince", lambda row: or_dash(exponents[row.bodies], ".2f")),
         ("> thousand contacts\n/ CPU s", lambda row: f"{row.contacts_per_cpu_second / 1e3:,.0f}"),
         ("> events\n/ contact", lambda row: f"{row.events_per_contact:.2f}"),
-        ("> peak bytes\n/ disc", lambda row: _or_dash(row.peak_bytes_per_body, ",.0f")),
+        ("> peak bytes\n/ disc", lambda row: or_dash(row.peak_bytes_per_body, ",.0f")),
         ("> of tables", lambda row: f"{row.table_bytes_per_body:,.0f}"),
     )
     lines = [f"{growth.phase} at density {growth.density:g}; {where['processor']}"]
@@ -96,11 +94,11 @@ def _frames(bench: FrameBench) -> list[Any]:
         if row.parts is None
         else (
             row.phase,
-            *(_or_dash(each, ".2f") for each in (row.median, row.p99, row.worst)),
+            *(or_dash(each, ".2f") for each in (row.median, row.p99, row.worst)),
             *(f"{row.parts[part]:.3f}" for part in PARTS),
             f"{row.first[0]:.2f}",
-            _or_dash(row.compile_seconds, ".3g"),
-            _or_dash(row.drift, ".2f"),
+            or_dash(row.compile_seconds, ".3g"),
+            or_dash(row.drift, ".2f"),
         )
         for row in bench.rows
     ]
@@ -118,27 +116,58 @@ def _frames(bench: FrameBench) -> list[Any]:
     ]
 
 
+@printed_parts.register
+def _counters(bench: CountersBench) -> list[Any]:
+    """The counts of all phases, one row for each phase on each scene."""
+
+    def count(name: str, form: str) -> Callable[[Any], str]:
+        return lambda row: "refused" if row.refused else or_dash(row.counts[name], form)
+
+    table = column_table(
+        bench.rows,
+        ("> density", lambda row: f"{row.density:g}"),
+        ("> discs", lambda row: f"{row.bodies:,}"),
+        ("| broad phase", lambda row: row.phase),
+        ("> instructions", count("instructions", ",.0f")),
+        ("> branches", count("branches", ",.0f")),
+        ("> mispredicted", count("mispredicted", ",.1f")),
+        ("> first-level\ncache misses", count("first_cache_misses", ",.1f")),
+        ("> last-level\ncache misses", count("last_cache_misses", ",.1f")),
+        shared=2,
+    )
+    where = bench.conditions
+    counted = min((row.counted for row in bench.rows if row.counted is not None), default=1.0)
+    lines = [
+        f"{where['processor']}; for one contact, in user mode: {where['contacts']:,} contacts of each phase, "
+        f"after {where['contacts_before']} a disc",
+        *(f"{row.phase} refuses: {row.refused}" for row in bench.rows if row.refused),
+    ]
+    if counted < 1.0:
+        lines.append(f"extrapolated: the counters took turns, and one counted {counted:.0%} of the time")
+    return [table, *lines, *([] if bench.identical else [_DIFFERENT])]
+
+
 _SPEED: tuple[Column, ...] = (
-    ("> thousand contacts\n/ CPU s", lambda row: _or_dash(row.contacts_per_cpu_second or None, ",.1f", 1e-3)),
-    ("> of the\nfastest", lambda row: _or_dash(row.of_fastest, ".2f")),
-    ("> structural\n/ contact", lambda row: _or_dash(row.structural_per_contact, ".2f")),
+    ("> thousand contacts\n/ CPU s", lambda row: or_dash(row.contacts_per_cpu_second or None, ",.1f", 1e-3)),
+    ("> of the\nfastest", lambda row: or_dash(row.of_fastest, ".2f")),
+    ("> structural\n/ contact", lambda row: or_dash(row.structural_per_contact, ".2f")),
 )
 
 
 @printed_parts.register
 def _scene(bench: SceneBench) -> list[Any]:
     """The results of the phases on a scene, one row a phase."""
-    table = _table(
+    table = column_table(
         bench.rows,
         ("broad phase", lambda row: row.phase),
-        ("> CPU s", lambda row: _or_dash(row.cpu_seconds, ".4g")),
+        ("> CPU s", lambda row: or_dash(row.cpu_seconds, ".4g")),
         (
             "| fastest ..\nslowest",
             lambda row: "" if row.cpu_seconds is None else f"{row.fastest:.4g} .. {row.slowest:.4g}",
         ),
         *_SPEED,
-        ("> contacts", lambda row: _or_dash(row.contacts, ",d")),
-        ("> commands", lambda row: _or_dash(row.commands, ",d")),
+        ("> contacts", lambda row: or_dash(row.contacts, ",d")),
+        ("> commands", lambda row: or_dash(row.commands, ",d")),
         ("fingerprint", lambda row: (row.fingerprint or "")[:16]),
         ("ended by", lambda row: "refused" if row.cpu_seconds is None else _kind(row.ended_by)),
     )
@@ -154,11 +183,11 @@ def _scene(bench: SceneBench) -> list[Any]:
 @printed_parts.register
 def _choice(chosen: Chosen) -> list[Any]:
     """The results of the candidates, the fastest first, and the recommendation."""
-    table = _table(
+    table = column_table(
         chosen.candidates,
         ("broad phase", lambda row: row.phase),
         *_SPEED,
-        ("> arrays\nKB", lambda row: _or_dash(row.memory, ",.0f", 1 / 1024)),
+        ("> arrays\nKB", lambda row: or_dash(row.memory, ",.0f", 1 / 1024)),
         ("", _remark),
     )
     where = chosen.conditions
@@ -195,141 +224,6 @@ def _agreement(identical: bool, rows: Sequence[Any]) -> str:
     return f"identical: {same}, fingerprint {played[0].fingerprint[:16]}"
 
 
-def thesis_parts(bench: ThesisBench, scenes: Rows, exponents: Rows, found: Iterable[Statement]) -> list[Any]:
-    """Returns the tables and lines of the thesis's benchmark: of its scenes, exponents and statements."""
-    where = bench.conditions
-    return [
-        "CPU milliseconds for one unit of simulated time: median over seeds, and the extremes; * fastest "
-        "(figure 23)",
-        _time_table(scenes),
-        "\nEvents in one unit of time (means over seeds, standard error), their shares (figure 24), "
-        "longest queue, mean candidate pairs",
-        _events_table(scenes),
-        "\nExponents over n, fitted seed by seed: mean and standard error",
-        _exponents_table(exponents),
-        f"\nThe measures of a kinetic data structure (section 2.1), {bench.bodies[-1]} discs: measured, "
-        "and in theory",
-        _measures_table([row for row in scenes if row["bodies"] == bench.bodies[-1]]),
-        "responsiveness: certificates set anew for one event; for one contact, partners that were looked at "
-        "and contact times worked out exactly",
-        "efficiency: bound events for one contact, and for one candidate pair that comes or goes",
-        "compactness: bodies in the queue over n",
-        "locality: candidate pairs that a body is in: on average, and the most, of the moments looked at",
-        *(f"not measured: {each}" for each in NOT_MEASURED),
-        "\nThe thesis's statements",
-        _statements_table(found),
-        f"{where['processor']}; seeds 1 to {where['seeds']}, {where['until']:g} units of time; "
-        f"{where['repeats']} rounds of all phases on each scene, about {where['seconds']:g} CPU s each",
-        f"slowest over fastest round of the same run: {bench.unrest:.3f}, the median of all; "
-        f"a machine is quiet up to {QUIET:g}",
-    ]
-
-
-def _time_table(scenes: Rows) -> Table:
-    """Returns the CPU time of each phase on each scene (figure 23): median over seeds, and the extremes.
-
-    The last column is how many times as long a phase's slowest round took as its fastest, at most.
-    """
-    phases = list(dict.fromkeys(row["phase"] for row in scenes))
-    groups: dict[tuple[float, int], dict[str, Mapping[str, Any]]] = {}
-    for row in scenes:
-        groups.setdefault((row["density"], row["bodies"]), {})[row["phase"]] = row
-    rows = []
-    for (density, bodies), found in groups.items():
-        times = {phase: row["cpu_seconds_per_time"] for phase, row in found.items()}
-        fastest = min(times, key=lambda phase: times[phase]["median"])
-        texts = {
-            phase: f"{1e3 * time['median']:.3g} ({1e3 * time['low']:.3g}-{1e3 * time['high']:.3g})"
-            + ("*" if phase == fastest else " ")
-            for phase, time in times.items()
-        }
-        unrest = max(row["unrest"] for row in found.values())
-        cells = [texts.get(phase, "") for phase in phases]
-        rows.append((f"{density:g}", f"{bodies:,}", *cells, f"{unrest:.2f}"))
-    heads = ("> density", "> discs", *(f"> {phase}" for phase in phases), "> unrest")
-    return rows_table(heads, rows, shared=1)
-
-
-def _events_table(scenes: Rows) -> Table:
-    """Returns numbers and shares of events of each kind (figure 24), the queue and the candidate pairs."""
-
-    def rate(kind: str) -> Callable[[Any], str]:
-        return lambda row: f"{row[f'{kind}_per_time']['mean']:,.0f}"
-
-    def share(kind: str) -> Callable[[Any], str]:
-        return lambda row: f"{100.0 * row[f'share_{kind}']['mean']:.1f}"
-
-    return _table(
-        scenes,
-        ("> density", lambda row: f"{row['density']:g}"),
-        ("> discs", lambda row: f"{row['bodies']:,}"),
-        ("| broad phase", lambda row: row["phase"]),
-        ("> bound\nevents", rate("bound_events")),
-        ("> ±", lambda row: _or_dash(row["bound_events_per_time"]["error"], ",.0f")),
-        ("> in\ntheory", lambda row: _or_dash(row["bound_events_in_theory"], ",.0f")),
-        ("> coll.", rate("contacts_disc")),
-        ("> wall", rate("contacts_wall")),
-        ("> bound\n%", share("bound_events")),
-        ("> coll.\n%", share("contacts_disc")),
-        ("> wall\n%", share("contacts_wall")),
-        ("> queue", lambda row: f"{row['queue_max']:,}"),
-        ("> pairs", lambda row: f"{row['pairs_mean']:,.1f}"),
-        shared=2,
-    )
-
-
-def _exponents_table(exponents: Rows) -> Table:
-    """Returns the fitted exponents of CPU time and bound events over n."""
-    over = [f"{fit['first']} to {fit['last']}" for fit in exponents[0]["cpu_seconds"]]
-    heads = [f"> {what}\n{each}" for what in ("CPU time", "bound events", "in theory") for each in over]
-    cells = [
-        (
-            f"{row['density']:g}",
-            row["phase"],
-            *(str(Fit(**fit)) for kind in ("cpu_seconds", "bound_events") for fit in row[kind]),
-            *(_or_dash(each, ".2f") for each in row["bound_events_in_theory"]),
-        )
-        for row in exponents
-    ]
-    return rows_table(("> density", "broad phase", *heads), cells, shared=1)
-
-
-def _measures_table(scenes: Rows) -> Table:
-    """Returns the four measures of a kinetic data structure, measured and in theory."""
-
-    def measure(name: str) -> Callable[[Any], str]:
-        return lambda row: _or_dash(row["measures"][name], ".3g")
-
-    return _table(
-        scenes,
-        ("> density", lambda row: f"{row['density']:g}"),
-        ("| broad phase", lambda row: row["phase"]),
-        ("> updates\n/ event", measure("updates_per_event")),
-        ("> at\nmost", measure("updates_in_theory")),
-        ("> asked\n/ contact", measure("asked_per_contact")),
-        ("> exact\n/ contact", measure("computed_per_contact")),
-        ("> bound\n/ contact", measure("bound_per_contact")),
-        ("> bound /\npair change", measure("bound_per_pair_change")),
-        ("> in\ntheory", measure("pair_change_in_theory")),
-        ("> queue\n/ n", measure("queue_per_body")),
-        ("> pairs\na body", measure("pairs_per_body")),
-        ("> in\ntheory", measure("pairs_in_theory")),
-        ("> at\nmost", lambda row: f"{row['measures']['pairs_of_one_body']:,}"),
-        shared=1,
-    )
-
-
-def _statements_table(found: Iterable[Statement]) -> Table:
-    """Returns the thesis's statements, whether they hold, and the numbers that decide it."""
-    table = empty_table("| ", "verdict", "statement, and the numbers that decide it")
-    for statement in found:
-        lines = [statement.text]
-        for part in statement.parts:
-            lines.append(f"  {part.answer.mark} {part.text}: {part.numbers}")
-        table.add_row(statement.name, statement.verdict.replace(": ", ":\n"), "\n".join(lines))
-    return table
-
-
 def status_parts(study: Study, status: StudyStatus) -> list[Any]:
     """Returns the progress of a study, and its first disagreements."""
     table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
@@ -361,7 +255,7 @@ def results_parts(found: Mapping[str, Any]) -> list[Any]:
         columns = _of_scene(found["parameters"], found["x"])
         parts += [
             f"\nExponents of {y} over {found['x']}",
-            _table(
+            column_table(
                 found["exponents"],
                 *columns,
                 ("| phase", lambda row: row["phase"]),
@@ -380,7 +274,7 @@ def results_parts(found: Mapping[str, Any]) -> list[Any]:
         columns = _of_scene(found["parameters"], crossed["over"])
         parts += [
             f"\nCrossovers over {crossed['over']}: where {y} is equal",
-            _table(
+            column_table(
                 crossed["found"],
                 *columns,
                 ("| below", lambda row: row["below"]),
@@ -395,7 +289,7 @@ def results_parts(found: Mapping[str, Any]) -> list[Any]:
 
 def _groups_table(found: Mapping[str, Any]) -> Table:
     """Returns a quantity for each scene and phase: mean over seeds, interval, ratio to the first phase."""
-    return _table(
+    return column_table(
         found["groups"],
         *_of_scene(found["parameters"]),
         ("| phase", lambda row: row["phase"]),
@@ -432,5 +326,6 @@ def _interval(interval: Sequence[float] | None) -> str:
     return "" if interval is None else f"{_number(interval[0])} to {_number(interval[1])}"
 
 
-def _or_dash(value: float | None, form: str, unit: float = 1) -> str:
+def or_dash(value: float | None, form: str, unit: float = 1) -> str:
+    """Returns a value in this form, in units of 1 / ``unit``; a dash for None."""
     return "-" if value is None else format(value * unit, form)

@@ -521,6 +521,7 @@ def _longest(found):
 
 OWN = {  # what one command alone has, and nobody else may call otherwise
     "bench frames": {"--frames", "--speed", "--turned", "--exchanged"},
+    "bench counters": {"--contacts"},
     "study run": {"--workers", "--dask", "--memory", "--quiet-core", "--again"},
     "study table": {"--y", "--x", "--rows", "--no-timings"},
     "study plot": {"--out"},
