@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import typer
 
 from kinetile.cli.files import file_errors
-from kinetile.cli.output import as_json, label_table, scene_summary, show
+from kinetile.cli.output import as_json, scene_summary, show_labels
 from kinetile.cli.terminal import FAULT, FAULTS, Bar, FirstSignal, make_ready, notice
 from kinetile.errors import BadOption, RecordError
 from kinetile.plugin.choices import called
@@ -60,7 +60,7 @@ def run_to_end(
     if json:
         typer.echo(as_json(found))
     else:
-        show(label_table(_lines(found)))
+        show_labels(_lines(found))
     return ending
 
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import pytest
 from rich.console import Console
 
-from kinetile.cli.output import as_csv, as_json, empty_table, show, table_of
+from kinetile.cli.output import as_csv, as_json, empty_table, show, show_labels, table_of
 from kinetile.cli.plugins import plugins_table
 
 
@@ -84,6 +84,19 @@ def test_a_terminal_is_as_wide_as_it_says_but_for_tables_of_numbers(monkeypatch,
     show(wide_table())
     assert terminal.getvalue().splitlines()[-1].count("123,456.7") == 8
     assert terminal.getvalue().splitlines()[-1].endswith("0123456789abcdef" * 4)
+
+
+@pytest.mark.parametrize(
+    ("columns", "lines"), [(None, ["one    a b c d", "three"]), (10, ["one    a b", "       c d", "three"])]
+)
+def test_labels_stand_beside_their_texts_which_a_narrow_terminal_wraps(monkeypatch, columns, lines):
+    monkeypatch.setattr("sys.stdout", stdout := io.StringIO())
+    if columns is not None:
+        monkeypatch.setenv("COLUMNS", str(columns))
+        monkeypatch.setattr(stdout, "isatty", lambda: True, raising=False)
+    show_labels([("one", "a b c d"), ("three", "")])
+    found = re.sub(r"\x1b\[\d*m", "", stdout.getvalue()).splitlines()
+    assert [line.rstrip() for line in found] == lines
 
 
 def test_rows_as_csv_have_every_digit_a_column_for_each_entry_and_nothing_for_what_is_not_there():
