@@ -11,7 +11,7 @@ from enum import IntEnum
 from typing import Any, TypeVar, cast
 
 from kinetile.errors import BadOption, PhaseError, Refused, nearest
-from kinetile.kernel.compiled import compose, is_checked
+from kinetile.kernel.compiled import compose, is_checked, python_of
 from kinetile.kernel.loop import idle
 from kinetile.kernel.loop.checked import checked
 from kinetile.kernel.loop.commands import obey_alone
@@ -109,7 +109,7 @@ def read_rules(
 
 def _name(hook: Any) -> tuple[str, str]:
     """The origin of a hook: the same hooks in the same order make the same loop."""
-    function = getattr(hook, "py_func", hook)
+    function = python_of(hook)
     return function.__module__, function.__qualname__
 
 

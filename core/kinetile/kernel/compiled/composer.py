@@ -7,7 +7,6 @@ makes one sentence of them, with the author's own file and line.
 
 from __future__ import annotations
 
-import gc
 import re
 import sys
 import time
@@ -22,7 +21,7 @@ from typing import Any, cast
 import numpy as np
 
 from kinetile.kernel.compiled.fingerprint import fingerprint
-from kinetile.kernel.compiled.hooks import INTERPRETED, hook, is_checked
+from kinetile.kernel.compiled.hooks import INTERPRETED, hook, is_checked, uncollected
 from kinetile.kernel.compiled.views import wrapping
 
 if not INTERPRETED:
@@ -158,15 +157,11 @@ def make_ready(function: Callable[..., Any], *arguments: Any) -> None:
     if asked in _ready:
         return  # Numba would work out anew what each argument is, for milliseconds
     typeof = cast(Any, numba).typeof
-    collecting = gc.isenabled()
-    gc.disable()  # the collector would go through all that Numba has made so far, again and again
-    try:
-        cast(Any, function).compile(tuple(typeof(argument) for argument in arguments))
-    except Exception as error:  # Numba lets errors of all types through
-        raise NotCompiled(complaint(error)) from error
-    finally:
-        if collecting:
-            gc.enable()
+    with uncollected():
+        try:
+            cast(Any, function).compile(tuple(typeof(argument) for argument in arguments))
+        except Exception as error:  # Numba lets errors of all types through
+            raise NotCompiled(complaint(error)) from error
     _ready.add(asked)
 
 

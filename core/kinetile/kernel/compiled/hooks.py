@@ -12,9 +12,10 @@ code asks for old names.
 
 from __future__ import annotations
 
+import gc
 import os
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from functools import cache
 from types import FunctionType
 from typing import Any, TypeVar, cast
@@ -25,6 +26,19 @@ INTERPRETED = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
 """True when hooks run as plain Python."""
 
 F = TypeVar("F", bound=Callable[..., Any])
+
+
+@contextmanager
+def uncollected() -> Iterator[None]:
+    """Within this context no garbage is collected: the collector would go through all that Numba makes, which
+    stays, again and again."""
+    collecting = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collecting:
+            gc.enable()
 
 
 def to_be_filled_in(*arguments: Any) -> Any:
@@ -39,10 +53,11 @@ def template(function: F) -> F:
 
 
 if not INTERPRETED:
-    import numba
-    from numba.core.codegen import JITCodeLibrary
-    from numba.core.compiler import Compiler
-    from numba.core.registry import CPUDispatcher
+    with uncollected():
+        import numba
+        from numba.core.codegen import JITCodeLibrary
+        from numba.core.compiler import Compiler
+        from numba.core.registry import CPUDispatcher
 
     _HOOK = {
         "nopython": True,
@@ -162,6 +177,11 @@ def smaller(a: Any, b: Any) -> Any:
 def larger(a: Any, b: Any) -> Any:
     """Return the larger of two numbers."""
     return a if a > b else b
+
+
+def python_of(part: Any) -> Any:
+    """Return the Python function of a hook, to be called without compiling it; any other part as it is."""
+    return getattr(part, "py_func", part)
 
 
 def is_hook(value: Any) -> bool:

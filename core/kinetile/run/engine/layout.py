@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from kinetile.errors import PhaseError
 from kinetile.kernel.clock import SPAN, TICKS
+from kinetile.kernel.compiled import python_of
 from kinetile.kernel.flight import positions_now
 from kinetile.kernel.log import INSERTED
 from kinetile.kernel.loop.commands import LONG_AGO, window_of
@@ -121,7 +122,7 @@ def _allocated(bodies: int, scene: Scene, composition: Composition) -> Kernel:
     clock = k.clock[0]
     clock.bodies = clock.present = bodies
     clock.jam.spin_limit = 2 * (2 * slots + 2) ** 2 + 1000
-    clock.jam.window_size = window_of(bodies)
+    clock.jam.window_size = python_of(window_of)(bodies)
     return k
 
 

@@ -20,6 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.errors import RecordError
+from kinetile.kernel.compiled import python_of
 from kinetile.kernel.compiled.fingerprint import fingerprint
 from kinetile.kernel.log import CONTACT, LOG
 from kinetile.kernel.skin import Skin
@@ -266,5 +267,5 @@ def _code(parts: Any) -> str:
     """Returns a digest of the hooks among the parts of a phase."""
     each = parts if isinstance(parts, list) else [parts]
     hooks = [hook for part in each if part is not None for hook in _hooks_of(part)]
-    found = [fingerprint(getattr(hook, "py_func", hook), type(parts))[0] for hook in hooks]
+    found = [fingerprint(python_of(hook), type(parts))[0] for hook in hooks]
     return hashlib.sha256("".join(found).encode()).hexdigest()[:16]
