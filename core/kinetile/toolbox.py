@@ -13,6 +13,7 @@ from kinetile.kernel.log import BOTTOM, LEFT, RIGHT, TOP
 from kinetile.kernel.loop.idle import NoState
 from kinetile.kernel.pairs import add_pair, offer, pairs_of, remove_pair
 from kinetile.kernel.tables import MY_FAULT, NEVER, NOBODY, TOO_DEEP, Kernel, Records, blame, is_there
+from kinetile.kernel.vectors import prefetch
 from kinetile.plugin.drawing import (
     At,
     Box,
@@ -79,6 +80,7 @@ __all__ = [
     "pair_links",
     "pairs_of",
     "positions_now",
+    "prefetch",
     "reach_of",
     "remove_pair",
     "schedule",

@@ -80,6 +80,11 @@ class BroadPhaseParts:
     ``k.clock[0].bodies`` of them, and ``arrange`` receives tables of that length. Radii are within those that
     ``prepare`` saw; a body with another radius, or without a slot, makes the kernel prepare anew.
 
+    ``soon(k, s, body, stage)``: an event of a body is likely to come soon, and the scene is large: ask the
+    memory (``toolbox.prefetch``) for what ``near`` and ``repair`` will read of it. Stages 0, 1 and 2 come in
+    this order, some events apart, so each may read what the one before has asked for. It must change nothing;
+    the body may have another plan by then. None: nothing is asked for ahead.
+
     ``audit(k, s)`` (plain Python; may be None) yields a sentence for each invariant of the state that does
     not hold between two events; it may be slow.
 
@@ -130,6 +135,7 @@ class BroadPhaseParts:
     faults: tuple[str, ...] = ()
     enter: Hook | None = None
     leave: Hook | None = None
+    soon: Hook | None = None
 
     def __new__(cls, *given: Any, **fields: Any) -> BroadPhaseParts:
         """Makes the parts; raises TypeError for those of the first version of the plugin API, which began

@@ -13,6 +13,7 @@ from typing import Any, TypeVar, cast
 from kinetile.errors import BadOption, PhaseError, Refused, nearest
 from kinetile.kernel.compiled import compose, is_checked, python_of
 from kinetile.kernel.loop import idle
+from kinetile.kernel.loop.ahead import LARGE
 from kinetile.kernel.loop.checked import checked
 from kinetile.kernel.loop.commands import obey_alone
 from kinetile.kernel.loop.loop import advance
@@ -201,6 +202,7 @@ class Composition:
             "repair": self.broad.repair,
             "replan": self.broad.replan,
             "near": self.broad.near,
+            "AHEAD": self.broad.soon is not None and self.prepared.capacity >= LARGE,
             "PAIRS": self.pair is not None,
             "BOUNDS": self.pair is not None and self.pair.soonest is not None,
             "WALLS": self.wall is not None,
@@ -211,6 +213,8 @@ class Composition:
         }
         if self.rules is not None:
             parts |= self.rules.parts(self.pair, self.wall)
+        if parts["AHEAD"]:
+            parts["soon"] = self.broad.soon
         if parts["LIVING"]:
             parts |= {"enter": self.broad.enter, "leave": self.broad.leave}
         if self.pair is not None:

@@ -66,6 +66,7 @@ class Cells:
             build=uniform.build,
             repair=hooks.repair,
             replan=uniform.watch,
+            soon=uniform.soon if hooks is uniform else None,
             arrange=arrange,
             audit=audit,
             draw=draw,

@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 
 from kinetile.kernel.certificates.structural import FAR
-from kinetile.toolbox import NEVER, Kernel, Records, hook, larger, schedule, smaller, unchecked
+from kinetile.toolbox import NEVER, Kernel, Records, hook, larger, prefetch, schedule, smaller, unchecked
 from kinetile_plugins.cells.layout import (
+    BLOCK,
+    FULL,
     State,
     come_home,
     list_ahead,
@@ -63,6 +65,28 @@ def build(k: Kernel, s: State) -> None:
 def near(k: Kernel, s: State, body: int) -> int:
     """Name the bodies in the cell of a body and in the eight around it."""
     return list_around(k, s, 0, s.homes[body].cell, 0)
+
+
+@unchecked
+@hook
+def soon(k: Kernel, s: State, body: int, stage: int) -> None:
+    """Ask for a body's home; then for the three rows of cells around it, two cache lines each; then for the
+    bodies in them."""
+    if stage == 0:
+        prefetch(s.homes, body)
+        return
+    columns = s.levels[0].columns
+    cell = s.homes[body].cell
+    for row in range(-1, 2):
+        left = cell + row * columns - 1
+        if left >= 0 and left + 3 <= len(s.lists):
+            if stage == 1:
+                prefetch(s.blocks, left * BLOCK)
+                prefetch(s.blocks, left * BLOCK + 2 * BLOCK)
+            else:
+                for block in range(left * BLOCK, (left + 3) * BLOCK, BLOCK):
+                    for place in range(block, block + (s.blocks[block + FULL] & FULL)):
+                        prefetch(k.places, s.blocks[place])
 
 
 @unchecked

@@ -55,6 +55,7 @@ from .web import (
     fails_by_order,
     near,
     side_of,
+    soon,
 )
 
 
@@ -124,6 +125,7 @@ class SweepTiling:
             replan=replan,
             enter=enter,
             leave=leave,
+            soon=soon,
             audit=audit,
             draw=draw,
             ticks=(state.due,),

@@ -34,7 +34,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.toolbox import NEVER, Kernel, Records, hook, unchecked
+from kinetile.toolbox import NEVER, Kernel, Records, hook, prefetch, unchecked
 
 OUTER, UPPER, LOWER = 0, 1, 2
 """Ports of a bound, and sides of a body; also the numbers of the three tiles that a body owns: those at
@@ -240,3 +240,28 @@ def near(k: Kernel, s: State, body: int) -> int:
                 break
             p = next_along(q, side)
     return count
+
+
+@unchecked
+@hook
+def soon(k: Kernel, s: State, body: int, stage: int) -> None:
+    """Ask for a body's bounds; then for the plans and bounds of those whom its tiles and ends lead to; then
+    for their entries in the queue."""
+    first = port(left_bound(body), OUTER)
+    if stage == 0:
+        prefetch(s.web, first)
+        prefetch(s.due, 4 * body)
+        return
+    for place in range(first, first + 16):
+        column = place & 7
+        if column <= LOWER or column > FLIPS + LOWER:
+            there = int(np.int64(s.web[place]))  # not as a number without a sign
+            other = body_of(there) if column <= LOWER else there
+            if other < len(s.level):
+                if stage == 1:
+                    prefetch(k.bodies, other)
+                    prefetch(s.web, port(left_bound(other), OUTER))
+                    prefetch(s.due, 4 * other)
+                else:
+                    prefetch(k.queue, other)
+                    prefetch(k.places, other)

@@ -3,7 +3,7 @@
 ``advance`` is a template. Its hooks (``build``, ``repair``, ``replan``, ``near``, ``enter``, ``leave`` of the
 broad phase; ``meet``, ``soonest``, ``collide`` of the narrow phase for pairs; ``reach_wall``, ``bounce`` of
 the one for walls; those of the responses that the scene's rules name) and its constants (``PAIRS``,
-``BOUNDS``, ``WALLS``, ``COMMANDS``, ``LIVING``, ``RULES``, ``PASSING``) are filled in by
+``AHEAD``, ``BOUNDS``, ``WALLS``, ``COMMANDS``, ``LIVING``, ``RULES``, ``PASSING``) are filled in by
 ``kinetile.kernel.compiled.compose`` from what the scene names; what it does not name is not compiled.
 
 Of one tick, structural events run first, then commands, then contacts with walls, then contacts of pairs, and
@@ -40,6 +40,7 @@ from kinetile.kernel.loop import (
     TIME_REACHED,
     WATCHED,
 )
+from kinetile.kernel.loop.ahead import look_ahead
 from kinetile.kernel.loop.bookkeeping import log_is_full
 from kinetile.kernel.loop.calendar import file_all, head, runner_up, settle, wall_is_before
 from kinetile.kernel.loop.commands import may_come, met_at
@@ -74,7 +75,7 @@ from kinetile.kernel.tables import (
     is_there,
 )
 
-PAIRS = WALLS = COMMANDS = LIVING = RULES = PASSING = True
+AHEAD = PAIRS = WALLS = COMMANDS = LIVING = RULES = PASSING = True
 build = replan = near = to_be_filled_in
 
 
@@ -95,6 +96,7 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int, quota: in
         start(k, s)
     moving = budget > 0
     at = clock.now  # the tick of the head: no contact can be before it
+    seen = clock.calendar.slice
     task, a, b, newcomers = NOTHING, NOBODY, NOBODY, 0
 
     while True:
@@ -104,6 +106,8 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int, quota: in
             return reason
 
         h, kind, at = next_event(k)
+        if AHEAD:
+            seen = look_ahead(k, s, seen)
         if is_over(k, kind, at, until, quota):
             if moving:
                 clock.now = larger(clock.now, until)

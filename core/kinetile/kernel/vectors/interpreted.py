@@ -81,6 +81,10 @@ def append(source: Any, first: int, target: Any, end: int) -> int:
     return int(source[first + LANES - 1])
 
 
+def prefetch(table: Any, row: int) -> None:
+    """Ask the memory for the cache line in which a row of a table begins, and go on without waiting."""
+
+
 def product_error(a: float, b: float, product: float) -> float:
     """Return a * b - product exactly, for the rounded product (Dekker 1971); by rationals, and rounded as
     a fused multiply-add does it, where a part of a product would be subnormal or infinite."""

@@ -13,6 +13,7 @@ from llvmlite import ir
 from numba import types as _types
 from numba.core import cgutils as _cgutils
 from numba.extending import intrinsic, models, overload, register_model
+from numba.np.arrayobj import get_itemsize as _get_itemsize
 
 from kinetile.kernel.vectors.interpreted import COLUMNS, LANES
 
@@ -257,6 +258,25 @@ def append(typing_context: Any, source: Any, first: Any, target: Any, end: Any) 
         return builder.sext(last, _WORD)
 
     return types.int64(source, types.int64, target, types.int64), codegen
+
+
+@intrinsic
+def prefetch(typing_context: Any, table: Any, row: Any) -> Any:
+    """Ask the memory for the cache line in which a row of a table begins, and go on without waiting."""
+    byte = ir.IntType(8)
+
+    def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        array, row = arguments
+        kind = signature.args[0]
+        size = context.get_constant(types.intp, cast(Any, _get_itemsize)(context, kind))
+        place = builder.gep(_data(context, builder, kind, array, byte), [builder.mul(row, size)])
+        made = ir.FunctionType(ir.VoidType(), [byte.as_pointer(), _WHOLE, _WHOLE, _WHOLE])
+        function = cgutils.get_or_insert_function(builder.module, made, "llvm.prefetch.p0")
+        how = [ir.Constant(_WHOLE, number) for number in (0, 3, 1)]  # to read, into all caches, data
+        builder.call(function, [place, *how])
+        return context.get_dummy_value()
+
+    return types.void(table, types.int64), codegen
 
 
 @intrinsic

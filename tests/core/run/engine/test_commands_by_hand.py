@@ -71,6 +71,7 @@ def test_commands_by_hand_stand_before_all_that_wait(planned, steps):
 
 
 @pytest.mark.small
+@pytest.mark.slow
 def test_hundreds_by_hand_among_those_of_the_scene():
     """More than there are free rows in front, one by one and in one call, beside what is scheduled."""
     scene = kt.make_scene("grid", bodies=25, density=0.2, seed=2)

@@ -415,9 +415,8 @@ def test_only_a_saved_simulation_is_replaced(tmp_path):
 
 
 @pytest.mark.small
-@pytest.mark.parametrize(
-    "names", [("cells", "sweep-tiling"), pytest.param(("sap-2d", "naive"), marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("names", [("cells", "sweep-tiling"), ("sap-2d", "naive")])
 def test_growth_and_spans_of_the_clock_come_along(tmp_path, names):
     """More bodies than there were slots, pairs beyond the table, and a base that has moved."""
     scene = kt.Scene(

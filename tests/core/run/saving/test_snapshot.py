@@ -147,7 +147,7 @@ def stopped(folder: Path, number: int, seed: int) -> None:
 
 @pytest.mark.small
 def test_what_is_stopped_and_saved_goes_on(tmp_path):
-    stopped(tmp_path, 4 if INTERPRETED else 8, 1)
+    stopped(tmp_path, 2 if INTERPRETED else 8, 1)
 
 
 @pytest.mark.long

@@ -1,0 +1,53 @@
+"""Looking ahead: it asks the memory early, and changes nothing."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import kinetile as kt
+from kinetile.kernel import compiled
+from kinetile.kernel.compiled import INTERPRETED
+from kinetile.kernel.tables import Kernel
+from kinetile.kernel.vectors import prefetch
+from kinetile.run import compose
+
+SCENES = {
+    "grid": lambda: kt.make_scene("grid", bodies=100 if INTERPRETED else 400, density=0.5, seed=2),
+    "a few": lambda: kt.make_scene("random", bodies=5, density=0.01, seed=1),
+    "nobody": lambda: kt.make_scene("random", bodies=0, seed=1),
+}
+
+
+@pytest.mark.small
+@pytest.mark.parametrize("phase", ["cells", "sweep-tiling"])
+@pytest.mark.parametrize("scene", SCENES)
+def test_looking_ahead_changes_no_event(monkeypatch, scene, phase):
+    """Composed for a small scene, where rings and tables end soon, it reads and asks within them only."""
+    runs = []
+    for large in (compose.LARGE, 0):
+        monkeypatch.setattr(compose, "LARGE", large)
+        sim = kt.Simulation(SCENES[scene](), phase)
+        assert sim.composition._parts(compose.Commands.NONE)["AHEAD"] is (large == 0)
+        sim.run(until=20.0, max_contacts=200 if INTERPRETED else 4000)
+        readings = sim.readings
+        runs.append((sim.fingerprint, sim.exact_time, readings.structural_events, readings.contacts_computed))
+    assert runs[0] == runs[1]
+
+
+def test_it_is_for_large_scenes_only():
+    small, large = (kt.make_scene("grid", bodies=n, density=0.1) for n in (127**2, 128**2))
+    for scene, ahead in ((small, False), (large, True)):
+        composition = compose.compose_phases(scene, "cells", None, None)
+        assert composition._parts(compose.Commands.NONE)["AHEAD"] is ahead
+
+
+def ask(table, row):
+    prefetch(table, row)
+    return table[row]
+
+
+def test_a_row_that_is_asked_for_is_what_it_was():
+    rows = np.arange(5.0)
+    asking = compiled.compose(ask, {}, "ahead", Kernel)
+    assert [asking(rows, row) for row in range(5)] == [0.0, 1.0, 2.0, 3.0, 4.0]
