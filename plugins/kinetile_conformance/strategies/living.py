@@ -163,10 +163,13 @@ class _Play:
         part = random.integers(1, 64, 2) / 64.0 if random.random() < 0.75 else random.random(2)
         return self.corner + part * self.size
 
-    def insert(self, place: Any, velocity: Any, radius: float, random: np.random.Generator) -> bool:
-        """Insert a body, or a smaller one, if there is room for it; return whether it has come."""
+    def insert(
+        self, place: Any, velocity: Any, radius: float, random: np.random.Generator, sizes: int = 3
+    ) -> bool:
+        """Insert a body, or a smaller one of up to ``sizes`` sizes, if there is room for it; return whether
+        it has come."""
         kind = None if self.scene.kinds == (0,) else KINDS[int(random.integers(len(KINDS)))]
-        for smaller in (1.0, 2.0, 4.0):
+        for smaller in (1.0, 2.0, 4.0)[:sizes]:
             try:
                 self.sim.insert(place, velocity, radius / smaller, kind=kind)
             except (KinetileError, ValueError):  # no room, or too fast for the scene's clock
@@ -246,7 +249,7 @@ def _machine(kind: str, found: list[Scene]) -> type[RuleBasedStateMachine]:
             place, aside = play.place(random), random.integers(-1, 2, 2) / 8.0
             for at in range(int(random.integers(2, 9))):
                 step = 2.25 * radius * np.array([at % 3, at // 3])
-                play.insert(place + step, aside, radius, random)
+                play.insert(place + step, aside, radius, random, sizes=1)
 
         @precondition(may_with_bodies)
         @rule(number=_numbers)
