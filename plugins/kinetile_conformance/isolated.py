@@ -78,6 +78,7 @@ ENDINGS = {
     "signal": Ending("died", "the process died of {signal} in {what}{place}"),
     "exit": Ending("died", "the process ended itself with status {code} in {what}{place}"),
     "closed": Ending("died", "the process fell silent in {what}"),
+    "error": Ending("not judged", "an error of the kit itself, not of the phase, in {what}"),
 }
 """The table of endings; ``ending_of`` finds the row."""
 
@@ -129,12 +130,14 @@ def where(words: str) -> str:
 
 
 class _Died(Exception):
-    """The child has ended before it was done with a task; ``how`` is the row of the table of endings."""
+    """The child has ended before it was done with a task; ``how`` is the row of the table of endings, and
+    ``trace`` the traceback of an error of the kit."""
 
-    def __init__(self, how: str, code: int | None) -> None:
+    def __init__(self, how: str, code: int | None, trace: str = "") -> None:
         super().__init__()
         self.how = how
         self.code = code
+        self.trace = trace
 
 
 class IsolatedRunner:
@@ -294,24 +297,25 @@ class IsolatedRunner:
             self._child = self._start("words")
         child = self._child
         child.send(pickle.dumps(task))
-        how, code = "", None
+        code, trace = None, ""
         try:
             while (message := child.receive()) is not None:
                 if "done" in message:
                     return
+                trace = message.get("trace", "")
                 if "error" in message:
                     errors = {"BadOption": BadOption, "Refused": Refused}
                     raise errors.get(message["error"], NotJudged)(message["said"])
                 hear(message)
             code = child.exit_code()
-            how = ending_of(code, self._words())
+            how = "error" if trace else ending_of(code, self._words())
         except Silent as silent:
             how = "busy" if silent.busy else "idle"
             child.end(ask_where=True)
         child.end()
         self._child = None
         self.deaths += not again
-        raise _Died(how, code)
+        raise _Died(how, code, trace)
 
     def _start(self, words: str) -> Child:
         seconds = COMPILING + 2.0 * self._scene_seconds
@@ -338,7 +342,7 @@ class IsolatedRunner:
             signal=_signal(-(died.code or 0)),
             code=died.code,
         )
-        return f"{said} ({self._who})"
+        return f"{said} ({self._who})" + (f"\n{died.trace}" if died.trace else "")
 
     def _death(self, died: _Died, name: str, expected: str | None, last: Message) -> Result:
         """Return the result of a check whose child has died, or was ended; ``last`` is its last message: the
