@@ -59,7 +59,7 @@ AUDITED = 8
 """Contacts from one audit to the next; other checks test what lies between two audits."""
 
 
-@check(turns=True)
+@check(turns=True, share=0.5)
 def never_misses_a_pair(subject: Subject, scene: Scene, reference: Reference) -> None:
     """Every two bodies that touch are a candidate pair, at contacts and between."""
     sim = subject.simulation(scene, audit=AUDITED)
@@ -73,7 +73,7 @@ def never_misses_a_pair(subject: Subject, scene: Scene, reference: Reference) ->
         return  # whether a run may end so, the other checks compare
 
 
-@check(turns=True, share=0.5)
+@check(turns=True, share=0.25)
 def its_structure_is_true(subject: Subject, scene: Scene, reference: Reference) -> None:
     """What must hold between events holds after each of them: queue, pairs, and the phase's own audit."""
     audit_between_events(subject, scene)

@@ -32,7 +32,7 @@ from kinetile_conformance.checks.check import Disagreement, DoesNotApply, Refere
 from kinetile_conformance.processes import in_a_fork
 from kinetile_conformance.strategies.swarms import swarm
 
-SIMULATIONS = 100
+SIMULATIONS = 60
 """Simulations in which memory may not grow, after some that may fill caches."""
 
 GROWTH = 16 * 1024
