@@ -214,7 +214,7 @@ IN_LARGE_SCENES = (
     _compared(
         "same-contacts-in-a-scaled-swarm",
         "The reference's contacts of swarms at any scale of length and time, and far from the origin.",
-        *("swarms:scaled_scenes", SCALED_CONTACTS, 1.5),
+        *("swarms:scaled_scenes", SCALED_CONTACTS, 1.0),
     ),
     _compared(
         "same-contacts-in-a-burst",
