@@ -31,13 +31,13 @@ from kinetile.kernel.compiled.limits import out_of_time
 from kinetile.plugin.calling import is_library
 from kinetile.scene import Scene
 from kinetile_conformance import deadline
-from kinetile_conformance.cases import not_saved, provided, save_case
+from kinetile_conformance.cases import provided
 from kinetile_conformance.checks import CHECKS, check_named
 from kinetile_conformance.child import NO_MEMORY, Job
 from kinetile_conformance.diagnosis import OFTEN, likely
 from kinetile_conformance.processes import IDLE, Child, Message, Phases, Silent
 from kinetile_conformance.reporting import Result
-from kinetile_conformance.runner import How, Plan
+from kinetile_conformance.runner import How, Plan, saved
 from kinetile_conformance.strategies.changes import without
 
 GIB = 1 << 30
@@ -372,19 +372,7 @@ class IsolatedRunner:
                 return replace(result, status="not judged", said="", reason=slow)
         if scene is None:
             return result
-        return self._saved(replace(result, bodies=len(scene)), scene)
-
-    def _saved(self, result: Result, scene: Scene) -> Result:
-        """Save the scene of a result, where that is wished for."""
-        subject, check, folder = self._plan.subject, check_named(result.check), self._plan.how["save_to"]
-        if folder is None or not check.replay:
-            return result
-        path = folder / f"{subject.name}-{check.name}.toml"
-        try:
-            save_case(scene, path, check.replay, subject, result.said)
-        except OSError as error:
-            return replace(result, said=f"{result.said}\n{not_saved('scene', error)}")
-        return replace(result, case=path)
+        return saved(replace(result, bodies=len(scene)), scene, self._plan.subject, self._plan.how["save_to"])
 
     def _fewest(self, check: str, scene: Scene) -> Scene:
         """Leave out one body after the other where the process dies without it too, for as long as a check

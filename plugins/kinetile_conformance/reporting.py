@@ -11,7 +11,7 @@ from kinetile.plugin.choices import write_phase
 from kinetile.show.html import grid, paragraph
 
 KIT_VERSION = "4.0"
-"""The version of the set of checks; ``Check.since`` is the first version with a check."""
+"""The version of the set of checks."""
 
 
 @dataclass(frozen=True)

@@ -123,7 +123,7 @@ def makes_progress(subject: Subject, scene: Scene, reference: Reference) -> None
         return  # whether a run may end so, the other checks compare
 
 
-@check(since="2.0", share=0.5, obvious=True)
+@check(share=0.5, obvious=True)
 def near_is_mutual(subject: Subject, scene: Scene, reference: Reference) -> None:
     """Whom it says to be near a body is a body, and it says that the one is near the other as well."""
     for count, sim in enumerate(stepped(subject, scene, 120)):
@@ -141,7 +141,7 @@ def near_is_mutual(subject: Subject, scene: Scene, reference: Reference) -> None
                 )
 
 
-@check(turns=True, share=0.3, compares=False, since="4.0")
+@check(turns=True, share=0.3, compares=False)
 def can_be_drawn(subject: Subject, scene: Scene, reference: Reference) -> None:
     """Its structure can be drawn between any two events: draw raises nothing, writes nothing and is the same
     when it is called again."""

@@ -342,8 +342,3 @@ def living_scenes() -> st.SearchStrategy[Scene]:
 def ruled_scenes() -> st.SearchStrategy[Scene]:
     """Up to seven bodies of three kinds in a box at the start, some of which pass through all others."""
     return st.deferred(lambda: st.sampled_from(_some("passing")))
-
-
-def solid_scenes() -> st.SearchStrategy[Scene]:
-    """The same for a phase that is right only while no body passes through another."""
-    return st.deferred(lambda: st.sampled_from(_some("solid")))
