@@ -183,7 +183,7 @@ class Report:
         if result.verdict:
             details.append(f"verdict: {result.verdict}")
         if result.reason:
-            details.append(f"reason: {result.reason}")
+            details += f"reason: {result.reason}".splitlines()
         if result.case is not None:
             details.append(f"replay: kinetile replay {self.label} {result.case}")
             details.append(f"see it: kinetile view {result.case}")

@@ -377,6 +377,7 @@ def test_an_error_of_the_kit_is_told_with_its_traceback() -> None:
         assert "an error of the kit itself, not of the phase, in check " in said
         assert "\nTypeError: 'NoneType' object is not callable\n" in said
     assert "in begin\n" in machine.reason
+    assert "\n             TypeError: " in str(report)
     assert minimiser.said.startswith("contact ")
 
 
