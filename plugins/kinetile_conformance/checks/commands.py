@@ -35,7 +35,7 @@ DRAWN = 2
 """Drawings in a living scene: with hundreds of bodies one takes up to a second."""
 
 
-@check(living="living", share=0.36, obvious=True)
+@check(living="living", share=0.32, obvious=True)
 def same_contacts_as_bodies_come_and_go(subject: Subject, scene: Scene, reference: Reference) -> None:
     """The reference's contacts while bodies come and go."""
     agree(subject, scene, reference, contacts=LIVING_CONTACTS)
@@ -161,19 +161,19 @@ def _audit(subject: Subject, scene: Scene) -> None:
     _by_hand(subject, scene, audited)
 
 
-@check(living="solid", share=0.09)
+@check(living="solid", share=0.08)
 def same_contacts_with_responses(subject: Subject, scene: Scene, reference: Reference) -> None:
     """The reference's contacts where bodies stop, lose energy, or cannot be moved."""
     agree(subject, scene, reference, contacts=LIVING_CONTACTS)
 
 
-@check(living="passing", share=0.09)
+@check(living="passing", share=0.08)
 def same_contacts_while_some_pass(subject: Subject, scene: Scene, reference: Reference) -> None:
     """The reference's contacts where bodies pass through others; a phase that cannot do that says so."""
     agree(subject, scene, reference, contacts=LIVING_CONTACTS)
 
 
-@check(living="passing", share=0.09)
+@check(living="passing", share=0.08)
 def its_structure_is_true_while_some_pass(subject: Subject, scene: Scene, reference: Reference) -> None:
     """What must hold between events holds while bodies pass through others."""
     _audit(subject, scene)

@@ -39,7 +39,7 @@ from kinetile.errors import KinetileError
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Response, Scene, Settings, relabelled
-from kinetile_conformance.cases import live_reference
+from kinetile_conformance.cases import is_living, live_reference
 from kinetile_conformance.strategies.small import box_scenes, plane_scenes, speeds
 from kinetile_conformance.strategies.swarms import KINDS as SWARMS
 from kinetile_conformance.strategies.swarms import swarm
@@ -310,7 +310,7 @@ def played(kind: str, start: int = 0) -> Iterator[Scene]:
     batch = 0
     while True:
         found: list[Scene] = []
-        steps = MANY_STEPS if batch % 4 == 1 and not INTERPRETED else STEPS
+        steps = MANY_STEPS if batch % 4 == 2 and not INTERPRETED else STEPS
         machine = seed(start * 1_000 + batch)(_machine(kind, found))
         run_state_machine_as_test(
             machine,
@@ -324,7 +324,7 @@ def played(kind: str, start: int = 0) -> Iterator[Scene]:
             ),
         )
         batch += 1
-        yield from found[1:]
+        yield from filter(is_living, found[1:])  # the others have loops of their own, and other checks
 
 
 @cache
