@@ -20,6 +20,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from functools import cache
 from itertools import islice
 from typing import Any
@@ -192,6 +193,27 @@ class _Play:
         for at, by in enumerate(random.permutation(len(bodies))):
             self.insert(places[by], velocities[at], float(min(radii[at], radii[by])), random)
 
+    def open_a_way(self, axis: int, random: np.random.Generator) -> None:
+        """Let the next bodies on both sides of one fly at each other, remove that one, and run until they
+        meet."""
+        places, radii = self.sim.positions(), self.sim.radii()
+        for row in random.permutation(len(radii))[:16]:
+            aside, along = places[:, 1 - axis] - places[row, 1 - axis], places[:, axis] - places[row, axis]
+            beside = np.flatnonzero((np.abs(aside) < radii + radii[row]) & (along != 0.0))
+            nearest = beside[np.argsort(np.abs(along[beside]))]
+            two = [next(iter(nearest[np.sign(along[nearest]) == side]), row) for side in (-1.0, 1.0)]
+            apart = abs(along[two[1]] - along[two[0]]) - radii[two].sum()
+            if row in two or apart <= 0.0 or abs(aside[two[1]] - aside[two[0]]) >= radii[two].sum():
+                continue
+            velocities = np.zeros((2, 2))
+            velocities[:, axis] = 0.5 * apart / self.unit * np.array([1.0, -1.0])
+            there = self.sim.bodies
+            with suppress(KinetileError):  # too fast for the scene's clock
+                self.sim.set_velocities(there[two], velocities)
+                self.sim.remove(int(there[row]))
+                self.run(9)
+            return
+
     def recorded(self) -> Scene:
         """Return the scene that has been played, with some time to go on."""
         length = 0.25 * (self.sim.time - self.scene.start) + 2.0 * self.unit
@@ -271,6 +293,13 @@ def _machine(kind: str, found: list[Scene]) -> type[RuleBasedStateMachine]:
             random, there = self.going.moved_on(number), self.going.sim.bodies
             ends = [int(there[-1]), int(there[0])][: len(there)]
             self.going.exchange(ends[:: 1 if number & 1 else -1], random)
+
+        @precondition(lambda self: self.may() and len(self.going.sim.bodies) >= 3)
+        @rule(number=_numbers)
+        def open_a_way(self, number: int) -> None:
+            """The one between two goes: they meet, and no new plan comes before that."""
+            random = self.going.moved_on(number)
+            self.going.open_a_way(number & 1, random)
 
         @precondition(lambda self: self.may_with_bodies() and len(self.going.sim.bodies) <= 8)
         @rule(number=_numbers)
