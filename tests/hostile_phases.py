@@ -233,6 +233,17 @@ class IsWrongAndSlow:
         return BroadPhaseParts(nobody)
 
 
+class BreaksTheKit:
+    """Nobody is near anybody; the kit can play no living scene, nor minimise one."""
+
+    def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
+        from kinetile_conformance import runner
+        from kinetile_conformance.strategies import living
+
+        runner.reduced = living.Simulation = None  # type: ignore[assignment,misc]
+        return BroadPhaseParts(nobody)
+
+
 class ReturnsANumber:
     def prepare(self, scene: kt.Scene) -> int:
         return 5
@@ -262,6 +273,7 @@ HOSTILE = {
     "raises-in-prepare": RaisesInPrepare,
     "leaves-in-prepare": LeavesInPrepare,
     "is-wrong-and-slow": IsWrongAndSlow,
+    "breaks-the-kit": BreaksTheKit,
     "returns-a-number": ReturnsANumber,
     "returns-the-wrong-parts": ReturnsTheWrongParts,
     "returns-old-parts": ReturnsOldParts,

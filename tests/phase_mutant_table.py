@@ -365,8 +365,7 @@ SAP_1D_MUTANTS = [
             instead("        remove_pair(k, body, right >> 2)\n", "        pass\n"),
             NO_AUDIT,
         ],
-        "over-reporting is allowed",
-        CONFORMS,
+        "a pair is held once more whenever the two come near, and outlives a body that goes",
     ),
     Mutant(
         "leaves what begins at one place as it was entered",

@@ -11,6 +11,7 @@ import faulthandler
 import os
 import pickle
 import signal
+import traceback
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
@@ -138,4 +139,9 @@ def main(number: int) -> None:
         said = f"the phase cannot be loaded in a process of its own ({error}): judge it in this process"
         link.send({"error": "Refused", "said": said})
         return
-    serve(phases.register(), job, sent_through(link), link.send)
+    try:
+        serve(phases.register(), job, sent_through(link), link.send)
+    except Exception as error:  # what a phase raises is a result: this is an error of the kit
+        _leave_without_memory(error)
+        link.send({"trace": traceback.format_exc()})
+        raise

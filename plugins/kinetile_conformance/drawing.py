@@ -24,7 +24,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -36,7 +35,7 @@ from kinetile.kernel.compiled import INTERPRETED
 from kinetile.scene import Scene
 from kinetile_conformance.cases import horizon, is_living
 from kinetile_conformance.checks.check import Check
-from kinetile_conformance.strategies.changes import changed, only_bodies, only_commands
+from kinetile_conformance.strategies.changes import changed, ended_at, only_bodies, only_commands
 
 
 class _Fails(Exception):
@@ -192,28 +191,22 @@ def reduced(scene: Scene, fails: Callable[[Scene], bool], seconds: float) -> Sce
     return search.scene
 
 
-def _until(scene: Scene, until: float) -> Scene:
-    """Return a scene that runs until another time, without the commands after it."""
-    left = [command for command in scene.commands if command.time <= until]
-    return changed(scene, settings=replace(scene.settings, until=until), commands=left)
-
-
 def _shorten(search: _Search) -> None:
     """Let the run end soon after what is amiss in it can be seen."""
     start = search.scene.start
-    if horizon(search.scene) <= start or search.take(partial(_until, search.scene, start)):
+    if horizon(search.scene) <= start or search.take(partial(ended_at, search.scene, start)):
         return
     holds = 0.0
     for _ in range(HALVINGS):
         holds = (horizon(search.scene) - start) / 2.0
-        if not search.take(partial(_until, search.scene, start + holds)):
+        if not search.take(partial(ended_at, search.scene, start + holds)):
             break
     for _ in range(BISECTIONS):
         length = horizon(search.scene) - start
         middle = _simple_between(holds, length)
         if not holds < middle < length or length - holds < 2.0**-6 * length:
             return
-        if not search.take(partial(_until, search.scene, start + middle)):
+        if not search.take(partial(ended_at, search.scene, start + middle)):
             holds = middle
 
 

@@ -31,13 +31,13 @@ from kinetile.kernel.compiled.limits import out_of_time
 from kinetile.plugin.calling import is_library
 from kinetile.scene import Scene
 from kinetile_conformance import deadline
-from kinetile_conformance.cases import not_saved, provided, save_case
+from kinetile_conformance.cases import provided
 from kinetile_conformance.checks import CHECKS, check_named
 from kinetile_conformance.child import NO_MEMORY, Job
 from kinetile_conformance.diagnosis import OFTEN, likely
 from kinetile_conformance.processes import IDLE, Child, Message, Phases, Silent
 from kinetile_conformance.reporting import Result
-from kinetile_conformance.runner import How, Plan
+from kinetile_conformance.runner import How, Plan, saved
 from kinetile_conformance.strategies.changes import without
 
 GIB = 1 << 30
@@ -78,6 +78,7 @@ ENDINGS = {
     "signal": Ending("died", "the process died of {signal} in {what}{place}"),
     "exit": Ending("died", "the process ended itself with status {code} in {what}{place}"),
     "closed": Ending("died", "the process fell silent in {what}"),
+    "error": Ending("not judged", "an error of the kit itself, not of the phase, in {what}"),
 }
 """The table of endings; ``ending_of`` finds the row."""
 
@@ -129,12 +130,14 @@ def where(words: str) -> str:
 
 
 class _Died(Exception):
-    """The child has ended before it was done with a task; ``how`` is the row of the table of endings."""
+    """The child has ended before it was done with a task; ``how`` is the row of the table of endings, and
+    ``trace`` the traceback of an error of the kit."""
 
-    def __init__(self, how: str, code: int | None) -> None:
+    def __init__(self, how: str, code: int | None, trace: str = "") -> None:
         super().__init__()
         self.how = how
         self.code = code
+        self.trace = trace
 
 
 class IsolatedRunner:
@@ -294,24 +297,25 @@ class IsolatedRunner:
             self._child = self._start("words")
         child = self._child
         child.send(pickle.dumps(task))
-        how, code = "", None
+        code, trace = None, ""
         try:
             while (message := child.receive()) is not None:
                 if "done" in message:
                     return
+                trace = message.get("trace", "")
                 if "error" in message:
                     errors = {"BadOption": BadOption, "Refused": Refused}
                     raise errors.get(message["error"], NotJudged)(message["said"])
                 hear(message)
             code = child.exit_code()
-            how = ending_of(code, self._words())
+            how = "error" if trace else ending_of(code, self._words())
         except Silent as silent:
             how = "busy" if silent.busy else "idle"
             child.end(ask_where=True)
         child.end()
         self._child = None
         self.deaths += not again
-        raise _Died(how, code)
+        raise _Died(how, code, trace)
 
     def _start(self, words: str) -> Child:
         seconds = COMPILING + 2.0 * self._scene_seconds
@@ -338,7 +342,7 @@ class IsolatedRunner:
             signal=_signal(-(died.code or 0)),
             code=died.code,
         )
-        return f"{said} ({self._who})"
+        return f"{said} ({self._who})" + (f"\n{died.trace}" if died.trace else "")
 
     def _death(self, died: _Died, name: str, expected: str | None, last: Message) -> Result:
         """Return the result of a check whose child has died, or was ended; ``last`` is its last message: the
@@ -368,19 +372,7 @@ class IsolatedRunner:
                 return replace(result, status="not judged", said="", reason=slow)
         if scene is None:
             return result
-        return self._saved(replace(result, bodies=len(scene)), scene)
-
-    def _saved(self, result: Result, scene: Scene) -> Result:
-        """Save the scene of a result, where that is wished for."""
-        subject, check, folder = self._plan.subject, check_named(result.check), self._plan.how["save_to"]
-        if folder is None or not check.replay:
-            return result
-        path = folder / f"{subject.name}-{check.name}.toml"
-        try:
-            save_case(scene, path, check.replay, subject, result.said)
-        except OSError as error:
-            return replace(result, said=f"{result.said}\n{not_saved('scene', error)}")
-        return replace(result, case=path)
+        return saved(replace(result, bodies=len(scene)), scene, self._plan.subject, self._plan.how["save_to"])
 
     def _fewest(self, check: str, scene: Scene) -> Scene:
         """Leave out one body after the other where the process dies without it too, for as long as a check

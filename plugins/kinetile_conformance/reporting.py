@@ -11,7 +11,7 @@ from kinetile.plugin.choices import write_phase
 from kinetile.show.html import grid, paragraph
 
 KIT_VERSION = "4.0"
-"""The version of the set of checks; ``Check.since`` is the first version with a check."""
+"""The version of the set of checks."""
 
 
 @dataclass(frozen=True)
@@ -183,7 +183,7 @@ class Report:
         if result.verdict:
             details.append(f"verdict: {result.verdict}")
         if result.reason:
-            details.append(f"reason: {result.reason}")
+            details += f"reason: {result.reason}".splitlines()
         if result.case is not None:
             details.append(f"replay: kinetile replay {self.label} {result.case}")
             details.append(f"see it: kinetile view {result.case}")

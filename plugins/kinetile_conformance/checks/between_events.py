@@ -59,7 +59,7 @@ AUDITED = 8
 """Contacts from one audit to the next; other checks test what lies between two audits."""
 
 
-@check(turns=True)
+@check(turns=True, share=0.5)
 def never_misses_a_pair(subject: Subject, scene: Scene, reference: Reference) -> None:
     """Every two bodies that touch are a candidate pair, at contacts and between."""
     sim = subject.simulation(scene, audit=AUDITED)
@@ -73,7 +73,7 @@ def never_misses_a_pair(subject: Subject, scene: Scene, reference: Reference) ->
         return  # whether a run may end so, the other checks compare
 
 
-@check(turns=True, share=0.5)
+@check(turns=True, share=0.25)
 def its_structure_is_true(subject: Subject, scene: Scene, reference: Reference) -> None:
     """What must hold between events holds after each of them: queue, pairs, and the phase's own audit."""
     audit_between_events(subject, scene)
@@ -123,7 +123,7 @@ def makes_progress(subject: Subject, scene: Scene, reference: Reference) -> None
         return  # whether a run may end so, the other checks compare
 
 
-@check(since="2.0", share=0.5, obvious=True)
+@check(share=0.5, obvious=True)
 def near_is_mutual(subject: Subject, scene: Scene, reference: Reference) -> None:
     """Whom it says to be near a body is a body, and it says that the one is near the other as well."""
     for count, sim in enumerate(stepped(subject, scene, 120)):
@@ -141,7 +141,7 @@ def near_is_mutual(subject: Subject, scene: Scene, reference: Reference) -> None
                 )
 
 
-@check(turns=True, share=0.3, compares=False, since="4.0")
+@check(turns=True, share=0.3, compares=False)
 def can_be_drawn(subject: Subject, scene: Scene, reference: Reference) -> None:
     """Its structure can be drawn between any two events: draw raises nothing, writes nothing and is the same
     when it is called again."""

@@ -82,7 +82,6 @@ class Check:
         draws: whether it is run on drawn scenes; if not, it is run once, on an empty scene.
         turns: whether the scenes that it draws have turns.
         feature: it applies only to phases that declare this feature; None: to all.
-        since: the version of the kit that it came with.
         scenes: what it draws; None: the small scenes, which are drawn once for all checks that use them.
         living: the kind of living scenes that it is shown, which are played once for all checks that use
             them.
@@ -102,7 +101,6 @@ class Check:
     draws: bool = True
     turns: bool = False
     feature: str | None = None
-    since: str = "1.0"
     scenes: DrawnFrom | None = None
     living: str = ""
     share: float = 1.0

@@ -36,7 +36,7 @@ EDGES = 6
 """Scenes at the limit of the skin."""
 
 
-@check(scenes=DrawnFrom("swarms", "walled_scenes"), share=0.5, judges="broad", since="3.0")
+@check(scenes=DrawnFrom("swarms", "walled_scenes"), share=0.5, judges="broad")
 def near_holds_while_bodies_pass(subject: Subject, scene: Scene, reference: Reference) -> None:
     """Where it does not ask for solid bodies, who touch are near each other while bodies fly through bodies.
 
@@ -73,7 +73,7 @@ def _cluster(seed: int, size: float) -> Scene:
     )
 
 
-@check(draws=False, replayed_by="same-contacts", since="3.0")
+@check(draws=False, replayed_by="same-contacts")
 def skin_limit_holds_at_its_edge(subject: Subject, scene: Scene, reference: Reference) -> None:
     """Just below the skin limit that it declares it gives the reference's contacts, and above, it refuses;
     without a limit it gives them where the skin is several times as thick as bodies are wide."""
@@ -109,7 +109,7 @@ def skin_limit_holds_at_its_edge(subject: Subject, scene: Scene, reference: Refe
             raise Disagreement(str(error), edge) from error
 
 
-@check(draws=False, judges="broad", since="3.0")
+@check(draws=False, judges="broad")
 def its_features_are_known(subject: Subject, scene: Scene, reference: Reference) -> None:
     """Every feature that it declares is one for which there is a check."""
     from kinetile_conformance.checks import CHECKS
@@ -123,7 +123,7 @@ def its_features_are_known(subject: Subject, scene: Scene, reference: Reference)
         )
 
 
-@check(share=0.3, since="3.0")
+@check(share=0.3)
 def state_is_not_kept(subject: Subject, scene: Scene, reference: Reference) -> None:
     """What it did in other simulations makes no difference: neither to contacts nor to its own events."""
     from kinetile_conformance.strategies.swarms import swarm

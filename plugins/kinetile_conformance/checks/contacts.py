@@ -175,7 +175,7 @@ LOOKS = 4
 """Tests of `near` over the course of a swarm."""
 
 
-@check(scenes=DrawnFrom("swarms", "swarm_scenes"), share=0.5, since="3.0")
+@check(scenes=DrawnFrom("swarms", "swarm_scenes"), share=0.5)
 def same_contacts_in_a_swarm(subject: Subject, scene: Scene, reference: Reference) -> None:
     """The reference's contacts among hundreds of bodies as well, and whoever touch are near each other."""
     agree(subject, scene, reference, contacts=SWARM_CONTACTS)
@@ -191,30 +191,28 @@ def same_contacts_in_a_swarm(subject: Subject, scene: Scene, reference: Referenc
             raise Disagreement(f"at time {sim.time!r} {said}")
 
 
-def _compared(
-    name: str, sentence: str, strategy: str, contacts: int, share: float, since: str = "4.0"
-) -> Check:
+def _compared(name: str, sentence: str, strategy: str, contacts: int, share: float) -> Check:
     """Return the check that compares contacts, up to a limit, on the scenes of a strategy."""
     module, _, function = strategy.partition(":")
     run = partial(agree, contacts=contacts)
-    return Check(name, sentence, run, scenes=DrawnFrom(module, function), share=share, since=since)
+    return Check(name, sentence, run, scenes=DrawnFrom(module, function), share=share)
 
 
 IN_LARGE_SCENES = (
     _compared(
         "same-contacts-beside-giants",
         "The reference's contacts where few large bodies fly through many small ones that hardly move.",
-        *("swarms:giant_scenes", SWARM_CONTACTS, 0.3, "3.3"),
+        *("swarms:giant_scenes", SWARM_CONTACTS, 0.3),
     ),
     _compared(
         "same-contacts-on-lattices",
         "The reference's contacts on a hundred small lattices at once, where exact ties abound.",
-        *("bulk:lattice_scenes", LATTICE_CONTACTS, 1.0, "3.0"),
+        *("bulk:lattice_scenes", LATTICE_CONTACTS, 0.7),
     ),
     _compared(
         "same-contacts-in-a-scaled-swarm",
         "The reference's contacts of swarms at any scale of length and time, and far from the origin.",
-        *("swarms:scaled_scenes", SCALED_CONTACTS, 1.5),
+        *("swarms:scaled_scenes", SCALED_CONTACTS, 1.0),
     ),
     _compared(
         "same-contacts-in-a-burst",
@@ -229,7 +227,7 @@ IN_LARGE_SCENES = (
     _compared(
         "same-contacts-in-a-marathon",
         "The reference's contacts for a hundred thousand of them, while the base of the clock moves often.",
-        *("bulk:marathon_scenes", MARATHON_CONTACTS, 0.03, "3.0"),
+        *("bulk:marathon_scenes", MARATHON_CONTACTS, 0.03),
     ),
 )
 """The same comparison on strategies of large scenes."""

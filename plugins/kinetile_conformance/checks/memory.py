@@ -94,7 +94,7 @@ def _first(look: Callable[[Scene], str | None], scenes: Titled) -> str | None:
     return None
 
 
-@check(draws=False, compares=False, since="3.0")
+@check(draws=False, compares=False)
 def writes_only_where_it_may(subject: Subject, scene: Scene, reference: Reference) -> None:
     """Interpreted, its hooks change nothing that is not theirs, use no index outside of an array, and raise
     nothing."""
@@ -103,7 +103,7 @@ def writes_only_where_it_may(subject: Subject, scene: Scene, reference: Referenc
         raise Disagreement(said)
 
 
-@check(draws=False, compares=False, since="3.0")
+@check(draws=False, compares=False)
 def stays_within_its_arrays(subject: Subject, scene: Scene, reference: Reference) -> None:
     """It writes nothing just before or behind an array of its state or of the kernel."""
     if INTERPRETED:

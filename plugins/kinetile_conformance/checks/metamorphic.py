@@ -74,7 +74,7 @@ def other_views(scene: Scene) -> Iterator[tuple[str, Scene]]:
         )
 
 
-@check(turns=True)
+@check(turns=True, share=0.7)
 def same_contacts_after_a_change_of_view(subject: Subject, scene: Scene, reference: Reference) -> None:
     """The reference's contacts on the mirrored, turned, renumbered, enlarged, moved and slowed scene as
     well."""

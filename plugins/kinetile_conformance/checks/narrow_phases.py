@@ -89,7 +89,7 @@ def _registered() -> Iterator[str]:
         registry().remove(plugin)
 
 
-@check(scenes=DrawnFrom("small", "box_scenes", {"turns": False}), since="3.0")
+@check(scenes=DrawnFrom("small", "box_scenes", {"turns": False}))
 def same_contacts_with_loose_bounds(subject: Subject, scene: Scene, reference: Reference) -> None:
     """The reference's contacts with bounds as loose as they may be, so that all are asked exactly."""
     expected = reference(scene)
@@ -102,7 +102,7 @@ def same_contacts_with_loose_bounds(subject: Subject, scene: Scene, reference: R
         raise Disagreement(f"with bounds as loose as they may be, {said}")
 
 
-@check(share=0.25, judges="pair", compares=False, since="3.6")
+@check(share=0.25, judges="pair", compares=False)
 def a_contact_depends_on_two_plans_alone(subject: Subject, scene: Scene, reference: Reference) -> None:
     """The tick of a contact follows from two flight plans: the present time, the numbers of the bodies and
     what else the kernel holds make no difference, and computing it changes nothing."""

@@ -198,7 +198,7 @@ def _relabelled(scenes: list[Scene], until: float | None) -> list[Scene]:
     return [relabelled(each, settings=Settings(until=until), origin=origin) for each in scenes]
 
 
-@check(draws=False, since="3.0")
+@check(draws=False)
 def does_not_see_who_asks(subject: Subject, scene: Scene, reference: Reference) -> None:
     """It does not see who asks: program, variables, thread, day, origin, and when the scene would end."""
     scenes = _scenes()

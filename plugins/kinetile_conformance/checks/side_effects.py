@@ -32,7 +32,7 @@ from kinetile_conformance.checks.check import Disagreement, DoesNotApply, Refere
 from kinetile_conformance.processes import in_a_fork
 from kinetile_conformance.strategies.swarms import swarm
 
-SIMULATIONS = 100
+SIMULATIONS = 60
 """Simulations in which memory may not grow, after some that may fill caches."""
 
 GROWTH = 16 * 1024
@@ -90,7 +90,7 @@ def _run(subject: Subject, scene: Scene) -> None:
         pass  # whether a run may end so, other checks compare
 
 
-@check(draws=False, compares=False, since="4.0")
+@check(draws=False, compares=False)
 def leaves_the_process_alone(subject: Subject, scene: Scene, reference: Reference) -> None:
     """It prints nothing, and changes nothing that belongs to the process: random numbers, environment,
     locale, warnings, signals."""
@@ -108,7 +108,7 @@ def leaves_the_process_alone(subject: Subject, scene: Scene, reference: Referenc
             raise Disagreement(f"a run changes {what}")
 
 
-@check(draws=False, compares=False, since="4.0")
+@check(draws=False, compares=False)
 def memory_does_not_grow(subject: Subject, scene: Scene, reference: Reference) -> None:
     """What a simulation took is free when it is gone."""
     shown = swarm("gas", 12)
@@ -139,7 +139,7 @@ def _resumed(path: Path, until: float) -> str:
     return sim.fingerprint
 
 
-@check(draws=False, compares=False, since="4.0")
+@check(draws=False, compares=False)
 def resumes_in_another_process(subject: Subject, scene: Scene, reference: Reference) -> None:
     """Saved, it can be resumed in another process, and goes on to the same contacts."""
     if not hasattr(os, "fork"):

@@ -13,13 +13,15 @@ rounded a little wrong at each event has become visible at the end.
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import numpy.typing as npt
-from hypothesis import strategies as st
 
 from kinetile.kernel.clock import SPAN, TICKS
 from kinetile.scene import Scene, Settings
 from kinetile_conformance.cases import MARATHON_CONTACTS
+from kinetile_conformance.strategies.swarms import by_number
 
 LATTICES = 100
 """Lattices in a scene."""
@@ -84,10 +86,7 @@ def _numbered_lattices(number: int) -> Scene:
     return lattices(LATTICES, number, bool(number & 1), APART[number >> 1 & 1])
 
 
-def lattice_scenes() -> st.SearchStrategy[Scene]:
-    """Return scenes of a hundred lattices."""
-    return st.integers(0, 2**24 - 1).map(_numbered_lattices)
-
+lattice_scenes = partial(by_number, _numbered_lattices)
 
 BASES = 40
 """How often the base of the clock moves in a marathon, or more often."""
@@ -115,6 +114,4 @@ def _numbered_marathon(number: int) -> Scene:
     return marathon(FEWEST + number % (MOST - FEWEST + 1), number)
 
 
-def marathon_scenes() -> st.SearchStrategy[Scene]:
-    """Return the marathons."""
-    return st.integers(0, 2**24 - 1).map(_numbered_marathon)
+marathon_scenes = partial(by_number, _numbered_marathon)

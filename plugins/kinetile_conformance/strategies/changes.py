@@ -40,6 +40,12 @@ def only_commands(scene: Scene, kept: npt.NDArray[np.integer]) -> Scene:
     return changed(scene, commands=[command for command in commands if command.body in there])
 
 
+def ended_at(scene: Scene, until: float) -> Scene:
+    """Return a scene that runs until another time, without the commands after it."""
+    left = [command for command in scene.commands if command.time <= until]
+    return changed(scene, settings=replace(scene.settings, until=until), commands=left)
+
+
 def without(scene: Scene, body: int) -> Scene:
     """Return a scene without one of its bodies."""
     return only_bodies(scene, np.flatnonzero(np.arange(len(scene)) != body))

@@ -414,33 +414,20 @@ def scaled(number: int) -> Scene:
     return enlarged(slowed(scene, slower), larger)
 
 
-def scaled_scenes() -> st.SearchStrategy[Scene]:
-    """Return scaled and shifted swarms."""
-    return st.integers(0, 2**24 - 1).map(scaled)
+def by_number(make: Callable[[int], Scene]) -> st.SearchStrategy[Scene]:
+    """Return scenes that are each made of one number.
 
-
-def burst_scenes() -> st.SearchStrategy[Scene]:
-    """Return swarms in which much happens at one tick."""
-    return st.integers(0, 2**24 - 1).map(partial(numbered, BURSTS))
-
-
-def corridor_scenes() -> st.SearchStrategy[Scene]:
-    """Return swarms that fly fast, or almost, along one axis."""
-    return st.integers(0, 2**24 - 1).map(partial(numbered, CORRIDORS))
-
-
-def swarm_scenes() -> st.SearchStrategy[Scene]:
-    """Return the swarms.
-
-    They are drawn by one number: of several, Hypothesis draws the first and the last values over and over,
-    and of twelve kinds leaves out three or four in fifty scenes.
+    Of several numbers, Hypothesis draws the first and the last values over and over, and of twelve kinds
+    leaves out three or four in fifty scenes.
     """
-    return st.integers(0, 2**24 - 1).map(partial(numbered, KINDS))
+    return st.integers(0, 2**24 - 1).map(make)
 
 
-def giant_scenes() -> st.SearchStrategy[Scene]:
-    """Return those with giants, drawn likewise."""
-    return st.integers(0, 2**24 - 1).map(partial(numbered, GIANTS))
+swarm_scenes = partial(by_number, partial(numbered, KINDS))
+giant_scenes = partial(by_number, partial(numbered, GIANTS))
+scaled_scenes = partial(by_number, scaled)
+burst_scenes = partial(by_number, partial(numbered, BURSTS))
+corridor_scenes = partial(by_number, partial(numbered, CORRIDORS))
 
 
 def walled_scenes() -> st.SearchStrategy[Scene]:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 import os
 import pickle
+import random
 import re
 import signal
 import subprocess
 import sys
-import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -368,25 +368,40 @@ def test_only_a_phase_of_this_process_needs_more_than_pickle(monkeypatch: pytest
         Phases.of(Subject("hangs-in-arrange", {})).pickled("more")
 
 
+@pytest.mark.interpreted
+def test_an_error_of_the_kit_is_told_with_its_traceback() -> None:
+    report = isolated("breaks-the-kit", "same-contacts-with-responses", "same-contacts")
+    machine, minimiser = report.results
+    assert (minimiser.status, machine.status) == ("failed", "not judged")
+    for said in (machine.reason, minimiser.said):
+        assert "an error of the kit itself, not of the phase, in check " in said
+        assert "\nTypeError: 'NoneType' object is not callable\n" in said
+    assert "in begin\n" in machine.reason
+    assert "\n             TypeError: " in str(report)
+    assert minimiser.said.startswith("contact ")
+
+
 # What was seen, and how long is waited
 
 
-KILLS = [0.0, *(pytest.param(seconds / 8, marks=pytest.mark.slow) for seconds in range(1, 10))]
-"""Seconds after a failure at which its child is killed, while it looks for a smaller scene."""
+FIRST, *OTHERS = random.Random(26).sample(range(40), 10)
+"""After how many of the messages that follow a failure its child is killed, while it looks for a smaller
+scene: it sends some forty. It goes on while they are read, so it is anywhere in its work when it dies."""
 
 
 @pytest.mark.interpreted
-@pytest.mark.parametrize("seconds", KILLS)
+@pytest.mark.parametrize("after", [FIRST, *(pytest.param(each, marks=pytest.mark.slow) for each in OTHERS)])
 def test_a_failure_that_was_seen_is_not_lost(
-    seconds: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    after: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    receive, seen = Child.receive, list[str]()
+    receive, heard = Child.receive, list[Message]()
 
     def then_killed(self: Child) -> Message | None:
         message = receive(self)
-        if message is not None and "seen" in message and not seen:
-            seen.append(message["seen"])
-            threading.Timer(seconds, self._process.kill).start()
+        if message is not None and (heard or "seen" in message):
+            heard.append(message)
+            if len(heard) == after + 1:
+                self._process.kill()
         return message
 
     monkeypatch.setattr(Child, "receive", then_killed)

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import islice
 
 import pytest
 
 from kinetile.scene import Insert, Remove, Turn
 from kinetile_conformance.cases import LIVING_CONTACTS, Subject, is_living, outcome
-from kinetile_conformance.checks import CHECKS, table
+from kinetile_conformance.checks import CHECKS, check_named, table
 from kinetile_conformance.compare import difference
 from kinetile_conformance.drawing import Drawing, reduced
+from kinetile_conformance.runner import BUILT, CheckRun
 from kinetile_conformance.strategies.living import STARTS, played
 from kinetile_conformance.strategies.swarms import BURSTS, CORRIDORS, numbered, scaled
 
@@ -29,6 +31,23 @@ def test_a_living_scene_has_one_outcome_under_the_reference_and_a_phase_that_tak
     for scene in islice(played("living", 1), 4):
         expected = outcome(Subject("naive", {}).reference(scene), scene, LIVING_CONTACTS)
         assert difference(outcome(Subject("cells", {}), scene, LIVING_CONTACTS), expected, "cells") is None
+
+
+def shown(name, scene):
+    """Return a living scene as a check sees it that judges a phase."""
+    seen = []
+    check = replace(check_named("resumes-as-bodies-come-and-go"), run=lambda _, scene, __: seen.append(scene))
+    assert CheckRun(check, Subject(name, {})).holds(scene)
+    return seen[0]
+
+
+def test_a_phase_that_is_built_anew_for_each_command_sees_the_beginning_of_a_long_scene():
+    scene = next(each for each in played("living") if len(each.commands) > 2 * BUILT)
+    assert shown("cells", scene) is scene
+    beginning = shown("naive", scene)
+    assert beginning.commands == scene.commands[: len(beginning.commands)]
+    assert BUILT < len(beginning.commands) < len(scene.commands)
+    assert beginning.settings.until >= beginning.commands[-1].time
 
 
 def test_living_scenes_are_played_once_for_all_checks():
