@@ -287,6 +287,16 @@ def let_go_one_further(k: Kernel, s: State, body: int) -> None:
     s.failed[len(s.failed) + 3] = body
 
 
+@hook
+def move_ahead(k: Kernel, s: State, body: int, stage: int) -> None:
+    k.places[body].x += 1.0
+
+
+@hook
+def count_ahead(k: Kernel, s: State, body: int, stage: int) -> None:
+    s.failed[body] += stage + 1
+
+
 def living(**parts: Any) -> dict[str, Any]:
     """Return the parts of a phase that takes bodies in and lets them go."""
     return {"near": those_there, "build": build_for_those_there, "enter": take_in, "leave": let_go, **parts}
@@ -326,6 +336,8 @@ ALL: dict[str, dict[str, Any]] = {
     "schedules-in-near": {"near": schedule_in_near},
     "arranges-the-scene": {"arrange": arrange_the_scene},
     "stops-the-clock": {"arrange": stop_the_clock},
+    "moves-who-comes-soon": {"soon": move_ahead},
+    "counts-who-comes-soon": {"soon": count_ahead},
     "mends-in-audit": {"audit": audit_and_mend},
     "strays": {"near": stray},
     "strays-before": {"near": stray_before},

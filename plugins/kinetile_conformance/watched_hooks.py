@@ -170,6 +170,7 @@ HOOKS = {
     "enter": {**TOOLBOX, "near": EVERYTHING},
     "leave": {**TOOLBOX, "near": EVERYTHING},
     "near": ONLY_NAMES,
+    "soon": {},
     "arrange": ONLY_NAMES,
     "audit": ONLY_NAMES,
 }
@@ -195,7 +196,8 @@ class HookSnapshot(NamedTuple):
         tables = {name: _copy(t) for name, t in k._asdict().items() if may.get(name) is not EVERYTHING}
         for name, used in (("offers", "offered"), ("met", "logged"), ("log", "written")):
             tables[name] = _copy(getattr(k, name)[: int(k.clock[0].lists[used])])
-        state = {name: array.copy() for name, array in s._asdict().items()} if hook == "audit" else {}
+        held = s._asdict() if hook in ("audit", "soon") else {}
+        state = {name: array.copy() for name, array in held.items()}
         return cls(tables, bytes_of(scene), state)
 
 
@@ -274,7 +276,7 @@ CONTACTS, EVENTS = 15, 150
 """The limits of a run, and of its continuation after a body has been turned."""
 
 COMPILED = ("build", "repair", "replan", "near")
-IF_THERE = ("enter", "leave")
+IF_THERE = ("enter", "leave", "soon")
 """Compiled too; a phase may be without."""
 
 
@@ -344,6 +346,11 @@ class _Watched(Composition):
     """Phases that are watched, also when they are prepared anew because bodies come and go."""
 
     watch: Watch | None = None
+
+    @property
+    def looks_ahead(self) -> bool:
+        """Whether there is ``soon``: no scene here is large enough for it to be called otherwise."""
+        return self.broad.soon is not None
 
     def prepared_for(self, scene: Scene) -> Composition:
         anew = super().prepared_for(scene)

@@ -185,6 +185,11 @@ class Composition:
         """Whether the broad phase inserts and removes bodies; if not, it is built anew for each."""
         return self.broad.enter is not None
 
+    @property
+    def looks_ahead(self) -> bool:
+        """Whether the loop asks the memory ahead: only in a large scene."""
+        return self.broad.soon is not None and self.prepared.capacity >= LARGE
+
     def loop(self, commands: Commands) -> Callable[..., Any]:
         """Returns the loop for these phases, compiled at the first call or when it is made ready."""
         return compose(advance, self._parts(commands), self.label, type(self.broad.state))
@@ -202,7 +207,7 @@ class Composition:
             "repair": self.broad.repair,
             "replan": self.broad.replan,
             "near": self.broad.near,
-            "AHEAD": self.broad.soon is not None and self.prepared.capacity >= LARGE,
+            "AHEAD": self.looks_ahead,
             "PAIRS": self.pair is not None,
             "BOUNDS": self.pair is not None and self.pair.soonest is not None,
             "WALLS": self.wall is not None,

@@ -47,6 +47,8 @@ SEEN = {
     "schedules-in-near": "near wrote queue[0].own (",
     "arranges-the-scene": "arrange wrote the scene's radius",
     "stops-the-clock": "arrange wrote clock.jam.spin_limit (",
+    "moves-who-comes-soon": "soon wrote places[",
+    "counts-who-comes-soon": "soon wrote s.failed",
     "mends-in-audit": "audit wrote s.failed",
     "strays": "near used s.failed[1], and it has 1 (trespassing_phases.py, line ",
     "strays-before": "near used s.failed[-2], which is before its beginning (trespassing_phases.py, line ",
