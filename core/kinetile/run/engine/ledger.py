@@ -15,11 +15,15 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.kernel.clock import Clock
+from kinetile.kernel.clock import TICKS, Clock
 from kinetile.kernel.log import CONTACT, LOG
 from kinetile.kernel.tables import MET, Kernel
 from kinetile.run.engine.fields import Fields
 from kinetile.run.engine.sha256 import Digest, Sha256
+
+KEPT = np.dtype([("when", "i8"), ("a", "i4"), ("b", "i4")])
+"""A contact as it is kept until it is read, in 16 bytes: ``when`` counts ticks from the beginning of the
+epoch of its chunk's first contact. A chunk is shorter than 1,024 epochs (``kernel.clock``)."""
 
 Recorder = Callable[[npt.NDArray[np.void]], None]
 """Called with the log rows (``kinetile.kernel.log.LOG``) of each chunk of a run."""
@@ -51,7 +55,7 @@ class Ledger:
         self.keeps = keep
         self._unrecorded: list[npt.NDArray[np.void]] = []  # rows that wait, before those that are put aside
         self._aside: list[tuple[Any, int]] = []  # rows, with the clock's base that their ticks count from
-        self._waiting: list[Any] = []
+        self._waiting: list[tuple[int, Any]] = []  # for each chunk its first epoch, and what is kept
         self._kept = np.zeros(0, CONTACT)
         self._count = 0  # of those kept in one array; the others are added when they are read
         self._total = 0
@@ -78,8 +82,7 @@ class Ledger:
         """All contacts so far, in canonical order."""
         self._demand_kept()
         waiting, self._waiting = self._waiting, []
-        if waiting:
-            self._put(_joined(waiting))
+        self._put(waiting)
         contacts = self._kept[: self._count]
         contacts.flags.writeable = False
         return contacts
@@ -93,15 +96,14 @@ class Ledger:
         self._demand_kept()
         if count < self._count or 2 * count < self._total:
             return self.contacts[count:]
-        missing, new = self._total - count, []
-        for met in reversed(self._waiting):
+        contacts = np.zeros(max(self._total - count, 0), CONTACT)
+        missing, new = len(contacts), []
+        for epoch, kept in reversed(self._waiting):
             if missing <= 0:
                 break
-            new.append(met[max(len(met) - missing, 0) :])
-            missing -= len(met)
-        met = _joined(new[::-1]) if new else np.zeros(0, MET)
-        contacts = np.zeros(len(met), CONTACT)
-        self._fill(contacts, met)
+            new.append((epoch, kept[max(len(kept) - missing, 0) :]))
+            missing -= len(kept)
+        self._fill(contacts, new[::-1])
         contacts.flags.writeable = False
         return contacts
 
@@ -146,7 +148,7 @@ class Ledger:
             met = np.asarray(k.met)[:logged]
             self._digest.update(met.view(np.uint8))
             if self.keeps:
-                self._waiting.append(met.copy())
+                self._waiting.append(_kept(met))
                 self._total += logged
         if written:
             long = np.asarray(k.log)[:written]
@@ -155,23 +157,28 @@ class Ledger:
             elif self._puts_aside:
                 self._aside.append((long.copy(), self._clock.base))
 
-    def _put(self, met: Any) -> None:
+    def _put(self, waiting: list[tuple[int, Any]]) -> None:
         """Keeps contacts; the array grows by doubling, and a view that was returned is never moved."""
-        if not len(met):
+        if not waiting:
             return  # restored contacts are read-only
-        end = self._count + len(met)
+        end = self._total
         if end > len(self._kept):
             room = np.zeros(max(end, 2 * len(self._kept)), CONTACT)
             room[: self._count] = self._kept[: self._count]
             self._kept = room
-        self._fill(self._kept[self._count : end], met)
+        self._fill(self._kept[self._count : end], waiting)
         self._count = end
 
-    def _fill(self, contacts: npt.NDArray[np.void], met: Any) -> None:
+    def _fill(self, contacts: npt.NDArray[np.void], waiting: list[tuple[int, Any]]) -> None:
         """Writes contacts in their public form, with their times."""
-        for name in ("epoch", "tick", "a", "b"):
-            contacts[name] = met[name]
-        contacts["time"] = self._clock.rounded(met["epoch"], met["tick"])
+        begin = 0
+        for epoch, kept in waiting:
+            rows = contacts[begin : begin + len(kept)]
+            rows["epoch"], rows["tick"] = divmod(kept["when"], TICKS)
+            rows["epoch"] += epoch
+            rows["a"], rows["b"] = kept["a"], kept["b"]
+            begin += len(kept)
+        contacts["time"] = self._clock.rounded(contacts["epoch"], contacts["tick"])
 
     def hand_over(self) -> None:
         """Gives the waiting rows, those of commands between two runs, to the recorder."""
@@ -190,8 +197,13 @@ class Ledger:
         return self._unrecorded
 
 
-def _joined(parts: list[Any]) -> Any:
-    return parts[0] if len(parts) == 1 else np.concatenate(parts)
+def _kept(met: Any) -> tuple[int, Any]:
+    """Returns what is kept of the rows of a chunk: the first epoch, and a shorter row for each."""
+    first = int(met["epoch"][0])
+    kept = np.empty(len(met), KEPT)
+    kept["when"] = (met["epoch"] - first) * TICKS + met["tick"]
+    kept["a"], kept["b"] = met["a"], met["b"]
+    return first, kept
 
 
 def _rows(written: Any, clock: Clock) -> npt.NDArray[np.void]:
