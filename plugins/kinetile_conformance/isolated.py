@@ -36,8 +36,8 @@ from kinetile_conformance.checks import CHECKS, check_named
 from kinetile_conformance.child import NO_MEMORY, Job
 from kinetile_conformance.diagnosis import OFTEN, likely
 from kinetile_conformance.processes import IDLE, Child, Message, Phases, Silent
-from kinetile_conformance.reporting import Result
-from kinetile_conformance.runner import How, Plan, saved
+from kinetile_conformance.reporting import Result, saved
+from kinetile_conformance.runner import How, Plan
 from kinetile_conformance.strategies.changes import without
 
 GIB = 1 << 30

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from kinetile.plugin.choices import write_phase
+from kinetile.scene import Scene
 from kinetile.show.html import grid, paragraph
+from kinetile_conformance.cases import Subject, not_saved, save_case
+from kinetile_conformance.checks import check_named
 
 KIT_VERSION = "4.0"
 """The version of the set of checks."""
@@ -190,3 +193,25 @@ class Report:
         if result.picture is not None:
             details.append(f"picture: {result.picture}")
         return details
+
+
+def saved(result: Result, scene: Scene, subject: Subject, folder: Path | None) -> Result:
+    """Return a result with the file of its scene, if there is a folder for it and a check that replays it."""
+    replayed = check_named(result.check).replay
+    if folder is None or not replayed:
+        return result
+    path = folder / f"{subject.name}-{result.check}.toml"
+    try:
+        save_case(scene, path, replayed, subject, result.said)
+    except OSError as error:
+        return replace(result, said=f"{result.said}\n{not_saved('scene', error)}")
+    return replace(result, case=path)
+
+
+def save_picture(subject: Subject, scene: Scene, case: Path, said: str) -> Path:
+    """Draw the moment of disagreement beside the saved case."""
+    from kinetile_conformance.view import draw  # loads the player: only where something has failed
+
+    path = case.with_suffix(".svg")
+    path.write_bytes(draw(subject, scene, said))
+    return path

@@ -30,14 +30,13 @@ from kinetile_conformance.cases import (
     not_saved,
     outcome,
     provided,
-    save_case,
 )
 from kinetile_conformance.checks import CHECKS, check_named
 from kinetile_conformance.checks.check import Check, Disagreement, DoesNotApply
 from kinetile_conformance.deadline import SECONDS, Deadline, TimeIsUp, begin_scene, spent
 from kinetile_conformance.diagnosis import OFTEN, likely
 from kinetile_conformance.drawing import Drawing, reduced
-from kinetile_conformance.reporting import Report, Result
+from kinetile_conformance.reporting import Report, Result, save_picture, saved
 from kinetile_conformance.smoke_test import smoke_test, tightness
 from kinetile_conformance.strategies.changes import ended_at
 from kinetile_conformance.strategies.gallery import smallest
@@ -419,7 +418,7 @@ class Runner:
             result = saved(result, scene, self.subject, self._save_to)
         if scene is not None and result.case is not None:
             try:
-                result = replace(result, picture=_save_picture(self.subject, scene, result.case, said))
+                result = replace(result, picture=save_picture(self.subject, scene, result.case, said))
             except OSError as error:
                 result = replace(result, said=f"{said}\n{not_saved('picture', error)}")
         broad = self.subject.pair is None  # diagnoses are for broad phases
@@ -447,25 +446,3 @@ class Runner:
         if times == tried:
             return ""
         return f"\n(not every time: of {tried} times more on this scene it failed {times})"
-
-
-def saved(result: Result, scene: Scene, subject: Subject, folder: Path | None) -> Result:
-    """Return a result with the file of its scene, if there is a folder for it and a check that replays it."""
-    replayed = check_named(result.check).replay
-    if folder is None or not replayed:
-        return result
-    path = folder / f"{subject.name}-{result.check}.toml"
-    try:
-        save_case(scene, path, replayed, subject, result.said)
-    except OSError as error:
-        return replace(result, said=f"{result.said}\n{not_saved('scene', error)}")
-    return replace(result, case=path)
-
-
-def _save_picture(subject: Subject, scene: Scene, case: Path, said: str) -> Path:
-    """Draw the moment of disagreement beside the saved case."""
-    from kinetile_conformance.view import draw  # loads the player: only where something has failed
-
-    path = case.with_suffix(".svg")
-    path.write_bytes(draw(subject, scene, said))
-    return path

@@ -17,6 +17,7 @@ from kinetile import errors
 from kinetile.kernel.compiled import NotCompiled
 from kinetile.plugin.registry import Failure
 from kinetile_accuracy.oracle.event_queue import Undecided
+from kinetile_bench.counters import NoCounters
 from kinetile_bench.pool import PoolError
 from kinetile_bench.task import VersionsDiffer
 from kinetile_conformance.checks.check import Disagreement, DoesNotApply
@@ -51,6 +52,7 @@ RAISED: list[BaseException] = [
     Disagreement("another contact"),
     DoesNotApply("no such claim"),
     PoolError("no workers"),
+    NoCounters("perf is missing"),
     NotCompiled("a hook"),
     Silent(True),
     TimeIsUp(),
