@@ -29,7 +29,7 @@ from kinetile_conformance.cases import (
 from kinetile_conformance.checks.check import Disagreement, Reference, agree, agree_when_commanded, check
 
 AUDITS = 24
-"""Audits in a living scene; one takes O(n^2)."""
+"""Audits in a living scene; one takes O(n^2), so there are fewer among more than a hundred bodies."""
 
 DRAWN = 2
 """Drawings in a living scene: with hundreds of bodies one takes up to a second."""
@@ -148,7 +148,7 @@ def _by_hand(tested: Subject, scene: Scene, between: Callable[[Simulation, int],
 
 def _audit(subject: Subject, scene: Scene) -> None:
     """Raise Disagreement for the first thing that does not hold after one of some commands."""
-    every = 1 + len(scene.commands) // AUDITS
+    every = 1 + len(scene.commands) * max(1, len(scene) ** 2 // 8192) // AUDITS
 
     def audited(sim: Simulation, count: int) -> Simulation:
         if count % every == 0:
