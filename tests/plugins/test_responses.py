@@ -16,6 +16,7 @@ from kinetile.kernel.compiled import INTERPRETED
 from kinetile.plugin.protocols import check_parts
 from kinetile.run.compose import Commands, compose_phases
 from kinetile.toolbox import ResponseParts, hook
+from kinetile_conformance.strategies.changes import ended_at
 from kinetile_conformance.strategies.living import ABSENT, SAME_LOOP, ruled_scenes
 from registering import registered
 
@@ -55,9 +56,16 @@ def balanced(sim: kt.Simulation) -> bool:
     return begun - ended == int(sim.tables.clock[0].lists.passings)
 
 
+def not_long(scene: kt.Scene) -> kt.Scene:
+    """Return a scene, or the beginning of one with hundreds of commands, which takes minutes as plain
+    Python."""
+    long = INTERPRETED and len(scene.commands) > 30
+    return ended_at(scene, scene.commands[30].time) if long else scene
+
+
 @pytest.mark.small
 @settings(max_examples=SOME, deadline=None)
-@given(scene=ruled_scenes().filter(lambda scene: len(scene.commands) <= (60 if INTERPRETED else 1000)))
+@given(scene=ruled_scenes().map(not_long))
 def test_all_phases_agree_on_who_passes_stops_and_loses(scene):
     expected, sim = answer(scene, "naive", audit=1)
     assert balanced(sim)

@@ -14,6 +14,7 @@ from kinetile.kernel import compiled
 from kinetile.kernel.compiled import INTERPRETED, composer, disowned, hook, wrapping
 from kinetile.kernel.loop.checked import checked as as_checked
 from kinetile.kernel.tables import BAD_NAME, BAD_PARTNER, NOBODY, SPARE, Kernel, allocate
+from lanes import first
 
 
 class Tables(NamedTuple):
@@ -83,8 +84,10 @@ def test_a_number_that_is_no_body_s_is_a_fault_and_no_index(named, count, fault)
     k = allocate(5, 6, 1)
     parts = {"near": as_checked("near", near)}
     assert compiled.compose(ask, parts, "names", Kernel)(k, named, 2) == count
-    first = k.clock[0].fault
-    assert (int(first.code), int(first.a), int(first.b)) == ((fault, 2, named) if fault else (0, 0, 0))
+    fault_seen = k.clock[0].fault
+    assert (int(fault_seen.code), int(fault_seen.a), int(fault_seen.b)) == (
+        (fault, 2, named) if fault else (0, 0, 0)
+    )
 
 
 @pytest.mark.parametrize(("who", "right"), [(0, True), (4, True), (NOBODY, False), (5, False)])
@@ -136,7 +139,7 @@ SCENES = {
 
 @pytest.mark.interpreted
 @pytest.mark.parametrize("phase", ["naive", "cells", "sap-1d", "sap-2d", "sweep-tiling"])
-@pytest.mark.parametrize("scene", SCENES)
+@pytest.mark.parametrize("scene", first(1, [*SCENES]))
 def test_no_hook_of_kinetile_counts_from_the_end(monkeypatch, scene, phase):
     """Nor do loop, audit and questions: in views such an index would be another place of memory."""
     assert INTERPRETED

@@ -194,7 +194,11 @@ def isolated(name: str, *checks: str, **more: object) -> Report:
             f"the process died of SIGABRT in check 'same-contacts', in aborts{HERE}",
             marks=pytest.mark.slow,
         ),
-        ("exits-in-arrange", "the process ended itself with status 7 in check 'same-contacts'"),
+        pytest.param(
+            "exits-in-arrange",
+            "the process ended itself with status 7 in check 'same-contacts'",
+            marks=pytest.mark.slow,
+        ),
         ("takes-all-memory", OUT_OF_MEMORY),
         pytest.param("wants-too-much-room", OUT_OF_MEMORY, marks=pytest.mark.slow),
         pytest.param("wants-too-many-pairs", OUT_OF_MEMORY, marks=pytest.mark.slow),

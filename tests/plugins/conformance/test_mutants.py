@@ -40,7 +40,7 @@ MORE_BODIES = {
 """Mutants whose first check to fail needs more than three bodies."""
 
 QUICK = (
-    "naive-only-one-pair-a-body",
+    pytest.param("naive-only-one-pair-a-body", marks=pytest.mark.slow),
     pytest.param("naive-loses-a-pair-that-has-collided", marks=pytest.mark.slow),
     pytest.param("naive-writes-into-the-scene", marks=pytest.mark.slow),
     "naive-crashes-with-three-bodies",
@@ -88,7 +88,9 @@ def test_a_mutant_is_killed_with_three_bodies_at_most(label, load_mutant, tmp_pa
         ("sap-1d-has-a-state-as-long-as-its-process", "resumes-in-another-process"),
         ("naive-prints-what-it-prepares", "leaves-the-process-alone"),
         ("naive-seeds-the-random-numbers-of-everybody", "leaves-the-process-alone"),
-        ("naive-keeps-half-a-mib-of-each-simulation", "memory-does-not-grow"),
+        pytest.param(
+            "naive-keeps-half-a-mib-of-each-simulation", "memory-does-not-grow", marks=pytest.mark.slow
+        ),
     ],
 )
 def test_what_is_not_a_contact_is_observed_too(label, check, load_mutant, tmp_path):
