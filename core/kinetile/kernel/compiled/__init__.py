@@ -24,6 +24,7 @@ from kinetile.kernel.compiled.composer import (
     make_ready,
     nobody_compiles,
     while_compiling,
+    with_numpy,
 )
 from kinetile.kernel.compiled.hooks import (
     INTERPRETED,
@@ -62,5 +63,6 @@ __all__ = [
     "to_be_filled_in",
     "unchecked",
     "while_compiling",
+    "with_numpy",
     "wrapping",
 ]

@@ -56,7 +56,7 @@ def _compose(
     template: Callable[..., Any], parts: Mapping[str, Any], label: str, state: type
 ) -> Callable[..., Any]:
     source = cast(FunctionType, template)
-    given = {name: _with_numpy(part) if is_checked(part) else part for name, part in parts.items()}
+    given = {name: with_numpy(part) if is_checked(part) else part for name, part in parts.items()}
     function = _filled_in(source, given, {})
     if INTERPRETED:
         return function
@@ -71,7 +71,7 @@ def _compose(
 
 
 @cache
-def _with_numpy(function: Callable[..., Any]) -> Callable[..., Any]:
+def with_numpy(function: Callable[..., Any]) -> Callable[..., Any]:
     """Return a hook that hands a hook NumPy's arrays."""
     if INTERPRETED:
         return function

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from kinetile.kernel.compiled import hook, larger, smaller, unchecked, wrapping
+from kinetile.kernel.compiled import hook, larger, smaller, unchecked, with_numpy
 from kinetile.kernel.tables import BAD_NAME, BAD_PARTNER, NOBODY, SPARE, Kernel, blame
 
 Hook = Callable[..., Any]
@@ -29,10 +29,12 @@ def checked(name: str, function: Hook) -> Hook:
 
 
 def _naming(function: Hook) -> Hook:
+    given = with_numpy(function)
+
     @unchecked
     @hook
     def call(k: Kernel, s: Any, body: int) -> int:
-        count = function(wrapping(k), wrapping(s), body)
+        count = given(k, s, body)
         if count > len(k.near) - SPARE:
             return int(count)  # a fault of its own
         lowest = np.int32(0)  # as short as names are: the compiler takes eight at a time
@@ -49,10 +51,12 @@ def _naming(function: Hook) -> Hook:
 
 
 def _bounding(function: Hook) -> Hook:
+    given = with_numpy(function)
+
     @unchecked
     @hook
     def call(k: Kernel, body: int, count: int, barred: int, known: int, at: int) -> tuple[float, float, int]:
-        first, second, who = function(wrapping(k), body, count, barred, known, at)
+        first, second, who = given(k, body, count, barred, known, at)
         if first < math.inf and (who < 0 or who >= k.clock[0].bodies):
             blame(k, BAD_PARTNER, body, who)
             return math.inf, math.inf, NOBODY
