@@ -303,17 +303,16 @@ class Disc:
     """Elastic contact of two discs."""
 
     def prepare(self, scene: Scene) -> PairParts:
-        """Returns the parts; masses and radii are left out of the loop where all are equal and stay so.
+        """Returns the parts; masses and radii are left out of the loop where all of both are equal and stay
+        so: two loops, not four, for what differs by a twentieth of the instructions.
 
         For equal masses both forms give the same velocities, to the bit: the share of each is exactly 1.
         """
-        one = len(set(scene.mass.tolist())) <= 1
-        equal = one and scene.capacity == len(scene) and not scene.ruled
-        answer = collide_equals if equal else collide
-        alike = len(set(scene.radius.tolist())) <= 1 and scene.capacity == len(scene)
+        stay = scene.capacity == len(scene) and not scene.ruled
+        alike = stay and all(len(set(each.tolist())) <= 1 for each in (scene.mass, scene.radius))
         return PairParts(
             meet=meet,
-            collide=answer,
+            collide=collide_equals if alike else collide,
             soonest=soonest_of_equals if alike else soonest,
             touch=touch,
             part=part,

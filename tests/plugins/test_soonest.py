@@ -7,6 +7,7 @@ everything hard that can be drawn, the second on ordinary scenes.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -19,7 +20,7 @@ from kinetile.kernel.clock import SPAN
 from kinetile.kernel.flight import note_place
 from kinetile.kernel.tables import NEVER, NOBODY, Kernel
 from kinetile.run.engine.engine import Engine
-from kinetile_plugins.disc import LEAST, Disc, meet, soonest, soonest_of_equals
+from kinetile_plugins.disc import LEAST, Disc, collide, collide_equals, meet, soonest, soonest_of_equals
 
 CLOSE = 2.0**-30
 """Of the time in which the discs' extent is crossed: how far an ordinary bound may be from the contact."""
@@ -160,11 +161,14 @@ def test_the_first_and_the_second_of_any_number(count):
     assert second == (pytest.approx(distance[ordered[1]] - 0.1, rel=close) if count > 1 else math.inf)
 
 
-def test_bodies_of_one_radius_that_stay_so_have_a_bound_without_radii():
+@pytest.mark.parametrize("different", [{"radius": 0.02}, {"mass": 2.0}])
+def test_bodies_of_one_radius_and_mass_that_stay_so_have_hooks_without_them(different):
     scene = kt.make_scene("grid", bodies=9)
-    assert Disc().prepare(scene).soonest is soonest_of_equals
-    other = kt.Scene(scene.position, scene.velocity, [0.01] * 8 + [0.02], arena=scene.arena)
-    assert Disc().prepare(other).soonest is soonest
+    parts = Disc().prepare(scene)
+    assert (parts.soonest, parts.collide) == (soonest_of_equals, collide_equals)
+    others = {name: [getattr(scene, name)[0]] * 8 + [number] for name, number in different.items()}
+    parts = Disc().prepare(replace(scene, **others))
+    assert (parts.soonest, parts.collide) == (soonest, collide)
     assert kt.Simulation(scene, live=True)._engine.composition.pair.soonest is soonest
 
 
