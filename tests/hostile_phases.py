@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 import kinetile as kt
-from kinetile.toolbox import NEVER, BroadPhaseParts, Kernel, Records, hook, offer, schedule
+from kinetile.toolbox import NEVER, BroadPhaseParts, Kernel, Records, hook, offer, schedule, unchecked
 
 
 class State(NamedTuple):
@@ -119,6 +119,7 @@ def a_stranger(k: Kernel, s: State, body: int) -> int:
     return 1
 
 
+@unchecked
 @hook
 def far_from_any_body(k: Kernel, s: State, body: int) -> int:
     k.near[0] = 1 << 30

@@ -126,7 +126,9 @@ def test_an_audit_after_the_calendar_was_given_other_slices_found_it_unfiled():
 
 @pytest.mark.parametrize("phase", PHASES)
 def test_after_shifts_of_the_clock_everything_holds(phase):
-    scene = kt.Scene([[0.5, 0.5], [0.25, 0.125]], [[1e-4, 0.0], [0.0, 2e-4]], [0.0625, 0.05], arena=(1.0, 1.0))
+    scene = kt.Scene(
+        [[0.5, 0.5], [0.25, 0.125]], [[1e-4, 0.0], [0.0, 2e-4]], [0.0625, 0.05], arena=(1.0, 1.0)
+    )
     sim = kt.Simulation(scene, phase)
     for until in (500.0, 1100.0, 1700.0, 2500.0, 9000.0):
         sim.run(until=until)

@@ -18,6 +18,7 @@ from kinetile.toolbox import BroadPhaseParts, hook
 
 
 def helper(k):
+    k.near[: len(k.bodies)] = range(len(k.bodies))
     return len(k.bodies)
 
 
@@ -55,17 +56,17 @@ def installed(folder: Path, body: str) -> list[str]:
 @pytest.mark.parametrize(
     ("body", "interpreted", "said"),
     [
-        ("return 0 0", True, r"SyntaxError.*faulty_phase\.py, line 12"),
+        ("return 0 0", True, r"SyntaxError.*faulty_phase\.py, line 13"),
         pytest.param(
             "return helper(k)",
             False,
-            r"helper is a plain function, .*toolbox\.hook \(.*faulty_phase\.py, line 12\)",
+            r"helper is a plain function, .*toolbox\.hook \(.*faulty_phase\.py, line 13\)",
             marks=pytest.mark.slow,
         ),
         pytest.param(
             "return int(k.bodies[0].vz)",
             False,
-            r"vz.*faulty_phase\.py, line 12\)",
+            r"vz.*faulty_phase\.py, line 13\)",
             marks=pytest.mark.slow,
         ),
     ],

@@ -16,7 +16,9 @@ PHASES = ["naive", "cells", "sap-1d", "sap-2d", "sweep-tiling"]
 
 def slow(speed: float, **more: object) -> kt.Scene:
     velocity = [[speed, speed / 3], [-speed / 2, speed / 7], [0.0, 0.0]]
-    return kt.Scene([[0.2, 0.5], [0.7, 0.55], [0.5, 0.9]], velocity, [0.05, 0.05, 0.04], 1.0, (1.0, 1.0), **more)
+    return kt.Scene(
+        [[0.2, 0.5], [0.7, 0.55], [0.5, 0.9]], velocity, [0.05, 0.05, 0.04], 1.0, (1.0, 1.0), **more
+    )
 
 
 def in_small_steps(monkeypatch: pytest.MonkeyPatch) -> None:
