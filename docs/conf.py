@@ -51,9 +51,10 @@ nitpick_ignore_regex = [
     ("py:.*", r"(collections|concurrent|numpy|pathlib|os|pluggy|hypothesis|np|npt|typing)\..*"),
     ("py:.*", r"ArrayLike|NDArray|Floats|Path|PluginManager.*"),
     ("py:.*", r"float64|int64|int32|void|Kind|Spec|VersionsDiffer|PoolError|RowDisagreement"),
-    ("py:.*", r"kinetile\.(run|kernel)\..*\.(Command|Composition|Entries|F|Held|Parts|Phases)"),
+    ("py:.*", r"kinetile\.(run|kernel)\..*\.(Command|Composition|Entries|F|Held|Parts|SavedPhases)"),
     ("py:.*", "Numbers"),
-    ("py:.*", r"kinetile[\w.]*\.(Disagreement|DrawnFrom|Enclosure|Oracle|Page|Reference|Section|Subject)"),
+    ("py:.*", r"kinetile[\w.]*\.(Disagreement|DrawnFrom|Enclosure|FirstDifference)"),
+    ("py:.*", r"kinetile[\w.]*\.(Oracle|Page|Reference|Section|Subject)"),
 ]
 
 # Notebooks are kept without what they print: they are run here, and what they raise is an error.

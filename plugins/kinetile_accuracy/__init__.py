@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from kinetile_accuracy.oracle.agreement import Agreement as Agreement
-    from kinetile_accuracy.oracle.agreement import Disagreement as Disagreement
+    from kinetile_accuracy.oracle.agreement import FirstDifference as FirstDifference
     from kinetile_accuracy.oracle.agreement import certify as certify
     from kinetile_accuracy.oracle.oracle import CertifiedContact as CertifiedContact
     from kinetile_accuracy.oracle.oracle import CertifiedRun as CertifiedRun
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from kinetile_accuracy.specification.certify import certify_log as certify_log
 
 _HOMES = {
-    "oracle.agreement": ("Agreement", "Disagreement", "certify"),
+    "oracle.agreement": ("Agreement", "FirstDifference", "certify"),
     "oracle.oracle": ("CertifiedContact", "CertifiedRun", "OracleProgress", "Undecidable", "oracle_contacts"),
     "report": ("AccuracyReport", "measure_parts", "write_report"),
     "specification.certify": ("CertifiedLog", "LogProgress", "WrongLine", "certify_log"),

@@ -30,7 +30,7 @@ EVERY = 60.0
 """Seconds between two checkpoints, unless ``--every`` says otherwise."""
 
 
-class Ending(NamedTuple):
+class RunEnd(NamedTuple):
     """How a run ended: a word, an exit code, and the message that goes with a code other than 0."""
 
     status: str
@@ -47,7 +47,7 @@ def run_to_end(
     checkpoint: Checkpoint | None,
     contacts: Path | None,
     json: bool,
-) -> Ending:
+) -> RunEnd:
     """Runs, writes the contacts if requested, prints the result, and returns how all of it ended.
 
     ``asked`` is the requested end, its contacts counted from the start of the run; ``max_contacts`` is the
@@ -64,7 +64,7 @@ def run_to_end(
     return ending
 
 
-def leave(ending: Ending) -> None:
+def leave(ending: RunEnd) -> None:
     """Prints why a run ended badly, if it did, and leaves with its exit code."""
     if ending.code:
         notice(f"kinetile: {ending.message}")
@@ -77,7 +77,7 @@ def _carry_out(
     until: float | None,
     max_contacts: int | None,
     checkpoint: Checkpoint | None,
-) -> Ending:
+) -> RunEnd:
     """Runs, saves if requested, and closes the events file in any case."""
     said = ""
     if checkpoint is not None:
@@ -106,20 +106,20 @@ def _carry_out(
                     checkpoint.save()
         except KeyboardInterrupt:
             number = signals.number or signal.SIGINT
-            return Ending("interrupted", 128 + number, f"interrupted at time {simulation.time:.10g}{said}")
+            return RunEnd("interrupted", 128 + number, f"interrupted at time {simulation.time:.10g}{said}")
         except FAULTS as error:
-            return Ending(f"fault: {type(error).__name__}", FAULT, str(error))
-    return Ending("complete")
+            return RunEnd(f"fault: {type(error).__name__}", FAULT, str(error))
+    return RunEnd("complete")
 
 
-def _write_contacts(simulation: Simulation, path: Path, ending: Ending) -> Ending:
+def _write_contacts(simulation: Simulation, path: Path, ending: RunEnd) -> RunEnd:
     """Writes the contacts as text; returns how the run ended, or that they could not be written."""
     from kinetile.records.contacts import write_contacts
 
     try:
         write_contacts(path, simulation.contacts, simulation.fingerprint)
     except OSError as error:
-        return Ending(ending.status, FAULT, f"--contacts {path}: {error.strerror or error}")
+        return RunEnd(ending.status, FAULT, f"--contacts {path}: {error.strerror or error}")
     return ending
 
 

@@ -21,7 +21,7 @@ from kinetile.kernel.tables import NOBODY, OFFER, record_table
 from kinetile.run.advance import End
 from kinetile.run.engine.agenda import Rows
 from kinetile.run.engine.bounds import MOST_FLOWN
-from kinetile.run.engine.engine import UNLIMITED, Engine, Watch
+from kinetile.run.engine.engine import UNLIMITED, Engine, WatchedContacts
 from kinetile.run.questions.places import Box, Point
 from kinetile.scene import Insert, Scene
 from kinetile.scene.checks import LARGEST, WALL, is_finite, shown
@@ -277,7 +277,7 @@ class StopAt:
     before: bool = False
 
 
-def read_stop(engine: Engine, scene: Scene, stop: Any) -> Watch | None:
+def read_stop(engine: Engine, scene: Scene, stop: Any) -> WatchedContacts | None:
     """Returns the stopping contacts in the form of the loop; None if there are none before the end.
 
     TypeError for a wrong type, IndexError for bodies that are neither present nor to be inserted,
@@ -304,7 +304,7 @@ def read_stop(engine: Engine, scene: Scene, stop: Any) -> Watch | None:
     for row, (a, b) in zip(table, pairs, strict=True):
         row.a, row.b = a, b
         flags[[each for each in (a, b) if each != NOBODY]] |= SOME
-    return Watch(flags, table, stop.before)
+    return WatchedContacts(flags, table, stop.before)
 
 
 def _several(given: Any, where: str, name: str, of: str) -> list[Any]:

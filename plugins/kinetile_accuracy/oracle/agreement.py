@@ -43,7 +43,7 @@ Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Disagreement:
+class FirstDifference:
     """The first contact in which a run and the oracle differ.
 
     Attributes:
@@ -96,7 +96,7 @@ class Agreement:
     b: npt.NDArray[np.int64]
     ticks: Floats
     ulps: Floats
-    disagreement: Disagreement | None
+    disagreement: FirstDifference | None
     oracle: CertifiedRun
     fault: str | None = None
 
@@ -299,7 +299,7 @@ def agreement(
         b=contacts["b"][:agree].astype(np.int64),
         ticks=np.array([float(error / tick) for error in errors]),
         ulps=np.array([float(error / _ulp(time)) for error, time in zip(errors, exact, strict=True)]),
-        disagreement=Disagreement(agree, found, due, float(apart / tick)) if differ else None,
+        disagreement=FirstDifference(agree, found, due, float(apart / tick)) if differ else None,
         oracle=oracle,
         fault=fault,
     )

@@ -80,7 +80,7 @@ LOGS = ("met", "log")
 """Tables that are empty between two chunks."""
 
 
-class Watch(NamedTuple):
+class WatchedContacts(NamedTuple):
     """Contacts at which the loop stops: ``flags`` for each number of a body, ``pairs`` of numbers, and
     whether it stops ``before`` the contact happens."""
 
@@ -316,7 +316,7 @@ class Engine(Tables):
         """Sets the end of a run: ``time`` is now the requested one, until the next event."""
         self._asked = until
 
-    def watch(self, stop: Watch | None) -> None:
+    def watch(self, stop: WatchedContacts | None) -> None:
         """Sets the contacts at which the loop stops; None: none."""
         if stop is None:
             self.k = self.k._replace(watch=np.zeros(0, dtype=np.uint8), watched=record_table(OFFER, 0))

@@ -185,7 +185,7 @@ class RayHit(NamedTuple):
     distance: float
 
 
-class _Entry(NamedTuple):
+class _EntryOfRay(NamedTuple):
     """Where a ray enters a body: (dot - sqrt(d)) / |u|, that to the nearest double, and which body it is."""
 
     dot: int
@@ -203,22 +203,22 @@ def ray(moment: Moment, origin: Point, direction: Point, most: int | None = None
     n = len(few)
     (ux, uy), _ = whole(direction)
     length2 = ux * ux + uy * uy
-    met: list[_Entry] = []
+    met: list[_EntryOfRay] = []
     for place, at in enumerate(few.tolist()):
         if most is not None and len(met) >= most and (most == 0 or met[most - 1].distance < bounds[place]):
             break
         x, y, r = (numbers[place + i * n] for i in range(3))
         x, y = x - ox, y - oy
         if x * x + y * y <= r * r:
-            insort(met, _Entry(0, 0, 0.0, at), key=_KEY)
+            insort(met, _EntryOfRay(0, 0, 0.0, at), key=_KEY)
             continue
         dot, d = x * ux + y * uy, r * r * length2 - (x * uy - y * ux) ** 2
         if dot > 0 and d >= 0:
-            insort(met, _Entry(dot, d, difference_of_roots(dot, d, length2, unit), at), key=_KEY)
+            insort(met, _EntryOfRay(dot, d, difference_of_roots(dot, d, length2, unit), at), key=_KEY)
     return [RayHit(int(moment.slots[entry.at]), entry.distance) for entry in met[:most]]
 
 
-def _compare(one: _Entry, two: _Entry) -> int:
+def _compare(one: _EntryOfRay, two: _EntryOfRay) -> int:
     """Compares where two bodies are entered; where even the doubles are the same, exactly."""
     if one.distance != two.distance:
         return -1 if one.distance < two.distance else 1

@@ -44,7 +44,7 @@ from kinetile.run.engine.bounds import Bounds
 from kinetile.run.engine.engine import Parts
 from kinetile.run.engine.ledger import Entries, digestible
 from kinetile.run.engine.sha256 import Sha256
-from kinetile.run.saving.snapshot import Phases, Snapshot, elements, layout, versions_of
+from kinetile.run.saving.snapshot import SavedPhases, Snapshot, elements, layout, versions_of
 from kinetile.scene import Insert, Remove, Response, Scene, Settings, Turn, spacious, standing
 from kinetile.scene.checks import shown
 from kinetile.scene.targets import replacing, writable_target
@@ -245,7 +245,7 @@ def _snapshot(said: Mapping[str, Any], arrays: Arrays) -> Snapshot:
     )
     return Snapshot(
         scene=scene,
-        phases=Phases(*said["phases"]),
+        phases=SavedPhases(*said["phases"]),
         prepared=prepared,
         at_start=said["at_start"],
         versions=said["versions"],

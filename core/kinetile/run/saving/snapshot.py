@@ -38,7 +38,7 @@ from kinetile.scene import Scene, spacious
 
 
 @dataclass(frozen=True)
-class Phases:
+class SavedPhases:
     """The phases of a simulation by name, with their options."""
 
     broad_phase: str
@@ -46,7 +46,7 @@ class Phases:
     narrow_phases: Mapping[str, Mapping[str, Any]]
 
     @classmethod
-    def of(cls, composition: Composition) -> Phases:
+    def of(cls, composition: Composition) -> SavedPhases:
         """Returns the names of a composition."""
         narrow = {name: dict(options) for name, options in composition.narrow_phases.items()}
         return cls(composition.broad_phase, dict(composition.options), narrow)
@@ -62,7 +62,7 @@ class Snapshot:
     """
 
     scene: Scene
-    phases: Phases
+    phases: SavedPhases
     prepared: Scene  # for which the phases were prepared,
     at_start: bool  # and whether with the bodies of the start
     versions: Mapping[str, str] | None  # its versions, if it comes from another process
@@ -116,7 +116,7 @@ def take(
         )
     return Snapshot(
         scene=scene,
-        phases=Phases.of(engine.composition),
+        phases=SavedPhases.of(engine.composition),
         prepared=prepared,
         at_start=prepared.position is engine.scene.position,
         versions=None,
@@ -138,7 +138,7 @@ def put_back(engine: Engine, scene: Scene, snapshot: Snapshot, anew: bool = Fals
         raise RecordError(
             "this snapshot is of another scene: only a simulation of that one can go on from it"
         )
-    mine, parts = Phases.of(engine.composition), snapshot.parts
+    mine, parts = SavedPhases.of(engine.composition), snapshot.parts
     if mine.narrow_phases != snapshot.phases.narrow_phases:
         raise RecordError(
             f"this snapshot is of a run with the narrow phases {', '.join(snapshot.phases.narrow_phases)}, "

@@ -20,7 +20,7 @@ from kinetile.errors import PhaseError, Refused
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.log import WALLS
 from kinetile.toolbox import Kernel, hook, offer, schedule
-from kinetile_accuracy.oracle.agreement import Agreement, Disagreement, agreement, certify
+from kinetile_accuracy.oracle.agreement import Agreement, FirstDifference, agreement, certify
 from kinetile_accuracy.oracle.oracle import oracle_contacts
 
 pytest.importorskip("flint", reason="the certified oracle needs python-flint")
@@ -208,9 +208,9 @@ def test_an_end_that_is_none_is_refused_as_it_was_given(until: float) -> None:
 
 def test_walls_have_the_names_that_they_have_elsewhere(monkeypatch: pytest.MonkeyPatch) -> None:
     for wall, name in WALLS.items():
-        assert f"disc 3 with the {name} wall at" in str(Disagreement(0, (0.5, 3, wall), None, 0.0))
+        assert f"disc 3 with the {name} wall at" in str(FirstDifference(0, (0.5, 3, wall), None, 0.0))
     monkeypatch.setitem(WALLS, -1, "western")
-    assert "disc 3 with the western wall at" in str(Disagreement(0, (0.5, 3, -1), None, 0.0))
+    assert "disc 3 with the western wall at" in str(FirstDifference(0, (0.5, 3, -1), None, 0.0))
 
 
 @pytest.mark.small
