@@ -300,20 +300,27 @@ def touch(k: Kernel, a: int, b: int) -> tuple[float, float, float]:
 
 
 class Disc:
-    """Elastic contact of two discs."""
+    """Elastic contact of two discs.
+
+    Args:
+        general: the same parts for all scenes, so that they share one compiled loop; it is slower where
+            bodies are alike.
+    """
+
+    def __init__(self, general: bool = False) -> None:
+        self.general = general
 
     def prepare(self, scene: Scene) -> PairParts:
         """Returns the parts; masses and radii are left out of the loop where all are equal and stay so.
 
         For equal masses both forms give the same velocities, to the bit: the share of each is exactly 1.
         """
-        one = len(set(scene.mass.tolist())) <= 1
-        equal = one and scene.capacity == len(scene) and not scene.ruled
-        answer = collide_equals if equal else collide
-        alike = len(set(scene.radius.tolist())) <= 1 and scene.capacity == len(scene)
+        stay = scene.capacity == len(scene) and not self.general
+        equal = stay and len(set(scene.mass.tolist())) <= 1 and not scene.ruled
+        alike = stay and len(set(scene.radius.tolist())) <= 1
         return PairParts(
             meet=meet,
-            collide=answer,
+            collide=collide_equals if equal else collide,
             soonest=soonest_of_equals if alike else soonest,
             touch=touch,
             part=part,
