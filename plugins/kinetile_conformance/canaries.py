@@ -24,7 +24,7 @@ from kinetile.errors import KinetileError
 from kinetile.kernel.log import INSERTED, REMOVED
 from kinetile.run.advance import End, advance
 from kinetile.run.arguments import read_insertion, read_removal
-from kinetile.run.compose import Commands, compose_phases
+from kinetile.run.compose import Commands
 from kinetile.run.engine.engine import Engine
 from kinetile.scene import Scene
 from kinetile.scene.scene import spacious
@@ -134,7 +134,7 @@ def look_for_writes(subject: Subject, scene: Scene) -> str | None:
     Raises Refused where the phase cannot do the scene.
     """
     room = spacious(scene)
-    composition = compose_phases(room, subject.name, subject.narrow_phases(room), subject.options)
+    composition = subject.composition(room)
     broad = composition.broad
     state, cages = caged(broad.state, "s")
     ticks = tuple(_moved(each, cages) for each in broad.ticks)

@@ -17,27 +17,30 @@ from __future__ import annotations
 import contextlib
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import KinetileError
+from kinetile.errors import KinetileError, UnknownName
 from kinetile.kernel.tables import column, slots_taken
 from kinetile.plugin.registry import Provided, registry
 from kinetile.plugin.specs import BroadPhaseSpec, NarrowPhaseSpec, hookimpl
+from kinetile.run.compose import Composition, compose_phases
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene, Turn
 from kinetile.scene.by_name import load_scene
 from kinetile.scene.files import dumps_scene
-from kinetile.toolbox import NOBODY, BroadPhaseParts, Kernel, NoState, hook, is_there
+from kinetile.toolbox import NOBODY, BroadPhaseParts, Kernel, NoState, hook, is_there, unchecked
 
 REFERENCE = "naive"
-LIVE_REFERENCE = "naive-live"
-"""``naive`` with hooks for bodies that come and go. Without them the kernel builds a phase anew for each
-command, which takes 2 ms; a living scene has hundreds of commands."""
+"""The reference, as messages call it."""
+
+LIVE_REFERENCE = "_naive-live"
+"""The reference: ``naive`` with hooks for bodies that come and go. Without them the kernel builds a phase
+anew for each command, which takes 2 ms; a living scene has hundreds of commands."""
 
 CONTACTS = 150
 """The limit of contacts of a run; of a run in pieces, of each piece."""
@@ -58,6 +61,10 @@ MARATHON_CONTACTS = 100_000
 
 UNTIL = 8.0
 """The length of a case, in time units, where its scene has no end."""
+
+DISC = {"general": True}
+"""Options of ``disc``: without them it has parts of its own for scenes whose bodies are alike, and a phase a
+loop for each."""
 
 Tables = Mapping[str, npt.NDArray[np.generic]]
 
@@ -86,16 +93,27 @@ class Subject:
     narrow: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     def simulation(self, scene: Scene, **more: Any) -> Simulation:
-        """Return a simulation of a scene under these phases; all cases of a kind share one compiled loop."""
-        chosen = {"narrow_phases": self.narrow_phases(scene)} | more
-        return Simulation(scene, self.name, options=self.options, turning=True, **chosen)
+        """Return a simulation of a scene under these phases.
+
+        All scenes share one compiled loop, in which bodies can come and go, and those in which none does have
+        no slot to spare: a place too many would hide an index that is too large by one.
+        """
+        chosen = {
+            "narrow_phases": self.narrow_phases(scene),
+            "room": None if is_living(scene) else len(scene),
+        } | more
+        return Simulation(scene, self.name, options=self.options, live=True, **chosen)
+
+    def composition(self, scene: Scene) -> Composition:
+        """Return these phases, prepared for a scene."""
+        return compose_phases(scene, self.name, self.narrow_phases(scene), self.options)
 
     def narrow_phases(self, scene: Scene) -> dict[str, Mapping[str, Any]] | None:
-        """Return the narrow phases for a scene; None where none is named: the scene's own."""
-        if not self.narrow:
+        """Return the narrow phases for a scene; None where none is named here, and some are in the scene."""
+        if not self.narrow and scene.settings.narrow_phases is not None:
             return None
         pairs, walls = (self.of_role(role) for role in ("pair", "wall"))
-        return (pairs or {"disc": {}}) | ((walls or {"wall": {}}) if scene.arena is not None else {})
+        return (pairs or {"disc": DISC}) | ((walls or {"wall": {}}) if scene.arena is not None else {})
 
     def of_role(self, role: str) -> dict[str, Mapping[str, Any]]:
         """Return the named narrow phases of a role."""
@@ -111,9 +129,10 @@ class Subject:
         """Return another broad phase with the same narrow phases."""
         return Subject(broad_phase, {}, self.narrow)
 
-    def reference(self, scene: Scene) -> Subject:
-        """Return the reference for a scene, with the same narrow phases."""
-        return self.under(live_reference() if is_living(scene) else REFERENCE)
+    @property
+    def reference(self) -> Subject:
+        """The reference, with the same narrow phases."""
+        return self.under(live_reference())
 
 
 def provided(subject: Subject) -> tuple[Provided, ...]:
@@ -141,6 +160,7 @@ class PhasePlugin:
         return [self._spec] if isinstance(self._spec, NarrowPhaseSpec) else []
 
 
+@unchecked
 @hook
 def _near_live(k: Kernel, s: NoState, body: int) -> int:
     """Name everybody who is there."""
@@ -161,13 +181,16 @@ class NaiveLive:
     """Everybody who is there is near everybody."""
 
     def prepare(self, scene: Scene) -> BroadPhaseParts:
-        """Return the parts."""
-        return BroadPhaseParts(near=_near_live, enter=_idle, leave=_idle, room=scene.capacity)
+        """Return the parts; refuses as many bodies as ``naive``."""
+        parts: BroadPhaseParts = registry().broad_phase(REFERENCE)().prepare(scene)
+        return replace(parts, near=_near_live, enter=_idle, leave=_idle, room=scene.capacity)
 
 
 def live_reference() -> str:
-    """Return the name of the reference for living scenes, and register it where it is not."""
-    if LIVE_REFERENCE not in registry().names("broad phase"):
+    """Return the name of the reference, and register it where it is not."""
+    try:
+        registry().spec("broad phase", LIVE_REFERENCE)
+    except UnknownName:
         registry().add(PhasePlugin(BroadPhaseSpec(LIVE_REFERENCE, NaiveLive)))
     return LIVE_REFERENCE
 

@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 
-from kinetile.errors import BadOption, KinetileError, NotJudged, Refused
+from kinetile.errors import BadOption, NotJudged, Refused
 from kinetile.kernel.compiled.limits import limit_memory
 from kinetile.scene import Scene
 from kinetile_conformance.cases import Subject
@@ -25,7 +25,7 @@ from kinetile_conformance.checks.check import Check, Reference
 from kinetile_conformance.deadline import limit_scenes
 from kinetile_conformance.processes import Message, sent_through
 from kinetile_conformance.runner import CheckRun, How, Runner, verdict
-from kinetile_conformance.smoke_test import SAMPLES, compiled, fresh
+from kinetile_conformance.smoke_test import fresh
 
 NO_MEMORY = 77
 """The exit code of a child that came to the end of its memory."""
@@ -47,11 +47,10 @@ class Job:
 def serve(subject: Subject, job: Job, tasks: Iterable[Message], send: Send) -> None:
     """Carry out tasks until there are no more.
 
-    A task has its kind under "do": "smoke test" (load, compile, run once), "fresh" (list what is still to be
-    compiled), "compile" (the samples of numbers "samples"), "check" (the check "check"; "expected" is why it
-    is known to fail), "tightness", "alone" (run "check" on "scene", to see if the process survives) and
-    "verdict" (run it under the other phases, to see which one it speaks against). The answer to each ends
-    with "done".
+    A task has its kind under "do": "smoke test" (load, compile, run once), "fresh" (whether there is
+    something to compile), "check" (the check "check"; "expected" is why it is known to fail), "tightness",
+    "alone" (run "check" on "scene", to see if the process survives) and "verdict" (run it under the other
+    phases, to see which one it speaks against). The answer to each ends with "done".
     """
     limit_memory(job.memory)
     limit_scenes(job.scene_seconds)
@@ -67,10 +66,6 @@ def serve(subject: Subject, job: Job, tasks: Iterable[Message], send: Send) -> N
                     send({"error": type(error).__name__, "said": str(error)})
             case "fresh":
                 send({"fresh": fresh(subject)})
-            case "compile":
-                for number in task["samples"]:
-                    with contextlib.suppress(KinetileError):
-                        compiled(subject, SAMPLES[number])
             case "check":
                 send({"result": runner.run(task["check"], task["expected"])})
             case "tightness":

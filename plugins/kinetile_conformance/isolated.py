@@ -197,11 +197,11 @@ class IsolatedRunner:
         shutil.rmtree(self._scratch, ignore_errors=True)
 
     def smoke_test(self) -> None:
-        """Load and compile the phase and run it once; where all checks follow, compile what they need.
+        """Load and compile the phase and run it once.
 
-        Where loops are still to be compiled, which takes longer than all the rest, some checks see a few
-        scenes with interpreted hooks first. What fails there is passed to ``on_result`` at once, as a
-        preliminary result: its check is run with compiled hooks as well, and that result counts.
+        Where all checks follow and loops are still to be compiled, which takes longer than all the rest, some
+        checks see a few scenes with interpreted hooks first. What fails there is passed to ``on_result`` at
+        once, as a preliminary result: its check is run with compiled hooks as well, and that result counts.
 
         If the process does not survive that, the checks will report the cause.
 
@@ -209,17 +209,13 @@ class IsolatedRunner:
             NotJudged: it does not load or compile.
             BadOption, Refused: as the phase says.
         """
-        fresh: list[int] = []
         with suppress(_Died):
             if self._plan.whole and not INTERPRETED:
                 found: Message = {}
                 self._do({"do": "fresh"}, found.update)
-                fresh = list(found.get("fresh", ()))
-            if fresh:
-                self._run_interpreted()
+                if found.get("fresh"):
+                    self._run_interpreted()
             self._do({"do": "smoke test"}, lambda message: None)
-            if fresh:
-                self._compile(fresh)
         self.deaths = 0
 
     def _run_interpreted(self) -> None:
@@ -238,17 +234,6 @@ class IsolatedRunner:
                     plan.on_result(replace(result, reason=PRELIMINARY))
                 if not result.ok:
                     return
-
-    def _compile(self, fresh: list[int]) -> None:
-        """Compile the loops of these samples, in two processes side by side."""
-        helper = self._start("words of a helper")
-        try:
-            helper.send(pickle.dumps({"do": "compile", "samples": fresh[1::2]}))
-            self._do({"do": "compile", "samples": fresh[0::2]}, lambda message: None)
-            with suppress(Silent):
-                helper.receive()
-        finally:
-            helper.end()
 
     def run(self, name: str, expected: str | None = None) -> Result:
         """Run the check of a name; ``expected`` is why it is known to fail.
@@ -294,7 +279,7 @@ class IsolatedRunner:
         ``again``: the task repeats one that a child has died of, so another death does not count.
         """
         if self._child is None:
-            self._child = self._start("words")
+            self._child = self._start()
         child = self._child
         child.send(pickle.dumps(task))
         code, trace = None, ""
@@ -317,9 +302,9 @@ class IsolatedRunner:
         self.deaths += not again
         raise _Died(how, code, trace)
 
-    def _start(self, words: str) -> Child:
+    def _start(self) -> Child:
         seconds = COMPILING + 2.0 * self._scene_seconds
-        child = Child("kinetile_conformance.child:main", self._scratch / words, self._environment, seconds)
+        child = Child("kinetile_conformance.child:main", self._scratch / "words", self._environment, seconds)
         child.send(self._phases.pickled(self._job))
         return child
 

@@ -94,13 +94,14 @@ class Child:
 
     def receive(self) -> Message | None:
         """Return the next message; None where the child has ended, and sends no more. Raise Silent."""
-        began = used = self._used()
-        since = time.monotonic()
+        began: float | None = None
+        used = since = 0.0
         try:
             while not self._link.poll(PATROL):
                 if self.ended and not self._link.poll():
                     return None  # what it has started may hold its end
-                now = self._used()
+                now = self._used()  # for each message it would take longer than most scenes
+                began = now if began is None else began
                 if now > began + self._seconds:
                     raise Silent(busy=True)
                 if now > used:

@@ -177,7 +177,7 @@ class References:
     that many checks share."""
 
     def __init__(self, subject: Subject | None = None) -> None:
-        self._subject = subject or Subject(REFERENCE, {})
+        self._subject = (subject or Subject(REFERENCE, {})).reference
         self._kept: dict[int, tuple[Scene, dict[int, RunOutcome]]] = {}
 
     def keep(self, scenes: list[Scene]) -> None:
@@ -191,7 +191,7 @@ class References:
             self.keep([scene])  # played once, for several checks
         _, known = self._kept.get(id(scene), (scene, {}))
         if contacts not in known:
-            known[contacts] = outcome(self._subject.reference(scene), scene, contacts)
+            known[contacts] = outcome(self._subject, scene, contacts)
         return known[contacts]
 
 
@@ -257,7 +257,7 @@ class CheckRun:
         """Return a living scene, or its beginning, where each command is dear."""
         if not self.each.living or len(scene.commands) <= BUILT:
             return scene
-        if self.subject.simulation(scene).composition.living:
+        if self.subject.composition(scene).living:
             return scene
         return ended_at(scene, scene.commands[BUILT].time)
 

@@ -48,7 +48,8 @@ def view_case(
     until = horizon(case.scene) if until is None else until
     choices = [(REFERENCE, {}), on_trial]
     title = f"{path.name}: {on_trial[0]} beside {REFERENCE}"
-    narrow = Subject(REFERENCE, {}, case.narrow_phases).narrow_phases(case.scene)
+    named = Subject(REFERENCE, {}, case.narrow_phases)
+    narrow = named.narrow_phases(case.scene) if case.narrow_phases else None
     page = view_scene(
         case.scene, choices, until=until, title=title, max_contacts=CONTACTS, narrow_phases=narrow
     ).page
@@ -90,7 +91,7 @@ def _in_words(row: Any) -> str:
 
 def moment(subject: Subject, scene: Scene) -> Simulation:
     """Return a simulation under the reference, run to the first contact at which the subject differs."""
-    reference = subject.under(REFERENCE)
+    reference = subject.reference
     agreed = first_difference(outcome(subject, scene).contacts, outcome(reference, scene).contacts)
     sim = reference.simulation(scene)
     with suppress(KinetileError):

@@ -40,7 +40,7 @@ from kinetile.kernel.tables import column, fields_in
 from kinetile.plugin.calling import NOT_AUTHORS, line_of_author, place_of
 from kinetile.run.advance import End, advance
 from kinetile.run.arguments import read_turns
-from kinetile.run.compose import Commands, Composition, compose_phases
+from kinetile.run.compose import Commands, Composition
 from kinetile.run.engine.engine import Engine
 from kinetile.scene import Scene
 from kinetile.toolbox import NOBODY, BroadPhaseParts, Kernel
@@ -370,7 +370,7 @@ def watch_hooks(subject: Subject, scene: Scene) -> str | None:
     Refused where the phase cannot do the scene.
     """
     held = bytes_of(scene)
-    composition = compose_phases(scene, subject.name, subject.narrow_phases(scene), subject.options)
+    composition = subject.composition(scene)
     for name, was in held.items():
         if bytes_of(scene)[name] != was:
             return f"prepare wrote the scene's {name}"

@@ -300,7 +300,15 @@ def touch(k: Kernel, a: int, b: int) -> tuple[float, float, float]:
 
 
 class Disc:
-    """Elastic contact of two discs."""
+    """Elastic contact of two discs.
+
+    Args:
+        general: the same parts for all scenes, so that they share one compiled loop; it is slower where
+            bodies are alike.
+    """
+
+    def __init__(self, general: bool = False) -> None:
+        self.general = general
 
     def prepare(self, scene: Scene) -> PairParts:
         """Returns the parts; masses and radii are left out of the loop where all of both are equal and stay
@@ -308,7 +316,7 @@ class Disc:
 
         For equal masses both forms give the same velocities, to the bit: the share of each is exactly 1.
         """
-        stay = scene.capacity == len(scene) and not scene.ruled
+        stay = scene.capacity == len(scene) and not scene.ruled and not self.general
         alike = stay and all(len(set(each.tolist())) <= 1 for each in (scene.mass, scene.radius))
         return PairParts(
             meet=meet,

@@ -64,8 +64,9 @@ MUTANTS = [
         "does not watch the gap that closes",
         "sap-1d",
         "        if before != END:\n"
-        "            watch(k, s, before, s.order[s.bounds[before + PLACE] + 1])\n\n\n@hook\ndef near",
-        "\n\n@hook\ndef near",
+        "            watch(k, s, before, s.order[s.bounds[before + PLACE] + 1])\n"
+        "\n\n@unchecked\n@hook\ndef near",
+        "\n\n@unchecked\n@hook\ndef near",
         "",
         "leave leaves out the certificate of two that have become neighbours",
     ),

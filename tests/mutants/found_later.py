@@ -85,8 +85,9 @@ MUTANTS = [
         "a list of newcomers with seven places",
         after(ENTER, "    s.told[1] = 0\n"),
         instead(
-            "            add_pair(k, body, other)\n\n\n@hook\ndef leave",
-            "            add_pair(k, body, other)\n            s.told[1] += 1\n\n\n@hook\ndef leave",
+            "            add_pair(k, body, other)\n\n\n@unchecked\n@hook\ndef leave",
+            "            add_pair(k, body, other)\n            s.told[1] += 1\n"
+            "\n\n@unchecked\n@hook\ndef leave",
         ),
     ),
     _pairs_but(

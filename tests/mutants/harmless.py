@@ -100,7 +100,7 @@ HARMLESS = [
         FLAG,
         NO_AUDIT,
         before(
-            "\n\n@hook\ndef near",
+            "\n\n@unchecked\n@hook\ndef near",
             "    if body == 0:\n        s.axis[1] = 1\n        schedule(k, 0, k.clock[0].now)\n",
         ),
         before(

@@ -46,7 +46,7 @@ MUTANTS = [
         "naive",
         [
             *_where("len(MADE) > 3000", lines="        MADE.append(1)\n"),
-            before("\n\n@hook\ndef near", "\n\nMADE: list[int] = []\n"),
+            before("\n\n@unchecked\n@hook\ndef near", "\n\nMADE: list[int] = []\n"),
         ],
         "what it keeps from one simulation to the next has room for 3,000",
         family="surroundings",
@@ -97,7 +97,7 @@ MUTANTS = [
         "naive",
         [
             *_where("MADE[-1].ctypes.data >> 6 & 63 == 5", lines="        MADE.append(np.zeros(8))\n"),
-            before("\n\n@hook\ndef near", "\n\nMADE: list[np.ndarray] = []\n"),
+            before("\n\n@unchecked\n@hook\ndef near", "\n\nMADE: list[np.ndarray] = []\n"),
         ],
         "what is uninitialised, or aligned by chance",
         family="surroundings",

@@ -119,3 +119,17 @@ def test_a_faint_graze_is_met():
     sim = kt.Simulation(scene, "naive")
     sim.run(until=100.0)
     assert len(sim.contacts) == 1
+
+
+def test_the_general_parts_give_the_contacts_of_those_for_bodies_that_are_alike():
+    scene = kt.make_scene("grid", bodies=16, density=0.5)
+    sims = [kt.Simulation(scene, "naive", narrow_phases=each) for each in (None, ALL_SCENES)]
+    for sim in sims:
+        sim.run(max_contacts=30 if INTERPRETED else 2_000)
+    usual, general = (sim.composition.pair for sim in sims)
+    assert usual.collide is not general.collide
+    assert usual.soonest is not general.soonest
+    assert sims[0].fingerprint == sims[1].fingerprint
+
+
+ALL_SCENES = {"disc": {"general": True}, "wall": {}}

@@ -126,8 +126,10 @@ class Registry:
         return self._find(kind, name)
 
     def names(self, kind: Kind) -> tuple[str, ...]:
-        """Returns the names of one kind, without aliases: the built-in ones first."""
-        return tuple(provided.spec.name for provided in self._provided if provided.kind == kind)
+        """Returns the names of one kind: the built-in ones first, without aliases, and without those that
+        begin with ``_``, which a plugin has for its own use."""
+        names = (provided.spec.name for provided in self._provided if provided.kind == kind)
+        return tuple(name for name in names if not name.startswith("_"))
 
     def add(self, plugin: object) -> None:
         """Adds a plugin of this process: a module, or any object, with functions marked by ``hookimpl``.
@@ -221,7 +223,7 @@ class Registry:
                 known.update(dict.fromkeys(_all_names(provided.spec), provided))
         if name in known:
             return known[name]
-        meant = nearest(str(name), known)
+        meant = nearest(str(name), [each for each in known if not each.startswith("_")])
         raise UnknownName(kind, name, suggestion=meant, available=self.names(kind), failures=self.failures)
 
 

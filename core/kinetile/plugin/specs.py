@@ -58,10 +58,11 @@ class _HookSpec:
 class BroadPhaseSpec(_HookSpec):
     """A broad phase: keeps a set of candidate pairs complete.
 
-    ``name`` is the public name ("sap-1d"): no spaces, commas, ``=`` or ``:``; ``aliases`` are other names
-    for it. ``target`` is the class, or "package.module:Class". ``summary`` is one line for a listing.
-    ``features`` are words for abilities beyond the protocol. ``api`` is the version of the plugin
-    API that the phase was written for; the registry accepts only API_VERSION.
+    ``name`` is the public name ("sap-1d"): no spaces, commas, ``=`` or ``:``; one that begins with ``_`` is
+    found, but not listed. ``aliases`` are other names for it. ``target`` is the class, or
+    "package.module:Class". ``summary`` is one line for a listing. ``features`` are words for abilities beyond
+    the protocol. ``api`` is the version of the plugin API that the phase was written for; the registry
+    accepts only API_VERSION.
 
     Raises BadPlugin if a field is invalid.
     """

@@ -417,17 +417,18 @@ def ask_again(k: Kernel, pairs: Pairs, meetings: Integers, walls: Integers) -> N
 
 def _touching(k: Any, place: Any, near: Pairs, delta: float) -> Iterator[Complaint]:
     """Every two bodies closer than a skin are a candidate pair."""
-    radius = k.bodies.radius
-    held = set(map(tuple, near.tolist()))
+    n = len(k.bodies)
+    held = near[:, 0].astype(np.int64) * n + near[:, 1]
     slots = np.flatnonzero(k.queue.number >= 0)
-    place, radius = place[slots], radius[slots]
+    place, radius = place[slots], k.bodies.radius[slots]
     for first in range(0, len(place), ROWS):
         rows = slice(first, first + ROWS)
         apart = np.hypot(
             place[rows, 0, None] - place[None, :, 0], place[rows, 1, None] - place[None, :, 1]
         ) - (radius[rows, None] + radius[None, :])
-        for a, b in np.argwhere(apart <= delta):
-            one, two = int(slots[int(a) + first]), int(slots[b])
-            if one < two and (one, two) not in held:
-                said = f"bodies {one} and {two} touch (gap {apart[a, b]:.3g}) and are not a candidate pair"
-                yield Complaint(said, (one, two))
+        at, other = np.nonzero(apart <= delta)
+        a, b = slots[at + first], slots[other]
+        for missed in np.flatnonzero((a < b) & ~np.isin(a * n + b, held)).tolist():
+            one, two, gap = int(a[missed]), int(b[missed]), apart[at[missed], other[missed]]
+            said = f"bodies {one} and {two} touch (gap {gap:.3g}) and are not a candidate pair"
+            yield Complaint(said, (one, two))

@@ -79,6 +79,8 @@ class Simulation:
             not compile it anew.
         live: True for a program that gives all kinds of commands: they are compiled into the loop though the
             scene has none, and slots are free for inserted bodies, so that the first need not do either.
+        room: with ``live`` or a scene whose bodies come and go, how many bodies can be present before slots
+            are made for more: at least those of the scene; None: twice as many.
 
     Raises:
         UnknownName: no phase is registered under a name.
@@ -99,15 +101,16 @@ class Simulation:
         audit: int | None = None,
         turning: bool = False,
         live: bool = False,
+        room: int | None = None,
     ) -> None:
         if audit is not None and audit < 1:
             raise ValueError(f"audit is a number of contacts, at least 1; found {audit}")
         self.scene = scene
         lives = live or any(not isinstance(command, Turn) for command in scene.commands)
-        room = spacious(scene) if lives else scene
-        composition = compose_phases(room, broad_phase, narrow_phases, options)
+        prepared = spacious(scene, None if room is None else max(room, len(scene))) if lives else scene
+        composition = compose_phases(prepared, broad_phase, narrow_phases, options)
         commands = Commands.ALL if live else Commands.TURNS if turning else Commands.NONE
-        self._engine = Engine(room, composition, keep_contacts, commands)
+        self._engine = Engine(prepared, composition, keep_contacts, commands)
         self._history = History()
         self._audit = audit
         self._running = False

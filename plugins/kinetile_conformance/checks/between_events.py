@@ -79,7 +79,7 @@ def its_structure_is_true(subject: Subject, scene: Scene, reference: Reference) 
     audit_between_events(subject, scene)
 
 
-@check(turns=True, share=0.5)
+@check(turns=True, share=0.3)
 def structural_events_move_nothing(subject: Subject, scene: Scene, reference: Reference) -> None:
     """Its own events move no body and turn none, and never go back in time."""
     before: tuple[int, bytes, int] | None = None

@@ -151,10 +151,10 @@ def agree(
         raise Disagreement(f"{how}{said}{_who_is_right(subject, scene, found, expected)}", scene)
 
 
-def agree_when_commanded(subject: Subject, other: Subject, ran: Callable[[Subject], RunOutcome]) -> None:
-    """Raise unless commands given between runs have the same outcome under the subject as under another
-    phase, the reference."""
-    expected = ran(other)
+def agree_when_commanded(subject: Subject, ran: Callable[[Subject], RunOutcome]) -> None:
+    """Raise unless commands given between runs have the same outcome under the subject as under the
+    reference."""
+    expected = ran(subject.reference)
     said = difference(ran(subject), expected, subject.name)
     if said is not None:
         raise Disagreement(said)

@@ -6,12 +6,14 @@ A phase declares that it is right while bodies pass through each other (``solid`
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from kinetile.errors import Refused
 from kinetile.plugin.registry import registry
-from kinetile.scene import Scene, Settings
-from kinetile_conformance.cases import CONTACTS, Subject, horizon, run_summary
+from kinetile.scene import Scene, Settings, with_commands
+from kinetile_conformance.cases import SWARM_CONTACTS, Subject, horizon, run_summary
 from kinetile_conformance.checks.check import (
     Disagreement,
     DoesNotApply,
@@ -38,22 +40,16 @@ EDGES = 6
 
 @check(scenes=DrawnFrom("swarms", "walled_scenes"), share=0.5, judges="broad")
 def near_holds_while_bodies_pass(subject: Subject, scene: Scene, reference: Reference) -> None:
-    """Where it does not ask for solid bodies, who touch are near each other while bodies fly through bodies.
+    """Where it does not ask for solid bodies, who touch are near each other while all pass through all."""
+    from kinetile_conformance.strategies.living import ABSENT, SAME_LOOP
 
-    One that does ask for them refuses to be run without a narrow phase for pairs.
-    """
-    solid = subject.simulation(scene).composition.broad.solid
-    try:
-        sim = subject.simulation(scene, narrow_phases=("wall",) if scene.arena is not None else ())
-    except Refused as error:
-        if solid:
-            raise DoesNotApply("it declares that bodies are solid") from error
-        raise
-    if solid:
-        raise Disagreement("it declares that bodies are solid, and runs without a narrow phase for pairs")
+    if subject.composition(scene).broad.solid:
+        raise DoesNotApply("it declares that bodies are solid")
+    rules: dict[Any, Any] = {("*", "*"): "pass", **SAME_LOOP}
+    sim = subject.simulation(with_commands(scene, scene.commands, rules, (*scene.kinds, *ABSENT)))
     step = (horizon(scene) - scene.start) / LOOKS
     for look in range(1, LOOKS + 1):
-        sim.run(until=max(scene.start + look * step, sim.time), max_contacts=CONTACTS)
+        sim.run(until=max(scene.start + look * step, sim.time), max_contacts=SWARM_CONTACTS)
         said = near_fault(sim)
         if said is not None:
             raise Disagreement(f"while bodies pass through each other, at time {sim.time!r} {said}")

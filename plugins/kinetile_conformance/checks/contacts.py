@@ -51,7 +51,7 @@ def same_contacts_with_turns(subject: Subject, scene: Scene, reference: Referenc
     agree(subject, scene, reference)
 
 
-@check(turns=True)
+@check(turns=True, share=0.5)
 def repeats_itself(subject: Subject, scene: Scene, reference: Reference) -> None:
     """It repeats itself: the same contacts and the same number of events, twice."""
     runs = [run_summary(subject, scene) for _ in range(2)]
@@ -88,7 +88,7 @@ def instances_are_independent(subject: Subject, scene: Scene, reference: Referen
             raise Disagreement("side by side with another it does not give the contacts that it gives alone")
 
 
-@check(turns=True)
+@check(turns=True, share=0.3)
 def leaves_the_scene_alone(subject: Subject, scene: Scene, reference: Reference) -> None:
     """It leaves the scene as it is."""
     before = deepcopy(scene)
@@ -97,7 +97,7 @@ def leaves_the_scene_alone(subject: Subject, scene: Scene, reference: Reference)
         raise Disagreement("the scene is not what it was before the run")
 
 
-@check(turns=True)
+@check(turns=True, share=0.5)
 def stops_and_goes_on(subject: Subject, scene: Scene, reference: Reference) -> None:
     """A run that is stopped and goes on is the run that was not stopped."""
     whole = outcome(subject, scene)

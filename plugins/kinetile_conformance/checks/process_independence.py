@@ -40,7 +40,7 @@ from kinetile.run.simulation import Simulation
 def simulate(name, options, narrow, contacts, scenes, ends):
     found = []
     for scene, end in zip(scenes, ends):
-        sim = Simulation(scene, name, options=options, narrow_phases=narrow, turning=True)
+        sim = Simulation(scene, name, options=options, narrow_phases=narrow, live=True, room=len(scene))
         ended = "ran"
         try:
             sim.run(until=end, max_contacts=contacts)

@@ -12,7 +12,8 @@ command. It does not minimise commands: that takes a hundred times as long as le
 (``kinetile_conformance.drawing``).
 
 In scenes with responses three kinds of bodies meet by drawn rules. Every such scene also names the same
-responses for kinds that it declares and that no body has, so that one loop serves all of them.
+responses for kinds that it declares and that no body has, so that one loop serves all of them
+(``only_solid`` leaves out the one that not every phase accepts).
 """
 
 from __future__ import annotations
@@ -68,6 +69,9 @@ _COLUMNS = ("position", "velocity", "radius", "mass", "kind")
 SAME_LOOP: dict[Any, Any] = {("nobody", "nobody"): "stop", ("nobody", "no one"): _LOSSY}
 """Rules for kinds that no body has: with them, scenes of any rules have one loop."""
 
+NOBODY_PASSES: dict[Any, Any] = {("no one", "no one"): "pass"}
+"""One more, which phases refuse that need solid bodies."""
+
 _answers = st.sampled_from(
     ["elastic", "stop", _LOSSY, Response("restitution", e=0.875, contact_time=2.0**-20)]
 )
@@ -93,7 +97,9 @@ def _body(draw: st.DrawFn, passing: bool) -> dict[str, Any]:
 def _with_responses(draw: st.DrawFn, passing: bool) -> Scene:
     """Up to seven bodies in a box, of three kinds."""
     bodies = draw(st.lists(_body(passing), min_size=2, max_size=7, unique_by=lambda one: one["place"]))
-    rules: dict[Any, Any] = {("*", "*"): draw(_answers), ("*", "wall"): draw(_answers), **SAME_LOOP}
+    rules: dict[Any, Any] = (
+        {("*", "*"): draw(_answers), ("*", "wall"): draw(_answers)} | SAME_LOOP | NOBODY_PASSES
+    )
     if passing:
         rules |= {("wisp", other): "pass" for other in KINDS}
     columns: dict[str, Any] = {name: [body[name] for body in bodies] for name in _COLUMNS}
@@ -112,6 +118,12 @@ def _of_many(number: int) -> Scene:
 def _of_any_size() -> st.SearchStrategy[Scene]:
     few = st.one_of(box_scenes(turns=False), plane_scenes(turns=False))
     return st.one_of(few, st.integers(0, 2**24 - 1).map(_of_many))
+
+
+def only_solid(scene: Scene) -> Scene:
+    """Return a scene without its rule for those who pass, if it has this for kinds that no body has."""
+    rules = {pair: answer for pair, answer in scene.responses if pair not in NOBODY_PASSES}
+    return scene.replace(responses=rules)
 
 
 STARTS: dict[str, Callable[[], st.SearchStrategy[Scene]]] = {

@@ -122,6 +122,15 @@ def test_an_unknown_name_is_answered_with_what_was_meant_and_what_there_is(
     assert second.startswith("available: naive, cells, sap-1d, sap-2d")
 
 
+def test_the_kits_own_reference_was_among_the_names_that_an_error_lists() -> None:
+    registry = Registry([bringing(BroadPhaseSpec("stripes", Stripes), BroadPhaseSpec("_stripes", Stripes))])
+    assert registry.broad_phase("_stripes") is Stripes
+    assert registry.names("broad phase") == ("stripes",)
+    with pytest.raises(UnknownName) as caught:
+        registry.broad_phase("_stripe")
+    assert (caught.value.suggestion, caught.value.available) == ("stripes", ("stripes",))
+
+
 # What a plugin of this process can do wrong
 
 

@@ -263,6 +263,18 @@ def test_exact_arithmetic_does_not_judge_what_it_does_not_follow():
     assert explain_difference(sim.scene, lists, 0) == ""
 
 
+@pytest.mark.parametrize(("room", "slots"), [(None, 64), (0, 2), (2, 2), (3, 3)])
+def test_there_is_room_for_as_many_as_are_asked_for_and_then_for_more(room, slots):
+    sim, usual = (kt.Simulation(box(), "sap-1d", live=True, room=each) for each in (room, None))
+    assert len(sim.tables.bodies) == slots
+    for each in (sim, usual):
+        each.run(until=1.0)
+        each.insert((2.0, 2.0), (0.5, 0.25), 0.25)
+        each.insert((2.0, 1.0), (0.0, 0.25), 0.125)
+        each.run(until=8.0)
+    assert sim.fingerprint == usual.fingerprint
+
+
 @pytest.mark.parametrize("phase", LIVING)
 def test_when_bodies_are_jammed_does_not_depend_on_the_phase(phase):
     """Nor does the speed for which all is laid out: a phase without ``enter`` is built anew for each."""

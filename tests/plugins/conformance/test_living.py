@@ -7,7 +7,8 @@ from itertools import islice
 
 import pytest
 
-from kinetile.scene import Insert, Remove, Turn
+from kinetile.run.compose import Commands
+from kinetile.scene import Insert, Remove, Scene, Turn
 from kinetile_conformance.cases import LIVING_CONTACTS, Subject, is_living, outcome
 from kinetile_conformance.checks import CHECKS, check_named, table
 from kinetile_conformance.compare import difference
@@ -29,8 +30,22 @@ def test_the_same_number_plays_the_same_scenes_with_commands_of_all_kinds(kind):
 
 def test_a_living_scene_has_one_outcome_under_the_reference_and_a_phase_that_takes_bodies_in():
     for scene in islice(played("living", 1), 4):
-        expected = outcome(Subject("naive", {}).reference(scene), scene, LIVING_CONTACTS)
+        expected = outcome(Subject("naive", {}).reference, scene, LIVING_CONTACTS)
         assert difference(outcome(Subject("cells", {}), scene, LIVING_CONTACTS), expected, "cells") is None
+
+
+def test_scenes_of_all_kinds_have_one_loop_and_a_slot_for_each_body_where_none_comes():
+    alike = Scene([[1.0, 1.0], [3.0, 1.0]], [[1.0, 0.0], [0.0, 0.0]], 0.5, arena=(4.0, 4.0))
+    scenes = [
+        alike,
+        alike.replace(radius=[0.5, 0.25]),
+        alike.replace(mass=[1.0, 2.0]),
+        alike.replace(commands=[Remove(0, 1.0)]),
+    ]
+    sims = [Subject("sap-1d", {}).simulation(scene) for scene in scenes]
+    assert len({sim.composition.loop(Commands.ALL) for sim in sims}) == 1
+    assert [len(sim.tables.bodies) for sim in sims[:3]] == [2, 2, 2]
+    assert len(sims[3].tables.bodies) > 2
 
 
 def shown(name, scene):

@@ -17,7 +17,7 @@ import pytest
 
 import mutants
 from kinetile_conformance import CHECKS
-from mutant_table import FIRST
+from mutant_table import ALL, FIRST
 from phase_mutant_table import MUTANTS
 from phase_mutants import KILLED, judge
 
@@ -97,6 +97,11 @@ def test_what_is_not_a_contact_is_observed_too(label, check, load_mutant, tmp_pa
     result = judge(load_mutant(label), tmp_path, [check])
     assert result is not None
     assert (result.check, result.status) == (check, "failed")
+
+
+def test_every_mutant_can_be_made_of_the_present_source(load_mutant):
+    for mutant in ALL:
+        load_mutant(mutant.label)
 
 
 def test_the_table_has_every_mutant():
