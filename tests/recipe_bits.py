@@ -55,6 +55,21 @@ CASES = {
     "break": Case("break", {}, "52c48ca4c7aa9a45", "fd8fd302ec028e1c"),
     "break with an aim": Case("break", {"aim": 0.1}, "31016116e5d4786f", "3f2fbb4efc4889f3"),
     "two-discs": Case("two-discs", {}, "12aa53997fae240d", "05f0dfd461b8756d"),
+    "grid of 12 at a temperature": Case(
+        "grid", {"bodies": 12, "temperature": 2.0}, "e9618a992314d51c", "1ab4dc4a42632dd7"
+    ),
+    "random at a temperature": Case(
+        "random", {"mass_ratio": 10.0, "temperature": 2.0}, "76ddb2b2c2abbedf", "56e595575064a022"
+    ),
+    "mixture": Case("mixture", {}, "6998b2edc575c2af", "0b251062c688864e"),
+    "mixture from a lattice": Case(
+        "mixture", {"density": 0.59, "mass": "area"}, "a9ddb09b83d9fd7a", "0e1707d6ded95684"
+    ),
+    "hexagonal": Case("hexagonal", {"columns": 9, "rows": 8}, "320d49bcc8d925e8", "07dd9bec8ec32dbe"),
+    "hexagonal without walls": Case(
+        "hexagonal", {"walls": False, "vacancies": 10}, "0fe52814e1fca9c0", "045a07420d983a41"
+    ),
+    "square": Case("square", {"density": 0.6, "vacancies": 7}, "397f484dcb27c393", "cb2b44a682a869db"),
 }
 README_RUN = "47e464fc381f0b24"
 """Of the run that the README shows."""

@@ -185,6 +185,11 @@ def values_of(given: Any, where: str, mistakes: list[Mistake], *, whole: bool = 
     return kept
 
 
+def _cell(value: Any) -> Any:
+    """Returns a parameter's value as a row has it: several numbers are the text that means them."""
+    return ", ".join(map(repr, value)) if isinstance(value, tuple) else value
+
+
 def _range(given: Mapping[str, Any], where: str, mistakes: list[Mistake], whole: bool) -> list[Any]:
     known = len(mistakes)
 
@@ -404,12 +409,12 @@ class _PlanReader:
         self.mistakes += [each._replace(where=f"{where}.{each.where}") for each in missing]
         if len(self.mistakes) == known:
             for key, values in lists.items():  # as the types of the parameters have them
-                lists[key] = [complete_parameters(recipe, {key: each})[key] for each in values]
+                lists[key] = [_cell(complete_parameters(recipe, {key: each})[key]) for each in values]
         combined = self.combined(lists, table.get("together", []), where)
         if len(self.mistakes) > known:
             return None
         varied = tuple(key for key, values in lists.items() if len(values) > 1 or key == "seed")
-        defaults = complete_parameters(recipe, {})
+        defaults = {key: _cell(value) for key, value in complete_parameters(recipe, {}).items()}
         return SceneSet(recipe, tuple({**defaults, **each} for each in combined), varied, until, contacts)
 
     def scene_file(self, table: Mapping[str, Any], where: str, ended: bool) -> SceneSet | None:

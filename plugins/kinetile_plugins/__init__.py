@@ -90,4 +90,7 @@ def kinetile_scenes() -> list[SceneSpec]:
         SceneSpec("cradle", f"{rooms}.arranged:cradle", "a row of touching discs, struck at one end"),
         SceneSpec("break", f"{rooms}.arranged:billiard_break", "a billiard break"),
         SceneSpec("two-discs", f"{rooms}.arranged:two_discs", "two discs that meet"),
+        SceneSpec("mixture", f"{rooms}.matter:mixture", "discs of two and more sizes, at a temperature"),
+        SceneSpec("hexagonal", f"{rooms}.matter:hexagonal", "a hexagonal crystal of equal discs"),
+        SceneSpec("square", f"{rooms}.matter:square", "a square crystal of equal discs"),
     ]

@@ -1,8 +1,8 @@
 """Scenes by name: recipes that plugins provide, and files that name recipes and phases.
 
 A recipe is a function that makes a scene, and its keyword arguments are the scene's parameters. Its signature
-contains all that is needed: names, types (``int``, ``float``, ``str`` or ``bool``) and defaults are read
-from it, to check a user's values and to list the parameters.
+contains all that is needed: names, types (``int``, ``float``, ``str``, ``bool``, ``tuple[int, ...]`` or
+``tuple[float, ...]``) and defaults are read from it, to check a user's values and to list the parameters.
 """
 
 from __future__ import annotations
@@ -23,12 +23,23 @@ from kinetile.scene.scene import Scene, relabelled
 REQUIRED = inspect.Parameter.empty
 """The default of a parameter without one."""
 
-_NEEDED = {"int": "a whole number", "float": "a number", "str": "text", "bool": "true or false"}
+_SEVERAL = {"tuple[int, ...]": "int", "tuple[float, ...]": "float"}
+"""Types of several numbers, and the type of each."""
+
+_NEEDED = {
+    "int": "a whole number",
+    "float": "a number",
+    "str": "text",
+    "bool": "true or false",
+    "tuple[int, ...]": "whole numbers, such as [30, 70], or the text '30, 70'",
+    "tuple[float, ...]": "numbers, such as [0.5, 0.7], or the text '0.5, 0.7'",
+}
 _WORDS = {"true": True, "yes": True, "on": True, "false": False, "no": False, "off": False}
 
 
 class Parameter(NamedTuple):
-    """A parameter of a recipe: its name, its type ("int", "float", "str", "bool" or another), its default."""
+    """A parameter of a recipe: its name, its type ("int", "float", "str", "bool", "tuple[int, ...]",
+    "tuple[float, ...]" or another), its default."""
 
     name: str
     type: str
@@ -83,9 +94,7 @@ def recipe_parameters(name: str) -> tuple[Parameter, ...]:
                 "expected parameters that can each be given by name"
             )
         annotation = each.annotation
-        written = (
-            annotation if isinstance(annotation, str) else getattr(annotation, "__name__", str(annotation))
-        )
+        written = annotation.__name__ if isinstance(annotation, type) else str(annotation)
         parameters.append(Parameter(each.name, written, each.default))
     return tuple(parameters)
 
@@ -148,6 +157,13 @@ def _misfit(parameter: Parameter, value: object) -> Mistake:
 
 def _convert(parameter: Parameter, value: Any) -> Any:
     """Returns ``value`` as the parameter's type, or REQUIRED if it is not of that type."""
+    if parameter.type in _SEVERAL:
+        if isinstance(value, str):
+            return _parse(parameter, value)
+        each = parameter._replace(type=_SEVERAL[parameter.type])
+        numbers = value if isinstance(value, (list, tuple)) else (value,)
+        several = tuple(_convert(each, number) for number in numbers)
+        return REQUIRED if REQUIRED in several else several
     if parameter.type == "int" and not isinstance(value, bool):
         try:
             return operator.index(value)
@@ -164,6 +180,11 @@ def _convert(parameter: Parameter, value: Any) -> Any:
 
 def _parse(parameter: Parameter, text: str) -> Any:
     """Returns the value that ``text`` stands for, or REQUIRED if it cannot be read."""
+    if parameter.type in _SEVERAL:
+        each = parameter._replace(type=_SEVERAL[parameter.type])
+        numbers = text.strip().strip("()[]").removesuffix(",")
+        several = tuple(_parse(each, number.strip()) for number in numbers.split(",")) if numbers else ()
+        return REQUIRED if REQUIRED in several else several
     try:
         if parameter.type == "int":
             return int(text) if text.lstrip("+-").isdigit() else _whole(float(text))

@@ -1,14 +1,15 @@
-"""Numbers of the recipes, with the same bits on every machine: draws from a seed, sine, cosine and powers.
+"""Numbers of the recipes, with the same bits on every machine: draws from a seed, and velocities from
+them; sine, cosine, logarithm and powers.
 
 NumPy guarantees the bits of its bit generators and of its seed sequences for ever, but not those of its
 Generator, so these are computed here: a uniform number is the upper 53 bits of a draw, a choice among n is
 one half of a draw times n, its integer part. (The choice favours some by up to n / 2**32, which no scene
 shows.)
 
-C libraries round sines and powers differently: one that may use fused multiply-adds gives other bits than
-one that may not, and NumPy chooses again by processor. The functions below are made of sums, differences and
-products of doubles alone, one at a time, which are rounded in one way everywhere, and of decimal arithmetic,
-which is defined to the last digit.
+C libraries round sines, logarithms and powers differently: one that may use fused multiply-adds gives other
+bits than one that may not, and NumPy chooses again by processor. The functions below are made of sums,
+differences, products and quotients of doubles alone, one at a time, which are rounded in one way everywhere,
+and of decimal arithmetic, which is defined to the last digit.
 
 Sine and cosine come from tables (Gal, 1986): an angle is k / 128 and a rest below 1 / 256, for which short
 series do. The largest term is multiplied exactly (Dekker, 1971). Of 200,000 angles the worst was wrong by
@@ -95,6 +96,17 @@ def powers(base: float, exponent: Floats) -> Floats:
     return np.array([float(each) for each in exact], dtype=np.float64)
 
 
+def logarithms(number: Floats) -> Floats:
+    """Returns the natural logarithms of numbers from 2**-1022 to 1, to 2 units in the last place."""
+    part, exponent = np.frexp(number)
+    low = part < math.sqrt(0.5)
+    part, exponent = np.where(low, 2.0 * part, part), exponent - low
+    ratio = (part - 1.0) / (part + 1.0)  # at most 0.172 in size: ln part = 2 artanh ratio
+    square = ratio * ratio
+    rest = ratio * square * _series(square, *(2.0 / k for k in range(3, 25, 2)))
+    return exponent * _LN_2[0] + (exponent * _LN_2[1] + (2.0 * ratio + rest))
+
+
 def _within_an_eighth(angle: Floats, tail: Floats) -> tuple[Floats, Floats]:
     """Returns cosine and sine of ``angle + tail``, an eighth of a turn or less in size."""
     sign = np.where(angle < 0.0, -1.0, 1.0)
@@ -174,6 +186,7 @@ def _table() -> Any:
 _QUARTER = _parts(_DECIMALS.divide(_PI, Decimal(2)), 33, 33)
 _QUARTERS_TO_THE_RADIAN = float(_DECIMALS.divide(Decimal(2), _PI))
 _TABLE = _table()
+_LN_2 = _parts(_DECIMALS.ln(Decimal(2)), 33)
 
 MOST = 10_000_000
 """The most bodies, or turns, of a recipe: a scene of more would not fit into memory, nor would its run."""
@@ -201,6 +214,14 @@ def demand_size(density: float, radius: float) -> None:
     )
 
 
+def demand_in_range(name: str, number: float) -> None:
+    """Raises BadOption unless a length, a mass or a temperature is above 0 and one that a scene can have."""
+    demand(
+        SMALLEST <= number <= LARGEST,
+        f"{name} is {number}; it is above 0: from 2**-200 ({SMALLEST:.1e}) to 2**200 ({LARGEST:.1e})",
+    )
+
+
 def demand_speed(speed: float) -> None:
     """Raises BadOption unless a speed is finite and within what a scene can have."""
     demand(math.isfinite(speed), f"speed is {speed}; a speed is finite")
@@ -217,3 +238,39 @@ def in_random_directions(speed: float, bodies: int, random: Draws) -> Floats:
     """Returns (bodies, 2) velocities of one speed, in directions drawn evenly from the whole turn."""
     demand_speed(speed)
     return speed * np.stack(cosine_and_sine(2.0 * math.pi * random.uniform(bodies)), axis=1)
+
+
+def maxwell(temperature: float, mass: Floats, random: Draws) -> Floats:
+    """Returns (n, 2) velocities from Maxwell's distribution, without momentum and of a given temperature.
+
+    Each component is drawn from a normal distribution with the variance ``temperature`` / mass (Box and
+    Muller, 1958). Then the velocity of the centre of mass is subtracted, and all are scaled to a kinetic
+    energy of n times the temperature: a temperature is an energy, the mean kinetic energy of a body.
+    ``mass`` is (n,), and finite. Raises BadOption for fewer than 2 bodies, and for a temperature that is no
+    number from 2**-200 to 2**200 or leads to speeds beyond what a scene can have.
+    """
+    bodies = len(mass)
+    demand(bodies >= 2, f"bodies is {bodies}; at a temperature and without momentum there are 2 or more")
+    demand_in_range("temperature", temperature)
+    size = np.sqrt(-2.0 * logarithms(1.0 - random.uniform(bodies)))  # 1 less a draw is never 0
+    share = mass / mass.max()
+    velocity: Floats = (size / np.sqrt(share))[:, np.newaxis] * in_random_directions(1.0, bodies, random)
+    weight = share[:, np.newaxis]
+    velocity -= np.array([math.fsum(axis) for axis in (weight * velocity).T]) / math.fsum(share)
+    energy = math.fsum((weight * velocity * velocity).ravel()) / 2.0
+    velocity *= math.sqrt(temperature / float(mass.max())) * math.sqrt(bodies / energy)
+    fastest = float(np.abs(velocity).max())
+    demand(
+        fastest <= LARGEST,
+        f"temperature is {temperature}, at which a speed would be {fastest:.3g}; it is at most 2**200",
+    )
+    return velocity
+
+
+def draw_velocities(speed: float, temperature: float, mass: Floats, random: Draws) -> Floats:
+    """Returns (n, 2) velocities: of one speed in random directions, or of a temperature if that is not 0."""
+    if temperature == 0.0:
+        return in_random_directions(speed, len(mass), random)
+    both = f"speed is {speed} beside a temperature, {temperature}; expected one of the two"
+    demand(speed == 1.0, f"{both}: the temperature determines the speeds")
+    return maxwell(temperature, mass, random)

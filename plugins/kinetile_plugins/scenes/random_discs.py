@@ -4,10 +4,11 @@
 Radii are drawn evenly on a logarithmic scale and then scaled together to the requested density.
 Discs are placed one after the other, the largest first, each at the first random point with room for
 it. This ends at some density: equal discs jam at about 0.547, and long before that most
-points are refused. If all tries fail, and new starts do not help, equal discs start from a lattice
-instead: hexagonal or square, whichever leaves more room between them, stretched to fill the square; the
-empty sites are drawn at random. They forget the lattice after a few contacts each. For
-unequal discs there is no such start, and the scene is refused.
+points are refused. If all tries fail, and new starts do not help, they start from a lattice
+instead: hexagonal or square, whichever leaves more room between them, stretched to fill the square; each
+disc has a site drawn at random, with room for the largest. Below the density of freezing, some 0.7, they
+forget the lattice within some tens of contacts each.
+If such a lattice has no room either, the scene is refused.
 """
 
 from __future__ import annotations
@@ -19,7 +20,6 @@ from typing import TypeAlias
 import numpy as np
 
 from kinetile import Scene
-from kinetile.errors import BadOption
 from kinetile.scene.checks import HEAVIEST
 from kinetile_plugins.scenes.numerics import (
     Draws,
@@ -27,8 +27,8 @@ from kinetile_plugins.scenes.numerics import (
     demand,
     demand_number,
     demand_size,
+    draw_velocities,
     draws,
-    in_random_directions,
     powers,
 )
 
@@ -47,12 +47,14 @@ def random_discs(
     mass_ratio: float = 1.0,
     speed: float = 1.0,
     seed: int = 1,
+    temperature: float = 0.0,
 ) -> Scene:
     """Discs of random sizes and masses at random places in the unit square, nowhere overlapping.
 
     ``density`` is the part of the square that they cover. The largest radius is up to ``radius_ratio`` times
     the smallest, the heaviest mass up to ``mass_ratio`` times the lightest, which is 1 or more. All have the
-    same speed. Equal discs too dense to be placed at random start from a lattice.
+    same speed, or velocities of a ``temperature``, their mean kinetic energy, without momentum. Discs too
+    dense to be placed at random start from a lattice, if it has room for the largest.
     """
     demand_number("bodies", bodies, 0, "a scene has 0 bodies or more")
     demand(0.0 < density < 1.0, f"density is {density}; it is above 0 and below 1")
@@ -63,35 +65,41 @@ def random_discs(
     radius = powers(radius_ratio, for_radii.uniform(bodies))
     radius *= math.sqrt(density / (math.pi * math.fsum(radius * radius))) if bodies else 1.0
     demand_size(density, min(radius.tolist(), default=1.0))
-    velocity = in_random_directions(speed, bodies, for_velocities)
     mass = powers(mass_ratio, for_masses.uniform(bodies))
-    position = _places(radius, density, radius_ratio == 1.0, for_places)
+    velocity = draw_velocities(speed, temperature, mass, for_velocities)
+    position = places(radius, density, 1.0, for_places)
     return Scene(position, velocity, radius, mass, (1.0, 1.0))
 
 
-def _places(radius: Floats, density: float, equal: bool, random: Draws) -> Floats:
-    """Returns (n, 2) places where no two discs overlap; raises BadOption if none are found."""
+def places(radius: Floats, density: float, side: float, random: Draws) -> Floats:
+    """Returns (n, 2) places in [0, side]^2 where no two discs overlap; raises BadOption if none are found.
+
+    ``radius`` is (n,); ``density``, the part of the square that the discs cover, is what the error names.
+    """
     order = np.argsort(-radius, kind="stable")
     tries = _TRIES + _TRIES_PER_BODY * len(radius)
     most = 0
     for _ in range(_STARTS):
-        placed = list(_at_random(radius[order].tolist(), tries, random))
+        placed = list(_at_random(radius[order].tolist(), tries, side, random))
         most = max(most, len(placed))
         if most == len(radius):
             position = np.empty((len(radius), 2))
             position[order] = np.array(placed).reshape(-1, 2)
             return position
-    reached = math.pi * math.fsum(radius[order[:most]] ** 2)
-    refusal = f"density is {density}; random placement came to {reached:.3f} ({most} of {len(radius)} discs)"
-    if not equal:
-        raise BadOption(f"{refusal}; ask for less, or for equal radii, which can start from a lattice")
+    reached = density * math.fsum(radius[order[:most]] ** 2) / math.fsum(radius**2)
     lattice, widest = _lattice(len(radius))
-    limit = math.pi * len(radius) * widest**2 / 4.0
-    demand(widest >= 2.0 * radius[0], f"{refusal}, and a lattice has room for {limit:.3f}; ask for less")
-    return lattice[random.order(len(lattice))[: len(radius)]]
+    largest = 2.0 * float(radius.max())
+    limit = math.pi * math.fsum(radius**2) * (widest / largest) ** 2
+    demand(
+        widest * side >= largest,
+        f"density is {density}; random placement came to {reached:.3f} ({most} of {len(radius)} discs), and "
+        f"a lattice with room for the largest at each site has {limit:.3f}; ask for less, for radii that "
+        "differ less, or for equal discs as the recipe 'hexagonal' has them",
+    )
+    return side * lattice[random.order(len(lattice))[: len(radius)]]
 
 
-def _at_random(radius: list[float], tries: int, random: Draws) -> Iterator[tuple[float, float]]:
+def _at_random(radius: list[float], tries: int, side: float, random: Draws) -> Iterator[tuple[float, float]]:
     """Yields places for discs in descending order of radius, until all have one or the tries run out.
 
     Placed discs are kept by size, a power of two each, in cells of that width: a disc that is not larger than
@@ -100,7 +108,7 @@ def _at_random(radius: list[float], tries: int, random: Draws) -> Iterator[tuple
     levels: _Levels = []
     points: Iterator[list[float]] = iter(())
     for r in radius:
-        if r > 0.5:
+        if r > 0.5 * side:
             return
         width = _power_of_two_above(2.0 * r)
         if not levels or levels[-1][0] != width:
@@ -113,7 +121,7 @@ def _at_random(radius: list[float], tries: int, random: Draws) -> Iterator[tuple
             if point is None:
                 points = iter(random.uniform(1024, 2).tolist())
                 point = next(points)
-            x, y = (r + part * (1.0 - 2.0 * r) for part in point)
+            x, y = (r + part * (side - 2.0 * r) for part in point)
             if _has_room(x, y, r, levels):
                 break
         cells = levels[-1][1]
@@ -156,25 +164,34 @@ def _lattice(bodies: int) -> tuple[Floats, float]:
     return np.stack([x, y], axis=1), float(hexagonal[best])
 
 
-def grid(*, bodies: int = 400, density: float = 0.5, seed: int = 1, speed: float = 1.0) -> Scene:
+def grid(
+    *,
+    bodies: int = 400,
+    density: float = 0.5,
+    seed: int = 1,
+    speed: float = 1.0,
+    temperature: float = 0.0,
+) -> Scene:
     """The thesis's benchmark: one disc in the middle of each square of a grid, moving in a random direction.
 
-    ``bodies`` is a square number; ``density`` is the part of the unit square that the discs cover, below
-    pi / 4, where they would touch; ``speed`` is in sides of the square per unit of time.
+    ``density`` is the part of the unit square that the discs cover, below pi / 4, where they would touch;
+    ``speed`` is in sides of the square per unit of time, or ``temperature`` is the mean kinetic energy of
+    velocities without momentum. A number of ``bodies`` that is no square leaves the end of the last row
+    empty: there are as many columns as the next square has, and no more rows than needed.
     """
-    side = math.isqrt(max(bodies, 0))
-    near = " or ".join(str(each * each) for each in (side, side + 1) if each)
-    square = bodies >= 1 and side * side == bodies
-    demand(square, f"bodies is {bodies}; a grid needs a square number of bodies, such as {near}")
     demand_number("bodies", bodies, 1, "a grid has 1 body or more")
-    sparse = 0.0 < density < math.pi / 4
+    columns = math.isqrt(bodies - 1) + 1
+    rows = -(-bodies // columns)
+    limit = math.pi / 4 * bodies / columns**2
     demand(
-        sparse, f"density is {density}; it is above 0, and below pi / 4 = 0.785, where the discs would touch"
+        0.0 < density < limit,
+        f"density is {density}; it is above 0, and below pi / 4 * {bodies} / {columns}**2 = {limit:.3f}, "
+        f"where {bodies} discs would touch",
     )
     radius = math.sqrt(density / (bodies * math.pi))
     demand_size(density, radius)
     (random,) = draws(seed, 1)
-    velocity = in_random_directions(speed, bodies, random)
-    cell = np.arange(bodies)
-    position = (np.stack([cell % side, cell // side], axis=1) + 0.5) / side
+    velocity = draw_velocities(speed, temperature, np.ones(bodies), random)
+    row, column = np.divmod(np.arange(bodies), columns)
+    position = np.stack([(column + 0.5) / columns, (row + 0.5) / rows], axis=1)
     return Scene(position, velocity, radius, arena=(1.0, 1.0))

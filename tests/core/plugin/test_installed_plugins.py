@@ -34,6 +34,9 @@ BUILT_IN = {
         "cradle",
         "break",
         "two-discs",
+        "mixture",
+        "hexagonal",
+        "square",
     ),
 }
 

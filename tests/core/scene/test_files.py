@@ -197,7 +197,7 @@ BODY = "[[bodies]]\nposition = [0.5, 0.5]\nradius = 0.1\n"
         ),
         (
             "recipe = 'grid'\n[parameters]\nbodies = 5",
-            "a grid needs a square number of bodies, such as 4 or 9",
+            "where 5 discs would touch",
         ),
         ("recipe = 'grid'\nuntil = -1", "until: found -1; expected a time not before the start, 0.0"),
         ("recipe = 3", "recipe: found 3; expected the name of a recipe"),

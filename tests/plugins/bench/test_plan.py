@@ -8,6 +8,7 @@ import hypothesis.strategies as hypothesis
 import pytest
 from hypothesis import given, settings
 
+from kinetile import make_scene
 from kinetile.errors import BadOption, KinetileError, StudyError, UnknownName
 from kinetile_bench import Study
 from kinetile_bench.plan import SceneTable, StudyTable, read_plan, values_of
@@ -54,7 +55,7 @@ def test_lists_are_combined_phase_by_phase_and_seed_by_seed():
     assert len({task.key for task in tasks}) == 16
     assert len({task.course for task in tasks}) == 4
     first = tasks[0]
-    assert first.parameters == {"bodies": 9, "density": 0.5, "seed": 3, "speed": 1.0}
+    assert first.parameters == {"bodies": 9, "density": 0.5, "seed": 3, "speed": 1.0, "temperature": 0.0}
     assert [task.phase for task in tasks[:4]] == ["naive", "sap-1d:axis=y", "sap-1d:axis=y", "naive"]
     assert tasks[2].options == {"axis": "y"}
 
@@ -68,6 +69,16 @@ def test_lists_that_go_together_are_gone_through_side_by_side():
     (scenes,) = read_plan(tables(scenes=[scene])).scenes
     found = [(each["bodies"], each["density"], each["speed"]) for each in scenes.combinations]
     assert found == [(9, 0.5, 1.0), (9, 0.5, 2.0), (25, 0.1, 1.0), (25, 0.1, 2.0)]
+
+
+def test_several_numbers_are_one_value_and_in_rows_a_text():
+    parameters = {"radii": [[1, 2], "1, 3"], "counts": "4, 5", "bodies": 9}
+    (scenes,) = read_plan(tables(scenes=[{"recipe": "mixture", "parameters": parameters}])).scenes
+    found = [(each["radii"], each["counts"], each["masses"]) for each in scenes.combinations]
+    assert found == [("1.0, 2.0", "4, 5", ""), ("1.0, 3.0", "4, 5", "")]
+    assert make_scene("mixture", **scenes.combinations[0]) == make_scene(
+        "mixture", radii=(1.0, 2.0), counts=(4, 5), bodies=9
+    )
 
 
 @pytest.mark.parametrize(

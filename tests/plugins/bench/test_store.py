@@ -78,7 +78,7 @@ def test_rows_are_read_with_all_columns_whether_gathered_or_not(store):
     store.gather()
     assert files(store) == [0, 1]
     assert store.read().sort_by("key").to_pylist() == before.to_pylist()
-    assert set(before.column_names) == set(FIXED) | {"bodies", "density", "seed", "speed"}
+    assert set(before.column_names) == set(FIXED) | {"bodies", "density", "seed", "speed", "temperature"}
     assert set(TIMINGS) < set(FIXED)
     assert sorted(before["seed"].to_pylist()) == [1, 2, 3]
 

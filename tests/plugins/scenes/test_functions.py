@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kinetile_plugins.scenes.numerics import Draws, cosine_and_sine, powers
+from kinetile_plugins.scenes.numerics import Draws, cosine_and_sine, logarithms, powers
 
 flint = pytest.importorskip("flint")
 
@@ -45,6 +45,12 @@ def test_powers_are_the_nearest_doubles(base: float, exponent: float) -> None:
     assert powers(base, np.array([exponent])).tolist() == [
         float(Fraction(int(mantissa)) * Fraction(2) ** int(power))
     ]
+
+
+@given(st.floats(2.0**-1022, 1.0) | st.integers(0, 2**53 - 1).map(lambda k: 1.0 - k * 2.0**-53))
+def test_logarithms_are_right_to_2_units_in_the_last_place(number: float) -> None:
+    value, right = logarithms(np.array([number])).item(), exact("log", number)
+    assert abs(Fraction(value) - right) <= 2 * Fraction(math.ulp(float(right)))
 
 
 def test_draws_are_the_numbers_that_a_generator_of_numpy_has_given_so_far() -> None:

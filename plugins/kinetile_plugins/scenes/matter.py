@@ -1,0 +1,203 @@
+"""Starts of simulations of hard discs as matter: mixtures of sizes, and crystals with vacancies.
+
+Radii are lengths as they are given, so that a diameter can be the unit, and the arena follows from the
+density. Velocities are drawn from Maxwell's distribution at a temperature, which is the mean kinetic
+energy of a body: the unit of temperature is that of energy, and the total momentum is 0.
+"""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+import numpy as np
+
+from kinetile import Scene
+from kinetile_plugins.scenes.numerics import (
+    MOST,
+    Floats,
+    Ints,
+    demand,
+    demand_in_range,
+    demand_number,
+    draws,
+    maxwell,
+)
+from kinetile_plugins.scenes.random_discs import places
+
+
+def mixture(
+    *,
+    bodies: int = 100,
+    density: float = 0.5,
+    radii: tuple[float, ...] = (0.5, 0.7),
+    fractions: tuple[float, ...] = (),
+    counts: tuple[int, ...] = (),
+    mass: str = "equal",
+    masses: tuple[float, ...] = (),
+    temperature: float = 1.0,
+    seed: int = 1,
+) -> Scene:
+    """Discs of two and more sizes at random places in a square, nowhere overlapping, at a temperature.
+
+    There are ``bodies`` discs. Of each radius in ``radii`` there is the part in ``fractions``, which are in
+    proportion (3, 1 is the same as 0.75, 0.25) and equal if left out; numbers are rounded by largest
+    remainders. Or ``counts`` has the number of each radius; their sum is ``bodies``. Discs are numbered by
+    size, in the order of ``radii``.
+
+    ``mass`` is "equal", 1 for each disc, or "area", proportional to the square of the radius and 1 for the
+    first; or ``masses`` has the mass of each radius. The side of the square follows from ``density``, the
+    part of it that the discs cover. ``temperature`` is the mean kinetic energy of a disc. What is too dense
+    for random places, from 0.48 (equal radii) to 0.56, starts from a lattice, if it has room for the largest
+    radius at each site: for equal numbers of radii 0.5 and 0.7 up to 0.59 (100 discs) or 0.67 (4,000).
+    """
+    radius_of = _numbers("radii", radii)
+    demand(bool(radii), "radii are left empty; a mixture has one radius or more")
+    numbers = _counts(bodies, len(radii), fractions, counts)
+    demand(mass in ("equal", "area"), f"mass is {mass!r}; it is 'equal' or 'area'")
+    demand(not masses or mass == "equal", f"mass is {mass!r} beside masses; expected one of the two")
+    mass_of = (radius_of / radii[0]) ** 2 if mass == "area" else np.ones(len(radii))
+    if masses:
+        _demand_one_each("masses", len(masses), len(radii))
+        mass_of = _numbers("masses", masses)
+    demand(0.0 < density < 1.0, f"density is {density}; it is above 0 and below 1")
+    for_places, for_velocities = draws(seed, 2)
+    radius = np.repeat(radius_of, numbers)
+    side = math.sqrt(math.pi * math.fsum(radius * radius) / density)
+    demand_in_range("the side of the square for this density", side)
+    velocity = maxwell(temperature, np.repeat(mass_of, numbers), for_velocities)
+    position = places(radius, density, side, for_places)
+    return Scene(position, velocity, radius, np.repeat(mass_of, numbers), (side, side))
+
+
+def _counts(bodies: int, sizes: int, fractions: tuple[float, ...], counts: tuple[int, ...]) -> Ints:
+    """Returns how many discs there are of each size."""
+    demand_number("bodies", bodies, 2, "a mixture has 2 bodies or more")
+    if counts:
+        _demand_one_each("counts", len(counts), sizes)
+        demand(not fractions, "counts are given beside fractions; expected one of the two")
+        demand(min(counts) >= 1, f"counts are {list(counts)}; each is 1 or more")
+        together = sum(counts)
+        demand(
+            together == bodies, f"counts add up to {together}, and bodies is {bodies}; expected one number"
+        )
+        return np.array(counts)
+    if fractions:
+        _demand_one_each("fractions", len(fractions), sizes)
+        _numbers("fractions", fractions)
+    parts = [Fraction(each) for each in fractions or (1,) * sizes]
+    exact = [bodies * each / sum(parts) for each in parts]
+    numbers = [int(each) for each in exact]
+    by_remainder = sorted(range(sizes), key=lambda k: numbers[k] - exact[k])
+    for k in by_remainder[: bodies - sum(numbers)]:
+        numbers[k] += 1
+    return np.array(numbers)
+
+
+def _demand_one_each(name: str, number: int, sizes: int) -> None:
+    demand(
+        number == sizes, f"{name} has {number} numbers, and radii has {sizes}; expected one for each radius"
+    )
+
+
+def _numbers(name: str, numbers: tuple[float, ...]) -> Floats:
+    """Returns the numbers as an array; raises BadOption unless each is one that a scene can have."""
+    for k, number in enumerate(numbers):
+        demand_in_range(f"{name}[{k}]", number)
+    return np.array(numbers)
+
+
+def hexagonal(
+    *,
+    columns: int = 10,
+    rows: int = 10,
+    density: float = 0.7,
+    vacancies: int = 0,
+    radius: float = 0.5,
+    walls: bool = True,
+    temperature: float = 1.0,
+    seed: int = 1,
+) -> Scene:
+    """A hexagonal crystal: equal discs on a triangular lattice, at a temperature.
+
+    ``rows`` have ``columns`` sites each; every other row is half a spacing to the right. ``vacancies`` sites,
+    drawn at random, are empty. With ``walls`` the arena leaves half a spacing around the outermost sites, and
+    ``density`` is the part of it that the discs cover. Without walls it is that of the lattice continued for
+    ever, below pi / sqrt(12) = 0.907. The spacing follows from the density and from ``radius``, a length.
+    ``temperature`` is the mean kinetic energy of a disc.
+    """
+    _demand_sites(columns, rows)
+    row, column = np.divmod(np.arange(columns * rows), columns)
+    step = math.sqrt(0.75)
+    sites = np.stack([column + 0.5 + 0.5 * (row % 2), row * step + 0.5], axis=1)
+    width = columns + (0.5 if rows > 1 else 0.0)
+    size = (width, (rows - 1) * step + 1.0) if walls else (float(columns), rows * step)
+    return _crystal(sites, size, density, vacancies, radius, walls, temperature, seed)
+
+
+def square(
+    *,
+    columns: int = 10,
+    rows: int = 10,
+    density: float = 0.5,
+    vacancies: int = 0,
+    radius: float = 0.5,
+    walls: bool = True,
+    temperature: float = 1.0,
+    seed: int = 1,
+) -> Scene:
+    """A square crystal: equal discs on a square lattice, at a temperature.
+
+    There are ``columns`` times ``rows`` sites, each in the middle of a square of the lattice. ``vacancies``
+    of them, drawn at random, are empty. ``density`` is the part of the squares that the discs cover, below
+    pi / 4 = 0.785; the squares fill the arena, if there are ``walls``. Their side, the spacing, follows from
+    the density and from ``radius``, a length. ``temperature`` is the mean kinetic energy of a disc.
+    """
+    _demand_sites(columns, rows)
+    row, column = np.divmod(np.arange(columns * rows), columns)
+    sites = np.stack([column + 0.5, row + 0.5], axis=1)
+    size = (float(columns), float(rows))
+    return _crystal(sites, size, density, vacancies, radius, walls, temperature, seed)
+
+
+def _demand_sites(columns: int, rows: int) -> None:
+    demand_number("columns", columns, 1, "a crystal has 1 column or more")
+    demand_number("rows", rows, 1, "a crystal has 1 row or more")
+    sites = columns * rows
+    demand(
+        2 <= sites <= MOST, f"{columns} columns and {rows} rows are {sites:,} sites; expected 2 to {MOST:,}"
+    )
+
+
+def _crystal(
+    sites: Floats,
+    size: tuple[float, float],
+    density: float,
+    vacancies: int,
+    radius: float,
+    walls: bool,
+    temperature: float,
+    seed: int,
+) -> Scene:
+    """Returns discs at all but ``vacancies`` of the sites, scaled to a density.
+
+    ``sites`` is (n, 2), and ``size`` the box that they fill, both in units of the spacing: the arena, if
+    there are walls, or whole cells of the lattice, with which it could be continued.
+    """
+    most = len(sites) - 2
+    demand(0 <= vacancies <= most, f"vacancies is {vacancies}; it is from 0 to {most}, of {len(sites)} sites")
+    demand_in_range("radius", radius)
+    bodies = len(sites) - vacancies
+    limit = math.pi / 4 * bodies / (size[0] * size[1])
+    demand(
+        0.0 < density < limit,
+        f"density is {density}; {bodies} discs at {len(sites)} sites {'with' if walls else 'without'} walls "
+        f"have one above 0 and below {limit:.6f}, where they would touch",
+    )
+    for_vacancies, for_velocities = draws(seed, 2)
+    spacing = 2.0 * radius * math.sqrt(limit / density)
+    demand_in_range("the side of the box for this density", spacing * max(size))
+    kept = np.sort(for_vacancies.order(len(sites))[vacancies:]) if vacancies else slice(None)
+    velocity = maxwell(temperature, np.ones(bodies), for_velocities)
+    arena = (spacing * size[0], spacing * size[1]) if walls else None
+    return Scene(spacing * sites[kept], velocity, radius, arena=arena)
