@@ -42,6 +42,8 @@ from kinetile.scene.checks import TOLERANCE
 from kinetile.scene.scene import LEAST
 
 LOG_ROWS = 1 << 14
+"""Contacts of a chunk: few enough that the log stays in the processor's cache until it is hashed."""
+
 OF_SLOTS = ("bodies", "present", "lists.vacant", "jam.spin_limit", "jam.window_size")
 """Fields of the clock that depend on how many slots there are, and who stands in them."""
 
@@ -108,8 +110,12 @@ def _allocated(bodies: int, scene: Scene, composition: Composition) -> Kernel:
     for."""
     slots = scene.capacity if composition.living else len(scene)
     pairs, room = int(composition.broad.pairs), max(int(composition.broad.room), slots)
+    passes = composition.rules is not None
+    rows = (
+        max(LOG_ROWS, 2 * slots) if passes else LOG_ROWS
+    )  # a command may end a passing with every other body
     try:
-        k = allocate(slots, room, max(LOG_ROWS, 2 * slots))
+        k = allocate(slots, room, rows)
         if pairs:
             k = pair_set(k, pairs)
         if composition.rules is not None:
