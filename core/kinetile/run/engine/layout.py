@@ -79,10 +79,11 @@ def moved(old: Kernel, taken: Any, scene: Scene, composition: Composition) -> Ke
     Raises PhaseError as ``tables_of`` does.
     """
     n = len(taken)
-    k = _allocated(n, scene, composition)._replace(
+    k = _allocated(n, scene, composition)
+    k = k._replace(
         slots=np.full_like(old.slots, NOBODY),
         commands=old.commands,
-        met=old.met,
+        met=with_room(old.met, len(k.met)),
         log=old.log,
         watch=old.watch,
         watched=old.watched,
@@ -130,6 +131,15 @@ def _allocated(bodies: int, scene: Scene, composition: Composition) -> Kernel:
     clock.jam.spin_limit = 2 * (2 * slots + 2) ** 2 + 1000
     clock.jam.window_size = python_of(window_of)(bodies)
     return k
+
+
+def with_room(log: Records, rows: int) -> Records:
+    """Returns a log, or a longer one with its rows, if it has less room than this."""
+    if len(log) >= rows:
+        return log
+    longer = record_table(log.dtype, rows)
+    longer[: len(log)] = log
+    return longer
 
 
 def _with_rules(k: Kernel, rules: Rules) -> Kernel:
