@@ -177,6 +177,7 @@ def _bounds(equal: bool) -> Callable[..., tuple[float, float, int]]:
                 return math.inf, math.inf, NOBODY
             soon = not_before(k, body, alone, at)
             return soon, math.inf, int(alone) if soon < math.inf else NOBODY
+        limits = k.clock[0].limits
         fill(k.near, count, body)  # the rest of the last eight: a body itself is left out
         elapsed = spread(since_origin(k, at))
         place = k.places[body]
@@ -184,10 +185,11 @@ def _bounds(equal: bool) -> Callable[..., tuple[float, float, int]]:
         y = spread(place.y)
         vx = spread(place.vx)
         vy = spread(place.vy)
-        fat2 = spread(k.clock[0].limits.fat * k.clock[0].limits.fat)
-        own = k.radii[body] + k.clock[0].limits.fat
+        fat2 = spread(limits.fat * limits.fat)
+        radius = limits.widest if equal else k.radii[body]
+        own = radius + limits.fat
         own_reach = spread(own)
-        reach2 = spread((k.radii[body] + own) * (k.radii[body] + own))
+        reach2 = spread((radius + own) * (radius + own))
         zero = spread(0.0)
         least = spread(LEAST)
         never = spread(math.inf)

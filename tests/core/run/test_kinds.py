@@ -10,6 +10,7 @@ import pytest
 import kinetile as kt
 from kinetile.errors import RecordError
 from kinetile.records.reading import disagreement, read_with_scene
+from kinetile.run.engine import layout
 
 pytestmark = pytest.mark.small
 
@@ -64,6 +65,24 @@ def test_contacts_have_kinds_whoever_has_gone_or_came_by_hand(sim):
         sim.kinds_of([0, 5])
     with pytest.raises(TypeError, match=r"bodies go by their numbers; found \['ball'\]"):
         sim.kinds_of(["ball"])
+
+
+@pytest.mark.parametrize("recorded", [False, True])
+def test_a_log_grows_with_the_bodies_that_a_command_may_find(monkeypatch, recorded):
+    """A body that comes waits for room to begin a passing with every other: it waited for ever."""
+    monkeypatch.setattr(layout, "LOG_ROWS", 4)
+    place = [(1.0 + 2.0 * (i % 6), 1.0 + 2.0 * (i // 6)) for i in range(30)]
+    coming = [kt.Insert(0.01 * i, place[i], (0.0, 0.0), 0.5, kind="ball") for i in range(2, 30)]
+    more = {"kind": ["ball", "sensor"], "responses": {("ball", "sensor"): "pass"}, "commands": coming}
+    sim = kt.Simulation(
+        kt.Scene(place[:2], np.zeros((2, 2)), [0.5, 0.5], arena=(14.0, 14.0), **more), "naive"
+    )
+    rows = []
+    with sim._engine.ledger.recording(rows.extend if recorded else None):
+        for _ in range(100):
+            sim._engine.chunk(2**52, 2**60)
+    assert len(sim.bodies) == 30
+    assert len(rows) == (28 if recorded else 0)
 
 
 def test_a_scene_without_bodies_has_walls():

@@ -50,7 +50,6 @@ from kinetile.kernel.tables import (
     MET,
     NOBODY,
     OFFER,
-    ROW,
     Kernel,
     clear,
     pair_set,
@@ -307,10 +306,11 @@ class Engine(Tables):
 
     def _record(self, wanted: bool) -> None:
         """Gives the loop a log for long rows only if a recorder reads them."""
-        if wanted != bool(len(self.k.log)):
-            if wanted and not len(self._long_log):
-                self._long_log = record_table(ROW, len(self.k.met))
-            self.k = self.k._replace(log=self._long_log if wanted else self._no_log)
+        if wanted:  # where bodies pass, more of them need more room
+            self._long_log = layout.with_room(self._long_log, len(self.k.met))
+        log = self._long_log if wanted else self._no_log
+        if log is not self.k.log:
+            self.k = self.k._replace(log=log)
 
     def arrive(self, until: float | None) -> None:
         """Sets the end of a run: ``time`` is now the requested one, until the next event."""

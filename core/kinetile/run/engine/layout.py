@@ -42,6 +42,8 @@ from kinetile.scene.checks import TOLERANCE
 from kinetile.scene.scene import LEAST
 
 LOG_ROWS = 1 << 14
+"""Contacts of a chunk: few enough that the log stays in the processor's cache until it is hashed."""
+
 OF_SLOTS = ("bodies", "present", "lists.vacant", "jam.spin_limit", "jam.window_size")
 """Fields of the clock that depend on how many slots there are, and who stands in them."""
 
@@ -77,10 +79,11 @@ def moved(old: Kernel, taken: Any, scene: Scene, composition: Composition) -> Ke
     Raises PhaseError as ``tables_of`` does.
     """
     n = len(taken)
-    k = _allocated(n, scene, composition)._replace(
+    k = _allocated(n, scene, composition)
+    k = k._replace(
         slots=np.full_like(old.slots, NOBODY),
         commands=old.commands,
-        met=old.met,
+        met=with_room(old.met, len(k.met)),
         log=old.log,
         watch=old.watch,
         watched=old.watched,
@@ -108,8 +111,12 @@ def _allocated(bodies: int, scene: Scene, composition: Composition) -> Kernel:
     for."""
     slots = scene.capacity if composition.living else len(scene)
     pairs, room = int(composition.broad.pairs), max(int(composition.broad.room), slots)
+    passes = composition.rules is not None
+    rows = (
+        max(LOG_ROWS, 2 * slots) if passes else LOG_ROWS
+    )  # a command may end a passing with every other body
     try:
-        k = allocate(slots, room, max(LOG_ROWS, 2 * slots))
+        k = allocate(slots, room, rows)
         if pairs:
             k = pair_set(k, pairs)
         if composition.rules is not None:
@@ -124,6 +131,15 @@ def _allocated(bodies: int, scene: Scene, composition: Composition) -> Kernel:
     clock.jam.spin_limit = 2 * (2 * slots + 2) ** 2 + 1000
     clock.jam.window_size = python_of(window_of)(bodies)
     return k
+
+
+def with_room(log: Records, rows: int) -> Records:
+    """Returns a log, or a longer one with its rows, if it has less room than this."""
+    if len(log) >= rows:
+        return log
+    longer = record_table(log.dtype, rows)
+    longer[: len(log)] = log
+    return longer
 
 
 def _with_rules(k: Kernel, rules: Rules) -> Kernel:
