@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import replace
 from itertools import islice
 
 import numpy as np
@@ -37,6 +38,7 @@ def contact_of(event: kt.Event) -> tuple:
 @pytest.mark.parametrize(("phase", "options"), ALL)
 def test_steps_are_the_run_event_by_event(phase, options):
     scene = grid(turns=[(2, 0.25, (1.0, 0.5)), (2, 0.25, (0.5, 1.0)), (0, 0.5, (0.0, 0.0))])
+    scene = replace(scene, radius=[*scene.radius[1:], scene.radius[0] / 2])  # as in most scenes with turns
     run = kt.Simulation(scene, phase, options=options)
     run.run(until=0.75)
     stepped = kt.Simulation(scene, phase, options=options)

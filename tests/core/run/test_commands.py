@@ -263,6 +263,7 @@ def test_exact_arithmetic_does_not_judge_what_it_does_not_follow():
     assert explain_difference(sim.scene, lists, 0) == ""
 
 
+@pytest.mark.small
 @pytest.mark.parametrize(("room", "slots"), [(None, 64), (0, 2), (2, 2), (3, 3)])
 def test_there_is_room_for_as_many_as_are_asked_for_and_then_for_more(room, slots):
     sim, usual = (kt.Simulation(box(), "sap-1d", live=True, room=each) for each in (room, None))

@@ -35,7 +35,7 @@ def _folder(tmp_path, monkeypatch):
 # conform
 
 
-@pytest.mark.parametrize("how", ["--in-process", "--isolated"])
+@pytest.mark.parametrize("how", [pytest.param("--in-process", marks=pytest.mark.small), "--isolated"])
 def test_a_phase_that_conforms(how, tmp_path):
     result = kinetile_(
         "conform", "naive", how, "--examples", 2, "--check", "same-contacts", "--check", "makes-progress"

@@ -273,6 +273,7 @@ def test_the_scene_of_a_death_is_saved(tmp_path: Path) -> None:
     assert (case.check, len(case.scene)) == ("near-is-mutual", result.bodies)
 
 
+@pytest.mark.small
 def test_the_other_checks_are_run_after_a_death() -> None:
     heard: list[Result] = []
     report = isolated(
