@@ -65,9 +65,10 @@ def mixture(
     radius = np.repeat(radius_of, numbers)
     side = math.sqrt(math.pi * math.fsum(radius * radius) / density)
     demand_in_range("the side of the square for this density", side)
-    velocity = maxwell(temperature, np.repeat(mass_of, numbers), for_velocities)
+    every_mass = np.repeat(mass_of, numbers)
+    velocity = maxwell(temperature, every_mass, for_velocities)
     position = places(radius, density, side, for_places)
-    return Scene(position, velocity, radius, np.repeat(mass_of, numbers), (side, side))
+    return Scene(position, velocity, radius, every_mass, (side, side))
 
 
 def _counts(bodies: int, sizes: int, fractions: tuple[float, ...], counts: tuple[int, ...]) -> Ints:
@@ -126,8 +127,7 @@ def hexagonal(
     ever, below pi / sqrt(12) = 0.907. The spacing follows from the density and from ``radius``, a length.
     ``temperature`` is the mean kinetic energy of a disc.
     """
-    _demand_sites(columns, rows)
-    row, column = np.divmod(np.arange(columns * rows), columns)
+    row, column = _rows_and_columns(columns, rows)
     step = math.sqrt(0.75)
     sites = np.stack([column + 0.5 + 0.5 * (row % 2), row * step + 0.5], axis=1)
     width = columns + (0.5 if rows > 1 else 0.0)
@@ -153,20 +153,22 @@ def square(
     pi / 4 = 0.785; the squares fill the arena, if there are ``walls``. Their side, the spacing, follows from
     the density and from ``radius``, a length. ``temperature`` is the mean kinetic energy of a disc.
     """
-    _demand_sites(columns, rows)
-    row, column = np.divmod(np.arange(columns * rows), columns)
+    row, column = _rows_and_columns(columns, rows)
     sites = np.stack([column + 0.5, row + 0.5], axis=1)
     size = (float(columns), float(rows))
     return _crystal(sites, size, density, vacancies, radius, walls, temperature, seed)
 
 
-def _demand_sites(columns: int, rows: int) -> None:
+def _rows_and_columns(columns: int, rows: int) -> tuple[Ints, Ints]:
+    """Returns row and column of each site; raises BadOption where there are too few sites or too many."""
     demand_number("columns", columns, 1, "a crystal has 1 column or more")
     demand_number("rows", rows, 1, "a crystal has 1 row or more")
     sites = columns * rows
     demand(
         2 <= sites <= MOST, f"{columns} columns and {rows} rows are {sites:,} sites; expected 2 to {MOST:,}"
     )
+    row, column = np.divmod(np.arange(sites), columns)
+    return row, column
 
 
 def _crystal(

@@ -111,10 +111,9 @@ def _allocated(bodies: int, scene: Scene, composition: Composition) -> Kernel:
     for."""
     slots = scene.capacity if composition.living else len(scene)
     pairs, room = int(composition.broad.pairs), max(int(composition.broad.room), slots)
-    passes = composition.rules is not None
-    rows = (
-        max(LOG_ROWS, 2 * slots) if passes else LOG_ROWS
-    )  # a command may end a passing with every other body
+    rows = LOG_ROWS
+    if composition.rules is not None:  # a command may end a passing with every other body
+        rows = max(rows, 2 * slots)
     try:
         k = allocate(slots, room, rows)
         if pairs:
