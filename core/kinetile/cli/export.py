@@ -1,0 +1,72 @@
+"""The command that exports: ``kinetile export`` writes frames of a run for other programs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from kinetile.cli.files import check_new, file_errors
+from kinetile.cli.options import BroadPhase, Options, Parameters, broad_choice, find_scene, until_or_default
+from kinetile.cli.terminal import exit_codes, make_ready
+from kinetile.errors import BadOption
+
+
+def export(
+    source: Annotated[
+        str,
+        typer.Argument(
+            metavar="SOURCE", help="An event file (.parquet), a recipe's name or a scene's .toml file."
+        ),
+    ],
+    out: Annotated[
+        Path,
+        typer.Option("--to", metavar="FILE", help="A new file that ends in .xyz, .extxyz or .gsd."),
+    ],
+    parameters: Parameters = None,
+    broad_phase: BroadPhase = None,
+    option: Options = None,
+    every: Annotated[
+        float | None, typer.Option(metavar="TIME", help="Time between frames; a hundredth of the whole.")
+    ] = None,
+    begin: Annotated[
+        float | None, typer.Option("--from", metavar="TIME", help="The first frame; without it, the start.")
+    ] = None,
+    until: Annotated[
+        float | None, typer.Option(help="No frame after this time; by default the end of the run.")
+    ] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the file of --to.")] = False,
+) -> None:
+    """Write frames of a run for OVITO and others: extended XYZ, or GSD (needs kinetile[export])."""
+    with exit_codes():
+        from kinetile.records.frames import check_form, frames_of, write_frames
+        from kinetile.records.trajectory import Trajectory
+        from kinetile.run.simulation import Simulation
+
+        check_form(out)
+        check_new("--to", out, overwrite)
+        run: Simulation | Trajectory
+        if source.lower().endswith(".parquet"):
+            if parameters or broad_phase or option:
+                raise BadOption("an event file is a run that is over: it takes no parameters and no phases")
+            with file_errors():
+                run = Trajectory.read(source)
+            end = run.end if until is None else until
+        else:
+            scene = find_scene(source, parameters)
+            name, options = broad_choice(broad_phase, option)
+            run = Simulation(scene, name, options=options or None, keep_contacts=False)
+            make_ready(run)
+            end = until_or_default(scene, until, None) or scene.start
+        start = run.scene.start if begin is None else begin
+        step = (end - start) / 100 if every is None else every
+        if not run.scene.start <= start <= end < float("inf"):
+            raise BadOption(f"--from {start!r} --until {end!r}; expected times from the scene's start on")
+        if step <= 0.0 and end > start:
+            raise BadOption(f"--every is {step!r}; expected a time greater than 0")
+        count = int((end - start) / step * (1.0 + 1e-12)) if step > 0.0 else 0
+        times = [min(start + k * step, end) for k in range(count + 1)]
+        with file_errors(f"--to {out}"):
+            many = write_frames(out, run.scene, frames_of(run, times))
+    typer.echo(f"{out}: {many:,} frames, from time {times[0]:.10g} to {times[-1]:.10g}")

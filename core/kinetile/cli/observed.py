@@ -1,0 +1,112 @@
+"""Observables on the command line: their choice, and their estimates as a table, a file or a figure."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from kinetile.cli.files import check_new, file_errors
+from kinetile.cli.output import as_csv, table_of
+from kinetile.errors import BadOption, MissingExtra
+from kinetile.plugin.choices import read_phases
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from kinetile.run.observing import Observed
+
+Observe = Annotated[
+    str | None,
+    typer.Option(metavar="NAME,...", help="Measure during the run: pressure, msd:every=0.1, ..."),
+]
+ObserveTo = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE",
+        help="Write what --observe measures to a file: .csv, .parquet, or a figure: .svg, .png, .pdf.",
+    ),
+]
+
+_FIGURE = ("matplotlib", "figures")
+_NEEDS = {".csv": None, ".parquet": ("pyarrow", "records"), ".svg": _FIGURE, ".png": _FIGURE, ".pdf": _FIGURE}
+
+
+def read_observables(observe: str | None, out: Path | None, overwrite: bool) -> list[str]:
+    """Returns the observables of ``--observe``. Raises BadOption and MissingExtra for a file that cannot be
+    written."""
+    if out is not None:
+        form = out.suffix.lower()
+        if observe is None:
+            raise BadOption("--observe-to is where observables go, and there are none: expected --observe")
+        if form not in _NEEDS:
+            raise BadOption(f"--observe-to is {str(out)!r}; expected a name that ends in {', '.join(_NEEDS)}")
+        needed = _NEEDS[form]
+        if needed is not None:
+            try:
+                import_module(needed[0])
+            except ImportError as error:
+                raise MissingExtra(f"Writing observables as {form}", *needed) from error
+        check_new("--observe-to", out, overwrite)
+    return read_phases(observe or "")
+
+
+def observed_table(observed: Observed) -> Table:
+    """Returns estimates as a table: numbers with their errors; of a curve its length."""
+    return table_of(
+        [(name, *item) for name, quantities in observed.items() for item in quantities.items()],
+        {
+            "observable": lambda row: row[0],
+            "quantity": lambda row: row[1],
+            "> mean": lambda row: _mean(row[2]),
+            "> standard error": lambda row: "" if row[2].axis else f"{row[2].error:.2g}",
+            "> blocks": lambda row: str(row[2].blocks),
+        },
+        shared=1,
+    )
+
+
+def _mean(estimate: Any) -> str:
+    return f"{len(estimate.at)} values over {estimate.axis}" if estimate.axis else f"{estimate.mean:.7g}"
+
+
+def write_observed(observed: Observed, path: Path) -> None:
+    """Writes estimates to a file in the form that its name says."""
+    form = path.suffix.lower()
+    if form == ".csv":
+        content = as_csv(observed.rows()).encode()
+    elif form == ".parquet":
+        content = _parquet(observed)
+    else:
+        content = _figure(observed, form[1:])
+    with file_errors(f"--observe-to {path}"):
+        path.write_bytes(content)
+
+
+def _parquet(observed: Observed) -> bytes:
+    pa, written = import_module("pyarrow"), BytesIO()
+    types = dict.fromkeys(("observable", "quantity", "axis"), pa.string())
+    types |= dict.fromkeys(("at", "mean", "error"), pa.float64()) | {"blocks": pa.int64()}
+    table = pa.Table.from_pylist([row._asdict() for row in observed.rows()], schema=pa.schema(types))
+    import_module("pyarrow.parquet").write_table(table, written)
+    return written.getvalue()
+
+
+def _figure(observed: Observed, form: str) -> bytes:
+    """Returns a figure: a panel for each curve with its standard errors, and above them the numbers."""
+    entries = [item for items in observed.values() for item in items.items()]
+    curves = [item for item in entries if item[1].axis]
+    said = [f"{q} = {e.mean:.6g} \N{PLUS-MINUS SIGN} {e.error:.2g}" for q, e in entries if not e.axis]
+    height = 2.6 * len(curves) + 0.2 * len(said) + 0.2
+    figure = import_module("matplotlib.figure").Figure((6.0, height), layout="constrained")
+    figure.suptitle("\n".join(said), fontsize=9)
+    for place, (quantity, estimate) in enumerate(curves, 1):
+        axes = figure.add_subplot(len(curves), 1, place)
+        axes.errorbar(estimate.at, estimate.mean, estimate.error, fmt=".-", markersize=3, linewidth=1)
+        axes.set(xlabel=estimate.axis, ylabel=quantity)
+    written = BytesIO()
+    figure.savefig(written, format=form)
+    return written.getvalue()

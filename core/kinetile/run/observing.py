@@ -1,0 +1,373 @@
+"""Observables: what is measured during a run, by name, with block averages and error bars.
+
+An observable is a class. It is made with its options as keyword arguments; ``prepare(scene)`` is called once;
+then ``sample`` at equal intervals of time, and ``collect`` with the contacts between two samples, if it
+``needs`` them. A run is stopped at the times of its samples, which changes no contact. Where nobody observes,
+nothing of this runs; where nobody needs velocities, the loop writes no row that it would not write anyway.
+
+Two options belong to every observable and are read here: ``every``, the interval of samples, by default a
+hundredth of what is observed; and ``after``, the time from which on it is observed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from kinetile.errors import BadOption, PhaseError
+from kinetile.kernel.log import INSERTED, TURNED
+from kinetile.plugin.calling import calling, described
+from kinetile.plugin.choices import read_phase
+from kinetile.plugin.registry import registry
+from kinetile.run.advance import End, Event
+from kinetile.run.compose import check_options
+from kinetile.run.engine.engine import UNLIMITED, Engine
+
+if TYPE_CHECKING:
+    from kinetile.run.simulation import Simulation
+    from kinetile.scene import Scene
+
+Floats = npt.NDArray[np.float64]
+
+_INTERVALS = 100
+_MOST_BLOCKS = 32
+
+
+class Collisions(NamedTuple):
+    """Contacts of a part of a run, in their order; m of them.
+
+    ``a`` and ``b`` are numbers of bodies, (m,); ``b`` below 0 is a wall (-1 left, -2 right, -3 bottom, -4
+    top). The others are None unless the observable needs "velocities". ``position``, ``before`` and ``after``
+    (velocities) are (m, 2, 2): of each contact a row for ``a``, and one for ``b``, which is NaN for a wall.
+    ``impulse``, (m, 2), is the momentum that ``b``, or the wall, receives: it has the direction of the normal
+    from ``a``. Where two bodies pass through each other all of these are NaN.
+    """
+
+    a: npt.NDArray[Any]
+    b: npt.NDArray[Any]
+    position: Any = None
+    before: Any = None
+    after: Any = None
+    impulse: Any = None
+
+
+class Observable:
+    """An observable; its constructor takes the options. A class need not inherit from this one."""
+
+    needs: Literal["samples", "contacts", "velocities"] = "samples"
+    """Whether ``collect`` is called: "samples": never; "contacts": with the bodies of each contact;
+    "velocities": with velocities before and after, and with impulses, which costs more. It is read after
+    ``prepare``."""
+
+    axes: Mapping[str, tuple[str, npt.ArrayLike]] = MappingProxyType({})
+    """For each quantity that is an array, the name and the values of what it depends on. It is read when the
+    run has ended."""
+
+    def prepare(self, scene: Scene) -> None:
+        """Prepares for a scene. Raises Refused for a scene in which the observable has no meaning."""
+
+    def collect(self, collisions: Collisions) -> None:
+        """Takes the contacts of a part of the run, after the first sample."""
+
+    def sample(self, simulation: Simulation) -> Mapping[str, float | Floats]:
+        """Returns the quantities of this moment, or of the time since the last one, to be averaged: numbers,
+        or arrays of one dimension. Entries that are NaN do not count. The simulation is to be read only."""
+        raise NotImplementedError
+
+
+class Estimate(NamedTuple):
+    """A quantity, averaged over a run: a mean, its standard error (from the spread of the means of
+    ``blocks`` successive parts of the run), and for an array what it depends on: a name and values."""
+
+    mean: Any
+    error: Any
+    blocks: int
+    axis: str = ""
+    at: Any = None
+
+
+class ObservedRow(NamedTuple):
+    """One number of a table of estimates."""
+
+    observable: str
+    quantity: str
+    axis: str
+    at: float | None
+    mean: float
+    error: float
+    blocks: int
+
+
+class Observed(dict[str, dict[str, Estimate]]):
+    """The estimates of a run: by the observable's name (with its options, if it is there twice), then by
+    quantity."""
+
+    def rows(self) -> list[ObservedRow]:
+        """Returns all numbers as the rows of one table."""
+        rows = []
+        for name, quantities in self.items():
+            for quantity, (mean, error, blocks, axis, at) in quantities.items():
+                places = [None] if at is None else at.tolist()
+                numbers = zip(places, np.atleast_1d(mean), np.atleast_1d(error), strict=True)
+                for place, one, its_error in numbers:
+                    row = ObservedRow(name, quantity, axis, place, float(one), float(its_error), blocks)
+                    rows.append(row)
+        return rows
+
+
+class Blocks:
+    """Averages of successive values, in equal blocks; their number is kept between 16 and 32 by joining
+    neighbours, so that memory does not grow with the run."""
+
+    def __init__(self) -> None:
+        self._blocks: list[Floats] = []  # sums of values, and how many they are
+        self._open: Any = 0.0
+        self._length, self._filled = 1, 0
+
+    def add(self, value: Floats) -> None:
+        """Adds a value; what is NaN in it does not count."""
+        known = ~np.isnan(value)
+        self._open = self._open + np.stack([np.where(known, value, 0.0), known])
+        self._filled += 1
+        if self._filled == self._length:
+            self._blocks.append(self._open)
+            self._open, self._filled = 0.0, 0
+        if len(self._blocks) == _MOST_BLOCKS:
+            self._blocks = [np.add(*pair) for pair in zip(self._blocks[::2], self._blocks[1::2], strict=True)]
+            self._length *= 2
+
+    def estimate(self, axis: str = "", at: Any = None) -> Estimate:
+        """Returns the mean of all values, and the standard error from the complete blocks."""
+        with np.errstate(all="ignore"):
+            sums, counts = self._open + np.sum(self._blocks, axis=0)
+            means = np.array([block[0] / block[1] for block in self._blocks])
+            known = (~np.isnan(means)).sum(axis=0)
+            spread = np.nansum((means - np.nansum(means, axis=0) / known) ** 2, axis=0)
+            error = np.where(known > 1, np.sqrt(spread / (known - 1.0) / known), math.nan)
+            mean = sums / counts
+        if np.ndim(mean) == 0:
+            return Estimate(float(mean), float(error), len(self._blocks))
+        axis, at = (axis, at) if axis else ("index", np.arange(len(mean)))
+        return Estimate(mean, error, len(self._blocks), axis, at)
+
+
+class _Observation:
+    """One observable of a run, with its times and its averages."""
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+        self.name, options = read_phase(text, "observable")
+        self.every = _positive(options.pop("every", None), f"observable {text!r}: every")
+        after = options.pop("after", -math.inf)
+        if isinstance(after, bool) or not isinstance(after, int | float):
+            raise BadOption(f"observable {text!r}: after is {after!r}; expected a time")
+        self.after = float(after)
+        made = registry().observable(self.name)
+        check_options("observable", self.name, made, options)
+        with calling("observable", self.name, "its constructor"):
+            self.observable: Observable = made(**options)
+        self.blocks: dict[str, Blocks] = {}
+        self.taken = 0
+
+    def prepare(self, scene: Scene) -> None:
+        """Prepares the observable for a scene."""
+        with calling("observable", self.name, "prepare"):
+            self.observable.prepare(scene)
+        self.needs = getattr(self.observable, "needs", None)
+        if self.needs not in ("samples", "contacts", "velocities"):
+            raise PhaseError(
+                f"{described('observable', self.name)}: needs is {self.needs!r}; expected 'samples', "
+                "'contacts' or 'velocities'"
+            )
+
+    def plan(self, now: float, until: float | None, interval: float | None = None) -> None:
+        """Sets the times of the samples of a run; without an end in time, ``interval`` is the one of those
+        that have none of their own."""
+        self.begin, self.until = max(now, self.after), until
+        if until is not None:
+            if self.begin >= until:
+                span = f"from {self.begin!r} to {until!r}"
+                raise BadOption(f"observable {self.text!r}: there is no time to observe, {span}")
+            interval = (until - self.begin) / _INTERVALS
+        self.interval = self.every or interval or math.inf
+        if self.begin + self.interval == self.begin:
+            raise BadOption(f"observable {self.text!r}: an interval of {self.interval!r} is lost in rounding")
+
+    @property
+    def next_time(self) -> float:
+        """The time of the next sample; infinite if it lies beyond the end of the run."""
+        time = self.begin + self.taken * self.interval
+        if self.until is None or time < self.until - 1e-9 * self.interval:
+            return time
+        # 3 * 0.1 is above 0.3: no sample at the end is lost to that.
+        return self.until if time < self.until + 1e-9 * self.interval else math.inf
+
+    def collect(self, collisions: Collisions) -> None:
+        if self.taken:
+            with calling("observable", self.name, "collect"):
+                self.observable.collect(collisions)
+
+    def sample(self, simulation: Simulation) -> None:
+        with calling("observable", self.name, "sample"):
+            values = self.observable.sample(simulation)
+            for quantity, value in values.items():
+                self.blocks.setdefault(quantity, Blocks()).add(np.asarray(value, dtype=np.float64))
+        self.taken += 1
+
+    def estimates(self) -> dict[str, Estimate]:
+        with calling("observable", self.name, "axes"):
+            axes = self.observable.axes
+            return {
+                name: blocks.estimate(axes[name][0], np.asarray(axes[name][1]))
+                if name in axes
+                else blocks.estimate()
+                for name, blocks in self.blocks.items()
+            }
+
+
+def check_observable(text: str) -> None:
+    """Raises UnknownName, BadOption or PhaseError unless an observable of this name has these options."""
+    _Observation(text)
+
+
+class Observers:
+    """The observables of one run.
+
+    Raises UnknownName, BadOption, Refused and PhaseError for what cannot be observed.
+    """
+
+    def __init__(self, simulation: Simulation, engine: Engine, observe: Sequence[str], end: End) -> None:
+        if isinstance(observe, str):
+            raise BadOption(f"observe is {observe!r}; expected a list of observables, such as ['pressure']")
+        self._simulation, self._engine = simulation, engine
+        self._observations = [_Observation(text) for text in observe]
+        for each in self._observations:
+            each.prepare(simulation.scene)
+            each.plan(simulation.time, end.until)
+            if each.interval == math.inf and end.contacts == UNLIMITED:
+                raise BadOption(
+                    f"observable {each.text!r}: how often it is sampled follows from the end of the run; "
+                    f"expected until= or max_contacts=, or an interval, as in {each.name}:every=0.1"
+                )
+
+    def _of(self, needs: str) -> list[_Observation]:
+        return [each for each in self._observations if each.needs == needs]
+
+    @property
+    def counter(self) -> Callable[[npt.NDArray[np.void]], None] | None:
+        """What takes the short rows of contacts, if anyone needs them."""
+        wanting = self._of("contacts")
+
+        def count(rows: npt.NDArray[np.void]) -> None:
+            collisions = Collisions(rows["a"], rows["b"])
+            for each in wanting:
+                each.collect(collisions)
+
+        return count if wanting else None
+
+    @property
+    def observer(self) -> Callable[[npt.NDArray[np.void]], None] | None:
+        """What takes the long rows, if anyone needs them."""
+        wanting = self._of("velocities")
+        plans = _Plans(self._simulation) if wanting else None
+
+        def observe(rows: npt.NDArray[np.void]) -> None:
+            assert plans is not None
+            collisions = plans.collisions(rows)
+            for each in wanting:
+                each.collect(collisions)
+
+        return observe if wanting else None
+
+    def advance(self, end: End, run_to: Callable[[End], Event | None]) -> Event | None:
+        """Runs to an end by ``run_to``, with a stop at each time of a sample; returns what the last call
+        returns."""
+        simulation, engine, observed = self._simulation, self._engine, self._observations
+        if any(each.interval == math.inf for each in observed):
+            # The end is a number of contacts: the time of their first hundredth is the interval of samples.
+            begin, part = simulation.time, max((end.contacts - engine.contacts) // _INTERVALS, 1)
+            event = run_to(end._replace(contacts=min(engine.contacts + part, end.contacts)))
+            interval = simulation.time - begin
+            if event is not None or engine.events >= end.events or interval == 0.0:
+                return event
+            for each in observed:
+                each.plan(simulation.time, None, interval)
+        event = None
+        while (time := min((each.next_time for each in observed), default=math.inf)) < math.inf:
+            if time > simulation.time:
+                stop = End(time, engine.clock.ticks(time), contacts=end.contacts, events=end.events)
+                event = run_to(end if time == end.until else stop)
+                if event is not None or simulation.time < time:
+                    return event
+            for each in observed:
+                if each.next_time == time:
+                    each.sample(simulation)
+        return event if observed and simulation.time == end.until else run_to(end)
+
+    def results(self) -> Observed:
+        """Returns the estimates so far."""
+        names = [each.name for each in self._observations]
+        return Observed(
+            (each.name if names.count(each.name) == 1 else each.text, each.estimates())
+            for each in self._observations
+        )
+
+
+class _Plans:
+    """The velocity of each body by its number: after its last row, which is that before its next."""
+
+    def __init__(self, simulation: Simulation) -> None:
+        self._simulation = simulation
+        self._velocity, self._mass = np.zeros((0, 2)), np.zeros(0)
+        self._take_in(simulation.bodies)
+        self._velocity[simulation.bodies] = simulation.velocities()
+
+    def _take_in(self, coming: npt.NDArray[Any]) -> None:
+        """Makes room for bodies, and reads the masses of all that are present."""
+        present = self._simulation.bodies
+        more = int(max(coming.max(initial=-1), present.max(initial=-1))) + 1 - len(self._mass)
+        if more > 0:
+            self._mass = np.pad(self._mass, (0, more), constant_values=math.nan)
+            self._velocity = np.pad(self._velocity, ((0, more), (0, 0)), constant_values=math.nan)
+        self._mass[present] = self._simulation.masses()
+
+    def collisions(self, rows: npt.NDArray[np.void]) -> Collisions:
+        """Returns the contacts among the rows of a chunk, and keeps the last velocity of each body."""
+        if (rows["b"] == INSERTED).any():
+            self._take_in(rows["a"])
+        # Entry 2 k is row k as its a sees it, 2 k + 1 as its b does. Sorted by body, and those of one body in
+        # their order, each follows the one before it.
+        bodies = np.stack([rows["a"], rows["b"]], axis=1).astype(np.int64).ravel()
+        after = np.stack([rows[name] for name in ("avx", "avy", "bvx", "bvy")], axis=1).reshape(-1, 2)
+        entries = np.flatnonzero((bodies >= 0) & ~np.isnan(after[:, 0]))  # a passing has no velocities
+        bits = len(bodies).bit_length()
+        keys = np.sort(bodies[entries] << bits | entries)
+        whose, entries = keys >> bits, keys & ((1 << bits) - 1)
+        first = np.ones(len(keys) + 1, dtype=bool)
+        first[1:-1] = whose[1:] != whose[:-1]
+        before = np.full_like(after, math.nan)
+        before[entries[1:]] = after[entries[:-1]]
+        before[entries[first[:-1]]] = self._velocity[whose[first[:-1]]]
+        self._velocity[whose[first[1:]]] = after[entries[first[1:]]]
+        kept = rows["b"] > TURNED
+        mass = self._mass[np.maximum(bodies, 0)].reshape(-1, 2, 1)[kept]
+        before, after = before.reshape(-1, 2, 2)[kept], after.reshape(-1, 2, 2)[kept]
+        with np.errstate(invalid="ignore"):
+            gained = mass * (after - before)  # of b it is of no use at a wall, which has no velocity
+        impulse = np.where(np.isfinite(mass[:, 0]), -gained[:, 0], gained[:, 1])
+        rows = rows[kept]
+        position = np.stack([rows[name] for name in ("ax", "ay", "bx", "by")], axis=1).reshape(-1, 2, 2)
+        return Collisions(rows["a"], rows["b"], position, before, after, impulse)
+
+
+def _positive(value: Any, what: str) -> float | None:
+    if value is None:
+        return None
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < value < math.inf:
+        raise BadOption(f"{what} is {value!r}; expected a time greater than 0")
+    return float(value)

@@ -1,0 +1,152 @@
+"""Observables of contacts: pressure and contact rates.
+
+P A = N kT + (sum of d . J) / (2 t), with the area A, and for each contact in the time t the momentum J and
+the vector d from centre to centre, or from the centre to the wall. kT = 2 K / n follows from the kinetic
+energy K of n degrees of freedom: 2 N, less one for each periodic axis, along which momentum is conserved (K
+is without that of the common motion). The sum has two exact estimators.
+
+*Impulses* are added up as they are. That is right for any scene, and needs the velocities before a contact.
+
+*Counts*: while all contacts are elastic, the velocities in equilibrium, in units of 1/sqrt(mass), are a point
+on a sphere of n dimensions. So the mean of J at a contact follows from the masses alone:
+
+    <J>/kT = 2 F sqrt(mu), F = sqrt(pi) Gamma((n + 1)/2) / Gamma(n/2) / sqrt(2 K)
+
+with the reduced mass mu, at a wall the body's mass. For equal discs these are the estimators of Li et al.,
+J. Chem. Phys. 157, 234111 (2022), for walls, and the same on a torus. Before equilibrium they are wrong.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kinetile import Scene, Simulation
+from kinetile.errors import BadOption, Refused
+from kinetile.run.observing import Collisions, Observable
+from kinetile.scene.checks import WALL
+from kinetile_observables.geometry import axes_with_walls, displacement, inner_energy
+
+
+class Pressure(Observable):
+    """``P`` by the virial of all contacts, ``P_walls`` by those with walls, and ``Z`` = P A / (N kT).
+
+    ``by`` is "counts" or "impulses" (see the module); by default counts, where all contacts are elastic.
+    """
+
+    def __init__(self, by: str | None = None) -> None:
+        if by not in (None, "counts", "impulses"):
+            raise BadOption(f"observable 'pressure': by is {by!r}; expected counts or impulses")
+        self.by = by
+
+    def prepare(self, scene: Scene) -> None:
+        """Chooses the estimator. Raises Refused in the open plane."""
+        if scene.arena is None:
+            raise Refused("observable 'pressure' needs an arena: in the open plane there is no area")
+        equilibrium = not scene.responses and not scene.commands and bool(np.isfinite(scene.mass).all())
+        if self.by == "counts" and not equilibrium:
+            raise Refused(
+                "observable 'pressure:by=counts' needs a scene with elastic contacts alone, and without "
+                "commands: choose by=impulses"
+            )
+        self.by = self.by or ("counts" if equilibrium else "impulses")
+        self.needs = "contacts" if self.by == "counts" else "velocities"
+        self.scene, self.area = scene, math.prod(scene.arena)
+        width, height = scene.arena
+        walls = axes_with_walls(scene)
+        self.perimeter = 2.0 * (height * ("x" in walls) + width * ("y" in walls))
+        # A wall is a body of radius 0 that nothing moves; numbers from -4 to -1 find it at the end.
+        self.radius = np.append(scene.radius, np.zeros(4))
+        self.inverse_mass = np.append(1.0 / scene.mass, np.zeros(4))
+        self.alike = bool((scene.radius == scene.radius[:1]).all() and (scene.mass == scene.mass[:1]).all())
+        self.virial = self.at_walls = self.energy = 0.0
+        self.last: float | None = None
+
+    def collect(self, collisions: Collisions) -> None:
+        """Adds d . J of contacts, and J of those with walls; by counts in units of 2 kT F."""
+        a, b = collisions.a, collisions.b
+        if self.by == "impulses":
+            pair, (width, height) = b >= 0, self.scene.arena or (0.0, 0.0)
+            place = collisions.position[:, 0]
+            x, y = place.T
+            apart = displacement(self.scene, collisions.position[:, 1] - place)
+            to_wall = np.choose(np.where(pair, 0, -b - 1), [x, width - x, y, height - y])
+            push = np.hypot(*collisions.impulse.T)
+            along = (apart * collisions.impulse).sum(axis=1)
+            self.virial += float(np.nansum(np.where(pair, along, to_wall * push)))
+            self.at_walls += float(np.nansum(push[~pair]))
+        elif self.alike:
+            walls = np.count_nonzero(b < 0)
+            push, r = 1.0 / math.sqrt(self.inverse_mass[0]), self.radius[0]
+            self.virial += r * push * (walls + math.sqrt(2.0) * (len(b) - walls))
+            self.at_walls += push * walls
+        else:
+            pushes = 1.0 / np.sqrt(self.inverse_mass[a] + self.inverse_mass[b])
+            self.virial += float(((self.radius[a] + self.radius[b]) * pushes).sum())  # BLAS starts threads
+            self.at_walls += float(pushes[b < 0].sum())
+
+    def sample(self, simulation: Simulation) -> dict[str, float]:
+        """Returns the pressures of the time since the last sample."""
+        found: dict[str, float] = {}
+        last, self.last = self.last, simulation.time
+        energy = self.energy
+        if last is None or self.by == "impulses":  # else nothing changes it
+            self.energy, masses = inner_energy(simulation), simulation.masses()
+            self.bodies, self.movable = len(masses), int(np.isfinite(masses).sum())
+        if last is not None:
+            time, degrees = simulation.time - last, 2 * self.movable - len(self.scene.periodic)
+            heat = (energy + self.energy) / degrees  # kT
+            unit = 1.0
+            if self.by == "counts":
+                ratio = math.exp(math.lgamma((degrees + 1) / 2) - math.lgamma(degrees / 2))
+                unit = 2.0 * ratio * math.sqrt(math.pi * heat / degrees)  # 2 kT F
+            if self.movable == self.bodies:
+                virial = self.bodies * heat + unit * self.virial / (2.0 * time)
+                found = {"P": virial / self.area, "Z": virial / (self.bodies * heat)}
+            if self.perimeter:
+                found["P_walls"] = unit * self.at_walls / (time * self.perimeter)
+        self.virial = self.at_walls = 0.0
+        return found
+
+
+class Rates(Observable):
+    """Contacts a unit of time: of ``pairs`` and with ``walls``, of pairs a body (``Gamma``, each contact
+    counts for both), and of each two kinds where there are several, such as ``big-small``, ``big-wall``.
+
+    The beginning of a passing is a contact, its end is not.
+    """
+
+    needs = "contacts"
+
+    def prepare(self, scene: Scene) -> None:
+        """Notes the kinds of the scene."""
+        self.kinds = scene.kinds
+        self.met: list[npt.NDArray[Any]] = []
+        self.last: float | None = None
+
+    def collect(self, collisions: Collisions) -> None:
+        """Keeps the numbers of the bodies."""
+        self.met.append(np.stack([collisions.a, collisions.b]))
+
+    def sample(self, simulation: Simulation) -> dict[str, float]:
+        """Returns the rates of the time since the last sample."""
+        last, self.last = self.last, simulation.time
+        a, b = np.concatenate([np.zeros((2, 0), dtype=int), *self.met], axis=1)
+        self.met = []
+        if last is None:
+            return {}
+        time, begins = simulation.time - last, (b < 0) | (b > a)
+        walls = np.count_nonzero(b < 0)
+        pairs = np.count_nonzero(begins) - walls
+        found: dict[str, float] = {"pairs": pairs / time, "walls": walls / time}
+        found["Gamma"] = 2.0 * found["pairs"] / max(len(simulation.bodies), 1)
+        if len(self.kinds) > 1:
+            one, other = simulation.kinds_of(np.stack([a[begins], b[begins]]))
+            for k, kind in enumerate(self.kinds):
+                for its in (*self.kinds[k:], WALL):
+                    both = (one == kind) & (other == its) | (one == its) & (other == kind)
+                    found[f"{kind}-{its}"] = np.count_nonzero(both) / time
+        return found

@@ -1,0 +1,62 @@
+"""Distances in the arena and motion about its centre of mass, with walls and with periodic axes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import numpy.typing as npt
+
+from kinetile import Scene, Simulation
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+
+
+def axes_with_walls(scene: Scene) -> str:
+    """Returns the axes at whose ends there are walls."""
+    return "".join(axis for axis in "xy" if scene.arena and axis not in scene.periodic)
+
+
+def displacement(scene: Scene, apart: Floats) -> Floats:
+    """Returns differences of positions, (..., 2), as those to the nearest image."""
+    axes = scene.periodic
+    if not axes or scene.arena is None:
+        return apart
+    sides, closed = np.array(scene.arena), np.array([axis in axes for axis in "xy"])
+    nearest: Floats = apart - np.rint(apart / sides) * (sides * closed)
+    return nearest
+
+
+def inner_energy(simulation: Simulation) -> float:
+    """Returns the kinetic energy of movable bodies, without that of the common motion along periodic axes."""
+    mass, velocity = movable(simulation)
+    energy = float((mass * velocity**2).sum()) / 2
+    for axis in simulation.scene.periodic:
+        energy -= float((mass * velocity)[:, "xy".index(axis)].sum()) ** 2 / (2.0 * float(mass.sum()))
+    return energy
+
+
+def movable(simulation: Simulation) -> tuple[Floats, Floats]:
+    """Returns the masses, (n, 1), and the velocities, (n, 2), of the bodies of finite mass."""
+    mass = simulation.masses()
+    moves = np.isfinite(mass)
+    return mass[moves, None], simulation.velocities()[moves]
+
+
+def neighbours(scene: Scene, positions: Floats, within: float) -> Iterator[tuple[Integers, Integers, Floats]]:
+    """Yields all pairs of places not further apart than ``within``, in pieces: the places of both, (m,), and
+    the way from the one to the other, (m, 2), to the nearest image.
+
+    Places are sorted along x, and compared with the next, the one after that, ... until all are too far.
+    """
+    order = np.argsort(positions[:, 0], kind="stable")
+    sorted_places, n = positions[order], len(positions)
+    for step in range(1, n // 2 + 1):
+        apart = displacement(scene, np.roll(sorted_places, -step, axis=0) - sorted_places)
+        if 2 * step == n:
+            apart = apart[: n // 2]  # the other half is the same pairs
+        if not (np.abs(apart[:, 0]) <= within).any():
+            return
+        near = np.flatnonzero(np.hypot(*apart.T) <= within)
+        yield order[near], order[(near + step) % n], apart[near]

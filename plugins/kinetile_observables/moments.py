@@ -1,0 +1,246 @@
+"""Observables of sampled moments: energy, temperature, momentum, diffusion, structure."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kinetile import Scene, Simulation
+from kinetile.errors import BadOption, Refused
+from kinetile.run.observing import Observable
+from kinetile_observables.geometry import axes_with_walls, inner_energy, movable, neighbours
+
+Floats = npt.NDArray[np.float64]
+_MOST_GROUPS = 10
+
+
+def _whole(name: str, value: Any) -> int:
+    """Returns an option that is a number, at least 1; raises BadOption for anything else."""
+    if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+        raise BadOption(f"{name} is {value!r}; expected a whole number, at least 1")
+    return value
+
+
+class Energy(Observable):
+    """``E``: the kinetic energy of all movable bodies."""
+
+    def sample(self, simulation: Simulation) -> dict[str, float]:
+        """Returns the energy."""
+        mass, velocity = movable(simulation)
+        return {"E": float((mass * velocity**2).sum()) / 2}
+
+
+class Momentum(Observable):
+    """``px`` and ``py``: the momentum of all movable bodies."""
+
+    def sample(self, simulation: Simulation) -> dict[str, float]:
+        """Returns both components."""
+        mass, velocity = movable(simulation)
+        x, y = (mass * velocity).sum(axis=0).tolist()
+        return {"px": x, "py": y}
+
+
+class Temperature(Observable):
+    """``kT``: twice the kinetic energy a degree of freedom, of which there are 2 N, less one for each axis
+    along which momentum is conserved (then without the energy of the common motion).
+
+    Where there are several kinds, or masses, the same of each: the mean of m v^2 / 2, as ``kT of big``.
+    """
+
+    def sample(self, simulation: Simulation) -> dict[str, float]:
+        """Returns the temperatures."""
+        scene, (mass, velocity) = simulation.scene, movable(simulation)
+        found = {"kT": 2.0 * inner_energy(simulation) / (2 * len(mass) - len(scene.periodic))}
+        energies = (mass * velocity**2).sum(axis=1) / 2
+        several = len(scene.kinds) > 1
+        groups = simulation.kinds[np.isfinite(simulation.masses())].astype(str) if several else mass[:, 0]
+        names = np.unique(groups)
+        if 1 < len(names) <= _MOST_GROUPS:
+            what = "" if several else "mass "
+            found |= {f"kT of {what}{name}": float(energies[groups == name].mean()) for name in names}
+        return found
+
+
+class _Lagged(Observable):
+    """Averages over pairs of moments, as a function of the time between them: 0 to ``lags`` intervals."""
+
+    name = ""
+
+    def __init__(self, lags: int = 50) -> None:
+        self.lags = np.arange(_whole("lags", lags) + 1)
+        self.kept: deque[Floats] = deque(maxlen=len(self.lags))
+        self.times: list[float] = []
+        self.bodies: npt.NDArray[np.int32] = np.zeros(0, dtype=np.int32)
+
+    def sample(self, simulation: Simulation) -> dict[str, Floats]:
+        """Returns the means over bodies with this moment as the later one; NaN for lags before the first."""
+        self.times = [*self.times, simulation.time][:2]
+        if not np.array_equal(self.bodies, simulation.bodies):
+            self.kept.clear()  # bodies have come or gone
+            self.bodies = simulation.bodies
+        now = self.read(simulation)
+        self.kept.appendleft(now)
+        found = np.full(len(self.lags), math.nan)
+        found[: len(self.kept)] = [float(self.compare(then, now).sum() / len(now)) for then in self.kept]
+        return {self.name: found}
+
+    def read(self, simulation: Simulation) -> Floats:
+        """Returns what is compared of a moment, (n, 2)."""
+        raise NotImplementedError
+
+    def compare(self, then: Floats, now: Floats) -> Floats:
+        """Returns the terms of the mean for two moments."""
+        raise NotImplementedError
+
+    @property
+    def axes(self) -> Mapping[str, tuple[str, npt.ArrayLike]]:  # type: ignore[override]
+        """The lags in time."""
+        interval = self.times[1] - self.times[0] if len(self.times) > 1 else math.nan
+        return {self.name: ("time", self.lags * interval)}
+
+
+class MeanSquaredDisplacement(_Lagged):
+    """``msd``: the mean of |r(t) - r(0)|^2 over bodies and over moments 0, for t up to ``lags`` intervals."""
+
+    name = "msd"
+
+    def read(self, simulation: Simulation) -> Floats:
+        """Returns positions that do not jump at a periodic border."""
+        places: Floats = simulation.unwrapped()
+        return places
+
+    def compare(self, then: Floats, now: Floats) -> Floats:
+        """Returns squares of displacements."""
+        return (now - then) ** 2
+
+
+class VelocityAutocorrelation(_Lagged):
+    """``vacf``: the mean of v(t) . v(0) over bodies and over moments 0, for t up to ``lags`` intervals."""
+
+    name = "vacf"
+
+    def read(self, simulation: Simulation) -> Floats:
+        """Returns velocities."""
+        return simulation.velocities()
+
+    def compare(self, then: Floats, now: Floats) -> Floats:
+        """Returns products of components."""
+        return now * then
+
+
+class _InArena(Observable):
+    """An observable of places in an arena."""
+
+    name = ""
+
+    def prepare(self, scene: Scene) -> None:
+        """Raises Refused in the open plane."""
+        if scene.arena is None:
+            raise Refused(f"observable {self.name!r} needs an arena: in the open plane there is no density")
+        self.scene = scene
+        self.sides = np.array(scene.arena)
+
+
+class PairCorrelation(_InArena):
+    """``g``: pairs by the distance r of their centres, over those of as many points at random places that
+    centres can have.
+
+    ``bins`` of equal width from 0 to ``to``, by default half the shorter side of the arena, and at most
+    five of the largest diameters.
+    """
+
+    name = "g"
+
+    def __init__(self, bins: int = 100, to: float | None = None) -> None:
+        self.bins, self.to = _whole("bins", bins), to
+
+    def prepare(self, scene: Scene) -> None:
+        """Computes the probability of each bin for points at random places."""
+        super().prepare(scene)
+        walls = np.array([axis in axes_with_walls(scene) for axis in "xy"])
+        a, b = self.sides - 2.0 * float(scene.radius.min(initial=math.inf)) * walls
+        most = float(np.where(walls, (a, b), self.sides / 2).min())
+        to = self.to or min(float(self.sides.min()) / 2, 10.0 * float(scene.radius.max(initial=0.0)), most)
+        if not 0.0 < to <= most:
+            raise BadOption(f"observable 'g': to is {self.to!r}; expected a distance up to {most!r}")
+        self.edges = np.linspace(0.0, to, self.bins + 1)
+        # Of two points in a rectangle of sides a and b, d apart: along an axis with walls d_x is as likely
+        # as a - |d_x|, along a periodic one every d_x is as likely as any other. Over all directions:
+        r = self.edges
+        within = math.pi * a * b * r**2 - (4.0 / 3.0) * (b * walls[0] + a * walls[1]) * r**3
+        within += walls.all() * r**4 / 2.0
+        self.expected = np.diff(within / (a * b) ** 2)
+        self.axes = {"g": ("r", (r[1:] + r[:-1]) / 2)}
+
+    def sample(self, simulation: Simulation) -> dict[str, Floats]:
+        """Returns g of this moment."""
+        n = len(simulation.bodies)
+        found = np.zeros(self.bins)
+        for _, _, apart in neighbours(self.scene, simulation.positions(), self.edges[-1]):
+            found += np.histogram(np.hypot(*apart.T), self.edges)[0]
+        return {"g": found / (self.expected * (n * (n - 1) / 2))}
+
+
+class StructureFactor(_InArena):
+    """``S``: |sum of exp(i k . r)|^2 / N for wave vectors 2 pi (i/W, j/H), i and j from 0 to ``modes``, as
+    means over shells of |k| of equal width; k = 0 is left out."""
+
+    name = "S"
+
+    def __init__(self, modes: int = 20) -> None:
+        self.modes = _whole("modes", modes)
+
+    def prepare(self, scene: Scene) -> None:
+        """Sorts the wave vectors into shells."""
+        super().prepare(scene)
+        i = np.arange(-self.modes, self.modes + 1)
+        kx, ky = 2.0 * math.pi * i[self.modes :] / self.sides[0], 2.0 * math.pi * i / self.sides[1]
+        size = np.hypot(kx[:, None], ky).ravel()
+        width = 2.0 * math.pi / float(self.sides.min())
+        shell = np.rint(size / width).astype(int)
+        self.waves = kx, ky
+        self.inside = (shell > 0) & (shell <= self.modes)
+        self.shells, self.which = np.unique(shell[self.inside], return_inverse=True)
+        self.many = np.bincount(self.which)
+        self.axes = {"S": ("k", np.bincount(self.which, size[self.inside]) / self.many)}
+
+    def sample(self, simulation: Simulation) -> dict[str, Floats]:
+        """Returns S of this moment."""
+        places = simulation.positions().T
+        x, y = (np.exp(1j * np.outer(k, r)) for k, r in zip(self.waves, places, strict=True))
+        power = np.abs(x @ y.T).ravel() ** 2 / max(places.shape[1], 1)
+        return {"S": np.bincount(self.which, power[self.inside]) / self.many}
+
+
+class BondOrder(_InArena):
+    """Order of bonds, from psi = mean of exp(6 i angle) over a body's neighbours: ``psi6``, the size of its
+    mean over bodies, and ``psi6_local``, the mean of its size.
+
+    Neighbours are not further apart than ``cutoff`` sums of their radii; a body without any has psi = 0.
+    """
+
+    name = "psi6"
+
+    def __init__(self, cutoff: float = 1.5) -> None:
+        if isinstance(cutoff, bool) or not isinstance(cutoff, int | float) or not 1.0 < cutoff < math.inf:
+            raise BadOption(f"cutoff is {cutoff!r}; expected a number of sums of radii, above 1")
+        self.cutoff = cutoff
+
+    def sample(self, simulation: Simulation) -> dict[str, float]:
+        """Returns both of this moment."""
+        n, radii = len(simulation.bodies), simulation.radii()
+        psi, many = np.zeros(n, dtype=complex), np.zeros(n)
+        furthest = 2.0 * self.cutoff * float(radii.max(initial=0.0))
+        for one, other, apart in neighbours(self.scene, simulation.positions(), furthest):
+            bonded = np.hypot(*apart.T) <= self.cutoff * (radii[one] + radii[other])
+            turn = np.exp(6j * np.arctan2(apart[bonded, 1], apart[bonded, 0]))
+            for ends in (one[bonded], other[bonded]):  # seen from the other end, six half turns more
+                np.add.at(psi, ends, turn)
+                np.add.at(many, ends, 1.0)
+        psi /= np.maximum(many, 1.0)
+        return {"psi6": float(abs(psi.mean())), "psi6_local": float(np.abs(psi).mean())}

@@ -1,0 +1,77 @@
+"""Observables on the command line: as a table, as JSON, in files."""
+
+from __future__ import annotations
+
+import csv
+import math
+
+import pytest
+
+import kinetile as kt
+from command_line import kinetile, printed, refused
+
+OBSERVE = ["pressure", "rates:every=0.5", "msd:every=0.5,lags=2"]
+RUN = f"run grid -s bodies=4 --broad-phase naive --until 2 --observe {','.join(OBSERVE)}"
+
+
+def observed() -> list:
+    sim = kt.Simulation(kt.make_scene("grid", bodies=4), "naive")
+    sim.run(2.0, observe=OBSERVE)
+    return sim.observed.rows()
+
+
+@pytest.mark.small
+def test_json_has_the_estimates_of_a_simulation():
+    found = printed(RUN)["observed"]
+    rows = [row._asdict() for row in observed()]
+    assert [row["quantity"] for row in found] == [
+        "P",
+        "Z",
+        "P_walls",
+        "pairs",
+        "walls",
+        "Gamma",
+        *["msd"] * 3,
+    ]
+    assert [row["at"] for row in found[-3:]] == [0.0, 0.5, 1.0]
+    for row, expected in zip(found, rows, strict=True):
+        assert row == pytest.approx(expected)
+
+
+@pytest.mark.small
+def test_the_table_has_numbers_with_errors_and_the_length_of_curves():
+    said = kinetile(RUN).stdout
+    assert "standard error" in said
+    assert "3 values over time" in said
+
+
+@pytest.mark.small
+def test_files_have_all_rows(tmp_path, monkeypatch):
+    pytest.importorskip("pyarrow")
+    monkeypatch.chdir(tmp_path)
+    for form in ("csv", "parquet"):
+        kinetile(f"{RUN} --observe-to out.{form}")
+    with open("out.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    from pyarrow.parquet import read_table
+
+    table = read_table("out.parquet").to_pylist()
+    for expected, row, cell in zip(observed(), table, rows, strict=True):
+        assert row["mean"] == pytest.approx(expected.mean)
+        assert math.isclose(float(cell["mean"]), expected.mean, rel_tol=1e-9, abs_tol=1e-12)
+        assert (row["observable"], row["at"]) == (expected.observable, expected.at)
+
+
+@pytest.mark.small
+@pytest.mark.parametrize("form", ["svg", "png", "pdf"])
+def test_curves_are_drawn(tmp_path, form):
+    pytest.importorskip("matplotlib")
+    kinetile(f"{RUN} --observe-to {tmp_path}/out.{form}")
+    content = (tmp_path / f"out.{form}").read_bytes()
+    assert {"svg": b"<svg", "png": b"PNG", "pdf": b"%PDF"}[form] in content
+
+
+def test_the_command_refuses_what_it_cannot_do():
+    assert "did you mean 'pressure'" in refused("run grid --observe presure")
+    assert "expected --observe" in refused("run grid --observe-to a.csv")
+    assert "expected a name that ends in .csv" in refused("run grid --observe msd --observe-to a.txt")

@@ -1,0 +1,213 @@
+"""Observables of a run: when they are sampled, what they are given, how averages and errors are made."""
+
+from __future__ import annotations
+
+import math
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+import kinetile as kt
+from kinetile.errors import BadOption, PhaseError, UnknownName
+from kinetile.run.observing import Blocks, Collisions
+from registering import registered
+
+
+class Watcher:
+    """An observable that notes all that it is given."""
+
+    axes: ClassVar = {}
+    notes: ClassVar = []
+
+    def __init__(self, needs: str = "velocities") -> None:
+        self.needs = needs
+
+    def prepare(self, scene):
+        self.samples, self.collisions = [], []
+        Watcher.notes.append(self)
+
+    def collect(self, collisions):
+        self.collisions.append(Collisions(*(None if each is None else np.array(each) for each in collisions)))
+
+    def sample(self, simulation):
+        self.samples.append(simulation.time)
+        return {"time": simulation.time}
+
+
+class Broken(Watcher):
+    """An observable whose sample raises."""
+
+    def sample(self, simulation):
+        raise ZeroDivisionError("no bodies")
+
+
+class Plugin:
+    """A foreign plugin."""
+
+    @kt.hookimpl
+    def kinetile_observables(self):
+        return [
+            kt.ObservableSpec("watcher", Watcher, "notes all"),
+            kt.ObservableSpec("broken", Broken, "raises"),
+        ]
+
+
+@pytest.fixture(autouse=True)
+def watchers():
+    Watcher.notes = []
+    with registered(Plugin()):
+        yield Watcher.notes
+
+
+def scene(**changes) -> kt.Scene:
+    made = kt.make_scene("grid", bodies=9, density=0.5, seed=3)
+    return made.replace(mass=np.linspace(1.0, 3.0, 9), **changes)
+
+
+def simulation(of: kt.Scene | None = None) -> kt.Simulation:
+    return kt.Simulation(scene() if of is None else of, "naive")
+
+
+@pytest.mark.small
+def test_observing_changes_nothing_and_stops_nothing():
+    plain, observed = simulation(), simulation()
+    plain.run(1.0)
+    rows, seen = [], []
+    plain_rows: list = []
+    third = simulation()
+    third.run(1.0, recorder=lambda r: plain_rows.append(r.copy()))
+    observed.run(
+        1.0,
+        observe=["watcher", "watcher:needs=contacts,every=0.3"],
+        recorder=lambda r: rows.append(r.copy()),
+        progress=seen.append,
+    )
+    assert observed.fingerprint == plain.fingerprint
+    assert observed.positions().tobytes() == plain.positions().tobytes()
+    assert np.concatenate(rows).tobytes() == np.concatenate(plain_rows).tobytes()
+    assert seen[-1].time == observed.time == 1.0
+
+
+@pytest.mark.small
+def test_samples_come_at_their_times_with_the_end(watchers):
+    sim = simulation()
+    sim.run(0.5)
+    sim.run(0.8, observe=["watcher:every=0.1", "watcher", "watcher:after=0.7,every=0.05"])
+    tenths, hundredth, late = (each.samples for each in watchers)
+    assert tenths == [0.5, 0.6, 0.7, 0.8]  # 0.5 + 3 * 0.1 is above 0.8
+    assert len(hundredth) == 101
+    assert hundredth[-1] == 0.8
+    assert late == [0.7, 0.75, 0.8]
+    assert sim.observed["watcher:every=0.1"]["time"].mean == pytest.approx(0.65)
+    assert set(sim.observed) == {"watcher:every=0.1", "watcher", "watcher:after=0.7,every=0.05"}
+
+
+@pytest.mark.small
+def test_a_run_for_contacts_is_sampled_a_hundred_times(watchers):
+    sim = simulation()
+    sim.run(max_contacts=1000, observe=["watcher:needs=contacts"])
+    (watcher,) = watchers
+    assert 60 < len(watcher.samples) < 160
+    assert len(set(np.diff(watcher.samples).round(9).tolist())) == 1
+    assert sim.readings.contacts_disc + sim.readings.contacts_wall == 1000
+
+
+@pytest.mark.small
+def test_contacts_come_with_velocities_before_and_after(watchers):
+    """Energy and momentum of each contact are kept, and each body goes on as it left its last one."""
+    made = scene(turns=[(2, 0.31, (1.0, 0.5))])
+    sim = simulation(made)
+    sim.run(1.0, observe=["watcher", "watcher:needs=contacts"])
+    whole, short = (each.collisions for each in watchers)
+    a, b = (np.concatenate([getattr(each, name) for each in whole]) for name in "ab")
+    assert np.array_equal(np.stack([a, b]), np.stack([sim.contacts["a"], sim.contacts["b"]]))
+    assert a.tolist() == np.concatenate([each.a for each in short]).tolist()
+    last = dict(enumerate(made.velocity.tolist()))
+    turned = False
+    for part in whole:
+        for k in range(len(part.a)):
+            for body, before, after in zip(
+                (part.a[k], part.b[k]), part.before[k], part.after[k], strict=True
+            ):
+                if body >= 0:
+                    expected = before.tolist() == last[body]
+                    turned |= not expected
+                    assert expected or (body == 2 and before.tolist() == [1.0, 0.5])
+                    last[body] = after.tolist()
+            m, pair = made.mass, part.b[k] >= 0
+            change = part.after[k] - part.before[k]
+            given = -m[part.a[k]] * change[0]
+            assert part.impulse[k] == pytest.approx(given)
+            if pair:
+                assert part.impulse[k] == pytest.approx(m[part.b[k]] * change[1])
+                apart = part.position[k, 1] - part.position[k, 0]
+                assert part.impulse[k] / np.hypot(*part.impulse[k]) == pytest.approx(apart / np.hypot(*apart))
+    assert turned
+
+
+@pytest.mark.small
+def test_where_nobody_observes_no_long_rows_are_written():
+    sim = simulation()
+    assert len(sim.tables.log) == 0
+    sim.run(0.5, observe=["watcher:needs=contacts"])
+    assert len(sim.tables.log) == 0
+    sim.run(1.0, observe=["watcher"])
+    assert len(sim.tables.log) > 0
+    sim.run(1.5)
+    assert len(sim.tables.log) == 0
+
+
+@pytest.mark.small
+def test_a_run_that_stops_early_has_what_it_has_measured(watchers):
+    sim = simulation()
+    event = sim.run(9.0, stop_at=kt.StopAt(bodies=[0]), observe=["watcher:every=0.01"])
+    assert event is not None
+    (watcher,) = watchers
+    assert watcher.samples[-1] <= sim.time < watcher.samples[-1] + 0.01
+    assert sim.observed["watcher"]["time"].mean == pytest.approx(np.mean(watcher.samples))
+
+
+@pytest.mark.small
+@pytest.mark.parametrize(
+    ("observe", "error", "said"),
+    [
+        (["presure"], UnknownName, "did you mean 'pressure'"),
+        (["pressure:bye=1"], BadOption, "has no option 'bye'; did you mean 'by'"),
+        (["pressure:by=chance"], BadOption, "expected counts or impulses"),
+        (["pressure:every=0"], BadOption, "expected a time greater than 0"),
+        (["pressure:after=0.5,every=1e-300"], BadOption, "an interval of 1e-300 is lost in rounding"),
+        (["pressure:after=soon"], BadOption, "after is 'soon'; expected a time"),
+        (["pressure:after=7"], BadOption, "there is no time to observe, from 7.0 to 1.0"),
+        ("pressure", BadOption, r"expected a list of observables, such as \['pressure'\]"),
+        (["watcher:needs=all"], PhaseError, "needs is 'all'; expected 'samples', 'contacts' or 'velocities'"),
+        (["broken"], PhaseError, "observable 'broken' of Plugin.*sample raised ZeroDivisionError: no bodies"),
+    ],
+)
+def test_errors_say_what_is_wrong(observe, error, said):
+    with pytest.raises(error, match=said):
+        simulation().run(1.0, observe=observe)
+
+
+@pytest.mark.small
+def test_a_run_without_any_end_in_sight_needs_an_interval():
+    with pytest.raises(BadOption, match=r"or an interval, as in watcher:every=0\.1"):
+        simulation().run(max_events=5, observe=["watcher"])
+    simulation().run(max_events=5, observe=["watcher:every=0.1"])
+
+
+def test_blocks_have_the_mean_of_all_and_the_error_of_their_means():
+    blocks, values = Blocks(), np.random.default_rng(1).normal(5.0, 2.0, 1000)
+    for value in values:
+        blocks.add(np.array([value, math.nan, 1.0]))
+    mean, error, many, *_ = blocks.estimate()
+    means = values[: many * 32].reshape(many, 32).mean(axis=1)  # 1000 = 31 * 32 + 8
+    assert many == 31
+    assert mean[0] == pytest.approx(values.mean())
+    assert error[0] == pytest.approx(means.std(ddof=1) / math.sqrt(many))
+    assert np.isnan([mean[1], error[1]]).all()
+    assert (mean[2], error[2]) == (1.0, 0.0)
+    few = Blocks()
+    few.add(3.0)
+    assert few.estimate().mean == 3.0
+    assert math.isnan(few.estimate().error)

@@ -1,0 +1,166 @@
+"""Observables of sampled moments: compared with closed forms, with all pairs, and with equipartition."""
+
+from __future__ import annotations
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import kinetile as kt
+from kinetile.errors import BadOption, Refused
+from kinetile_observables.geometry import displacement, neighbours
+from kinetile_observables.moments import BondOrder, PairCorrelation, StructureFactor
+
+
+def simulation_of(radii, positions):
+    """Return what observables of places read of a simulation."""
+    return SimpleNamespace(bodies=np.arange(len(positions)), positions=lambda: positions, radii=lambda: radii)
+
+
+@pytest.mark.small
+def test_a_free_body_moves_as_the_square_of_time():
+    sim = kt.Simulation(kt.Scene([(0.0, 0.0)], [(3.0, 4.0)], 1.0, 2.0), "naive")
+    sim.run(1.0, observe=["msd:every=0.125,lags=4", "vacf:every=0.125,lags=20", "energy", "momentum"])
+    found = sim.observed
+    msd = found["msd"]["msd"]
+    assert msd.axis == "time"
+    assert msd.at.tolist() == [0.0, 0.125, 0.25, 0.375, 0.5]
+    assert msd.mean == pytest.approx(25.0 * msd.at**2)
+    vacf = found["vacf"]["vacf"]
+    assert vacf.mean[:9].tolist() == [25.0] * 9
+    assert np.isnan(vacf.mean[9:]).all()  # longer than the run
+    assert found["energy"]["E"].mean == 25.0
+    assert (found["momentum"]["px"].mean, found["momentum"]["py"].mean) == (6.0, 8.0)
+
+
+@pytest.mark.small
+def test_bodies_that_come_begin_a_new_displacement():
+    scene = kt.Scene([(0.0, 0.0)], [(1.0, 0.0)], 1.0, commands=[kt.Insert(0.5, (9.0, 9.0), (1.0, 0.0), 1.0)])
+    sim = kt.Simulation(scene, "naive")
+    sim.run(1.0, observe=["msd:every=0.25,lags=4"])
+    msd = sim.observed["msd"]["msd"].mean
+    assert msd[:3] == pytest.approx([0.0, 0.0625, 0.25])
+    assert np.isnan(msd[3:]).all()
+
+
+@pytest.mark.compiled
+def test_a_mixture_of_masses_shares_its_energy_equally():
+    scene = kt.make_scene("mixture", bodies=32, radii=(0.5, 0.7), masses=(1.0, 4.0), density=0.4, seed=2)
+    named = scene.replace(kind=["light"] * 16 + ["heavy"] * 16)
+    for each, names in ((scene, ("mass 1.0", "mass 4.0")), (named, ("light", "heavy"))):
+        sim = kt.Simulation(each, "naive", keep_contacts=False)
+        sim.run(10.0)
+        sim.run(800.0, observe=["temperature"])
+        found = sim.observed["temperature"]
+        light, heavy = (found[f"kT of {name}"] for name in names)
+        assert found["kT"].mean == pytest.approx(1.0)
+        assert abs(light.mean - heavy.mean) < 3.0 * math.hypot(light.error, heavy.error)
+        assert light.error < 0.02
+
+
+def brute(scene, positions, within):
+    i, j = np.triu_indices(len(positions), 1)
+    apart = np.hypot(*displacement(scene, positions[j] - positions[i]).T)
+    return sorted(zip(i[apart <= within].tolist(), j[apart <= within].tolist(), strict=True))
+
+
+@pytest.mark.parametrize("periodic", ["", "x", "y", "xy"])
+@pytest.mark.parametrize("n", [0, 1, 2, 3, 4, 50, 51])
+def test_neighbours_are_all_pairs_within_a_distance_each_once(periodic, n):
+    scene = SimpleNamespace(arena=(3.0, 2.0), periodic=periodic)
+    positions = np.random.default_rng(n).random((n, 2)) * scene.arena
+    for within in (0.1, 0.5, 1.0):
+        found = [
+            (min(pair), max(pair))
+            for one, other, _ in neighbours(scene, positions, within)
+            for pair in zip(one.tolist(), other.tolist(), strict=True)
+        ]
+        assert sorted(found) == brute(scene, positions, within)
+
+
+@pytest.mark.parametrize("periodic", ["", "x", "y", "xy"])
+def test_g_of_points_at_random_places_is_1(periodic):
+    scene = SimpleNamespace(arena=(3.0, 2.0), periodic=periodic, radius=np.zeros(1))
+    correlation = PairCorrelation(bins=5, to=1.0)
+    correlation.prepare(scene)
+    places, found = np.random.default_rng(3), []
+    for _ in range(40):
+        simulation = simulation_of(None, places.random((400, 2)) * scene.arena)
+        found.append(correlation.sample(simulation)["g"])
+    error = np.std(found, axis=0, ddof=1) / math.sqrt(len(found))
+    assert (np.abs(np.mean(found, axis=0) - 1.0) < 3.0 * error).all()
+    assert (error < 0.01).all()
+
+
+def test_structure_factor_is_the_sum_over_pairs():
+    scene = kt.make_scene("grid", bodies=9, seed=3)
+    factor = StructureFactor(modes=3)
+    factor.prepare(scene)
+    one = factor.sample(simulation_of(None, scene.position[:1]))["S"]
+    assert one == pytest.approx(np.ones(3))
+    width, height = scene.arena
+    shells: dict[int, list[float]] = {1: [], 2: [], 3: []}
+    for i in range(4):
+        for j in range(-3, 4):
+            k = np.array([i / width, j / height]) * 2.0 * math.pi
+            shell = round(math.hypot(*k) * min(scene.arena) / (2.0 * math.pi))
+            if 0 < shell <= 3:
+                shells[shell].append(abs(np.exp(1j * scene.position @ k).sum()) ** 2 / 9)
+    assert factor.sample(simulation_of(None, scene.position))["S"] == pytest.approx(
+        [np.mean(each) for each in shells.values()]
+    )
+
+
+def test_a_hexagonal_crystal_is_in_order_and_a_square_one_is_not():
+    hexagonal, square = (
+        kt.make_scene(name, columns=6, rows=6, density=0.7) for name in ("hexagonal", "square")
+    )
+    for scene, expected in ((hexagonal, 1.0), (square, 0.0)):
+        order = BondOrder(cutoff=1.3)
+        order.prepare(scene)
+        found = order.sample(simulation_of(scene.radius, scene.position))
+        assert found["psi6"] == pytest.approx(expected, abs=0.2)
+        if expected:
+            assert found == pytest.approx({"psi6": 1.0, "psi6_local": 1.0})
+
+
+@pytest.mark.small
+@pytest.mark.parametrize(
+    ("observe", "error", "said"),
+    [
+        ("msd:lags=0", BadOption, "lags is 0; expected a whole number, at least 1"),
+        ("g:bins=none", BadOption, "bins is 'none'; expected a whole number"),
+        ("g:to=70", BadOption, "to is 70; expected a distance up to"),
+        ("S:modes=-1", BadOption, "modes is -1"),
+        ("psi6:cutoff=1", BadOption, "cutoff is 1; expected a number of sums of radii, above 1"),
+    ],
+)
+def test_options_that_make_no_sense_are_refused(observe, error, said):
+    with pytest.raises(error, match=said):
+        kt.Simulation(kt.make_scene("grid", bodies=4), "naive").run(1.0, observe=[observe])
+
+
+@pytest.mark.small
+@pytest.mark.parametrize("name", ["g", "S", "psi6"])
+def test_densities_need_an_arena(name):
+    scene = kt.Scene([(0.0, 0.0)], [(1.0, 0.0)], 1.0)
+    with pytest.raises(Refused, match=f"observable '{name}' needs an arena"):
+        kt.Simulation(scene, "naive").run(1.0, observe=[name])
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+def test_the_autocorrelation_falls_by_the_rate_of_contacts():
+    """C(h)/C(0) = 1 - 4 h (contacts a unit of time)/(2 N + 1), pairs and walls alike, to first order in h."""
+    scene = kt.make_scene("mixture", bodies=32, radii=(0.5,), density=0.4, seed=2)
+    sim = kt.Simulation(scene, "naive", keep_contacts=False)
+    sim.run(10.0)
+    sim.run(60.0, observe=["rates", "vacf:every=0.001,lags=2"])
+    curve, rates = sim.observed["vacf"]["vacf"], sim.observed["rates"]
+    once, twice = 1.0 - curve.mean[1:] / curve.mean[0]
+    slope = (4.0 * once - twice) / 2.0 / 0.001
+    expected = 4.0 * (rates["pairs"].mean + rates["walls"].mean) / (2 * 32 + 1)
+    assert abs(slope - expected) < 3.0 * curve.error[1] / curve.mean[0] / 0.001
+    assert slope == pytest.approx(expected, rel=0.03)

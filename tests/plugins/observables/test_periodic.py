@@ -1,0 +1,39 @@
+"""Pressure and rates in a periodic arena, compared with exact values and with a published table."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+import kinetile as kt
+
+pytestmark = pytest.mark.compiled
+
+
+@pytest.mark.parametrize(
+    ("height", "radius", "rate"), [(1.0, 0.15, 0.836521), (1.5, 0.1, 0.291050), (1.0, 0.05, 0.206487)]
+)
+def test_two_discs_on_a_torus_meet_at_the_exact_rate(height, radius, rate):
+    """2 s u/(W H - pi s^2), at the relative speed u = 1."""
+    half = (0.5 * math.cos(0.7123), 0.5 * math.sin(0.7123))
+    velocity = [half, (-half[0], -half[1])]
+    scene = kt.Scene([(0.2, 0.2), (0.7, 0.6)], velocity, radius, arena=(1.0, height), periodic="xy")
+    sim = kt.Simulation(scene, "naive", keep_contacts=False)
+    sim.run(200_000.0, observe=["rates"])
+    pairs = sim.observed["rates"]["pairs"]
+    assert abs(pairs.mean - rate) < 3.0 * pairs.error
+    assert pairs.error < 0.01 * rate
+
+
+@pytest.mark.slow
+def test_72_discs_have_the_pressure_of_the_table():
+    """P* at eta = .65 in the square: 6.901074(71) (Li et al., J. Chem. Phys. 157, 234111, 2022)."""
+    scene = kt.make_scene("mixture", bodies=72, density=0.65, radii=(0.5,), seed=4).replace(periodic="xy")
+    sim = kt.Simulation(scene, "cells", keep_contacts=False)
+    sim.run(50.0)
+    sim.run(20_000.0, observe=["pressure"])
+    density = 0.65 * 4.0 / math.pi
+    z = sim.observed["pressure"]["Z"]
+    assert abs(density * z.mean - 6.901074) < 3.0 * density * z.error
+    assert density * z.error < 4e-3
