@@ -241,7 +241,7 @@ class BreaksTheKit:
         from kinetile_conformance import runner
         from kinetile_conformance.strategies import living
 
-        runner.reduced = living.Simulation = None  # type: ignore[assignment,misc]
+        runner.reduced = living.live_reference = None  # type: ignore[assignment,misc]
         return BroadPhaseParts(nobody)
 
 

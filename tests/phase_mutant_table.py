@@ -6,7 +6,7 @@ from phase_mutants import CONFORMS, EQUIVALENT, Change, Mutant, after, before, i
 
 # naive
 
-PREPARE = "        return BroadPhaseParts(draw=draw, near=near)"
+PREPARE = "        return BroadPhaseParts(draw=draw, periodic=True, near=near)"
 COUNT = "    count = len(k.bodies)\n"
 NAMES = "    for other in range(count):\n        k.near[other] = other\n    return count\n"
 NUMPY = before("from kinetile.errors", "import numpy as np\n\n")

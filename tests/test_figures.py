@@ -86,5 +86,5 @@ def test_every_picture_has_its_command(folder):
 
 def test_photographs_of_the_player_are_small_and_have_their_script():
     said = {*re.findall(r'"(player[\w-]*\.png)"', (PHOTOGRAPHS / "photograph.py").read_text("utf-8"))}
-    assert {path.name for path in PHOTOGRAPHS.glob("*.png")} == said
+    assert {path.name for path in PHOTOGRAPHS.glob("player*.png")} == said
     assert {path.name for path in PHOTOGRAPHS.glob("*.png") if path.stat().st_size > 200_000} == set()

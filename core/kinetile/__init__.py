@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from kinetile.plugin.specs import API_VERSION as API_VERSION
     from kinetile.plugin.specs import BroadPhaseSpec as BroadPhaseSpec
     from kinetile.plugin.specs import NarrowPhaseSpec as NarrowPhaseSpec
+    from kinetile.plugin.specs import ObservableSpec as ObservableSpec
     from kinetile.plugin.specs import ResponseSpec as ResponseSpec
     from kinetile.plugin.specs import SceneSpec as SceneSpec
     from kinetile.plugin.specs import hookimpl as hookimpl
@@ -54,7 +55,8 @@ _HOME = {
     for module, names in {
         "kernel.log": "ANSWER CONTACT LOG",
         "plugin.registry": "Registry registry",
-        "plugin.specs": "API_VERSION BroadPhaseSpec NarrowPhaseSpec ResponseSpec SceneSpec hookimpl",
+        "plugin.specs": "API_VERSION BroadPhaseSpec NarrowPhaseSpec ObservableSpec ResponseSpec SceneSpec "
+        "hookimpl",
         "records.events": "EventRecorder",
         "records.reading": "read_events",
         "records.trajectory": "Trajectory",

@@ -241,14 +241,13 @@ def _begins_with(path: str, signatures: tuple[bytes, ...]) -> bool:
 
 def _read_events(path: str, scene: Scene, end: float | None) -> tuple[NDArray[Any], float | None]:
     """Reads an event file, and how far it goes: a run that was broken off goes to its last row."""
-    from kinetile import ANSWER
     from kinetile.records.reading import read_with_scene
     from kinetile.scene import relabelled
 
     (rows, metadata), its_scene = read_with_scene(path)
-    if metadata["answer"] != ANSWER:
+    if metadata["answer"] != scene.answer:
         raise BadOption(
-            f"{path} is of answer {metadata['answer']}, and what is checked here is answer {ANSWER}: "
+            f"{path} is of answer {metadata['answer']}, and what is checked here is answer {scene.answer}: "
             "its contacts follow other rules"
         )
     if relabelled(its_scene, settings=scene.settings) != scene:
@@ -262,17 +261,15 @@ def _read_events(path: str, scene: Scene, end: float | None) -> tuple[NDArray[An
 
 
 def _print_certified(scene: Scene, log: str, report: CertifiedLog, json: bool) -> None:
-    from kinetile import ANSWER
-
     if json:
         from kinetile.versions import versions
 
-        result = {"versions": versions(), "answer": ANSWER, "scene": scene_summary(scene), "log": log}
+        result = {"versions": versions(), "answer": scene.answer, "scene": scene_summary(scene), "log": log}
         typer.echo(as_json(result | report.as_dict()))
         return
     typer.echo(f"{'standard input' if log == '-' else log}: {report}")
     if report.right:
-        typer.echo(f"answer {ANSWER}, fingerprint {report.fingerprint}")
+        typer.echo(f"answer {scene.answer}, fingerprint {report.fingerprint}")
 
 
 # kinetile accuracy

@@ -24,8 +24,9 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from kinetile import registry
-from kinetile.errors import BadOption, Mistake, SceneError, StudyError, one_of
+from kinetile.errors import BadOption, KinetileError, Mistake, SceneError, StudyError, one_of
 from kinetile.plugin.choices import read_phase
+from kinetile.run.observing import check_observable
 from kinetile.scene.by_name import Registered, complete_parameters, loads_scene, recipe_parameters
 from kinetile.scene.checks import abridged, is_finite, shown
 from kinetile.scene.schema import Place, read_bytes, read_tables, written
@@ -96,6 +97,9 @@ class StudyTable(_Keys):
     until: _Until = None
     contacts: _Contacts = None
     measure: Annotated[list[str], _key(f"a list of some of {', '.join(MEASURES)}", max_length=100)] = []
+    observe: Annotated[
+        list[str], _key('a list of observables, such as ["pressure", "msd:every=0.1"]', max_length=100)
+    ] = []
     seconds: Annotated[
         float, _key("a number greater than 0, at most 3600", gt=0, le=3600, allow_inf_nan=False)
     ] = 0.05
@@ -312,6 +316,7 @@ class _PlanReader:
         for k, name in enumerate(tables.get("measure", [])):
             if name not in MEASURES:
                 self.wrong(f"measure[{k}]", shown(name), one_of(name, MEASURES))
+        self.check_observables(tables.get("observe", []), "pairs" in tables.get("measure", []))
         self.seeds = self.read_seeds(tables.get("seeds"))
         scenes = [
             self.scenes(k) for k in range(len(tables.get("scenes", []))) if ("scenes", k) not in self.faults
@@ -354,6 +359,18 @@ class _PlanReader:
             found[repr((name, options))] = name, options
             self.mistakes += mistakes
         return list(found.values())
+
+    def check_observables(self, texts: list[str], counts_pairs: bool) -> None:
+        """Checks names and options of observables."""
+        for k, text in enumerate(texts):
+            try:
+                check_observable(text)
+            except KinetileError as error:
+                self.wrong(f"observe[{k}]", shown(text), f"an observable ({error})")
+            if text in texts[:k]:
+                self.wrong(f"observe[{k}]", f"{shown(text)}, which is there already", "each once")
+        if texts and counts_pairs:
+            self.wrong("observe", "observables beside the measure pairs", "one of the two")
 
     def read_seeds(self, given: Any) -> list[int] | None:
         """Returns the seeds, None without any."""

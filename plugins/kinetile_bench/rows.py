@@ -13,6 +13,7 @@ from dataclasses import fields
 from typing import Any, NamedTuple
 
 from kinetile.errors import printable
+from kinetile.run.observing import Observed
 from kinetile.run.readings import Readings
 from kinetile_accuracy.sections import needed
 from kinetile_bench.task import DISAGREES, DONE, Task
@@ -92,6 +93,25 @@ TIMINGS = (
 machine."""
 
 
+OBSERVED = "observed."
+"""Columns of observables begin so: sums in rounded arithmetic, whose last digits differ from run to run."""
+
+
+def observed_columns(observed: Observed) -> dict[str, Any]:
+    """Returns the columns of estimates: numbers with their errors, and a curve as JSON."""
+    row: dict[str, Any] = {}
+    for name, quantities in observed.items():
+        for quantity, (mean, error, blocks, axis, at) in quantities.items():
+            column = f"{OBSERVED}{name}.{quantity}"
+            if at is None:
+                row |= {column: mean, f"{column}.error": error, f"{column}.blocks": blocks}
+            else:
+                found = {axis: at, "mean": mean, "error": error}
+                lists = {key: [None if x != x else x for x in each.tolist()] for key, each in found.items()}
+                row[column] = json.dumps(lists)
+    return row
+
+
 def arrow() -> Any:
     """Returns pyarrow. Raises MissingExtra without it."""
     return needed("A study", "pyarrow", "records")
@@ -109,7 +129,7 @@ def row_of(task: Task, result: Mapping[str, Any], beside: int) -> dict[str, Any]
     for name in ("parameters", "options", "versions"):
         row[name] = json.dumps(getattr(task, name), sort_keys=True)
     row |= {"contacts_asked": task.contacts, "beside": beside}
-    row |= {name: value for name, value in result.items() if name in FIXED}
+    row |= {name: value for name, value in result.items() if name in FIXED or name.startswith(OBSERVED)}
     if row.get("error"):  # which may be a plugin's: a terminal would obey its control characters
         row["error"] = printable(str(row["error"]))
     if "contacts_disc" in result:
@@ -143,7 +163,8 @@ def in_order(table: Any, tasks: Mapping[str, Task], *, timings: bool = True) -> 
     order = sorted((place[key], at) for at, key in enumerate(keys) if key in place)
     table = table.take(pa.array([at for _, at in order], pa.int64()))
     fixed = [name for name in FIXED if timings or name not in TIMINGS]
-    table = table.select([*sorted(set(table.column_names) - set(FIXED)), *fixed])
+    others = sorted(set(table.column_names) - set(FIXED))
+    table = table.select([*(name for name in others if timings or not name.startswith(OBSERVED)), *fixed])
     rows = table.select([*Fingerprints.columns, "error"]).to_pylist()
     reasons = Fingerprints(rows).disagreeing(rows)
     if reasons:

@@ -35,6 +35,7 @@ from kinetile.errors import KinetileError, PhaseError, Refused
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.kernel.compiled.limits import end_after
 from kinetile_accuracy.environment import environment
+from kinetile_bench.rows import observed_columns
 from kinetile_bench.task import DONE, FAILED, OUT_OF_MEMORY, REFUSED, check_versions, scene_of, versions_here
 
 _limit = math.inf
@@ -142,8 +143,8 @@ def _measured(simulation: Any, order: Mapping[str, Any]) -> dict[str, Any]:
     if "pairs" in measure:
         found |= _counted_pairs(simulation, until, contacts)
     else:
-        simulation.run(until, max_contacts=contacts)
-    found |= _readings(simulation)
+        simulation.run(until, max_contacts=contacts, observe=order.get("observe", ()))
+    found |= _readings(simulation) | observed_columns(simulation.observed)
     if "certified" in measure:
         from kinetile_accuracy import certify_log  # heavy, and few studies need it
 
@@ -326,7 +327,8 @@ def arrays_of(sim: Any) -> dict[str, int]:
     scene, tables = sim.scene, sim.tables
     found = {"scene": sum(each.nbytes for each in (scene.position, scene.velocity, scene.radius, scene.mass))}
     for name in ("bodies", "mass", "radii", "places", "queue", "links", "marks", "near"):
-        found[name] = getattr(tables, name).nbytes
+        table = getattr(tables, name)
+        found[name] = table.nbytes if table.strides != (0,) else table.itemsize  # one number for all bodies
     found["pair set"] = sum(each.nbytes for each in (tables.pairs, tables.lookup, tables.firsts))
     return found | {sim.broad_phase: sum(each.nbytes for each in sim.state)}
 

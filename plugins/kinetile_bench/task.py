@@ -20,11 +20,11 @@ from collections.abc import Iterator, Mapping
 from functools import lru_cache
 from importlib.machinery import PathFinder
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 from kinetile import ANSWER, __version__, make_scene, registry
 from kinetile.errors import KinetileError, UnknownName
-from kinetile.plugin.choices import write_phase
+from kinetile.plugin.choices import read_phase, write_phase
 from kinetile.plugin.specs import Kind
 from kinetile.scene.by_name import loads_scene
 from kinetile_bench.plan import StudyPlan
@@ -68,11 +68,11 @@ def versions_here(wanted: Mapping[str, str]) -> dict[str, str]:
     found = {}
     for name in wanted:
         kind, _, of = name.rpartition(" ")
-        if kind not in ("broad phase", "scene"):
+        if kind not in ("broad phase", "scene", "observable"):
             found[name] = ANSWERED
             continue
         try:
-            found[name] = source_of("broad phase" if kind == "broad phase" else "scene", of)
+            found[name] = source_of(cast("Kind", kind), of)
         except UnknownName:
             found[name] = "not there"
     return found
@@ -127,9 +127,10 @@ class Task(NamedTuple):
         until, contacts: the end of the run.
         measure, seconds: the measurements beside the readings, and their duration.
         repeat: which of several equal runs this is, from 1.
-        versions: of kinetile, of the phase and of the recipe; a worker must have the same.
+        versions: of kinetile, of the phase, the recipe and the observables; a worker must have the same.
         content: the text of the scene file, which ``recipe`` is the name of then; None: a recipe makes it.
         scene_sha256: of that text.
+        observe: the observables of the run.
     """
 
     key: str
@@ -147,17 +148,23 @@ class Task(NamedTuple):
     versions: Mapping[str, str]
     content: str | None = None
     scene_sha256: str | None = None
+    observe: tuple[str, ...] = ()
 
 
 def tasks_of(plan: StudyPlan) -> Iterator[Task]:
     """Yields the tasks of a study: scene by scene, repeat by repeat, each under all phases."""
     measure = tuple(dict.fromkeys(plan.file.measure))
     seconds = plan.file.seconds
-    measured = measure, seconds if {"timings", "rate", "stages"} & set(measure) else None
+    observe = tuple(plan.file.observe)
+    measured: tuple[Any, ...] = measure, seconds if {"timings", "rate", "stages"} & set(measure) else None
+    measured += (observe,) if observe else ()  # without observables, keys are as they always were
     for scenes in plan.scenes:
         sha256 = None if scenes.content is None else hashlib.sha256(scenes.content.encode()).hexdigest()
         recipe = scenes.recipe if scenes.content is None else scenes.made_by
         versions = {"kinetile": ANSWERED}
+        for each in observe:
+            name = read_phase(each)[0]
+            versions[f"observable {name}"] = source_of("observable", name)
         if recipe is not None:
             versions[f"scene {recipe}"] = source_of("scene", recipe)
         # The name of a scene file is in no key: what determines the result is its content.
@@ -190,6 +197,7 @@ def tasks_of(plan: StudyPlan) -> Iterator[Task]:
                         versions=found,
                         content=scenes.content,
                         scene_sha256=sha256,
+                        observe=observe,
                     )
 
 

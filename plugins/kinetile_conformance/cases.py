@@ -62,9 +62,9 @@ MARATHON_CONTACTS = 100_000
 UNTIL = 8.0
 """The length of a case, in time units, where its scene has no end."""
 
-DISC = {"general": True}
-"""Options of ``disc``: without them it has parts of its own for scenes whose bodies are alike, and a phase a
-loop for each."""
+GENERAL = {"general": True}
+"""Options of ``disc`` and ``wall``: without them scenes whose bodies are alike and scenes without an arena
+have parts of their own, and a phase a loop for each."""
 
 Tables = Mapping[str, npt.NDArray[np.generic]]
 
@@ -113,7 +113,11 @@ class Subject:
         if not self.narrow and scene.settings.narrow_phases is not None:
             return None
         pairs, walls = (self.of_role(role) for role in ("pair", "wall"))
-        return (pairs or {"disc": DISC}) | ((walls or {"wall": {}}) if scene.arena is not None else {})
+        if not walls:
+            walls = {"wall": GENERAL}  # it serves scenes without an arena as well
+        elif scene.arena is None:
+            walls = {}
+        return (pairs or {"disc": GENERAL}) | walls
 
     def of_role(self, role: str) -> dict[str, Mapping[str, Any]]:
         """Return the named narrow phases of a role."""

@@ -93,4 +93,5 @@ def kinetile_scenes() -> list[SceneSpec]:
         SceneSpec("mixture", f"{rooms}.matter:mixture", "discs of two and more sizes, at a temperature"),
         SceneSpec("hexagonal", f"{rooms}.matter:hexagonal", "a hexagonal crystal of equal discs"),
         SceneSpec("square", f"{rooms}.matter:square", "a square crystal of equal discs"),
+        SceneSpec("frame", f"{rooms}.frame:frame", "a frame of an extended XYZ or GSD file"),
     ]

@@ -14,6 +14,7 @@ import math
 from collections.abc import Callable
 
 from kinetile.kernel.certificates.contact import first_touch, last_touch
+from kinetile.kernel.images import HALVES, first_image, nearest_whole
 from kinetile.kernel.vectors import (
     LANES,
     Floats,
@@ -97,6 +98,13 @@ def meet(k: Kernel, a: int, b: int) -> int:
 
 @unchecked
 @hook
+def meet_images(k: Kernel, a: int, b: int) -> int:
+    """As ``meet``, through any image but the barred one (``kinetile.kernel.images``)."""
+    return first_image(k, a, b)
+
+
+@unchecked
+@hook
 def part(k: Kernel, a: int, b: int) -> int:
     """Return the tick at which two discs part that pass through each other, or ``NEVER``."""
     clock = k.clock[0]
@@ -117,6 +125,10 @@ def part(k: Kernel, a: int, b: int) -> int:
         one.radius,
         two.radius,
         clock.tick,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
     )
     return int(since + delay) if delay != NEVER else NEVER
 
@@ -132,17 +144,20 @@ def sooner_two(
 
 
 @hook
-def not_before(k: Kernel, body: int, other: int, at: int) -> float:
-    """Return what ``soonest`` does for one partner alone."""
+def not_before(k: Kernel, body: int, other: int, at: int, reach: float, periodic: bool) -> float:
+    """Return what ``soonest`` does for one partner alone; ``reach`` is the sum of the fattened radii."""
     one = k.places[body]
     two = k.places[other]
     fat = k.clock[0].limits.fat
     elapsed = since_origin(k, at)
-    reach = k.radii[other] + (k.radii[body] + fat)
     vx = two.vx - one.vx
     vy = two.vy - one.vy
     dx = (two.x - one.x) + vx * elapsed
     dy = (two.y - one.y) + vy * elapsed
+    torus = k.clock[0].torus
+    if periodic:
+        dx -= nearest_whole(dx * torus.per_x) * torus.x
+        dy -= nearest_whole(dy * torus.per_y) * torus.y
     approach = dx * vx + dy * vy
     speed2 = vx * vx + vy * vy
     approach2 = approach * approach
@@ -151,11 +166,22 @@ def not_before(k: Kernel, body: int, other: int, at: int) -> float:
     passes = ((approach > 0.0) & (approach2 > fat * fat * speed2)) | (inside < 0.0)
     delay = gap / (math.sqrt(inside) - approach) if inside >= 0.0 else math.nan
     delay = delay if delay > 0.0 else 0.0  # what is not a number may touch now
-    return math.inf if passes else delay
+    delay = math.inf if passes else delay
+    if periodic:
+        x_delay = (torus.half_x - reach) / abs(vx)
+        y_delay = (torus.half_y - reach) / abs(vy)
+        delay = delay if x_delay >= delay else x_delay
+        delay = delay if y_delay >= delay else y_delay
+        delay = delay if delay > 0.0 else 0.0
+    return delay
 
 
-def _bounds(equal: bool) -> Callable[..., tuple[float, float, int]]:
-    """Returns the hook ``soonest``, for bodies of one radius or of any."""
+def _bounds(equal: bool, periodic: bool) -> Callable[..., tuple[float, float, int]]:
+    """Returns the hook ``soonest``, for bodies of one radius or of any, and where axes are periodic.
+
+    There the bound is that of the nearest image, and the time until any other one could touch: it is half
+    a period away, along an axis, until that is flown.
+    """
 
     @unchecked
     @hook
@@ -171,13 +197,16 @@ def _bounds(equal: bool) -> Callable[..., tuple[float, float, int]]:
         it. docs/one-answer.md proves that they are bounds. Up to eight places behind those that count are
         written to.
         """
+        limits = k.clock[0].limits
+        radius = limits.widest if equal else k.radii[body]
+        own = radius + limits.fat
         if count == 1:
             alone = k.near[0]
             if alone == body or alone == barred or alone == known:  # noqa: SIM109 - no tuple in a hook
                 return math.inf, math.inf, NOBODY
-            soon = not_before(k, body, alone, at)
+            reach_of_two = (limits.widest if equal else k.radii[alone]) + own
+            soon = not_before(k, body, alone, at, reach_of_two, periodic)
             return soon, math.inf, int(alone) if soon < math.inf else NOBODY
-        limits = k.clock[0].limits
         fill(k.near, count, body)  # the rest of the last eight: a body itself is left out
         elapsed = spread(since_origin(k, at))
         place = k.places[body]
@@ -186,10 +215,17 @@ def _bounds(equal: bool) -> Callable[..., tuple[float, float, int]]:
         vx = spread(place.vx)
         vy = spread(place.vy)
         fat2 = spread(limits.fat * limits.fat)
-        radius = limits.widest if equal else k.radii[body]
-        own = radius + limits.fat
         own_reach = spread(own)
-        reach2 = spread((radius + own) * (radius + own))
+        reach = spread(radius + own)
+        reach2 = reach * reach
+        torus = k.clock[0].torus
+        halves = spread(HALVES)
+        period_x = spread(torus.x)
+        period_y = spread(torus.y)
+        per_x = spread(torus.per_x)
+        per_y = spread(torus.per_y)
+        half_x = spread(torus.half_x)
+        half_y = spread(torus.half_y)
         zero = spread(0.0)
         least = spread(LEAST)
         never = spread(math.inf)
@@ -212,6 +248,9 @@ def _bounds(equal: bool) -> Callable[..., tuple[float, float, int]]:
                 dvy = other_vy - vy
                 dx = (other_x - x) + dvx * elapsed
                 dy = (other_y - y) + dvy * elapsed
+                if periodic:
+                    dx = dx - ((dx * per_x + halves) - halves) * period_x
+                    dy = dy - ((dy * per_y + halves) - halves) * period_y
                 approach = dx * dvx + dy * dvy
                 speed2 = dvx * dvx + dvy * dvy
                 gap = (dx * dx + dy * dy) * less - reach2
@@ -221,9 +260,16 @@ def _bounds(equal: bool) -> Callable[..., tuple[float, float, int]]:
                 passes = parts | (inside < zero)
                 delay = gap / (root(inside) - approach)
                 delay = choose(delay > least, delay, least)  # what is not a number may touch now
+                delay = choose(passes, never, delay)
+                if periodic:
+                    x_delay = (half_x - reach) / choose(dvx < zero, zero - dvx, dvx)
+                    y_delay = (half_y - reach) / choose(dvy < zero, zero - dvy, dvy)
+                    delay = choose(x_delay >= delay, delay, x_delay)
+                    delay = choose(y_delay >= delay, delay, y_delay)
+                    delay = choose(delay > least, delay, least)
                 other = numbers(k.near, start)
                 left_out = (other == myself) | (other == not_this) | (other == nor_this)
-                delay = numbered(choose(passes | left_out, never, delay), start - begin)
+                delay = numbered(choose(left_out, never, delay), start - begin)
                 later = choose(delay < first, first, delay)
                 second = choose(later < second, later, second)
                 first = choose(delay < first, delay, first)
@@ -239,7 +285,8 @@ def _bounds(equal: bool) -> Callable[..., tuple[float, float, int]]:
     return soonest
 
 
-soonest, soonest_of_equals = _bounds(False), _bounds(True)
+soonest, soonest_of_equals = _bounds(False, False), _bounds(True, False)
+soonest_of_images = _bounds(False, True)
 
 
 @hook
@@ -249,14 +296,11 @@ def overlap(one: Records, two: Records, distance: float) -> float:
     return float(one.radius + two.radius - distance) if distance > 0.0 else math.nan
 
 
-@unchecked
 @hook
-def collide(k: Kernel, a: int, b: int) -> float:
+def _exchange(k: Kernel, a: int, b: int, dx: float, dy: float) -> float:
     """Exchange momentum along the line of centres, elastically; return the overlap."""
     one = k.bodies[a]
     two = k.bodies[b]
-    dx = two.x - one.x
-    dy = two.y - one.y
     distance = math.sqrt(dx * dx + dy * dy)
     nx = dx / distance
     ny = dy / distance
@@ -268,6 +312,25 @@ def collide(k: Kernel, a: int, b: int) -> float:
     two.vx -= two_share * nx
     two.vy -= two_share * ny
     return overlap(one, two, distance)
+
+
+@unchecked
+@hook
+def collide(k: Kernel, a: int, b: int) -> float:
+    """Exchange momentum along the line of centres, elastically; return the overlap."""
+    one = k.bodies[a]
+    two = k.bodies[b]
+    return _exchange(k, a, b, two.x - one.x, two.y - one.y)
+
+
+@unchecked
+@hook
+def collide_images(k: Kernel, a: int, b: int) -> float:
+    """As ``collide``, with the image of b through which they meet."""
+    torus = k.clock[0].torus
+    one = k.bodies[a]
+    two = k.bodies[b]
+    return _exchange(k, a, b, (two.x - one.x) + torus.right, (two.y - one.y) + torus.up)
 
 
 @unchecked
@@ -289,16 +352,27 @@ def collide_equals(k: Kernel, a: int, b: int) -> float:
     return overlap(one, two, distance)
 
 
-@unchecked
-@hook
-def touch(k: Kernel, a: int, b: int) -> tuple[float, float, float]:
-    """Return the line of centres and the overlap."""
-    one = k.bodies[a]
-    two = k.bodies[b]
-    dx = two.x - one.x
-    dy = two.y - one.y
-    distance = math.sqrt(dx * dx + dy * dy)
-    return dx / distance, dy / distance, overlap(one, two, distance)
+def _touch(periodic: bool) -> Callable[..., tuple[float, float, float]]:
+    """Returns the hook ``touch``."""
+
+    @unchecked
+    @hook
+    def touch(k: Kernel, a: int, b: int) -> tuple[float, float, float]:
+        """Return the line of centres and the overlap."""
+        one = k.bodies[a]
+        two = k.bodies[b]
+        dx = two.x - one.x
+        dy = two.y - one.y
+        if periodic:
+            dx += k.clock[0].torus.right
+            dy += k.clock[0].torus.up
+        distance = math.sqrt(dx * dx + dy * dy)
+        return dx / distance, dy / distance, overlap(one, two, distance)
+
+    return touch
+
+
+touch, touch_images = _touch(False), _touch(True)
 
 
 class Disc:
@@ -313,13 +387,21 @@ class Disc:
         self.general = general
 
     def prepare(self, scene: Scene) -> PairParts:
-        """Returns the parts; masses and radii are left out of the loop where all of both are equal and stay
-        so: two loops, not four, for what differs by a twentieth of the instructions.
+        """Returns the parts; masses and radii are left out of the loop and of the tables where all of both
+        are equal and stay so: two loops, not four, for what differs by a twentieth of the instructions.
 
         For equal masses both forms give the same velocities, to the bit: the share of each is exactly 1.
         """
-        stay = scene.capacity == len(scene) and not scene.ruled and not self.general
-        alike = stay and all(len(set(each.tolist())) <= 1 for each in (scene.mass, scene.radius))
+        if scene.periodic:
+            return PairParts(
+                meet=meet_images,
+                collide=collide_images,
+                soonest=soonest_of_images,
+                touch=touch_images,
+                periodic=True,
+                contact_distance="sum of radii",
+            )
+        alike = scene.alike and not self.general
         return PairParts(
             meet=meet,
             collide=collide_equals if alike else collide,
@@ -327,4 +409,5 @@ class Disc:
             touch=touch,
             part=part,
             contact_distance="sum of radii",
+            alike=alike,
         )

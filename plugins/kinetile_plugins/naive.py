@@ -48,4 +48,4 @@ class Naive:
                 f"naive asks every body about every other and stops at {LIMIT} bodies; this scene has "
                 f"{len(scene)}: choose another broad phase, such as cells or sap-2d"
             )
-        return BroadPhaseParts(draw=draw, near=near)
+        return BroadPhaseParts(draw=draw, periodic=True, near=near)

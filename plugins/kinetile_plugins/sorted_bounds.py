@@ -1,15 +1,17 @@
 """Sorted bounds, as both kinds of sweep-and-prune have them: their audit, slow and from scratch, and drawing.
 
 Bound 2 * body is L of a body, 2 * body + 1 its R. ``order`` are the bounds of an axis from left to right,
-``rank`` is the place of each bound in it, and ``due`` the tick at which each bound passes the one right of
-it. The two phases store the same numbers side by side in cache lines of their own, and unpack them for these
-functions; hooks are written for one storage each.
+``place`` is where each bound stands in it, and ``due`` the tick at which each bound passes the one right of
+it. The phases store the same numbers side by side in cache lines of their own, and unpack them for these
+functions; hooks are written for one storage each. On a periodic axis the order is one turn of an endless line
+of images, and a bound's place on it is that of the image whose body is where its plan has it
+(``circular_bounds``).
 
 Between two events the list of an axis must have each bound once and the ranks that belong to it; no bound may
 stand right of its neighbour by more than rounding explains, unless that is about to be put right; each bound
 must be noted with the tick at which the two plans say that it passes its neighbour, and each body scheduled
 for the first tick of its bounds; and the candidate pairs are those whose intervals overlap on every axis,
-each held once.
+each held once for every image through which they do.
 
 A drawn bound hangs on its body, and has the tick at which it passes the one right of it. The first of all
 these certificates to fail is drawn as a line from one bound to the other, with what happens when they pass.
@@ -36,20 +38,19 @@ from kinetile.toolbox import (
     positions_now,
 )
 
-Truths = npt.NDArray[np.bool_]
 Whole = npt.NDArray[np.int64]
 
 ROWS = 1 << 9
 """Bodies compared with all others at a time."""
 
 
-def audit_bounds(k: Kernel, order: Whole, rank: Whole, due: Whole, axes: tuple[int, ...]) -> Iterator[str]:
+def audit_bounds(k: Kernel, order: Whole, place: Whole, due: Whole, axes: tuple[int, ...]) -> Iterator[str]:
     """Yields a sentence for everything that does not hold.
 
     Args:
         k: the kernel's tables.
         order: (axes, 2m), the bounds of the m bodies that there are on each axis, from left to right.
-        rank: (axes, 2n), where each bound of n slots stands, from 0.
+        place: (axes, 2n), where each bound of n slots stands, from 0.
         due: (axes, 2n), the tick at which each bound passes the one right of it.
         axes: 0 for x, 1 for y.
     """
@@ -62,23 +63,32 @@ def audit_bounds(k: Kernel, order: Whole, rank: Whole, due: Whole, axes: tuple[i
         if not np.array_equal(np.sort(order[row]), bounds):
             yield f"the list of {name} does not have each bound once"
             return
-        if not np.array_equal(rank[row][order[row]], np.arange(len(bounds))):
+        slots = place[row][order[row]] % len(bounds) if _period(k, axis) else place[row][order[row]]
+        if not np.array_equal(slots, np.arange(len(bounds))):
             yield f"the ranks of {name} are not those of its list"
             return
-        for body in there[rank[row][2 * there] > rank[row][2 * there + 1]]:
+        for body in there[place[row][2 * there] > place[row][2 * there + 1]]:
             yield f"body {body} has its right bound left of its left one on {name}"
-        yield from _order(k, order[row], due[row], axis)
+        yield from _order(k, order[row], place[row], due[row], axis)
     first = due.min(axis=0).reshape(-1, 2).min(axis=1)
     for body in there[k.queue.own[there] != first[there]]:
         yield f"body {body} is scheduled {_tick(k.queue.own[body])}, but its bounds pass {_tick(first[body])}"
-    yield from _pairs(k, rank, there)
+    yield from _pairs(k, place, there)
 
 
-def _order(k: Kernel, order: Whole, due: Whole, axis: int) -> Iterator[str]:
+def _period(k: Kernel, axis: int) -> float:
+    """Returns the period of an axis, or 0."""
+    torus = k.clock[0].torus
+    return float(torus.y if axis else torus.x)
+
+
+def _order(k: Kernel, order: Whole, place: Whole, due: Whole, axis: int) -> Iterator[str]:
     """Neighbours are in order, and noted with the tick at which they pass."""
     bodies, clock = k.bodies, k.clock[0]
-    left, right = order[:-1], order[1:]
+    period = _period(k, axis)
+    left, right = (order, np.roll(order, -1)) if period else (order[:-1], order[1:])
     p, q = left >> 1, right >> 1
+    behind = ((place[left] - place[right]) // len(order) + 1) * period
     at, speed = (bodies.x, bodies.vx) if axis == 0 else (bodies.y, bodies.vy)
     since = np.maximum(bodies.anchor[p], bodies.anchor[q])
     edges = [
@@ -87,19 +97,20 @@ def _order(k: Kernel, order: Whole, due: Whole, axis: int) -> Iterator[str]:
         + np.where(bound & 1, bodies.reach[body], -bodies.reach[body])
         for body, bound in ((p, left), (q, right))
     ]
-    wanted = falls_many(k, since, edges[1] - edges[0], speed[q] - speed[p])
+    wanted = falls_many(k, since, edges[1] - edges[0] + behind, speed[q] - speed[p])
     noted = due[left]
     for gap in np.flatnonzero(noted != wanted):
         times = f"pass {_tick(wanted[gap])}, but are watched {_tick(noted[gap])}"
         yield f"{_names(left[gap], right[gap], axis)} {times}"
-    if due[order[-1]] != NEVER:
+    if not period and due[order[-1]] != NEVER:
         yield f"the last bound on {'xy'[axis]} has no neighbour, but is watched {_tick(due[order[-1]])}"
     then = positions_now(k)[:, axis] + speed * clock.tick  # events of this tick have happened, to its end
-    edge = then[order >> 1] + np.where(order & 1, bodies.reach[order >> 1], -bodies.reach[order >> 1])
-    wrong = (np.diff(edge) < -2.0 * clock.limits.theta) & (noted > clock.now)
-    for gap in np.flatnonzero(wrong):
-        by = edge[gap] - edge[gap + 1]
-        yield f"{_names(left[gap], right[gap], axis)} stand in the wrong order, by {by}"
+    one, two = (
+        then[b >> 1] + np.where(b & 1, bodies.reach[b >> 1], -bodies.reach[b >> 1]) for b in (left, right)
+    )
+    by = one - two - behind
+    for gap in np.flatnonzero((by > 2.0 * clock.limits.theta) & (noted > clock.now)):
+        yield f"{_names(left[gap], right[gap], axis)} stand in the wrong order, by {by[gap]}"
 
 
 def _tick(tick: int) -> str:
@@ -111,25 +122,35 @@ def _names(left: int, right: int, axis: int) -> str:
     return f"bounds {one} and {two} on {'xy'[axis]}"
 
 
-def _pairs(k: Kernel, rank: Whole, there: Whole) -> Iterator[str]:
-    """The candidate pairs are the bodies whose intervals overlap on every axis, each held once."""
+def _overlaps(low: Whole, high: Whole, rows: slice) -> Whole:
+    """Returns (rows, n) through how many images two intervals overlap, by the places of their ends."""
+    turn = 2 * len(low)
+    found: Whole = (high[rows, None] - low) // turn - (low[rows, None] - high) // turn
+    return found
+
+
+def _pairs(k: Kernel, place: Whole, there: Whole) -> Iterator[str]:
+    """The candidate pairs are the bodies whose intervals overlap on every axis, each held once for every
+    image through which they do."""
     live = k.pairs[k.pairs.a >= 0]
-    for a, b in live[live.holds != 1][["a", "b"]].tolist():
-        yield f"the pair ({a}, {b}) is held more than once"
-    held = set(zip(live.a.tolist(), live.b.tolist(), strict=True))
-    lower, upper = rank[:, 2 * there], rank[:, 2 * there + 1]
-    found = set()
-    for first in range(0, lower.shape[1], ROWS):
+    held = dict(zip(zip(live.a.tolist(), live.b.tolist(), strict=True), live.holds.tolist(), strict=True))
+    lower, upper = place[:, 2 * there], place[:, 2 * there + 1]
+    found: dict[tuple[int, int], int] = {}
+    for first in range(0, len(there), ROWS):
         rows = slice(first, first + ROWS)
-        meet: Truths = np.ones((lower[:, rows].shape[1], lower.shape[1]), dtype=bool)
-        for low, high in zip(lower, upper, strict=True):
-            meet &= (low[rows, None] < high[None, :]) & (low[None, :] < high[rows, None])
-        a, b = np.nonzero(meet)
-        found |= {(x, y) for x, y in zip(there[a + first].tolist(), there[b].tolist(), strict=True) if x < y}
-    for a, b in sorted(found - held):
+        meet = np.prod([_overlaps(low, high, rows) for low, high in zip(lower, upper, strict=True)], axis=0)
+        row, column = np.nonzero(meet)
+        pairs = zip(
+            there[row + first].tolist(), there[column].tolist(), meet[row, column].tolist(), strict=True
+        )
+        found |= {(a, b): times for a, b, times in pairs if a < b}
+    for a, b in sorted(found.keys() - held):
         yield f"the intervals of bodies {a} and {b} overlap, and they are not a candidate pair"
-    for a, b in sorted(held - found):
+    for a, b in sorted(held.keys() - found):
         yield f"bodies {a} and {b} are a candidate pair, and their intervals do not overlap"
+    for a, b in sorted(held.keys() & found):
+        if held[a, b] != found[a, b]:
+            yield f"the pair ({a}, {b}) is held {held[a, b]} times, and overlaps {found[a, b]} times"
 
 
 IN_MATRIX = 64
@@ -163,19 +184,16 @@ def draw_line(k: Kernel, order: Whole, due: Whole, axis: int) -> Iterator[Item]:
         yield Segment(
             "bound", _point(edge, foot, axis), _point(edge, At(body), axis), int(due[bound]), "LR"[bound & 1]
         )
-    at = int(np.argmin(due[order]))
-    if at + 1 < len(order):
-        first, other = int(order[at]), int(order[at + 1])
-        one, two = _point(_edge(k, first), foot, axis), _point(_edge(k, other), foot, axis)
-        yield Segment("certificate", one, two, int(due[first]), _outcome(first, other))
+    yield from _certificate(k, order, due, axis, foot)
 
 
-def draw_boxes(k: Kernel, order: Whole, due: Whole) -> Iterator[Item]:
+def draw_boxes(k: Kernel, order: Whole, place: Whole, due: Whole) -> Iterator[Item]:
     """Yields each body's box, with the tick of the first of its bounds to pass, the pairs, and the matrix.
 
     Args:
         k: the kernel's tables.
         order: (2, 2m) the bounds on x and on y from left to right.
+        place: (2, 2n) where each bound stands.
         due: (2, 2n) the tick at which each bound passes the next one.
     """
     for body in np.sort(order[0][order[0] & 1 == 0] >> 1).tolist():
@@ -185,25 +203,37 @@ def draw_boxes(k: Kernel, order: Whole, due: Whole) -> Iterator[Item]:
     yield from held_pairs(k)
     if not order.size:
         return
-    yield from _entries(order, due.shape[1])
+    yield from _entries(order, place)
     axis = int(np.argmin([due[row, order[row]].min() for row in range(2)]))
-    at = int(np.argmin(due[axis, order[axis]]))
-    if at + 1 < order.shape[1]:
-        first, other = int(order[axis, at]), int(order[axis, at + 1])
-        one, two = (_point(_edge(k, bound), At(bound >> 1), axis) for bound in (first, other))
-        yield Segment("certificate", one, two, int(due[axis, first]), _outcome(first, other))
+    yield from _certificate(k, order[axis], due[axis], axis)
 
 
-def _entries(order: Whole, bounds: int) -> Iterator[Item]:
-    """Yields what stands in the matrix: on which axes two bodies overlap, if any; read off the order."""
+def _certificate(
+    k: Kernel, order: Whole, due: Whole, axis: int, foot: float | None = None
+) -> Iterator[Segment]:
+    """Yields the first certificate of an axis to fail: a line between two bounds, at a height or from body to
+    body. Where they are seen on two sides of a periodic border, it ends at the image beyond."""
+    at, period = int(np.argmin(due[order])), _period(k, axis)
+    if at + 1 == len(order) and not period:
+        return
+    first, other = int(order[at]), int(order[(at + 1) % len(order)])
+    one, two = _edge(k, first), _edge(k, other)
+    if period:
+        shown = np.mod(positions_now(k)[[one.body, two.body], axis], period).tolist()
+        apart = (shown[1] + two.offset) - (shown[0] + one.offset)
+        turns = np.floor(apart / period + 2.0**-20)  # what has just passed is not a period away
+        two = At(two.body, float(two.offset - turns * period))
+    begin, end = (_point(edge, At(edge.body) if foot is None else foot, axis) for edge in (one, two))
+    yield Segment("certificate", begin, end, int(due[first]), _outcome(first, other))
+
+
+def _entries(order: Whole, place: Whole) -> Iterator[Item]:
+    """Yields what stands in the matrix: on which axes two bodies overlap, if any."""
     there = np.sort(order[0][order[0] & 1 == 0] >> 1)
     if len(there) > IN_MATRIX:
         return
-    place = np.zeros((2, bounds), np.int64)
-    for axis in range(2):
-        place[axis, order[axis]] = np.arange(order.shape[1])
-    low, high = place[:, 2 * there], place[:, 2 * there + 1]
-    over = (low[:, :, None] < high[:, None, :]) & (low[:, None, :] < high[:, :, None])
+    lower, upper = place[:, 2 * there], place[:, 2 * there + 1]
+    over = np.stack([_overlaps(low, high, slice(None)) > 0 for low, high in zip(lower, upper, strict=True)])
     for a, b in zip(*np.nonzero(np.triu(over.any(axis=0), 1)), strict=True):
         x, y = over[:, a, b].tolist()
         label = "both" if x and y else "x" if x else "y"

@@ -20,6 +20,9 @@ later), then R before L, then number.
 A failure costs O(1), and ``near`` walks the list of a body's pairs. Its weakness is
 the number of pairs: 2 r n^2 for n bodies of radius r in a unit box, all of them in the worst case
 (thesis, figure 10).
+
+Along a periodic axis the list is a circle (``circular_bounds``). An axis with walls is sorted as here, also
+where the other one is periodic: places along that do not matter.
 """
 
 from __future__ import annotations
@@ -49,6 +52,7 @@ from kinetile.toolbox import (
     unchecked,
 )
 
+from .circular_bounds import circular_parts
 from .sorted_bounds import audit_bounds, draw_line
 
 PLACE = 2
@@ -272,6 +276,8 @@ class SweepAndPrune:
 
     def prepare(self, scene: Scene) -> BroadPhaseParts:
         """Returns the parts; any scene will do."""
+        if self.axis in scene.periodic:
+            return circular_parts(scene, (0 if self.axis == "x" else 1,))
         n = scene.capacity
         state = State(
             order=np.full(2 * n + 2, END, dtype=np.int32),
@@ -292,4 +298,5 @@ class SweepAndPrune:
             draw=draw,
             pairs=4 * n + 64,
             ticks=(state.bounds.reshape(-1, 2, 2)[:, 0],),
+            periodic=True,
         )

@@ -10,6 +10,8 @@ follows at the same tick.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from kinetile.errors import Refused
 from kinetile.kernel.certificates.wall import reaches
 from kinetile.scene import Scene
@@ -35,24 +37,41 @@ def after(k: Kernel, body: Records, far: float, near: float, speed: float) -> in
     return int(body.anchor + delay) if delay != NEVER else NEVER
 
 
+def _walls(x: bool, y: bool) -> Callable[[Kernel, Records], tuple[int, int]]:
+    """Returns the hook ``reach_wall`` for walls at the ends of these axes."""
+
+    @unchecked
+    @hook
+    def reach_wall(k: Kernel, body: Records) -> tuple[int, int]:
+        """Return (tick, wall) of the first contact of a body with a wall; ``NEVER`` where there is none."""
+        limits = k.clock[0].limits
+        tick = NEVER
+        wall = LEFT
+        if x and body.vx != 0.0:
+            left = body.vx < 0.0
+            tick = after(k, body, body.x if left else limits.width, 0.0 if left else body.x, body.vx)
+            wall = LEFT if left else RIGHT
+        if y and body.vy != 0.0:
+            low = body.vy < 0.0
+            other = after(k, body, body.y if low else limits.height, 0.0 if low else body.y, body.vy)
+            if other < tick:
+                tick = other
+                wall = BOTTOM if low else TOP
+        return tick, wall
+
+    return reach_wall
+
+
+reach_wall = _walls(True, True)
+WALLS = {"": reach_wall, "x": _walls(False, True), "y": _walls(True, False)}
+"""``reach_wall`` by the axes that are periodic."""
+
+
 @unchecked
 @hook
-def reach_wall(k: Kernel, body: Records) -> tuple[int, int]:
-    """Return (tick, wall) of the first contact of a body with a wall; ``NEVER`` where there is none."""
-    limits = k.clock[0].limits
-    tick = NEVER
-    wall = LEFT
-    if body.vx != 0.0:
-        left = body.vx < 0.0
-        tick = after(k, body, body.x if left else limits.width, 0.0 if left else body.x, body.vx)
-        wall = LEFT if left else RIGHT
-    if body.vy != 0.0:
-        low = body.vy < 0.0
-        other = after(k, body, body.y if low else limits.height, 0.0 if low else body.y, body.vy)
-        if other < tick:
-            tick = other
-            wall = BOTTOM if low else TOP
-    return tick, wall
+def reach_wall_if_any(k: Kernel, body: Records) -> tuple[int, int]:
+    """Return the same; ``NEVER`` in a scene without an arena."""
+    return reach_wall(k, body) if k.clock[0].limits.width > 0.0 else (NEVER, LEFT)
 
 
 @unchecked
@@ -87,12 +106,22 @@ def touch(k: Kernel, body: Records, wall: int) -> tuple[float, float, float]:
 
 
 class Wall:
-    """Elastic contact of a disc with the walls of a rectangular arena."""
+    """Elastic contact of a disc with the walls of a rectangular arena.
+
+    Args:
+        general: the same parts for scenes without an arena, so that they share one compiled loop.
+    """
+
+    def __init__(self, general: bool = False) -> None:
+        self.general = general
 
     def prepare(self, scene: Scene) -> WallParts:
-        """Returns the parts; refuses a scene without an arena."""
-        if scene.arena is None:
+        """Returns the parts; refuses a scene without an arena, unless they are general."""
+        if scene.arena is None and not self.general:
             raise Refused(
                 "wall needs an arena, and this scene has none: give the scene an arena or leave wall out"
             )
-        return WallParts(reach_wall=reach_wall, bounce=bounce, touch=touch)
+        if scene.periodic == "xy":
+            raise Refused("this scene is periodic along both axes, so there are no walls: leave wall out")
+        reach = reach_wall_if_any if self.general else WALLS[scene.periodic]
+        return WallParts(reach_wall=reach, bounce=bounce, touch=touch, periodic=not self.general)

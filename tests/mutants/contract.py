@@ -76,8 +76,8 @@ MUTANTS = [
         "cells",
         [
             instead(
-                "_append_block(k, s, high, count, found)",
-                "_append_block(k, s, middle, count, found)",
+                "append_block(k, s, high, count, found)",
+                "append_block(k, s, middle, count, found)",
                 "layout",
             )
         ],

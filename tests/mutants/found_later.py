@@ -41,7 +41,7 @@ DRAW = (
     '    """Draws a link between every two bodies."""\n'
     "    return pair_links(combinations(np.flatnonzero(k.queue.number >= 0).tolist(), 2))\n"
 )
-NAIVE_PARTS = "        return BroadPhaseParts(draw=draw, near=near)"
+NAIVE_PARTS = "        return BroadPhaseParts(draw=draw, periodic=True, near=near)"
 
 MUTANTS = [
     _pairs_but(

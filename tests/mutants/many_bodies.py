@@ -14,7 +14,7 @@ __all__ = ["MUTANTS"]
 
 NAMED = "        k.near[other] = other\n"
 LIST = "    body = s.lists[cell]\n    while body >= 0:\n        k.near[count] = body\n"
-THIRD = "            for right in range(-1, 2):\n                count = _append_list("
+THIRD = "            for right in range(-1, 2):\n                count = append_list("
 CELLS = [instead("            audit=audit,\n", "", "__init__")]
 
 MUTANTS = [

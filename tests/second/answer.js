@@ -1,10 +1,10 @@
 // Rules 7 to 10: what happens in a scene, event by event.
 //
-// A scene is {bodies, turns, arena, start}: bodies {x, y, vx, vy, r, m}, turns {body, time, vx, vy} as they are written, an arena [W, H]
-// or null, and a start time; all numbers doubles.
+// A scene is {bodies, turns, arena, periods, start}: bodies {x, y, vx, vy, r, m}, turns {body, time, vx, vy} as they are written, an arena
+// [W, H] or null, the periods of x and y, null for an axis that is not periodic, and a start time; all numbers doubles.
 
-import { anchor, makePlan, tickLength, tickOf, unit } from "./clock.js";
-import { BOTTOM, LEFT, pairTick, RIGHT, TOP, wallTick } from "./contact.js";
+import { anchor, makePlan, tickLength, tickOf, unit, wrap } from "./clock.js";
+import { BOTTOM, imageTick, LEFT, pairTick, RIGHT, TOP, wallTick } from "./contact.js";
 import { exchange } from "./exchange.js";
 import { sha256 } from "./sha256.js";
 
@@ -13,22 +13,25 @@ export const TURN = 2;
 export const WALL = 3;
 export const PAIR = 4;
 const SPAN = 1n << 61n;
+const BEAT = 1n << 53n;
 
 /** A scene as it goes on: `next` says what happens next, `happen` lets it happen. */
 export class Run {
   constructor(scene) {
-    const { bodies, turns, start } = scene;
+    const { bodies, turns, start, periods } = scene;
     this.scene = scene;
+    this.periodic = periods.some((period) => period !== null);
+    this.span = this.periodic ? BEAT : SPAN; // rules 8 and 8p
     this.e = unit(scene);
     this.q = tickLength(this.e);
     this.alike = bodies.every(({ m }) => m === bodies[0].m);
-    this.plans = bodies.map(({ x, y, vx, vy }) => makePlan(x, y, vx, vy, 0n));
+    this.plans = bodies.map(({ x, y, vx, vy }) => wrap(makePlan(x, y, vx, vy, 0n), periods));
     this.turns = turns.map((turn) => ({ ...turn, tick: tickOf(turn.time, start, this.q) }));
     this.turns.sort((s, t) => order(s.tick, t.tick) || s.body - t.body || s.time - t.time); // the sort leaves equals as they are
     this.turned = 0; // how many turns have happened
-    this.met = bodies.map(() => new Set()); // rule 7: the bodies from which each body is barred
+    this.met = bodies.map(() => new Map()); // rules 7 and 7p: the bodies from which each body is barred, and the image [m, n]
     this.walls = bodies.map(() => null); // rule 6, {tick, wall} or null
-    this.pairs = bodies.map((_, b) => new Array(b).fill(null)); // rule 5, tick or null: pairs[b][a], a < b
+    this.pairs = bodies.map((_, b) => new Array(b).fill(null)); // rules 5 and 5p, {tick, m, n} or null: pairs[b][a], a < b
     bodies.forEach((_, body) => this.predict(body));
   }
 
@@ -45,16 +48,17 @@ export class Run {
       first = { tick, class: kind, a, b };
     };
     // A tick j 2^61 with A < (j - 1) 2^61: the first such j is floor(A / 2^61) + 2.
-    this.plans.forEach(({ A }, body) => consider((A / SPAN + 2n) * SPAN, CLOCK, body, null));
+    this.plans.forEach(({ A }, body) => consider((A / this.span + 2n) * this.span, CLOCK, body, null));
     if (this.turned < this.turns.length) consider(this.turns[this.turned].tick, TURN, this.turns[this.turned].body, null);
     this.walls.forEach((met, body) => met && consider(met.tick, WALL, body, met.wall));
-    this.pairs.forEach((row, b) => row.forEach((tick, a) => tick !== null && consider(tick, PAIR, a, b)));
+    this.pairs.forEach((row, b) => row.forEach((met, a) => met && consider(met.tick, PAIR, a, b)));
     return first;
   }
 
   /** Lets the next event happen. */
   happen({ tick, class: kind, a, b }) {
-    const present = (body) => anchor(this.plans[body], tick, this.q);
+    const { bodies, periods } = this.scene;
+    const present = (body) => anchor(this.plans[body], tick, this.q, periods);
     if (kind === CLOCK) {
       this.write(a, present(a));
     } else if (kind === TURN) {
@@ -68,34 +72,44 @@ export class Run {
       this.write(a, plan);
     } else {
       const [planA, planB] = [present(a), present(b)];
-      const { bodies } = this.scene;
-      const [vxa, vya, vxb, vyb] = exchange(planA, planB, bodies[a].m, bodies[b].m, this.alike);
+      const { m, n } = this.pairs[b][a];
+      const turns = [m + planB.kx - planA.kx, n + planB.ky - planA.ky];
+      const seen = turns.map((each, axis) => (periods[axis] === null ? 0 : Number(each) * periods[axis]));
+      const [vxa, vya, vxb, vyb] = exchange(planA, planB, bodies[a].m, bodies[b].m, this.alike, seen);
       this.write(a, { ...planA, vx: vxa, vy: vya });
       this.write(b, { ...planB, vx: vxb, vy: vyb });
-      this.met[a].add(b);
-      this.met[b].add(a);
+      this.met[a].set(b, [m, n]);
+      this.met[b].set(a, [m, n]);
     }
     this.predict(a);
     if (kind === PAIR) this.predict(b);
   }
 
   /** Gives a body a new plan, which ends its bars. */
-  write(body, { x, y, vx, vy, A }) {
-    this.plans[body] = makePlan(x, y, vx, vy, A);
-    for (const other of this.met[body]) this.met[other].delete(body);
+  write(body, { x, y, vx, vy, A, kx, ky }) {
+    this.plans[body] = makePlan(x, y, vx, vy, A, kx, ky);
+    for (const other of this.met[body].keys()) this.met[other].delete(body);
     this.met[body].clear();
   }
 
   /** Asks rules 5 and 6 about a body anew. */
   predict(body) {
-    const { bodies, arena } = this.scene;
-    if (arena) this.walls[body] = wallTick(this.plans[body], bodies[body].r, arena, this.q);
+    const { bodies, arena, periods } = this.scene;
+    if (arena) this.walls[body] = wallTick(this.plans[body], bodies[body].r, arena, this.q, periods);
     bodies.forEach((_, other) => {
       if (other === body) return;
       const [a, b] = other < body ? [other, body] : [body, other];
-      const barred = this.met[a].has(b);
-      this.pairs[b][a] = barred ? null : pairTick(this.plans[a], bodies[a].r, this.plans[b], bodies[b].r, this.q);
+      this.pairs[b][a] = this.meeting(a, b, this.met[a].get(b) ?? null);
     });
+  }
+
+  /** The contact of two bodies a < b that have met through a barred image, or not yet: null. */
+  meeting(a, b, barred) {
+    const { bodies, periods } = this.scene;
+    const asked = [this.plans[a], bodies[a].r, this.plans[b], bodies[b].r, this.q];
+    if (this.periodic) return imageTick(...asked, periods, barred);
+    const tick = barred === null ? pairTick(...asked) : null;
+    return tick === null ? null : { tick, m: 0n, n: 0n };
   }
 }
 

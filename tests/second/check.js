@@ -71,12 +71,12 @@ function double(text) {
   return minus ? -value : value;
 }
 
-/** A value with all its texts of doubles read. */
+/** A value with all its texts of doubles read; the one other text is that of the axes. */
 function numbers(value) {
   if (typeof value === "string") return double(value);
   if (Array.isArray(value)) return value.map(numbers);
   if (typeof value !== "object" || value === null) return value;
-  return Object.fromEntries(Object.entries(value).map(([key, each]) => [key, numbers(each)]));
+  return Object.fromEntries(Object.entries(value).map(([key, each]) => [key, key === "periodic" ? each : numbers(each)]));
 }
 
 /** Whether an answer is the one that is written. */

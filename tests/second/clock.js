@@ -1,6 +1,6 @@
 // Rules 3 and 4: ticks, and plans that are written down at them.
 
-import { add, exact, floorQuotient, multiply, nearest, subtract, whole } from "./exact.js";
+import { add, exact, floorQuotient, multiply, nearest, nearestQuotient, subtract, whole } from "./exact.js";
 
 /** The e of a scene, whose unit of time is U = 2^-e. */
 export function unit({ bodies, turns, arena }) {
@@ -25,9 +25,24 @@ export function tickOf(time, start, q) {
   return floorQuotient(subtract(exact(time), exact(start)), exact(q));
 }
 
-/** A flight plan: doubles x, y, vx, vy and the tick A at which its body is at (x, y). */
-export function makePlan(x, y, vx, vy, A) {
-  return { x, y, vx, vy, A, exact: { x: exact(x), y: exact(y), vx: exact(vx), vy: exact(vy) } };
+/** A flight plan: doubles x, y, vx, vy and the tick A at which its body is at (x, y); and how many periods were taken off (rule 4p). */
+export function makePlan(x, y, vx, vy, A, kx = 0n, ky = 0n) {
+  return { x, y, vx, vy, A, kx, ky, exact: { x: exact(x), y: exact(y), vx: exact(vx), vy: exact(vy) } };
+}
+
+/** The plan with its periods taken off (rule 4p); the period of a walled axis is null. */
+export function wrap({ x, y, vx, vy, A, kx, ky }, [width, height]) {
+  const [right, up] = [turns(x, width), turns(y, height)];
+  return makePlan(moved(x, right, width), moved(y, up, height), vx, vy, A, kx + right, ky + up);
+}
+
+/** How many periods rem(z, P) takes off. */
+function turns(z, P) {
+  return P === null ? 0n : nearestQuotient(exact(z), exact(P));
+}
+
+function moved(z, N, P) {
+  return P === null ? z : nearest(subtract(exact(z), multiply(whole(N), exact(P))));
 }
 
 /** Where the body of a plan is at tick T, exactly. */
@@ -38,9 +53,9 @@ export function place(plan, T, q) {
 }
 
 /** The plan anchored at tick T. */
-export function anchor({ x, y, vx, vy, A }, T, q) {
+export function anchor({ x, y, vx, vy, A, kx, ky }, T, q, periods = [null, null]) {
   const d = nearest(whole(T - A)) * q;
-  return makePlan(x + vx * d, y + vy * d, vx, vy, T);
+  return wrap(makePlan(x + vx * d, y + vy * d, vx, vy, T, kx, ky), periods);
 }
 
 /** 2^e as a double, -1022 <= e <= 1023. */

@@ -1,23 +1,65 @@
 // Rules 5 and 6: when two bodies meet, and when a body meets a wall. Everything here is exact; null is "none".
 
-import { add, exact, floorQuotient, floorRoot, minus, multiply, sign, subtract } from "./exact.js";
+import { add, exact, floorQuotient, floorRoot, minus, multiply, sign, subtract, whole } from "./exact.js";
 import { place } from "./clock.js";
 
 const FAR = 1n << 62n;
+const LONGEST = 1n << 54n; // the ticks for which a plan is kept, where an axis is periodic
 export const LEFT = -1;
 export const RIGHT = -2;
 export const BOTTOM = -3;
 export const TOP = -4;
 
-/** The tick at which two bodies with these plans and radii meet. */
-export function pairTick(plan1, r1, plan2, r2, q) {
+/** How body 2 flies as seen from body 1: the later anchor s, the separation d at it, the relative velocity v and the sum R of the radii. */
+function relative(plan1, r1, plan2, r2, q) {
   const s = plan1.A > plan2.A ? plan1.A : plan2.A;
   const [x1, y1] = place(plan1, s, q);
   const [x2, y2] = place(plan2, s, q);
   const d = [subtract(x2, x1), subtract(y2, y1)];
   const v = [subtract(plan2.exact.vx, plan1.exact.vx), subtract(plan2.exact.vy, plan1.exact.vy)];
-  const R = add(exact(r1), exact(r2));
+  return { s, d, v, R: add(exact(r1), exact(r2)) };
+}
 
+/** The tick at which two bodies with these plans and radii meet. */
+export function pairTick(plan1, r1, plan2, r2, q) {
+  return firstTouch(relative(plan1, r1, plan2, r2, q), q);
+}
+
+/**
+ * The tick at which two bodies meet through an image, and the image: {tick, m, n} (rule 5p). The bodies are in the order of their numbers;
+ * `barred` is the image [m, n] that is left out, or null. What no plan lives to see is null too.
+ *
+ * Images are asked that come within reach in a time h after s, and if none of them is met by then, in twice that time.
+ */
+export function imageTick(plan1, r1, plan2, r2, q, periods, barred) {
+  const { s, d, v, R } = relative(plan1, r1, plan2, r2, q);
+  const unwrapped = [plan2.kx - plan1.kx, plan2.ky - plan1.ky];
+  const shift = (axis, turns) => (periods[axis] === null ? exact(0) : multiply(whole(turns), exact(periods[axis])));
+  const here = d.map((each, axis) => add(each, shift(axis, unwrapped[axis])));
+  for (let h = 1n << 49n; h <= LONGEST; h *= 2n) {
+    const [ms, ns] = [0, 1].map((axis) => {
+      if (periods[axis] === null) return [0n];
+      const flown = multiply(v[axis], multiply(whole(h + 1n), exact(q)));
+      const [low, high] = sign(flown) < 0 ? [add(here[axis], flown), here[axis]] : [here[axis], add(here[axis], flown)];
+      const P = exact(periods[axis]); // -R <= d + m P <= R at some time
+      const found = [];
+      for (let m = -floorQuotient(add(high, R), P); m <= floorQuotient(subtract(R, low), P); m += 1n) found.push(m);
+      return found;
+    });
+    let first = null;
+    for (const m of ms) {
+      for (const n of ns) {
+        if (barred !== null && barred[0] === m && barred[1] === n) continue;
+        const tick = firstTouch({ s, d: [add(here[0], shift(0, m)), add(here[1], shift(1, n))], v, R }, q);
+        if (tick !== null && tick <= s + h && (first === null || tick < first.tick)) first = { tick, m, n };
+      }
+    }
+    if (first !== null) return first;
+  }
+  return null;
+}
+
+function firstTouch({ s, d, v, R }, q) {
   const B = dot(d, v);
   if (sign(B) >= 0) return null;
   const Q = subtract(dot(d, d), multiply(R, R));
@@ -30,8 +72,8 @@ export function pairTick(plan1, r1, plan2, r2, q) {
   return ticks >= FAR ? null : s + ticks;
 }
 
-/** The tick at which a body meets a wall of the arena [W, H], and the wall's number: {tick, wall}. */
-export function wallTick(plan, r, [W, H], q) {
+/** The tick at which a body meets a wall of the arena [W, H], and the wall's number: {tick, wall}; there are none at the ends of periodic axes. */
+export function wallTick(plan, r, [W, H], q, periods = [null, null]) {
   const { x, y, vx, vy } = plan.exact;
   const low = (place) => subtract(place, exact(r));
   const high = (side, place) => subtract(subtract(exact(side), place), exact(r));
@@ -40,10 +82,10 @@ export function wallTick(plan, r, [W, H], q) {
     const ticks = sign(gap) <= 0 ? 0n : floorQuotient(gap, multiply(speed, exact(q)));
     if (ticks < FAR && (first === null || plan.A + ticks < first.tick)) first = { tick: plan.A + ticks, wall };
   };
-  if (plan.vx < 0) consider(LEFT, low(x), minus(vx));
-  if (plan.vx > 0) consider(RIGHT, high(W, x), vx);
-  if (plan.vy < 0) consider(BOTTOM, low(y), minus(vy));
-  if (plan.vy > 0) consider(TOP, high(H, y), vy);
+  if (periods[0] === null && plan.vx < 0) consider(LEFT, low(x), minus(vx));
+  if (periods[0] === null && plan.vx > 0) consider(RIGHT, high(W, x), vx);
+  if (periods[1] === null && plan.vy < 0) consider(BOTTOM, low(y), minus(vy));
+  if (periods[1] === null && plan.vy > 0) consider(TOP, high(H, y), vy);
   return first;
 }
 

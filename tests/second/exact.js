@@ -64,6 +64,14 @@ export function floorQuotient(a, b) {
   return floorDivide(at(a, e), at(b, e));
 }
 
+/** The whole number that is nearest to a / b, of two the even one, for b > 0. */
+export function nearestQuotient(a, b) {
+  const e = Math.min(a.e, b.e);
+  const [twice, whole] = [2n * at(a, e), 2n * at(b, e)];
+  const up = floorDivide(twice + at(b, e), whole);
+  return up * whole === twice + at(b, e) && up & 1n ? up - 1n : up;
+}
+
 /** floor((p - sqrt(d)) / a), for d >= 0 and a > 0. */
 export function floorRoot(p, d, a) {
   const e = Math.min(p.e, a.e, Math.floor(d.e / 2));

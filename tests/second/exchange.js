@@ -2,10 +2,10 @@
 
 import { exact, multiply, nearest, subtract } from "./exact.js";
 
-/** The velocities [vxa, vya, vxb, vyb] of two bodies after their contact; `alike`: all masses of the scene are equal. */
-export function exchange(a, b, ma, mb, alike) {
-  const dx = b.x - a.x;
-  const dy = b.y - a.y;
+/** The velocities [vxa, vya, vxb, vyb] of two bodies after their contact; `alike`: all masses of the scene are equal; b is met `right` and `up` of where it is. */
+export function exchange(a, b, ma, mb, alike, [right, up] = [0, 0]) {
+  const dx = b.x - a.x + right;
+  const dy = b.y - a.y + up;
   const l = Math.sqrt(dx * dx + dy * dy);
   if (l === 0) throw new Error("Two bodies are at one place when they meet, and no rule says what happens then.");
   const nx = dx / l;

@@ -1,6 +1,6 @@
 // Rule 2: a scene from the tables of a scene file, read from TOML or written as JSON. What is wrong is said in a sentence.
 
-const TOP_LEVEL = ["arena", "start", "until", "broad-phase", "narrow-phases", "options", "bodies"];
+const TOP_LEVEL = ["arena", "periodic", "start", "until", "broad-phase", "narrow-phases", "options", "bodies"];
 
 /** The scene of these tables, for `Run` and `contacts`, with `until` (null if left out). How it is searched (phases, options) is no part of it. */
 export function readScene(tables) {
@@ -9,7 +9,9 @@ export function readScene(tables) {
   const arena = "arena" in tables ? pair(tables.arena, "arena").map((side) => positive(side, "a side of the arena")) : null;
   const start = number(tables.start ?? 0, "start");
   const until = "until" in tables ? number(tables.until, "until") : null;
-  phases(tables["narrow-phases"], arena);
+  const periodic = readPeriodic(tables.periodic ?? "", arena);
+  const periods = ["x", "y"].map((axis, i) => (periodic.includes(axis) ? arena[i] : null));
+  phases(tables["narrow-phases"], arena !== null && periodic !== "xy");
   const bodies = [];
   const turns = [];
   list(tables.bodies ?? [], "bodies").forEach((table, body) => {
@@ -18,11 +20,18 @@ export function readScene(tables) {
     const [x, y] = pair(table.position, `${name}.position`);
     const [vx, vy] = pair(table.velocity ?? [0, 0], `${name}.velocity`);
     const r = positive(table.radius, `${name}.radius`);
+    if (periods.some((period) => period !== null && 2 * r >= period)) throw new Error(`${name}.radius is ${r}, and a disc is narrower than a period.`);
     const m = positive(table.mass ?? 1, `${name}.mass`);
     bodies.push({ x, y, vx, vy, r, m });
     list(table.turns ?? [], `${name}.turns`).forEach((turn, i) => turns.push(readTurn(turn, body, start, `${name}.turns[${i}]`)));
   });
-  return { bodies, turns, arena, start, until };
+  return { bodies, turns, arena, periods, start, until };
+}
+
+function readPeriodic(axes, arena) {
+  if (!["", "x", "y", "xy"].includes(axes)) throw new Error(`periodic is ${JSON.stringify(axes)}, not "x", "y" or "xy".`);
+  if (axes && arena === null) throw new Error("periodic axes are those of an arena, and there is none.");
+  return axes;
 }
 
 function readTurn(table, body, start, name) {
@@ -33,11 +42,11 @@ function readTurn(table, body, start, name) {
   return { body, time, vx, vy };
 }
 
-function phases(names, arena) {
+function phases(names, walls) {
   if (names === undefined) return;
-  const wanted = arena ? ["disc", "wall"] : ["disc"];
+  const wanted = walls ? ["disc", "wall"] : ["disc"];
   if ([...list(names, "narrow-phases")].sort().join() === wanted.join()) return;
-  throw new Error(`narrow-phases is ${JSON.stringify(names)}; in the specification bodies meet each other, and in an arena its walls.`);
+  throw new Error(`narrow-phases is ${JSON.stringify(names)}; in the specification bodies meet each other, and the walls where there are any.`);
 }
 
 function keys(table, known, name) {

@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 import kinetile as kt
+from lanes import first
 
 HERE = Path(__file__).parent
 VECTORS = HERE.parent / "vectors"
@@ -118,6 +119,34 @@ def ends_at_a_contact() -> Tables:
     }
 
 
+def periodic(seed: int) -> Tables:
+    """Discs in a box of which one axis or both are periodic: dense or with hardly any room, some on a dyadic
+    lattice, and some turning; a period may be little more than a disc, and places are any number of periods
+    away."""
+    some = random.Random(f"periodic {seed}")
+    axes = some.choice(["x", "y", "xy", "xy"])
+    columns, rows = some.randint(1, 3), some.randint(2, 3)
+    dyadic, masses = seed % 3 == 0, seed % 3 == 1
+    bodies = []
+    for i in range(columns * rows):
+        place = [i % columns + 0.5, i // columns + 0.5]
+        if not dyadic:
+            place = [each + some.uniform(-0.04, 0.04) for each in place]
+        speeds = [some.choice([-1.0, -0.5, 0.0, 0.5, 1.0]) if dyadic else some.gauss(0, 1) for _ in range(2)]
+        for axis, side in enumerate((columns, rows)):
+            if "xy"[axis] in axes:
+                place[axis] += side * some.choice([0, 0, -1, 7])
+        body: Tables = {"position": place, "velocity": speeds}
+        body["radius"] = some.choice([0.4375, 0.25, 0.375]) if dyadic else some.uniform(0.2, 0.46)
+        if masses:
+            body["mass"] = some.uniform(0.5, 4.0)
+        if i % 3 == 2:
+            velocity = [some.uniform(-2, 2), some.uniform(-2, 2)]
+            body["turns"] = [{"time": some.uniform(1.0, 3.0), "velocity": velocity}]
+        bodies.append(body)
+    return {"arena": [float(columns), float(rows)], "periodic": axes, "bodies": bodies}
+
+
 SCENES: dict[str, tuple[Tables, float]] = {
     "arena": (draw(1, 16, arena=True, masses=False), 12.0),
     "masses": (draw(2, 16, arena=True, masses=True), 12.0),
@@ -142,6 +171,7 @@ def kinetile_scene(tables: Tables) -> kt.Scene:
         arena=tables.get("arena"),
         start=tables.get("start", 0.0),
         turns=turns,
+        periodic=tables.get("periodic", ""),
     )
 
 
@@ -174,6 +204,17 @@ def test_what_computes_runs_in_a_browser_too() -> None:
 @pytest.mark.parametrize("name", SCENES)
 def test_it_prints_the_list_that_kinetile_finds(name: str, tmp_path: Path) -> None:
     tables, until = SCENES[name]
+    assert_prints_the_list(tables, until, tmp_path)
+
+
+@pytest.mark.small
+@pytest.mark.parametrize("seed", first(6, range(60)))
+def test_it_prints_the_list_of_a_periodic_scene(seed: int, tmp_path: Path) -> None:
+    assert_prints_the_list(periodic(seed), 9.0, tmp_path, least=1)
+
+
+def assert_prints_the_list(tables: Tables, until: float, tmp_path: Path, least: int = 3) -> None:
+    """Assert that both find the same contacts of a scene, and so many at least."""
     file = tmp_path / "scene.json"
     file.write_text(json.dumps(tables))
     done = node("run.js", str(file), "--until", repr(until))
@@ -182,7 +223,7 @@ def test_it_prints_the_list_that_kinetile_finds(name: str, tmp_path: Path) -> No
     sim = kt.Simulation(kinetile_scene(tables), "naive")
     sim.run(until=until)
     found = [f"{c['epoch']} {c['tick']} {c['a']} {c['b']}" for c in sim.contacts]
-    assert len(found) >= 3
+    assert len(found) >= least
     *printed, last = done.stdout.splitlines()
     assert printed == found
     assert last == f"fingerprint {sim.fingerprint}"
@@ -194,6 +235,10 @@ def test_it_prints_the_list_that_kinetile_finds(name: str, tmp_path: Path) -> No
         ('{"bodies": [{"position": [0, 0]}], "until": 1}', "bodies[0].radius is missing."),
         ('{"bodies": [{"position": [0], "radius": 1}]}', "bodies[0].position has 1 numbers, not two."),
         ('{"bodies": [], "speed": 1}', "The scene has an unknown key: speed."),
+        (
+            '{"periodic": "x", "bodies": []}',
+            "periodic axes are those of an arena, and there is none.",
+        ),
         ('{"bodies": []}', "The scene says no `until`; say --until T."),
         ('{"recipe": "grid"}', "A recipe is kinetile's; write the scene with its bodies."),
     ],

@@ -94,6 +94,7 @@ def scene_summary(scene: Scene) -> dict[str, Any]:
         "parameters": dict(scene.origin.get("parameters", {})),
         "bodies": len(scene),
         "arena": scene.arena and list(scene.arena),
+        "periodic": scene.periodic,
         "start": scene.start,
         "turns": len(scene.turns),
     }

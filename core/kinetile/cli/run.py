@@ -9,6 +9,7 @@ import typer
 
 from kinetile.cli import runner
 from kinetile.cli.files import check_files, file_errors
+from kinetile.cli.observed import Observe, ObserveTo, read_observables, write_observed
 from kinetile.cli.options import (
     BroadPhase,
     Json,
@@ -59,6 +60,8 @@ def run(
         typer.Option(metavar="FILE", help="Save the run regularly to a file, for `kinetile resume`."),
     ] = None,
     every: Every = None,
+    observe: Observe = None,
+    observe_to: ObserveTo = None,
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace the files that the options name.")
     ] = False,
@@ -82,6 +85,7 @@ def run(
         written = {"--events": events, "--contacts": contacts, "--checkpoint": checkpoint}
         source = Path(scene) if scene.lower().endswith(".toml") else None
         check_files({**written, "--save-scene": save_scene, "the scene": source}, overwrite)
+        wanted = read_observables(observe, observe_to, overwrite)
         runner.check_checkpoint(checkpoint, every, overwrite)
         this_scene = find_scene(scene, parameters)
         name, options = broad_choice(broad_phase, option)
@@ -115,7 +119,10 @@ def run(
             checkpoint=saves,
             contacts=contacts,
             json=json,
+            observe=wanted,
         )
+        if observe_to is not None:
+            write_observed(simulation.observed, observe_to)
     runner.leave(ending)
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import signal
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from time import monotonic
@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import typer
 
 from kinetile.cli.files import file_errors
-from kinetile.cli.output import as_json, scene_summary, show_labels
+from kinetile.cli.observed import observed_table
+from kinetile.cli.output import as_json, scene_summary, show, show_labels
 from kinetile.cli.terminal import FAULT, FAULTS, Bar, FirstSignal, make_ready, notice
 from kinetile.errors import BadOption, RecordError
 from kinetile.plugin.choices import called
@@ -47,13 +48,14 @@ def run_to_end(
     checkpoint: Checkpoint | None,
     contacts: Path | None,
     json: bool,
+    observe: Sequence[str] = (),
 ) -> RunEnd:
     """Runs, writes the contacts if requested, prints the result, and returns how all of it ended.
 
     ``asked`` is the requested end, its contacts counted from the start of the run; ``max_contacts`` is the
     number of further contacts in this process.
     """
-    ending = _carry_out(simulation, recorder, asked["until"], max_contacts, checkpoint)
+    ending = _carry_out(simulation, recorder, asked["until"], max_contacts, checkpoint, observe)
     if contacts is not None:
         ending = _write_contacts(simulation, contacts, ending)
     found = _result(simulation, recorder, asked, ending.status)
@@ -61,6 +63,8 @@ def run_to_end(
         typer.echo(as_json(found))
     else:
         show_labels(_lines(found))
+        if observe:
+            show(observed_table(simulation.observed))
     return ending
 
 
@@ -77,6 +81,7 @@ def _carry_out(
     until: float | None,
     max_contacts: int | None,
     checkpoint: Checkpoint | None,
+    observe: Sequence[str],
 ) -> RunEnd:
     """Runs, saves if requested, and closes the events file in any case."""
     said = ""
@@ -97,7 +102,13 @@ def _carry_out(
 
                 try:
                     make_ready(simulation)
-                    simulation.run(until, max_contacts=max_contacts, progress=progress, recorder=recorder)
+                    simulation.run(
+                        until,
+                        max_contacts=max_contacts,
+                        progress=progress,
+                        recorder=recorder,
+                        observe=observe,
+                    )
                 except KeyboardInterrupt:
                     if checkpoint is not None:
                         said = checkpoint.save_after(signals)
@@ -245,17 +256,17 @@ def _result(
     simulation: Simulation, recorder: EventRecorder | None, asked: Mapping[str, Any], status: str
 ) -> dict[str, Any]:
     """Returns the whole result of a run, in plain types."""
-    from kinetile.kernel.log import ANSWER
     from kinetile.versions import versions
 
     reached = {"time": simulation.time, "time_unit": simulation.time_unit, "status": status}
     return {
         "versions": versions(),
-        "answer": ANSWER,
+        "answer": simulation.scene.answer,
         "scene": scene_summary(simulation.scene),
         **phases_of(simulation),
         "run": {**asked, **reached},
         "readings": simulation.readings.as_dict(),
+        "observed": [row._asdict() for row in simulation.observed.rows()],
         "events_file": recorder
         and {"path": str(recorder.path), "rows": recorder.rows, "status": recorder.status},
     }
@@ -267,6 +278,7 @@ def _lines(result: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
 
     scene, run = result["scene"], result["run"]
     walls = f"in {scene['arena'][0]:g} x {scene['arena'][1]:g}" if scene["arena"] else "without walls"
+    walls += f", periodic along {' and '.join(scene['periodic'])}" if scene["periodic"] else ""
     narrow = ", ".join(called(*each) for each in result["narrow_phases"].items())
     yield "scene", f"{_origin(scene)}: {scene['bodies']:,} discs {walls}"
     broad = called(result["broad_phase"], result["options"])

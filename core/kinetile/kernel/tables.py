@@ -21,6 +21,7 @@ from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
+from numpy.lib.stride_tricks import as_strided
 
 from kinetile.kernel.compiled import hook
 
@@ -125,6 +126,17 @@ ROW = np.dtype(
     + [(name, "f8") for name in ("ax", "ay", "avx", "avy", "bx", "by", "bvx", "bvy")],
     align=True,
 )
+IMAGE = np.dtype(
+    [
+        ("kx", "i8"),  # periods that were taken off the body's place
+        ("ky", "i8"),
+        ("m", "i8"),  # the image of the contact that its entry awaits, if that is exact
+        ("n", "i8"),
+        ("last_m", "i8"),  # the image of its last contact
+        ("last_n", "i8"),
+    ],
+    align=True,
+)
 LIMITS = np.dtype(
     [
         ("width", "f8"),  # of the arena
@@ -154,6 +166,23 @@ LISTS = np.dtype(
         ("written", "i8"),  # rows of the long log
         ("command", "i8"),  # the next command
         ("commands", "i8"),
+    ],
+    align=True,
+)
+TORUS = np.dtype(
+    [
+        ("x", "f8"),  # the period of an axis; 0 where it has none
+        ("y", "f8"),
+        ("per_x", "f8"),  # and its inverse, or 0
+        ("per_y", "f8"),
+        ("half_x", "f8"),  # half of it, or infinite
+        ("half_y", "f8"),
+        ("m", "i8"),  # the image of the contact that was computed last
+        ("n", "i8"),
+        ("right", "f8"),  # what the image of the present contact adds to the separation
+        ("up", "f8"),
+        ("beat", "i8"),  # the tick at which old plans are anchored next
+        ("number", "i8"),  # of the body to be looked at next, at that tick
     ],
     align=True,
 )
@@ -205,6 +234,7 @@ CLOCK = np.dtype(
         ("calendar", CALENDAR),
         ("jam", JAM),  # detects runs without progress
         ("stops", STOPS),  # at contacts that are watched
+        ("torus", TORUS),  # where axes are periodic (``kernel.images``)
         ("fault", FAULTS),  # the first one, of bodies a and b
     ],
     align=True,
@@ -249,7 +279,7 @@ class Kernel(NamedTuple):
     """All tables of one simulation, with n slots for bodies; hooks receive it as ``k``."""
 
     bodies: Records  # (n,) flight plans
-    mass: Records  # (n,)
+    mass: Records  # (n,) where bodies are alike, this and the next are one number, n times (``equal``)
     radii: Records  # (n,) the radii again, close together
     places: Records  # (n,) place and velocity at the common clock ``clock[0].origin``
     queue: Records  # (n,) what awaits each body
@@ -260,6 +290,7 @@ class Kernel(NamedTuple):
     pairs: Records  # the pair set: its records,
     lookup: Records  # its hash table,
     firsts: Records  # (n,) and the head of each body's list; empty where the phase keeps none
+    images: Records  # (n,) periods and images; empty unless an axis is periodic
     traits: Records  # (n,) what responses need of a body; this and the next three are empty without them
     rules: (
         Records  # (kinds * (kinds + 1),) what happens where a kind meets a kind, or a wall (the last column)
@@ -283,15 +314,20 @@ def record_table(dtype: np.dtype[Any], length: int, aligned: int = 0) -> Records
     return raw[offset : offset + length * dtype.itemsize].view(dtype).view(np.recarray)
 
 
-def allocate(bodies: int, near: int, log_rows: int) -> Kernel:
+def equal(number: float, length: int) -> npt.NDArray[np.float64]:
+    """Return a column of equal numbers that takes the memory of one: each element is the same eight bytes."""
+    return as_strided(np.full(1, number), (length,), (0,))
+
+
+def allocate(bodies: int, near: int, log_rows: int, alike: bool = False) -> Kernel:
     """Return tables for ``bodies`` bodies, numbered as their slots are, with room for ``near`` answers of
-    ``near`` and for ``log_rows`` rows of the log."""
+    ``near`` and for ``log_rows`` rows of the log; ``alike``: their masses and radii are and stay equal."""
     per_body = 4 if bodies < MANY else 2
     slices = 1 << max(6, (per_body * bodies - 1).bit_length())
     k = Kernel(
         bodies=record_table(BODY, bodies),
-        mass=np.ones(bodies),
-        radii=np.zeros(bodies),
+        mass=equal(1.0, bodies) if alike else np.ones(bodies),
+        radii=equal(0.0, bodies) if alike else np.zeros(bodies),
         places=record_table(PLACE, bodies),
         queue=record_table(ENTRY, bodies),
         links=record_table(LINK, bodies + slices),
@@ -301,6 +337,7 @@ def allocate(bodies: int, near: int, log_rows: int) -> Kernel:
         pairs=record_table(HELD, 0),
         lookup=np.full(0, -1, dtype=np.int32),
         firsts=np.full(0, -1, dtype=np.int32),
+        images=record_table(IMAGE, 0),
         traits=record_table(TRAIT, 0),
         rules=record_table(RULE, 0),
         passings=record_table(PASSING, 0),

@@ -53,12 +53,15 @@ def read_assignments(
     return found
 
 
-def read_phase(text: str) -> tuple[str, dict[str, Any]]:
-    """Returns the name and the options of a phase: ``sap-1d`` or ``sap-1d:axis=y,other=2``."""
+def read_phase(text: str, what: str = "phase") -> tuple[str, dict[str, Any]]:
+    """Returns the name and the options of a phase: ``sap-1d`` or ``sap-1d:axis=y,other=2``.
+
+    ``what`` is what messages call it.
+    """
     name, _, options = text.strip().partition(":")
     if not name:
-        raise BadOption(f"{text!r} names no phase; expected a name, such as sap-1d or sap-1d:axis=y")
-    return name, read_assignments(filter(None, options.split(",")), f"phase {name!r}: option", read_option)
+        raise BadOption(f"{text!r} names no {what}; expected a name, such as sap-1d or sap-1d:axis=y")
+    return name, read_assignments(filter(None, options.split(",")), f"{what} {name!r}: option", read_option)
 
 
 def write_phase(name: str, options: Mapping[str, Any]) -> str:

@@ -85,6 +85,11 @@ class BroadPhaseParts:
     this order, some events apart, so each may read what the one before has asked for. It must change nothing;
     the body may have another plan by then. None: nothing is asked for ahead.
 
+    ``periodic``: in a scene with a periodic axis (``scene.periodic``) this phase names a body if any of its
+    images may touch. A plan's place is within half a period of 0 when it is anchored, ``k.images`` counts the
+    periods that were taken off it, and ``k.clock[0].torus`` has the periods (``kinetile.kernel.images``).
+    Without it such a scene is refused.
+
     ``audit(k, s)`` (plain Python; may be None) yields a sentence for each invariant of the state that does
     not hold between two events; it may be slow.
 
@@ -136,6 +141,7 @@ class BroadPhaseParts:
     enter: Hook | None = None
     leave: Hook | None = None
     soon: Hook | None = None
+    periodic: bool = False
 
     def __new__(cls, *given: Any, **fields: Any) -> BroadPhaseParts:
         """Makes the parts; raises TypeError for those of the first version of the plugin API, which began
@@ -175,9 +181,18 @@ class PairParts:
     plans alone, like ``meet``; the later anchor for two that are apart there already. None: with this phase
     bodies cannot pass.
 
+    ``periodic``: these hooks are for a scene with a periodic axis. ``meet`` is that of the first image but
+    the barred one, and writes which to ``k.clock[0].torus`` (``kinetile.kernel.images.first_image``);
+    ``soonest`` bounds all images, ``barred`` is NOBODY; and at a contact b is seen ``torus.right`` and
+    ``torus.up`` of where it is.
+
     ``contact_distance`` is "sum of radii" if two bodies touch when, and only when, their centres are as
     far apart as the sum of their radii, and "closer" if they can come closer: other shapes than discs,
     bodies that are deformed. A broad phase that is ``solid`` is refused with "closer".
+
+    ``alike``: these are the parts for a scene whose bodies are alike (``scene.alike``), others than for the
+    rest. The tables then keep one mass and one radius: ``k.mass`` and ``k.radii`` have as many elements as
+    ever, and are not contiguous.
     """
 
     meet: Hook
@@ -186,6 +201,8 @@ class PairParts:
     touch: Hook | None = None
     part: Hook | None = None
     contact_distance: ContactDistance = "closer"
+    alike: bool = False
+    periodic: bool = False
 
 
 @dataclass(frozen=True)
@@ -206,6 +223,7 @@ class WallParts:
     reach_wall: Hook
     bounce: Hook
     touch: Hook | None = None
+    periodic: bool = False
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Registry of phases, responses and scenes: installed plugins and their contents, by name.
+"""Registry of phases, responses, scenes and observables: installed plugins and their contents, by name.
 
 A plugin is registered as a whole or not at all: its names enter the table only when all of its contents
 are valid. One that fails, at any point, leaves nothing behind and affects no other; it is stored as a
@@ -109,6 +109,10 @@ class Registry:
     def response(self, name: str) -> type[Any]:
         """Imports and returns the class of a response. Raises as ``broad_phase`` does."""
         return cast("type[Any]", _load(self._find("response", name)))
+
+    def observable(self, name: str) -> type[Any]:
+        """Imports and returns the class of an observable. Raises as ``broad_phase`` does."""
+        return cast("type[Any]", _load(self._find("observable", name)))
 
     def scene(self, name: str) -> Callable[..., Scene]:
         """Imports and returns the recipe of a scene.
@@ -304,6 +308,7 @@ _HOOKS: dict[str, tuple[Kind, type[Spec]]] = {
     "kinetile_narrow_phases": ("narrow phase", specs.NarrowPhaseSpec),
     "kinetile_responses": ("response", specs.ResponseSpec),
     "kinetile_scenes": ("scene", SceneSpec),
+    "kinetile_observables": ("observable", specs.ObservableSpec),
 }
 
 

@@ -1,4 +1,4 @@
-"""Specs of phases, responses and scenes, and the hooks by which plugins offer them.
+"""Specs of phases, responses, scenes and observables, and the hooks by which plugins offer them.
 
 A spec is light on purpose: enough to list a phase and to find it once it is selected. Its target is
 usually a string, ``"package.module:attribute"``, which is imported only when the name is selected,
@@ -32,7 +32,7 @@ API_VERSION = 2
 MOVING = "docs/moving-to-api-2.md says what to change"
 """The advice in the error about a phase of an older version."""
 
-Kind: TypeAlias = Literal["broad phase", "narrow phase", "response", "scene"]
+Kind: TypeAlias = Literal["broad phase", "narrow phase", "response", "scene", "observable"]
 """The kinds of things that can be chosen by name."""
 
 _NAME = re.compile(r"[^\s,=:]+")
@@ -92,6 +92,11 @@ class ResponseSpec(_HookSpec):
 
 
 @dataclass(frozen=True)
+class ObservableSpec(_HookSpec):
+    """An observable: what is measured during a run. The fields, and the errors, are as in BroadPhaseSpec."""
+
+
+@dataclass(frozen=True)
 class SceneSpec:
     """A recipe for scenes: a callable whose keyword arguments are the scene's parameters.
 
@@ -109,7 +114,7 @@ class SceneSpec:
         _check(self)
 
 
-Spec: TypeAlias = BroadPhaseSpec | NarrowPhaseSpec | ResponseSpec | SceneSpec
+Spec: TypeAlias = BroadPhaseSpec | NarrowPhaseSpec | ResponseSpec | SceneSpec | ObservableSpec
 
 
 def _check(spec: _HookSpec | SceneSpec) -> None:
@@ -175,4 +180,10 @@ def kinetile_responses() -> list[ResponseSpec]:
 @hookspec
 def kinetile_scenes() -> list[SceneSpec]:
     """Returns the scene recipes of this plugin."""
+    raise NotImplementedError
+
+
+@hookspec
+def kinetile_observables() -> list[ObservableSpec]:
+    """Returns the observables of this plugin."""
     raise NotImplementedError

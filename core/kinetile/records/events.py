@@ -31,7 +31,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetile.errors import RecordError
-from kinetile.kernel.log import ANSWER, INSERTED, LOG
+from kinetile.kernel.log import INSERTED, LOG
 from kinetile.records.finishing import PARTIAL, event_target, finish, pyarrow_modules, reason
 from kinetile.records.locks import open_alone
 from kinetile.records.log import Beginning, LogReader, LogWriter, ReservedFile, Seal, holds_nothing
@@ -99,6 +99,7 @@ class EventRecorder:
             **(meta or {}),
         }
         self._clock = {"start": scene.start, "time_unit": scene.time_unit}
+        self._answer = scene.answer
         self._kinds = KindsByHand(scene)
         self._kinds_of: Callable[[NDArray[Any]], NDArray[Any]] | None = None
         self._last = self._reached = scene.start
@@ -319,7 +320,7 @@ class EventRecorder:
 
     def _metadata(self, last: float, *, behind: bool) -> str:
         """Returns the metadata as JSON; ``behind``: there are rows that are not in the log."""
-        own = {"status": self.status, "missing": self.missing, **self._clock, "answer": ANSWER}
+        own = {"status": self.status, "missing": self.missing, **self._clock, "answer": self._answer}
         own["time"] = last if behind else max(self._reached, last)
         own["kinds"] = self._kinds.runs
         return json.dumps(own | self.meta | own, default=str)

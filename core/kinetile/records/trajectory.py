@@ -20,19 +20,22 @@ from kinetile.errors import RecordError
 from kinetile.kernel.clock import TICKS, Clock
 from kinetile.kernel.log import INSERTED, LOG, REMOVED
 from kinetile.records.reading import EventFile, read_with_scene
+from kinetile.scene.bodies import in_box, nearest_image
 
 if TYPE_CHECKING:
     from kinetile.scene import Scene
 
 
 class Trajectory:
-    """The whole motion of a scene: rows (dtype LOG, in the order of events) of a run that began with it.
+    """The whole motion of a scene: rows (dtype LOG, in the order of events) of a run that began with it, to
+    the time ``end``, by default that of the last row.
 
     A row that was not recorded is not known: after the last event of a file that was cut short, bodies fly
     on.
     """
 
-    def __init__(self, rows: NDArray[Any], scene: Scene) -> None:
+    def __init__(self, rows: NDArray[Any], scene: Scene, end: float | None = None) -> None:
+        self.end = float(max(rows["time"], default=scene.start)) if end is None else end
         self.rows = np.asarray(rows, dtype=LOG)
         self.scene = scene
         self._clock = Clock(scene.start, scene.time_unit)
@@ -53,18 +56,18 @@ class Trajectory:
         """
         path = Path(path)
         found, scene = _whole(path)
-        trajectory = cls(found.rows, scene)
+        trajectory = cls(found.rows, scene, found.metadata["time"])
         trajectory._check_continuity(path)
         return trajectory
 
     def positions(self, time: float) -> NDArray[np.float64]:
         """Returns the positions (n, 2) of all bodies that there are at ``time``, finite and not before the
-        scene's start, in the order of ``bodies``.
+        scene's start, in the order of ``bodies``; along a periodic axis from 0 to less than the period.
 
         Raises ValueError for another time.
         """
         _, anchor, velocity, elapsed = self._flight_plans(time)
-        return anchor + velocity * elapsed[:, None]
+        return in_box(anchor + velocity * elapsed[:, None], self.scene.periods)
 
     def bodies(self, time: float) -> NDArray[np.int64]:
         """Returns the numbers of the bodies that there are at ``time``, (n,), ascending."""
@@ -87,7 +90,8 @@ class Trajectory:
         flies[~came & first] = self.scene.velocity[body[~came & first]]
         before = np.where(first[:, None], begins, np.roll(place, 1, axis=0))
         flown = np.where(first[:, None], flies, np.roll(velocity, 1, axis=0))
-        astray = np.abs(before + flown * (time - since)[:, None] - place)
+        astray = before + flown * (time - since)[:, None] - place
+        astray = np.abs(nearest_image(astray, self.scene.periods))
         size = np.abs(before) + np.abs(place) + np.abs(flown) * (np.abs(time) + unit)[:, None]
         wrong = np.flatnonzero((astray > 1e-9 * size).any(axis=1))
         if len(wrong):
@@ -124,7 +128,8 @@ class Trajectory:
         moved = bodies[index >= 0]
         moved = moved[self._keys[index[moved]] // self._span == moved]
         anchor, velocity = np.zeros((2, self._numbers, 2))
-        anchor[:n], velocity[:n] = self.scene.position, self.scene.velocity
+        anchor[:n] = nearest_image(self.scene.position, self.scene.periods)
+        velocity[:n] = self.scene.velocity
         rows, anchor[moved], velocity[moved] = self._plans(self._keys[index[moved]] % self._span)
         ticks = np.full(self._numbers, now, dtype=object)
         ticks[moved] -= rows["epoch"].astype(object) * TICKS + rows["tick"].astype(object)

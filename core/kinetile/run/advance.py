@@ -177,15 +177,16 @@ def next_event(engine: Engine) -> Event | None:
     engine.build()
     clock, fields = engine.k.clock[0], engine.fields
     lists = clock.lists
-    command, fault = int(lists.command), fields.fault.code[0]
+    command, fault, beat = int(lists.command), fields.fault.code[0], fields.torus.beat[0]
     fields.fault.code[0] = 0 if fault == JAMMED else fault
+    fields.torus.beat[0] = NEVER
     try:  # anchoring a plan anew is no event: the next one is returned
         while lists.command < lists.commands and int(_next_command(engine).code) == REANCHORED:
             lists.command += 1
         head = _look(engine, int(clock.now) + 2 * SPAN)
         event = None if head is None else _event_of(engine, head)
     finally:
-        lists.command, fields.fault.code[0] = command, fault
+        lists.command, fields.fault.code[0], fields.torus.beat[0] = command, fault, beat
     planned = engine.next_command
     if planned is not None and (event is None or planned.ticks < event.epoch * TICKS + event.tick):
         return Event(*engine.clock.moment(planned.ticks), COMMANDS[planned.code], (planned.body,))
@@ -193,11 +194,12 @@ def next_event(engine: Engine) -> Event | None:
 
 
 class _Head(NamedTuple):
-    """The next thing to happen: at a tick, a command (body None) or what is scheduled for the body in a
-    slot."""
+    """The next thing to happen: at a tick, a command (body None), plans that have grown old (a ``beat``), or
+    what is scheduled for the body in a slot."""
 
     tick: int
     body: int | None
+    beat: bool = False
 
 
 def _look(engine: Engine, until: int, quota: int = UNLIMITED) -> _Head | None:
@@ -214,11 +216,16 @@ def _look(engine: Engine, until: int, quota: int = UNLIMITED) -> _Head | None:
         key=lambda at: rank(int(number[at]), int(key[at]), int(kinds[at]), int(number[partners[at]])),
         default=None,
     )
+    head = None if body is None else _Head(int(key[body]), body)
+    kind = STRUCTURAL if body is None else int(k.queue[body].kind)
     if lists.command < lists.commands:
         tick = int(_next_command(engine).tick)
-        if body is None or (tick, TURN) < (int(key[body]), int(k.queue[body].kind)):
-            return _Head(tick, None)
-    return None if body is None else _Head(int(key[body]), body)
+        if head is None or (tick, TURN) < (head.tick, kind):
+            head, kind = _Head(tick, None), TURN
+    beat = engine.fields.torus.beat[0] if engine.scene.periodic else NEVER
+    if beat < (NEVER if head is None else head.tick + (kind != STRUCTURAL)):
+        return _Head(beat, None, beat=True)
+    return head
 
 
 def _next_command(engine: Engine) -> Any:
@@ -231,6 +238,8 @@ def _event_of(engine: Engine, head: _Head) -> Event | None:
     a change."""
     k = engine.k
     what: dict[str, Any]
+    if head.beat:
+        return None
     if head.body is None:
         command = _next_command(engine)
         if int(command.code) == REANCHORED:

@@ -24,7 +24,7 @@ from kinetile.run.engine.bounds import MOST_FLOWN
 from kinetile.run.engine.engine import UNLIMITED, Engine, WatchedContacts
 from kinetile.run.questions.places import Box, Point
 from kinetile.scene import Insert, Scene
-from kinetile.scene.checks import LARGEST, WALL, is_finite, shown
+from kinetile.scene.checks import LARGEST, WALL, Extent, is_finite, shown
 from kinetile.scene.commands import check_commands
 from kinetile.scene.responses import Kind, no_kind
 
@@ -216,7 +216,9 @@ def read_insertion(
             "can move; give the scene responses='elastic', and it is"
         )
     asked = Insert(0.0, position, velocity, radius, mass, engine.numbers, None, kind)  # type: ignore[arg-type]
-    mistakes = check_commands([asked], None, engine.scene.arena)
+    scene = engine.scene
+    extent = None if scene.arena is None else Extent(scene.arena, scene.periodic)
+    mistakes = check_commands([asked], None, extent)
     if mistakes:
         said = "; ".join(
             f"{mistake.where.partition('.')[2]} is {mistake.found}, expected {mistake.expected}"

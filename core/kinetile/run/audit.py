@@ -251,7 +251,7 @@ def complaints(k: Kernel, composition: Composition, delta: float) -> Iterator[Co
     yield from _contact_times(k, columns, composition, near)
     repaired = bool((columns.queue.own > columns.clock.now).all())  # no certificate fails at this very tick
     if composition.pair is not None and repaired:
-        yield from _touching(columns, positions_now(k), near, delta)
+        yield from _touching(columns, positions_now(k), near, delta, composition.prepared.periods)
     yield from map(Complaint, of_passings(k, columns, composition, positions_now(k)))
     if broad.audit is not None:
         yield from map(Complaint, broad.audit(k, broad.state))
@@ -330,6 +330,7 @@ def _asked_anew(k: Kernel, composition: Composition, pairs: Pairs) -> tuple[Inte
     pair, wall = composition.pair, composition.wall
     passing = pair is not None and composition.rules is not None and composition.rules.passing
     parts: dict[str, Any] = {"PAIRS": pair is not None, "WALLS": wall is not None, "PASSING": passing}
+    parts["PERIODIC"] = bool(composition.prepared.periodic)
     if pair is not None:
         parts["meet"] = pair.meet
     if wall is not None:
@@ -393,6 +394,7 @@ def _of_near(k: Any, near: Pairs, meetings: Integers) -> Iterator[Complaint]:
 
 
 PAIRS = WALLS = PASSING = True
+PERIODIC = False
 reach_wall = to_be_filled_in
 
 
@@ -407,7 +409,7 @@ def ask_again(k: Kernel, pairs: Pairs, meetings: Integers, walls: Integers) -> N
         for pair in range(len(pairs)):
             a = pairs[pair, 0]
             b = pairs[pair, 1]
-            past = bodies[a].last == b and bodies[b].last == a
+            past = not PERIODIC and bodies[a].last == b and bodies[b].last == a
             if PASSING:
                 past = past or is_passing(k, a, b)
             if not past:
@@ -415,17 +417,21 @@ def ask_again(k: Kernel, pairs: Pairs, meetings: Integers, walls: Integers) -> N
                 meetings[pair] = meeting(k, first, a + b - first)
 
 
-def _touching(k: Any, place: Any, near: Pairs, delta: float) -> Iterator[Complaint]:
-    """Every two bodies closer than a skin are a candidate pair."""
+def _touching(
+    k: Any, place: Any, near: Pairs, delta: float, periods: tuple[float, float]
+) -> Iterator[Complaint]:
+    """Every two bodies closer than a skin, through any image, are a candidate pair."""
     n = len(k.bodies)
     held = near[:, 0].astype(np.int64) * n + near[:, 1]
     slots = np.flatnonzero(k.queue.number >= 0)
     place, radius = place[slots], k.bodies.radius[slots]
     for first in range(0, len(place), ROWS):
         rows = slice(first, first + ROWS)
-        apart = np.hypot(
-            place[rows, 0, None] - place[None, :, 0], place[rows, 1, None] - place[None, :, 1]
-        ) - (radius[rows, None] + radius[None, :])
+        between = [place[rows, axis, None] - place[None, :, axis] for axis in range(2)]
+        for each, period in zip(between, periods, strict=True):
+            if period:
+                each -= period * np.rint(each / period)
+        apart = np.hypot(*between) - (radius[rows, None] + radius[None, :])
         at, other = np.nonzero(apart <= delta)
         a, b = slots[at + first], slots[other]
         for missed in np.flatnonzero((a < b) & ~np.isin(a * n + b, held)).tolist():

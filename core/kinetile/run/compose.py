@@ -103,6 +103,12 @@ def read_rules(
             f"{broad[0]} is right only while bodies cannot pass through each other, and this scene has kinds "
             "that pass: choose cells, sap-1d, sap-2d or naive"
         )
+    if passing and scene.periodic:
+        raise Refused(
+            f"this scene has kinds that pass through each other, and is periodic along {scene.periodic}: "
+            "bodies can pass only where no axis is periodic; give those kinds another response than 'pass', "
+            "or the scene walls"
+        )
     _check_narrow(narrow, passing, bool(needed))
     names = tuple(dict.fromkeys(response.name for response in meets))
     return Rules(rows, kinds, tuple(hooks), passing, names)
@@ -186,6 +192,11 @@ class Composition:
         return self.broad.enter is not None
 
     @property
+    def alike(self) -> bool:
+        """Whether the tables keep one mass and one radius for all bodies."""
+        return self.pair is not None and self.pair.alike and self.prepared.alike
+
+    @property
     def looks_ahead(self) -> bool:
         """Whether the loop asks the memory ahead: only in a large scene."""
         return self.broad.soon is not None and self.prepared.capacity >= LARGE
@@ -215,6 +226,7 @@ class Composition:
             "LIVING": commands > Commands.TURNS and self.living,
             "RULES": self.rules is not None,
             "PASSING": self.rules is not None and self.rules.passing and self.pair is not None,
+            "PERIODIC": bool(self.prepared.periodic),
         }
         if self.rules is not None:
             parts |= self.rules.parts(self.pair, self.wall)
@@ -261,7 +273,7 @@ def compose_phases(
     settings = scene.settings
     narrow = narrow_phases if narrow_phases is not None else settings.narrow_phases
     if narrow is None:
-        narrow = ("disc", "wall") if scene.arena is not None else ("disc",)
+        narrow = ("disc",) if scene.arena is None or scene.periodic == "xy" else ("disc", "wall")
     named = read_narrow_phases(narrow)
     name = broad_phase if broad_phase is not None else settings.broad_phase
     return _compose(scene, name if name is not None else DEFAULT_BROAD_PHASE, named, options)
@@ -288,6 +300,8 @@ def _compose(
     given = _narrow_parts(scene, narrow_options)
     pair = next((parts for parts in given.values() if isinstance(parts, PairParts)), None)
     wall = next((parts for parts in given.values() if isinstance(parts, WallParts)), None)
+    if scene.periodic:
+        _demand_periodic(scene, {f"broad phase {name!r}": broad, **given})
     if broad.skin_limit is not None and scene.arena is not None:
         skin = skin_at_start(scene, walls=True)
         if skin.delta > broad.skin_limit:
@@ -296,6 +310,16 @@ def _compose(
         _demand_solid(name, given, pair)
     rules = read_rules(scene, (name, broad), given)
     return Composition(name, broad_options, narrow_options, broad, pair, wall, scene, rules)
+
+
+def _demand_periodic(scene: Scene, given: Mapping[str, Parts]) -> None:
+    """Raises Refused if a phase does not know images."""
+    for name, parts in given.items():
+        if not getattr(parts, "periodic", False):
+            raise Refused(
+                f"{name} does not know images, and this scene is periodic along {scene.periodic}: choose "
+                "cells, naive, sap-1d or sap-2d, or another phase whose parts say periodic=True"
+            )
 
 
 def _narrow_parts(scene: Scene, options: Mapping[str, Mapping[str, Any]]) -> dict[str, PairParts | WallParts]:

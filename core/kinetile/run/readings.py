@@ -219,13 +219,21 @@ def _of_contacts(scene: Scene, composition: Composition) -> Sentences:
 
 
 def _of_walls(scene: Scene, composition: Composition) -> Sentences:
+    if scene.periodic:
+        periods = " and ".join(
+            f"{period!r} along {axis}" for axis, period in zip("xy", scene.periods, strict=True) if period
+        )
+        yield True, f"images: the scene is periodic, {periods}; plans two units old are anchored anew"
     if scene.arena is None:
         yield False, "walls: the scene has no arena"
+    elif scene.periodic == "xy":
+        yield False, "walls: both axes are periodic"
     elif composition.wall is None:
         yield False, "walls: the scene has an arena, but no narrow phase for walls is named"
     else:
         width, height = scene.arena
-        yield True, f"four walls around {width!r} x {height!r}, one contact of each body awaited"
+        walls = "two" if scene.periodic else "four"
+        yield True, f"{walls} walls around {width!r} x {height!r}, one contact of each body awaited"
 
 
 def _of_commands(scene: Scene, composition: Composition, commands: Commands) -> Sentences:

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple, cast, overload
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import FAULTS, BadOption, BusyError
+from kinetile.errors import FAULTS, BadOption, BusyError, Refused
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.compiled import is_cached
 from kinetile.kernel.flight import positions_now
@@ -33,6 +33,7 @@ from kinetile.run.engine.agenda import History, Rows
 from kinetile.run.engine.engine import Engine
 from kinetile.run.engine.ledger import Recorder
 from kinetile.run.interrupts import Unbroken
+from kinetile.run.observing import Observed, Observers
 from kinetile.run.questions import meetings, places
 from kinetile.run.questions.meetings import CastHit, NextContact
 from kinetile.run.questions.places import Moment, RayHit
@@ -41,7 +42,7 @@ from kinetile.run.saving.files import no_simulation, read_whole, unpack, write_w
 from kinetile.run.saving.snapshot import Snapshot, put_back, take
 from kinetile.run.structure import by_number, candidates, drawn, named_near
 from kinetile.scene import Insert, Scene, Turn, relabelled, spacious
-from kinetile.scene.bodies import Numbers
+from kinetile.scene.bodies import Numbers, in_box
 from kinetile.scene.checks import WALL, shown
 from kinetile.scene.responses import Kind
 
@@ -117,6 +118,7 @@ class Simulation:
         self._fault: str | None = None
         self._lock = threading.RLock()
         self._start_energy = energy(self._engine.k)
+        self._observed = Observed()
 
     def __repr__(self) -> str:
         bodies = len(self.bodies)
@@ -202,6 +204,7 @@ class Simulation:
         progress: Callable[[Progress], None] | None = None,
         recorder: Recorder | None = None,
         stop_at: StopAt | None = None,
+        observe: Sequence[str] = (),
     ) -> Event | None:
         """Runs until a time, or for a number of further contacts or events, whichever comes first; returns
         the contact of ``stop_at`` at which the run stopped before that, if it did.
@@ -215,6 +218,7 @@ class Simulation:
             progress: called after each chunk (a fraction of a second); it may turn bodies.
             recorder: called with the log rows of each chunk, before a fault is raised.
             stop_at: contacts to stop at, at their exact time (``StopAt``).
+            observe: what to measure, such as ``["pressure", "msd:every=0.1"]``; results are in ``observed``.
 
         Raises:
             ZenoError: the bodies are jammed.
@@ -226,11 +230,14 @@ class Simulation:
                 kind.
             IndexError: ``stop_at`` names a body that is neither present nor to be inserted.
             TypeError: ``stop_at`` is no ``StopAt``.
+            UnknownName, BadOption, Refused: there is no such observable, or not with these options or in this
+                scene.
         """
         with self._alone("run"):
             end = arguments.read_end(self._engine, self.scene, until, max_contacts, max_events)
             engine = self._engine
             stop = arguments.read_stop(engine, self.scene, stop_at)
+            observers = Observers(self, engine, observe, end)
             engine.compile()
             engine.watch(stop)
             self._running = True
@@ -242,14 +249,18 @@ class Simulation:
                     progress(Progress(self.time, end.until, engine.contacts, engine.events, cpu))
 
             try:
-                with engine.ledger.recording(recorder):
+                with engine.ledger.recording(recorder, observers.counter, observers.observer):
                     introduce = getattr(recorder, "introduce", None)
                     if introduce is not None:  # an event file has the kinds of interactively inserted bodies
                         introduce(self.kinds_of, engine.numbers)
                     with Unbroken():
                         engine.ledger.hand_over()
-                    return self._with_kinds(advance(engine, end, self._audit, after_chunk))
+                    return self._with_kinds(
+                        observers.advance(end, lambda to: advance(engine, to, self._audit, after_chunk))
+                    )
             finally:
+                if observe:
+                    self._observed = observers.results()
                 self._running = False
                 engine.watch(None)
                 reached = getattr(recorder, "reached", None)
@@ -422,6 +433,11 @@ class Simulation:
         return readings_of(self._engine, self._start_energy)
 
     @property
+    def observed(self) -> Observed:
+        """What the last run with ``observe`` has measured: estimates by observable and quantity."""
+        return self._observed
+
+    @property
     def rows(self) -> int:
         """The number of log rows so far: those of a recorder present from the start."""
         return self._engine.ledger.rows
@@ -433,8 +449,19 @@ class Simulation:
         return np.asarray(engine.k.queue.view(np.ndarray)["number"][engine.taken])
 
     def positions(self) -> npt.NDArray[np.float64]:
-        """Returns the positions now, (n, 2), in the order of ``bodies``."""
-        return np.asarray(positions_now(self._engine.k, self._engine.taken))
+        """Returns the positions now, (n, 2), in the order of ``bodies``; along a periodic axis from 0 to less
+        than the period."""
+        return in_box(positions_now(self._engine.k, self._engine.taken), self.scene.periods)
+
+    def unwrapped(self) -> npt.NDArray[np.float64]:
+        """Returns the positions now, (n, 2), as if no axis were periodic: each body's first position and all
+        that it has flown. In a scene without a periodic axis that is ``positions``."""
+        engine = self._engine
+        places = positions_now(engine.k, engine.taken)
+        if self.scene.periodic:
+            image = engine.k.images.view(np.ndarray)[engine.taken]
+            places += np.column_stack([image["kx"], image["ky"]]) * np.array(self.scene.periods)
+        return places
 
     def velocities(self) -> npt.NDArray[np.float64]:
         """Returns the velocities now, (n, 2), in the order of ``bodies``."""
@@ -444,6 +471,10 @@ class Simulation:
     def radii(self) -> npt.NDArray[np.float64]:
         """Returns the radii, (n,), in the order of ``bodies``."""
         return np.asarray(self._engine.k.bodies.view(np.ndarray)["radius"][self._engine.taken])
+
+    def masses(self) -> npt.NDArray[np.float64]:
+        """Returns the masses, (n,), in the order of ``bodies``; ``math.inf`` for immovable ones."""
+        return np.asarray(self._engine.k.mass)[self._engine.taken]
 
     @property
     def kinds(self) -> npt.NDArray[Any]:
@@ -581,9 +612,10 @@ class Simulation:
             velocity: (vx, vy).
             kinds: only bodies of these kinds.
 
-        Raises ValueError for what is no disc, or no velocity.
+        Raises ValueError for what is no disc, or no velocity, and Refused in a scene with a periodic axis.
         """
         centre, radius = arguments.read_disc(disc)
+        self._demand_an_end("cast")
         hit = meetings.cast(self._among(kinds), centre, radius, arguments.read_point(velocity, "a velocity"))
         return None if hit is None else hit._replace(body=self._body_of(hit.body))
 
@@ -653,12 +685,23 @@ class Simulation:
             most: the largest number of hits; 1 is the fastest.
             kinds: only bodies of these kinds.
 
-        Raises ValueError for what is no point, no direction or no number of bodies.
+        Raises ValueError for what is no point, no direction or no number of bodies, and Refused in a scene
+        with a periodic axis.
         """
         start, towards = arguments.read_point(origin, "an origin"), arguments.read_direction(direction)
         count = None if most is None else arguments.read_count(most, "most")
+        self._demand_an_end("ray")
         hits = places.ray(self._among(kinds), start, towards, count)
         return [hit._replace(body=self._body_of(hit.body)) for hit in hits]
+
+    def _demand_an_end(self, question: str) -> None:
+        """Raises Refused for a question about a line that has no end where an axis is periodic."""
+        if self.scene.periodic:
+            raise Refused(
+                f"{question} follows a line, which goes round for ever in a scene that is periodic along "
+                f"{self.scene.periodic}: ask bodies_near or bodies_in, or insert a body and ask "
+                "next_contact_of"
+            )
 
     # Saving
 

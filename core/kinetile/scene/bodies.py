@@ -21,7 +21,19 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.errors import Mistake
-from kinetile.scene.checks import HEAVIEST, LARGEST, LIMIT, RANGE, REACH, SMALLEST, TOLERANCE, shown
+from kinetile.scene.checks import (
+    FARTHEST,
+    HEAVIEST,
+    LARGEST,
+    LIMIT,
+    PERIODIC_BODY,
+    RANGE,
+    REACH,
+    SMALLEST,
+    TOLERANCE,
+    Extent,
+    shown,
+)
 
 Floats = npt.NDArray[np.float64]
 
@@ -116,13 +128,13 @@ def check_bodies(
     velocity: Floats,
     radius: Floats,
     mass: Floats,
-    arena: tuple[float, float] | None,
+    extent: Extent | None,
     unknown: Mapping[str, Bools] | None = None,
     passing: tuple[npt.NDArray[np.int64], Bools] | None = None,
 ) -> list[Mistake]:
     """Checks n bodies: position and velocity (n, 2), radius and mass (n,).
 
-    Pass None as the arena if there is none, or an invalid one. ``unknown`` maps a field's name
+    Pass None as the extent if there is no arena, or an invalid one. ``unknown`` maps a field's name
     to an (n,) mask of the bodies whose field is not checked. ``passing`` are (n,) the kinds of
     the bodies and (kinds, kinds) which pass through each other, and so may overlap; None: none do.
     """
@@ -148,9 +160,14 @@ def check_bodies(
     mistakes += _check_masses(mass, np.flatnonzero(movable & ~unknown.get("mass", nothing)))
     placed = right["position"] & right["radius"]
     placed &= ~unknown.get("position", nothing) & ~unknown.get("radius", nothing)
-    if arena is not None:
-        mistakes += _check_inside(position, radius, arena, placed)
-    return mistakes + _check_apart(position, radius, np.flatnonzero(placed), passing)
+    periods = (0.0, 0.0)
+    if extent is not None:
+        periods = extent.periods
+        mistakes += _check_inside(position, radius, extent, placed)
+        mistakes += _check_images(position, radius, periods, placed)
+        if mistakes and any(periods):
+            return mistakes  # images could not be looked at
+    return mistakes + _check_apart(position, radius, np.flatnonzero(placed), passing, periods)
 
 
 def _check_masses(mass: Floats, bodies: npt.NDArray[np.intp]) -> list[Mistake]:
@@ -181,9 +198,9 @@ def _spell_out(
     return mistakes
 
 
-def _check_inside(
-    position: Floats, radius: Floats, arena: tuple[float, float], placed: Bools
-) -> list[Mistake]:
+def _check_inside(position: Floats, radius: Floats, extent: Extent, placed: Bools) -> list[Mistake]:
+    arena, walls_of = extent.sides, {"x": ("left", "right"), "y": ("bottom", "top")}
+    walled = [wall for axis, walls in walls_of.items() if axis not in extent.periodic for wall in walls]
     allowed = TOLERANCE * radius
     with np.errstate(invalid="ignore", over="ignore"):
         beyond = {
@@ -192,10 +209,12 @@ def _check_inside(
             "bottom": radius - position[:, 1],
             "top": (position[:, 1] - arena[1]) + radius,
         }
-        outside = {wall: placed & (depth > allowed) for wall, depth in beyond.items()}
+        outside = {wall: placed & (beyond[wall] > allowed) for wall in walled}
+    if not walled:
+        return []
 
     def found(i: int) -> str:
-        walls = [f"{beyond[wall][i]:.6g} beyond the {wall} wall" for wall in beyond if outside[wall][i]]
+        walls = [f"{beyond[wall][i]:.6g} beyond the {wall} wall" for wall in walled if outside[wall][i]]
         return (
             f"{shown(position[i].tolist())} with radius {radius[i]:.6g}, which reaches {' and '.join(walls)}"
         )
@@ -204,16 +223,33 @@ def _check_inside(
     return _spell_out(np.logical_or.reduce(list(outside.values())), "position", found, expected)
 
 
+def _check_images(
+    position: Floats, radius: Floats, periods: tuple[float, float], placed: Bools
+) -> list[Mistake]:
+    """Checks that no body would meet itself, or is so far away that its periods cannot be counted."""
+    wrong = np.zeros(len(radius), dtype=np.bool_)
+    for place, period in zip(position.T, periods, strict=True):
+        if period:
+            wrong |= placed & ~((2.0 * radius < period) & (np.abs(place) <= FARTHEST * period))
+
+    def found(i: int) -> str:
+        return f"a disc of radius {radius[i]:.6g} at {shown(position[i].tolist())}"
+
+    expected = f"{PERIODIC_BODY} ({' and '.join(repr(period) for period in periods if period)})"
+    return _spell_out(wrong, "radius", found, expected)
+
+
 def _check_apart(
     position: Floats,
     radius: Floats,
     bodies: npt.NDArray[np.intp],
     passing: tuple[npt.NDArray[np.int64], Bools] | None,
+    periods: tuple[float, float],
 ) -> list[Mistake]:
     """Reports the first LIMIT overlapping pairs among ``bodies``, and how many more there are."""
     first: list[tuple[int, int]] = []
     count, counted_all = 0, True
-    for chunk, found in enumerate(overlapping_pairs(position[bodies], radius[bodies], TOLERANCE)):
+    for chunk, found in enumerate(overlapping_images(position[bodies], radius[bodies], periods, TOLERANCE)):
         if passing is not None:
             kind, passes = passing
             one, two = kind[bodies[found]].T
@@ -227,7 +263,8 @@ def _check_apart(
             break
     expected = "discs that touch at most"
     mistakes = [
-        Mistake(f"bodies[{a}] and bodies[{b}]", _overlap(position, radius, a, b), expected) for a, b in first
+        Mistake(f"bodies[{a}] and bodies[{b}]", _overlap(position, radius, periods, a, b), expected)
+        for a, b in first
     ]
     if count > LIMIT:
         more = f"{'' if counted_all else 'at least '}{count - LIMIT:,} more pairs that overlap"
@@ -235,8 +272,8 @@ def _check_apart(
     return mistakes
 
 
-def _overlap(position: Floats, radius: Floats, a: int, b: int) -> str:
-    apart = math.dist(position[a].tolist(), position[b].tolist())
+def _overlap(position: Floats, radius: Floats, periods: tuple[float, float], a: int, b: int) -> str:
+    apart = math.hypot(*nearest_image((position[b] - position[a])[np.newaxis], periods)[0].tolist())
     together = radius[a].item() + radius[b].item()
     return f"an overlap of {together - apart:.6g} (distance {apart:.6g}, sum of the radii {together:.6g})"
 
@@ -268,6 +305,52 @@ def distance(apart: Floats) -> Floats:
     exponent = np.frexp(np.abs(apart).max(axis=1))[1]
     scaled = np.ldexp(apart, -exponent[:, np.newaxis])  # so that no square over- or underflows
     return np.asarray(np.ldexp(np.sqrt(scaled[:, 0] * scaled[:, 0] + scaled[:, 1] * scaled[:, 1]), exponent))
+
+
+def nearest_image(apart: Floats, periods: tuple[float, float]) -> Floats:
+    """Returns (n, 2) differences of places, along each periodic axis those of the nearest images."""
+    columns = [
+        np.array([math.remainder(each, period) for each in column.tolist()]) if period else column
+        for column, period in zip(apart.T, periods, strict=True)
+    ]
+    return np.column_stack(columns)
+
+
+def in_box(places: Floats, periods: tuple[float, float]) -> Floats:
+    """Returns (n, 2) places as they are shown: along a periodic axis from 0 to less than the period."""
+    shown_at = np.array(places)
+    for column, period in zip(shown_at.T, periods, strict=True):
+        if period:
+            column[:] = np.mod(column, period)
+            column[column == period] = 0.0  # a little below 0, rounded
+    return shown_at
+
+
+def overlapping_images(
+    position: Floats, radius: Floats, periods: tuple[float, float], tolerance: float = 0.0
+) -> Iterator[Ints]:
+    """Yields what ``overlapping_pairs`` does, where axes are periodic, for the images of the discs as well.
+
+    Discs near a border are repeated beyond it. Each pair comes once, if only its nearest images overlap.
+    """
+    if not any(periods) or not len(radius):
+        yield from overlapping_pairs(position, radius, tolerance)
+        return
+    place, disc = nearest_image(position, periods), np.arange(len(radius))
+    own = len(radius)
+    for axis, period in enumerate(periods):
+        if period:
+            margin = 0.5 * period - 2.0 * float(radius.max())
+            step = np.where(np.arange(2) == axis, period, 0.0)
+            low, high = place[:, axis] < -margin, place[:, axis] > margin
+            place = np.concatenate([place, place[low] + step, place[high] - step])
+            disc = np.concatenate([disc, disc[low], disc[high]])
+    seen: set[tuple[int, int]] = set()
+    for found in overlapping_pairs(place, radius[disc], tolerance):
+        pairs = np.sort(disc[found[(found < own).any(axis=1)]], axis=1)
+        fresh = {(a, b) for a, b in pairs.tolist() if a != b} - seen
+        seen |= fresh
+        yield np.array(sorted(fresh), dtype=np.int64).reshape(-1, 2)
 
 
 def overlapping_pairs(position: Floats, radius: Floats, tolerance: float = 0.0) -> Iterator[Ints]:

@@ -46,8 +46,13 @@ class Parameter(NamedTuple):
     default: Any
 
 
+PERIODIC = Parameter("periodic", "str", "")
+"""A parameter of every recipe: the axes along which its arena is periodic."""
+
+
 def make_scene(name: str, /, **parameters: Any) -> Scene:
-    """Returns the scene that the recipe ``name`` makes from these parameters (its defaults for the rest).
+    """Returns the scene that a recipe makes from these parameters (its defaults for the rest); with
+    ``periodic`` ("x", "y" or "xy") in a periodic arena.
 
     The scene's ``origin`` is {"recipe": name, "parameters": {...}}, defaults included. Raises UnknownName for
     an unknown recipe, BadOption for a parameter that it does not have or cannot use, SceneError for
@@ -59,11 +64,14 @@ def make_scene(name: str, /, **parameters: Any) -> Scene:
         if mistakes:
             raise BadOption("\n".join(f"scene {name!r}: {_as_sentence(mistake)}" for mistake in mistakes))
         complete = complete_parameters(name, parameters)
-        scene = recipe(**{key: value for key, value in complete.items() if key in parameters})
+        shared = {PERIODIC.name} - {each.name for each in recipe_parameters(name)}
+        scene = recipe(**{key: complete[key] for key in complete if key in parameters and key not in shared})
         if not isinstance(scene, Scene):
             raise PhaseError(
                 f"the recipe of the scene {name!r} returned {shown(scene)}; expected a kinetile.Scene"
             )
+        if shared and complete.get(PERIODIC.name):
+            scene = scene.replace(periodic=complete[PERIODIC.name])
         return relabelled(scene, origin={"recipe": name, "parameters": complete})
 
 
@@ -76,7 +84,8 @@ def complete_parameters(name: str, given: Mapping[str, Any]) -> dict[str, Any]:
     """
     return {
         each.name: _convert(each, given[each.name]) if each.name in given else each.default
-        for each in recipe_parameters(name)
+        for each in _accepted(name)
+        if each is not PERIODIC or PERIODIC.name in given
     }
 
 
@@ -99,13 +108,19 @@ def recipe_parameters(name: str) -> tuple[Parameter, ...]:
     return tuple(parameters)
 
 
+def _accepted(name: str) -> tuple[Parameter, ...]:
+    """Returns what may be given to a recipe: its parameters, and ``PERIODIC`` unless it has its own."""
+    own = recipe_parameters(name)
+    return own if any(each.name == PERIODIC.name for each in own) else (*own, PERIODIC)
+
+
 def parse_parameters(name: str, texts: Iterable[str]) -> dict[str, Any]:
     """Returns the parameters that ``texts``, each "name=value", give to the recipe called ``name``.
 
     Values are read as their parameter's type says. Raises UnknownName for a recipe that is not there, and
     BadOption, with a sentence for each mistake, for what cannot be read.
     """
-    known = {each.name: each for each in recipe_parameters(name)}
+    known = {each.name: each for each in _accepted(name)}
     parameters: dict[str, Any] = {}
     sentences = []
     for text in texts:
@@ -128,7 +143,7 @@ def parse_parameters(name: str, texts: Iterable[str]) -> dict[str, Any]:
 
 def parameter_mistakes(name: str, parameters: Mapping[str, Any]) -> list[Mistake]:
     """Returns the mistakes in these parameters for the recipe called ``name``."""
-    known = {each.name: each for each in recipe_parameters(name)}
+    known = {each.name: each for each in _accepted(name)}
     mistakes = []
     for key, value in parameters.items():
         if key not in known:

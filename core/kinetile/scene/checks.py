@@ -14,7 +14,7 @@ import re
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from copy import deepcopy
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -40,6 +40,11 @@ So every product of up to four of them is a normal number, as contact times need
 
 HEAVIEST = 2.0**100
 """The largest ratio of two masses."""
+
+FARTHEST = 2.0**31
+"""Periods from 0 within which places on a periodic axis are written."""
+
+PERIODIC_BODY = "a disc narrower than the period, within 2**31 periods of 0"
 
 WALL, ANY = "wall", "*"
 """Names that no kind of body has: they stand for the walls of an arena, and for any kind."""
@@ -157,6 +162,28 @@ def check_frame(arena: object, start: Any, until: Any, unknown: Collection[str] 
         elif is_finite(start) and "start" not in unknown and until < start:
             mistakes.append(Mistake("until", shown(until), f"a time not before the start, {shown(start)}"))
     return mistakes
+
+
+class Extent(NamedTuple):
+    """An arena, (width, height), and the axes along which it is periodic: "", "x", "y" or "xy"."""
+
+    sides: tuple[float, float]
+    periodic: str
+
+    @property
+    def periods(self) -> tuple[float, float]:
+        """The periods of the two axes; 0 for one that is not periodic."""
+        width, height = self.sides
+        return (width if "x" in self.periodic else 0.0, height if "y" in self.periodic else 0.0)
+
+
+def check_periodic(periodic: object, arena: bool) -> list[Mistake]:
+    """Checks the names of the periodic axes, in a scene with or without an arena."""
+    if not isinstance(periodic, str) or periodic not in ("", "x", "y", "xy"):
+        return [Mistake("periodic", shown(periodic), '"x", "y" or "xy", or nothing')]
+    if periodic and not arena:
+        return [Mistake("periodic", shown(periodic), "an arena, whose sides are the periods")]
+    return []
 
 
 def check_pace(start: float, unit: float) -> list[Mistake]:

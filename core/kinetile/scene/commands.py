@@ -19,9 +19,12 @@ from kinetile.errors import Mistake
 from kinetile.kernel.clock import TICKS
 from kinetile.scene.bodies import Numbers
 from kinetile.scene.checks import (
+    FARTHEST,
     LARGEST,
+    PERIODIC_BODY,
     SMALLEST,
     TOLERANCE,
+    Extent,
     as_kind,
     check_pair,
     check_time,
@@ -114,12 +117,10 @@ def speeds(commands: Iterable[Command]) -> list[float]:
     return [vx * vx + vy * vy for vx, vy in given]
 
 
-def check_commands(
-    commands: Sequence[Any], start: float | None, arena: tuple[float, float] | None
-) -> list[Mistake]:
+def check_commands(commands: Sequence[Any], start: float | None, extent: Extent | None) -> list[Mistake]:
     """Checks commands one by one; ``check_presence`` checks that their bodies are present.
 
-    ``start`` and ``arena`` are None if they are not known, or there is none.
+    ``start`` and ``frame``, the arena, are None if they are not known, or there is none.
     """
     mistakes: list[Mistake] = []
     for number, command in enumerate(commands):
@@ -133,11 +134,11 @@ def check_commands(
             mistakes.append(Mistake(f"{where}.at", shown(command.at), EXACT))
         if not _is_number_of_body(command.body, isinstance(command, Insert)):
             mistakes.append(Mistake(f"{where}.body", shown(command.body), "the number of a body"))
-        mistakes += _check_body(command, where, arena)
+        mistakes += _check_body(command, where, extent)
     return mistakes
 
 
-def _check_body(command: Any, where: str, arena: tuple[float, float] | None) -> list[Mistake]:
+def _check_body(command: Any, where: str, extent: Extent | None) -> list[Mistake]:
     mistakes = []
     for name, axes in _PAIRS.items():
         given = getattr(command, name, None)
@@ -154,11 +155,16 @@ def _check_body(command: Any, where: str, arena: tuple[float, float] | None) -> 
             mistakes.append(
                 Mistake(f"{where}.{name}", shown(number), "a number from 2**-200 to 2**200, greater than 0")
             )
-    if arena is not None and not mistakes:
-        for place, side in zip(command.position, arena, strict=True):
+    if extent is not None and not mistakes:
+        for place, side, period in zip(command.position, extent.sides, extent.periods, strict=True):
             least = command.radius * (1 - TOLERANCE)
-            if not least <= place <= side - least:
-                expected = f"the whole disc inside the arena, [0, {arena[0]!r}] x [0, {arena[1]!r}]"
+            if period and not (2.0 * command.radius < period and abs(place) <= FARTHEST * period):
+                mistakes.append(Mistake(where, shown(command), PERIODIC_BODY))
+                break
+            if not period and not least <= place <= side - least:
+                expected = (
+                    f"the whole disc inside the arena, [0, {extent.sides[0]!r}] x [0, {extent.sides[1]!r}]"
+                )
                 mistakes.append(Mistake(f"{where}.position", shown(command.position), expected))
                 break
     return mistakes

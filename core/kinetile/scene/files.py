@@ -26,7 +26,17 @@ import numpy as np
 from kinetile.errors import BadOption, Mistake, SceneError, printable
 from kinetile.kernel.clock import Clock
 from kinetile.scene.bodies import check_bodies
-from kinetile.scene.checks import ANY, WALL, abridged, check_frame, check_turn, is_kind, shown
+from kinetile.scene.checks import (
+    ANY,
+    WALL,
+    Extent,
+    abridged,
+    check_frame,
+    check_periodic,
+    check_turn,
+    is_kind,
+    shown,
+)
 from kinetile.scene.commands import Command, Insert, Remove, Turn, kinds_of_inserted
 from kinetile.scene.responses import Pair, Response, read_rules
 from kinetile.scene.scene import Scene, Settings, check_end, relabelled, with_commands
@@ -103,6 +113,7 @@ def dumps_scene(scene: Scene) -> str:
         lines.append(f"# {printable(made)}")
     head = {
         "arena": scene.arena,
+        "periodic": scene.periodic or None,
         "unit": scene.unit,
         "start": scene.start if repr(scene.start) != "0.0" else None,
         "until": settings.until,
@@ -166,7 +177,7 @@ def _follow_recipe(
     tables: Mapping[str, Any], faults: set[Place], mistakes: list[Mistake], names: Registered
 ) -> Scene | None:
     """Returns the scene of the file's recipe; appends the mistakes that prevent it."""
-    for key in ("arena", "start", "bodies", "unit"):
+    for key in ("arena", "periodic", "start", "bodies", "unit"):
         if key in tables:
             mistakes.append(
                 Mistake(key, f"{key} beside a recipe", "one of the two: the recipe makes them all")
@@ -205,7 +216,9 @@ def _read_bodies(
     frame = {"arena": tables.get("arena"), "start": tables.get("start", 0.0), "until": tables.get("until")}
     off = {str(place[0]) for place in faults if len(place) == 1}
     framed = check_frame(**frame, unknown=off)
+    framed += check_periodic(tables.get("periodic", ""), "arena" in tables) if "periodic" not in off else []
     off |= {mistake.where for mistake in framed}
+    periodic = "" if "periodic" in off else tables.get("periodic", "")
     arena = None if "arena" in off or frame["arena"] is None else tuple(frame["arena"])
     mistakes += framed
     responses = _read_responses(tables, faults, mistakes, names)
@@ -215,7 +228,8 @@ def _read_bodies(
     whole = not any(place[0] in ("bodies", "commands", "kinds") for place in faults)
     coming = kinds_of_inserted(commands)
     rules = read_rules(kind, responses, len(rows), coming, mistakes, kinds, whole)
-    mistakes += check_bodies(**columns, arena=arena, unknown=unknown, passing=(rules.kind, rules.passing))
+    sides = None if arena is None else Extent(arena, periodic)
+    mistakes += check_bodies(**columns, extent=sides, unknown=unknown, passing=(rules.kind, rules.passing))
     turns = []
     for i, row in enumerate(rows):
         for place, turn in _turns(i, row, faults):
@@ -226,6 +240,7 @@ def _read_bodies(
     if mistakes:
         return None
     rest: dict[str, Any] = {"unit": tables.get("unit"), "kind": kind, "responses": responses, "kinds": kinds}
+    rest["periodic"] = periodic
     return Scene(**columns, arena=arena, turns=turns, start=frame["start"], commands=commands, **rest)
 
 

@@ -34,13 +34,29 @@ def reach_of(scene: Scene) -> npt.NDArray[np.float64]:
 def skin_at_start(scene: Scene, walls: bool) -> Skin:
     """Returns the skin of a scene, with or without the walls of its arena."""
     speed = speed_bound(scene)
-    if walls:
-        extent = max(scene.arena or (0.0,))
-    elif len(scene):
-        extent = float(np.abs(scene.position).max()) + flown(speed, scene.time_unit, SPANS)
-    else:
-        extent = 0.0
+    extent = extent_of(
+        scene, walls, speed, np.abs(scene.position).max(axis=0, initial=0.0), SPANS if len(scene) else 0
+    )
     return Skin.of(len(scene), extent, speed, scene.time_unit / TICKS)
+
+
+def extent_of(scene: Scene, walls: bool, speed: float, far: npt.NDArray[np.float64], spans: int) -> float:
+    """Returns how far from the origin of an axis a plan's place can be, at a speed.
+
+    On an axis with walls that is where the other wall is; on a periodic one half a period and the flight of
+    four units, with room for one more rounding; on an open one where bodies are now (``far``, for each axis),
+    and what they fly in a number of spans.
+    """
+    extents = [0.0]
+    for axis, at in zip("xy", far.tolist(), strict=True):
+        side = scene.arena["xy".index(axis)] if scene.arena is not None else 0.0
+        if axis in scene.periodic:
+            extents.append(1.25 * (0.5 * side + 4.0 * speed * scene.time_unit))
+        elif walls:
+            extents.append(side)
+        else:
+            extents.append(at + flown(speed, scene.time_unit, spans))
+    return max(extents)
 
 
 def flown(speed: float, unit: float, spans: int) -> float:

@@ -18,11 +18,14 @@ import numpy.typing as npt
 
 from kinetile.errors import Mistake, Refused, SceneError, one_of
 from kinetile.kernel.clock import Clock, time_unit
+from kinetile.kernel.log import ANSWER
 from kinetile.scene.bodies import Numbers, check_bodies, read_arrays
 from kinetile.scene.checks import (
+    Extent,
     abridged,
     check_frame,
     check_pace,
+    check_periodic,
     check_turn,
     check_unit,
     is_number,
@@ -91,7 +94,9 @@ class Scene:
 
     ``position`` and ``velocity`` are (n, 2); ``radius`` and ``mass`` are (n,), or one number for all; all are
     kept as read-only arrays of float64. ``arena`` is (width, height), for walls around [0, width] x [0,
-    height], or None for no walls. ``commands`` (``Turn``, ``Insert``, ``Remove``) hold absolute times, and
+    height], or None for no walls. ``periodic`` names the axes, "x", "y" or "xy", along which the arena has no
+    walls but repeats itself: the width or the height is a period, wider than each disc, and places may
+    be anywhere. ``commands`` (``Turn``, ``Insert``, ``Remove``) hold absolute times, and
     are kept sorted by time, those of one tick as they are given; ``turns`` may be given apart, then those of
     one time are sorted by body and come before other commands. ``unit`` is the power of two in which the
     clock counts; None: it follows from the speeds. ``start`` is the time of the given positions.
@@ -121,6 +126,7 @@ class Scene:
     responses: tuple[tuple[Pair, Response], ...]
     settings: Settings
     origin: Mapping[str, Any]
+    periodic: str
 
     kinds: ClassVar[tuple[Kind, ...]]
     kind_numbers: ClassVar[npt.NDArray[np.int64]]
@@ -141,6 +147,7 @@ class Scene:
         kind: Kinds | None = None,
         responses: Responses | None = None,
         kinds: Iterable[Kind] | None = None,
+        periodic: str = "",
     ) -> None:
         mistakes: list[Mistake] = []
         if settings is not None and not isinstance(settings, Settings):
@@ -153,6 +160,9 @@ class Scene:
         amiss = {mistake.where for mistake in framed}
         sides = None if arena is None or "arena" in amiss else (float(arena[0]), float(arena[1]))
         mistakes += framed
+        wrong = check_periodic(periodic, arena is not None)
+        mistakes += wrong
+        extent = None if sides is None else Extent(sides, "" if wrong else periodic)
         try:
             given = list(commands)
         except TypeError:
@@ -160,7 +170,7 @@ class Scene:
             given = []
         rules = read_rules(kind, responses, len(arrays[0]), kinds_of_inserted(given), mistakes, kinds)
         mistakes += unregistered(rules.responses)
-        mistakes += check_bodies(*arrays, sides, unknown, (rules.kind, rules.passing))
+        mistakes += check_bodies(*arrays, extent, unknown, (rules.kind, rules.passing))
         begin = None if "start" in amiss else float(start)
         try:
             turns = list(turns)
@@ -169,7 +179,7 @@ class Scene:
             turns = []
         for k, turn in enumerate(turns):
             mistakes += check_turn(turn, f"turns[{k}]", len(arrays[0]), begin)
-        mistakes += check_commands(given, begin, sides)
+        mistakes += check_commands(given, begin, extent)
         mistakes += check_unit(unit)
         mistakes += check_settings(settings)
         if mistakes:
@@ -190,6 +200,7 @@ class Scene:
         object.__setattr__(self, "commands", self._in_order(numbered([*apart, *given], len(self), first)))
         object.__setattr__(self, "settings", settings)
         object.__setattr__(self, "origin", dict(origin or {}))
+        object.__setattr__(self, "periodic", periodic)
         mistakes += check_pace(self.start, self.time_unit) + check_presence(self.commands, len(self))
         mistakes += check_end(settings, Clock(self.start, self.time_unit))
         if mistakes:
@@ -209,6 +220,7 @@ class Scene:
     def __repr__(self) -> str:
         bodies = f"{len(self)} {'body' if len(self) == 1 else 'bodies'}"
         around = "no walls" if self.arena is None else f"in {self.arena[0]!r} x {self.arena[1]!r}"
+        around += f", periodic along {' and '.join(self.periodic)}" if self.periodic else ""
         count = len(self.commands)
         what = "turn" if count == len(self.turns) else "command"
         turns = f", {count} {what}{'' if count == 1 else 's'}" if count else ""
@@ -237,6 +249,17 @@ class Scene:
     def time_unit(self) -> float:
         """The power of two, at most 1, in which the clock of a run counts (see ``kinetile.kernel.clock``)."""
         return self._unit_for(self.commands)
+
+    @property
+    def periods(self) -> tuple[float, float]:
+        """The periods of the two axes; 0 for one that is not periodic."""
+        return (0.0, 0.0) if self.arena is None else Extent(self.arena, self.periodic).periods
+
+    @property
+    def answer(self) -> int:
+        """The number of the specification that its contacts follow: ``ANSWER`` with a periodic axis, and
+        without one 1, which that contains."""
+        return ANSWER if self.periodic else 1
 
     @property
     def turns(self) -> tuple[Turn, ...]:
@@ -269,6 +292,13 @@ class Scene:
         number."""
         return int(self.__dict__.get("_capacity", len(self)))
 
+    @property
+    def alike(self) -> bool:
+        """Whether there are two bodies or more, with one mass and one radius, whose contacts are all elastic,
+        and no phase is to make room for another."""
+        single = all(bool((column == column[:1]).all()) for column in (self.mass, self.radius))
+        return single and 1 < len(self) == self.capacity and not self.ruled
+
     def _unit_for(self, commands: Sequence[Command]) -> float:
         """Returns the time unit of this scene with these commands."""
         if self.unit is not None:
@@ -294,7 +324,7 @@ class Scene:
         # Through the constructor: unpickled arrays would otherwise be writable.
         arrays = (self.position, self.velocity, self.radius, self.mass)
         more: tuple[Any, ...] = (self.start, self.settings, dict(self.origin), self.commands, self.unit)
-        more += (self.kind, dict(self.responses), self.kinds)
+        more += (self.kind, dict(self.responses), self.kinds, self.periodic)
         return (Scene, (*arrays, self.arena, (), *more))
 
     def _bits(self) -> tuple[bytes, ...]:
@@ -307,6 +337,7 @@ class Scene:
             repr(self.unit).encode(),
             repr((self.kinds, self.kind)).encode() if self.kinds != (0,) else b"",
             repr(self.responses).encode(),
+            self.periodic.encode(),
         )
 
 

@@ -8,9 +8,10 @@ its colour: its layer, the width of its line, dashes. The same picture gives the
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from itertools import product
 from pathlib import PurePath
 from typing import Any, NamedTuple
 
@@ -22,6 +23,7 @@ from kinetile.kernel.clock import TICKS
 from kinetile.plugin.drawing import ROLES, At, Box, Coordinate, Entry, Item, Link, Point, Polygon, Segment
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene
+from kinetile.scene.bodies import in_box, nearest_image
 
 Place = tuple[float, float]
 Array = npt.NDArray[Any]
@@ -45,7 +47,7 @@ class Picture:
         caption: scene, broad phase and time, in words.
         low, high: the corners of the view: the arena, or the bounds of the bodies; lengths of the scene.
         arena: whether that is an arena.
-        discs: the bodies, by number.
+        discs: the bodies, by number; then images of those that reach over a periodic border.
         shapes: what the broad phase draws, every coordinate a number.
         next: when the first certificate of a shape fails; ticks since the start, None: never.
         times: when certificates fail, in the scene's time, by their ticks.
@@ -98,7 +100,7 @@ def take_picture(sim: Simulation, roles: Collection[str] | None = None, structur
     drawn = [item for item in sim.drawing() if not isinstance(item, Entry)] if structure else []
     wanted = [item for item in drawn if roles is None or item.role in roles]
     places = {disc.number: disc.at for disc in discs}
-    shapes = tuple(_placed(item, places) for item in wanted)
+    shapes = tuple(_placed(item, places, sim.scene) for item in wanted)
     low, high = _extent(sim.scene, discs, shapes)
     ticks = {shape.fails for shape in shapes if shape.fails is not None}
     start, unit = Fraction(sim.scene.start), Fraction(sim.time_unit)
@@ -107,7 +109,7 @@ def take_picture(sim: Simulation, roles: Collection[str] | None = None, structur
         low=low,
         high=high,
         arena=sim.scene.arena is not None,
-        discs=discs,
+        discs=(*discs, *_images(discs, sim.scene)),
         shapes=shapes,
         next=min(ticks, default=None),
         times={tick: float(start + Fraction(tick, TICKS) * unit) for tick in ticks},
@@ -116,15 +118,29 @@ def take_picture(sim: Simulation, roles: Collection[str] | None = None, structur
 
 def picture_of_scene(scene: Scene) -> Picture:
     """Returns the picture of a scene at its start: its bodies and its arena, under no broad phase."""
-    discs = _discs(np.arange(len(scene)), scene.position, scene.velocity, scene.radius)
+    places = in_box(scene.position, scene.periods)
+    discs = _discs(np.arange(len(scene)), places, scene.velocity, scene.radius)
     low, high = _extent(scene, discs, ())
     caption = f"{_counted(scene, len(scene))} at time {scene.start:.6g}"
-    return Picture(caption, low, high, scene.arena is not None, discs, (), None, {})
+    seen = (*discs, *_images(discs, scene))
+    return Picture(caption, low, high, scene.arena is not None, seen, (), None, {})
 
 
 def _discs(numbers: Array, positions: Array, velocities: Array, radii: Array) -> tuple[PlacedDisc, ...]:
     rows = zip(numbers.tolist(), positions.tolist(), velocities.tolist(), radii.tolist(), strict=True)
     return tuple(PlacedDisc(number, (x, y), (vx, vy), radius) for number, (x, y), (vx, vy), radius in rows)
+
+
+def _images(discs: tuple[PlacedDisc, ...], scene: Scene) -> Iterator[PlacedDisc]:
+    """Yields the images of discs that reach into the box over a periodic border."""
+    if not scene.periodic:
+        return
+    turns = [(0.0, -period, period) if period else (0.0,) for period in scene.periods]
+    for disc, shift in product(discs, list(product(*turns))):
+        at = disc.at[0] + shift[0], disc.at[1] + shift[1]
+        seen = [-disc.radius < x < side + disc.radius for x, side in zip(at, scene.arena or at, strict=True)]
+        if any(shift) and all(seen):
+            yield replace(disc, at=at)
 
 
 def _counted(scene: Scene, count: int) -> str:
@@ -150,8 +166,8 @@ def _number(value: Coordinate) -> float:
     return value
 
 
-def _placed(item: Segment | Box | Polygon | Link, places: dict[int, Place]) -> Item:
-    """Returns a shape with present coordinates; a link as a segment."""
+def _placed(item: Segment | Box | Polygon | Link, places: dict[int, Place], scene: Scene) -> Item:
+    """Returns a shape with present coordinates; a link as a segment, to the second body's nearest image."""
 
     def placed(point: Point) -> Point:
         x, y = (
@@ -166,7 +182,11 @@ def _placed(item: Segment | Box | Polygon | Link, places: dict[int, Place]) -> I
         return replace(item, low=placed(item.low), high=placed(item.high))
     if isinstance(item, Polygon):
         return replace(item, corners=tuple(map(placed, item.corners)))
-    return Segment(item.role, places[item.a], places[item.b], item.fails, item.label)
+    (x, y), (other_x, other_y) = places[item.a], places[item.b]
+    if scene.periodic:
+        dx, dy = nearest_image(np.array([[other_x - x, other_y - y]]), scene.periods)[0].tolist()
+        other_x, other_y = x + dx, y + dy
+    return Segment(item.role, (x, y), (other_x, other_y), item.fails, item.label)
 
 
 def _extent(scene: Scene, discs: tuple[PlacedDisc, ...], shapes: tuple[Item, ...]) -> tuple[Place, Place]:

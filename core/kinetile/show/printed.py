@@ -78,7 +78,14 @@ def _discs(axes: Any, picture: Picture, scale: float) -> None:
         axes.add_patch(circle(disc.at, disc.radius, fc=LIGHT.disc, ec=LIGHT.edge, lw=0.8, zorder=8))
         if disc.radius * scale >= _READABLE:
             axes.text(
-                *disc.at, str(disc.number), fontsize=7, ha="center", va="center", zorder=20, path_effects=halo
+                *disc.at,
+                str(disc.number),
+                fontsize=7,
+                ha="center",
+                va="center",
+                zorder=20,
+                path_effects=halo,
+                clip_on=True,
             )
 
 

@@ -152,7 +152,8 @@ class Oracle:
 
     Raises:
         MissingExtra: python-flint is not installed.
-        Refused: a narrow phase is neither of the two, or there are too many bodies to compute all pairs.
+        Refused: a narrow phase is neither of the two, an axis is periodic, or there are too many bodies to
+            compute all pairs.
 
     ``certified`` is the certified part so far; after an interruption too.
     """
@@ -172,6 +173,11 @@ class Oracle:
             raise Refused(
                 f"the oracle looks at all pairs after each contact and takes up to {MOST_BODIES} bodies, and "
                 f"this scene has {len(scene)}: certify a smaller one"
+            )
+        if scene.periodic:
+            raise Refused(
+                f"the oracle knows no images, and this scene is periodic along {scene.periodic}: kinetile "
+                "certify-log checks such a run against the specification"
             )
         self.scene = scene
         self.certified = CertifiedRun((), FIRST_BITS, "interrupted")

@@ -1,4 +1,5 @@
-"""Rules 1 to 6 and 9 of docs/specification.md: times of contact in integers, plans and exchanges in doubles.
+"""Rules 1 to 6 and 9 of docs/specification.md: times of contact in integers, plans and exchanges in doubles,
+periodic axes among them.
 
 *Exact.* A double is an integer over a power of two, and so is the length of a tick. So a plan is written once
 as integers of one fineness: its coordinates, and how far it flies in a tick, in units of 2^-bits of the
@@ -37,10 +38,14 @@ UNIT_TICKS = 1 << UNIT_BITS
 SPAN = 1 << 61
 """Ticks after which the clock anchors bodies that have flown on one plan all the while (rule 8)."""
 
+BEAT = 1 << 53
+"""What takes its place where an axis is periodic (rule 8p): no plan is kept for more than two of them."""
+
 HORIZON = 1 << 62
 """A contact this many ticks after the later anchor, or later, is none (rules 5 and 6)."""
 
 Vector = tuple[float, float]
+Whole = tuple[int, int]
 
 
 def unit_bits(scene: Scene) -> int:
@@ -64,10 +69,14 @@ def tick_of(time: float, start: float, bits: int) -> int:
 
 
 class Frame:
-    """What all plans of a scene have in common: the arena (width, height) or None, and the unit 2^-bits."""
+    """What all plans of a scene have in common: the arena (width, height) or None, the unit 2^-bits, and the
+    periods of the axes, 0 for one that is not periodic."""
 
-    def __init__(self, arena: tuple[float, float] | None, bits: int) -> None:
+    def __init__(
+        self, arena: tuple[float, float] | None, bits: int, periods: tuple[float, float] = (0.0, 0.0)
+    ) -> None:
         self.arena = arena and tuple(map(_ratio, arena))
+        self.periods = periods
         self.fine = UNIT_BITS + bits
         self.finest = max((fine for _, fine in self.arena or ()), default=0)
 
@@ -78,15 +87,27 @@ class FlightPlan:
     Attributes:
         x, y, vx, vy: the doubles.
         anchor: the tick at which the body is at (x, y).
+        turns: the periods that were taken off x and y (rule 4p).
         bits: how fine the integers are: they count 2^-bits of the length.
         place, step, radius: x and y, the way of a tick along each axis, and the radius, as integers.
     """
 
-    __slots__ = ("anchor", "bits", "place", "radius", "step", "vx", "vy", "x", "y")
+    __slots__ = ("anchor", "bits", "place", "radius", "step", "turns", "vx", "vy", "x", "y")
 
     def __init__(
-        self, x: float, y: float, vx: float, vy: float, anchor: int, radius: float, frame: Frame
+        self,
+        x: float,
+        y: float,
+        vx: float,
+        vy: float,
+        anchor: int,
+        radius: float,
+        frame: Frame,
+        turns: Whole = (0, 0),
     ) -> None:
+        right, up = (_turns(place, period) for place, period in zip((x, y), frame.periods, strict=True))
+        x, y = _less(x, right, frame.periods[0]), _less(y, up, frame.periods[1])
+        self.turns = turns[0] + right, turns[1] + up
         self.x, self.y, self.vx, self.vy, self.anchor = x, y, vx, vy, anchor
         lengths = [_ratio(x), _ratio(y), _ratio(radius)]
         speeds = [(number, fine + frame.fine) for number, fine in (_ratio(vx), _ratio(vy))]
@@ -103,7 +124,7 @@ class FlightPlan:
         return (x + wx * elapsed) << finer, (y + wy * elapsed) << finer
 
     def rounded_place(self, tick: int, tick_length: float) -> Vector:
-        """Returns where the body is once it is anchored at a tick (rule 4)."""
+        """Returns where the body is once it is anchored at a tick (rule 4), before rule 4p."""
         elapsed = tick - self.anchor
         return anchored(self.x, self.vx, elapsed, tick_length), anchored(
             self.y, self.vy, elapsed, tick_length
@@ -124,12 +145,18 @@ class PairQuadratic:
 
     __slots__ = ("a", "b", "bits", "c", "dx", "dy", "reach", "since", "vx", "vy")
 
-    def __init__(self, one: FlightPlan, two: FlightPlan) -> None:
+    def __init__(
+        self, one: FlightPlan, two: FlightPlan, frame: Frame | None = None, image: Whole = (0, 0)
+    ) -> None:
+        """``image``: the periods of the frame by which the second is seen away from its unwrapped place."""
         self.since = max(one.anchor, two.anchor)
         self.bits = max(one.bits, two.bits)
         x, y = one.exact_place(self.since, self.bits)
         other_x, other_y = two.exact_place(self.since, self.bits)
         self.dx, self.dy = other_x - x, other_y - y
+        if frame is not None:
+            self.dx += self._periods(one, two, frame, image, 0)
+            self.dy += self._periods(one, two, frame, image, 1)
         finer, other_finer = self.bits - one.bits, self.bits - two.bits
         self.vx = (two.step[0] << other_finer) - (one.step[0] << finer)
         self.vy = (two.step[1] << other_finer) - (one.step[1] << finer)
@@ -137,6 +164,11 @@ class PairQuadratic:
         self.a = self.vx * self.vx + self.vy * self.vy
         self.b = self.dx * self.vx + self.dy * self.vy
         self.c = self.dx * self.dx + self.dy * self.dy - self.reach * self.reach
+
+    def _periods(self, one: FlightPlan, two: FlightPlan, frame: Frame, image: Whole, axis: int) -> int:
+        """Returns how far an image of the second is from its place, along an axis."""
+        number, fine = _ratio(frame.periods[axis])
+        return ((image[axis] + two.turns[axis] - one.turns[axis]) * number) << (self.bits - fine)
 
     def tick(self) -> int | None:
         """Returns the tick of contact (rule 5); None: there is none."""
@@ -157,16 +189,43 @@ def pair_tick(one: FlightPlan, two: FlightPlan) -> int | None:
     return PairQuadratic(one, two).tick()
 
 
+def image_tick(
+    one: FlightPlan, two: FlightPlan, frame: Frame, barred: Whole | None
+) -> tuple[int, Whole] | None:
+    """Returns the tick of contact of two bodies, the elder first, and through which image (rule 5p); None:
+    none while their plans are kept.
+
+    Asks the images that come within reach in some time, and if none is met in it those of twice that time.
+    """
+    own = PairQuadratic(one, two, frame)
+    sides = [number << (own.bits - fine) for number, fine in map(_ratio, frame.periods)]
+    for power in range(49, 55):
+        ticks = 1 << power
+        images: list[range] = []
+        for place, step, side in zip((own.dx, own.dy), (own.vx, own.vy), sides, strict=True):
+            there = place + step * (ticks + 1)
+            low, high = min(place, there) - own.reach, max(place, there) + own.reach
+            images.append(range(-(high // side), -low // side + 1) if side else range(1))
+        found = []
+        for image in ((m, n) for m in images[0] for n in images[1]):
+            tick = None if image == barred else PairQuadratic(one, two, frame, image).tick()
+            if tick is not None and tick <= own.since + ticks:
+                found.append((tick, image))
+        if found:
+            return min(found)
+    return None
+
+
 def wall_tick(plan: FlightPlan, frame: Frame) -> tuple[int, int] | None:
     """Returns (tick, wall) of the contact of a body with a wall by its plan (rule 6); None: none."""
     if frame.arena is None:
         return None
     first: tuple[int, int] | None = None
     sides = ((LEFT, RIGHT), (BOTTOM, TOP))
-    for place, step, (extent, fine), (low, high) in zip(
-        plan.place, plan.step, frame.arena, sides, strict=True
+    for place, step, (extent, fine), (low, high), period in zip(
+        plan.place, plan.step, frame.arena, sides, frame.periods, strict=True
     ):
-        if step == 0:
+        if step == 0 or period:
             continue
         gap = place if step < 0 else (extent << (plan.bits - fine)) - place
         gap -= plan.radius
@@ -192,14 +251,16 @@ def exchanged(
     places: tuple[Vector, Vector],
     velocities: tuple[Vector, Vector],
     masses: tuple[float, float] | None,
+    away: Vector = (0.0, 0.0),
 ) -> tuple[Vector, Vector]:
     """Returns the velocities of two bodies after their contact (rule 9).
 
-    ``places`` are their centres; ``masses`` is None where all bodies of the scene have one mass.
+    ``places`` are their centres, the second of which is met so far ``away`` (rule 9p); ``masses`` is None
+    where all bodies of the scene have one mass.
     """
     (xa, ya), (xb, yb) = places
     (vxa, vya), (vxb, vyb) = velocities
-    dx, dy = xb - xa, yb - ya
+    dx, dy = (xb - xa) + away[0], (yb - ya) + away[1]
     length = math.sqrt(dx * dx + dy * dy)
     nx, ny = dx / length, dy / length
     ux, uy = vxb - vxa, vyb - vya
@@ -226,6 +287,16 @@ def _share(mass: float, other: float, speed: float) -> float:
     rest = ((2 * other - back) - product_error(share, both) - low * share) / both
     taken = share * speed
     return taken + (product_error(share, speed) + rest * speed)
+
+
+def _turns(place: float, period: float) -> int:
+    """Returns how many periods rem(place, period) takes off (rule 2p); 0 where there is none."""
+    return round(Fraction(place) / Fraction(period)) if abs(place) > 0.5 * period > 0.0 else 0
+
+
+def _less(place: float, turns: int, period: float) -> float:
+    """Returns a place less some periods, exactly."""
+    return float(Fraction(place) - turns * Fraction(period)) if turns else place
 
 
 def _ratio(number: float) -> tuple[int, int]:

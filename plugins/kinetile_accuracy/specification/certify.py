@@ -24,7 +24,6 @@ from kinetile.scene import only_turns
 from kinetile_accuracy.specification.arithmetic import (
     UNIT_BITS,
     UNIT_TICKS,
-    pair_tick,
     tick_of,
     unit_bits,
     wall_tick,
@@ -395,11 +394,12 @@ def _own_tick(course: Course, line: CourseEvent) -> tuple[int | None, str]:
         if met[1] != b:
             return None, f"the wall that it meets first is the {WALLS[met[1]]} one, at {_when(met[0])}"
         own: int | None = met[0]
-    elif course.barred(a, b):
+    elif course.barred(a, b) and not any(course.frame.periods):
         since = _when(course.plans[a].anchor)
         return None, f"these two are barred: they met at {since}, and neither has had another plan since"
     else:
-        own = pair_tick(course.plans[a], course.plans[b])
+        image = course.meeting(a, b)
+        own = None if image is None else image[0]
     if own is None:
         return None, "by their present plans these two do not meet"
     return own, f"by the present plans that is at {_when(own)}"

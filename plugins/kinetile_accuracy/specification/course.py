@@ -23,11 +23,15 @@ import numpy as np
 from kinetile.kernel.log import LEFT, REANCHORED, RIGHT, TURNED
 from kinetile.scene import only_turns
 from kinetile_accuracy.specification.arithmetic import (
+    BEAT,
     HORIZON,
     SPAN,
     FlightPlan,
     Frame,
+    Vector,
+    Whole,
     exchanged,
+    image_tick,
     pair_tick,
     tick_of,
     unit_bits,
@@ -81,7 +85,9 @@ class Course:
     def __init__(self, scene: Scene) -> None:
         only_turns(scene, "the certifier")
         bits = unit_bits(scene)
-        self.frame = Frame(scene.arena, bits)
+        self.frame = Frame(scene.arena, bits, scene.periods)
+        self._periodic = any(scene.periods)
+        self._span = BEAT if self._periodic else SPAN
         self.now = 0
         self.tick = 2.0**-self.frame.fine
         self._radius = scene.radius.tolist()
@@ -92,10 +98,11 @@ class Course:
             _Entry(tick_of(turn.time, scene.start, bits), _TURN, turn.body, index)
             for index, turn in enumerate(scene.turns)
         ]
-        self._heap.append(_Entry(SPAN, _ANCHORING, _NOBODY, _NOBODY))
+        self._heap.append(_Entry(self._span, _ANCHORING, _NOBODY, _NOBODY))
         self._met = [_NOBODY] * len(scene)
+        self._image: list[Whole] = [(0, 0)] * len(scene)
         self._stamp = [0] * len(scene)
-        self._bounds = ContactBounds(scene.radius, self.frame.fine)
+        self._bounds = ContactBounds(scene.radius, self.frame.fine, scene.periods)
         self.plans = [
             FlightPlan(x, y, vx, vy, 0, radius, self.frame)
             for (x, y), (vx, vy), radius in zip(
@@ -135,24 +142,31 @@ class Course:
         """Carries out the event that ``next`` has returned last."""
         tick, kind, a, b, _, _ = heapq.heappop(self._heap)
         self.now = tick
-        one = self.plans[a]
+        one = self._anchored(a)
         velocity = one.vx, one.vy
-        x, y = one.rounded_place(tick, self.tick)
+        image = (0, 0)
         if kind == _PAIR:
-            two = self.plans[b]
+            met = self.meeting(a, b) if self._periodic else None
+            image = image if met is None else met[1]
+            two = self._anchored(b)
             masses = None if self._mass is None else (self._mass[a], self._mass[b])
-            places = (x, y), two.rounded_place(tick, self.tick)
-            velocity, other = exchanged(places, (velocity, (two.vx, two.vy)), masses)
-            self._change(b, *places[1], *other)
+            velocity, other = exchanged(
+                ((one.x, one.y), (two.x, two.y)),
+                (velocity, (two.vx, two.vy)),
+                masses,
+                self._away(one, two, image),
+            )
+            self._change(b, two, other)
         elif kind == _WALL:
             vx, vy = velocity
             velocity = (-vx, vy) if -b in (LEFT, RIGHT) else (vx, -vy)
         elif kind == _TURN:
             vx, vy = self._velocities[b]
             velocity = (vx, vy)
-        self._change(a, x, y, *velocity)
+        self._change(a, one, velocity)
         if kind == _PAIR:
             self._met[a], self._met[b] = b, a
+            self._image[a] = self._image[b] = image
         self._schedule([a, b] if kind == _PAIR else [a])
         # Entries of former plans go only when they come to the head: without this, a body that is to meet a
         # wall in the far future would leave one at each of its contacts.
@@ -163,6 +177,28 @@ class Course:
     def barred(self, a: int, b: int) -> bool:
         """Returns whether two bodies are barred from each other (rule 7)."""
         return self._met[a] == b and self._met[b] == a
+
+    def meeting(self, a: int, b: int) -> tuple[int, Whole] | None:
+        """Returns the tick of contact of two bodies a < b by their plans, and the image; None: none.
+
+        Without periodic axes that is of two that may be barred; with them the barred image is left out.
+        """
+        if self._periodic:
+            barred = self._image[a] if self.barred(a, b) else None
+            return image_tick(self.plans[a], self.plans[b], self.frame, barred)
+        tick = pair_tick(self.plans[a], self.plans[b])
+        return None if tick is None else (tick, (0, 0))
+
+    def _away(self, one: FlightPlan, two: FlightPlan, image: Whole) -> Vector:
+        """Returns how far from its place the second body is met through an image (rule 9p)."""
+        right, up = (float(image[axis] + two.turns[axis] - one.turns[axis]) for axis in range(2))
+        return right * self.frame.periods[0], up * self.frame.periods[1]
+
+    def _anchored(self, body: int) -> FlightPlan:
+        """Returns a body's plan, anchored now."""
+        plan = self.plans[body]
+        x, y = plan.rounded_place(self.now, self.tick)
+        return FlightPlan(x, y, plan.vx, plan.vy, self.now, self._radius[body], self.frame, plan.turns)
 
     def will_turn(self, body: int, tick: int) -> bool:
         """Returns whether the scene has a turn of a body at a tick, which has not happened yet."""
@@ -177,9 +213,9 @@ class Course:
             return False
         return kind == _WALL or b == _NOBODY or self._stamp[b] == other_stamp
 
-    def _change(self, body: int, x: float, y: float, vx: float, vy: float) -> None:
-        """Gives a body another plan, from now on, which ends its bars."""
-        plan = FlightPlan(x, y, vx, vy, self.now, self._radius[body], self.frame)
+    def _change(self, body: int, plan: FlightPlan, velocity: Vector) -> None:
+        """Gives a body another velocity on a plan that is anchored now, which ends its bars."""
+        plan = FlightPlan(plan.x, plan.y, *velocity, self.now, self._radius[body], self.frame, plan.turns)
         self.plans[body] = plan
         self._bounds.put(body, plan)
         self._stamp[body] += 1
@@ -196,7 +232,7 @@ class Course:
     def _bound(self, bodies: list[int]) -> None:
         """Enters bounds with all others: the few that may come first get an entry each, the rest one."""
         for body, waits in zip(bodies, self._bounds.waits(bodies, self.now), strict=True):
-            if self._met[body] != _NOBODY and self.barred(body, self._met[body]):
+            if not self._periodic and self._met[body] != _NOBODY and self.barred(body, self._met[body]):
                 waits[self._met[body]] = np.inf
             stamp = self._stamp[body]
             rest = HORIZON
@@ -221,15 +257,15 @@ class Course:
             self._bound([a])
             return
         a, b = min(a, b), max(a, b)
-        tick = pair_tick(self.plans[a], self.plans[b])
-        if tick is not None:
-            heapq.heappush(self._heap, _Entry(tick, _PAIR, a, b, self._stamp[a], self._stamp[b]))
+        met = self.meeting(a, b)
+        if met is not None:
+            heapq.heappush(self._heap, _Entry(met[0], _PAIR, a, b, self._stamp[a], self._stamp[b]))
 
     def _end_span(self, tick: int) -> None:
         """Enters the anchorings at the end of a span of bodies with one plan for all of it (rule 8)."""
         self.now = tick
         self._bounds.rebase(tick)
         for body, plan in enumerate(self.plans):
-            if plan.anchor < tick - SPAN:
+            if plan.anchor < tick - self._span:
                 heapq.heappush(self._heap, _Entry(tick, _ANCHORING, body, _NOBODY, self._stamp[body]))
-        heapq.heappush(self._heap, _Entry(tick + SPAN, _ANCHORING, _NOBODY, _NOBODY))
+        heapq.heappush(self._heap, _Entry(tick + self._span, _ANCHORING, _NOBODY, _NOBODY))

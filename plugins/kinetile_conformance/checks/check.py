@@ -195,6 +195,7 @@ def _who_is_right(subject: Subject, scene: Scene, found: RunOutcome, expected: R
     if at is None:
         return ""
     lists = {subject.name: found.contacts, REFERENCE: expected.contacts}
-    narrow = list(subject.narrow_phases(scene) or ()) or None
+    named = subject.narrow_phases(scene) or ()
+    narrow = [name for name in named if scene.arena is not None or name != "wall"] or None
     said = explain_difference(scene, lists, at, narrow)
     return f"\n{said}" if said else ""

@@ -30,7 +30,7 @@ from kinetile.plugin.specs import NarrowPhaseSpec
 from kinetile.run.audit import said_tick
 from kinetile.scene import Scene
 from kinetile.toolbox import NOBODY, Kernel, PairParts, hook
-from kinetile_conformance.cases import DISC, PhasePlugin, Subject, outcome
+from kinetile_conformance.cases import GENERAL, PhasePlugin, Subject, outcome
 from kinetile_conformance.checks.between_events import stepped
 from kinetile_conformance.checks.check import Disagreement, DrawnFrom, Reference, check
 from kinetile_conformance.compare import difference
@@ -93,7 +93,7 @@ def _registered() -> Iterator[str]:
 def same_contacts_with_loose_bounds(subject: Subject, scene: Scene, reference: Reference) -> None:
     """The reference's contacts with bounds as loose as they may be, so that all are asked exactly."""
     expected = reference(scene)
-    of, options = next(iter(subject.of_role("pair").items()), ("disc", DISC))
+    of, options = next(iter(subject.of_role("pair").items()), ("disc", GENERAL))
     with _registered() as name:
         loose = replace(subject, narrow=subject.of_role("wall") | {name: {"of": of, "options": options}})
         found = outcome(loose, scene)

@@ -39,9 +39,8 @@ from hypothesis.stateful import (
 
 from kinetile.errors import KinetileError
 from kinetile.kernel.compiled import INTERPRETED
-from kinetile.run.simulation import Simulation
 from kinetile.scene import Response, Scene, Settings, relabelled
-from kinetile_conformance.cases import is_living, live_reference
+from kinetile_conformance.cases import Subject, is_living, live_reference
 from kinetile_conformance.strategies.small import box_scenes, plane_scenes, speeds
 from kinetile_conformance.strategies.swarms import KINDS as SWARMS
 from kinetile_conformance.strategies.swarms import swarm
@@ -142,7 +141,7 @@ class _Play:
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
-        self.sim = Simulation(scene, live_reference(), live=True)
+        self.sim = Subject(live_reference(), {}).simulation(scene, room=None)
         self.ended = False
         self.widest = float(scene.radius.max(initial=0.25))
         if scene.arena is not None:

@@ -29,7 +29,7 @@ import math
 from kinetile.errors import BadOption, Refused
 from kinetile.scene import Scene
 from kinetile.toolbox import BroadPhaseParts
-from kinetile_plugins.cells import hierarchy, uniform
+from kinetile_plugins.cells import hierarchy, torus, uniform
 from kinetile_plugins.cells.audit import audit, draw
 from kinetile_plugins.cells.layout import arrange, empty, narrowest, sides_for
 
@@ -56,6 +56,21 @@ class Cells:
                 f"has to be at least {least!r}, or left to cells to choose"
             )
         sides = sides_for(scene, self.side)
+        if scene.periodic:
+            return BroadPhaseParts(
+                near=torus.near,
+                state=empty(scene, sides[-1:], torus.size),
+                enter=torus.enter,
+                leave=uniform.leave,
+                room=scene.capacity,
+                build=torus.build,
+                repair=torus.repair,
+                replan=torus.watch,
+                arrange=torus.arrange,
+                audit=torus.audit,
+                draw=torus.draw,
+                periodic=True,
+            )
         hooks = uniform if len(sides) == 1 else hierarchy
         return BroadPhaseParts(
             near=hooks.near,

@@ -42,7 +42,7 @@ def audit(k: Kernel, s: State) -> Iterator[str]:
     for body in np.flatnonzero(homes.cell != cells_of(s.levels[level], homes.x, homes.y)):
         cell = f"cell ({homes.x[body]:.0f}, {homes.y[body]:.0f}) of the plane"
         yield f"body {there[body]} is at home in cell {homes.cell[body]} of the table, where {cell} is not"
-    yield from _table(s, there)
+    yield from of_table(s, there)
     for at in range(1, len(s.levels)):
         yield from _guests(s, at, there)
 
@@ -83,7 +83,7 @@ def _certificates(k: Kernel, s: State, there: Whole) -> Iterator[str]:
         yield f"body {there[body]} reaches edge {way[body]} of its cell first, and edge {noted} is noted"
 
 
-def _table(s: State, there: Whole) -> Iterator[str]:
+def of_table(s: State, there: Whole) -> Iterator[str]:
     """The blocks and lists have every body once, in its cell; bodies in a list found the block full."""
     home = s.homes.cell
     blocks = s.blocks.reshape(-1, BLOCK)

@@ -26,7 +26,8 @@ edge does not cross each time.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -61,6 +62,8 @@ LEVEL = np.dtype(
         ("widest", "f8"),  # the greatest radius of a body at home in it, now or later
         ("columns", "i8"),  # of its part of the table
         ("cells", "i8"),  # in all its rows
+        ("height", "f8"),  # of a cell, and rows: these two where an axis is periodic (``torus.py``)
+        ("rows", "i8"),
         ("first", "i8"),  # the number of its first cell
     ]
 )
@@ -151,7 +154,7 @@ def move_out(s: State, body: int, cell: int) -> None:
 
 
 @hook
-def _append_list(k: Kernel, s: State, cell: int, count: int) -> int:
+def append_list(k: Kernel, s: State, cell: int, count: int) -> int:
     """Write the bodies in the list of a cell behind ``k.near[:count]``; return the new count."""
     body = s.lists[cell]
     while body >= 0:
@@ -162,18 +165,18 @@ def _append_list(k: Kernel, s: State, cell: int, count: int) -> int:
 
 
 @hook
-def _append_block(k: Kernel, s: State, cell: int, count: int, found: int) -> int:
+def append_block(k: Kernel, s: State, cell: int, count: int, found: int) -> int:
     """Write the bodies in a cell's block behind ``k.near[:count]`` and those ``found`` before; return
     the new sum of counts."""
     return found + append(s.blocks, cell * BLOCK, k.near, count + (found & INSIDE))
 
 
 @hook
-def _append_row(k: Kernel, s: State, left: int, count: int, found: int) -> int:
+def append_row(k: Kernel, s: State, left: int, count: int, found: int) -> int:
     """Do so for three cells that follow each other."""
-    found = _append_block(k, s, left, count, found)
-    found = _append_block(k, s, left + 1, count, found)
-    return _append_block(k, s, left + 2, count, found)
+    found = append_block(k, s, left, count, found)
+    found = append_block(k, s, left + 1, count, found)
+    return append_block(k, s, left + 2, count, found)
 
 
 @hook
@@ -184,19 +187,19 @@ def list_around(k: Kernel, s: State, level: int, cell: int, count: int) -> int:
     columns = grid.columns
     found = 0
     if cell > grid.first + columns and cell < grid.first + grid.cells - columns - 1:
-        found = _append_row(k, s, cell - columns - 1, count, found)
-        found = _append_row(k, s, cell - 1, count, found)
-        found = _append_row(k, s, cell + columns - 1, count, found)
+        found = append_row(k, s, cell - columns - 1, count, found)
+        found = append_row(k, s, cell - 1, count, found)
+        found = append_row(k, s, cell + columns - 1, count, found)
     else:  # near an end of the table: some of them are at the other end
         for up in range(-1, 2):
             for right in range(-1, 2):
                 there = wrapped(grid, cell + right + up * columns)
-                found = _append_block(k, s, there, count, found)
+                found = append_block(k, s, there, count, found)
     count += found & INSIDE
     if found >= LISTED:
         for up in range(-1, 2):
             for right in range(-1, 2):
-                count = _append_list(k, s, wrapped(grid, cell + right + up * columns), count)
+                count = append_list(k, s, wrapped(grid, cell + right + up * columns), count)
     return count
 
 
@@ -209,14 +212,14 @@ def list_ahead(k: Kernel, s: State, level: int, cell: int, right: int, up: int, 
     middle = wrapped(grid, cell + right + up * grid.columns)
     low = wrapped(grid, middle - aside)
     high = wrapped(grid, middle + aside)
-    found = _append_block(k, s, low, count, 0)
-    found = _append_block(k, s, middle, count, found)
-    found = _append_block(k, s, high, count, found)
+    found = append_block(k, s, low, count, 0)
+    found = append_block(k, s, middle, count, found)
+    found = append_block(k, s, high, count, found)
     count += found & INSIDE
     if found >= LISTED:
-        count = _append_list(k, s, low, count)
-        count = _append_list(k, s, middle, count)
-        count = _append_list(k, s, high, count)
+        count = append_list(k, s, low, count)
+        count = append_list(k, s, middle, count)
+        count = append_list(k, s, high, count)
     return count
 
 
@@ -239,6 +242,9 @@ MOST = 8
 def least_side(radius: Any, skin: float) -> Any:
     """Returns the least side of cells in which a body of a radius may be at home; arrays will do."""
     return 2.0 * (radius + 2.0 * skin)
+
+
+Size: TypeAlias = Callable[[Scene, float], tuple[int, int]]
 
 
 def _widths(scene: Scene) -> Any:
@@ -298,7 +304,7 @@ def sides_for(scene: Scene, side: float | None) -> list[float]:
         sides.insert(0, math.ldexp(finest, -math.floor(math.log2(finest / wanted))))
 
 
-def _size(scene: Scene, side: float) -> tuple[int, int]:
+def table_size(scene: Scene, side: float) -> tuple[int, int]:
     """Returns columns and rows of the table of a level: three at least, so that nine cells are nine.
 
     Where the plane is wound up both are odd, so that bodies on a lattice hardly ever fall on each other.
@@ -312,13 +318,15 @@ def _size(scene: Scene, side: float) -> tuple[int, int]:
     return columns, columns + 2
 
 
-def empty(scene: Scene, sides: list[float]) -> State:
-    """Returns the state for a scene and the sides of its levels; ``arrange`` fills it."""
+def empty(scene: Scene, sides: list[float], size: Size = table_size) -> State:
+    """Returns the state for a scene and the sides of its levels; ``arrange`` fills it. ``size`` is of the
+    table of a level."""
     n, coarser = scene.capacity, len(sides) - 1
     levels = np.zeros(len(sides), LEVEL).view(np.recarray)
     cells = 0
     for level, side in zip(levels, sides, strict=True):
-        columns, rows = _size(scene, side)
+        columns, rows = size(scene, side)
+        level.side, level.height, level.rows = side, side, rows
         level.side, level.columns, level.cells, level.first = side, columns, columns * rows, cells
         cells += columns * rows
     homes = _aligned(HOME, n)
@@ -354,11 +362,18 @@ def arrange(k: Kernel, s: State) -> None:
     levels.side *= max(float((least / levels.side).max()) * ABOVE, 1.0)
     levels.slack = 0.5 * (levels.side - least)
     homes.x, homes.y = np.floor(positions_now(k) / levels.side[level][:, None]).T
+    s.hosts[:] = NOBODY
+    homes.cell = cells_of(levels[level], homes.x, homes.y)
+    stand(s, homes)
+    for at in range(1, len(levels)):
+        _invite(s, at, homes)
+
+
+def stand(s: State, homes: Records) -> None:
+    """Puts bodies into the cells of their homes; all cells were empty before."""
     homes.next = NOBODY
     s.blocks[:] = 0
     s.lists[:] = NOBODY
-    s.hosts[:] = NOBODY
-    homes.cell = cells_of(levels[level], homes.x, homes.y)
     body, before, rank = _queued(homes.cell)
     inside, cell = rank < FULL, homes.cell[body]
     s.blocks[cell[inside] * BLOCK + rank[inside]] = body[inside]
@@ -366,8 +381,6 @@ def arrange(k: Kernel, s: State) -> None:
     homes.next[body[rank > FULL]] = before[rank > FULL]
     s.lists[cell[~inside]] = body[~inside]  # of several in a cell, the last
     s.blocks[cell[~inside] * BLOCK + FULL] |= LISTED
-    for at in range(1, len(levels)):
-        _invite(s, at, homes)
 
 
 def cells_of(grid: Records, x: Any, y: Any) -> Any:

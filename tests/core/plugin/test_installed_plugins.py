@@ -37,6 +37,19 @@ BUILT_IN = {
         "mixture",
         "hexagonal",
         "square",
+        "frame",
+    ),
+    "observable": (
+        "pressure",
+        "rates",
+        "energy",
+        "momentum",
+        "temperature",
+        "msd",
+        "vacf",
+        "g",
+        "S",
+        "psi6",
     ),
 }
 
@@ -233,6 +246,7 @@ def test_installed_plugins_are_found_beside_broken_ones(seen: Any) -> None:
         "narrow phase": [*BUILT_IN["narrow phase"]],
         "response": [*BUILT_IN["response"]],
         "scene": [*BUILT_IN["scene"], "left", "right"],
+        "observable": [*BUILT_IN["observable"]],
     }
     (bands,) = (row for row in seen["listing"]["provided"] if row["name"] == "bands")
     assert bands == {
@@ -274,7 +288,8 @@ FAILURES = [
     "RuntimeError: a bad day, all day",
     "kinetile-typo:typo (kinetile-typo 0.2.0): BadPlugin: kinetile has no hook 'kinetile_broad_phase'; did "
     "you mean kinetile_broad_phases? There are: "
-    "kinetile_broad_phases, kinetile_narrow_phases, kinetile_responses, kinetile_scenes",
+    "kinetile_broad_phases, kinetile_narrow_phases, kinetile_responses, kinetile_scenes, "
+    "kinetile_observables",
 ]
 
 

@@ -158,6 +158,13 @@ def test_all_mistakes_are_told_at_once_with_where_they_stand():
         ({"measure": ["pairs"]}, "pairs are counted at moments up to it"),
         ({"seeds": [1], "scenes": [{"recipe": "cradle"}]}, "a recipe with a parameter 'seed'"),
         ({"seeds": [1.5]}, "seeds: found 1.5"),
+        ({"observe": ["presure"]}, "observe[0]: found 'presure'; expected an observable (no observable is"),
+        ({"observe": ["msd:lags=0"]}, "observe[0]: found 'msd:lags=0'; expected an observable (lags is 0"),
+        ({"observe": ["msd", "msd"]}, "observe[1]: found 'msd', which is there already"),
+        (
+            {"observe": ["msd"], "measure": ["pairs"], "until": 1.0},
+            "observe: found observables beside the measure pairs; expected one of the two",
+        ),
         ({"seeds": [1], "scenes": [{"recipe": "grid", "parameters": {"seed": 1}}]}, "a seed beside seeds"),
         ({"until": float("nan")}, "until: found nan"),
         ({"scenes": []}, "scenes: found []"),

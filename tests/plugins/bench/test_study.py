@@ -86,6 +86,30 @@ def test_measures_fill_their_columns(tmp_path):
 
 
 @pytest.mark.small
+def test_observables_are_columns_with_their_errors(tmp_path):
+    """They are columns beside the others, and tasks without observables keep their keys."""
+    tables = {
+        "phases": ["naive"],
+        "until": 2.0,
+        "scenes": [{"recipe": "grid", "parameters": {"bodies": 4}}],
+    }
+    plain, _ = run(tables, tmp_path / "plain")
+    study, outcome = run({**tables, "observe": ["rates:every=0.5", "g:bins=2"]}, tmp_path)
+    assert outcome.well
+    (row,) = study.rows().to_pylist()
+    sim = kt.Simulation(kt.make_scene("grid", bodies=4), "naive")
+    sim.run(2.0, observe=["rates:every=0.5", "g:bins=2"])
+    for quantity, (mean, error, blocks, *_) in sim.observed["rates"].items():
+        names = (f"observed.rates.{quantity}{end}" for end in ("", ".error", ".blocks"))
+        assert [row[name] for name in names] == pytest.approx([mean, error, blocks])
+    g = sim.observed["g"]["g"]
+    assert json.loads(row["observed.g.g"])["mean"] == pytest.approx(g.mean.tolist())
+    (before,) = plain.rows().to_pylist()
+    assert (before["fingerprint"], before["course"]) == (row["fingerprint"], row["course"])
+    assert before["key"] != row["key"]
+
+
+@pytest.mark.small
 def test_two_lists_of_contacts_of_one_scene_are_told_at_once(tmp_path, blind):
     scene = {"recipe": "cradle"}
     tables = {"phases": ["naive", blind, "cells"], "contacts": 4, "scenes": [scene]}

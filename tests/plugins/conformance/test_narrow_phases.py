@@ -19,7 +19,7 @@ from installing import install, run
 from kinetile.errors import BadOption, Refused, UnknownName
 from kinetile_conformance import check_broad_phase, parametrize_with_checks
 from kinetile_conformance.api import replay
-from kinetile_conformance.cases import DISC, Subject, load_case
+from kinetile_conformance.cases import GENERAL, Subject, load_case
 from kinetile_conformance.view import view_case
 from registering import registered
 
@@ -205,12 +205,12 @@ def test_a_case_names_its_narrow_phases(tmp_path):
 def test_each_named_phase_takes_the_place_of_the_usual_one_of_its_role():
     squares = Subject("naive", {}, {"squares": {"fault": "now"}})
     assert squares.pair == "squares"
-    assert squares.narrow_phases(WALLED) == {"squares": {"fault": "now"}, "wall": {}}
-    assert squares.narrow_phases(OPEN) == {"squares": {"fault": "now"}}
+    for scene in (WALLED, OPEN):
+        assert squares.narrow_phases(scene) == {"squares": {"fault": "now"}, "wall": GENERAL}
     walls = Subject("naive", {}, {"wall": {}})
-    assert (walls.pair, walls.narrow_phases(OPEN)) == (None, {"disc": DISC})
+    assert (walls.pair, walls.narrow_phases(OPEN)) == (None, {"disc": GENERAL})
     usual = Subject("naive", {})
-    assert (usual.pair, usual.narrow_phases(WALLED)) == (None, {"disc": DISC, "wall": {}})
+    assert (usual.pair, usual.narrow_phases(OPEN)) == (None, {"disc": GENERAL, "wall": GENERAL})
     named = WALLED.replace(settings=kt.Settings(narrow_phases=["squares"]))
     assert usual.narrow_phases(named) is None
     assert squares.under("cells") == Subject("cells", {}, {"squares": {"fault": "now"}})

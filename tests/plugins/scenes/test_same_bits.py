@@ -43,9 +43,8 @@ def dispatched() -> list[str]:
 
 
 def test_every_recipe_has_a_case() -> None:
-    assert {case.recipe for case in recipe_bits.CASES.values()} == {
-        spec.name for spec in kinetile_plugins.kinetile_scenes()
-    }
+    made = {spec.name for spec in kinetile_plugins.kinetile_scenes()} - {"frame"}  # whose bits are a file's
+    assert {case.recipe for case in recipe_bits.CASES.values()} == made
 
 
 def test_scenes_have_the_bits_that_are_promised() -> None:

@@ -260,7 +260,7 @@ def test_wrong_parameters_are_all_told_with_a_suggestion() -> None:
         make_scene("grid", bodys=4, density="much", seed=1.5, speed=True)
     assert str(caught.value).splitlines() == [
         "scene 'grid': parameter 'bodys': found no parameter of this name; "
-        "expected one of bodies, density, seed, speed, temperature; did you mean 'bodies'?",
+        "expected one of bodies, density, seed, speed, temperature, periodic; did you mean 'bodies'?",
         "scene 'grid': parameter 'density': found 'much'; expected a number",
         "scene 'grid': parameter 'seed': found 1.5; expected a whole number",
         "scene 'grid': parameter 'speed': found True; expected a number",
@@ -283,7 +283,7 @@ def test_parameters_are_read_from_text() -> None:
     assert str(caught.value).splitlines() == [
         "scene 'grid': parameter 'bodies': found '1.5'; expected a whole number",
         "scene 'grid': parameter 'densty': found no parameter of this name; "
-        "expected one of bodies, density, seed, speed, temperature; did you mean 'density'?",
+        "expected one of bodies, density, seed, speed, temperature, periodic; did you mean 'density'?",
         "scene 'grid': the parameter 'seed' is given twice; expected one value",
         "scene 'grid': a parameter is written name=value; found 'x'",
         "scene 'grid': a parameter is written name=value; found '=3'",
@@ -338,3 +338,22 @@ def test_recipes_of_others_are_held_to_their_signature(monkeypatch: pytest.Monke
         PhaseError, match=r"the recipe of the scene 'returns' returned 3; expected a kinetile\.Scene"
     ):
         make_scene("returns")
+
+
+def test_a_recipe_with_a_parameter_called_periodic_got_the_one_of_all_recipes() -> None:
+    asked = []
+
+    def ring(periodic: bool = False) -> Scene:
+        asked.append(periodic)
+        return Scene([(0.5, 0.5)], [(0.0, 0.0)], 0.1, arena=(1, 1))
+
+    class Rings:
+        @hookimpl
+        def kinetile_scenes(self) -> list[SceneSpec]:
+            return [SceneSpec("ring", ring, "one disc")]
+
+    with registered(Rings()):
+        scene = make_scene("ring", periodic=True)
+    assert asked == [True]
+    assert scene.periodic == ""
+    assert scene.origin["parameters"] == {"periodic": True}

@@ -7,6 +7,7 @@ from math import inf, ldexp
 
 from .draws import Draws
 from .edges import barred
+from .images import images
 from .rules import Plan, are_closer, has_room, overlap_at_insertion, overlap_at_start
 from .scenes import Asked
 from .whole_runs import ANY, Body, Insert, Remove, Scene, Turned, events
@@ -260,6 +261,7 @@ CLAUSES: dict[str, tuple[str, Callable[[], Iterator[Asked]]]] = {
         distances,
     ),
     "ends": ("Rule 8: an exact end.", ends),
+    "images": ("Rules 4p, 5p and 7p to 9p: images, and the clock of periodic axes.", images),
     "immovable": ("Rules 9 and 11: bodies of infinite mass.", immovable),
     "numbers": ("Rule 2: the numbers of bodies that come.", numbers),
     "orders": ("Rules 2 and 8: the order of commands of one tick.", orders),

@@ -20,6 +20,7 @@ __all__ = [
     "anchored",
     "are_closer",
     "exchange",
+    "first_image",
     "has_room",
     "meeting",
     "overlap_at_insertion",
@@ -28,6 +29,7 @@ __all__ = [
     "tick_of",
     "unit_exponent",
     "wall_contact",
+    "wrapped",
 ]
 
 FAR = 1 << 62
@@ -37,10 +39,16 @@ LEFT, RIGHT, BOTTOM, TOP = -1, -2, -3, -4
 
 Arena = tuple[float, float]
 Velocity = tuple[float, float]
+Periods = tuple[float, float]
+Image = tuple[int, int]
+
+WALLED = (0.0, 0.0)
+"""The periods of axes that are not periodic."""
 
 
 class Plan(NamedTuple):
-    """A disc and its flight: centre at tick ``anchor``, velocity in the scene's time, radius."""
+    """A disc and its flight: centre at tick ``anchor``, velocity in the scene's time, radius, and the periods
+    that were taken off the centre."""
 
     x: float
     y: float
@@ -48,6 +56,8 @@ class Plan(NamedTuple):
     vy: float
     radius: float
     anchor: int
+    kx: int = 0
+    ky: int = 0
 
 
 def unit_exponent(
@@ -77,12 +87,27 @@ def tick_of(time: float, start: float, e: int) -> int:
     return floor((Fraction(time) - Fraction(start)) * (1 << 52 + e))
 
 
-def anchored(plan: Plan, tick: int, e: int) -> Plan:
-    """Return a plan anchored at a tick (rule 4)."""
+def _remainder(place: float, period: float) -> tuple[float, int]:
+    """Return rem(place, period) of rule 2p, and how many periods that leaves out."""
+    if not period:
+        return place, 0
+    turns = round(Fraction(place) / Fraction(period))  # of two the even one
+    return float(Fraction(place) - turns * Fraction(period)), turns
+
+
+def wrapped(plan: Plan, periods: Periods) -> Plan:
+    """Return a plan with its periods taken off (rule 4p)."""
+    x, right = _remainder(plan.x, periods[0])
+    y, up = _remainder(plan.y, periods[1])
+    return plan._replace(x=x, y=y, kx=plan.kx + right, ky=plan.ky + up)
+
+
+def anchored(plan: Plan, tick: int, e: int, periods: Periods = WALLED) -> Plan:
+    """Return a plan anchored at a tick (rules 4 and 4p)."""
     delay = Double(tick - plan.anchor) * Double(Fraction(1, 1 << 52 + e))
     x = Double(plan.x) + Double(plan.vx) * delay
     y = Double(plan.y) + Double(plan.vy) * delay
-    return plan._replace(x=float(x), y=float(y), anchor=tick)
+    return wrapped(plan._replace(x=float(x), y=float(y), anchor=tick), periods)
 
 
 class Scaled:
@@ -118,8 +143,8 @@ class Course(NamedTuple):
     c: int
 
 
-def _course(one: Plan, two: Plan, e: int) -> Course:
-    lengths = (one.x, one.y, one.radius, two.x, two.y, two.radius)
+def _course(one: Plan, two: Plan, e: int, periods: Periods = WALLED, image: Image = (0, 0)) -> Course:
+    lengths = (one.x, one.y, one.radius, two.x, two.y, two.radius, *periods)
     scaled = Scaled(e, lengths, (one.vx, one.vy, two.vx, two.vy))
     since = max(one.anchor, two.anchor)
 
@@ -132,13 +157,15 @@ def _course(one: Plan, two: Plan, e: int) -> Course:
 
     dx, wx = along(one.x, one.vx, two.x, two.vx)
     dy, wy = along(one.y, one.vy, two.y, two.vy)
+    dx += (image[0] + two.kx - one.kx) * scaled.length(periods[0])
+    dy += (image[1] + two.ky - one.ky) * scaled.length(periods[1])
     reach = scaled.length(one.radius) + scaled.length(two.radius)
     return Course(since, wx * wx + wy * wy, dx * wx + dy * wy, dx * dx + dy * dy - reach * reach)
 
 
-def meeting(one: Plan, two: Plan, e: int) -> int | None:
-    """Return the tick of contact of two bodies; None: there is none (rule 5)."""
-    since, a, b, c = _course(one, two, e)
+def meeting(one: Plan, two: Plan, e: int, periods: Periods = WALLED, image: Image = (0, 0)) -> int | None:
+    """Return the tick of contact of two bodies, through an image; None: there is none (rules 5 and 5p)."""
+    since, a, b, c = _course(one, two, e, periods, image)
     if b >= 0:
         return None
     if c <= 0:
@@ -149,6 +176,44 @@ def meeting(one: Plan, two: Plan, e: int) -> int | None:
     # k <= (-b - sqrt(discriminant))/a, that is, -b - a k is at least the root, rounded up
     wait = (-b - (isqrt(discriminant - 1) + 1)) // a
     return None if wait >= FAR else since + wait
+
+
+def first_image(
+    one: Plan, two: Plan, e: int, periods: Periods, barred: Image | None, low: bool = True
+) -> tuple[int, Image] | None:
+    """Return the tick of contact of two bodies, the elder first, and through which image (rule 5p); None:
+    there is none within 2^55 ticks, and no plan is kept for so long. With ``low`` it is the least image of
+    that tick, otherwise the greatest.
+
+    Images are asked by how soon they can be reached: of those that cannot be within some time none is met
+    in it.
+    """
+    since, tick = max(one.anchor, two.anchor), Fraction(1, 1 << 52 + e)
+    reach = Fraction(one.radius) + Fraction(two.radius)
+
+    def within(axis: int, ticks: int) -> range:
+        """Return the images whose separation along an axis is no more than the reach, at some time."""
+        if not periods[axis]:
+            return range(1)
+        period, (k1, k2) = Fraction(periods[axis]), ((one.kx, two.kx), (one.ky, two.ky))[axis]
+        speeds = Fraction(one[2 + axis]), Fraction(two[2 + axis])
+        here = Fraction(two[axis]) + speeds[1] * (since - two.anchor) * tick + (k2 - k1) * period
+        here -= Fraction(one[axis]) + speeds[0] * (since - one.anchor) * tick
+        there = here + (speeds[1] - speeds[0]) * ticks * tick
+        return range(
+            -floor((max(here, there) + reach) / period), floor((reach - min(here, there)) / period) + 1
+        )
+
+    for power in range(50, 56):
+        found = []
+        for image in ((m, n) for m in within(0, (1 << power) + 1) for n in within(1, (1 << power) + 1)):
+            met = None if image == barred else meeting(one, two, e, periods, image)
+            if met is not None and met <= since + (1 << power):
+                found.append((met, image))
+        if found:
+            first = min(found)[0]
+            return (min if low else max)(each for each in found if each[0] == first)
+    return None
 
 
 def parting(one: Plan, two: Plan, e: int) -> int | None:
@@ -187,36 +252,41 @@ def overlap_at_insertion(new: Plan, other: Plan, e: int) -> bool:
     return _overlap(new, other, (Double(other.radius) + Double(new.radius)) * (Double(1) - ROOM), e)
 
 
-def has_room(new: Plan, arena: Arena | None, others: Sequence[Plan], e: int) -> bool:
-    """Whether there is room for a body that is inserted, among these that it does not pass (rule 9)."""
+def has_room(
+    new: Plan, arena: Arena | None, others: Sequence[Plan], e: int, periods: Periods = WALLED
+) -> bool:
+    """Whether there is room for a body that is inserted, among these that it does not pass (rules 9, 9p)."""
     radius = Double(new.radius)
     least = radius - ROOM * radius
     if arena is not None:
-        x, y, width, height = (Double(value) for value in (new.x, new.y, *arena))
-        if any(gap.exact < least.exact for gap in (x, width - x, y, height - y)):
-            return False
+        for place, side, period in zip((new.x, new.y), arena, periods, strict=True):
+            gaps = () if period else (Double(place), Double(side) - Double(place))
+            if any(gap.exact < least.exact for gap in gaps):
+                return False
+    new = wrapped(new, periods)
     for other in others:
         both = radius + Double(other.radius)
-        if _overlap(new, other, both - ROOM * both, e):
+        if _overlap(new, other, both - ROOM * both, e, periods):
             return False
     return True
 
 
-def _overlap(new: Plan, other: Plan, reach: Double, e: int) -> bool:
-    there = anchored(other, new.anchor, e)
+def _overlap(new: Plan, other: Plan, reach: Double, e: int, periods: Periods = WALLED) -> bool:
+    there = anchored(other, new.anchor, e, periods)
     dx, dy = Double(there.x) - Double(new.x), Double(there.y) - Double(new.y)
+    dx, dy = (Double(_remainder(float(d), P)[0]) for d, P in zip((dx, dy), periods, strict=True))
     return (dx * dx + dy * dy).exact < (reach * reach).exact
 
 
-def wall_contact(plan: Plan, arena: Arena, e: int) -> tuple[int, int] | None:
-    """Return tick and wall of a body's contact with a wall; None: there is none (rule 6)."""
+def wall_contact(plan: Plan, arena: Arena, e: int, periods: Periods = WALLED) -> tuple[int, int] | None:
+    """Return tick and wall of a body's contact with a wall; None: there is none (rules 6 and 6p)."""
     scaled = Scaled(e, (plan.x, plan.y, plan.radius, *arena), (plan.vx, plan.vy))
     first: tuple[int, int] | None = None
-    for place, speed, side, low, high in (
-        (plan.x, plan.vx, arena[0], LEFT, RIGHT),
-        (plan.y, plan.vy, arena[1], BOTTOM, TOP),
+    for place, speed, side, period, low, high in (
+        (plan.x, plan.vx, arena[0], periods[0], LEFT, RIGHT),
+        (plan.y, plan.vy, arena[1], periods[1], BOTTOM, TOP),
     ):
-        if speed == 0:
+        if speed == 0 or period:
             continue
         ahead = scaled.length(place) if speed < 0 else scaled.length(side) - scaled.length(place)
         gap = ahead - scaled.length(plan.radius)
@@ -226,13 +296,20 @@ def wall_contact(plan: Plan, arena: Arena, e: int) -> tuple[int, int] | None:
     return first
 
 
-def exchange(one: Plan, two: Plan, masses: tuple[float, float] | None) -> tuple[Velocity, Velocity]:
-    """Return the velocities of bodies a < b after their contact; ``masses``: None, if all are
-    equal (rule 9)."""
+def exchange(
+    one: Plan,
+    two: Plan,
+    masses: tuple[float, float] | None,
+    periods: Periods = WALLED,
+    image: Image = (0, 0),
+) -> tuple[Velocity, Velocity]:
+    """Return the velocities of bodies a < b after their contact through an image; ``masses``: None, if all
+    are equal (rules 9 and 9p)."""
     half = Double(Fraction(1, 2))
     vxa, vya, vxb, vyb = (Double(v) for v in (one.vx, one.vy, two.vx, two.vy))
-    dx = Double(two.x) - Double(one.x)
-    dy = Double(two.y) - Double(one.y)
+    right, up = image[0] + two.kx - one.kx, image[1] + two.ky - one.ky
+    dx = (Double(two.x) - Double(one.x)) + Double(right) * Double(periods[0])
+    dy = (Double(two.y) - Double(one.y)) + Double(up) * Double(periods[1])
     length = sqrt(dx * dx + dy * dy)
     nx = dx / length
     ny = dy / length

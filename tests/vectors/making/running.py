@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from .clauses import CLAUSES
 from .edges import clocks, touches
+from .images import boxes
 from .rules import tick_of
 from .scenes import Asked, gases, lattices, mixtures, turning
 from .whole_runs import (
@@ -43,6 +44,7 @@ FILES: dict[str, tuple[str, Callable[[], Iterator[Asked]]]] = {
     "gases": ("Gases, dense, dilute, fast, of any scale, without walls.", gases),
     "mixtures": ("Unequal masses and sizes.", mixtures),
     "touches": ("Cradles, corners, touching starts.", touches),
+    "periodic": ("Periodic axes.", boxes),
     "clocks": ("Several spans of the clock, its anchoring, and barred pairs.", clocks),
 }
 
@@ -159,6 +161,7 @@ def _command(command: Command) -> dict[str, object]:
 
 def _head(scene: Scene, until: float) -> str:
     arena = "" if scene.arena is None else f'"arena": {_json(numbers(*scene.arena))}, '
+    arena += f'"periodic": "{scene.periodic}", ' if scene.periodic else ""
     return f'{arena}"start": "{number(scene.start)}", "until": "{number(until)}"'
 
 

@@ -1,4 +1,5 @@
-"""Whole runs: rules 2, 7 to 9, 10 and 11 of docs/specification.md, with every pair asked, slowly.
+"""Whole runs: rules 2, 7 to 9, 10 and 11 of docs/specification.md, with every pair asked, slowly, and those
+of periodic axes.
 
 What is asked is kept until the plan of one of the two bodies is another; rules 5 and 6 are functions of the
 plans, so that is the same as asking all of it after each event.
@@ -12,12 +13,15 @@ from math import inf
 from typing import NamedTuple
 
 from .rules import (
+    WALLED,
     Arena,
+    Image,
     Plan,
     Velocity,
     anchored,
     are_closer,
     exchange,
+    first_image,
     has_room,
     meeting,
     overlap_at_insertion,
@@ -26,6 +30,7 @@ from .rules import (
     tick_of,
     unit_exponent,
     wall_contact,
+    wrapped,
 )
 
 __all__ = [
@@ -63,8 +68,8 @@ answer ends, before an insertion."""
 CONTACTS = (WALL, PAIR, PARTING, BEGINNING)
 """What stands in the answer, and counts among the contacts of a tick."""
 
-SPAN = 1 << 61
-"""Ticks between two looks of the clock at who has flown for long."""
+SPAN, BEAT = 1 << 61, 1 << 53
+"""Ticks between two looks of the clock at who has flown for long; the second where an axis is periodic."""
 
 ANY, THE_WALL = "*", "wall"
 
@@ -114,7 +119,8 @@ COMMANDS: dict[type, int] = {Turned: TURN, Insert: INSERTION, Remove: REMOVAL}
 
 
 class Scene(NamedTuple):
-    """What a run is a function of. ``unit``: the e that the scene says, where it says its unit."""
+    """What a run is a function of. ``unit``: the e that the scene says, where it says its unit; ``periodic``:
+    the axes, "", "x", "y" or "xy"."""
 
     bodies: tuple[Body, ...]
     arena: Arena | None = None
@@ -122,6 +128,7 @@ class Scene(NamedTuple):
     unit: int | None = None
     commands: tuple[Command, ...] = ()
     responses: tuple[tuple[tuple[str, str], str], ...] = ()
+    periodic: str = ""
 
 
 class Event(NamedTuple):
@@ -151,6 +158,11 @@ OTHERWISE = (
     "who is inserted without a kind is of kind 0",
     "an exact end is the end of its tick",
     "nothing turns an immovable body",
+    "a bar is of all images",
+    "the greatest image of a tick",
+    "plans are kept for 512 units",
+    "places are not wrapped",
+    "images take no room",
 )
 """Other readings of the rules, which the vectors of ``rules`` tell from them: names for ``otherwise``."""
 
@@ -244,9 +256,13 @@ class _Run:
         self.otherwise = otherwise
         self.e = e = unit_of(scene, otherwise)
         self.arena = scene.arena
+        sides = scene.arena or WALLED
+        self.periods = sides[0] * ("x" in scene.periodic), sides[1] * ("y" in scene.periodic)
+        short = scene.periodic and "plans are kept for 512 units" not in otherwise
+        self.span = BEAT if short else SPAN
         self.responses = dict(scene.responses)
         self.plans = {
-            number: Plan(*body.position, *body.velocity, body.radius, 0)
+            number: self._wrapped(Plan(*body.position, *body.velocity, body.radius, 0))
             for number, body in enumerate(scene.bodies)
         }
         self.bodies = dict(enumerate(scene.bodies))
@@ -257,10 +273,25 @@ class _Run:
         self.commands = _in_order(scene, e, otherwise)
         self.now = 0
         self.count = (0, 0)  # a tick, and the contacts that it has had
-        self.met: set[tuple[int, int]] = set()
+        self.met: dict[tuple[int, int], Image] = {}
         self.passing: dict[tuple[int, int], tuple[int, int | None]] = {}  # since when, and until when
         self.walls: dict[int, tuple[int, int]] = {}
-        self.pairs: dict[tuple[int, int], int] = {}
+        self.pairs: dict[tuple[int, int], tuple[int, Image]] = {}
+
+    def _wrapped(self, plan: Plan) -> Plan:
+        """Return a plan with its periods taken off."""
+        return plan if "places are not wrapped" in self.otherwise else wrapped(plan, self.periods)
+
+    def _meeting(self, a: int, b: int) -> tuple[int, Image] | None:
+        """Return when two bodies meet, and through which image; the barred one is left out."""
+        one, two, barred = self.plans[a], self.plans[b], self.met.get((a, b))
+        if any(self.periods):
+            if barred is not None and "a bar is of all images" in self.otherwise:
+                return None
+            low = "the greatest image of a tick" not in self.otherwise
+            return first_image(one, two, self.e, self.periods, barred, low)
+        tick = meeting(one, two, self.e)
+        return None if tick is None or barred is not None else (tick, (0, 0))
 
     def begin(self) -> Iterator[Event]:
         """Begin, with the passings that there are at the start (rule 11)."""
@@ -302,7 +333,7 @@ class _Run:
         plan = self.plans[body]
         held = self.bodies[body].mass == inf and "nothing turns an immovable body" in self.otherwise
         if self.arena is not None and not held:
-            wall = wall_contact(plan, self.arena, self.e)
+            wall = wall_contact(plan, self.arena, self.e, self.periods)
             self.walls.pop(body, None)
             if wall is not None:
                 self.walls[body] = wall
@@ -317,17 +348,16 @@ class _Run:
         if (a, b) in self.passing:
             self.passing[a, b] = self.passing[a, b][0], parting(one, two, self.e)
             return
-        tick = meeting(one, two, self.e)
-        if tick is None or (a, b) in self.met:
-            return
-        if tick >= self.now or self._response(a, b) != "pass":
-            self.pairs[a, b] = tick
+        met = self._meeting(a, b)
+        if met is not None and (met[0] >= self.now or self._response(a, b) != "pass"):
+            self.pairs[a, b] = met
 
     def next(self) -> Event | None:
         """Return the next event (rule 8)."""
-        due = [((plan.anchor // SPAN + 2) * SPAN, BY_CLOCK, body, -1) for body, plan in self.plans.items()]
+        span = self.span
+        due = [((plan.anchor // span + 2) * span, BY_CLOCK, body, -1) for body, plan in self.plans.items()]
         due += [(tick, WALL, body, wall) for body, (tick, wall) in self.walls.items()]
-        due += [(tick, PAIR, a, b) for (a, b), tick in self.pairs.items()]
+        due += [(tick, PAIR, a, b) for (a, b), (tick, _) in self.pairs.items()]
         due += [
             (max(since + 1, tick), PARTING, a, b)
             for (a, b), (since, tick) in self.passing.items()
@@ -364,7 +394,9 @@ class _Run:
         ]
         if "distances are exact" in self.otherwise:
             return not any(are_closer(new, plan, self.e) for plan in solid)
-        return has_room(new, self.arena, solid, self.e)
+        if "images take no room" in self.otherwise:
+            return has_room(new, None, solid, self.e)
+        return has_room(new, self.arena, solid, self.e, self.periods)
 
     def happen(self, event: Event) -> Iterator[Event]:
         """Let an event happen (rules 9 and 11); yield what has happened, what is only known then included."""
@@ -383,7 +415,7 @@ class _Run:
         else:
             bodies = (a, b) if kind == PAIR else (a,)
             for body in bodies:
-                self.plans[body] = anchored(self.plans[body], tick, self.e)
+                self.plans[body] = self._wrapped(anchored(self.plans[body], tick, self.e))
             self._end_bars(*bodies)
             yield self._change(event)
             for body in bodies:
@@ -413,22 +445,26 @@ class _Run:
                 vxa, vya = (still[0].vx, still[0].vy) if len(still) == 1 else (0.0, 0.0)
                 vxb, vyb = vxa, vya
             else:
-                (vxa, vya), (vxb, vyb) = exchange(one, two, None if self.equal else masses)
+                image = self.pairs[a, b][1]
+                (vxa, vya), (vxb, vyb) = exchange(
+                    one, two, None if self.equal else masses, self.periods, image
+                )
             self.plans[a], self.plans[b] = one._replace(vx=vxa, vy=vya), two._replace(vx=vxb, vy=vyb)
-            self.met.add((a, b))
-            return event._replace(barred=meeting(self.plans[a], self.plans[b], self.e) is not None)
+            image = self.met[a, b] = self.pairs[a, b][1]
+            again = meeting(self.plans[a], self.plans[b], self.e, self.periods, image)
+            return event._replace(barred=again is not None)
         return event
 
     def _end_bars(self, *bodies: int) -> None:
         """End the bars of bodies that get a new plan (rule 7)."""
-        self.met = {pair for pair in self.met if not set(pair) & set(bodies)}
+        self.met = {pair: image for pair, image in self.met.items() if not set(pair) & set(bodies)}
 
     def _insert(self, tick: int, body: int) -> Iterator[Event]:
         """Have a body come, and yield the passings that begin (rule 11)."""
         command = self.commands.pop(0)[3]
         assert isinstance(command, Insert)
         new = self.bodies[body] = self._of_a_kind(command.body)
-        plan = Plan(*new.position, *new.velocity, new.radius, tick)
+        plan = self._wrapped(Plan(*new.position, *new.velocity, new.radius, tick))
         others = sorted(self.plans)
         self.plans[body] = plan
         for other in others:

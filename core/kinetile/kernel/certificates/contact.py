@@ -99,6 +99,22 @@ def seen_from(
 
 
 @hook
+def seen_through(
+    x: float, vx: float, x2: float, vx2: float, time: float, rest: float, turns: float, period: float
+) -> tuple[float, float, float, float, float]:
+    """Return what ``seen_from`` does for the second body's image that is ``turns`` periods further on."""
+    flown = vx * time
+    moved = turns * period
+    far, far_low = plus(x2, -x)
+    there, there_low = plus(far, moved)
+    d, d_low = plus(there, -flown)
+    lost = product_error(vx, time, flown) + vx * rest
+    low = ((far_low + there_low) + (d_low + product_error(turns, period, moved))) - lost
+    u, w = plus(vx2, -vx)
+    return d, low, abs(x) + abs(x2) + (abs(moved) + abs(flown)), u, w
+
+
+@hook
 def along(dx: float, x_size: float, ux: float, dy: float, y_size: float, uy: float) -> tuple[float, float]:
     """Return d.u at the later anchor, and how far it can be off."""
     return dx * ux + dy * uy, 2.0**-50 * (x_size * abs(ux) + y_size * abs(uy)) + TINY
@@ -161,11 +177,16 @@ STEPS = 8
 
 
 @hook
-def whole_path(x: float, vx: float, x2: float, vx2: float, time: float, rest: float) -> bool:
-    """Whether (d, u) of ``seen_from`` are exact."""
+def whole_path(
+    x: float, vx: float, x2: float, vx2: float, time: float, rest: float, turns: float, period: float
+) -> bool:
+    """Whether (d, u) of ``seen_through`` are exact."""
     flown = vx * time
-    exact = kept(vx, time, flown) and (rest == 0.0 or vx == 0.0)
-    return exact and whole_sum(x2, -x) and whole_sum(x2 - x, -flown) and whole_sum(vx2, -vx)
+    moved = turns * period
+    far = x2 - x
+    exact = kept(vx, time, flown) and (rest == 0.0 or vx == 0.0) and kept(turns, period, moved)
+    exact = exact and whole_sum(x2, -x) and whole_sum(far, moved)
+    return exact and whole_sum(far + moved, -flown) and whole_sum(vx2, -vx)
 
 
 @hook
@@ -197,10 +218,13 @@ def brought_to_size(
     radius: float,
     radius2: float,
     tick: float,
+    right: float,
+    up: float,
 ) -> tuple[float, float, float, float, float, float]:
     """Return (dx, dy, ux, uy, reach) in units in which doubles can be squared, and the length of a tick in
-    them; 0 where there are no such units. Good for an estimate only."""
-    long = exponent(x, y, x2, y2, larger(radius, radius2))
+    them; 0 where there are no such units. Good for an estimate only. The second disc is seen (right, up) of
+    where it is: an image."""
+    long = larger(exponent(x, y, x2, y2, larger(radius, radius2)), exponent(right, up, 0.0, 0.0, 0.0))
     fast = exponent(vx, vy, vx2, vy2, 0.0)
     power = int(math.frexp(tick)[1]) - 1 + fast - long
     if abs(power) >= 900:
@@ -209,8 +233,8 @@ def brought_to_size(
     time = count * unit
     ax = math.ldexp(vx, -fast)
     ay = math.ldexp(vy, -fast)
-    dx = math.ldexp(x2, -long) - math.ldexp(x, -long) - ax * time
-    dy = math.ldexp(y2, -long) - math.ldexp(y, -long) - ay * time
+    dx = math.ldexp(x2, -long) - math.ldexp(x, -long) + math.ldexp(right, -long) - ax * time
+    dy = math.ldexp(y2, -long) - math.ldexp(y, -long) + math.ldexp(up, -long) - ay * time
     reach = math.ldexp(radius, -long) + math.ldexp(radius2, -long)
     return dx, dy, math.ldexp(vx2, -fast) - ax, math.ldexp(vy2, -fast) - ay, reach, unit
 
@@ -246,20 +270,25 @@ def look_closer(
     radius2: float,
     tick: float,
     per_time: float,
+    m: float,
+    n: float,
+    width: float,
+    height: float,
 ) -> int:
-    """Return what ``first_touch`` does."""
+    """Return what ``touch_through`` does."""
     if vx == vx2 and vy == vy2:
         return NEVER
     count = float(elapsed)
     time = count * tick
     rest = float(elapsed - int(count)) * tick
-    dx, x_low, x_size, ux, wx = seen_from(x, vx, x2, vx2, time, rest)
-    dy, y_low, y_size, uy, wy = seen_from(y, vy, y2, vy2, time, rest)
+    dx, x_low, x_size, ux, wx = seen_through(x, vx, x2, vx2, time, rest, m, width)
+    dy, y_low, y_size, uy, wy = seen_through(y, vy, y2, vy2, time, rest, n, height)
     reach, reach_low = plus(radius, radius2)
     speed = abs(ux) + abs(uy)
     guess = 0
     if speed > SMALL and speed < LARGE and reach > SMALL and reach + (x_size + y_size) < LARGE:
-        lossless = whole_path(x, vx, x2, vx2, time, rest) and whole_path(y, vy, y2, vy2, time, rest)
+        lossless = whole_path(x, vx, x2, vx2, time, rest, m, width)
+        lossless = lossless and whole_path(y, vy, y2, vy2, time, rest, n, height)
         lossless = lossless and reach_low == 0.0 and kept(reach, reach, reach * reach)
         bend, bend_error = along(dx, x_size, ux, dy, y_size, uy)
         approach = bend < -bend_error
@@ -307,39 +336,37 @@ def look_closer(
             guess = int(smaller(larger(guess + int(down), 0), LIMIT))
     else:  # a guess is enough
         dx, dy, ux, uy, reach, unit = brought_to_size(
-            x, y, vx, vy, count, x2, y2, vx2, vy2, radius, radius2, tick
+            x, y, vx, vy, count, x2, y2, vx2, vy2, radius, radius2, tick, m * width, n * height
         )
         if unit > 0.0:
             guess = as_count(about(dx, dy, ux, uy, reach) / unit)
-    return first_touch_of_integers(x, y, vx, vy, elapsed, x2, y2, vx2, vy2, radius, radius2, tick, guess)
+    return first_touch_of_integers(
+        x, y, vx, vy, elapsed, x2, y2, vx2, vy2, radius, radius2, tick, m, n, width, height, guess
+    )
+
+
+OPEN = -1
+"""What ``filtered`` returns where double does not decide."""
 
 
 @hook
-def first_touch(
-    x: float,
-    y: float,
-    vx: float,
-    vy: float,
-    elapsed: int,
-    x2: float,
-    y2: float,
-    vx2: float,
-    vy2: float,
+def filtered(
+    dx: float,
+    x_low: float,
+    x_size: float,
+    ux: float,
+    wx: float,
+    dy: float,
+    y_low: float,
+    y_size: float,
+    uy: float,
+    wy: float,
     radius: float,
     radius2: float,
     tick: float,
     per_time: float,
 ) -> int:
-    """Return how many ticks after the later anchor two discs touch, rounded down exactly, or ``NEVER``.
-
-    The second disc is at (x2, y2) at the later anchor; the first was at (x, y) ``elapsed`` ticks before, 0 to
-    2^62. ``tick`` is the length of one, a power of two, and ``per_time`` its inverse.
-    """
-    whole = float(elapsed)
-    time = whole * tick
-    rest = float(elapsed - int(whole)) * tick
-    dx, x_low, x_size, ux, wx = seen_from(x, vx, x2, vx2, time, rest)
-    dy, y_low, y_size, uy, wy = seen_from(y, vy, y2, vy2, time, rest)
+    """Return what ``first_touch`` does for a separation and a relative velocity, or ``OPEN``."""
     reach, reach_low = plus(radius, radius2)
     speed = abs(ux) + abs(uy)
     if speed > SMALL and speed < LARGE and reach > SMALL and reach + (x_size + y_size) < LARGE:
@@ -372,7 +399,76 @@ def first_touch(
                             if found < 0:
                                 return 0
                             return found if found < LIMIT else NEVER
-    return look_closer(x, y, vx, vy, elapsed, x2, y2, vx2, vy2, radius, radius2, tick, per_time)
+    return OPEN
+
+
+@hook
+def first_touch(
+    x: float,
+    y: float,
+    vx: float,
+    vy: float,
+    elapsed: int,
+    x2: float,
+    y2: float,
+    vx2: float,
+    vy2: float,
+    radius: float,
+    radius2: float,
+    tick: float,
+    per_time: float,
+) -> int:
+    """Return how many ticks after the later anchor two discs touch, rounded down exactly, or ``NEVER``.
+
+    The second disc is at (x2, y2) at the later anchor; the first was at (x, y) ``elapsed`` ticks before, 0 to
+    2^62. ``tick`` is the length of one, a power of two, and ``per_time`` its inverse.
+    """
+    whole = float(elapsed)
+    time = whole * tick
+    rest = float(elapsed - int(whole)) * tick
+    dx, x_low, x_size, ux, wx = seen_from(x, vx, x2, vx2, time, rest)
+    dy, y_low, y_size, uy, wy = seen_from(y, vy, y2, vy2, time, rest)
+    found = filtered(dx, x_low, x_size, ux, wx, dy, y_low, y_size, uy, wy, radius, radius2, tick, per_time)
+    if found != OPEN:
+        return found
+    return look_closer(
+        x, y, vx, vy, elapsed, x2, y2, vx2, vy2, radius, radius2, tick, per_time, 0.0, 0.0, 0.0, 0.0
+    )
+
+
+@apart
+def touch_through(
+    x: float,
+    y: float,
+    vx: float,
+    vy: float,
+    elapsed: int,
+    x2: float,
+    y2: float,
+    vx2: float,
+    vy2: float,
+    radius: float,
+    radius2: float,
+    tick: float,
+    per_time: float,
+    m: float,
+    n: float,
+    width: float,
+    height: float,
+) -> int:
+    """Return what ``first_touch`` does for the second disc's image that is m periods ``width`` to the right
+    and n periods ``height`` up; m and n are whole, below 2^32 in size."""
+    whole = float(elapsed)
+    time = whole * tick
+    rest = float(elapsed - int(whole)) * tick
+    dx, x_low, x_size, ux, wx = seen_through(x, vx, x2, vx2, time, rest, m, width)
+    dy, y_low, y_size, uy, wy = seen_through(y, vy, y2, vy2, time, rest, n, height)
+    found = filtered(dx, x_low, x_size, ux, wx, dy, y_low, y_size, uy, wy, radius, radius2, tick, per_time)
+    if found != OPEN:
+        return found
+    return look_closer(
+        x, y, vx, vy, elapsed, x2, y2, vx2, vy2, radius, radius2, tick, per_time, m, n, width, height
+    )
 
 
 @apart
@@ -389,12 +485,16 @@ def last_touch(
     radius: float,
     radius2: float,
     tick: float,
+    m: float,
+    n: float,
+    width: float,
+    height: float,
 ) -> int:
     """Return how many ticks after the later anchor two overlapping discs part, rounded down exactly, or
-    ``NEVER``. Arguments as in ``first_touch``."""
+    ``NEVER``. Arguments as in ``touch_through``."""
     guess = 0
     dx, dy, ux, uy, reach, unit = brought_to_size(
-        x, y, vx, vy, float(elapsed), x2, y2, vx2, vy2, radius, radius2, tick
+        x, y, vx, vy, float(elapsed), x2, y2, vx2, vy2, radius, radius2, tick, m * width, n * height
     )
     if unit > 0.0:
         cross = dx * uy - dy * ux
@@ -402,4 +502,6 @@ def last_touch(
         inside = larger(reach * reach * speed2 - cross * cross, 0.0)
         if speed2 > 0.0:
             guess = as_count((math.sqrt(inside) - (dx * ux + dy * uy)) / speed2 / unit)
-    return last_touch_of_integers(x, y, vx, vy, elapsed, x2, y2, vx2, vy2, radius, radius2, tick, guess)
+    return last_touch_of_integers(
+        x, y, vx, vy, elapsed, x2, y2, vx2, vy2, radius, radius2, tick, m, n, width, height, guess
+    )

@@ -77,12 +77,12 @@ def put_count(m: Cells, row: int, count: int) -> None:
 
 
 @subroutine
-def put(m: Cells, row: int, value: float, power: int, sign: int) -> None:
-    """Add ``sign`` times a double times 2^``power`` to a number; ``sign`` is 1 or -1."""
+def put(m: Cells, row: int, value: float, power: int, times: int) -> None:
+    """Add ``times`` times a double times 2^``power`` to a number; ``times`` is whole, below 2^32 in size."""
     part, exponent = math.frexp(value)
     whole = int(abs(part) * 2.0**53)
     if part < 0.0:
-        sign = -sign
+        times = -times
     place = int(exponent) - 53 + power
     cell = place // LIMB
     shift = place - cell * LIMB
@@ -90,9 +90,9 @@ def put(m: Cells, row: int, value: float, power: int, sign: int) -> None:
     middle = (low >> LIMB) + (((whole >> LIMB) & MASK) << shift)
     high = (middle >> LIMB) + ((whole >> (2 * LIMB)) << shift)
     cell += row + ZERO
-    m[cell] += sign * (low & MASK)
-    m[cell + 1] += sign * (middle & MASK)
-    m[cell + 2] += sign * high
+    m[cell] += times * (low & MASK)
+    m[cell + 1] += times * (middle & MASK)
+    m[cell + 2] += times * high
 
 
 @subroutine
@@ -225,13 +225,17 @@ def read_in(
     radius: float,
     radius2: float,
     tick: float,
+    right: float,
+    up: float,
+    width: float,
+    height: float,
 ) -> tuple[int, int]:
     """Make numbers of two paths; return the cells that are in use, from the first to before the end, which is
     beyond ``CELLS`` where one of them is no finite number."""
     power = int(math.frexp(tick)[1]) - 1
     first = CELLS
     end = 0
-    for value in (x, y, x2, y2, radius, radius2):
+    for value in (x, y, x2, y2, radius, radius2, width, height):
         first, end = room(first, end, value, 0)
     for value in (vx, vy, vx2, vy2):
         first, end = room(first, end, value, power)
@@ -248,6 +252,8 @@ def read_in(
     put(m, DX, x2, 0, 1)
     put(m, DY, y, 0, -1)
     put(m, DY, y2, 0, 1)
+    put(m, DX, width, 0, int(right))
+    put(m, DY, height, 0, int(up))
     put(m, REACH, radius, 0, 1)
     put(m, REACH, radius2, 0, 1)
     for row in range(DX, COUNT, CELLS):
@@ -269,11 +275,17 @@ def first_touch_of_integers(
     radius: float,
     radius2: float,
     tick: float,
+    right: float,
+    up: float,
+    width: float,
+    height: float,
     guess: int,
 ) -> int:
     """Return what ``first_touch`` does, for finite numbers of any size; for others ``NEVER``."""
     m = np.zeros(MEMORY, dtype=np.int64)
-    first, end = read_in(m, x, y, vx, vy, elapsed, x2, y2, vx2, vy2, radius, radius2, tick)
+    first, end = read_in(
+        m, x, y, vx, vy, elapsed, x2, y2, vx2, vy2, radius, radius2, tick, right, up, width, height
+    )
     if end > CELLS:
         return NEVER
     bend, gap = signs_at(m, first, end, 0)
@@ -301,11 +313,17 @@ def last_touch_of_integers(
     radius: float,
     radius2: float,
     tick: float,
+    right: float,
+    up: float,
+    width: float,
+    height: float,
     guess: int,
 ) -> int:
     """Return what ``last_touch`` does, for finite numbers of any size; for others 0."""
     m = np.zeros(MEMORY, dtype=np.int64)
-    first, end = read_in(m, x, y, vx, vy, elapsed, x2, y2, vx2, vy2, radius, radius2, tick)
+    first, end = read_in(
+        m, x, y, vx, vy, elapsed, x2, y2, vx2, vy2, radius, radius2, tick, right, up, width, height
+    )
     if end > CELLS:
         return 0
     bend, gap = signs_at(m, first, end, 0)

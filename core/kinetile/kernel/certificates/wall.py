@@ -52,4 +52,6 @@ def reaches(far: float, near: float, radius: float, speed: float, tick: float, p
                 if over > bound and over < 1.0 - bound:
                     found = base + int(down)
                     return larger(found, 0) if found < LIMIT else NEVER
-    return look_closer(near, 0.0, speed, 0.0, 0, far, 0.0, 0.0, 0.0, radius, 0.0, tick, per_time)
+    return look_closer(
+        near, 0.0, speed, 0.0, 0, far, 0.0, 0.0, 0.0, radius, 0.0, tick, per_time, 0.0, 0.0, 0.0, 0.0
+    )

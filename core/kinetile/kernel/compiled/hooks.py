@@ -115,13 +115,18 @@ if not INTERPRETED:
             """Run from Python."""
             return _alone(self.py_func)(*arguments)
 
-    class _Subroutine(_Hook):
-        """A function that compiled code calls."""
-
         def get_call_template(self, arguments: Any, named: Any) -> Any:
-            """Return what a call comes to: one for all constants, else each would compile it anew."""
+            """Return what a call comes to: one for all constants.
+
+            Else each would compile it anew; also one that a variable only begins with, whose code is then
+            never used: ``found = NOBODY`` before a loop.
+            """
             unliteral = cast(Any, numba.types).unliteral
             return super().get_call_template([unliteral(each) for each in arguments], named)
+
+    class _Subroutine(_Hook):
+        """A function that compiled code calls. Fingerprints have the class's name: taken in or called, the
+        machine code is another."""
 
     @cache
     def _alone(function: Callable[..., Any]) -> Callable[..., Any]:

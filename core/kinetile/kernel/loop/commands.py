@@ -16,7 +16,8 @@ import math
 from typing import Any
 
 from kinetile.kernel.compiled import disowned, hook, larger, template, to_be_filled_in
-from kinetile.kernel.flight import anchor_at, note_place, since_anchor
+from kinetile.kernel.flight import note_place, since_anchor
+from kinetile.kernel.images import anchor, near_zero, wrap
 from kinetile.kernel.log import BOTTOM, INSERTED, LEFT, REMOVED, RIGHT, TOP, TURNED
 from kinetile.kernel.loop import CROWDED, LOG_FULL, NO_REASON
 from kinetile.kernel.loop.bookkeeping import log, log_is_full
@@ -39,6 +40,7 @@ FREE = -(1 << 30)
 """What ``blocked_by`` returns where there is room."""
 
 LIVING = WALLS = RULES = PASSING = True
+PERIODIC = False
 enter = leave = to_be_filled_in
 
 
@@ -84,17 +86,25 @@ def blocked_by(k: Kernel, command: Records) -> int:
     """Return the slot of the eldest body, or the wall, that an inserted body would overlap; or FREE."""
     clock = k.clock[0]
     limits = clock.limits
+    torus = clock.torus
     radius = command.radius
-    if WALLS:
+    x = command.x
+    y = command.y
+    if WALLS and limits.width > 0.0:  # else there is no arena
         least = radius - ROOM * radius
-        if command.x < least:
-            return LEFT
-        if limits.width - command.x < least:
-            return RIGHT
-        if command.y < least:
-            return BOTTOM
-        if limits.height - command.y < least:
-            return TOP
+        if not PERIODIC or torus.x == 0.0:
+            if x < least:
+                return LEFT
+            if limits.width - x < least:
+                return RIGHT
+        if not PERIODIC or torus.y == 0.0:
+            if y < least:
+                return BOTTOM
+            if limits.height - y < least:
+                return TOP
+    if PERIODIC:
+        x = near_zero(x, torus.x)
+        y = near_zero(y, torus.y)
     found = FREE
     for other in range(clock.bodies):
         solid = is_there(k, other)
@@ -103,8 +113,16 @@ def blocked_by(k: Kernel, command: Records) -> int:
         if solid:
             body = k.bodies[other]
             elapsed = since_anchor(k, body, command.tick)
-            dx = (body.x + body.vx * elapsed) - command.x
-            dy = (body.y + body.vy * elapsed) - command.y
+            there_x = body.x + body.vx * elapsed
+            there_y = body.y + body.vy * elapsed
+            if PERIODIC:  # as anchored there, and of its images the nearest
+                there_x = near_zero(there_x, torus.x)
+                there_y = near_zero(there_y, torus.y)
+            dx = there_x - x
+            dy = there_y - y
+            if PERIODIC:
+                dx = near_zero(dx, torus.x)
+                dy = near_zero(dy, torus.y)
             reach = (radius + body.radius) - ROOM * (radius + body.radius)
             if dx * dx + dy * dy < reach * reach:
                 found = other if found < 0 else elder(k, found, other)
@@ -142,6 +160,10 @@ def arrive(k: Kernel, command: Records) -> int:
     new.radius = command.radius
     new.reach = command.radius + k.clock[0].limits.skin
     new.last = NOBODY
+    if PERIODIC:
+        k.images[body].kx = 0
+        k.images[body].ky = 0
+        wrap(k, body)
     k.radii[body] = command.radius
     k.mass[body] = command.mass
     entry = k.queue[body]
@@ -201,8 +223,6 @@ def depart(k: Kernel, body: int) -> None:
     gone.vy = 0.0
     gone.radius = 0.0
     gone.reach = 0.0
-    k.radii[body] = 0.0
-    k.mass[body] = 0.0
     gone.stamp += 1
     note_place(k, body)
     gone.last = lists.vacant
@@ -243,7 +263,7 @@ def obey(k: Kernel, s: Any) -> int:
         return body
     body = slot_of(k, command.body)
     plan = k.bodies[body]
-    anchor_at(k, plan, at)
+    anchor(k, body, at)
     if LIVING and command.code == REMOVED:
         if PASSING:
             end_all_passings(k, body, at)

@@ -10,8 +10,8 @@ from __future__ import annotations
 from typing import Any
 
 from kinetile.kernel.compiled import larger, smaller, template, to_be_filled_in
-from kinetile.kernel.flight import anchor_at
-from kinetile.kernel.log import INSERTED, REMOVED
+from kinetile.kernel.images import anchor, come_together, next_to_anchor
+from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED
 from kinetile.kernel.loop import BLOCKED, COMMAND_DUE, CROWDED, NO_REASON
 from kinetile.kernel.loop.bookkeeping import count_contact, is_watched, log, stop_there
 from kinetile.kernel.loop.commands import FREE, blocked_by, has_vacancy, must_wait, obey, plan_changed
@@ -37,6 +37,7 @@ from kinetile.kernel.tables import (
 )
 
 WALLS = LIVING = RULES = PASSING = True
+PERIODIC = False
 repair = collide = reach_wall = bounce = to_be_filled_in
 
 NOTHING, REFILE, REFRESH, REPLAN, REFRESH_ALL = range(5)
@@ -100,6 +101,22 @@ def run_command(k: Kernel, s: Any, at: int) -> tuple[int, int, int]:
 
 
 @template
+def anchor_next(k: Kernel, at: int) -> tuple[int, int]:
+    """Anchor the next plan that has grown old by this beat; return the task and the body, or NOBODY."""
+    body = next_to_anchor(k)
+    if body < 0:
+        return NOTHING, NOBODY
+    k.clock[0].now = larger(k.clock[0].now, at)
+    anchor(k, body, at)
+    k.bodies[body].last = NOBODY
+    plan_changed(k, body)
+    if PASSING:
+        plan_partings(k, body)
+    log(k, at, body, REANCHORED)
+    return REPLAN, body
+
+
+@template
 def holds_back(k: Kernel, h: int, kind: int, at: int) -> bool:
     """Whether the loop stops before the contact at the head, because it is watched.
 
@@ -146,7 +163,7 @@ def run_wall_contact(k: Kernel, h: int, at: int) -> int:
     clock.now = at
     body = k.bodies[h]
     wall = reach_wall(k, body)[1]
-    anchor_at(k, body, at)
+    anchor(k, h, at)
     depth = answer_wall(k, h, wall, at) if RULES else bounce(k, body, wall)
     body.last = NOBODY
     k.counts[0].contacts_wall += 1
@@ -181,8 +198,10 @@ def run_contact(k: Kernel, h: int, at: int) -> tuple[int, int, int, int]:
     clock.now = at
     one = k.bodies[a]
     two = k.bodies[b]
-    anchor_at(k, one, at)
-    anchor_at(k, two, at)
+    anchor(k, a, at)
+    anchor(k, b, at)
+    if PERIODIC:
+        come_together(k, a, b, h)
     depth = answer(k, a, b, at) if RULES else collide(k, a, b)
     if depth != depth:  # not a number: two centres on one place, and no line between them
         blame(k, NOT_FINITE, a, b)

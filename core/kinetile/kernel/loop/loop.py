@@ -29,6 +29,7 @@ from typing import Any
 
 from kinetile.kernel.compiled import disowned, larger, smaller, template, to_be_filled_in
 from kinetile.kernel.flight import note_all_places
+from kinetile.kernel.images import await_through
 from kinetile.kernel.loop import (
     BUDGET_SPENT,
     CONTACTS_REACHED,
@@ -50,6 +51,7 @@ from kinetile.kernel.loop.events import (
     REFRESH,
     REFRESH_ALL,
     REPLAN,
+    anchor_next,
     holds_back,
     run_command,
     run_contact,
@@ -76,6 +78,7 @@ from kinetile.kernel.tables import (
 )
 
 AHEAD = PAIRS = WALLS = COMMANDS = LIVING = RULES = PASSING = True
+PERIODIC = False
 build = replan = near = to_be_filled_in
 
 
@@ -130,7 +133,9 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int, quota: in
             continue
         if log_is_full(k, 1):
             return LOG_FULL
-        if COMMANDS and kind == TURN:
+        if PERIODIC and kind == BEAT:
+            task, a = anchor_next(k, at)
+        elif COMMANDS and kind == TURN:
             reason, task, a = run_command(k, s, at)
         elif holds_back(k, h, kind, at):
             return WATCHED
@@ -266,6 +271,10 @@ def must_return(k: Kernel, contacts: int) -> int:
     return NO_REASON
 
 
+BEAT = -1
+"""What comes next where a plan has grown old (``kernel.images``): no kind of an entry."""
+
+
 @template
 def next_event(k: Kernel) -> tuple[int, int, int]:
     """Return what comes next: the head of the queue (or NOBODY), the kind and the tick.
@@ -279,7 +288,12 @@ def next_event(k: Kernel) -> tuple[int, int, int]:
     if COMMANDS and lists.command < lists.commands:
         tick = k.commands[lists.command].tick
         if tick < at or (tick == at and kind >= WALL and may_come(k)):
-            return h, TURN, tick
+            kind = TURN
+            at = tick
+    if PERIODIC:
+        beat = k.clock[0].torus.beat
+        if beat < at or (beat == at and kind != STRUCTURAL):
+            return h, BEAT, beat
     return h, kind, at
 
 
@@ -310,6 +324,8 @@ def resolve(k: Kernel, s: Any, h: int, kind: int, at: int, until: int, budget: i
     k.counts[0].exact += 1
     first = elder(k, h, other)
     tick = meeting(k, first, h + other - first)
+    if PERIODIC:
+        await_through(k, h)
     if tick >= entry.guard and entry.guard != NEVER:  # another of those near h may come first
         ask_all_exactly(k, s, h)
         return REFILE, at
@@ -335,6 +351,8 @@ def comes_next(k: Kernel, h: int, other: int, tick: int, until: int, budget: int
         rival = smaller(entry.own, smaller(twin.own, twin.guard))  # the same guess, seen from there
     if COMMANDS and lists.command < lists.commands:
         rival = smaller(rival, k.commands[lists.command].tick)
+    if PERIODIC:
+        rival = smaller(rival, clock.torus.beat)
     if PASSING:
         rival = smaller(rival, smaller(k.traits[h].leave, k.traits[other].leave))
     return not (

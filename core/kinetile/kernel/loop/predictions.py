@@ -15,6 +15,7 @@ from __future__ import annotations
 from typing import Any
 
 from kinetile.kernel.compiled import hook, larger, smaller, template, to_be_filled_in
+from kinetile.kernel.images import await_through
 from kinetile.kernel.loop.calendar import move
 from kinetile.kernel.loop.responses import have_passed, leaves_out, passes
 from kinetile.kernel.tables import NEVER, NOBODY, Kernel, elder
@@ -26,6 +27,7 @@ MARGIN = 1 << 12
 """Ticks by which a bound is set back: for the rounding of a delay of up to 2^62 ticks."""
 
 BOUNDS = PASSING = True
+PERIODIC = False
 near = meet = soonest = to_be_filled_in
 
 
@@ -48,6 +50,13 @@ def barred_with(k: Kernel, h: int) -> int:
 
 
 @template
+def left_out(k: Kernel, h: int) -> int:
+    """Return the body whose contact with h is not computed: the one that is barred, or NOBODY. Where axes are
+    periodic an image is barred and not a body, and ``meet`` leaves that out itself."""
+    return NOBODY if PERIODIC else barred_with(k, h)
+
+
+@template
 def not_before(at: int, ticks: float) -> int:
     """Return a tick that a contact is not before, ``ticks`` after a tick; NEVER for what is too far."""
     near_enough = ticks < FAR
@@ -61,7 +70,7 @@ def look_at(k: Kernel, h: int, count: int, at: int) -> None:
     entry = k.queue[h]
     if PASSING:
         count = leaves_out(k, h, count)
-    barred = barred_with(k, h)
+    barred = left_out(k, h)
     known = h
     if entry.partner >= 0 and entry.seen == k.bodies[entry.partner].stamp:
         known = entry.partner
@@ -73,8 +82,13 @@ def look_at(k: Kernel, h: int, count: int, at: int) -> None:
         rest = not_before(at, second * per_time)
         exact = 0
     else:
+        m = k.images[h].m if PERIODIC else 0
+        n = k.images[h].n if PERIODIC else 0
         tick, rest, who = soonest_exactly(k, h, count, barred, known)
         exact = 1
+        if PERIODIC and tick >= entry.tick:
+            k.images[h].m = m
+            k.images[h].n = n
     if tick < entry.tick:
         entry.guard = smaller(smaller(entry.guard, entry.tick), rest)
         entry.tick = tick
@@ -118,6 +132,8 @@ def soonest_exactly(k: Kernel, h: int, count: int, barred: int, known: int) -> t
             if tick == first and tick != NEVER:
                 sooner = elder(k, other, who) == other  # of two pairs with h, that of the elder comes first
             if sooner:
+                if PERIODIC:
+                    await_through(k, h)
                 second = first
                 first = tick
                 who = other
@@ -132,7 +148,7 @@ def ask_all_exactly(k: Kernel, s: Any, h: int) -> None:
     count = near(k, s, h)
     if PASSING:
         count = leaves_out(k, h, count)
-    first, second, who = soonest_exactly(k, h, count, barred_with(k, h), h)
+    first, second, who = soonest_exactly(k, h, count, left_out(k, h), h)
     entry = k.queue[h]
     entry.tick = first
     entry.guard = second

@@ -416,6 +416,8 @@ def pick(typing_context: Any, table: Any, names: Any, first: Any) -> Any:
 
     def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         array, names, first = arguments
+        if signature.args[0].layout != "C":
+            raise TypeError("entries are picked from a contiguous array: k.mass and k.radii may not be one")
         data = _data(context, builder, signature.args[0], array, _DOUBLE)
         found = ir.Constant(_floats.vector, ir.Undefined)
         for i, number in enumerate(_names(context, builder, signature.args[1], names, first)):

@@ -68,7 +68,7 @@ from kinetile.run.engine.fields import Tables
 from kinetile.run.engine.ledger import Entries, Ledger
 from kinetile.run.interrupts import Unbroken
 from kinetile.scene import Insert, Scene
-from kinetile.scene.reach import flown
+from kinetile.scene.reach import SPANS, extent_of
 
 UNLIMITED = 2**62
 CHUNK_SECONDS = 0.2
@@ -167,6 +167,7 @@ class Engine(Tables):
         self.busy = False
         self.broken: Exception | None = None
         self.walled = scene.arena is not None and composition.wall is not None
+        self.bounded = self.walled or scene.periodic == "xy"
         coming = [command.body for command in scene.commands if isinstance(command, Insert)]
         self.numbers = max([len(scene) - 1, *coming]) + 1
         self._asked: float | None = None
@@ -380,8 +381,9 @@ class Engine(Tables):
     def bounds_for(self, speed: float) -> Bounds:
         """Returns the bounds with this speed, and the extent and skin that follow; Refused if the broad
         phase does not accept the skin."""
-        far = self._reach_of_flight(speed, 4) if len(self.k.bodies) else 0.0
-        extent = max(self.scene.arena or (0.0,)) if self.walled else max(self.bounds.extent, far)
+        extent = self._reach_of_flight(speed, SPANS if len(self.k.bodies) else 0)
+        if not self.bounded:
+            extent = max(self.bounds.extent, extent)
         skin = Skin.of(len(self.k.bodies), extent, speed, float(self.k.clock[0].tick))
         limit = self.composition.broad.skin_limit
         if limit is not None and skin.delta > limit:
@@ -390,7 +392,8 @@ class Engine(Tables):
 
     def _reach_of_flight(self, speed: float, spans: int) -> float:
         """How far from the origin a body can be at this speed within a number of spans."""
-        return float(np.abs(positions_now(self.k)).max(initial=0.0)) + flown(speed, self.clock.unit, spans)
+        far = np.abs(positions_now(self.k)).max(axis=0, initial=0.0)
+        return extent_of(self.scene, self.walled, speed, far, spans)
 
     def _grow_pairs(self) -> None:
         """Makes room for more candidate pairs, and builds the structure anew."""
@@ -591,7 +594,7 @@ class Engine(Tables):
             self.clock.base += max(self.clock.relative(end) // SPAN, 1) * (SPAN // TICKS)
             self.k.clock[0].now = -1  # its epoch, which may be beyond 64 bits, is not needed by a contact
             return
-        leaves = not self.walled and len(self.k.bodies) > 0
+        leaves = not self.bounded and len(self.k.bodies) > 0
         if leaves and self._reach_of_flight(self.speed, 2) > self.bounds.extent:
             self.lay_out(self.speed)
         k = self.k
@@ -614,7 +617,12 @@ class Engine(Tables):
         A run with a recorder skips nothing: anchors are rows.
         """
         clock = self.k.clock[0]
-        if self.ledger.reads or not 0 < len(self.taken) <= spans.MOST_BODIES or clock.lists.passings:
+        if (
+            self.scene.periodic
+            or self.ledger.reads
+            or not 0 < len(self.taken) <= spans.MOST_BODIES
+            or clock.lists.passings
+        ):
             return 0
         for ticks in (end, None if self.next_command is None else self.next_command.ticks):
             if ticks is not None:
@@ -669,7 +677,9 @@ class Engine(Tables):
                 layout.fill(array, parts.state[name])
         rows = self.k.met if len(self.k.met) == parts.log_rows else record_table(MET, parts.log_rows)
         self._long_log = self._no_log
-        self.k = layout.refilled(self.k, parts.tables)._replace(met=rows, log=self._no_log)
+        self.k = layout.refilled(self.k, parts.tables, self.composition.alike)._replace(
+            met=rows, log=self._no_log
+        )
         self._taken = None
         self.clock.base = parts.base
         self.bounds = parts.bounds

@@ -28,6 +28,7 @@ from kinetile.kernel.tables import Kernel, Records
 from kinetile.plugin.calling import described
 from kinetile.run.compose import Composition
 from kinetile.run.engine.agenda import Rows
+from kinetile.scene.bodies import nearest_image
 
 _OF_SLOTS = (tables.LATE_CONTACT, tables.TOO_DEEP, tables.JAMMED, tables.STALLED, tables.NOT_FINITE)
 """Faults of present bodies, which the loop reports by their slots; users know them by numbers."""
@@ -111,8 +112,9 @@ def blocked(k: Kernel, clock: Clock, command: Any, who: int) -> Refused:
     else:
         other = k.bodies.view(np.ndarray)[who]
         elapsed = (tick - int(other["anchor"])) * row["tick"].item()
-        here, there = other["x"] + other["vx"] * elapsed, other["y"] + other["vy"] * elapsed
-        deep = radius + other["radius"].item() - math.hypot(here - x, there - y)
+        apart = np.array([[other["x"] + other["vx"] * elapsed - x, other["y"] + other["vy"] * elapsed - y]])
+        (apart,) = nearest_image(apart, (row["torus"]["x"].item(), row["torus"]["y"].item()))
+        deep = radius + other["radius"].item() - math.hypot(*apart.tolist())
         said = f"it reaches {deep:.6g} into body {int(k.queue.view(np.ndarray)[who]['number'])}"
     place, when = f"at ({x!r}, {y!r}) with radius {radius!r}", f"at time {clock.time(tick)!r}"
     return Refused(f"{when} there is no room for body {number} {place}: {said}; nothing has changed")
@@ -132,9 +134,8 @@ def demand_room(k: Kernel, composition: Composition, walls: bool, clock: Clock, 
     """Raises Refused if the body that the first of some commands inserts would reach into another, or
     beyond a wall. The loop would find the same, but only after a copy of all tables."""
     passing = composition.pair is not None and composition.rules is not None and composition.rules.passing
-    who = compose(find_blocker, {"WALLS": walls, "PASSING": passing}, "room", Kernel)(
-        k, rows.view(np.recarray)
-    )
+    parts = {"WALLS": walls, "PASSING": passing, "PERIODIC": bool(composition.prepared.periodic)}
+    who = compose(find_blocker, parts, "room", Kernel)(k, rows.view(np.recarray))
     if who != FREE:
         raise blocked(k, clock, rows[0], int(who))
 

@@ -17,9 +17,11 @@ from kinetile.errors import PhaseError
 from kinetile.kernel.clock import SPAN, TICKS
 from kinetile.kernel.compiled import python_of
 from kinetile.kernel.flight import positions_now
+from kinetile.kernel.images import BEAT
 from kinetile.kernel.log import INSERTED
 from kinetile.kernel.loop.commands import LONG_AGO, window_of
 from kinetile.kernel.tables import (
+    IMAGE,
     NEVER,
     NOBODY,
     PASSING,
@@ -28,6 +30,7 @@ from kinetile.kernel.tables import (
     Records,
     allocate,
     column,
+    equal,
     pair_set,
     record_table,
     slots_taken,
@@ -37,7 +40,7 @@ from kinetile.run.compose import Composition, Rules
 from kinetile.run.engine.bounds import Bounds
 from kinetile.run.engine.fields import Fields
 from kinetile.scene import Scene, standing
-from kinetile.scene.bodies import overlapping_pairs
+from kinetile.scene.bodies import nearest_image, overlapping_images
 from kinetile.scene.checks import TOLERANCE
 from kinetile.scene.scene import LEAST
 
@@ -68,8 +71,25 @@ def tables_of(scene: Scene, composition: Composition, unit: float) -> Kernel:
     clock.per_time = TICKS / unit
     if scene.arena is not None:
         clock.limits.width, clock.limits.height = scene.arena
+    if scene.periodic:
+        _wind_up(k, scene)
     clock.jam.window_tick = clock.met_tick = clock.stops.tick = LONG_AGO
     return k
+
+
+def _wind_up(k: Kernel, scene: Scene) -> None:
+    """Writes the periods of a scene, and takes them off the places of its bodies."""
+    torus, n = k.clock[0].torus, len(scene)
+    torus.x, torus.y = scene.periods
+    torus.per_x, torus.per_y = (1.0 / period if period else 0.0 for period in scene.periods)
+    torus.half_x, torus.half_y = (0.5 * period if period else math.inf for period in scene.periods)
+    torus.beat = BEAT
+    k.bodies.x[:n], k.bodies.y[:n] = nearest_image(scene.position, scene.periods).T
+    for name, at, place, period in zip(
+        ("kx", "ky"), (k.bodies.x, k.bodies.y), scene.position.T, scene.periods, strict=True
+    ):
+        if period:
+            k.images[name][:n] = np.rint((place - at[:n]) / period)
 
 
 def moved(old: Kernel, taken: Any, scene: Scene, composition: Composition) -> Kernel:
@@ -93,6 +113,8 @@ def moved(old: Kernel, taken: Any, scene: Scene, composition: Composition) -> Ke
     k.bodies[:n] = old.bodies[taken]
     k.bodies[:n].last = new_slot[old.bodies.last[taken]]
     k.radii[:n], k.mass[:n] = old.radii[taken], old.mass[taken]
+    if len(k.images):
+        k.images[:n] = old.images[taken]
     if len(k.rules):
         k.traits[:n] = old.traits[taken]
         k = _with_passings(k, old, new_slot)
@@ -115,9 +137,11 @@ def _allocated(bodies: int, scene: Scene, composition: Composition) -> Kernel:
     if composition.rules is not None:  # a command may end a passing with every other body
         rows = max(rows, 2 * slots)
     try:
-        k = allocate(slots, room, rows)
+        k = allocate(slots, room, rows, composition.alike)
         if pairs:
             k = pair_set(k, pairs)
+        if scene.periodic:
+            k = k._replace(images=record_table(IMAGE, slots))
         if composition.rules is not None:
             k = _with_rules(k, composition.rules)
     except MemoryError as error:
@@ -167,7 +191,8 @@ def overlapping(scene: Scene) -> npt.NDArray[np.int64]:
     """Returns (m, 2) the bodies that overlap at the start, the elder first, in their order."""
     if not scene.responses:
         return np.zeros((0, 2), dtype=np.int64)
-    found = [*overlapping_pairs(scene.position, scene.radius, TOLERANCE), np.zeros((0, 2), dtype=np.int64)]
+    overlaps = overlapping_images(scene.position, scene.radius, scene.periods, TOLERANCE)
+    found = [*overlaps, np.zeros((0, 2), dtype=np.int64)]
     pairs = np.concatenate(found)
     return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
 
@@ -190,7 +215,8 @@ def set_limits(k: Kernel, bounds: Bounds, prepared: Scene) -> None:
     clock = k.clock[0]
     limits = clock.limits
     skin, extent, speed = bounds.skin, bounds.extent, bounds.speed
-    limits.least = prepared.radius.min(initial=math.inf)
+    # Where masses are one number, no insertion finds a place before the phases are prepared for it.
+    limits.least = math.inf if k.mass.strides == (0,) else prepared.radius.min(initial=math.inf)
     limits.widest = prepared.radius.max(initial=0.0)
     k.bodies.reach = k.bodies.radius + skin.delta
     limits.speed2, limits.faster = speed * speed, 0
@@ -327,12 +353,15 @@ def fill(array: npt.NDArray[Any], content: npt.NDArray[Any]) -> None:
         array[...] = content.view(array.dtype).reshape(array.shape)
 
 
-def refilled(k: Kernel, content: Mapping[str, npt.NDArray[Any]]) -> Kernel:
-    """Returns tables with the copied contents of some of them: in place if the length is the same."""
+def refilled(k: Kernel, content: Mapping[str, npt.NDArray[Any]], alike: bool) -> Kernel:
+    """Returns tables with the copied contents of some of them: in place if the length is the same. Equal
+    masses and radii are one number each if the phases are prepared for bodies that are ``alike``."""
     found = {}
     for name, saved in content.items():
         table = getattr(k, name)
-        if table.shape != saved.shape:
+        if alike and name in ("mass", "radii") and len(set(saved.tolist())) == 1:
+            table = equal(saved[0], len(saved))
+        elif table.shape != saved.shape or table.strides == (0,):
             if isinstance(table, np.recarray):
                 table = record_table(np.dtype(table.dtype), saved.shape[0])
             else:

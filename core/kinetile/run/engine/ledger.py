@@ -49,6 +49,8 @@ class Ledger:
 
     def __init__(self, clock: Clock, keep: bool) -> None:
         self._recorder: Recorder | None = None
+        self._counter: Recorder | None = None
+        self._observer: Recorder | None = None
         self._puts_aside = False
         self.rows = 0
         self._clock = clock
@@ -119,16 +121,22 @@ class Ledger:
     @property
     def reads(self) -> bool:
         """Whether the long rows of present events are read, or will be."""
-        return self._puts_aside or self._recorder is not None
+        return self._puts_aside or self._recorder is not None or self._observer is not None
 
     @contextmanager
-    def recording(self, recorder: Recorder | None) -> Iterator[None]:
-        """Within this context a recorder is given all rows."""
-        self._recorder = recorder
+    def recording(
+        self,
+        recorder: Recorder | None,
+        counter: Recorder | None = None,
+        observer: Recorder | None = None,
+    ) -> Iterator[None]:
+        """Within this context a recorder is given all rows, an observer the same without those that have
+        waited, and a counter the short rows of contacts (``kernel.tables.MET``), valid during the call."""
+        self._recorder, self._counter, self._observer = recorder, counter, observer
         try:
             yield
         finally:
-            self._recorder = None
+            self._recorder = self._counter = self._observer = None
 
     @contextmanager
     def put_aside(self) -> Iterator[None]:
@@ -156,6 +164,10 @@ class Ledger:
                 self._recorder(_rows(long, self._clock))
             elif self._puts_aside:
                 self._aside.append((long.copy(), self._clock.base))
+            if self._observer is not None:
+                self._observer(_rows(long, self._clock))
+        if logged and self._counter is not None:
+            self._counter(np.asarray(k.met)[:logged])
 
     def _put(self, waiting: list[tuple[int, Any]]) -> None:
         """Keeps contacts; the array grows by doubling, and a view that was returned is never moved."""

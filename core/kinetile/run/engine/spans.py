@@ -42,6 +42,8 @@ def count_from_next(k: Kernel, of_phase: Iterable[Any]) -> None:
     k.passings.begun -= SPAN
     k.traits.touched[:] = np.maximum(k.traits.touched - SPAN, LONG_AGO)
     clock.now -= SPAN
+    if len(k.images):
+        clock.torus.beat -= SPAN
     stops.tick = max(int(stops.tick) - SPAN, LONG_AGO)
     clock.origin = max(int(clock.origin) - SPAN, LONG_AGO)
     clock.met_tick = max(int(clock.met_tick) - SPAN, LONG_AGO)

@@ -20,7 +20,7 @@ import numpy.typing as npt
 from kinetile.kernel.certificates.contact import first_touch
 from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
 from kinetile.kernel.loop.predictions import barred_with
-from kinetile.kernel.tables import NEVER, Kernel, elder
+from kinetile.kernel.tables import NEVER, NOBODY, Kernel, elder
 from kinetile.run.questions.places import Moment, Point
 
 Integers = npt.NDArray[np.int64]
@@ -147,7 +147,8 @@ def _ticks_with(moment: Moment, a: int, others: Integers) -> Integers:
     ticks = np.full(len(others), NEVER)
     pair = moment.composition.pair
     if pair is not None:
-        _composed(ask_partners, meet=pair.meet)(moment.aside, a, others, ticks)
+        asking = _composed(ask_partners, meet=pair.meet, PERIODIC=any(moment.periods))
+        asking(moment.aside, a, others, ticks)
         ticks[ticks < moment.now] = NEVER
     return ticks
 
@@ -166,13 +167,14 @@ def _composed(asked: Callable[..., Any], **hooks: Any) -> Callable[..., Any]:
     return compose(asked, hooks, "questions", Kernel)
 
 
+PERIODIC = False
 meet = reach_wall = to_be_filled_in
 
 
 def ask_partners(k: Kernel, body: int, others: Integers, ticks: Integers) -> None:
     """Writes down when a body meets each of others by their plans; a template, as ``kernel.loop`` has."""
     k = disowned(k)
-    barred = barred_with(k, body)
+    barred = NOBODY if PERIODIC else barred_with(k, body)
     for i in range(len(others)):
         other = others[i]
         if other != body and other != barred:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from bisect import insort
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from functools import cache, cached_property, cmp_to_key
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +18,7 @@ from kinetile.kernel.flight import positions_now
 from kinetile.kernel.tables import Kernel
 from kinetile.run.compose import Composition
 from kinetile.run.questions.exact import compare_roots, compare_squares, difference_of_roots, in_order, whole
+from kinetile.scene.bodies import in_box, nearest_image
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -43,6 +46,12 @@ class Moment:
         """The present tick, as the kernel counts."""
         return int(self.k.clock[0].now)
 
+    @property
+    def periods(self) -> tuple[float, float]:
+        """The periods of the axes; 0 for one that is not periodic."""
+        torus = self.k.clock[0].torus
+        return float(torus.x), float(torus.y)
+
     @cached_property
     def aside(self) -> Kernel:
         """The tables with a clock of their own: a narrow phase may report a fault, which is not to end the
@@ -52,7 +61,7 @@ class Moment:
     @cached_property
     def places(self) -> Floats:
         """(n, 2) where the bodies are, to the bit as ``Simulation.positions`` has them."""
-        return positions_now(self.k, self.slots)
+        return in_box(positions_now(self.k, self.slots), self.periods)
 
     @cached_property
     def radii(self) -> Floats:
@@ -70,20 +79,41 @@ Truths = npt.NDArray[np.bool_]
 def bodies_in(moment: Moment, box: Box, inside: bool = False) -> Integers:
     """Returns the slots of the bodies that have a point in common with a box, including edges, or, with
     ``inside``, that lie in it completely. In the order of ``moment.slots``."""
-    x, y = moment.places.T
+    periods, radii = moment.periods, moment.radii
+    held = np.zeros(len(radii), dtype=np.bool_)
+    for shift in _shifts(box, periods, float(radii.max(initial=0.0))):
+        held |= _in_box(moment.places + shift, radii, box, inside)
+    return moment.slots[held]
+
+
+def _shifts(box: Box, periods: tuple[float, float], reach: float) -> Iterator[Floats]:
+    """Yields the periods, (2,), to be added to places from 0 to a period so that all images come that a box
+    may touch: of one that is longer than some periods, as many as show everybody."""
+    ranges = []
+    for low, high, period in zip(box[:2], box[2:], periods, strict=True):
+        if not period:
+            ranges.append([0.0])
+            continue
+        first = math.floor((low - reach) / period) - 1
+        last = min(math.floor((high + reach) / period) + 1, first + 6)
+        ranges.append([turn * period for turn in range(first, last + 1)])
+    for right, up in product(*ranges):
+        yield np.array([right, up])
+
+
+def _in_box(places: Floats, r: Floats, box: Box, inside: bool) -> Truths:
+    """Returns which discs are in a box."""
+    x, y = places.T
     left, bottom, right, top = box
     with np.errstate(over="ignore", invalid="ignore"):
         if inside:
-            r = moment.radii
-            held = (
+            return (
                 _apart_by(x, left, r)
                 & _apart_by(right, x, r)
                 & _apart_by(y, bottom, r)
                 & _apart_by(top, y, r)
             )
-        else:
-            held = _touching_box(x, y, moment.radii, box)
-    return moment.slots[held]
+        return _touching_box(x, y, r, box)
 
 
 def bodies_near(
@@ -93,8 +123,13 @@ def bodies_near(
     ``moment.slots``.
 
     How far a body is from a point is the distance to its centre less its radius: below 0 where the point is
-    within. Near are bodies not further than ``radius``, and not more than ``count`` of them.
+    within. Near are bodies not further than ``radius``, and not more than ``count`` of them. Where axes are
+    periodic that is the distance of the nearest image, at its rounded place.
     """
+    periods = moment.periods
+    if any(periods):
+        moment = replace(moment)
+        moment.__dict__["places"] = np.array(point) + nearest_image(moment.places - np.array(point), periods)
     x, y = moment.places.T
     with np.errstate(over="ignore", invalid="ignore"):
         squares = _square(x - point[0]) + _square(y - point[1])

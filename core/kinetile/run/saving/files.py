@@ -73,7 +73,7 @@ def pack(snapshot: Snapshot, file: BinaryIO, note: Mapping[str, Any] | None = No
     """
     arrays: Arrays = {}
     head = {
-        "answer": ANSWER,
+        "answer": snapshot.scene.answer,
         "layout": layout(),
         "note": dict(note or {}),
         "said": to_plain(_said(snapshot, arrays), arrays, "the simulation"),
@@ -123,7 +123,7 @@ def unpack(content: bytes, name: str = "this") -> Snapshot:
     """Returns the snapshot that was packed; RecordError, in which it is called ``name``, if that
     fails."""
     head, arrays = _opened(content, name)
-    if head["answer"] != ANSWER:
+    if head["answer"] not in range(1, ANSWER + 1):
         raise RecordError(
             f"{name} was saved under version {head['answer']!r} of the specification, and this kinetile "
             f"follows version {ANSWER}: other rules would make other contacts from here on"

@@ -69,6 +69,7 @@ class Page:
             "start": scene.start,
             "unit": scene.time_unit,
             "arena": scene.arena,
+            "periods": scene.periods,
             "box": _box(scene, first.plans),
             "begin": divmod(first.begin, TICKS),
             "end": divmod(end, TICKS),

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from encounters import TICK, compiled, reached, rows, touches, true_reaches, true_ticks
-from kinetile.kernel.certificates.contact import ULP, along, gap_at, newton, plus, seen_from
+from kinetile.kernel.certificates.contact import ULP, along, gap_at, newton, plus, seen_from, seen_through
 from kinetile.kernel.compiled import INTERPRETED
 
 COUNT = 1_000 if INTERPRETED else 4_000
@@ -132,6 +132,53 @@ def test_no_claim_is_too_small_and_none_is_eight_times_too_large():
     found = excess(table, times).max(axis=0)
     assert (found <= 1.0).all(), found
     assert (found > [1 / 8, 1 / 8, 1 / 8, 1 / 32]).all(), found
+
+
+@compiled
+def claim_through(numbers, turns, period, t, claims):
+    """Write d, low, size for the images along x; and q with its bound, for two equal axes."""
+    for i in range(len(numbers)):
+        x, vx, x2, vx2, time, rest, reach = numbers[i]
+        dx, low, size, ux, wx = seen_through(x, vx, x2, vx2, time, rest, turns[i], period[i])
+        q, q_error, _, _ = gap_at(t[i], dx, low, size, ux, wx, dx, low, size, ux, wx, reach, 0.0)
+        claims[i, 0] = dx
+        claims[i, 1] = low
+        claims[i, 2] = size
+        claims[i, 3] = q
+        claims[i, 4] = q_error
+
+
+@pytest.mark.parametrize("most", [1, 2**6, 2**32 - 1])
+def test_what_an_image_adds_is_within_the_claims(most):
+    """Images up to so many periods away, that are near at the anchor: of the size 9 ulps of an ulp are lost
+    at most, as docs/exact-ticks.md derives, and the bound of q covers them."""
+    rng, n = np.random.default_rng(3), COUNT // 4
+    period, turns = rng.uniform(0.5, 8.0, n), np.rint(rng.uniform(-most, most, n))
+    x, x2 = rng.uniform(-0.5, 0.5, (2, n)) * period
+    time = rng.uniform(0.0, 4.0, n)
+    rest = time * ULP * rng.uniform(-1.0, 1.0, n)
+    vx = (x2 - x + turns * period + np.ldexp(rng.uniform(-1.0, 1.0, n), rng.integers(-50, 3, n))) / time
+    vx2 = rng.uniform(-1.0, 1.0, n)
+    t = np.ldexp(rng.uniform(0.5, 1.0, n), rng.integers(-20, 2, n))
+    there = 2.0 * ((x2 - x + turns * period - vx * time) + (vx2 - vx) * t) ** 2
+    numbers = np.column_stack([x, vx, x2, vx2, time, rest, np.sqrt(there)])
+    claims = np.zeros((n, 5))
+    claim_through(numbers, turns, period, t, claims)
+    worst = 0.0
+    for row, m, P, at, said in zip(
+        numbers.tolist(), turns.tolist(), period.tolist(), t.tolist(), claims.tolist(), strict=True
+    ):
+        x_, vx_, x2_, vx2_, time_, rest_, reach = map(Fraction, row)
+        dx, low, size, q, q_error = map(Fraction, said)
+        exact = x2_ - x_ + Fraction(m) * Fraction(P) - vx_ * (time_ + rest_)
+        ulp = Fraction(ULP)
+        lost = abs(exact - dx - low) / (ulp * ulp * size)
+        assert lost <= 9
+        assert abs(low) <= 3 * ulp * size
+        worst = max(worst, float(lost))
+        true = 2 * (exact + (vx2_ - vx_) * Fraction(at)) ** 2 - reach * reach
+        assert abs(q - true) <= q_error
+    assert worst > 1.0
 
 
 @pytest.mark.parametrize("far", [0.0, 40.0])

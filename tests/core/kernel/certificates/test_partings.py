@@ -33,10 +33,13 @@ def test_the_tick_is_the_last_at_which_they_have_not_parted(lattice):
         x, y, vx, vy, x2, y2, vx2, vy2, r, r2 = drawn(seed, lattice)
         elapsed = [0, 1, 1 << 52, (1 << 54) + seed][seed % 4]
         tick = 2.0 ** (-52 - seed % 9)
-        found = part(x, y, vx, vy, elapsed, x2, y2, vx2, vy2, r, r2, tick)
+        m, n, width, height = [(0, 0, 0.0, 0.0), (1, -2, 3.0, 5.0), (-1, 1, abs(x) + 1.1, abs(y) + 0.7)][
+            seed % 3
+        ]
+        found = part(x, y, vx, vy, elapsed, x2, y2, vx2, vy2, r, r2, tick, float(m), float(n), width, height)
         dx, dy, ux, uy = (
-            Fraction(x2) - Fraction(x) - Fraction(vx) * Fraction(tick) * elapsed,
-            Fraction(y2) - Fraction(y) - Fraction(vy) * Fraction(tick) * elapsed,
+            Fraction(x2) - Fraction(x) - Fraction(vx) * Fraction(tick) * elapsed + m * Fraction(width),
+            Fraction(y2) - Fraction(y) - Fraction(vy) * Fraction(tick) * elapsed + n * Fraction(height),
             Fraction(vx2) - Fraction(vx),
             Fraction(vy2) - Fraction(vy),
         )

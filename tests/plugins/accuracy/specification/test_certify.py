@@ -113,11 +113,28 @@ def scene_of(given):
         arena=given.get("arena") and tuple(map(number, given["arena"])),
         turns=turns,
         start=number(given["start"]),
+        periodic=given.get("periodic", ""),
     )
     return scene, number(given["until"])
 
 
 # Wrong ones
+
+
+def test_a_contact_through_an_image_that_is_another():
+    """Two discs alone, that meet in turn at one side and at the other."""
+    places, velocities = [(0.25, 0.5), (0.75, 0.5)], [(1.0, 0.0), (0.0, 0.0)]
+    scene = kt.Scene(places, velocities, 0.125, arena=(1.0, 1.0), periodic="xy")
+    log = contacts_among(whole_rows(scene, 4.0))
+    assert (log["epoch"] + log["tick"] / 2**52).tolist() == [0.25 + 0.5 * k for k in range(8)]
+    assert certify_log(scene, log, 4.0).right
+    later = log.copy()
+    later["tick"][2] += 1
+    index, why = wrong(scene, later, 4.0)
+    assert (index, f"its tick should be epoch 1, tick {2**50}, 1 tick earlier" in why) == (2, True)
+    again = np.insert(log, 1, log[0])
+    index, why = wrong(scene, again, 4.0)
+    assert (index, f"its tick should be epoch 0, tick {3 * 2**50}" in why) == (1, True)
 
 
 @pytest.mark.parametrize("by", [-5, -1, 1, 7, 10**12])

@@ -3,6 +3,7 @@
 
 import { HUGE, addArea, addDisc, addLine, boxOf } from "./paper.mjs";
 import { GROUPS } from "../run/events.mjs";
+import { apartAlong } from "../run/motion.mjs";
 import { KINDS } from "../run/rows.mjs";
 import { SHAPES } from "../run/structure.mjs";
 
@@ -83,13 +84,13 @@ export function drawNumbers({ pen, camera, width, height }, bodies, places, ther
  * The structure after so many events: what lies under the bodies, or over them (`over`). What fails next and what
  * has come with the last event have looks of their own; what is only scheduled anew has a wider line.
  */
-export function drawStructure(view, structure, done, places, { looks, next, fresh }, over) {
+export function drawStructure(view, structure, done, places, { looks, next, fresh, periods }, over) {
   const { pen } = view;
   for (const { role, state, shapes } of structure.layers(done)) {
     const own = looks[role];
     if ((own.over || state === "next" || state === "fresh") !== over) continue;
     const look = { next, fresh }[state] ?? own;
-    addShapes(view, structure, shapes, places, look);
+    addShapes(view, structure, shapes, places, look, periods);
     pen.setLineDash(look.dashes);
     pen.strokeStyle = look.colour;
     pen.lineWidth = look.width + (state === "again" ? 1 : 0);
@@ -100,7 +101,7 @@ export function drawStructure(view, structure, done, places, { looks, next, fres
 }
 
 /** Fill shapes of a kind, and add them to a new path. Each is filled by itself: a path of many is slow to fill. */
-function addShapes(view, structure, shapes, places, look) {
+function addShapes(view, structure, shapes, places, look, periods) {
   const { pen } = view;
   const kind = SHAPES[structure.shape[shapes[0]]];
   pen.globalAlpha = look.filled;
@@ -122,7 +123,9 @@ function addShapes(view, structure, shapes, places, look) {
       if (look.filled) pen.fillRect(...box);
       pen.rect(...box);
     } else {
-      addLine(view, ...corners(structure, shape, places));
+      const [x, y, otherX, otherY] = corners(structure, shape, places);
+      const link = kind === "link"; // to the nearest image of the other body
+      addLine(view, x, y, link ? x + apartAlong(x, otherX, periods[0]) : otherX, link ? y + apartAlong(y, otherY, periods[1]) : otherY);
     }
   }
   pen.globalAlpha = 1;
@@ -160,6 +163,13 @@ export function drawNote({ pen }, text, theme) {
   pen.fillRect(0, 0, pen.measureText(text).width + 16, 24);
   pen.fillStyle = theme.text;
   pen.fillText(text, 8, 6);
+}
+
+/** Draw within the arena only. */
+export function clipTo(view, [width, height]) {
+  view.pen.beginPath();
+  addArea(view, [[0, 0], [width, 0], [width, height], [0, height]]);
+  view.pen.clip();
 }
 
 /** The arena's walls. */

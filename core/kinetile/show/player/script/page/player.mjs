@@ -1,13 +1,14 @@
 // The state of the page: what plays, what is selected, where one looks; and what is seen of it.
 
 import { Camera, gapOf } from "./camera.mjs";
-import { drawBodies, drawNote, drawNumbers, drawPlan, drawStructure, drawWalls, groupOf } from "./drawing.mjs";
+import { clipTo, drawBodies, drawNote, drawNumbers, drawPlan, drawStructure, drawWalls, groupOf } from "./drawing.mjs";
 import { drawMatrix } from "./matrix.mjs";
 import { prepare } from "./paper.mjs";
 import { BodyTable, countUp, tell } from "./tables.mjs";
 import { Timeline, lanesOf } from "./timeline.mjs";
 import { compare, elapsed, later, momentAt, timeOf } from "../run/clock.mjs";
 import { GROUPS, inWords, momentOfEvent, seek } from "../run/events.mjs";
+import { apartAlong } from "../run/motion.mjs";
 import { Playback } from "../run/playback.mjs";
 import { KINDS } from "../run/rows.mjs";
 
@@ -256,16 +257,33 @@ export class Player {
     const structure = this.structured ? this.runs[at].structure : null;
     view.pen.clearRect(0, 0, view.width, view.height);
     const places = this.placesOf(run);
+    const repeats = held.periods.some((period) => period > 0);
     if (held.arena) drawWalls(view, held.arena, theme.wall);
+    if (repeats) {
+      view.pen.save();
+      clipTo(view, held.arena);
+    }
     if (structure) drawStructure(view, structure, run.done, places, held, false);
-    drawBodies(view, bodies, places, there, theme, this.marks(run));
+    this.drawImages(places, (seen) => drawBodies(view, bodies, seen, there, theme, this.marks(run)));
     if (structure) drawStructure(view, structure, run.done, places, held, true);
     const body = this.selected;
     if (body !== null && there[body]) drawPlan(view, this.plan(run, body), bodies.radius[body] || 0, theme.selected);
     drawNumbers(view, bodies, places, there, theme);
+    if (repeats) view.pen.restore();
     if (structure && run.done > structure.seen) drawNote(view, `the structure is recorded up to event ${structure.seen} only`, theme);
     const matrix = this.matrices[at];
     if (!matrix.hidden) drawMatrix(matrix, structure?.entries(run.done) ?? [], there, held, theme, this.marks(run));
+  }
+
+  /** Draw bodies at their places, and where axes are periodic at those of their images beside. */
+  drawImages({ x, y }, draw) {
+    const [width, height] = this.held.periods;
+    const turns = (period) => (period ? [-period, 0, period] : [0]);
+    for (const right of turns(width)) {
+      for (const up of turns(height)) {
+        draw(right || up ? { x: x.map((at) => at + right), y: y.map((at) => at + up) } : { x, y });
+      }
+    }
   }
 
   /** The colours of the bodies that are selected, or in the present event. */
@@ -291,13 +309,19 @@ export class Player {
     let event = seek(run.events, run.done, 1, "all", body);
     while (event >= 0 && KINDS[run.events.kind[event]] === "structural") event = seek(run.events, event + 1, 1, "all", body);
     if (event >= 0) until = momentOfEvent(run.events, event);
-    return [[plans.x[body], plans.y[body]], run.motion.place(body, this.playback.moment), run.motion.place(body, until)];
+    const now = run.motion.place(body, this.playback.moment);
+    const seen = ([x, y]) => {
+      const [width, height] = this.held.periods;
+      return [now[0] + apartAlong(now[0], x, width), now[1] + apartAlong(now[1], y, height)];
+    };
+    return [seen([plans.x[body], plans.y[body]]), now, seen(run.motion.place(body, until))];
   }
 
   /** The gap between the surfaces of two bodies. */
   gap(run, a, b) {
-    const place = (body) => run.motion.place(body, this.playback.moment);
-    return gapOf(place(a), this.bodies.radius[a], place(b), this.bodies.radius[b]);
+    const [one, other] = [a, b].map((body) => run.motion.place(body, this.playback.moment));
+    const there = one.map((at, axis) => at + apartAlong(at, other[axis], this.held.periods[axis]));
+    return gapOf(one, this.bodies.radius[a], there, this.bodies.radius[b]);
   }
 
   /** The body at a place of a canvas, in pixels right of and above its middle; or null. */

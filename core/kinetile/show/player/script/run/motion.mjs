@@ -4,8 +4,23 @@
 import { elapsed } from "./clock.mjs";
 import { copyPlans, givesPlans, isThereAfter } from "./rows.mjs";
 
+/** A place as it is shown: along a periodic axis from 0 to less than the period, which is 0 of another axis. */
+export function wrapped(place, period) {
+  if (period === 0) return place;
+  const rest = place % period;
+  const found = rest < 0 ? rest + period : rest;
+  return found === period ? 0 : found;
+}
+
+/** What is between two places along an axis: to the nearest image of the other. */
+export function apartAlong(one, other, period) {
+  const apart = other - one;
+  return period === 0 ? apart : apart - period * Math.round(apart / period);
+}
+
 export class Motion {
-  constructor(bodies, rows, unit) {
+  constructor(bodies, rows, unit, periods = [0, 0]) {
+    this.periods = periods;
     this.bodies = bodies;
     this.rows = rows;
     this.unit = unit;
@@ -36,7 +51,8 @@ export class Motion {
   place(body, moment) {
     const { x, y, vx, vy, epoch, tick } = this.plans;
     const time = elapsed(moment, epoch[body], tick[body], this.unit);
-    return [x[body] + vx[body] * time, y[body] + vy[body] * time];
+    const [width, height] = this.periods;
+    return [wrapped(x[body] + vx[body] * time, width), wrapped(y[body] + vy[body] * time, height)];
   }
 
   /** The places of all bodies at a moment, into two arrays. */
@@ -44,8 +60,8 @@ export class Motion {
     const { x, y, vx, vy, epoch, tick } = this.plans;
     for (let body = 0; body < x.length; body += 1) {
       const time = elapsed(moment, epoch[body], tick[body], this.unit);
-      intoX[body] = x[body] + vx[body] * time;
-      intoY[body] = y[body] + vy[body] * time;
+      intoX[body] = wrapped(x[body] + vx[body] * time, this.periods[0]);
+      intoY[body] = wrapped(y[body] + vy[body] * time, this.periods[1]);
     }
   }
 

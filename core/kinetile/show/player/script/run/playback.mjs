@@ -24,11 +24,11 @@ export async function load(held) {
 
 export class Playback {
   /** `runs`: [{rows, steps}], with rows as `rebuild` gives them, and structural events or null. */
-  constructor(bodies, runs, { unit, begin, end }) {
+  constructor(bodies, runs, { unit, begin, end, periods }) {
     Object.assign(this, { unit, begin, end });
     this.runs = runs.map(({ rows, steps }) => ({
       events: merge(rows, steps),
-      motion: new Motion(bodies, rows, unit),
+      motion: new Motion(bodies, rows, unit, periods),
       done: 0,
     }));
     this.#be(begin);

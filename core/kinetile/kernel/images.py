@@ -1,0 +1,235 @@
+"""Images: places and contacts where an axis is periodic.
+
+A border that bodies cross could be an event. Here it is none: the law does not know where the box is cut.
+The *image* (m, n) of a body is the body m periods further right and n further up, and a contact of two bodies
+is through an image: the certificate of two discs, with m and n periods added to their separation. So two
+bodies may meet through several images, even at one tick, and nothing is rounded, logged or planned anew
+because somebody crosses a line.
+
+A plan's place stays near 0, so that rounding does not grow: whenever a plan is anchored, its place becomes
+the remainder of IEEE 754, from -1/2 to 1/2 period, which is a double always: wrapping adds no rounding.
+``k.images`` counts the periods taken off a body, so x + kx * period is its *unwrapped* place. Images are
+counted between unwrapped places, from the elder of two bodies to the younger: wrapping does not change their
+numbers.
+
+On the same grounds no plan grows old. At every *beat*, 2^53 ticks or two units of the clock, all plans that
+are a beat old are anchored anew, body by body. Then a body is at most four units away from its anchor, and
+a search for the first image that another one meets has an end.
+
+Two bodies that have met through an image are barred from that image, not from each other: two discs alone in
+a box meet again and again, with nothing in between.
+"""
+
+from __future__ import annotations
+
+import math
+
+from kinetile.kernel.certificates.contact import touch_through
+from kinetile.kernel.compiled import hook, larger, smaller, template
+from kinetile.kernel.flight import anchor_at
+from kinetile.kernel.tables import NEVER, NOBODY, TOO_DEEP, Kernel, blame
+from kinetile.kernel.vectors import product_error
+
+BEAT = 1 << 53
+"""Ticks between two beats."""
+
+FORESEEN = 1 << 55
+"""Ticks after the later anchor from which on no contact is predicted: both plans are anchored before."""
+
+PERIODIC = False
+
+HALVES = 1.5 * 2.0**52
+
+
+@hook
+def nearest_whole(value: float) -> float:
+    """Return the nearest whole number, of two the even one, of a number below 2^51 in size."""
+    return (value + HALVES) - HALVES
+
+
+@hook
+def remainder(value: float, period: float, times: float) -> float:
+    """Return value - times * period, for the whole number that makes it nearly the least: exactly."""
+    product = times * period
+    return (value - product) - product_error(times, period, product)
+
+
+@hook
+def turns_of(place: float, period: float) -> float:
+    """Return how many periods a place is away from the box around 0: the quotient, rounded to nearest, of two
+    the even one."""
+    half = 0.5 * period
+    if abs(place) <= half:
+        return 0.0
+    times = nearest_whole(place / period)
+    rest = remainder(place, period, times)
+    if rest > half:  # the quotient was rounded to a half
+        times += 1.0
+    elif rest < -half:
+        times -= 1.0
+    return times
+
+
+@hook
+def near_zero(place: float, period: float) -> float:
+    """Return a place, along an axis, without its periods; 0 stands for the period of one with walls."""
+    return remainder(place, period, turns_of(place, period)) if period > 0.0 else place
+
+
+@hook
+def wrap(k: Kernel, body: int) -> None:
+    """Take the periods off the place of a body whose plan has been anchored."""
+    torus = k.clock[0].torus
+    plan = k.bodies[body]
+    image = k.images[body]
+    if torus.x > 0.0:
+        times = turns_of(plan.x, torus.x)
+        if times != 0.0:
+            plan.x = remainder(plan.x, torus.x, times)
+            image.kx += int(times)
+    if torus.y > 0.0:
+        times = turns_of(plan.y, torus.y)
+        if times != 0.0:
+            plan.y = remainder(plan.y, torus.y, times)
+            image.ky += int(times)
+
+
+@template
+def anchor(k: Kernel, body: int, tick: int) -> None:
+    """Anchor a body's plan at a tick, without changing its velocity."""
+    anchor_at(k, k.bodies[body], tick)
+    if PERIODIC:
+        wrap(k, body)
+
+
+@hook
+def first_image(k: Kernel, a: int, b: int) -> int:
+    """Return the tick of the first contact of two discs, ``a`` the elder, through any image but the one that
+    is barred, or ``NEVER``; write to the clock through which. Of several at one tick it is that of the least
+    m, then of the least n.
+
+    Seen from the body with the earlier anchor, the other one's images are a lattice that moves. Columns of
+    it are looked at in the order in which they can be reached, and in each the rows that can be met while it
+    is passed; the search ends where a column is reached later than the best contact found.
+    """
+    clock = k.clock[0]
+    torus = clock.torus
+    early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
+    late = a + b - early
+    one = k.bodies[early]
+    two = k.bodies[late]
+    since = two.anchor
+    sense = 1 if early == a else -1
+    kx = k.images[late].kx - k.images[early].kx
+    ky = k.images[late].ky - k.images[early].ky
+    barred = k.bodies[a].last == b and k.bodies[b].last == a
+    time = float(since - one.anchor) * clock.tick
+    dx = two.x - (one.x + one.vx * time)
+    dy = two.y - (one.y + one.vy * time)
+    ux = two.vx - one.vx
+    uy = two.vy - one.vy
+    reach = one.radius + two.radius
+    far = reach * (1.0 + 2.0**-40) + clock.limits.fat
+    way = 1.0 if ux > 0.0 else -1.0
+    speed = abs(ux)
+    best = FORESEEN
+    m = 0
+    n = 0
+    best_dx = dx
+    best_dy = dy
+    column = float(math.floor((far - way * dx) * torus.per_x))
+    while True:
+        place = way * dx + column * torus.x
+        limit = float(best + 2) * clock.tick
+        enters = (-far - place) / speed if place < -far else 0.0
+        if not enters <= limit:
+            break
+        leaves = (far - place) / speed if speed > 0.0 else limit
+        leaves = smaller(leaves, limit)
+        from_y = dy + uy * enters
+        to_y = dy + uy * leaves
+        row = -float(math.floor((larger(from_y, to_y) + far) * torus.per_y))
+        last = float(math.floor((far - smaller(from_y, to_y)) * torus.per_y))
+        while leaves >= 0.0 and row <= last:
+            this_m = sense * (int(way * column) - kx)
+            this_n = sense * (int(row) - ky)
+            image = k.images[a]
+            if not (barred and this_m == image.last_m and this_n == image.last_n):
+                delay = touch_through(
+                    one.x,
+                    one.y,
+                    one.vx,
+                    one.vy,
+                    since - one.anchor,
+                    two.x,
+                    two.y,
+                    two.vx,
+                    two.vy,
+                    one.radius,
+                    two.radius,
+                    clock.tick,
+                    clock.per_time,
+                    way * column,
+                    row,
+                    torus.x,
+                    torus.y,
+                )
+                tie = delay == best and (this_m < m or (this_m == m and this_n < n))
+                if delay < best or (tie and best < FORESEEN):
+                    best = delay
+                    m = this_m
+                    n = this_n
+                    best_dx = dx + way * column * torus.x
+                    best_dy = dy + row * torus.y
+            row += 1.0
+        if torus.x == 0.0:
+            break
+        column -= 1.0
+    if best >= FORESEEN:
+        return NEVER
+    torus.m = m
+    torus.n = n
+    if best == 0:
+        depth = reach - math.sqrt(best_dx * best_dx + best_dy * best_dy)
+        if depth > clock.limits.tolerance + 1e-9 * reach:
+            blame(k, TOO_DEEP, a, b)
+    return int(since + best)
+
+
+@hook
+def await_through(k: Kernel, body: int) -> None:
+    """Note, beside a body's entry, the image of the contact that has been computed for it last."""
+    image = k.images[body]
+    image.m = k.clock[0].torus.m
+    image.n = k.clock[0].torus.n
+
+
+@hook
+def come_together(k: Kernel, a: int, b: int, h: int) -> None:
+    """Write to the clock what is added to b - a at the contact that the entry of h awaits. Both are anchored.
+    The image is barred for them from now on."""
+    torus = k.clock[0].torus
+    image = k.images[h]
+    one = k.images[a]
+    two = k.images[b]
+    torus.right = float(image.m + two.kx - one.kx) * torus.x
+    torus.up = float(image.n + two.ky - one.ky) * torus.y
+    one.last_m = image.m
+    one.last_n = image.n
+    two.last_m = image.m
+    two.last_n = image.n
+
+
+@hook
+def next_to_anchor(k: Kernel) -> int:
+    """Return the next body, by its number, whose plan is a beat old at this beat; NOBODY: there is none, and
+    the next beat is awaited."""
+    torus = k.clock[0].torus
+    while torus.number < len(k.slots):
+        body = k.slots[torus.number]
+        torus.number += 1
+        if body >= 0 and k.bodies[body].anchor < torus.beat - BEAT:
+            return int(body)
+    torus.number = 0
+    torus.beat += BEAT
+    return NOBODY

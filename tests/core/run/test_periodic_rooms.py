@@ -1,0 +1,130 @@
+"""Commands and responses in scenes with periodic axes: the room of an inserted body, and what is refused."""
+
+from __future__ import annotations
+
+import json
+import math
+from contextlib import chdir
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import kinetile as kt
+from kinetile.cli import app
+from kinetile.errors import Refused
+from kinetile.kernel.images import near_zero
+from kinetile.run.saving.files import HEAD
+from torus_reference import Torus
+
+pytestmark = pytest.mark.small
+
+STILL = (0.0, 0.0)
+
+
+def scene(periodic: str, *places: tuple[float, float], insert: tuple[float, float]) -> kt.Scene:
+    """Discs of radius 1/4 in a box of 2 x 1, the first of which flies; another one comes at time 1."""
+    velocities = [(0.25, 0.0), *[STILL] * (len(places) - 1)]
+    comes = kt.Insert(1.0, insert, STILL, 0.25)
+    return kt.Scene(places, velocities, 0.25, arena=(2.0, 1.0), periodic=periodic, commands=[comes])
+
+
+@pytest.mark.parametrize(
+    ("periodic", "place", "who"),
+    [
+        ("x", (0.375, 0.5), "body 0"),  # which is at 2 by then: 0
+        ("x", (-1.625, 0.5), "body 0"),
+        ("x", (20.375, 0.5), "body 0"),
+        ("xy", (0.25, 5.75), "body 0"),
+        ("xy", (1.75, -0.25), "body 0"),
+    ],
+)
+def test_an_inserted_body_has_no_room_where_an_image_is(
+    periodic: str, place: tuple[float, float], who: str
+) -> None:
+    given = scene(periodic, (1.75, 0.5), insert=place)
+    apart = math.hypot(math.remainder(2.0 - place[0], 2.0), math.remainder(0.5 - place[1], 1.0))
+    said = f"it reaches {0.5 - apart:.6g} into {who};"
+    sim = kt.Simulation(given, "naive")
+    with pytest.raises(Refused, match=said):
+        sim.run(until=2.0)
+    assert sim.time == 1.0
+    by_hand = kt.Simulation(given.replace(commands=()), "naive")
+    by_hand.run(until=1.0)
+    with pytest.raises(Refused, match=said):
+        by_hand.insert(place, STILL, 0.25)
+
+
+@pytest.mark.parametrize(
+    ("periodic", "place"),
+    [("x", (0.5, 0.5)), ("x", (2.5, 0.5)), ("x", (-1.5, 0.5)), ("xy", (3.0, 1.0)), ("xy", (5.0, -0.1))],
+)
+def test_it_has_room_beyond_the_box_and_where_images_touch(periodic: str, place: tuple[float, float]) -> None:
+    sim = kt.Simulation(scene(periodic, (1.75, 0.5), insert=place), "naive")
+    sim.run(until=1.0)
+    assert sim.readings.inserted == 1
+    assert sim.unwrapped()[1].tolist() == list(place)
+
+
+def test_only_the_walls_of_walled_axes_count() -> None:
+    given = scene("x", (1.75, 0.5), insert=(0.7, 0.75)).replace(commands=())
+    sim = kt.Simulation(given, "naive")
+    sim.run(until=1.0)
+    assert sim.insert((-0.75, 0.75), STILL, 0.25) == 1
+    with pytest.raises(ValueError, match="the whole disc inside the arena"):
+        sim.insert((0.7, 0.2), STILL, 0.25)
+
+
+def test_who_was_inserted_meets_images() -> None:
+    """From then on it is a scene of its own: its contacts are those of the rationals."""
+    given = scene("xy", (1.75, 0.5), insert=(0.75, 3.5)).replace(unit=0.5)
+    sim = kt.Simulation(given, "naive")
+    sim.run(until=40.0)
+    places, velocities = [(2.0, 0.5), (0.75, 3.5)], [(0.25, 0.0), STILL]
+    there = kt.Scene(places, velocities, 0.25, arena=(2.0, 1.0), periodic="xy", unit=0.5)
+    torus = Torus(there)
+    torus.run(1000, int(39 / Fraction(given.time_unit)) << 52)
+    assert len(torus.contacts) > 4
+    later = int(1 / Fraction(given.time_unit)) << 52
+    found = [((int(c["epoch"]) << 52) + int(c["tick"]) - later, c["a"], c["b"]) for c in sim.contacts]
+    assert found == torus.contacts
+
+
+@pytest.mark.parametrize("times", [0.0, 0.25, 0.5, 0.75, 1.5, 2.5, -0.5, -1.5, 2.0**30 + 0.5, 1e9 / 7])
+@pytest.mark.parametrize("period", [1.0, 3.0, 0.1, 1e200, 2.0**-190])
+def test_a_place_near_zero_is_the_remainder_of_the_standard(times: float, period: float) -> None:
+    about = times * period
+    for place in (about, math.nextafter(about, math.inf), math.nextafter(about, -math.inf)):
+        assert near_zero(place, period) == math.remainder(place, period)
+
+
+def test_no_kinds_pass_where_an_axis_is_periodic() -> None:
+    given = kt.Scene(
+        [(0.5, 0.5), (1.5, 0.5)],
+        [STILL, (1.0, 0.0)],
+        0.25,
+        arena=(2.0, 1.0),
+        periodic="x",
+        kind=["ball", "sensor"],
+        responses={("ball", "sensor"): "pass"},
+    )
+    with pytest.raises(Refused, match="kinds that pass through each other, and is periodic along x: bodies"):
+        kt.Simulation(given, "naive")
+    kt.Simulation(given.replace(periodic=""), "naive")
+
+
+@pytest.mark.parametrize(("periodic", "answer"), [("x", 2), ("", 1)])
+def test_files_name_the_answer_of_their_scene(periodic: str, answer: int, tmp_path: Path) -> None:
+    given = kt.Scene([(0.5, 0.5)], [(1.0, 0.25)], 0.25, arena=(2.0, 1.0), periodic=periodic)
+    kt.save_scene(given, tmp_path / "scene.toml")
+    words = ["run", "scene.toml", "--until", "1", "--broad-phase", "naive", "--json"]
+    words += ["--events", "events.parquet", "--checkpoint", "run.save"]
+    with chdir(tmp_path):
+        done = CliRunner().invoke(app, words)
+        assert json.loads(done.stdout)["answer"] == given.answer == answer
+        assert kt.read_events("events.parquet").metadata["answer"] == answer
+        head = json.loads(np.load("run.save")[HEAD].tobytes())
+        assert head["answer"] == answer
+    assert kt.ANSWER == 2

@@ -1,0 +1,187 @@
+"""Periodic scenes: one answer, the same as by rationals; and what follows from symmetry and geometry."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import kinetile as kt
+import torus_scenes
+from kinetile.errors import Refused, SceneError
+from lanes import first
+from torus_reference import Torus
+
+PHASES = ("naive", "cells")
+
+
+def rows(sim: kt.Simulation) -> list[tuple[int, int, int]]:
+    return [((int(c["epoch"]) << 52) + int(c["tick"]), int(c["a"]), int(c["b"])) for c in sim.contacts]
+
+
+def contacts_of(scene: kt.Scene, phase: str, units: int = 10, most: int = 40) -> list[tuple[int, int, int]]:
+    sim = kt.Simulation(scene, phase)
+    sim.run(until=units * scene.time_unit, max_contacts=most)
+    return rows(sim)
+
+
+@pytest.mark.small
+@pytest.mark.parametrize("seed", first(4, range(300)))
+def test_the_answer_is_that_of_rationals(seed):
+    scene = torus_scenes.drawn(seed)
+    units = (3, 10, 30)[seed % 3]
+    reference = Torus(scene)
+    reference.run(20, units << 52)
+    for phase in PHASES:
+        sim = kt.Simulation(scene, phase, audit=1)
+        sim.run(until=units * scene.time_unit, max_contacts=20)
+        assert rows(sim) == reference.contacts
+        places = [plan.place for plan in reference.plans]
+        if len(reference.contacts) < 20 or units == 3:
+            continue
+        bodies = sim.tables.bodies
+        assert [[at.x, at.y] for at in bodies] == places
+        assert [[int(at.kx), int(at.ky)] for at in sim.tables.images] == [p.turns for p in reference.plans]
+
+
+@pytest.mark.parametrize("seed", first(8, range(1500)))
+def test_phases_agree_on_larger_scenes(seed):
+    """The first are periodic along both axes, and share a loop with other tests."""
+    axes = ("xy",) if seed < 8 else ("x", "y", "xy", "xy")
+    scene = torus_scenes.drawn(seed, (8, 13, 21, 34), axes)
+    every = {phase: contacts_of(scene, phase, 20, 400) for phase in PHASES}
+    assert all(each == every["naive"] for each in every.values())
+
+
+def mirrored(scene: kt.Scene) -> kt.Scene:
+    return scene.replace(position=scene.position * (-1, 1), velocity=scene.velocity * (-1, 1))
+
+
+def exchanged(scene: kt.Scene) -> kt.Scene:
+    return scene.replace(position=scene.position[:, ::-1], velocity=scene.velocity[:, ::-1])
+
+
+def halved(scene: kt.Scene) -> kt.Scene:
+    half = {name: getattr(scene, name) / 2 for name in ("position", "velocity", "radius")}
+    return scene.replace(**half, arena=(0.5, 0.5))
+
+
+LATTICE = [(i / 4 + 1 / 8, j / 4 + 1 / 8) for i in range(4) for j in range(4)]
+
+
+@pytest.mark.parametrize("change", [exchanged, halved, mirrored])
+@pytest.mark.parametrize("seed", first(2, range(40)))
+def test_symmetries_keep_every_tick(change, seed):
+    """A mirrored box keeps them where no two images are met at one tick; its places must be exact doubles."""
+    rng = np.random.default_rng(seed)
+    scene = kt.Scene(LATTICE, rng.normal(size=(16, 2)), 1 / 16, arena=(1, 1), periodic="xy")
+    assert contacts_of(change(scene), "cells") == contacts_of(scene, "cells")
+
+
+def test_a_body_written_some_periods_away_is_the_same_body():
+    rng = np.random.default_rng(1)
+    scene = kt.Scene(LATTICE, rng.normal(size=(16, 2)), 1 / 16, arena=(1, 1), periodic="xy")
+    far = scene.replace(position=scene.position + [(i % 3, -2.0 * (i % 2)) for i in range(16)])
+    assert contacts_of(far, "cells") == contacts_of(scene, "cells")
+    one, two = kt.Simulation(scene, "cells"), kt.Simulation(far, "cells")
+    one.run(until=5.0)
+    two.run(until=5.0)
+    assert (one.positions() == two.positions()).all()
+    assert np.allclose(two.unwrapped() - one.unwrapped(), far.position - scene.position, atol=1e-12)
+
+
+def test_two_discs_alone_meet_through_one_image_after_the_other():
+    """The bar is on an image: with nothing between two contacts, they never fly through each other."""
+    scene = kt.Scene([(0.25, 0.5), (0.75, 0.5)], [(0.5, 0), (-0.5, 0)], 0.125, arena=(1, 1), periodic="xy")
+    assert contacts_of(scene, "cells", 4) == contacts_of(scene, "naive", 4)
+    ticks = [tick / 2**52 for tick, *_ in contacts_of(scene, "naive", 4)]
+    assert ticks == [0.25, 0.75, 1.25, 1.75, 2.25, 2.75, 3.25, 3.75]
+
+
+def test_questions_see_images():
+    scene = kt.Scene([(0.02, 0.5), (0.5, 0.98)], [(0.1, 0), (0, 0.1)], 0.05, arena=(1, 1), periodic="xy")
+    sim = kt.Simulation(scene, "cells")
+    assert sim.bodies_near((0.98, 0.5), k=1).tolist() == [0]
+    assert sim.bodies_in((0.96, 0.45, 1.0, 0.55)).tolist() == [0]
+    assert sim.bodies_in((0.45, -0.1, 0.55, 0.01)).tolist() == [1]
+    assert sim.bodies_in((-3.0, -3.0, 3.0, 3.0), whole=True).tolist() == [0, 1]
+    with pytest.raises(Refused, match="goes round for ever"):
+        sim.ray((0, 0), (1, 0))
+    with pytest.raises(Refused, match="goes round for ever"):
+        sim.cast((0, 0, 0.1), (1, 0))
+
+
+def test_events_one_by_one_are_those_of_a_run():
+    scene = kt.make_scene("grid", bodies=16, density=0.4, seed=3).replace(periodic="xy")
+    whole, single = kt.Simulation(scene, "cells"), kt.Simulation(scene, "cells")
+    whole.run(until=9 * scene.time_unit)
+    for event in single.steps(until=9 * scene.time_unit):
+        assert event.kind in ("disc", "structural")
+    assert single.fingerprint == whole.fingerprint
+    assert (single.positions() == whole.positions()).all()
+
+
+@pytest.mark.small
+def test_commands_snapshots_and_recordings_know_images(tmp_path):
+    scene = kt.make_scene("grid", bodies=16, density=0.3, seed=5).replace(periodic="xy")
+    sim = kt.Simulation(scene, "cells")
+    sim.run(until=1.0)
+    saved = sim.snapshot()
+    sim.run(until=3.0)
+    later = sim.fingerprint
+    sim.restore(saved)
+    sim.run(until=3.0)
+    assert sim.fingerprint == later
+    sim.save(tmp_path / "run.kt")
+    again, gone = kt.resume(tmp_path / "run.kt"), sim.positions()[2]
+    for each in (sim, again):
+        each.set_velocity(3, (0.5, -0.25))
+        each.remove(2)
+        each.insert(gone + 7.0, (0.0, 0.1), 1e-3)
+        each.run(until=6.0)
+    assert again.fingerprint == sim.fingerprint
+    played = kt.Simulation(sim.recorded(), "naive")
+    played.run(until=6.0)
+    assert played.fingerprint == sim.fingerprint
+    assert (played.positions() == sim.positions()).all()
+
+
+def test_an_event_file_gives_the_positions_of_the_run(tmp_path):
+    pytest.importorskip("pyarrow")
+    scene = kt.make_scene("grid", bodies=9, density=0.3, seed=5).replace(periodic="xy")
+    sim, file = kt.Simulation(scene, "cells"), tmp_path / "run.parquet"
+    with kt.EventRecorder(file, scene) as recorder:
+        sim.run(until=7.0, recorder=recorder)
+    found = kt.Trajectory.read(file)
+    assert (found.positions(7.0) == sim.positions()).all()
+    assert ((found.positions(3.3) >= 0.0) & (found.positions(3.3) < 1.0)).all()
+
+
+def test_a_scene_file_keeps_the_periodic_axes(tmp_path):
+    scene = kt.Scene(LATTICE, np.zeros((16, 2)), 1 / 16, arena=(1, 1), periodic="y")
+    kt.save_scene(scene, tmp_path / "torus.toml")
+    assert kt.load_scene(tmp_path / "torus.toml") == scene
+    assert scene.replace(periodic="") != scene
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"periodic": "z"}, '"x", "y" or "xy"'),
+        ({"arena": None}, "an arena, whose sides are the periods"),
+        ({"radius": 0.5}, "narrower than the period"),
+        ({"position": [(0.01, 0.5), (0.99, 0.5)]}, "an overlap of 0.18"),
+        ({"position": [(0.01, 0.5), (3e9, 0.5)]}, r"within 2\*\*31 periods"),
+    ],
+)
+def test_what_cannot_be_periodic_is_said(given, said):
+    whole = {"position": [(0.2, 0.5), (0.6, 0.5)], "velocity": np.zeros((2, 2)), "radius": 0.1}
+    with pytest.raises(SceneError, match=said):
+        kt.Scene(**({**whole, "arena": (1, 1), "periodic": "xy"} | given))
+
+
+def test_phases_that_do_not_know_images_are_refused():
+    scene = kt.make_scene("grid", bodies=9, density=0.3).replace(periodic="xy")
+    with pytest.raises(Refused, match="sweep-tiling"):
+        kt.Simulation(scene, "sweep-tiling")
+    with pytest.raises(Refused, match="no walls"):
+        kt.Simulation(scene, "cells", narrow_phases=("disc", "wall"))
