@@ -65,6 +65,7 @@ CASES = {
     "mixture from a lattice": Case(
         "mixture", {"density": 0.59, "mass": "area"}, "a9ddb09b83d9fd7a", "0e1707d6ded95684"
     ),
+    "grown": Case("grown", {"bodies": 20, "density": 0.7}, "1860b1434891475b", "2eb600534361f4e4"),
     "hexagonal": Case("hexagonal", {"columns": 9, "rows": 8}, "320d49bcc8d925e8", "07dd9bec8ec32dbe"),
     "hexagonal without walls": Case(
         "hexagonal", {"walls": False, "vacancies": 10}, "0fe52814e1fca9c0", "045a07420d983a41"

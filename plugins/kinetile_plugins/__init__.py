@@ -91,6 +91,7 @@ def kinetile_scenes() -> list[SceneSpec]:
         SceneSpec("break", f"{rooms}.arranged:billiard_break", "a billiard break"),
         SceneSpec("two-discs", f"{rooms}.arranged:two_discs", "two discs that meet"),
         SceneSpec("mixture", f"{rooms}.matter:mixture", "discs of two and more sizes, at a temperature"),
+        SceneSpec("grown", f"{rooms}.grown:grown", "a dense mixture: discs that grew while they moved"),
         SceneSpec("hexagonal", f"{rooms}.matter:hexagonal", "a hexagonal crystal of equal discs"),
         SceneSpec("square", f"{rooms}.matter:square", "a square crystal of equal discs"),
         SceneSpec("frame", f"{rooms}.frame:frame", "a frame of an extended XYZ or GSD file"),

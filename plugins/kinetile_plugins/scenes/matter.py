@@ -51,6 +51,36 @@ def mixture(
     for random places, from 0.48 (equal radii) to 0.56, starts from a lattice, if it has room for the largest
     radius at each site: for equal numbers of radii 0.5 and 0.7 up to 0.59 (100 discs) or 0.67 (4,000).
     """
+    demand_density(density)
+    radius, every_mass = sizes_and_masses(bodies, radii, fractions, counts, mass, masses)
+    for_places, for_velocities = draws(seed, 2)
+    side = side_of_square(radius, density)
+    velocity = maxwell(temperature, every_mass, for_velocities)
+    position = places(radius, density, side, for_places)
+    return Scene(position, velocity, radius, every_mass, (side, side))
+
+
+def demand_density(density: float) -> None:
+    """Raises BadOption unless a density is above 0 and below 1."""
+    demand(0.0 < density < 1.0, f"density is {density}; it is above 0 and below 1")
+
+
+def side_of_square(radius: Floats, density: float) -> float:
+    """Returns the side of the square of which discs of these radii cover the part ``density``."""
+    side = math.sqrt(math.pi * math.fsum(radius * radius) / density)
+    demand_in_range("the side of the square for this density", side)
+    return side
+
+
+def sizes_and_masses(
+    bodies: int,
+    radii: tuple[float, ...],
+    fractions: tuple[float, ...],
+    counts: tuple[int, ...],
+    mass: str,
+    masses: tuple[float, ...],
+) -> tuple[Floats, Floats]:
+    """Returns radius and mass of each disc, in the order of ``radii``, for the parameters of ``mixture``."""
     radius_of = _numbers("radii", radii)
     demand(bool(radii), "radii are left empty; a mixture has one radius or more")
     numbers = _counts(bodies, len(radii), fractions, counts)
@@ -60,15 +90,7 @@ def mixture(
     if masses:
         _demand_one_each("masses", len(masses), len(radii))
         mass_of = _numbers("masses", masses)
-    demand(0.0 < density < 1.0, f"density is {density}; it is above 0 and below 1")
-    for_places, for_velocities = draws(seed, 2)
-    radius = np.repeat(radius_of, numbers)
-    side = math.sqrt(math.pi * math.fsum(radius * radius) / density)
-    demand_in_range("the side of the square for this density", side)
-    every_mass = np.repeat(mass_of, numbers)
-    velocity = maxwell(temperature, every_mass, for_velocities)
-    position = places(radius, density, side, for_places)
-    return Scene(position, velocity, radius, every_mass, (side, side))
+    return np.repeat(radius_of, numbers), np.repeat(mass_of, numbers)
 
 
 def _counts(bodies: int, sizes: int, fractions: tuple[float, ...], counts: tuple[int, ...]) -> Ints:

@@ -35,6 +35,7 @@ BUILT_IN = {
         "break",
         "two-discs",
         "mixture",
+        "grown",
         "hexagonal",
         "square",
         "frame",

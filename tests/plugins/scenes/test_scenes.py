@@ -16,7 +16,7 @@ from registering import registered
 
 NAMES = (
     *("grid", "random", "lattice", "figure-10", "figure-11", "figure-16", "cradle", "break", "two-discs"),
-    *("mixture", "hexagonal", "square"),
+    *("mixture", "grown", "hexagonal", "square"),
 )
 
 

@@ -1,0 +1,126 @@
+"""Dense random starts: discs that grow while they move.
+
+Random placement ends near a density of .5. Lubachevsky and Stillinger (1990, "Geometric properties of
+random disk packings") go beyond it with discs whose radii grow at a constant rate between their collisions.
+Here radii grow in steps between runs of constant radii. The certificates stay those of every other scene,
+and no disc ever overlaps another: before a step each disc has a gap to its neighbours, and two that would
+meet take half of it each.
+
+A step allows every disc the size of the smallest, relative to its final radius, and ``RATE`` more. So a
+disc that is held by its neighbours holds all others up, and nobody is left behind as a small disc in a hole
+of a full packing. The number of steps therefore depends on the density and hardly on the number of discs.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from kinetile import Scene, Simulation
+from kinetile.errors import BadOption, ZenoError
+from kinetile.scene.bodies import distance, nearest_image, overlapping_images
+from kinetile_plugins.scenes.matter import demand_density, side_of_square, sizes_and_masses
+from kinetile_plugins.scenes.numerics import Floats, demand, demand_in_range, draws, maxwell
+from kinetile_plugins.scenes.random_discs import places
+
+START = 0.3
+"""Density of the random places from which the discs grow."""
+
+RATE = 0.005
+"""Part of its size by which a disc may become larger than the smallest, in one step."""
+
+SLOWEST = 2.0**-12
+"""Part of its final size by which the smallest disc has to grow within ``PATIENCE`` steps."""
+
+PATIENCE = 200
+_BELOW = 1.0 - 2.0**-30  # of half a gap: what rounding a sum of two radii may add
+
+
+def grown(
+    *,
+    bodies: int = 200,
+    density: float = 0.8,
+    radii: tuple[float, ...] = (0.5, 0.7),
+    fractions: tuple[float, ...] = (),
+    counts: tuple[int, ...] = (),
+    mass: str = "equal",
+    masses: tuple[float, ...] = (),
+    temperature: float = 1.0,
+    contacts: float = 4.0,
+    periodic: str = "",
+    seed: int = 1,
+) -> Scene:
+    """Discs at a density that random places do not reach, grown to it while they move and collide.
+
+    Sizes, masses and ``temperature`` are those of the recipe ``mixture``. The discs begin at random places
+    with a density of 0.3, and grow in steps, after each of which every disc has ``contacts`` contacts in the
+    mean: the more, the closer to equilibrium. Equal discs become crystals in patches; equal numbers of radii
+    0.5 and 0.7 stay disordered, and reach about 0.84. Velocities are drawn anew at the end. Along a
+    ``periodic`` axis, "x", "y" or "xy", discs grow into their images too.
+    """
+    demand_density(density)
+    demand(periodic in ("", "x", "y", "xy"), f"periodic is {periodic!r}; it is 'x', 'y', 'xy' or ''")
+    demand_in_range("contacts", contacts)
+    final, every_mass = sizes_and_masses(bodies, radii, fractions, counts, mass, masses)
+    for_places, for_moving, for_velocities = draws(seed, 3)
+    side = side_of_square(final, density)
+    first = min(density, START)
+    radius = final * math.sqrt(first / density)
+    scene = Scene(
+        places(radius, first, side, for_places),
+        maxwell(temperature, every_mass, for_moving),
+        radius,
+        every_mass,
+        (side, side),
+        periodic=periodic,
+    )
+    return _grow(scene, final, density, contacts).replace(
+        velocity=maxwell(temperature, every_mass, for_velocities)
+    )
+
+
+def _grow(scene: Scene, final: Floats, density: float, contacts: float) -> Scene:
+    """Returns the scene after it ran and grew by turns until each radius is the final one."""
+    moves = scene.mass[:, np.newaxis] * scene.velocity**2
+    speed = math.sqrt(math.fsum(moves.ravel()) / math.fsum(scene.mass))
+    most = max(1, round(0.5 * contacts * len(scene)))
+    longest = contacts * max(scene.arena or ()) / speed  # of a run whose discs do not meet
+    smallest = [float((scene.radius / final).min())]  # of each step
+    while True:
+        scene = scene.replace(radius=_larger(scene, final * min(1.0, smallest[-1] * (1.0 + RATE))))
+        smallest.append(float((scene.radius / final).min()))
+        if smallest[-1] == 1.0:
+            return scene
+        sim = Simulation(scene, "cells", keep_contacts=False)
+        held = len(smallest) > PATIENCE and smallest[-1] - smallest[-PATIENCE] < SLOWEST
+        if not held:
+            try:
+                sim.run(until=longest, max_contacts=most)
+                sim.run(until=sim.time * (1.0 + 0.5 / most))  # beyond a contact, where two have no gap
+            except ZenoError:
+                held = True
+        if held:
+            reached = density * math.fsum(scene.radius**2) / math.fsum(final**2)
+            raise BadOption(
+                f"density is {density}; after {len(smallest) - 1} steps the discs held each other at "
+                f"{reached:.4f}; ask for less, for more contacts a step than {contacts}, or for equal discs "
+                "as the recipe 'hexagonal' has them"
+            )
+        scene = scene.replace(position=sim.positions(), velocity=sim.velocities())
+
+
+def _larger(scene: Scene, wanted: Floats) -> Floats:
+    """Returns radii between those of a scene and the wanted ones with which no disc overlaps another."""
+    place, radius = scene.position, scene.radius
+    grown = np.maximum(wanted, radius)
+    for pairs in overlapping_images(place, grown, scene.periods):
+        one, two = pairs.T
+        gap = distance(nearest_image(place[one] - place[two], scene.periods)) - radius[one] - radius[two]
+        half = 0.5 * _BELOW * np.maximum(gap, 0.0)
+        np.minimum.at(grown, one, radius[one] + half)
+        np.minimum.at(grown, two, radius[two] + half)
+    for at, side, period in zip(place.T, scene.arena or (), scene.periods, strict=True):
+        room = 0.5 * _BELOW * side if period else np.minimum(at, side - at)
+        grown = np.minimum(grown, np.maximum(room, radius))
+    return grown

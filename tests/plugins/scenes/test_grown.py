@@ -1,0 +1,64 @@
+"""Discs that grow to a density: sizes as asked, no overlap with any image, other seeds other starts."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from kinetile import Scene, make_scene
+from kinetile.errors import BadOption
+
+
+def narrowest_gap(scene: Scene) -> float:
+    """Return the smallest distance between the edges of two discs or of images of them."""
+    apart = scene.position[:, np.newaxis] - scene.position
+    for axis, period in enumerate(scene.periods):
+        if period:
+            apart[..., axis] -= period * np.rint(apart[..., axis] / period)
+    between = np.hypot(apart[..., 0], apart[..., 1]) - (scene.radius[:, np.newaxis] + scene.radius)
+    return float(between[~np.eye(len(scene), dtype=bool)].min())
+
+
+@pytest.mark.parametrize(
+    ("periodic", "density", "radii"),
+    [("", 0.7, (0.5, 0.7)), ("x", 0.75, (0.5, 0.7)), ("xy", 0.8, (0.5,)), ("xy", 0.2, (0.5,))],
+)
+def test_discs_grow_to_their_radii_without_overlap(
+    periodic: str, density: float, radii: tuple[float, ...]
+) -> None:
+    asked = {"bodies": 30, "density": density, "radii": radii, "temperature": 2.0, "mass": "area"}
+    scene = make_scene("grown", periodic=periodic, **asked)
+    width, height = scene.arena or (0.0, 0.0)
+    assert scene.periodic == periodic
+    assert sorted(set(scene.radius.tolist())) == list(radii)
+    assert math.isclose(math.pi * np.sum(scene.radius**2), density * width * height)
+    assert narrowest_gap(scene) > -1e-14  # two may touch, rounded
+    assert math.isclose(np.mean(scene.mass * np.sum(scene.velocity**2, axis=1)) / 2.0, 2.0)
+    again = make_scene("grown", periodic=periodic, **asked)
+    other = make_scene("grown", periodic=periodic, seed=2, **asked)
+    assert again.position.tolist() == scene.position.tolist()
+    assert other.position.tolist() != scene.position.tolist()
+
+
+def test_two_discs_that_may_never_meet_grow_too() -> None:
+    scene = make_scene("grown", bodies=2, density=0.5, radii=[0.5], periodic="xy")
+    assert scene.radius.tolist() == [0.5, 0.5]
+
+
+def test_what_no_growth_reaches_is_refused_with_the_density_that_was_reached() -> None:
+    with pytest.raises(
+        BadOption, match=r"density is 0\.95; after \d+ steps the discs held each other at 0\."
+    ):
+        make_scene("grown", bodies=8, density=0.95, radii=[0.5], periodic="xy")
+    with pytest.raises(BadOption, match="periodic is 'z'; it is 'x', 'y', 'xy' or ''"):
+        make_scene("grown", periodic="z")
+    with pytest.raises(BadOption, match="contacts"):
+        make_scene("grown", contacts=0.0)
+
+
+@pytest.mark.slow
+def test_a_thousand_discs_of_two_sizes_reach_the_density_at_which_they_jam() -> None:
+    scene = make_scene("grown", bodies=1000, density=0.84, periodic="xy")
+    assert narrowest_gap(scene) > -1e-14  # two may touch, rounded
