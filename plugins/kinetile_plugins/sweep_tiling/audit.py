@@ -4,6 +4,8 @@ Structure is checked exactly: links, ends, walks, pairs, certificates, and that 
 order that the links themselves allow, comes upon the same tiling again. Geometry is checked up to the skin,
 because events of one moment leave bounds that coincide in either order.
 
+On a cylinder there is no first bound, so the sweep is left out: links, ends, walks and geometry say the rest.
+
 docs/sweep-tiling.md has the list of invariants, with their numbers.
 """
 
@@ -27,16 +29,17 @@ CELLS = 1 << 20
 
 
 class AllTiles(NamedTuple):
-    """All 3n + 1 tiles, in the order of their left ports."""
+    """All 3n + 1 tiles, in the order of their left ports; on a cylinder 3n."""
 
     left: Integers  # left ports
     right: Integers  # what they are linked to
     top: Integers  # bodies above and below, as the left bounds know them
     bottom: Integers
+    away: Floats  # the periods from the left bound to the right one, by the places in their bodies' plans
 
     def name(self, tile: Any) -> str:
         """Returns a tile in words."""
-        n = (len(self.left) - 1) // 3
+        n = len(self.left) // 3
         return f"the tile {_port(int(self.left[tile]), n)} - {_port(int(self.right[tile]), n)}"
 
 
@@ -58,13 +61,18 @@ def _ends(web: Integers, ports: Integers) -> tuple[Integers, Integers]:
     return top, bottom
 
 
-def tiles_of(s: State) -> AllTiles:
-    """Returns all tiles."""
+def tiles_of(k: Kernel, s: State) -> AllTiles:
+    """Returns all tiles; that of the left edge is the last."""
     n = len(s.level)
     web = s.web.astype(np.int64)
     own = 16 * np.arange(n)[:, None] + np.array([UPPER, LOWER, 8 + OUTER])
-    left = np.append(own.ravel(), 16 * n + 8 + OUTER)
-    return AllTiles(left, web[left], *_ends(web, left))
+    if not len(s.turns):
+        left = np.append(own.ravel(), 16 * n + 8 + OUTER)
+        return AllTiles(left, web[left], *_ends(web, left), np.zeros(len(left)))
+    left = own.ravel()
+    right, taken_off = web[left], np.append(k.images.kx[:n], np.zeros(len(s.due)))
+    turns = s.turns[left] + taken_off[right >> 4] - taken_off[left >> 4]
+    return AllTiles(left, right, *_ends(web, left), turns * k.clock[0].torus.x)
 
 
 def around(web: Sequence[int], body: int, side: int) -> Iterator[int]:
@@ -91,7 +99,7 @@ def audit(k: Kernel, s: State) -> Iterator[str]:
 
 
 def _audit(k: Kernel, s: State) -> Iterator[str]:
-    tiles = tiles_of(s)
+    tiles = tiles_of(k, s)
     broken = False
     for complaint in _links(s, tiles):
         broken = True
@@ -103,19 +111,20 @@ def _audit(k: Kernel, s: State) -> Iterator[str]:
         yield complaint
     if not broken:
         yield from _pairs(k, s, tiles)
-    yield from _sweep(s, tiles)
+    if not len(s.turns):
+        yield from _sweep(s, tiles)
     yield from _certificates(k, s, tiles)
     yield from _geometry(k, s, tiles)
 
 
 def _links(s: State, tiles: AllTiles) -> Iterator[str]:
-    """Each of the 3n + 1 tiles joins a left port and a right one, both ways; they agree about its ends."""
+    """Each tile joins a left port and a right one, both ways; they agree about its ends."""
     n = len(s.level)
     web = s.web.astype(np.int64)
     left, right = tiles.left, tiles.right
     port = (right >= 0) & (right < 16 * (n + 1)) & (right & 7 <= LOWER)
     port &= (right & 7 != OUTER) == (right & 8 != 0)
-    port &= (right < 16 * n) | (right == 16 * n)
+    port &= (right < 16 * n) | (right == 16 * n) & (len(left) > 3 * n)
     there = np.where(port, right, 16 * n)
     top, bottom = _ends(web, there)
     linked = port & (web[there] == left)
@@ -127,8 +136,11 @@ def _links(s: State, tiles: AllTiles) -> Iterator[str]:
     for tile in np.flatnonzero(linked & ~(known & (top == tiles.top) & (bottom == tiles.bottom))):
         one, two = (int(tiles.top[tile]), int(tiles.bottom[tile])), (int(top[tile]), int(bottom[tile]))
         yield f"{tiles.name(tile)} lies between {one} from its left, {two} from its right"
-    if len(np.unique(right)) != 3 * n + 1:
-        yield f"there are not {3 * n + 1} tiles"
+    if len(s.turns):
+        for tile in np.flatnonzero(linked & (s.turns[there] != -s.turns[left])):
+            yield f"{tiles.name(tile)} leads through other periods from its left than from its right"
+    if len(np.unique(right)) != len(left):
+        yield f"there are not {len(left)} tiles"
 
 
 def _pairs(k: Kernel, s: State, tiles: AllTiles) -> Iterator[str]:
@@ -146,7 +158,7 @@ def _pairs(k: Kernel, s: State, tiles: AllTiles) -> Iterator[str]:
     if len(wanted) > 2 * most:
         yield f"{len(wanted) // 2} pairs of bodies see each other; among {n} there can be {most}"
     seen = len(np.unique(np.minimum(tiles.top, tiles.bottom) * (n + 2) + np.maximum(tiles.top, tiles.bottom)))
-    if seen - 1 > max(3 * n - 1, 0):  # all but {TOP, BOTTOM}
+    if seen - 1 > max(3 * n - 1, 0):  # all but {TOP, BOTTOM}, or one of 3n at most on a cylinder
         yield f"{seen - 1} pairs see each other, TOP and BOTTOM among them; there can be {3 * n - 1}"
 
 
@@ -229,10 +241,11 @@ def _certificates(k: Kernel, s: State, tiles: AllTiles) -> Iterator[str]:
     if n == 0:
         return
     now = int(k.clock[0].now)
-    owner, slot = tiles.left[:-1] >> 4, tiles.left[:-1] & 3
+    left = tiles.left[: 3 * n]
+    owner, slot = left >> 4, left & 3
     due = s.due[4 * owner + slot]
     wanted, flips = _failures(k, s, tiles)
-    flip = s.web[tiles.left[:-1] + FLIPS].astype(bool)
+    flip = s.web[left + FLIPS].astype(bool)
     for tile in np.flatnonzero(due < now):
         yield f"{tiles.name(tile)} failed {now - int(due[tile])} ticks ago"
     for tile in np.flatnonzero(due != wanted):
@@ -251,7 +264,7 @@ def _failures(k: Kernel, s: State, tiles: AllTiles) -> tuple[Integers, npt.NDArr
     """Returns when each tile but the first fails by the plans as they are now, and whether by its vertical
     order."""
     n, clock, bodies = len(s.level), k.clock[0], k.bodies
-    p, q = tiles.left[:-1], tiles.right[:-1]
+    p, q, away = tiles.left[: 3 * n], tiles.right[: 3 * n], tiles.away[: 3 * n]
     fails = (q >> 4 != n) & (q >> 4 != p >> 4)
     a, b = p >> 4, np.where(fails, q >> 4, p >> 4)
     since = np.maximum(bodies.anchor[a], bodies.anchor[b])
@@ -259,6 +272,7 @@ def _failures(k: Kernel, s: State, tiles: AllTiles) -> tuple[Integers, npt.NDArr
     a_reach = np.where(p & 8, bodies.reach[a], -bodies.reach[a])
     b_reach = np.where(q & 8, bodies.reach[b], -bodies.reach[b])
     width = (bodies.x[b] + bodies.vx[b] * b_time + b_reach) - (bodies.x[a] + bodies.vx[a] * a_time + a_reach)
+    width = width + away
     rate = bodies.vx[b] - bodies.vx[a]
     due = np.where(fails, falls_many(k, since, width, rate), NEVER)
     over = np.where(p & 7 == LOWER, -1.0, 1.0)
@@ -278,7 +292,9 @@ def _geometry(k: Kernel, s: State, tiles: AllTiles) -> Iterator[str]:
         return
     clock = k.clock[0]
     limits = clock.limits
-    due = np.append(s.due[4 * (tiles.left[:-1] >> 4) + (tiles.left[:-1] & 3)], NEVER)
+    due = np.append(s.due[4 * (tiles.left[: 3 * n] >> 4) + (tiles.left[: 3 * n] & 3)], NEVER)[
+        : len(tiles.left)
+    ]
     pending = due <= clock.now
     thin = (8.0 if pending.any() else 4.0) * float(limits.skin)
     flown = np.column_stack([k.bodies.vx, k.bodies.vy]) * clock.tick
@@ -290,39 +306,55 @@ def _geometry(k: Kernel, s: State, tiles: AllTiles) -> Iterator[str]:
     level = np.append(place[:, 1], ends)
     a, b = tiles.left >> 4, tiles.right >> 4
     left = np.where(tiles.left & 8, np.where(a == n, -np.inf, east[a]), west[a])
-    right = np.where(tiles.right & 8, east[b], np.where(b == n, np.inf, west[b]))
+    right = np.where(tiles.right & 8, east[b], np.where(b == n, np.inf, west[b])) + tiles.away
     for tile in np.flatnonzero((right - left < -2.0 * limits.theta) & ~pending):
         wrong = left[tile] - right[tile]
         yield f"{tiles.name(tile)} is {wrong} wider than nothing to the wrong side, and does not fail now"
-    top, bottom = tiles.top, tiles.bottom
-    shared = np.minimum(east[top], east[bottom]) - np.maximum(west[top], west[bottom])
+    top, bottom, period = tiles.top, tiles.bottom, float(clock.torus.x)
+    middle = 0.5 * (left + right)
+
+    def beside(body: Integers) -> tuple[Floats, Floats]:
+        """Returns the ends of bodies, of their images those at the tiles."""
+        moved = period * np.rint((middle - place[np.minimum(body, n - 1), 0]) / period) if period else 0.0
+        return west[body] + moved, east[body] + moved
+
+    (top_west, top_east), (bottom_west, bottom_east) = beside(top), beside(bottom)
+    shared = np.minimum(top_east, bottom_east) - np.maximum(top_west, bottom_west)
     for tile in np.flatnonzero((shared > thin) & ~(level[top] > level[bottom])):
         bodies = f"body {top[tile]} as its top and body {bottom[tile]} as its bottom"
         yield f"{tiles.name(tile)} has {bodies}, which is not below"
-    short = (np.maximum(west[top], west[bottom]) > left + thin) | (
-        np.minimum(east[top], east[bottom]) < right - thin
+    short = (np.maximum(top_west, bottom_west) > left + thin) | (
+        np.minimum(top_east, bottom_east) < right - thin
     )
     for tile in np.flatnonzero(short & (right - left > thin)):
         yield f"{tiles.name(tile)} is wider than body {top[tile]} or body {bottom[tile]}, which bound it"
-    yield from _lines(tiles, left, right, west[:n], east[:n], level[:n], thin)
+    yield from _lines(tiles, left, right, west[:n], east[:n], level[:n], thin, period)
 
 
 def _lines(
-    tiles: AllTiles, left: Floats, right: Floats, west: Floats, east: Floats, level: Floats, thin: float
+    tiles: AllTiles,
+    left: Floats,
+    right: Floats,
+    west: Floats,
+    east: Floats,
+    level: Floats,
+    thin: float,
+    period: float,
 ) -> Iterator[str]:
     """On every vertical line the tiles that it crosses are the gaps between the bodies that it crosses."""
     n = len(level)
-    edges = np.sort(np.concatenate([west, east]))
+    edges = np.concatenate([west, east])
+    edges = np.sort(np.append(edges % period, edges % period + period) if period else edges)
     lines = 0.5 * (edges[1:] + edges[:-1])[np.diff(edges) > thin]
     upward = np.argsort(level)
     rows = max(CELLS // (3 * n + 1), 1)
     for first in range(0, len(lines), rows):
         line = lines[first : first + rows, None]
-        crossed = (west < line) & (line < east)
+        crossed = _between(west, line, east, period)
         rank = np.zeros((len(line), n + 2), dtype=np.int64)  # from bottom to top; BOTTOM has 0
         rank[:, upward] = np.cumsum(crossed[:, upward], axis=1)
         rank[:, n] = crossed.sum(axis=1) + 1
-        over = (left < line) & (line < right)
+        over = _between(left, line, right, period)
         crossed = np.append(crossed, np.ones((len(line), 2), dtype=bool), axis=1)
         good = crossed[:, tiles.top] & crossed[:, tiles.bottom]
         good &= rank[:, tiles.top] == rank[:, tiles.bottom] + 1
@@ -333,6 +365,13 @@ def _lines(
         wanted = np.where(np.arange(n + 1) < rank[:, n, None], np.arange(n + 1), n + 1)
         for row in np.flatnonzero((gaps != wanted).any(axis=1)):
             yield f"at x = {line[row, 0]} a gap between two bodies has no tile, or two"
+
+
+def _between(left: Floats, line: Floats, right: Floats, period: float) -> npt.NDArray[np.bool_]:
+    """Returns whether lines lie between left and right, or an image of theirs does."""
+    if period:
+        line = left + (line - left) % period
+    return (left < line) & (line < right)
 
 
 def closed_up(k: Kernel, s: State, there: Any) -> tuple[Kernel, State]:
@@ -354,7 +393,10 @@ def closed_up(k: Kernel, s: State, there: Any) -> tuple[Kernel, State]:
     due = s.due.reshape(n + 1, 4)[np.append(there, n)]
     bodies, queue, clock = k.bodies[there], k.queue[there], k.clock.copy()
     clock[0].bodies = m
+    turns = s.turns.reshape(-1, 16)[np.append(there, n)].ravel() if len(s.turns) else s.turns
+    images = k.images[there] if len(k.images) else k.images
+    packed = s._replace(web=web.ravel().astype(np.uint32), due=due.ravel(), turns=turns)
     return (
-        k._replace(bodies=bodies, queue=queue, clock=clock, near=np.zeros_like(k.near)),
-        s._replace(web=web.ravel().astype(np.uint32), due=due.ravel(), level=np.zeros(m, dtype=np.int32)),
+        k._replace(bodies=bodies, queue=queue, clock=clock, images=images, near=np.zeros_like(k.near)),
+        packed._replace(level=np.zeros(m, dtype=np.int32)),
     )

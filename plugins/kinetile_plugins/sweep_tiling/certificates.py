@@ -44,6 +44,7 @@ from .web import (
     port,
     right_bound,
     set_due,
+    turns_to,
 )
 
 
@@ -117,6 +118,29 @@ def chosen(where: Truths, yes: Sides, no: Sides) -> Sides:
 
 
 @hook
+def periods(k: Kernel, s: State, p: int, q: int) -> int:
+    """Return through how many periods a tile leads, counted between the places in the plans of the bodies at
+    its two sides."""
+    return int(turns_to(s, p) + k.images[some_body(k, q)].kx - k.images[some_body(k, p)].kx)
+
+
+@hook
+def periods_between(k: Kernel, s: State, left: Wholes, right: Wholes) -> Floats:
+    """Return the length of the periods through which eight tiles lead."""
+    count = eight(
+        periods(k, s, lane(left, 0), lane(right, 0)),
+        periods(k, s, lane(left, 1), lane(right, 1)),
+        periods(k, s, lane(left, 2), lane(right, 2)),
+        periods(k, s, lane(left, 3), lane(right, 3)),
+        periods(k, s, lane(left, 4), lane(right, 4)),
+        periods(k, s, lane(left, 5), lane(right, 5)),
+        periods(k, s, lane(left, 6), lane(right, 6)),
+        periods(k, s, lane(left, 7), lane(right, 7)),
+    )
+    return to_floats(count) * spread(k.clock[0].torus.x)
+
+
+@hook
 def failures(k: Kernel, s: State, left: Sides, right: Sides, asked: Truths) -> tuple[Ticks, Truths]:
     """Return when tiles fail, and whether by their vertical order; where it is not asked, never."""
     zero = spread(0.0)
@@ -126,6 +150,8 @@ def failures(k: Kernel, s: State, left: Sides, right: Sides, asked: Truths) -> t
     left_time = to_floats(since - left.anchor) * unit
     right_time = to_floats(since - right.anchor) * unit
     width = (right.x + right.vx * right_time + right.edge) - (left.x + left.vx * left_time + left.edge)
+    if len(s.turns) > 0:
+        width = width + periods_between(k, s, left.port, right.port)
     rate = right.vx - left.vx
     none = zero < zero
     asked = choose((left.body == nobody) | (right.body == nobody) | (left.body == right.body), none, asked)

@@ -9,6 +9,10 @@ do, the velocity decides, so that the tiling is right an instant later without a
 bodies on the line are disjoint, so they are in the order of their centres, and their ranks from bottom to top
 can be assigned beforehand; a tree of marks over the ranks finds the next body above a rank. Two sorts
 and 4n queries of O(log n).
+
+On a cylinder the sweep goes round three times. It begins with no body on the line. After the first round
+those are on it that lie across the place where it began, and after the second those tiles are open that lead
+across. So the third links all ports as they are, whatever the first two linked.
 """
 
 from __future__ import annotations
@@ -17,7 +21,22 @@ import numpy as np
 
 from kinetile.toolbox import Kernel, hook, positions_now
 
-from .web import LOWER, OUTER, UPPER, State, body_of, bounds, left_bound, link, port, right_bound, set_end
+from .web import (
+    COLUMN,
+    LOWER,
+    OUTER,
+    RANK,
+    UPPER,
+    State,
+    body_of,
+    bound_of,
+    bounds,
+    left_bound,
+    link,
+    port,
+    right_bound,
+    set_end,
+)
 
 
 def arrange(k: Kernel, s: State) -> None:
@@ -28,7 +47,12 @@ def arrange(k: Kernel, s: State) -> None:
     body = np.repeat(np.arange(n), 2)  # of each bound
     right = np.tile([False, True], n)
     edge = place[body, 0] + np.where(right, bodies.reach[body], -bodies.reach[body])
-    s.sweep[: 2 * n] = bounds(n)[np.lexsort((body, ~right, bodies.vx[body], edge))]
+    turn = np.floor(edge * k.clock[0].torus.per_x)  # 0 between walls
+    order = np.lexsort((body, ~right, bodies.vx[body], edge - turn * k.clock[0].torus.x))
+    s.sweep[: 2 * n] = bounds(n)[order]
+    if len(s.turns):
+        s.turns[bounds(n)[order] + RANK] = np.arange(2 * n)
+        s.turns[bounds(n) + COLUMN] = turn + k.images.kx[body]
     s.at_level[:n] = np.lexsort((np.arange(n), bodies.vy, place[:, 1]))
     s.level[s.at_level[:n]] = np.arange(n)
     limits = k.clock[0].limits
@@ -77,6 +101,19 @@ def next_below(s: State, rank: int) -> int:
 
 
 @hook
+def link_in_order(s: State, p: int, q: int) -> None:
+    """Link an open left port to the right port at which its tile ends: on a cylinder at the first place that
+    is behind it."""
+    turns = 0
+    if len(s.turns) > 0:
+        one = bound_of(p)
+        other = bound_of(q)
+        turns = int(s.turns[one + COLUMN] - s.turns[other + COLUMN])
+        turns += 1 if s.turns[one + RANK] > s.turns[other + RANK] else 0
+    link(s, p, q, turns)
+
+
+@hook
 def construct(k: Kernel, s: State) -> None:
     """Link all ports and set all ends."""
     n = len(s.level)
@@ -85,7 +122,19 @@ def construct(k: Kernel, s: State) -> None:
     for edge in (left_edge, right_edge):
         set_end(s, edge, UPPER, n)
         set_end(s, edge, LOWER, n + 1)
-    s.opened[n] = port(left_edge, OUTER)
+    if len(s.turns) > 0:
+        for _ in range(3):
+            sweep_once(k, s)
+    else:
+        s.opened[n] = port(left_edge, OUTER)
+        sweep_once(k, s)
+        link(s, s.opened[n], port(right_edge, OUTER), 0)
+
+
+@hook
+def sweep_once(k: Kernel, s: State) -> None:
+    """Move the sweep line over all bounds."""
+    n = len(s.level)
     for at in range(2 * k.clock[0].bodies):
         bound = int(s.sweep[at])
         b = body_of(bound)
@@ -95,13 +144,12 @@ def construct(k: Kernel, s: State) -> None:
         set_end(s, bound, LOWER, below)
         gap = min(below, n)
         if bound == left_bound(b):
-            link(s, s.opened[gap], port(bound, OUTER))
+            link_in_order(s, s.opened[gap], port(bound, OUTER))
             s.opened[gap] = port(bound, LOWER)
             s.opened[b] = port(bound, UPPER)
             mark(s, s.level[b], 1)
         else:
-            link(s, s.opened[gap], port(bound, LOWER))
-            link(s, s.opened[b], port(bound, UPPER))
+            link_in_order(s, s.opened[gap], port(bound, LOWER))
+            link_in_order(s, s.opened[b], port(bound, UPPER))
             s.opened[gap] = port(bound, OUTER)
             mark(s, s.level[b], 0)
-    link(s, s.opened[n], port(right_edge, OUTER))

@@ -32,11 +32,13 @@ find the first one, and an event for each bound over or under the body.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
+from kinetile.kernel.images import near_zero
 from kinetile.toolbox import NEVER, Kernel, hook, is_there, offer, since_anchor, unchecked
 
-from .certificates import watch_around, watch_tiles
+from .certificates import periods, watch_around, watch_tiles
 from .web import (
     LOWER,
     OUTER,
@@ -60,6 +62,7 @@ from .web import (
     set_due,
     set_end,
     side_of,
+    turns_to,
 )
 
 
@@ -99,9 +102,12 @@ def join(s: State, a: int, b: int, p: int) -> Tiles:
     o = opposite(p)
     beyond_a = facing(s, port(a, p))
     beyond_b = facing(s, port(b, o))
-    link(s, port(b, OUTER), beyond_a)
-    link(s, port(a, OUTER), beyond_b)
-    link(s, port(b, o), port(a, p))
+    across = turns_to(s, port(a, OUTER))
+    to_a = turns_to(s, port(a, p))
+    to_b = turns_to(s, port(b, o))
+    link(s, port(b, OUTER), beyond_a, to_a - across)
+    link(s, port(a, OUTER), beyond_b, to_b + across)
+    link(s, port(b, o), port(a, p), -across)
     set_end(s, a, p, body_of(b))
     set_end(s, b, o, body_of(a))
     return Tiles(Tile(beyond_a, port(b, OUTER)), Tile(port(a, OUTER), beyond_b), Tile(port(b, o), port(a, p)))
@@ -113,9 +119,12 @@ def separate(s: State, a: int, b: int, p: int) -> Tiles:
     o = opposite(p)
     beyond_a = facing(s, port(b, OUTER))
     beyond_b = facing(s, port(a, OUTER))
-    link(s, port(a, p), beyond_a)
-    link(s, port(b, o), beyond_b)
-    link(s, port(a, OUTER), port(b, OUTER))
+    across = turns_to(s, port(a, p))
+    to_a = turns_to(s, port(b, OUTER))
+    to_b = turns_to(s, port(a, OUTER))
+    link(s, port(a, p), beyond_a, to_a + across)
+    link(s, port(b, o), beyond_b, to_b - across)
+    link(s, port(a, OUTER), port(b, OUTER), across)
     set_end(s, a, p, end(s, b, p))
     set_end(s, b, o, end(s, a, o))
     return Tiles(Tile(beyond_a, port(a, p)), Tile(port(b, o), beyond_b), Tile(port(a, OUTER), port(b, OUTER)))
@@ -147,9 +156,12 @@ def passing(s: State, a: int, b: int, p: int) -> Change:
     beyond_a = facing(s, port(a, OUTER))
     beyond_b = facing(s, port(b, o))
     come = Pair(body_of(b), end(s, a, o))
-    link(s, port(b, OUTER), beyond_a)
-    link(s, port(b, o), port(a, OUTER))
-    link(s, port(a, p), beyond_b)
+    across = turns_to(s, port(a, p))
+    to_a = turns_to(s, port(a, OUTER))
+    to_b = turns_to(s, port(b, o))
+    link(s, port(b, OUTER), beyond_a, to_a - across)
+    link(s, port(b, o), port(a, OUTER), -across)
+    link(s, port(a, p), beyond_b, to_b + across)
     set_end(s, b, o, end(s, a, o))
     set_end(s, a, p, body_of(b))
     first, second, third = port(b, OUTER), port(a, OUTER), beyond_b
@@ -189,6 +201,16 @@ def where(k: Kernel, p: int) -> float:
 
 
 @hook
+def width(k: Kernel, s: State, p: int) -> float:
+    """Return how wide the tile of a left port is now, between two bounds of bodies."""
+    q = facing(s, p)
+    apart = where(k, q) - where(k, p)
+    if len(s.turns) > 0:
+        apart += periods(k, s, p, q) * k.clock[0].torus.x
+    return float(apart)
+
+
+@hook
 def room_in(k: Kernel, s: State, p: int, body: int, x: float) -> float:
     """Return by how much x lies within the tile of a left port, if the tile's top and bottom are above and
     below a body; else less than any number."""
@@ -198,6 +220,9 @@ def room_in(k: Kernel, s: State, p: int, body: int, x: float) -> float:
     bottom = over(s, p, LOWER)
     if (top < n and stands_above(k, s, body, top)) or (bottom < n and stands_above(k, s, bottom, body)):
         return -float("inf")
+    if len(s.turns) > 0:
+        half = 0.5 * width(k, s, p)
+        return half - abs(near_zero(x - (where(k, p) + half), k.clock[0].torus.x))
     left = float("inf") if body_of(p) == n else x - where(k, p)
     right = float("inf") if body_of(q) == n else where(k, q) - x
     return left if left < right else right
@@ -209,7 +234,7 @@ def tile_for(k: Kernel, s: State, body: int) -> int:
     lets it lie in, the one in which it lies deepest."""
     x = where(k, left_bound(body))
     best = port(right_bound(len(s.level)), OUTER)
-    most = room_in(k, s, best, body, x)
+    most = -float("inf") if len(s.turns) > 0 else room_in(k, s, best, body, x)
     for other in range(k.clock[0].bodies):
         if other != body and is_there(k, other):
             for which in range(3):
@@ -221,6 +246,19 @@ def tile_for(k: Kernel, s: State, body: int) -> int:
     return best
 
 
+@hook
+def turns_into(k: Kernel, s: State, p: int, bound: int) -> int:
+    """Return through how many periods the link from a left port to a bound within its tile leads."""
+    if len(s.turns) == 0:
+        return 0
+    half = 0.5 * width(k, s, p)
+    torus = k.clock[0].torus
+    apart = where(k, bound) - where(k, p)
+    into = half + near_zero(apart - half, torus.x)
+    rounds = int(math.floor((into - apart) * torus.per_x + 0.5))
+    return int(rounds + k.images[body_of(p)].kx - k.images[body_of(bound)].kx)
+
+
 @unchecked
 @hook
 def enter(k: Kernel, s: State, body: int) -> None:
@@ -228,20 +266,22 @@ def enter(k: Kernel, s: State, body: int) -> None:
     n = len(s.level)
     left = left_bound(body)
     right = right_bound(body)
-    p = tile_for(k, s, body)
-    q = facing(s, p)
-    top = over(s, p, UPPER)
-    bottom = over(s, p, LOWER)
+    alone = len(s.turns) > 0 and k.clock[0].present == 1
+    p = port(right, OUTER) if alone else tile_for(k, s, body)
+    q = port(left, OUTER) if alone else facing(s, p)
+    top = n if alone else over(s, p, UPPER)
+    bottom = n + 1 if alone else over(s, p, LOWER)
+    turns = 1 if alone else turns_to(s, p)
+    before = 0 if alone else turns_into(k, s, p, left)
     for side in (UPPER, LOWER):
-        link(s, port(left, side), port(right, side))
+        link(s, port(left, side), port(right, side), 0)
         set_end(s, left, side, top if side == UPPER else bottom)
         set_end(s, right, side, top if side == UPPER else bottom)
-    link(s, p, port(left, OUTER))
-    link(s, port(right, OUTER), q)
+    link(s, p, port(left, OUTER), turns if alone else before)
+    link(s, port(right, OUTER), q, turns - before)
     watch_around(k, s, body)
-    reached = where(k, right)
     q = facing(s, port(right, OUTER))
-    while body_of(q) < n and where(k, q) < reached:
+    while body_of(q) < n and width(k, s, port(right, OUTER)) < 0.0:
         change = collapse(k, s, port(right, OUTER), q)
         watch_tiles(k, s, change.tiles)
         q = facing(s, port(right, OUTER))
@@ -258,7 +298,9 @@ def leave(k: Kernel, s: State, body: int) -> None:
     above = facing(s, port(right, UPPER))
     below = facing(s, port(right, LOWER))
     while body_of(above) != body or body_of(below) != body:
-        upper = body_of(below) == body or (body_of(above) != body and where(k, above) >= where(k, below))
+        upper = body_of(below) == body or (
+            body_of(above) != body and width(k, s, above) <= width(k, s, below)
+        )
         change = collapse(k, s, above if upper else below, port(right, UPPER if upper else LOWER))
         watch_tiles(k, s, change.tiles)
         one, other = change.come
@@ -270,7 +312,9 @@ def leave(k: Kernel, s: State, body: int) -> None:
     q = facing(s, port(right, OUTER))
     for which in (OUTER, UPPER, LOWER):
         set_due(s, own_tile(body, which), NEVER, False)
-    link(s, p, q)
+    if body_of(p) == body:  # it was alone on a cylinder
+        return
+    link(s, p, q, turns_to(s, p) + turns_to(s, port(right, OUTER)))
     if body_of(p) < n:
         rest = Tile(p, q)
         watch_tiles(k, s, Tiles(rest, rest, rest))

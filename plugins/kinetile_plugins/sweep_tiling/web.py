@@ -25,6 +25,10 @@ places:
 A port is known by the place that holds its link, and a bound by its first place, that of its port OUTER. The
 two bounds of a body share a cache line. The hooks below are the only ones to know these numbers: the rules
 speak of bodies, bounds, ports, ends and tiles, and a tile goes by its left port.
+
+Where x is periodic, the arena is a cylinder. It has no edges and one tile less, and a tile may reach round
+it, from a bound of a body to that body's next image. So a link knows through how many periods it leads,
+counted between unwrapped places. Without a body there is no tile.
 """
 
 from __future__ import annotations
@@ -43,6 +47,9 @@ R.OUTER, L.UPPER and L.LOWER, its left ports."""
 ENDS, FLIPS = 5, 3
 """Where a bound's ends stand in its eight places, counted from a side, and a tile's flip, from its port."""
 
+RANK, COLUMN = 3, 4
+"""Where a bound's rank in the last construction stands in its eight places of ``turns``, and its period."""
+
 
 class State(NamedTuple):
     """The web, when its tiles fail, and what the static construction needs.
@@ -58,9 +65,12 @@ class State(NamedTuple):
     status: Records  # (2m,) tree over the ranks: which bodies are on the sweep line
     opened: Records  # (n + 1,) the left port that is open above each body; n: above BOTTOM
     limits: Records  # (2,) how narrow a tile counts as of no width: for ties, and for flips
+    turns: (
+        Records  # as web, where x is periodic, else empty: the periods from a port's bound to the linked one
+    )
 
 
-def empty(bodies: int) -> State:
+def empty(bodies: int, periodic: bool) -> State:
     """Returns an empty state for this many bodies, for the construction."""
     leaves = 1 << max(bodies - 1, 0).bit_length()
     return State(
@@ -72,6 +82,7 @@ def empty(bodies: int) -> State:
         status=np.zeros(2 * leaves, dtype=np.int8),
         opened=np.zeros(bodies + 1, dtype=np.int32),
         limits=np.zeros(2),
+        turns=np.zeros(16 * (bodies + 1) if periodic else 0, dtype=np.int64),
     )
 
 
@@ -81,10 +92,19 @@ def bounds(bodies: int) -> npt.NDArray[np.int32]:
 
 
 @hook
-def link(s: State, p: int, q: int) -> None:
-    """Make two ports the two sides of one tile."""
+def link(s: State, p: int, q: int, turns: int) -> None:
+    """Make two ports the two sides of one tile, the second of them so many periods on."""
     s.web[p] = q
     s.web[q] = p
+    if len(s.turns) > 0:
+        s.turns[p] = turns
+        s.turns[q] = -turns
+
+
+@hook
+def turns_to(s: State, p: int) -> int:
+    """Through how many periods a port's link leads, between unwrapped places."""
+    return int(s.turns[p]) if len(s.turns) > 0 else 0
 
 
 @hook

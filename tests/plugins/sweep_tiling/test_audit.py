@@ -111,7 +111,7 @@ def test_i10_the_sweep_needs_the_ends(steps, bound, words):
     """Ends alone, which the links do not show to be wrong: asked of the sweep itself."""
     at = port(1, bound, 0)
     steps.state.web[at + OTHER_SIDE + LOWER] = 3
-    complaints = list(_sweep(steps.state, tiles_of(steps.state)))
+    complaints = list(_sweep(steps.state, tiles_of(steps.engine.k, steps.state)))
     assert len(complaints) == 1
     assert complaints[0].startswith(f"the sweep comes to {bound}(1)")
     assert words in complaints[0]
@@ -122,7 +122,7 @@ def test_i10_the_sweep_needs_the_links(steps):
     one, two = int(web[port(1, "L", UPPER)]), int(web[port(2, "L", UPPER)])
     join(steps, port(1, "L", UPPER), two)
     join(steps, port(2, "L", UPPER), one)
-    complaints = list(_sweep(steps.state, tiles_of(steps.state)))
+    complaints = list(_sweep(steps.state, tiles_of(steps.engine.k, steps.state)))
     assert complaints[0].endswith("where other tiles end than are linked to it") or "circle" in complaints[0]
 
 
@@ -137,11 +137,11 @@ def test_i12_pairs_are_few(steps):
     """No planar map has all ten pairs of five bodies; a list of tiles that says so is not believed."""
     top, bottom = np.triu_indices(5, 1)
     count = np.arange(len(top))
-    complaints = list(_pairs(steps.engine.k, steps.state, AllTiles(count, count, top, bottom)))
+    complaints = list(_pairs(steps.engine.k, steps.state, AllTiles(count, count, top, bottom, count)))
     assert "10 pairs of bodies see each other; among 5 there can be 9" in complaints
     every = np.triu_indices(7, 1)
     count = np.arange(len(every[0]))
-    complaints = list(_pairs(steps.engine.k, steps.state, AllTiles(count, count, *every)))
+    complaints = list(_pairs(steps.engine.k, steps.state, AllTiles(count, count, *every, count)))
     assert "20 pairs see each other, TOP and BOTTOM among them; there can be 14" in complaints
 
 

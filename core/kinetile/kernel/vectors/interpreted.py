@@ -141,9 +141,9 @@ def pick(table: Any, names: Any, first: int) -> Floats:
     return np.array(table[names[first : first + LANES]])
 
 
-def to_floats(value: Ticks) -> Floats:
-    """Return ticks as doubles, rounded to nearest."""
-    return value.astype(np.float64)
+def to_floats(value: Ticks | Wholes) -> Floats:
+    """Return ticks or whole numbers as doubles, rounded to nearest."""
+    return np.asarray(value, dtype=np.float64)
 
 
 def floor(value: Floats) -> Ticks:

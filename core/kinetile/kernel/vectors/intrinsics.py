@@ -430,12 +430,12 @@ def pick(typing_context: Any, table: Any, names: Any, first: Any) -> Any:
 
 @intrinsic
 def to_floats(typing_context: Any, value: Any) -> Any:
-    """Return ticks as doubles, rounded to nearest."""
+    """Return ticks or whole numbers as doubles, rounded to nearest."""
 
     def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         return builder.sitofp(arguments[0], _floats.vector)
 
-    return _floats(_ticks), codegen
+    return _floats(value), codegen
 
 
 @intrinsic
