@@ -24,16 +24,3 @@ def test_two_discs_on_a_torus_meet_at_the_exact_rate(height, radius, rate):
     pairs = sim.observed["rates"]["pairs"]
     assert abs(pairs.mean - rate) < 3.0 * pairs.error
     assert pairs.error < 0.01 * rate
-
-
-@pytest.mark.slow
-def test_72_discs_have_the_pressure_of_the_table():
-    """P* at eta = .65 in the square: 6.901074(71) (Li et al., J. Chem. Phys. 157, 234111, 2022)."""
-    scene = kt.make_scene("mixture", bodies=72, density=0.65, radii=(0.5,), seed=4).replace(periodic="xy")
-    sim = kt.Simulation(scene, "cells", keep_contacts=False)
-    sim.run(50.0)
-    sim.run(20_000.0, observe=["pressure"])
-    density = 0.65 * 4.0 / math.pi
-    z = sim.observed["pressure"]["Z"]
-    assert abs(density * z.mean - 6.901074) < 3.0 * density * z.error
-    assert density * z.error < 4e-3
