@@ -74,6 +74,19 @@ def reach_wall_if_any(k: Kernel, body: Records) -> tuple[int, int]:
     return reach_wall(k, body) if k.clock[0].limits.width > 0.0 else (NEVER, LEFT)
 
 
+beside, above = WALLS["y"], WALLS["x"]
+
+
+@unchecked
+@hook
+def reach_wall_of_some_axis(k: Kernel, body: Records) -> tuple[int, int]:
+    """Return the same where one axis is periodic, whichever it is, or both."""
+    torus = k.clock[0].torus
+    if torus.x == 0.0:
+        return beside(k, body)
+    return above(k, body) if torus.y == 0.0 else (NEVER, LEFT)
+
+
 @unchecked
 @hook
 def bounce(k: Kernel, body: Records, wall: int) -> float:
@@ -109,19 +122,22 @@ class Wall:
     """Elastic contact of a disc with the walls of a rectangular arena.
 
     Args:
-        general: the same parts for scenes without an arena, so that they share one compiled loop.
+        general: the same parts for scenes without an arena, and the same for all periodic axes, so that they
+            share one compiled loop.
     """
 
     def __init__(self, general: bool = False) -> None:
         self.general = general
 
     def prepare(self, scene: Scene) -> WallParts:
-        """Returns the parts; refuses a scene without an arena, unless they are general."""
-        if scene.arena is None and not self.general:
+        """Returns the parts; refuses a scene without walls, unless they are general."""
+        if self.general:
+            reach = reach_wall_of_some_axis if scene.periodic else reach_wall_if_any
+            return WallParts(reach_wall=reach, bounce=bounce, touch=touch, periodic=True)
+        if scene.arena is None:
             raise Refused(
                 "wall needs an arena, and this scene has none: give the scene an arena or leave wall out"
             )
         if scene.periodic == "xy":
             raise Refused("this scene is periodic along both axes, so there are no walls: leave wall out")
-        reach = reach_wall_if_any if self.general else WALLS[scene.periodic]
-        return WallParts(reach_wall=reach, bounce=bounce, touch=touch, periodic=not self.general)
+        return WallParts(reach_wall=WALLS[scene.periodic], bounce=bounce, touch=touch, periodic=True)

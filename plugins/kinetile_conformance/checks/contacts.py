@@ -225,9 +225,14 @@ IN_LARGE_SCENES = (
         *("swarms:corridor_scenes", SWARM_CONTACTS, 0.3),
     ),
     _compared(
+        "same-contacts-on-a-torus",
+        "The reference's contacts where axes are periodic; a phase that knows no images refuses them.",
+        *("small:torus_scenes", CONTACTS, 0.5),
+    ),
+    _compared(
         "same-contacts-in-a-marathon",
         "The reference's contacts for a hundred thousand of them, while the base of the clock moves often.",
         *("bulk:marathon_scenes", MARATHON_CONTACTS, 0.03),
     ),
 )
-"""The same comparison on strategies of large scenes."""
+"""The same comparison on other strategies, most of them of large scenes."""

@@ -54,13 +54,14 @@ def _several(body: st.SearchStrategy[Body], most: int, least: int = FEWEST) -> s
     return st.lists(body, min_size=least, max_size=most, unique_by=lambda one: one["place"])
 
 
-def _scene(bodies: list[Body], arena: tuple[float, float] | None, until: float) -> Scene:
+def _scene(bodies: list[Body], arena: tuple[float, float] | None, until: float, periodic: str = "") -> Scene:
     return Scene(
         position=[b["position"] for b in bodies],
         velocity=[b["velocity"] for b in bodies],
         radius=[b["radius"] for b in bodies],
         mass=[b["mass"] for b in bodies],
         arena=arena,
+        periodic=periodic,
         turns=[Turn(i, t, v) for i, b in enumerate(bodies) for t, v in b["turns"]],
         settings=Settings(until=until),
     )
@@ -181,6 +182,26 @@ def wide_scenes(draw: st.DrawFn, most: int = MOST) -> Scene:
     """Bodies with nothing round about them, without walls, perhaps far from the origin."""
     far = draw(st.sampled_from([0.0, 0.0, 2.0**20, -(2.0**30)]))
     return _scene(draw(_several(_wide_body(far), most)), None, draw(untils))
+
+
+@st.composite
+def torus_scenes(draw: st.DrawFn) -> Scene:
+    """One body and more in a box with periodic axes, often hardly wider than a body: in corners and on
+    borders, some of them written periods away, some flights many boxes long, some bodies minute."""
+    periodic = draw(st.sampled_from(["xy", "xy", "x", "y"]))
+    sides = draw(st.sampled_from([(1, 1), (1, 3), (2, 2), (3, 2), (2, 4), (4, 4)]))
+    bodies = draw(_several(_body(*sides, False), MOST, least=1))
+    pace, small = draw(st.sampled_from([1.0, 1.0, 32.0])), draw(st.sampled_from([1.0, 1.0, 0.01]))
+    aside = draw(st.sampled_from([0.0, -0.5]))
+    away = st.sampled_from([0, 0, 0, -3, 2])
+    for body in bodies:
+        body["radius"] = min(body["radius"], 1.0 / 2.1) * draw(st.sampled_from([1.0, small]))
+        body["velocity"] = tuple(pace * speed for speed in (body["velocity"][0], draw(speeds)))
+        body["position"] = tuple(
+            place + (aside + draw(away) * side if axis in periodic else 0.0)
+            for place, side, axis in zip(body["position"], sides, "xy", strict=True)
+        )
+    return _scene(bodies, (float(sides[0]), float(sides[1])), 8.0, periodic)
 
 
 def scenes(turns: bool = True, most: int = MOST) -> st.SearchStrategy[Scene]:
