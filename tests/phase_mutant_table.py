@@ -449,8 +449,8 @@ SWEEP_TILING_MUTANTS = [
         "sweep-tiling",
         [
             instead(
-                "    link(s, port(a, p), beyond_b)\n    set_end(s, b, o, end(s, a, o))\n",
-                "    link(s, port(a, p), beyond_b)\n",
+                "    link(s, port(a, p), beyond_b, to_b + across)\n    set_end(s, b, o, end(s, a, o))\n",
+                "    link(s, port(a, p), beyond_b, to_b + across)\n",
                 "events",
             )
         ],

@@ -239,4 +239,14 @@ MUTANTS = [
         ],
         "memory ends with the thousandth simulation",
     ),
+    _mutant(
+        "sorts a line where there is a circle",
+        "sap-1d",
+        [
+            instead(
+                "        if self.axis in scene.periodic:\n", "        if self.axis in scene.periodic[9:]:\n"
+            )
+        ],
+        "it says that it knows images, and knows none",
+    ),
 ]
