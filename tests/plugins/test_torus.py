@@ -185,3 +185,38 @@ def test_phases_that_do_not_know_images_are_refused():
         kt.Simulation(scene, "sweep-tiling")
     with pytest.raises(Refused, match="no walls"):
         kt.Simulation(scene, "cells", narrow_phases=("disc", "wall"))
+
+
+GENERAL = {"disc": {"general": True}, "wall": {"general": True}}
+"""One loop for all axes."""
+
+
+def with_commands(scene: kt.Scene, seed: int) -> kt.Scene:
+    """Returns a scene in which, by its number, bodies turn, come and go, or lose energy."""
+    rng = np.random.default_rng(seed)
+    unit, n = scene.time_unit, len(scene)
+    if seed % 3 == 1:
+        moments = np.sort(rng.integers(0, 40, 4)) / 8 * unit
+        turns = [kt.Turn(int(rng.integers(n)), float(at), rng.integers(-2, 3, 2) / 2) for at in moments]
+        return scene.replace(commands=[*turns, kt.Remove(int(rng.integers(n)), 5.5 * unit)])
+    if seed % 3 == 2:
+        return scene.replace(
+            responses={("*", "*"): kt.Response("restitution", e=0.75, contact_time=1e-6 * unit)}
+        )
+    return scene
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+def test_three_thousand_drawn_scenes_have_one_answer():
+    contacts = 0
+    for seed in range(3000):
+        scene = with_commands(torus_scenes.drawn(seed, (1, 2, 2, 3, 5, 8)), seed)
+        found = set()
+        for phase in ("naive", "cells", "sap-1d", "sap-2d", *(["sweep-tiling"] * (scene.periodic == "x"))):
+            sim = kt.Simulation(scene, phase, narrow_phases=GENERAL, live=True)
+            sim.run(until=8.0 * scene.time_unit, max_contacts=60)
+            found.add((sim.fingerprint, sim.positions().tobytes()))
+        assert len(found) == 1, seed
+        contacts += len(sim.contacts)
+    assert contacts > 40_000
