@@ -1,6 +1,6 @@
 """Documentation is true: its Python runs, its commands run, and quotations are in the files that it names.
 
-In docs/*.md and README.md:
+In docs/*.md, docs/cookbook/*.md and README.md:
 
 * blocks marked ``python`` run in order, in one namespace a file, in a folder of their own;
 * in blocks marked ``console``, lines ``$ kinetile ...`` run in such a folder, and must end with exit code 0
@@ -37,8 +37,9 @@ from installing import install
 from kinetile.cli import app
 
 ROOT = Path(__file__).parents[1]
-PAGES = [*sorted((ROOT / "docs").glob("*.md")), ROOT / "README.md"]
-LINKED = [*sorted((ROOT / "docs").rglob("*.md")), *sorted(ROOT.glob("*.md"))]
+DOCS = ROOT / "docs"
+PAGES = [*sorted(DOCS.glob("*.md")), *sorted(DOCS.glob("cookbook/*.md")), ROOT / "README.md"]
+LINKED = [*sorted(DOCS.rglob("*.md")), *sorted(ROOT.glob("*.md"))]
 FENCE = re.compile(r"```(\w*|\{[\w:-]+\}.*)")
 COMMENT = re.compile(r"<!--\s*(not run|slow|part of|file):?\s+(\S.*?)\s*-->")
 SETTING = re.compile(r"[A-Z_]+=\S*")

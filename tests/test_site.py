@@ -62,8 +62,8 @@ def site(tmp_path_factory):
 
 @pytest.mark.site
 def test_it_is_built_without_a_warning_and_has_every_page(site):
-    pages = {page.relative_to(DOCS).with_suffix("") for page in (*DOCS.glob("*.md"), *DOCS.glob("api/*.md"))}
-    pages |= {page.relative_to(DOCS).with_suffix("") for page in DOCS.glob("notebooks/*.ipynb")}
+    patterns = ("*.md", "api/*.md", "cookbook/*.md", "notebooks/*.ipynb")
+    pages = {page.relative_to(DOCS).with_suffix("") for each in patterns for page in DOCS.glob(each)}
     built = {page.relative_to(site).with_suffix("") for page in site.rglob("*.html")}
     assert pages <= built
     assert (site / "searchindex.js").is_file()

@@ -67,7 +67,8 @@ class Temperature(Observable):
 
 
 class _Lagged(Observable):
-    """Averages over pairs of moments, as a function of the time between them: 0 to ``lags`` intervals."""
+    """Averages over movable bodies and pairs of moments, as a function of the time between them: 0 to
+    ``lags`` intervals."""
 
     name = ""
 
@@ -78,15 +79,17 @@ class _Lagged(Observable):
         self.bodies: npt.NDArray[np.int32] = np.zeros(0, dtype=np.int32)
 
     def sample(self, simulation: Simulation) -> dict[str, Floats]:
-        """Returns the means over bodies with this moment as the later one; NaN for lags before the first."""
+        """Returns the means with this moment as the later one; NaN for lags before the first."""
         self.times = [*self.times, simulation.time][:2]
         if not np.array_equal(self.bodies, simulation.bodies):
             self.kept.clear()  # bodies have come or gone
             self.bodies = simulation.bodies
-        now = self.read(simulation)
+        now = self.read(simulation)[np.isfinite(simulation.masses())]
         self.kept.appendleft(now)
         found = np.full(len(self.lags), math.nan)
-        found[: len(self.kept)] = [float(self.compare(then, now).sum() / len(now)) for then in self.kept]
+        found[: len(self.kept)] = [
+            float(self.compare(then, now).sum() / max(len(now), 1)) for then in self.kept
+        ]
         return {self.name: found}
 
     def read(self, simulation: Simulation) -> Floats:
@@ -105,7 +108,8 @@ class _Lagged(Observable):
 
 
 class MeanSquaredDisplacement(_Lagged):
-    """``msd``: the mean of |r(t) - r(0)|^2 over bodies and over moments 0, for t up to ``lags`` intervals."""
+    """``msd``: the mean of |r(t) - r(0)|^2 over movable bodies and over moments 0, for t up to ``lags``
+    intervals."""
 
     name = "msd"
 
@@ -120,7 +124,8 @@ class MeanSquaredDisplacement(_Lagged):
 
 
 class VelocityAutocorrelation(_Lagged):
-    """``vacf``: the mean of v(t) . v(0) over bodies and over moments 0, for t up to ``lags`` intervals."""
+    """``vacf``: the mean of v(t) . v(0) over movable bodies and over moments 0, for t up to ``lags``
+    intervals."""
 
     name = "vacf"
 

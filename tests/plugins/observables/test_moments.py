@@ -45,6 +45,16 @@ def test_bodies_that_come_begin_a_new_displacement():
     assert np.isnan(msd[3:]).all()
 
 
+@pytest.mark.small
+def test_immovable_bodies_do_not_count_in_a_displacement():
+    scene = kt.Scene([(0.0, 0.0), (9.0, 9.0)], [(3.0, 4.0), (0.0, 0.0)], 1.0, [1.0, math.inf])
+    sim = kt.Simulation(scene, "naive")
+    sim.run(1.0, observe=["msd:every=0.25,lags=4", "vacf:every=0.25,lags=4"])
+    msd, vacf = sim.observed["msd"]["msd"], sim.observed["vacf"]["vacf"]
+    assert msd.mean == pytest.approx(25.0 * msd.at**2)
+    assert vacf.mean == pytest.approx(np.full(5, 25.0))
+
+
 @pytest.mark.compiled
 def test_a_mixture_of_masses_shares_its_energy_equally():
     scene = kt.make_scene("mixture", bodies=32, radii=(0.5, 0.7), masses=(1.0, 4.0), density=0.4, seed=2)
