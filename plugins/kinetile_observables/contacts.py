@@ -58,6 +58,11 @@ class Pressure(Observable):
         width, height = scene.arena
         walls = axes_with_walls(scene)
         self.perimeter = 2.0 * (height * ("x" in walls) + width * ("y" in walls))
+        if not self.perimeter and not np.isfinite(scene.mass).all():
+            raise Refused(
+                "observable 'pressure' needs walls where some bodies are immovable, and this scene is "
+                "periodic along both axes: immovable bodies take up momentum, so their contacts are no measure of it"
+            )
         # A wall is a body of radius 0 that nothing moves; numbers from -4 to -1 find it at the end.
         self.radius = np.append(scene.radius, np.zeros(4))
         self.inverse_mass = np.append(1.0 / scene.mass, np.zeros(4))
@@ -97,13 +102,16 @@ class Pressure(Observable):
             self.energy, masses = inner_energy(simulation), simulation.masses()
             self.bodies, self.movable = len(masses), int(np.isfinite(masses).sum())
         if last is not None:
-            time, degrees = simulation.time - last, 2 * self.movable - len(self.scene.periodic)
+            time, all_move = simulation.time - last, self.movable == self.bodies
+            degrees = 2 * self.movable - (len(self.scene.periodic) if all_move else 0)  # momentum is kept
+            if not degrees:
+                return {}  # one body alone on a torus
             heat = (energy + self.energy) / degrees  # kT
             unit = 1.0
             if self.by == "counts":
                 ratio = math.exp(math.lgamma((degrees + 1) / 2) - math.lgamma(degrees / 2))
                 unit = 2.0 * ratio * math.sqrt(math.pi * heat / degrees)  # 2 kT F
-            if self.movable == self.bodies:
+            if all_move:
                 virial = self.bodies * heat + unit * self.virial / (2.0 * time)
                 found = {"P": virial / self.area, "Z": virial / (self.bodies * heat)}
             if self.perimeter:

@@ -157,3 +157,15 @@ def test_velocities_lose_their_memory_by_the_rate_of_contacts():
         found = ran(two_discs(), 20_000.0, "jumps")["jumps"]["jump"]
     assert agree(found, None, 4.0 * 2.0 / (4 + 1))
     assert found.error < 0.005
+
+
+@pytest.mark.small
+def test_pressure_where_there_is_none() -> None:
+    """On a torus it needs bodies that all move, and two of them."""
+    mixed = kt.Scene([(0, 0), (1.5, 0.5)], [(0, 0), (1, 0.7)], 0.2, [math.inf, 1], (3, 1), periodic="xy")
+    with pytest.raises(Refused, match="needs walls where some bodies are immovable"):
+        kt.Simulation(mixed).run(1.0, observe=["pressure"])
+    alone = kt.Scene([(0.5, 0.5)], [(1, 0.7)], 0.2, arena=(1, 1), periodic="xy")
+    sim = kt.Simulation(alone)
+    sim.run(1.0, observe=["pressure"])
+    assert sim.observed["pressure"] == {}
