@@ -61,7 +61,7 @@ class Pressure(Observable):
         if not self.perimeter and not np.isfinite(scene.mass).all():
             raise Refused(
                 "observable 'pressure' needs walls where some bodies are immovable, and this scene is "
-                "periodic along both axes: immovable bodies take up momentum, so their contacts are no measure of it"
+                "periodic along both axes: what is immovable takes up momentum at every contact"
             )
         # A wall is a body of radius 0 that nothing moves; numbers from -4 to -1 find it at the end.
         self.radius = np.append(scene.radius, np.zeros(4))
