@@ -75,13 +75,13 @@ def read_length(value: Any, name: str) -> float:
 
 def read_within(value: Any, scene: Scene, direction: Point) -> float | None:
     """Returns how far a ray goes; ValueError for anything else, or for none where it would not end."""
-    if value is None and scene.periodic:
+    if value is None:
+        if not scene.periodic:
+            return None
         raise ValueError(
             f"a ray goes round for ever in a scene that is periodic along {scene.periodic}: say how far it "
             "is to go, within="
         )
-    if value is None:
-        return None
     length = read_length(value, "within")
     if not length:
         raise ValueError("within is a length above 0; found 0.0")

@@ -129,9 +129,10 @@ def _with_disc(moment: Moment, centre: Point, radius: float, velocity: Point) ->
     disc, limits = bodies[n], clock[0].limits
     disc.x, disc.y, disc.vx, disc.vy, disc.radius = x, y, *velocity, radius
     disc.anchor, disc.last = moment.now, NOBODY
-    # the search is right if ``fat`` is more than its rounding, and it may fly further than any body
+    # The search is right if ``fat`` is more than its rounding, and this disc may fly further than any body.
+    # A period is enough: only along an axis with walls, which has no images, is there no limit to its speed.
     flown = (abs(velocity[0]) + abs(velocity[1])) * (FORESEEN * float(clock[0].tick))
-    limits.fat += 2.0**-40 * (flown + abs(x) + abs(y) + radius)
+    limits.fat += min(2.0**-40 * (flown + radius), max(periods))
     return k._replace(bodies=bodies, images=images, clock=clock)
 
 

@@ -344,22 +344,25 @@ def _images_near(
 ) -> Iterator[tuple[int, int]]:
     """Yields the images, (m, n), of the box from 0 to a period of which a ray comes as near as ``radius``.
 
-    Column by column, and in each the rows beside that part of the ray which is near it. The part is computed
-    with a column that is wider by more than all rounding.
+    Column by column, and in each the rows beside that part of the ray which is near it. Along each axis they
+    are near each other within more than all rounding.
     """
-    size = sum(map(abs, (*origin, *flight, *periods)))
-    near = radius + 2.0**-40 * (size + radius)
+    near = [
+        radius + 2.0**-40 * (abs(at) + abs(way) + period + radius)
+        for at, way, period in zip(origin, flight, periods, strict=True)
+    ]
 
     def numbers(axis: int, begin: float, end: float) -> range:
-        if not periods[axis]:
+        period = periods[axis]
+        if not period:
             return range(1)
         low, high = sorted(origin[axis] + part * flight[axis] for part in (begin, end))
-        return range(math.floor((low - near) / periods[axis]), math.floor((high + near) / periods[axis]) + 1)
+        return range(math.floor((low - near[axis]) / period), math.floor((high + near[axis]) / period) + 1)
 
     for m in numbers(0, 0.0, 1.0):
         begin, end = 0.0, 1.0
         if periods[0] and flight[0]:
-            sides = (m * periods[0] - near - origin[0], (m + 1) * periods[0] + near - origin[0])
+            sides = (m * periods[0] - near[0] - origin[0], (m + 1) * periods[0] + near[0] - origin[0])
             begin, end = sorted(min(max(side / flight[0], 0.0), 1.0) for side in sides)
         for n in numbers(1, begin, end):
             yield m, n

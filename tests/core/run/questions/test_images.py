@@ -85,9 +85,9 @@ def check(sim: kt.Simulation, origin, direction, within: float) -> list[kt.RayHi
     return hits
 
 
-@pytest.mark.parametrize("seed", first(40, range(1500)))
+@pytest.mark.parametrize("seed", first(15, range(600)))
 def test_a_ray_meets_what_exact_arithmetic_says(seed):
-    """At the start, where places tie, and in a run; along a lattice, and along whatever line."""
+    """Along a lattice, where places tie, and along whatever line."""
     rng = random.Random(seed)
     sim = kt.Simulation(torus_scenes.drawn(seed, (1, 2, 3, 5, 8)), "naive")
     width, height = sim.scene.arena
@@ -98,9 +98,6 @@ def test_a_ray_meets_what_exact_arithmetic_says(seed):
         check(sim, origin, rng.choice([(1, 0), (0, -1), (1, 1), (3, 4), (-1, 2), (-8, 1)]), reach)
         origin = (rng.uniform(-2 * width, 2 * width), rng.uniform(-height, height))
         check(sim, origin, (rng.gauss(0, 1), rng.gauss(0, 1)), rng.uniform(0.1, 2.0) * reach)
-    sim = kt.Simulation(sim.scene.replace(velocity=sim.scene.velocity + 1e-3), "naive")
-    origin = (rng.uniform(0, width), rng.uniform(0, height))
-    check(sim, origin, (rng.gauss(0, 1), rng.gauss(0, 1)), reach)
 
 
 def lattice(periodic: str, places: list[tuple[int, int]], radius: float = 0.125, **more) -> kt.Simulation:
@@ -201,24 +198,36 @@ def test_what_has_no_end_is_refused(question, said):
 def test_only_periods_that_are_crossed_count():
     sim = lattice("x", [(1, 1)])
     assert sim.ray((0.125, 0.5), (0, -1), within=1e9) == [(0, 0.25)]
+    assert sim.ray((0.125, 2.0**200), (0, -1), within=2.0**200) == [(0, 2.0**200)]
+    assert sim.ray((0.125, 2.0**200), (1, 0), within=1e3) == []
     assert sim.cast((0.125, 0.5, 0.125), (0.0, -1e6)).body == 0
+    assert sim.cast((0.125, 0.5, 0.125), (0.0, -(2.0**190))).body == 0
+    assert sim.cast((0.125, 2.0**200, 0.125), (1.0, 0.0)) is None
+    turned = lattice("y", [(1, 1)])
+    assert turned.cast((0.5, 0.125, 0.125), (-(2.0**190), 0.0)).body == 0
+    assert turned.cast((2.0**200, 0.125, 0.125), (-1.0, 1.0)) is None
 
 
 def inserted_and_cast(seed: int, until: float) -> int:
-    """Cast discs into a drawn scene at a moment of its run, and insert them; return how many met a body."""
+    """Cast discs into a drawn scene at a moment of its run, and insert them; return how many met a body.
+
+    A ray is followed there as well, among places that are on no lattice.
+    """
     rng = random.Random(seed)
     scene, met = torus_scenes.drawn(seed, (1, 2, 3, 5, 8)), 0
     sim = kt.Simulation(scene, "naive", live=True)
     width, height = scene.arena
     fastest = float(np.abs(scene.velocity).max()) or 1.0
+    most = 4000 * min(period for period in scene.periods if period) / (8 * sim.time_unit)
     sim.run(until=until * sim.time_unit, max_contacts=20)
+    check(sim, sim.positions()[0] + 0.25, (rng.gauss(0, 1), rng.gauss(0, 1)), min(width, height))
     for _ in range(4):
         radius = rng.choice((0.001, 1 / 32, 0.1, 0.49)) * min(width, height)
         place = [rng.uniform(-2 * width, 3 * width), rng.uniform(-2 * height, 3 * height)]
         if rng.random() < 0.4:
             place = [rng.randrange(-32, 65) / 32 * width, rng.randrange(-32, 65) / 32 * height]
-        pace = rng.choice((0.0, 0.5, 1.0, 1.0, 30.0)) * fastest
-        velocity = [pace * rng.choice((-1.0, 0.0, 1.0, rng.gauss(0.0, 1.0))) for _ in range(2)]
+        pace = min(rng.choice((0.0, 0.5, 1.0, 1.0, 30.0, math.inf)) * fastest, most)
+        velocity = [pace * rng.choice((-1.0, 0.0, 1.0, rng.uniform(-1.0, 1.0))) for _ in range(2)]
         saved = sim.snapshot()
         hit = sim.cast((*place, radius), velocity)
         try:
