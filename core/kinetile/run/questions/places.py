@@ -230,11 +230,7 @@ class _EntryOfRay(NamedTuple):
 
 
 def ray(
-    moment: Moment,
-    origin: Point,
-    direction: Point,
-    most: int | None = None,
-    within: float | None = None,
+    moment: Moment, origin: Point, direction: Point, most: int | None = None, within: float | None = None
 ) -> list[RayHit]:
     """Returns the bodies that a ray meets, the nearest first, ties in the order of ``moment.slots``; not more
     than ``most``, and none further than ``within``. The bodies of the hits are slots; the direction's length
