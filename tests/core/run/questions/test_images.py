@@ -95,16 +95,22 @@ def test_a_ray_meets_what_exact_arithmetic_says(seed):
     for _ in range(3):
         far = rng.choice((0, 0, -3, 10**6))
         origin = (rng.randrange(33) / 32 * width + far * width, rng.randrange(33) / 32 * height)
-        check(sim, origin, rng.choice([(1, 0), (0, -1), (1, 1), (3, 4), (-1, 2), (-8, 1)]), reach)
+        check(sim, origin, rng.choice([(1, 0), (0, -1), (1, 1), (3, 4), (-8, 1), (-1, 40), (1, 40)]), reach)
         origin = (rng.uniform(-2 * width, 2 * width), rng.uniform(-height, height))
         check(sim, origin, (rng.gauss(0, 1), rng.gauss(0, 1)), rng.uniform(0.1, 2.0) * reach)
 
 
-def lattice(periodic: str, places: list[tuple[int, int]], radius: float = 0.125, **more) -> kt.Simulation:
+def lattice(periodic: str, places: list[tuple[float, float]], radius: float = 0.125, **more) -> kt.Simulation:
     """Return a simulation of resting bodies in a unit box, at multiples of 1/8."""
     at = [(x / 8, y / 8) for x, y in places]
     scene = kt.Scene(at, np.zeros((len(at), 2)), radius, arena=(1.0, 1.0), periodic=periodic, **more)
     return kt.Simulation(scene, "naive")
+
+
+def test_a_steep_ray_beside_a_column_meets_who_reaches_over_its_border():
+    """The body is at .96875, and the ray rises between its edge, 1.09375, and the border at 1."""
+    assert len(check(lattice("xy", [(7.75, 4)]), (1.03125, 0.8125), (1, 40), 1.0)) == 1
+    assert len(check(lattice("xy", [(4, 7.75)]), (0.8125, 1.03125), (40, 1), 1.0)) == 1
 
 
 eighths = st.integers(-24, 24).map(lambda i: i / 8)
@@ -134,6 +140,8 @@ def test_a_body_is_reported_once_where_its_first_image_is_entered():
     assert sim.ray((0.5, 0.125), (1, 0), within=10.0) == [(0, 0.5)]
     assert sim.ray((0.5, 0.125), (-1, 0), within=10.0) == [(0, 0.25)]
     assert sim.ray((0.0, 0.0), (1, 1), within=10.0, most=1)[0].body == 0
+    assert sim.ray((0.5, 0.125), (1, 0), within=0.5) == [(0, 0.5)], "touched by its end"
+    assert sim.ray((0.5, 0.125), (1, 0), within=np.nextafter(0.5, 0.0)) == []
     assert sim.ray((0.375, 0.0), (1, 0), within=0.75) == [(0, 0.75)], "a graze at its end"
     assert sim.ray((0.375, 0.0), (1, 0), within=np.nextafter(0.75, 0.0)) == []
     assert sim.ray((0.125, 0.5), (1, 0), within=1e-300) == []
@@ -246,6 +254,16 @@ def test_a_cast_disc_meets_whom_an_inserted_one_would(seeds):
     """To the tick, through any image, from the start and while bodies fly."""
     met = [inserted_and_cast(seed, until) for seed in seeds for until in (0.0, 3.7)]
     assert sum(met) > len(met) / 2
+
+
+def test_a_disc_is_cast_from_any_image_of_a_place():
+    for periodic, turned in (("x", 1), ("y", -1)):
+        sim = lattice(periodic, [(1, 1)])
+        hits = [
+            sim.cast((*(x, 0.125)[::turned], 0.125), (1.0, 0.125)[::turned]) for x in (0.5, -7.5, 2.0**200)
+        ]
+        assert hits[0] == hits[1] is not None
+        assert hits[2] == sim.cast((*(0.0, 0.125)[::turned], 0.125), (1.0, 0.125)[::turned])
 
 
 def test_a_cast_disc_sees_no_further_than_bodies_do():
