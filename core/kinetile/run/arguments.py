@@ -30,6 +30,9 @@ from kinetile.scene.responses import Kind, no_kind
 
 _SIZE = "at most 2**200 in size"
 
+MOST_PERIODS = 4096
+"""Periods along an axis that a ray, or a cast disc, may cross: every image on its way is looked at."""
+
 
 def read_point(value: object, name: str) -> Point:
     """Returns a point, or a velocity; ValueError for anything else."""
@@ -68,6 +71,45 @@ def read_length(value: Any, name: str) -> float:
     if not is_finite(value) or not 0.0 <= value <= LARGEST:
         raise ValueError(f"{name} is a finite number, from 0 to 2**200; found {shown(value)}")
     return float(value)
+
+
+def read_within(value: Any, scene: Scene, direction: Point) -> float | None:
+    """Returns how far a ray goes; ValueError for anything else, or for none where it would not end."""
+    if value is None:
+        if not scene.periodic:
+            return None
+        raise ValueError(
+            f"a ray goes round for ever in a scene that is periodic along {scene.periodic}: say how far it "
+            "is to go, within="
+        )
+    length = read_length(value, "within")
+    if not length:
+        raise ValueError("within is a length above 0; found 0.0")
+    full = math.hypot(*direction)
+    flight = length * (direction[0] / full), length * (direction[1] / full)
+    _demand_few_periods(flight, scene, "a ray", "a smaller within")
+    return length
+
+
+def read_cast(disc: object, velocity: object, scene: Scene, horizon: float) -> tuple[Point, float, Point]:
+    """Returns centre, radius and velocity of a disc that is cast; ValueError for anything else.
+
+    Where axes are periodic it flies for ``horizon``, in the scene's time.
+    """
+    (centre, radius), (vx, vy) = read_disc(disc), read_point(velocity, "a velocity")
+    if any(period and 2.0 * radius >= period for period in scene.periods):
+        raise ValueError(f"a disc is narrower than the period, {scene.periods}; found {shown(disc)}")
+    _demand_few_periods((horizon * vx, horizon * vy), scene, "this disc", "a lower velocity")
+    return centre, radius, (vx, vy)
+
+
+def _demand_few_periods(flight: Point, scene: Scene, what: str, right: str) -> None:
+    for axis, way, period in zip("xy", flight, scene.periods, strict=True):
+        if period and abs(way) > MOST_PERIODS * period:
+            raise ValueError(
+                f"{what} would cross {abs(way) / period:.6g} periods along {axis}, and may cross "
+                f"{MOST_PERIODS}: choose {right}"
+            )
 
 
 def read_count(value: Any, name: str) -> int:

@@ -18,10 +18,11 @@ from typing import Any, NamedTuple, cast, overload
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import FAULTS, BadOption, BusyError, Refused
+from kinetile.errors import FAULTS, BadOption, BusyError
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.compiled import is_cached
 from kinetile.kernel.flight import positions_now
+from kinetile.kernel.images import FORESEEN
 from kinetile.kernel.log import INSERTED, REMOVED, TURNED
 from kinetile.kernel.tables import Kernel, read_only
 from kinetile.plugin.drawing import Item
@@ -607,16 +608,19 @@ class Simulation:
         are ignored. A contact needs approach: a body that the disc touches or overlaps at the start is met at
         once if they approach, and not at all if they part. Of several at one tick the first by number.
 
+        Along a periodic axis it meets a body through any image, within 8 units of the clock (``time_unit``)
+        from now: beyond that no contact of bodies is predicted there either.
+
         Args:
-            disc: (x, y, radius); a radius of 0 is a point.
-            velocity: (vx, vy).
+            disc: (x, y, radius); a radius of 0 is a point. It is narrower than a period.
+            velocity: (vx, vy); so that the disc crosses at most 4,096 periods in these units.
             kinds: only bodies of these kinds.
 
-        Raises ValueError for what is no disc, or no velocity, and Refused in a scene with a periodic axis.
+        Raises ValueError for what is no disc, or no velocity.
         """
-        centre, radius = arguments.read_disc(disc)
-        self._demand_an_end("cast")
-        hit = meetings.cast(self._among(kinds), centre, radius, arguments.read_point(velocity, "a velocity"))
+        horizon = float(FORESEEN // TICKS) * self.time_unit
+        cast_disc = arguments.read_cast(disc, velocity, self.scene, horizon)
+        hit = meetings.cast(self._among(kinds), *cast_disc)
         return None if hit is None else hit._replace(body=self._body_of(hit.body))
 
     def bodies_in(
@@ -670,6 +674,7 @@ class Simulation:
         origin: Numbers,
         direction: Numbers,
         *,
+        within: float | None = None,
         most: int | None = None,
         kinds: Kind | Iterable[Kind] | None = None,
     ) -> list[RayHit]:
@@ -679,29 +684,25 @@ class Simulation:
         one that begins in it or at its edge meets it at once. Hits and their order are decided
         without any rounding.
 
+        Along a periodic axis a body has an image at every whole number of periods from that position,
+        exactly. It is reported once, where the ray first enters one of them.
+
         Args:
             origin: (x, y), where the ray begins.
             direction: (x, y), where it leads; its length does not matter.
+            within: only bodies that are met not further than this, a length above 0 in the scene's unit.
+                Needed where an axis is periodic, of which the ray may cross at most 4,096 periods.
             most: the largest number of hits; 1 is the fastest.
             kinds: only bodies of these kinds.
 
-        Raises ValueError for what is no point, no direction or no number of bodies, and Refused in a scene
-        with a periodic axis.
+        Raises ValueError for what is no point, no direction, no length or no number of bodies, and for no
+        ``within`` where it is needed.
         """
         start, towards = arguments.read_point(origin, "an origin"), arguments.read_direction(direction)
+        length = arguments.read_within(within, self.scene, towards)
         count = None if most is None else arguments.read_count(most, "most")
-        self._demand_an_end("ray")
-        hits = places.ray(self._among(kinds), start, towards, count)
+        hits = places.ray(self._among(kinds), start, towards, count, length)
         return [hit._replace(body=self._body_of(hit.body)) for hit in hits]
-
-    def _demand_an_end(self, question: str) -> None:
-        """Raises Refused for a question about a line that has no end where an axis is periodic."""
-        if self.scene.periodic:
-            raise Refused(
-                f"{question} follows a line, which goes round for ever in a scene that is periodic along "
-                f"{self.scene.periodic}: ask bodies_near or bodies_in, or insert a body and ask "
-                "next_contact_of"
-            )
 
     # Saving
 

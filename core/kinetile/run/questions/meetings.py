@@ -11,6 +11,7 @@ its bodies with any body or wall, and none of them is to change its plan by then
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
@@ -19,8 +20,9 @@ import numpy.typing as npt
 
 from kinetile.kernel.certificates.contact import first_touch
 from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
+from kinetile.kernel.images import FORESEEN, first_image
 from kinetile.kernel.loop.predictions import barred_with
-from kinetile.kernel.tables import NEVER, NOBODY, Kernel, elder
+from kinetile.kernel.tables import BODY, IMAGE, NEVER, NOBODY, Kernel, elder, record_table
 from kinetile.run.questions.places import Moment, Point
 
 Integers = npt.NDArray[np.int64]
@@ -102,15 +104,36 @@ def cast(moment: Moment, centre: Point, radius: float, velocity: Point) -> CastH
     """Returns the body that a disc which starts here and now would meet first; None if it meets none.
 
     The body of the hit is a slot. As for two bodies, a contact needs approach: a body that the disc touches
-    or overlaps is met at once if they approach, and never if they part.
+    or overlaps is met at once if they approach, and never if they part. Where axes are periodic it is met
+    through any image, before ``kernel.images.FORESEEN`` ticks from now.
     """
     ticks = np.full(len(moment.slots), NEVER)
-    asking = compose(ask_for_disc, {}, "questions", Kernel)
-    asking(moment.k, moment.slots, *centre, *velocity, radius, ticks)
+    if any(moment.periods):
+        k = _with_disc(moment, centre, radius, velocity)
+        _composed(ask_for_images)(k, moment.slots, len(k.bodies) - 1, ticks)
+    else:
+        _composed(ask_for_disc)(moment.k, moment.slots, *centre, *velocity, radius, ticks)
     at = int(ticks.argmin()) if len(ticks) else 0
     if not len(ticks) or ticks[at] == NEVER:
         return None
     return CastHit(*_moment_of(moment, int(ticks[at])), int(moment.slots[at]))
+
+
+def _with_disc(moment: Moment, centre: Point, radius: float, velocity: Point) -> Kernel:
+    """Returns what ``first_image`` reads of the tables, with a disc in a last row: anchored now, younger than
+    all, and with nobody met. The clock is a copy, because an overlap is reported to it as a fault."""
+    k, n, periods = moment.k, len(moment.k.bodies), moment.periods
+    bodies, images, clock = record_table(BODY, n + 1), record_table(IMAGE, n + 1), k.clock.copy()
+    bodies[:n], images[:n] = k.bodies, k.images
+    x, y = (math.remainder(at, p) if p else at for at, p in zip(centre, periods, strict=True))
+    disc, limits = bodies[n], clock[0].limits
+    disc.x, disc.y, disc.vx, disc.vy, disc.radius = x, y, *velocity, radius
+    disc.anchor, disc.last = moment.now, NOBODY
+    # The search is right if ``fat`` is more than its rounding, and this disc may fly further than any body.
+    # A period is enough: only along an axis with walls, which has no images, is there no limit to its speed.
+    flown = (abs(velocity[0]) + abs(velocity[1])) * (FORESEEN * float(clock[0].tick))
+    limits.fat += min(2.0**-40 * (flown + radius), max(periods))
+    return k._replace(bodies=bodies, images=images, clock=clock)
 
 
 def _moment_of(moment: Moment, tick: int) -> tuple[float, int, int]:
@@ -215,3 +238,10 @@ def ask_for_disc(
         )
         if delay != NEVER:
             ticks[i] = clock.now + delay
+
+
+def ask_for_images(k: Kernel, others: Integers, disc: int, ticks: Integers) -> None:
+    """Writes down when a disc in a row of the tables meets each of others through an image; a template."""
+    k = disowned(k)
+    for i in range(len(others)):
+        ticks[i] = first_image(k, others[i], disc)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from bisect import insort
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, cmp_to_key
 from itertools import product
@@ -229,28 +229,60 @@ class _EntryOfRay(NamedTuple):
     at: int
 
 
-def ray(moment: Moment, origin: Point, direction: Point, most: int | None = None) -> list[RayHit]:
+def ray(
+    moment: Moment, origin: Point, direction: Point, most: int | None = None, within: float | None = None
+) -> list[RayHit]:
     """Returns the bodies that a ray meets, the nearest first, ties in the order of ``moment.slots``; not more
-    than ``most``. The bodies of the hits are slots; the direction's length does not matter, and is not 0."""
-    few, bounds = _in_the_way(moment, origin, direction)
+    than ``most``, and none further than ``within``. The bodies of the hits are slots; the direction's length
+    does not matter, and is not 0. Where axes are periodic ``within`` is needed, and a body is met where the
+    ray first enters one of its images, at exactly whole periods from its place."""
+    periods = moment.periods
+    if any(periods):
+        assert within is not None
+        if most is not None and within > 2.0 * max(periods):  # the first are mostly found near the origin
+            hits = ray(moment, origin, direction, most, 0.25 * within)
+            if len(hits) == most:
+                return hits
+        # the remainder of doubles is a double: so images have small numbers, and nothing is rounded
+        x, y = (math.remainder(at, p) if p else at for at, p in zip(origin, periods, strict=True))
+        origin = x, y
+    few, images, bounds = _in_the_way(moment, origin, direction, within)
     columns = (*moment.places[few].T, moment.radii[few])
-    (ox, oy, *numbers), unit = whole([*origin, *np.concatenate(columns).tolist()])
+    numbers, unit = whole([*origin, *periods, within or 0.0, *np.concatenate(columns).tolist()])
+    ox, oy, width, height, reach = numbers[:5]
     n = len(few)
     (ux, uy), _ = whole(direction)
     length2 = ux * ux + uy * uy
     met: list[_EntryOfRay] = []
+    first: dict[int, _EntryOfRay] = {}  # of those in ``met``, by body
     for place, at in enumerate(few.tolist()):
         if most is not None and len(met) >= most and (most == 0 or met[most - 1].distance < bounds[place]):
             break
-        x, y, r = (numbers[place + i * n] for i in range(3))
-        x, y = x - ox, y - oy
-        if x * x + y * y <= r * r:
-            insort(met, _EntryOfRay(0, 0, 0.0, at), key=_KEY)
+        if at in first and first[at].distance < bounds[place]:
             continue
-        dot, d = x * ux + y * uy, r * r * length2 - (x * uy - y * ux) ** 2
-        if dot > 0 and d >= 0:
-            insort(met, _EntryOfRay(dot, d, difference_of_roots(dot, d, length2, unit), at), key=_KEY)
+        x, y, r = (numbers[5 + place + i * n] for i in range(3))
+        x, y = x - ox + images[place][0] * width, y - oy + images[place][1] * height
+        beyond = x * x + y * y - r * r
+        entry = _EntryOfRay(0, 0, 0.0, at)
+        if beyond > 0:
+            dot, d = x * ux + y * uy, r * r * length2 - (x * uy - y * ux) ** 2
+            if dot <= 0 or d < 0 or not (within is None or _is_within(reach, dot, beyond, length2)):
+                continue
+            entry = _EntryOfRay(dot, d, difference_of_roots(dot, d, length2, unit), at)
+        if at in first:
+            if _compare(first[at], entry) <= 0:
+                continue
+            met.remove(first[at])
+        first[at] = entry
+        insort(met, entry, key=_KEY)
     return [RayHit(int(moment.slots[entry.at]), entry.distance) for entry in met[:most]]
+
+
+def _is_within(reach: int, dot: int, beyond: int, length2: int) -> bool:
+    """Whether a ray has entered a disc on its way after a length ``reach``: then it has come to where it is
+    nearest to the centre, or it ends in the disc. ``beyond`` is |d|^2 - r^2, above 0."""
+    far = reach * reach
+    return dot * dot <= far * length2 or (far + beyond) ** 2 * length2 <= 4 * far * dot * dot
 
 
 def _compare(one: _EntryOfRay, two: _EntryOfRay) -> int:
@@ -263,25 +295,70 @@ def _compare(one: _EntryOfRay, two: _EntryOfRay) -> int:
 _KEY = cmp_to_key(_compare)
 
 
-def _in_the_way(moment: Moment, origin: Point, direction: Point) -> tuple[Integers, list[float]]:
-    """Returns which bodies a ray may meet, and how far it can get before it does, in ascending order of this.
+def _in_the_way(
+    moment: Moment, origin: Point, direction: Point, within: float | None
+) -> tuple[Integers, list[list[int]], list[float]]:
+    """Returns which bodies a ray may meet, through which images, and how far it can get before it does, in
+    ascending order of this.
 
-    With u scaled to between 1/2 and 2, a coordinate of u / |u| is off by 4 ULP of itself, one of d by one,
-    and d.u / |u| and (d x u) / |u| by 8 ULP of |dx| + |dy| at most; the margin is twice that and more.
+    With u scaled to between 1/2 and 2, a coordinate of u / |u| is off by 4 ULP of itself, and one of d, with
+    the periods added to it, by 3 of what it is made of. So d.u / |u| and (d x u) / |u| are off by 9 ULP of
+    the sum of that at most; the margin has 16.
     """
     down = -math.frexp(max(map(abs, direction)))[1]
     ux, uy = (math.ldexp(part, down) for part in direction)  # what underflow takes is 2^-1074 of dx, dy
     length = math.sqrt(ux * ux + uy * uy)
     ux, uy = ux / length, uy / length
+    radius, (width, height) = moment.radii, moment.periods
+    images: Iterable[tuple[int, int]] = [(0, 0)]
+    if within is not None and (width or height):
+        flight = within * ux, within * uy
+        images = _images_near(origin, flight, (width, height), float(radius.max(initial=0.0)))
+    found: list[tuple[Integers, Integers, Floats]] = []
     with np.errstate(over="ignore", invalid="ignore"):
-        dx, dy = moment.places[:, 0] - origin[0], moment.places[:, 1] - origin[1]
-        radius = moment.radii
-        margin = 2.0**-49 * ((np.abs(dx) + np.abs(dy)) + radius)
-        along = dx * ux + dy * uy
-        aside = np.abs(dx * uy - dy * ux)
-        passed = (aside > radius + margin) | (along < -(radius + margin))
-        few = np.flatnonzero(~passed)
-        bound = (along - radius - margin)[few]
-    bound[np.isnan(bound)] = -math.inf
-    order = np.argsort(bound, kind="stable")
-    return few[order], bound[order].tolist()
+        x, y = moment.places[:, 0] - origin[0], moment.places[:, 1] - origin[1]
+        size = np.abs(x) + np.abs(y)
+        for m, n in images:
+            dx, dy = x + m * width, y + n * height
+            margin = 2.0**-49 * ((size + (abs(m) * width + abs(n) * height)) + radius)
+            along = dx * ux + dy * uy
+            aside = np.abs(dx * uy - dy * ux)
+            bound = along - radius - margin
+            passed = (aside > radius + margin) | (along < -(radius + margin))
+            if within is not None:
+                passed |= bound > within
+            few = np.flatnonzero(~passed)
+            found.append((few, np.full((len(few), 2), (m, n)), bound[few]))
+    bodies, through, bounds = (np.concatenate(part) for part in zip(*found, strict=True))
+    bounds[np.isnan(bounds)] = -math.inf
+    order = np.argsort(bounds, kind="stable")
+    return bodies[order], through[order].tolist(), bounds[order].tolist()
+
+
+def _images_near(
+    origin: Point, flight: Point, periods: tuple[float, float], radius: float
+) -> Iterator[tuple[int, int]]:
+    """Yields the images, (m, n), of the box from 0 to a period of which a ray comes as near as ``radius``.
+
+    Column by column, and in each the rows beside that part of the ray which is near it. Along each axis they
+    are near each other within more than all rounding.
+    """
+    near = [
+        radius + 2.0**-40 * (abs(at) + abs(way) + period + radius)
+        for at, way, period in zip(origin, flight, periods, strict=True)
+    ]
+
+    def numbers(axis: int, begin: float, end: float) -> range:
+        period = periods[axis]
+        if not period:
+            return range(1)
+        low, high = sorted(origin[axis] + part * flight[axis] for part in (begin, end))
+        return range(math.floor((low - near[axis]) / period), math.floor((high + near[axis]) / period) + 1)
+
+    for m in numbers(0, 0.0, 1.0):
+        begin, end = 0.0, 1.0
+        if periods[0] and flight[0]:
+            sides = (m * periods[0] - near[0] - origin[0], (m + 1) * periods[0] + near[0] - origin[0])
+            begin, end = sorted(min(max(side / flight[0], 0.0), 1.0) for side in sides)
+        for n in numbers(1, begin, end):
+            yield m, n

@@ -1,0 +1,279 @@
+"""Rays and cast discs where axes are periodic, and rays of some length: against exact arithmetic."""
+
+from __future__ import annotations
+
+import math
+import random
+from fractions import Fraction
+from math import isqrt
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+import kinetile as kt
+import torus_scenes
+from kinetile.errors import KinetileError
+from kinetile.run.questions.meetings import CastHit
+from lanes import examples, first
+
+BITS = 3000
+
+Entry = tuple[Fraction, Fraction]
+"""(p, q) of p - sqrt(q): after what multiple of its direction a ray enters a disc."""
+
+
+def root(value: Fraction) -> Fraction:
+    return Fraction(isqrt((value.numerator << 2 * BITS) // value.denominator), 1 << BITS)
+
+
+def entry(x: Fraction, y: Fraction, r: Fraction, direction: list[Fraction]) -> Entry | None:
+    """Return where a ray from (0, 0) enters a disc; None: nowhere."""
+    ux, uy = direction
+    a, b, c = ux * ux + uy * uy, x * ux + y * uy, x * x + y * y - r * r
+    if c <= 0:
+        return Fraction(0), Fraction(0)
+    if b <= 0 or b * b < a * c:
+        return None
+    return b / a, (b * b - a * c) / (a * a)
+
+
+def length(at: Entry, n: Fraction) -> Fraction:
+    """Return how far that is to so many digits that equal lengths are equal; n is the direction's square."""
+    far = root(at[0] * at[0] * n) - root(at[1] * n)
+    return Fraction(round(far * (1 << BITS // 2)), 1 << BITS // 2)
+
+
+def all_images(at: list[Fraction], r: Fraction, reach: Fraction, periods: tuple[float, float]):
+    """Yield the places of a disc's images that a point within ``reach`` of (0, 0) can be in."""
+    ranges = []
+    for place, period in zip(at, periods, strict=True):
+        p = Fraction(period)
+        ends = [math.floor((end - place) / p) for end in (-reach - r, reach + r)] if p else [0, -1]
+        ranges.append([place + i * p for i in range(ends[0], ends[1] + 2)])
+    for x in ranges[0]:
+        for y in ranges[1]:
+            yield x, y
+
+
+def expected(sim: kt.Simulation, origin, direction, within: float) -> list[tuple[int, Fraction]]:
+    """Return the bodies that a ray meets, and exactly how far from its origin."""
+    start, u, reach = [*map(Fraction, origin)], [*map(Fraction, direction)], Fraction(within)
+    n = u[0] ** 2 + u[1] ** 2
+    found = []
+    for body, place, radius in zip(sim.bodies.tolist(), sim.positions(), sim.radii(), strict=True):
+        at, r = [Fraction(float(p)) - s for p, s in zip(place, start, strict=True)], Fraction(float(radius))
+        entries = (entry(x, y, r, u) for x, y in all_images(at, r, reach, sim.scene.periods))
+        lengths = [length(each, n) for each in entries if each]
+        if lengths and min(lengths) <= reach:
+            found.append((min(lengths), body))
+    return [(body, far) for far, body in sorted(found)]
+
+
+def check(sim: kt.Simulation, origin, direction, within: float) -> list[kt.RayHit]:
+    """Return the hits of a ray, after a comparison with exact arithmetic."""
+    hits, true = sim.ray(origin, direction, within=within), expected(sim, origin, direction, within)
+    assert [hit.body for hit in hits] == [body for body, _ in true]
+    for hit, (_, far) in zip(hits, true, strict=True):
+        off = abs(Fraction(hit.distance) - far)
+        for to in (0.0, math.inf):
+            beside = Fraction(float(np.nextafter(hit.distance, to)))
+            assert off <= abs(beside - far) + Fraction(1, 1 << BITS // 4)
+    for most in {0, 1, len(hits)}:
+        assert sim.ray(origin, direction, within=within, most=most) == hits[:most]
+    return hits
+
+
+@pytest.mark.parametrize("seed", first(15, range(600)))
+def test_a_ray_meets_what_exact_arithmetic_says(seed):
+    """Along a lattice, where places tie, and along whatever line."""
+    rng = random.Random(seed)
+    sim = kt.Simulation(torus_scenes.drawn(seed, (1, 2, 3, 5, 8)), "naive")
+    width, height = sim.scene.arena
+    reach = rng.choice((0.25, 1.0, 3.0, 12.0)) * min(width, height)
+    for _ in range(3):
+        far = rng.choice((0, 0, -3, 10**6))
+        origin = (rng.randrange(33) / 32 * width + far * width, rng.randrange(33) / 32 * height)
+        check(sim, origin, rng.choice([(1, 0), (0, -1), (1, 1), (3, 4), (-8, 1), (-1, 40), (1, 40)]), reach)
+        origin = (rng.uniform(-2 * width, 2 * width), rng.uniform(-height, height))
+        check(sim, origin, (rng.gauss(0, 1), rng.gauss(0, 1)), rng.uniform(0.1, 2.0) * reach)
+
+
+def lattice(periodic: str, places: list[tuple[float, float]], radius: float = 0.125, **more) -> kt.Simulation:
+    """Return a simulation of resting bodies in a unit box, at multiples of 1/8."""
+    at = [(x / 8, y / 8) for x, y in places]
+    scene = kt.Scene(at, np.zeros((len(at), 2)), radius, arena=(1.0, 1.0), periodic=periodic, **more)
+    return kt.Simulation(scene, "naive")
+
+
+def test_a_steep_ray_beside_a_column_meets_who_reaches_over_its_border():
+    """The body is at .96875, and the ray rises between its edge, 1.09375, and the border at 1."""
+    assert len(check(lattice("xy", [(7.75, 4)]), (1.03125, 0.8125), (1, 40), 1.0)) == 1
+    assert len(check(lattice("xy", [(4, 7.75)]), (0.8125, 1.03125), (40, 1), 1.0)) == 1
+
+
+eighths = st.integers(-24, 24).map(lambda i: i / 8)
+steps = st.tuples(st.integers(-3, 3), st.integers(-3, 3)).filter(any)
+
+
+@settings(max_examples=examples(60))
+@given(
+    periodic=st.sampled_from(["x", "y", "xy"]),
+    places=st.sets(st.tuples(st.sampled_from([1, 3, 5, 7]), st.sampled_from([1, 3, 5, 7])), min_size=1),
+    origin=st.tuples(eighths, eighths),
+    direction=steps,
+    within=st.integers(1, 40).map(lambda i: i / 8),
+    nudge=st.sampled_from([-1.0, 0.0, 0.0, 1.0]),
+)
+@example("xy", {(1, 1)}, (0.375, 0.0), (1, 0), 0.75, 0.0)  # a tangent, whose point is just within
+@example("xy", {(1, 1)}, (0.375, 0.0), (1, 0), 0.75, -1.0)
+@example("xy", {(1, 5)}, (0.375, 0.625), (-1, 0), 5.0, 0.0)  # its own image behind is further
+def test_ties_and_tangents_of_a_lattice(periodic, places, origin, direction, within, nudge):
+    """All is dyadic, and touches: so grazes, ends at an edge and equal distances are frequent."""
+    within = float(np.nextafter(within, within + nudge))
+    check(lattice(periodic, sorted(places)), origin, direction, within)
+
+
+def test_a_body_is_reported_once_where_its_first_image_is_entered():
+    sim = lattice("xy", [(1, 1), (5, 5)])
+    assert sim.ray((0.5, 0.125), (1, 0), within=10.0) == [(0, 0.5)]
+    assert sim.ray((0.5, 0.125), (-1, 0), within=10.0) == [(0, 0.25)]
+    assert sim.ray((0.0, 0.0), (1, 1), within=10.0, most=1)[0].body == 0
+    assert sim.ray((0.5, 0.125), (1, 0), within=0.5) == [(0, 0.5)], "touched by its end"
+    assert sim.ray((0.5, 0.125), (1, 0), within=np.nextafter(0.5, 0.0)) == []
+    assert sim.ray((0.375, 0.0), (1, 0), within=0.75) == [(0, 0.75)], "a graze at its end"
+    assert sim.ray((0.375, 0.0), (1, 0), within=np.nextafter(0.75, 0.0)) == []
+    assert sim.ray((0.125, 0.5), (1, 0), within=1e-300) == []
+    assert sim.ray((7.125, -2.875), (1, 0), within=1e-300) == [(0, 0.0)], "in an image"
+    assert sim.ray((2.0**200, 0.625), (5e-324, 0), within=4096.0) == [(1, 0.5)]
+
+
+@pytest.mark.parametrize("within", [6.0, pytest.param(64.0, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("slope", [1.0, 2.0**-30, 2.0**-52, 1e-17, 5e-324])
+def test_a_ray_may_drift_from_row_to_row(slope, within):
+    """Nearly along an axis: it leaves its row or not, by as little as it is inclined."""
+    sim = lattice("xy", [(1, 1), (4, 5)])
+    for y in (0.25, float(np.nextafter(0.25, 1.0)), 0.375):
+        check(sim, (0.5, y), (1.0, slope), within)
+        check(sim, (y, 0.5), (-slope, 1.0), within)
+
+
+@given(
+    x=st.floats(-4.0, 4.0),
+    y=st.floats(-4.0, 4.0),
+    direction=st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0)).filter(any),
+    within=st.floats(0.01, 20.0),
+)
+def test_with_walls_or_without_within_takes_those_that_are_near(x, y, direction, within):
+    sim = lattice("", [(1, 1), (3, 1), (5, 5), (7, 3)])
+    hits = check(sim, (x, y), direction, within)
+    everybody = sim.ray((x, y), direction)
+    assert everybody[: len(hits)] == hits
+    for hit in everybody:  # to the next double, at most
+        assert (hit in hits) == (hit.distance <= within) or abs(hit.distance / within - 1.0) < 1e-15
+
+
+def test_kinds_are_left_out_in_images_too():
+    sim = lattice("xy", [(1, 1), (5, 1)], kind=["ball", "sensor"], responses={("*", "*"): "elastic"})
+    assert sim.ray((0.375, 0.125), (1, 0), within=2.0, kinds="ball") == [(0, 0.625)]
+    assert sim.cast((0.25, 0.125, 0.0625), (-1.0, 0.0), kinds="sensor") == (0.4375, 0, 7 << 48, 1)
+
+
+@pytest.mark.parametrize(
+    ("question", "said"),
+    [
+        (
+            lambda s: s.ray((0, 0), (1, 0)),
+            "goes round for ever in a scene that is periodic along x: .*within=",
+        ),
+        (lambda s: s.ray((0, 0), (1, 0), within=0.0), "within is a length above 0; found 0.0"),
+        (lambda s: s.ray((0, 0), (1, 0), within=-1.0), "within is a finite number, from 0"),
+        (lambda s: s.ray((0, 0), (1, 0), within=math.inf), "within is a finite number"),
+        (
+            lambda s: s.ray((0, 0), (3, 4), within=7e3),
+            "4200 periods along x, .* 4096: choose a smaller within",
+        ),
+        (lambda s: s.cast((0, 0, 0.5), (1, 0)), r"a disc is narrower than the period, \(1.0, 0.0\)"),
+        (lambda s: s.cast((0, 0, 0.1), (1e3, 0)), "8000 periods along x, .* 4096: choose a lower velocity"),
+    ],
+)
+def test_what_has_no_end_is_refused(question, said):
+    with pytest.raises(ValueError, match=said):
+        question(lattice("x", [(1, 1)]))
+
+
+def test_only_periods_that_are_crossed_count():
+    sim = lattice("x", [(1, 1)])
+    assert sim.ray((0.125, 0.5), (0, -1), within=1e9) == [(0, 0.25)]
+    assert sim.ray((0.125, 2.0**200), (0, -1), within=2.0**200) == [(0, 2.0**200)]
+    assert sim.ray((0.125, 2.0**200), (1, 0), within=1e3) == []
+    assert sim.cast((0.125, 0.5, 0.125), (0.0, -1e6)).body == 0
+    assert sim.cast((0.125, 0.5, 0.125), (0.0, -(2.0**190))).body == 0
+    assert sim.cast((0.125, 2.0**200, 0.125), (1.0, 0.0)) is None
+    turned = lattice("y", [(1, 1)])
+    assert turned.cast((0.5, 0.125, 0.125), (-(2.0**190), 0.0)).body == 0
+    assert turned.cast((2.0**200, 0.125, 0.125), (-1.0, 1.0)) is None
+
+
+def inserted_and_cast(seed: int, until: float) -> int:
+    """Cast discs into a drawn scene at a moment of its run, and insert them; return how many met a body.
+
+    A ray is followed there as well, among places that are on no lattice.
+    """
+    rng = random.Random(seed)
+    scene, met = torus_scenes.drawn(seed, (1, 2, 3, 5, 8)), 0
+    sim = kt.Simulation(scene, "naive", live=True)
+    width, height = scene.arena
+    fastest = float(np.abs(scene.velocity).max()) or 1.0
+    most = 4000 * min(period for period in scene.periods if period) / (8 * sim.time_unit)
+    sim.run(until=until * sim.time_unit, max_contacts=20)
+    check(sim, sim.positions()[0] + 0.25, (rng.gauss(0, 1), rng.gauss(0, 1)), min(width, height))
+    for _ in range(4):
+        radius = rng.choice((0.001, 1 / 32, 0.1, 0.49)) * min(width, height)
+        place = [rng.uniform(-2 * width, 3 * width), rng.uniform(-2 * height, 3 * height)]
+        if rng.random() < 0.4:
+            place = [rng.randrange(-32, 65) / 32 * width, rng.randrange(-32, 65) / 32 * height]
+        pace = min(rng.choice((0.0, 0.5, 1.0, 1.0, 30.0, math.inf)) * fastest, most)
+        velocity = [pace * rng.choice((-1.0, 0.0, 1.0, rng.uniform(-1.0, 1.0))) for _ in range(2)]
+        saved = sim.snapshot()
+        hit = sim.cast((*place, radius), velocity)
+        try:
+            number = sim.insert(place, velocity, radius)
+        except (KinetileError, ValueError):  # no room
+            continue
+        coming = sim.next_contact_of(number, kinds=scene.kinds)
+        assert hit == (None if coming is None else CastHit(*coming[:4]))
+        met += hit is not None
+        sim.restore(saved)
+    return met
+
+
+@pytest.mark.parametrize("seeds", first(1, [range(at, at + 25) for at in range(0, 500, 25)]))
+def test_a_cast_disc_meets_whom_an_inserted_one_would(seeds):
+    """To the tick, through any image, from the start and while bodies fly."""
+    met = [inserted_and_cast(seed, until) for seed in seeds for until in (0.0, 3.7)]
+    assert sum(met) > len(met) / 2
+
+
+def test_a_disc_is_cast_from_any_image_of_a_place():
+    for periodic, turned in (("x", 1), ("y", -1)):
+        sim = lattice(periodic, [(1, 1)])
+        hits = [
+            sim.cast((*(x, 0.125)[::turned], 0.125), (1.0, 0.125)[::turned]) for x in (0.5, -7.5, 2.0**200)
+        ]
+        assert hits[0] == hits[1] is not None
+        assert hits[2] == sim.cast((*(0.0, 0.125)[::turned], 0.125), (1.0, 0.125)[::turned])
+
+
+def test_a_cast_disc_sees_no_further_than_bodies_do():
+    """Eight units of the clock; an overlap is no fault of a cast."""
+    sim = lattice("x", [(1, 1)])
+    assert sim.cast((0.5, 0.125, 0.125), (1.0, 0.0)) == (0.375, 0, 3 << 49, 0)
+    assert sim.cast((0.375, 0.125, 0.125), (2.0**-6, 0.0)) is None, "met after 32"
+    assert sim.cast((0.375, 0.125, 0.125), (2.0**-4 + 2.0**-20, 0.0)).time < 8.0
+    assert sim.cast((0.375, 0.125, 0.125), (2.0**-4, 0.0)) is None, "met after 8"
+    assert sim.cast((1.125 + 2.0**-5, 0.125, 0.125), (-1.0, 0.0)) == (0.0, 0, 0, 0)
+    assert sim.cast((1.125, 0.125, 0.125), (0.0, 0.0)) is None
+    sim.run(until=1.0)
+    assert sim.fault is None
