@@ -11,7 +11,7 @@ import kinetile as kt
 from mutants.scenes import crowd, gas
 from mutants.witnesses import Accepts, Audited, Differs
 from phase_mutant_table import BOTH, NO_AUDIT, but
-from phase_mutants import UNSEEN, Mutant, instead
+from phase_mutants import Mutant, instead
 
 __all__ = ["MUTANTS"]
 
@@ -232,7 +232,6 @@ MUTANTS = [
             *CELLS,
         ],
         "only a contact right over the middle of a cell can show it",
-        UNSEEN,
         family="contract",
         witness=Differs(at_a_stretch, 4.0, options={"side": 2.0}),
     ),
