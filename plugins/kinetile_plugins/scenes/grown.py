@@ -39,8 +39,8 @@ _BELOW = 1.0 - 2.0**-30  # of half a gap: what rounding a sum of two radii may a
 
 def grown(
     *,
-    bodies: int = 200,
-    density: float = 0.8,
+    bodies: int = 100,
+    density: float = 0.75,
     radii: tuple[float, ...] = (0.5, 0.7),
     fractions: tuple[float, ...] = (),
     counts: tuple[int, ...] = (),
