@@ -7,8 +7,7 @@ and no disc ever overlaps another: before a step each disc has a gap to its neig
 meet take half of it each.
 
 A step allows every disc the size of the smallest, relative to its final radius, and ``RATE`` more. So a
-disc that is held by its neighbours holds all others up, and nobody is left behind as a small disc in a hole
-of a full packing. The number of steps therefore depends on the density and hardly on the number of discs.
+disc that is held by its neighbours holds all others up, and none stays small in a hole of a full packing. The number of steps therefore depends on the density and hardly on the number of discs.
 """
 
 from __future__ import annotations
@@ -20,8 +19,15 @@ import numpy as np
 from kinetile import Scene, Simulation
 from kinetile.errors import BadOption, ZenoError
 from kinetile.scene.bodies import distance, nearest_image, overlapping_images
-from kinetile_plugins.scenes.matter import demand_density, side_of_square, sizes_and_masses
-from kinetile_plugins.scenes.numerics import Floats, demand, demand_in_range, draws, maxwell
+from kinetile_plugins.scenes.matter import side_of_square, sizes_and_masses
+from kinetile_plugins.scenes.numerics import (
+    Floats,
+    demand,
+    demand_density,
+    demand_in_range,
+    draws,
+    maxwell,
+)
 from kinetile_plugins.scenes.random_discs import places
 
 START = 0.3
@@ -92,22 +98,23 @@ def _grow(scene: Scene, final: Floats, density: float, contacts: float) -> Scene
         smallest.append(float((scene.radius / final).min()))
         if smallest[-1] == 1.0:
             return scene
+        if len(smallest) > PATIENCE and smallest[-1] - smallest[-PATIENCE] < SLOWEST:
+            raise _held(scene, final, density, contacts, len(smallest) - 1)
         sim = Simulation(scene, "cells", keep_contacts=False)
-        held = len(smallest) > PATIENCE and smallest[-1] - smallest[-PATIENCE] < SLOWEST
-        if not held:
-            try:
-                sim.run(until=longest, max_contacts=most)
-                sim.run(until=sim.time * (1.0 + 0.5 / most))  # beyond a contact, where two have no gap
-            except ZenoError:
-                held = True
-        if held:
-            reached = density * math.fsum(scene.radius**2) / math.fsum(final**2)
-            raise BadOption(
-                f"density is {density}; after {len(smallest) - 1} steps the discs held each other at "
-                f"{reached:.4f}; ask for less, for more contacts a step than {contacts}, or for equal discs "
-                "as the recipe 'hexagonal' has them"
-            )
+        try:
+            sim.run(until=longest, max_contacts=most)
+            sim.run(until=sim.time * (1.0 + 0.5 / most))  # beyond a contact, where two have no gap
+        except ZenoError as error:
+            raise _held(scene, final, density, contacts, len(smallest) - 1) from error
         scene = scene.replace(position=sim.positions(), velocity=sim.velocities())
+
+
+def _held(scene: Scene, final: Floats, density: float, contacts: float, steps: int) -> BadOption:
+    reached = density * math.fsum(scene.radius**2) / math.fsum(final**2)
+    return BadOption(
+        f"density is {density}; after {steps} steps the discs held each other at {reached:.4f}; ask for "
+        f"less, for more contacts a step than {contacts}, or for equal discs as the recipe 'hexagonal' has them"
+    )
 
 
 def _larger(scene: Scene, wanted: Floats) -> Floats:

@@ -18,6 +18,7 @@ from kinetile_plugins.scenes.numerics import (
     Floats,
     Ints,
     demand,
+    demand_density,
     demand_in_range,
     demand_number,
     draws,
@@ -58,11 +59,6 @@ def mixture(
     velocity = maxwell(temperature, every_mass, for_velocities)
     position = places(radius, density, side, for_places)
     return Scene(position, velocity, radius, every_mass, (side, side))
-
-
-def demand_density(density: float) -> None:
-    """Raises BadOption unless a density is above 0 and below 1."""
-    demand(0.0 < density < 1.0, f"density is {density}; it is above 0 and below 1")
 
 
 def side_of_square(radius: Floats, density: float) -> float:

@@ -214,6 +214,11 @@ def demand_size(density: float, radius: float) -> None:
     )
 
 
+def demand_density(density: float) -> None:
+    """Raises BadOption unless a density is above 0 and below 1."""
+    demand(0.0 < density < 1.0, f"density is {density}; it is above 0 and below 1")
+
+
 def demand_in_range(name: str, number: float) -> None:
     """Raises BadOption unless a length, a mass or a temperature is above 0 and one that a scene can have."""
     demand(

@@ -25,6 +25,7 @@ from kinetile_plugins.scenes.numerics import (
     Draws,
     Floats,
     demand,
+    demand_density,
     demand_number,
     demand_size,
     draw_velocities,
@@ -57,7 +58,7 @@ def random_discs(
     dense to be placed at random start from a lattice, if it has room for the largest.
     """
     demand_number("bodies", bodies, 0, "a scene has 0 bodies or more")
-    demand(0.0 < density < 1.0, f"density is {density}; it is above 0 and below 1")
+    demand_density(density)
     for name, ratio in (("radius_ratio", radius_ratio), ("mass_ratio", mass_ratio)):
         demand(1.0 <= ratio < math.inf, f"{name} is {ratio}; a ratio is finite, and 1 or more")
         demand(ratio <= HEAVIEST, f"{name} is {ratio}; it is at most 2**100 ({HEAVIEST:.1e})")
