@@ -7,7 +7,8 @@ and no disc ever overlaps another: before a step each disc has a gap to its neig
 meet take half of it each.
 
 A step allows every disc the size of the smallest, relative to its final radius, and ``RATE`` more. So a
-disc that is held by its neighbours holds all others up, and none stays small in a hole of a full packing. The number of steps therefore depends on the density and hardly on the number of discs.
+disc that is held by its neighbours holds all others up, and none stays small in a hole of a full packing. The
+number of steps therefore depends on the density and hardly on the number of discs.
 """
 
 from __future__ import annotations
@@ -113,7 +114,8 @@ def _held(scene: Scene, final: Floats, density: float, contacts: float, steps: i
     reached = density * math.fsum(scene.radius**2) / math.fsum(final**2)
     return BadOption(
         f"density is {density}; after {steps} steps the discs held each other at {reached:.4f}; ask for "
-        f"less, for more contacts a step than {contacts}, or for equal discs as the recipe 'hexagonal' has them"
+        f"less, for more contacts a step than {contacts}, or for equal discs as the recipe 'hexagonal' has "
+        "them"
     )
 
 
