@@ -259,6 +259,17 @@ def turns_into(k: Kernel, s: State, p: int, bound: int) -> int:
     return int(rounds + k.images[body_of(p)].kx - k.images[body_of(bound)].kx)
 
 
+@hook
+def lay(s: State, body: int, top: int, bottom: int) -> None:
+    """Lay the line of a body between a top and a bottom: its two inner tiles, and what its bounds meet."""
+    left = left_bound(body)
+    right = right_bound(body)
+    for side in (UPPER, LOWER):
+        link(s, port(left, side), port(right, side), 0)
+        set_end(s, left, side, top if side == UPPER else bottom)
+        set_end(s, right, side, top if side == UPPER else bottom)
+
+
 @unchecked
 @hook
 def enter(k: Kernel, s: State, body: int) -> None:
@@ -266,18 +277,17 @@ def enter(k: Kernel, s: State, body: int) -> None:
     n = len(s.level)
     left = left_bound(body)
     right = right_bound(body)
-    alone = len(s.turns) > 0 and k.clock[0].present == 1
-    p = port(right, OUTER) if alone else tile_for(k, s, body)
-    q = port(left, OUTER) if alone else facing(s, p)
-    top = n if alone else over(s, p, UPPER)
-    bottom = n + 1 if alone else over(s, p, LOWER)
-    turns = 1 if alone else turns_to(s, p)
-    before = 0 if alone else turns_into(k, s, p, left)
-    for side in (UPPER, LOWER):
-        link(s, port(left, side), port(right, side), 0)
-        set_end(s, left, side, top if side == UPPER else bottom)
-        set_end(s, right, side, top if side == UPPER else bottom)
-    link(s, p, port(left, OUTER), turns if alone else before)
+    if len(s.turns) > 0 and k.clock[0].present == 1:  # alone on a cylinder, where there is no tile to cut
+        lay(s, body, n, n + 1)
+        link(s, port(right, OUTER), port(left, OUTER), 1)
+        watch_around(k, s, body)
+        return
+    p = tile_for(k, s, body)
+    q = facing(s, p)
+    turns = turns_to(s, p)
+    before = turns_into(k, s, p, left)
+    lay(s, body, over(s, p, UPPER), over(s, p, LOWER))
+    link(s, p, port(left, OUTER), before)
     link(s, port(right, OUTER), q, turns - before)
     watch_around(k, s, body)
     q = facing(s, port(right, OUTER))
