@@ -46,6 +46,12 @@ if TYPE_CHECKING:
     from kinetile.scene.by_name import load_scene as load_scene
     from kinetile.scene.by_name import make_scene as make_scene
     from kinetile.scene.files import save_scene as save_scene
+    from kinetile.scene.shapes import Shape as Shape
+    from kinetile.scene.shapes import box as box
+    from kinetile.scene.shapes import capsule as capsule
+    from kinetile.scene.shapes import disc as disc
+    from kinetile.scene.shapes import polygon as polygon
+    from kinetile.scene.shapes import segment as segment
     from kinetile.show.html import as_html as as_html
     from kinetile.show.html import as_svg as as_svg
     from kinetile.show.player.view import view as view
@@ -69,6 +75,7 @@ _HOME = {
         "scene": "Insert Remove Response Scene Settings Turn",
         "scene.by_name": "load_scene make_scene",
         "scene.files": "save_scene",
+        "scene.shapes": "Shape box capsule disc polygon segment",
         "show.html": "as_html as_svg",
         "show.player.view": "view",
     }.items()

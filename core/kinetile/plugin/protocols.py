@@ -190,6 +190,10 @@ class PairParts:
     far apart as the sum of their radii, and "closer" if they can come closer: other shapes than discs,
     bodies that are deformed. A broad phase that is ``solid`` is refused with "closer".
 
+    ``shapes``: these hooks are for a scene with shapes (``scene.shapes``): bodies do not rotate, and meet as
+    rule 5s of the specification says. Their ``contact_distance`` is "closer". Without it such a scene is
+    refused; a broad phase needs nothing, since the reach of a body holds its shape.
+
     ``alike``: these are the parts for a scene whose bodies are alike (``scene.alike``), others than for the
     rest. The tables then keep one mass and one radius: ``k.mass`` and ``k.radii`` have as many elements as
     ever, and are not contiguous.
@@ -203,6 +207,7 @@ class PairParts:
     contact_distance: ContactDistance = "closer"
     alike: bool = False
     periodic: bool = False
+    shapes: bool = False
 
 
 @dataclass(frozen=True)
@@ -218,12 +223,15 @@ class WallParts:
 
     ``touch(k, body, wall) -> (nx, ny, depth)``: the normal into the wall, and how deep the body is in it.
     None: the phase does not work with responses that need it.
+
+    ``periodic`` and ``shapes``: as in ``PairParts``; of a body with a shape each side has its own reach.
     """
 
     reach_wall: Hook
     bounce: Hook
     touch: Hook | None = None
     periodic: bool = False
+    shapes: bool = False
 
 
 @dataclass(frozen=True)

@@ -250,6 +250,8 @@ def read_insertion(
     """Returns the command that inserts a body now; ValueError for values that a scene would refuse."""
     kinds = engine.scene.kinds
     kind = kinds[0] if kind is None else kind
+    if engine.scene.shapes:
+        raise ValueError("this body cannot come: no disc is inserted into a scene of other shapes yet")
     if kind not in kinds:
         raise ValueError(f"this body cannot come: {no_kind(kind, kinds)}")
     if mass == math.inf and engine.composition.rules is None:

@@ -298,6 +298,8 @@ def _compose(
         each: {**scene.settings.options.get(each, {}), **extra} for each, extra in narrow.items()
     }
     given = _narrow_parts(scene, narrow_options)
+    if scene.shapes:
+        _demand_shapes(scene, given)
     pair = next((parts for parts in given.values() if isinstance(parts, PairParts)), None)
     wall = next((parts for parts in given.values() if isinstance(parts, WallParts)), None)
     if scene.periodic:
@@ -320,6 +322,19 @@ def _demand_periodic(scene: Scene, given: Mapping[str, Parts]) -> None:
                 f"{name} does not know images, and this scene is periodic along {scene.periodic}: choose "
                 "cells, naive, sap-1d or sap-2d, or another phase whose parts say periodic=True"
             )
+
+
+def _demand_shapes(scene: Scene, given: Mapping[str, PairParts | WallParts]) -> None:
+    """Raises Refused if a narrow phase takes discs alone, or if none is named."""
+    kinds = ", ".join(dict.fromkeys(scene.shapes[each].kind for each in scene.shape.tolist()))
+    for name, parts in given.items():
+        if not parts.shapes:
+            raise Refused(
+                f"{described('narrow phase', name)} takes discs alone, and this scene has shapes ({kinds}): "
+                "choose a phase whose parts say shapes=True, or give the bodies radii"
+            )
+    if not given:
+        raise Refused(f"this scene has shapes ({kinds}), and no narrow phase is named that takes them")
 
 
 def _narrow_parts(scene: Scene, options: Mapping[str, Mapping[str, Any]]) -> dict[str, PairParts | WallParts]:

@@ -34,6 +34,7 @@ from kinetile.scene.checks import (
     Extent,
     shown,
 )
+from kinetile.scene.shape_table import Table, overlapping_shapes
 
 Floats = npt.NDArray[np.float64]
 
@@ -131,12 +132,14 @@ def check_bodies(
     extent: Extent | None,
     unknown: Mapping[str, Bools] | None = None,
     passing: tuple[npt.NDArray[np.int64], Bools] | None = None,
+    table: Table | None = None,
 ) -> list[Mistake]:
     """Checks n bodies: position and velocity (n, 2), radius and mass (n,).
 
     Pass None as the extent if there is no arena, or an invalid one. ``unknown`` maps a field's name
     to an (n,) mask of the bodies whose field is not checked. ``passing`` are (n,) the kinds of
     the bodies and (kinds, kinds) which pass through each other, and so may overlap; None: none do.
+    ``table`` are the shapes of the bodies, whose reach is their radius here; None: they are discs.
     """
     nothing = np.zeros(len(position), dtype=np.bool_)
     unknown = unknown or {}
@@ -163,11 +166,11 @@ def check_bodies(
     periods = (0.0, 0.0)
     if extent is not None:
         periods = extent.periods
-        mistakes += _check_inside(position, radius, extent, placed)
+        mistakes += _check_inside(position, radius, table, extent, placed)
         mistakes += _check_images(position, radius, periods, placed)
         if mistakes and any(periods):
             return mistakes  # images could not be looked at
-    return mistakes + _check_apart(position, radius, np.flatnonzero(placed), passing, periods)
+    return mistakes + _check_apart(position, radius, np.flatnonzero(placed), passing, periods, table)
 
 
 def _check_masses(mass: Floats, bodies: npt.NDArray[np.intp]) -> list[Mistake]:
@@ -198,16 +201,19 @@ def _spell_out(
     return mistakes
 
 
-def _check_inside(position: Floats, radius: Floats, extent: Extent, placed: Bools) -> list[Mistake]:
+def _check_inside(
+    position: Floats, radius: Floats, table: Table | None, extent: Extent, placed: Bools
+) -> list[Mistake]:
+    left, right, down, up = (radius,) * 4 if table is None else table.reaches.T
     arena, walls_of = extent.sides, {"x": ("left", "right"), "y": ("bottom", "top")}
     walled = [wall for axis, walls in walls_of.items() if axis not in extent.periodic for wall in walls]
     allowed = TOLERANCE * radius
     with np.errstate(invalid="ignore", over="ignore"):
         beyond = {
-            "left": radius - position[:, 0],
-            "right": (position[:, 0] - arena[0]) + radius,
-            "bottom": radius - position[:, 1],
-            "top": (position[:, 1] - arena[1]) + radius,
+            "left": left - position[:, 0],
+            "right": (position[:, 0] - arena[0]) + right,
+            "bottom": down - position[:, 1],
+            "top": (position[:, 1] - arena[1]) + up,
         }
         outside = {wall: placed & (beyond[wall] > allowed) for wall in walled}
     if not walled:
@@ -215,11 +221,11 @@ def _check_inside(position: Floats, radius: Floats, extent: Extent, placed: Bool
 
     def found(i: int) -> str:
         walls = [f"{beyond[wall][i]:.6g} beyond the {wall} wall" for wall in walled if outside[wall][i]]
-        return (
-            f"{shown(position[i].tolist())} with radius {radius[i]:.6g}, which reaches {' and '.join(walls)}"
-        )
+        size = f" with radius {radius[i]:.6g}" if table is None else ""
+        return f"{shown(position[i].tolist())}{size}, which reaches {' and '.join(walls)}"
 
-    expected = f"the whole disc inside the arena, [0, {arena[0]!r}] x [0, {arena[1]!r}]"
+    what = "disc" if table is None else "body"
+    expected = f"the whole {what} inside the arena, [0, {arena[0]!r}] x [0, {arena[1]!r}]"
     return _spell_out(np.logical_or.reduce(list(outside.values())), "position", found, expected)
 
 
@@ -245,6 +251,7 @@ def _check_apart(
     bodies: npt.NDArray[np.intp],
     passing: tuple[npt.NDArray[np.int64], Bools] | None,
     periods: tuple[float, float],
+    table: Table | None,
 ) -> list[Mistake]:
     """Reports the first LIMIT overlapping pairs among ``bodies``, and how many more there are."""
     first: list[tuple[int, int]] = []
@@ -254,6 +261,8 @@ def _check_apart(
             kind, passes = passing
             one, two = kind[bodies[found]].T
             found = found[~passes[one, two]]
+        if table is not None:
+            found = overlapping_shapes(position[bodies], table, bodies, found)
         count += len(found)
         if len(found):
             order = np.lexsort((found[:, 1], found[:, 0]))[:LIMIT]
@@ -261,11 +270,11 @@ def _check_apart(
         if count > LIMIT and chunk >= _ENOUGH_CHUNKS:
             counted_all = False
             break
-    expected = "discs that touch at most"
-    mistakes = [
-        Mistake(f"bodies[{a}] and bodies[{b}]", _overlap(position, radius, periods, a, b), expected)
-        for a, b in first
-    ]
+    expected = "discs that touch at most" if table is None else "bodies that touch at most"
+    mistakes = []
+    for a, b in first:
+        what = _overlap(position, radius, periods, a, b) if table is None else "an overlap"
+        mistakes.append(Mistake(f"bodies[{a}] and bodies[{b}]", what, expected))
     if count > LIMIT:
         more = f"{'' if counted_all else 'at least '}{count - LIMIT:,} more pairs that overlap"
         mistakes.append(Mistake("bodies", more, expected))
@@ -279,6 +288,7 @@ def _overlap(position: Floats, radius: Floats, periods: tuple[float, float], a: 
 
 
 Ints = npt.NDArray[np.int64]
+
 
 CHUNK = 1 << 20
 """Pairs that are compared at a time (a single disc may bring as many more as there are discs)."""

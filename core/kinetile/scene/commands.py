@@ -210,3 +210,16 @@ def check_presence(
             there.remove(body)
             gone.add(body)
     return mistakes
+
+
+def check_shaped(periodic: str, commands: Sequence[Command]) -> list[Mistake]:
+    """Refuses what scenes with shapes cannot have yet."""
+    mistakes = []
+    if periodic:
+        right = "walls, or no arena: bodies of other shapes than discs have no images yet"
+        mistakes.append(Mistake("periodic", f"{periodic!r} in a scene with shapes", right))
+    for k, command in enumerate(commands):
+        if isinstance(command, Insert):
+            right = "turns and removals: into a scene of other shapes than discs no body is inserted yet"
+            mistakes.append(Mistake(f"commands[{k}]", "an insertion in a scene with shapes", right))
+    return mistakes

@@ -41,6 +41,7 @@ from kinetile.scene.commands import Command, Insert, Remove, Turn, kinds_of_inse
 from kinetile.scene.responses import Pair, Response, read_rules
 from kinetile.scene.scene import Scene, Settings, check_end, relabelled, with_commands
 from kinetile.scene.schema import Place, expected, find_faults, read_bytes, read_tables, written
+from kinetile.scene.shape_files import read_shapes, shape_row
 from kinetile.scene.targets import replacing, writable_target
 
 if TYPE_CHECKING:
@@ -128,6 +129,9 @@ def dumps_scene(scene: Scene) -> str:
     for phase, options in settings.options.items():
         lines += ["", f"[options.{_key(phase)}]"]
         lines += [f"{_key(key)} = {_toml(value, f'options.{phase}.{key}')}" for key, value in options.items()]
+    for shape in scene.shapes:
+        lines += ["", "[[shapes]]", f"kind = {_toml(shape.kind)}"]
+        lines += [f"{key} = {_toml(value)}" for key, value in shape_row(shape).items()]
     commands = _written_commands(scene)
     turns: dict[int, list[Turn]] = {}
     for turn in () if commands else scene.turns:
@@ -135,7 +139,8 @@ def dumps_scene(scene: Scene) -> str:
     columns = [column.tolist() for column in (scene.position, scene.velocity, scene.radius, scene.mass)]
     for body, (position, velocity, radius, mass) in enumerate(zip(*columns, strict=True)):
         lines += ["", "[[bodies]]", f"position = {_toml(position)}", f"velocity = {_toml(velocity)}"]
-        lines.append(f"radius = {_toml(radius)}")
+        shape = scene.shape[body].item()
+        lines.append(f"radius = {_toml(radius)}" if shape < 0 else f"shape = {shape}")
         if mass != 1.0:
             lines.append(f"mass = {_toml(mass)}")
         if scene.kinds != (0,):
@@ -177,7 +182,7 @@ def _follow_recipe(
     tables: Mapping[str, Any], faults: set[Place], mistakes: list[Mistake], names: Registered
 ) -> Scene | None:
     """Returns the scene of the file's recipe; appends the mistakes that prevent it."""
-    for key in ("arena", "periodic", "start", "bodies", "unit"):
+    for key in ("arena", "periodic", "start", "bodies", "unit", "shapes"):
         if key in tables:
             mistakes.append(
                 Mistake(key, f"{key} beside a recipe", "one of the two: the recipe makes them all")
@@ -213,6 +218,10 @@ def _read_bodies(
         mistakes.append(Mistake("parameters", "parameters without a recipe", "a recipe beside them, by name"))
     rows = [] if ("bodies",) in faults else tables["bodies"]
     columns, unknown = _columns(rows, faults)
+    table = read_shapes(tables, rows, faults, mistakes)
+    if table is not None:
+        columns["radius"], unknown["radius"] = table.radius, table.unknown
+        table = None if table.discs else table
     frame = {"arena": tables.get("arena"), "start": tables.get("start", 0.0), "until": tables.get("until")}
     off = {str(place[0]) for place in faults if len(place) == 1}
     framed = check_frame(**frame, unknown=off)
@@ -229,7 +238,9 @@ def _read_bodies(
     coming = kinds_of_inserted(commands)
     rules = read_rules(kind, responses, len(rows), coming, mistakes, kinds, whole)
     sides = None if arena is None else Extent(arena, periodic)
-    mistakes += check_bodies(**columns, extent=sides, unknown=unknown, passing=(rules.kind, rules.passing))
+    mistakes += check_bodies(
+        **columns, extent=sides, unknown=unknown, passing=(rules.kind, rules.passing), table=table
+    )
     turns = []
     for i, row in enumerate(rows):
         for place, turn in _turns(i, row, faults):
@@ -241,6 +252,9 @@ def _read_bodies(
         return None
     rest: dict[str, Any] = {"unit": tables.get("unit"), "kind": kind, "responses": responses, "kinds": kinds}
     rest["periodic"] = periodic
+    if table is not None:
+        columns["radius"] = None
+        rest |= {"shape": table.index, "shapes": table.shapes}
     return Scene(**columns, arena=arena, turns=turns, start=frame["start"], commands=commands, **rest)
 
 

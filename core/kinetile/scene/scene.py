@@ -1,4 +1,4 @@
-"""Scene: discs with positions and velocities, the arena around them, and the commands of the run.
+"""Scene: bodies with positions and velocities, the arena around them, and the commands of the run.
 
 A scene is a value. Its arrays are its own read-only copies, it is checked in full when it is made (all
 mistakes are reported at once), and two scenes are equal when they hold the same bits. Scenes come from arrays
@@ -39,6 +39,7 @@ from kinetile.scene.commands import (
     Turn,
     check_commands,
     check_presence,
+    check_shaped,
     is_exact,
     kinds_of_inserted,
     numbered,
@@ -55,6 +56,8 @@ from kinetile.scene.responses import (
     table,
     unregistered,
 )
+from kinetile.scene.shape_table import are_given, read_table
+from kinetile.scene.shapes import Shape
 
 Floats = npt.NDArray[np.float64]
 
@@ -90,24 +93,28 @@ class Settings:
 
 @dataclass(frozen=True, eq=False, init=False, repr=False)
 class Scene:
-    """Discs in the plane, with or without walls around them.
+    """Discs, or bodies of other convex shapes, in the plane, with or without walls around them.
 
     ``position`` and ``velocity`` are (n, 2); ``radius`` and ``mass`` are (n,), or one number for all; all are
-    kept as read-only arrays of float64. ``arena`` is (width, height), for walls around [0, width] x [0,
-    height], or None for no walls. ``periodic`` names the axes, "x", "y" or "xy", along which the arena has no
-    walls but repeats itself: the width or the height is a period, wider than each disc, and places may
-    be anywhere. ``commands`` (``Turn``, ``Insert``, ``Remove``) hold absolute times, and
-    are kept sorted by time, those of one tick as they are given; ``turns`` may be given apart, then those of
-    one time are sorted by body and come before other commands. ``unit`` is the power of two in which the
-    clock counts; None: it follows from the speeds. ``start`` is the time of the given positions.
-    ``kind`` is the kind of each body, or one for all, and ``responses`` are the responses of
-    pairs of kinds (``kinetile.scene.responses``). ``kinds`` are all kinds of bodies, present or
-    inserted later; by default they follow from the bodies and from the insertions.
-    ``kind_numbers`` is (n,) the place of each body's kind in ``kinds``. ``settings`` are defaults of a
-    run; ``origin`` is the source of the scene, and is not compared.
+    kept as read-only arrays of float64. Bodies of other shapes, which do not rotate, have ``shapes``, a list,
+    and ``shape`` in the place of ``radius``: (n,) the index of each body's shape, or one for all, or one
+    ``Shape`` for all. Then ``radius`` is the circle around a body's position that holds it. If all are
+    discs, the scene is the one that ``radius`` makes: ``shapes`` is empty, and ``shape`` is -1.
+
+    ``arena`` is (width, height), for walls around [0, width] x [0, height], or None for no walls.
+    ``periodic`` names the axes, "x", "y" or "xy", along which the arena has no walls but repeats itself: the
+    width or the height is a period, wider than each disc, and places may be anywhere. ``commands`` (``Turn``,
+    ``Insert``, ``Remove``) hold absolute times, and are kept sorted by time, those of one tick as they are
+    given; ``turns`` may be given apart, then those of one time are sorted by body and come before other
+    commands. ``unit`` is the power of two in which the clock counts; None: it follows from the speeds.
+    ``start`` is the time of the given positions. ``kind`` is the kind of each body, or one for all, and
+    ``responses`` are the responses of pairs of kinds (``kinetile.scene.responses``). ``kinds`` are all kinds
+    of bodies, present or inserted later; by default they follow from the bodies and from the insertions.
+    ``kind_numbers`` is (n,) the place of each body's kind in ``kinds``. ``settings`` are defaults of a run;
+    ``origin`` is the source of the scene, and is not compared.
 
     Raises SceneError, with every mistake, unless all numbers are finite, radii and masses greater than 0,
-    each disc is inside the arena and no two overlap, except those that pass through each other (touching is
+    each body is inside the arena and no two overlap, except those that pass through each other (touching is
     allowed; the tolerance is 1e-12 of the radius, or of the sum of the two radii). A body whose mass is
     ``math.inf`` is *immovable*: walls reflect it, bodies of finite mass do not change its motion, and
     two immovable ones bounce like two equal masses. Radii, other masses and the arena's sides are from
@@ -127,6 +134,8 @@ class Scene:
     settings: Settings
     origin: Mapping[str, Any]
     periodic: str
+    shape: npt.NDArray[np.int64]
+    shapes: tuple[Shape, ...]
 
     kinds: ClassVar[tuple[Kind, ...]]
     kind_numbers: ClassVar[npt.NDArray[np.int64]]
@@ -135,7 +144,7 @@ class Scene:
         self,
         position: npt.ArrayLike,
         velocity: npt.ArrayLike,
-        radius: npt.ArrayLike,
+        radius: npt.ArrayLike | None = None,
         mass: npt.ArrayLike = 1.0,
         arena: Numbers | None = None,
         turns: Sequence[Turn | tuple[int, float, Numbers]] = (),
@@ -148,6 +157,8 @@ class Scene:
         responses: Responses | None = None,
         kinds: Iterable[Kind] | None = None,
         periodic: str = "",
+        shape: npt.ArrayLike | Shape | None = None,
+        shapes: Sequence[Shape] = (),
     ) -> None:
         mistakes: list[Mistake] = []
         if settings is not None and not isinstance(settings, Settings):
@@ -155,7 +166,16 @@ class Scene:
         settings = settings if isinstance(settings, Settings) else Settings()
         if origin is not None and not isinstance(origin, Mapping):
             mistakes.append(Mistake("origin", shown(origin), "a mapping that says where the scene is from"))
+        shaped = are_given(shape, shapes)
+        if (radius is not None) == shaped:
+            both = ("radii beside shapes", "one of the two: a shape has its own radius")
+            mistakes.append(Mistake("radius", *(both if shaped else ("nothing", "radii, or shapes"))))
+        radius = radius if radius is not None and not shaped else 1.0
         arrays, unknown = read_arrays(position, velocity, radius, mass, mistakes)
+        table = read_table(shape, shapes, len(arrays[0]), mistakes) if shaped else None
+        if table is not None:
+            arrays, unknown["radius"] = (*arrays[:2], table.radius, arrays[3]), table.unknown
+            table = None if table.discs else table
         framed = check_frame(arena, start, settings.until)
         amiss = {mistake.where for mistake in framed}
         sides = None if arena is None or "arena" in amiss else (float(arena[0]), float(arena[1]))
@@ -170,7 +190,7 @@ class Scene:
             given = []
         rules = read_rules(kind, responses, len(arrays[0]), kinds_of_inserted(given), mistakes, kinds)
         mistakes += unregistered(rules.responses)
-        mistakes += check_bodies(*arrays, extent, unknown, (rules.kind, rules.passing))
+        mistakes += check_bodies(*arrays, extent, unknown, (rules.kind, rules.passing), table)
         begin = None if "start" in amiss else float(start)
         try:
             turns = list(turns)
@@ -180,6 +200,8 @@ class Scene:
         for k, turn in enumerate(turns):
             mistakes += check_turn(turn, f"turns[{k}]", len(arrays[0]), begin)
         mistakes += check_commands(given, begin, extent)
+        if table is not None:
+            mistakes += check_shaped(periodic, given)
         mistakes += check_unit(unit)
         mistakes += check_settings(settings)
         if mistakes:
@@ -201,6 +223,10 @@ class Scene:
         object.__setattr__(self, "settings", settings)
         object.__setattr__(self, "origin", dict(origin or {}))
         object.__setattr__(self, "periodic", periodic)
+        index = np.full(len(self), -1) if table is None else table.index
+        index.flags.writeable = False
+        object.__setattr__(self, "shape", index)
+        object.__setattr__(self, "shapes", () if table is None else table.shapes)
         mistakes += check_pace(self.start, self.time_unit) + check_presence(self.commands, len(self))
         mistakes += check_end(settings, Clock(self.start, self.time_unit))
         if mistakes:
@@ -230,9 +256,10 @@ class Scene:
     def replace(self, **changes: Any) -> Scene:
         """Returns a scene with other values for some arguments of the constructor, checked as any scene is.
 
-        ``turns`` take the place of the turns alone, ``commands`` that of all commands. Kinds that followed
-        from bodies and commands follow anew, those that were declared stay, unless ``kinds`` are given. The
-        new scene has no ``origin``, since no recipe and no file makes it.
+        ``turns`` take the place of the turns alone, ``commands`` that of all commands, and ``shape`` or
+        ``shapes`` that of radii; radii take that of shapes only beside ``shape=None, shapes=()``. Kinds that
+        followed from bodies and commands follow anew, those that were declared stay, unless ``kinds`` are
+        given. The new scene has no ``origin``, since no recipe and no file makes it.
 
         Raises SceneError as the constructor does, and TypeError for an argument that it does not have.
         """
@@ -241,6 +268,8 @@ class Scene:
         for name in changes:
             if name not in values:
                 raise TypeError(f"a scene has no {name!r}; expected {one_of(name, values)}")
+        if self.shapes or changes.get("shape") is not None:
+            values["radius"] = None
         if "turns" in changes and "commands" not in changes:
             values["commands"] = [each for each in self.commands if not isinstance(each, Turn)]
         return Scene(**(values | changes))
@@ -297,7 +326,7 @@ class Scene:
         """Whether there are two bodies or more, with one mass and one radius, whose contacts are all elastic,
         and no phase is to make room for another."""
         single = all(bool((column == column[:1]).all()) for column in (self.mass, self.radius))
-        return single and 1 < len(self) == self.capacity and not self.ruled
+        return single and 1 < len(self) == self.capacity and not self.ruled and not self.shapes
 
     def _unit_for(self, commands: Sequence[Command]) -> float:
         """Returns the time unit of this scene with these commands."""
@@ -322,9 +351,10 @@ class Scene:
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Through the constructor: unpickled arrays would otherwise be writable.
-        arrays = (self.position, self.velocity, self.radius, self.mass)
+        arrays = (self.position, self.velocity, None if self.shapes else self.radius, self.mass)
         more: tuple[Any, ...] = (self.start, self.settings, dict(self.origin), self.commands, self.unit)
         more += (self.kind, dict(self.responses), self.kinds, self.periodic)
+        more += (self.shape, self.shapes) if self.shapes else ()
         return (Scene, (*arrays, self.arena, (), *more))
 
     def _bits(self) -> tuple[bytes, ...]:
@@ -338,6 +368,7 @@ class Scene:
             repr((self.kinds, self.kind)).encode() if self.kinds != (0,) else b"",
             repr(self.responses).encode(),
             self.periodic.encode(),
+            repr((self.shape.tolist(), self.shapes)).encode() if self.shapes else b"",
         )
 
 
@@ -402,10 +433,13 @@ def relabelled(
 def standing(scene: Scene, columns: Mapping[str, npt.NDArray[Any]], capacity: int) -> Scene:
     """Returns the same scene with other bodies, and no commands: as it stands in the middle of a run.
 
-    ``columns`` are position, velocity, radius, mass and kind of the bodies; ``capacity`` is the number of
-    bodies for which a phase makes room. Nothing is checked: the values come from a run.
+    ``columns`` are position, velocity, radius, mass and kind of the bodies, and their shape where the scene
+    has shapes; ``capacity`` is the number of bodies for which a phase makes room. Nothing is checked: the
+    values come from a run.
     """
     copy = relabelled(scene)
+    if not scene.shapes:
+        columns = {**columns, "shape": np.full(len(columns["radius"]), -1)}
     for name, column in columns.items():
         column.flags.writeable = False
         copy.__dict__[name] = column
@@ -430,6 +464,7 @@ def only_turns(scene: Scene, who: str) -> None:
     what = "a unit of its own" if scene.unit is not None else None
     what = "bodies that come or go, or commands at exact ticks" if odd else what
     what = "responses, or bodies that nothing can move" if scene.ruled else what
+    what = "bodies of other shapes than discs" if scene.shapes else what
     if what is not None:
         raise Refused(f"{who} follows scenes whose bodies turn at most, and this scene has {what}")
 

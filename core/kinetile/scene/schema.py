@@ -35,7 +35,7 @@ Place: TypeAlias = tuple[str | int, ...]
 _MOST = 100
 """The most entries of a table of options or parameters, and of a list of phases."""
 
-_LISTS = ("bodies", "turns", "commands", "responses")
+_LISTS = ("bodies", "turns", "commands", "responses", "shapes")
 
 _Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
 _Velocity = Annotated[_Pair, Field(description="[vx, vy], two finite numbers")]
@@ -71,6 +71,7 @@ class _Disc(_FileTable):
 
 
 class _Body(_Disc):
+    shape: _Number = Field(_ABSENT, description="the number of a shape")
     turns: list[_Turn] = Field(_ABSENT, description="[[bodies.turns]] tables")
 
 
@@ -85,6 +86,16 @@ class _Command(_FileTable):
     remove: _Number = _ABSENT
     turn: _Number = _ABSENT
     velocity: _Velocity = _ABSENT
+
+
+class _Shape(_FileTable):
+    kind: str = Field(description='"disc", "box", "capsule", "segment" or "polygon"')
+    radius: float = Field(_ABSENT, description="a finite number greater than 0")
+    width: float = Field(_ABSENT, description="a finite number greater than 0")
+    height: float = Field(_ABSENT, description="a finite number greater than 0")
+    from_: _Pair = Field(_ABSENT, alias="from", description="[x, y], two finite numbers")
+    to: _Pair = Field(_ABSENT, description="[x, y], two finite numbers")
+    corners: list[_Pair] = Field(_ABSENT, description="a list of corners, each [x, y]")
 
 
 class _Response(_FileTable):
@@ -111,6 +122,7 @@ class _File(_FileTable):
         _ABSENT, description="a table of the recipe's parameters"
     )
     unit: float = Field(_ABSENT, description="a power of two from 2**-900 to 1")
+    shapes: list[_Shape] = Field(_ABSENT, description="[[shapes]] tables")
     bodies: list[_Body] = Field(_ABSENT, description="[[bodies]] tables")
     commands: list[_Command] = Field(_ABSENT, description="[[commands]] tables")
     responses: list[_Response] = Field(_ABSENT, description="[[responses]] tables")
@@ -150,7 +162,10 @@ def find_faults(tables: Mapping[str, Any]) -> tuple[list[Mistake], set[Place]]:
     for kind, place in found:
         if kind == "extra_forbidden":
             continue
-        if isinstance(place[-1], int) and place[-2] not in _LISTS:
+        of_a_body = kind == "missing" and place[::2] == ("bodies", "radius")
+        if of_a_body and ("shapes" in tables or "shape" in _at(tables, place[:-1])):
+            continue  # it has a shape, or lacks one
+        while isinstance(place[-1], int) and place[-2] not in _LISTS:
             place = place[:-1]  # the message is about a position, not its second number
         faults.add(place)
         if kind != "missing":
@@ -187,8 +202,8 @@ def _keys(place: Place) -> dict[str, str]:
         model = _Turn if "turns" in place[:-1] else _Body
     if place[0] == "commands" and len(place) > 1:
         model = _Insertion if "insert" in place[:-1] else _Command
-    if place[0] == "responses" and len(place) > 1:
-        model = _Response
+    if place[0] in ("responses", "shapes") and len(place) > 1:
+        model = _Response if place[0] == "responses" else _Shape
     return {field.alias or name: field.description or "" for name, field in model.model_fields.items()}
 
 

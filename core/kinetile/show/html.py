@@ -131,7 +131,11 @@ def _scene_lines(scene: Scene) -> Iterator[tuple[str, str]]:
         yield "from", _name(scene)
     yield "walls", _around(scene)
     if len(scene):
-        yield "radii", _range(scene.radius.min(), scene.radius.max())
+        if scene.shapes:
+            counts = Counter(scene.shapes[each].kind for each in scene.shape.tolist())
+            yield "shapes", ", ".join(f"{kind} ({count:,})" for kind, count in counts.items())
+        else:
+            yield "radii", _range(scene.radius.min(), scene.radius.max())
         moved = scene.mass[scene.mass < math.inf]
         still = len(scene) - len(moved)
         masses = [_range(moved.min(), moved.max())] if len(moved) else []

@@ -24,6 +24,7 @@ from kinetile.plugin.drawing import ROLES, At, Box, Coordinate, Entry, Item, Lin
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene
 from kinetile.scene.bodies import in_box, nearest_image
+from kinetile.scene.shapes import Shape
 
 Place = tuple[float, float]
 Array = npt.NDArray[Any]
@@ -31,12 +32,18 @@ Array = npt.NDArray[Any]
 
 @dataclass(frozen=True)
 class PlacedDisc:
-    """A body: its position, velocity, radius and number."""
+    """A body: its position, velocity, radius and number; its shape, if it is no disc."""
 
     number: int
     at: Place
     velocity: Place
     radius: float
+    shape: Shape | None = None
+
+    @property
+    def outline(self) -> list[Place]:
+        """The corners of its shape as it is drawn, arcs in steps of at most 5 degrees; none of a disc."""
+        return [] if self.shape is None else _outline(self.shape, self.at)
 
 
 @dataclass(frozen=True)
@@ -96,7 +103,7 @@ def take_picture(sim: Simulation, roles: Collection[str] | None = None, structur
     odd = sorted(set(roles or ()) - set(ROLES))
     if odd:
         raise ValueError(f"{odd[0]!r} is no role; expected some of {', '.join(ROLES)}")
-    discs = _discs(sim.bodies, sim.positions(), sim.velocities(), sim.radii())
+    discs = _discs(sim.scene, sim.bodies, sim.positions(), sim.velocities(), sim.radii())
     drawn = [item for item in sim.drawing() if not isinstance(item, Entry)] if structure else []
     wanted = [item for item in drawn if roles is None or item.role in roles]
     places = {disc.number: disc.at for disc in discs}
@@ -119,16 +126,37 @@ def take_picture(sim: Simulation, roles: Collection[str] | None = None, structur
 def picture_of_scene(scene: Scene) -> Picture:
     """Returns the picture of a scene at its start: its bodies and its arena, under no broad phase."""
     places = in_box(scene.position, scene.periods)
-    discs = _discs(np.arange(len(scene)), places, scene.velocity, scene.radius)
+    discs = _discs(scene, np.arange(len(scene)), places, scene.velocity, scene.radius)
     low, high = _extent(scene, discs, ())
     caption = f"{_counted(scene, len(scene))} at time {scene.start:.6g}"
     seen = (*discs, *_images(discs, scene))
     return Picture(caption, low, high, scene.arena is not None, seen, (), None, {})
 
 
-def _discs(numbers: Array, positions: Array, velocities: Array, radii: Array) -> tuple[PlacedDisc, ...]:
+def _discs(
+    scene: Scene, numbers: Array, positions: Array, velocities: Array, radii: Array
+) -> tuple[PlacedDisc, ...]:
     rows = zip(numbers.tolist(), positions.tolist(), velocities.tolist(), radii.tolist(), strict=True)
-    return tuple(PlacedDisc(number, (x, y), (vx, vy), radius) for number, (x, y), (vx, vy), radius in rows)
+    shapes = [scene.shapes[each] for each in scene.shape.tolist()] if scene.shapes else []
+    return tuple(
+        PlacedDisc(number, (x, y), (vx, vy), radius, shapes[number] if shapes else None)
+        for number, (x, y), (vx, vy), radius in rows
+    )
+
+
+def _outline(shape: Shape, at: Place) -> list[Place]:
+    points = []
+    for k, (x, y) in enumerate(shape.core):
+        (from_x, from_y), (to_x, to_y) = shape.core[k - 1], shape.core[(k + 1) % len(shape.core)]
+        first, last = math.atan2(from_x - x, y - from_y), math.atan2(x - to_x, to_y - y)
+        turn = (last - first) % math.tau if len(shape.core) > 1 else math.tau
+        steps = math.ceil(turn / math.radians(5.0)) if shape.radius else 0
+        for step in range(steps + 1):
+            angle = first + (turn * step / steps if steps else 0.0)
+            points.append(
+                (at[0] + x + shape.radius * math.cos(angle), at[1] + y + shape.radius * math.sin(angle))
+            )
+    return points
 
 
 def _images(discs: tuple[PlacedDisc, ...], scene: Scene) -> Iterator[PlacedDisc]:
@@ -145,7 +173,8 @@ def _images(discs: tuple[PlacedDisc, ...], scene: Scene) -> Iterator[PlacedDisc]
 
 def _counted(scene: Scene, count: int) -> str:
     name = scene.origin.get("recipe") or PurePath(scene.origin.get("file", "")).stem or "a scene"
-    return f"{printable(str(name))}: {count} {'disc' if count == 1 else 'discs'}"
+    what = ("body", "bodies") if scene.shapes else ("disc", "discs")
+    return f"{printable(str(name))}: {count} {what[count != 1]}"
 
 
 def corners_of(shape: Item) -> list[Place]:

@@ -72,10 +72,14 @@ def _add(axes: Any, picture: Picture, shape: Item) -> None:
 
 
 def _discs(axes: Any, picture: Picture, scale: float) -> None:
-    circle = import_module("matplotlib.patches").Circle
+    patches = import_module("matplotlib.patches")
     halo = [import_module("matplotlib.patheffects").withStroke(linewidth=2, foreground=LIGHT.disc)]
     for disc in picture.discs:
-        axes.add_patch(circle(disc.at, disc.radius, fc=LIGHT.disc, ec=LIGHT.edge, lw=0.8, zorder=8))
+        look = {"fc": LIGHT.disc, "ec": LIGHT.edge, "lw": 0.8, "zorder": 8}
+        circle = disc.shape is None
+        axes.add_patch(
+            patches.Circle(disc.at, disc.radius, **look) if circle else patches.Polygon(disc.outline, **look)
+        )
         if disc.radius * scale >= _READABLE:
             axes.text(
                 *disc.at,

@@ -120,7 +120,10 @@ def _discs(sheet: _Sheet) -> Iterator[str]:
     yield '<g class="disc">'
     for disc in sheet.picture.discs:
         x, y = sheet.at(*disc.at)
-        yield f'<circle cx="{x}" cy="{y}" r="{_n(disc.radius * sheet.scale)}"/>'
+        if disc.shape is not None:
+            yield f'<polygon points="{" ".join(",".join(sheet.at(*point)) for point in disc.outline)}"/>'
+        else:
+            yield f'<circle cx="{x}" cy="{y}" r="{_n(disc.radius * sheet.scale)}"/>'
     yield "</g>"
 
 

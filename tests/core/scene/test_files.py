@@ -106,7 +106,7 @@ def test_eight_mistakes_give_eight_messages() -> None:
         "bodies[3].position: found [0.95, 0.1] with radius 0.1, which reaches 0.05 beyond the right wall; "
         "expected the whole disc inside the arena, [0, 1.0] x [0, 1.0]",
         "bodies[5].raduis: found a key that is not known here; "
-        "expected one of position, velocity, radius, mass, kind, turns; did you mean 'radius'?",
+        "expected one of position, velocity, radius, mass, kind, shape, turns; did you mean 'radius'?",
         "bodies[6].velocity: found 'fast'; expected [vx, vy], two finite numbers",
         "broad-phase: found 'sap1d', which is the name of no broad phase; "
         "expected one of naive, cells, sap-1d, sap-2d, sweep-tiling; did you mean 'sap-1d'?",

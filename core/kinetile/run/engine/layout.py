@@ -286,6 +286,8 @@ def _standing(k: Kernel, scene: Scene, taken: Any, capacity: int, coming: Record
         if len(k.rules)
         else np.zeros(len(taken), np.int64),
     }
+    if scene.shapes:  # nobody comes into such a scene: numbers are those of the start
+        columns["shape"] = scene.shape[k.queue.number[taken]]
     if coming is not None:
         new = {
             "position": (coming.x, coming.y),

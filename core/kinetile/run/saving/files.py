@@ -47,6 +47,7 @@ from kinetile.run.engine.sha256 import Sha256
 from kinetile.run.saving.snapshot import SavedPhases, Snapshot, elements, layout, versions_of
 from kinetile.scene import Insert, Remove, Response, Scene, Settings, Turn, spacious, standing
 from kinetile.scene.checks import shown
+from kinetile.scene.shapes import Shape
 from kinetile.scene.targets import replacing, writable_target
 
 HEAD = "kinetile_saved_run"
@@ -302,7 +303,7 @@ def _columns(prepared: Scene, scene: Scene) -> Arrays:
     return {
         name: value
         for name, value in vars(prepared).items()
-        if isinstance(value, np.ndarray) and value is not there[name]
+        if isinstance(value, np.ndarray) and value is not there[name] and (name != "shape" or scene.shapes)
     }
 
 
@@ -350,7 +351,7 @@ def _rows(arrays: Arrays, name: str, dtype: np.dtype[Any]) -> npt.NDArray[Any]:
 # Values in JSON, and back. Floats keep every bit, as Python writes them; arrays are members
 # of the archive. Only the classes named here can be created, for any file.
 
-_CLASSES: tuple[Any, ...] = (Bounds, Command, Insert, Remove, Settings, Skin, Turn)
+_CLASSES: tuple[Any, ...] = (Bounds, Command, Insert, Remove, Settings, Shape, Skin, Turn)
 _NAMED: dict[str, Any] = {each.__name__: each for each in _CLASSES}
 _NAMED["Response"] = lambda name, options: Response(name, **options)
 _DTYPES = {"<f8", "<i8", "<i4", "|b1", "|u1"}

@@ -1,0 +1,71 @@
+"""Differences of convex cores, in rationals: where two bodies touch that do not rotate.
+
+Where the reference point of the second body is d from that of the first, the two touch if d is as far from
+the *difference* of their cores, the hull of all corners of the first less all of the second, as the sum of
+their radii. So the question of two convex bodies is that of a point and one convex polygon.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from functools import lru_cache
+
+Place = tuple[float, float]
+Exact = tuple[Fraction, Fraction]
+
+
+@lru_cache(maxsize=4096)
+def core_difference(one: tuple[Place, ...], other: tuple[Place, ...]) -> tuple[Exact, ...]:
+    """Returns the corners of the difference of two cores, exactly.
+
+    They are anticlockwise from the one with the smallest x, of those the smallest y, and no three are in one
+    line: two are a line, one is a point.
+    """
+    places = sorted({less(exact(a), exact(b)) for a in one for b in other})
+    if len(places) == 1:
+        return tuple(places)
+    hull: list[Exact] = []
+    for side in (places, places[::-1]):  # what is below the line from the first to the last, then above
+        first = len(hull)
+        for place in side:
+            while len(hull) > first + 1 and cross(less(hull[-1], hull[-2]), less(place, hull[-1])) <= 0:
+                hull.pop()
+            hull.append(place)
+        hull.pop()
+    return tuple(hull)
+
+
+def is_closer(corners: Sequence[Exact], place: Exact, distance: Fraction) -> bool:
+    """Whether a place is closer to a convex polygon than a distance; where that is negative, whether it is
+    deeper inside than that."""
+    within = distance * distance
+    inside = len(corners) > 2
+    for k, corner in enumerate(corners):
+        side, at = less(corners[(k + 1) % len(corners)], corner), less(place, corner)
+        length, along, depth = dot(side, side), dot(side, at), cross(side, at)
+        near = depth * depth < within * length
+        if distance > 0 and (dot(at, at) < within or (0 < along < length and near)):
+            return True
+        inside &= depth > 0 and (distance >= 0 or depth * depth > within * length)
+    return inside
+
+
+def exact(place: Place) -> Exact:
+    """Returns a place in rationals."""
+    return Fraction(place[0]), Fraction(place[1])
+
+
+def less(one: Exact, other: Exact) -> Exact:
+    """Returns the way from the second place to the first."""
+    return one[0] - other[0], one[1] - other[1]
+
+
+def cross(one: Exact, other: Exact) -> Fraction:
+    """Returns the cross product: above 0 where the second vector is to the left of the first."""
+    return one[0] * other[1] - one[1] * other[0]
+
+
+def dot(one: Exact, other: Exact) -> Fraction:
+    """Returns the scalar product."""
+    return one[0] * other[0] + one[1] * other[1]

@@ -1,0 +1,427 @@
+"""Shapes in scenes: which are shapes, which scenes they make, and that nothing of them is lost."""
+
+from __future__ import annotations
+
+import copy
+import math
+import pickle
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+import kinetile as kt
+from kinetile.errors import Mistake, Refused, SceneError
+from kinetile.plugin.protocols import PairParts
+from kinetile.scene import shape_table
+from kinetile.scene.by_name import loads_scene
+from kinetile.scene.differences import core_difference, is_closer
+from kinetile.scene.files import dumps_scene
+from kinetile.show.picture import picture_of_scene
+from kinetile_plugins.disc import Disc
+from registering import registered
+
+TRIANGLE = kt.polygon([(-0.5, -0.5), (0.5, -0.5), (0.0, 0.5)], 0.125)
+SHAPES = (
+    kt.box(1.0, 2.0),
+    kt.capsule((-0.5, 0.0), (0.5, 0.25), 0.25),
+    TRIANGLE,
+    kt.disc(0.5),
+    kt.segment((0.0, 0.0), (1.0, 1.0)),
+    kt.polygon([(2.0, 3.0)], 0.1),
+)
+PLACES = [(1.0, 1.0), (3.0, 1.0), (5.0, 3.0), (2.0, 4.0)]
+REST = np.zeros((4, 2))
+
+
+def scene(**more: Any) -> kt.Scene:
+    """Return a box, a capsule, a triangle and a disc in an arena."""
+    values: dict[str, Any] = {"shape": [0, 1, 2, 3], "shapes": SHAPES, "arena": (8.0, 8.0)}
+    return kt.Scene(PLACES, REST, **(values | more))
+
+
+numbers = st.floats(-4.0, 4.0).map(lambda x: x if abs(x) > 2.0**-40 else 0.0)
+short = st.integers(-8, 8).map(lambda n: n / 4)
+
+
+@st.composite
+def shapes(draw: st.DrawFn, coordinates: st.SearchStrategy[float] = numbers) -> kt.Shape:
+    """Draw a shape: the hull of a few places, and often a radius."""
+    places = draw(st.lists(st.tuples(coordinates, coordinates), min_size=1, max_size=7, unique=True))
+    hull = core_difference(tuple(places), ((0.0, 0.0),))
+    radius = draw(st.sampled_from([0.0, 0.25, 0.1, 3.0]))
+    return kt.polygon([(float(x), float(y)) for x, y in hull], radius or 0.25 * (len(hull) == 1))
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: kt.polygon([(0, 0), (1, 0), (2, 0), (0, 1)]), r"corners\[1\].*in one line"),
+        (lambda: kt.polygon([(0, 0), (2, 0), (1, 0)]), r"corners\[0\].*in one line"),
+        (lambda: kt.polygon([(0, 0), (0, 1), (1, 0)]), "corners: .*clockwise.*reverse"),
+        (lambda: kt.polygon([(0, 0), (2, 0), (0.5, 0.5), (0, 2)]), r"corners\[2\].*the other side.*convex"),
+        (lambda: kt.polygon([(0, 0), (0, 2), (0.5, 0.5), (2, 0)]), r"corners\[2\].*the other side.*convex"),
+        (lambda: kt.polygon([(1, 0), (-0.8, 0.6), (0.3, -0.9), (0.3, 0.9), (-0.8, -0.6)]), "crosses itself"),
+        (lambda: kt.polygon([(0, 0), (1, 1), (1, 0), (0, 1)]), "the other side"),
+        (lambda: kt.polygon([(math.cos(k), math.sin(k)) for k in range(9)], 1), "9 corners.*1 to 8"),
+        (lambda: kt.polygon([], 1), "0 corners"),
+        (lambda: kt.polygon([(1, 2)]), "radius.*single corner"),
+        (lambda: kt.polygon([(0, 0), (1, 0), (0, math.inf)]), r"corners\[2\].*finite"),
+        (lambda: kt.polygon([(0, 0), (1, 0), (0, 2.0**201)]), r"corners\[2\].*2\*\*200"),
+        (lambda: kt.polygon([(0, 0), (1, 0), (0, 1)], -1), r"radius.*-1.*0, or a number from 2\*\*-200"),
+        (lambda: kt.polygon([(0, 0), (1, 0), (0, 1)], math.nan), "radius.*nan"),
+        (lambda: kt.polygon([(2.0**200, 2.0**200)], 1), "away"),
+        (lambda: kt.box(1, 0), r"height: found 0;"),
+        (lambda: kt.box(math.nan, 1), "width: found nan"),
+        (lambda: kt.disc(0), "radius"),
+        (lambda: kt.capsule((0, 0), (0, 2.0**-300), 1), r"a: .*no 2\*\*-200"),
+        (lambda: kt.capsule((0, 0), (1, 0), 0), "radius: found 0"),
+        (lambda: kt.segment((0, 0), (1,)), r"b: .*\[x, y\]"),
+        (lambda: kt.Shape("ab"), "core: found 'ab'"),
+    ],
+)
+def test_what_is_no_shape_is_refused(make: Callable[[], object], message: str) -> None:
+    with pytest.raises(SceneError, match=message):
+        make()
+
+
+def test_a_corner_off_a_line_by_a_last_bit_is_a_corner() -> None:
+    flat = math.nextafter(0.3, 0.0), 0.1
+    line = [(0.0, 0.0), (0.3, 0.1), (0.6, 0.2), (0.0, 1.0)]
+    with pytest.raises(SceneError, match="in one line"):
+        kt.polygon([(0.0, 0.0), (0.25, 0.125), (0.5, 0.25), (0.0, 1.0)])
+    assert kt.polygon([*line[:1], (math.nextafter(0.3, 1.0), 0.1), *line[2:]]).kind == "polygon"
+    with pytest.raises(SceneError, match="other side"):
+        kt.polygon([*line[:1], flat, *line[2:]])
+
+
+@given(shapes(), st.integers(0, 7), st.booleans())
+def test_a_hull_is_a_shape_from_any_corner_on_and_no_other_order_is(
+    shape: kt.Shape, by: int, mirrored: bool
+) -> None:
+    by %= len(shape.core)
+    turned = kt.polygon(shape.core[by:] + shape.core[:by], shape.radius)
+    assert turned.reach == shape.reach
+    assert turned.reaches == shape.reaches
+    if len(shape.core) > 2:
+        with pytest.raises(SceneError, match="clockwise"):
+            kt.polygon(shape.core[::-1])
+
+
+@given(shapes())
+def test_reach_is_the_smallest_double_that_holds_a_shape(shape: kt.Shape) -> None:
+    farthest = max(Fraction(x) ** 2 + Fraction(y) ** 2 for x, y in shape.core)
+
+    def holds(radius: float) -> bool:
+        beyond = Fraction(radius) - Fraction(shape.radius)
+        return beyond >= 0 and beyond**2 >= farthest
+
+    assert holds(shape.reach)
+    assert not holds(math.nextafter(shape.reach, 0.0))
+
+
+def test_kinds_and_sizes() -> None:
+    assert [shape.kind for shape in SHAPES] == ["box", "capsule", "polygon", "disc", "segment", "polygon"]
+    assert kt.disc(0.3).reach == 0.3
+    assert kt.capsule((0, 0), (3, 4), 1).reach == 6.0
+    assert kt.box(1, 2).reaches == (0.5, 0.5, 1.0, 1.0)
+    assert kt.polygon([(2.0, 3.0)], 0.5).reaches == (-1.5, 2.5, -2.5, 3.5)
+    assert "do not rotate" in (kt.Shape.__doc__ or "").splitlines()[0]
+    assert kt.polygon([(-0.0, 0.0)], 1.0) == kt.disc(1.0)
+    with pytest.raises(AttributeError):
+        kt.disc(1.0).radius = 2.0  # type: ignore[misc]
+
+
+def test_a_scene_of_shapes() -> None:
+    made = scene()
+    assert made.shapes == SHAPES
+    assert made.shape.tolist() == [0, 1, 2, 3]
+    assert made.shape.dtype == np.int64
+    assert made.radius.tolist() == [SHAPES[k].reach for k in range(4)]
+    for array in (made.shape, made.radius):
+        assert not array.flags.writeable
+    assert scene(shape=1).shape.tolist() == [1] * 4
+    assert scene(shape=kt.box(1, 1), shapes=()).shapes == (kt.box(1, 1),)
+    assert scene(shape=np.array([0, 1, 2, 3], dtype=np.uint8)) == made
+
+
+def test_a_scene_of_discs_is_the_ordinary_scene() -> None:
+    plain = kt.Scene(PLACES, REST, 0.5, arena=(8.0, 8.0))
+    assert plain.shapes == ()
+    assert plain.shape.tolist() == [-1] * 4
+    two = (kt.box(1.0, 1.0), kt.polygon([(0.0, 0.0)], 0.5), kt.disc(0.5))
+    for made in (scene(shape=kt.disc(0.5), shapes=()), scene(shape=3), scene(shape=[1, 2, 1, 2], shapes=two)):
+        assert made == plain
+        assert made.shapes == ()
+        assert hash(made) == hash(plain)
+        assert dumps_scene(made) == dumps_scene(plain)
+        assert pickle.dumps(made) == pickle.dumps(plain)
+    assert kt.Scene([], [], shape=[], shapes=SHAPES) == kt.Scene([], [], 1.0)
+
+
+def test_scenes_differ_by_their_shapes() -> None:
+    made = scene()
+    others = [scene(shape=[0, 1, 2, 2]), scene(shapes=(*SHAPES, kt.disc(1.0))), made.replace(mass=2.0)]
+    round_too = scene(shapes=(SHAPES[0], replace(SHAPES[1], radius=0.25 + 2.0**-50), *SHAPES[2:]))
+    for other in (*others, round_too):
+        assert made != other
+    circles = kt.Scene([(0.0, 0.0)], [(0.0, 0.0)], SHAPES[0].reach)
+    assert kt.Scene([(0.0, 0.0)], [(0.0, 0.0)], shape=SHAPES[0]) != circles
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        ({"radius": 0.5}, "radius: found radii beside shapes; expected one of the two"),
+        ({"shape": None}, "shape: found nothing"),
+        ({"shape": None, "shapes": ()}, "radius: found nothing; expected radii, or shapes"),
+        ({"shape": [0, 1, 9, -1]}, r"bodies\[2\].shape: found 9(.|\n)*bodies\[3\].shape: found -1.*0 to 5"),
+        ({"shape": [0, 1]}, "shape: found .*one for each|for each of the 4 bodies"),
+        ({"shape": [0.0, 1.0, 2.0, 3.0]}, "shape: .*number of a shape"),
+        ({"shapes": [1, 2, 3]}, "shapes: .*a list of shapes"),
+        ({"shapes": 3}, "shapes: .*a list of shapes"),
+        ({"shape": kt.box(1, 1)}, "shape: found a shape beside the table"),
+        ({"shape": 4}, r"bodies\[0\].shape: found a segment, which has no interior.*for obstacles"),
+        ({"periodic": "x"}, "periodic: found 'x' in a scene with shapes.*no images yet"),
+        ({"commands": [kt.Insert(1.0, (7.0, 7.0), (0.0, 0.0), 0.1)]}, r"commands\[0\].*no body is inserted"),
+    ],
+)
+def test_mistakes_of_a_scene(more: dict[str, Any], message: str) -> None:
+    with pytest.raises(SceneError, match=message):
+        scene(**more)
+
+
+def test_each_side_has_its_own_reach_to_the_walls() -> None:
+    high = kt.box(1.0, 2.0)
+    kt.Scene([(0.5, 1.0)], [(0, 0)], shape=high, arena=(1.0, 2.0))
+    for place, side in [
+        ((0.49, 1.0), "left"),
+        ((0.51, 1.0), "right"),
+        ((0.5, 0.9), "bottom"),
+        ((0.5, 1.1), "top"),
+    ]:
+        with pytest.raises(SceneError, match=f"beyond the {side} wall.*the whole body"):
+            kt.Scene([place], [(0, 0)], shape=high, arena=(1.0, 2.0))
+    aside = kt.polygon([(2.0, 3.0)], 0.5)
+    kt.Scene([(-1.5, -2.5)], [(0, 0)], shape=aside, arena=(1.0, 1.0))
+    with pytest.raises(SceneError, match="left wall"):
+        kt.Scene([(-1.5 - 1e-9, -2.5)], [(0, 0)], shape=aside, arena=(1.0, 1.0))
+
+
+def apart(one: kt.Shape, other: kt.Shape, at: tuple[float, float]) -> bool:
+    """Whether a scene has room for two bodies."""
+    mistakes: tuple[Mistake, ...] = ()
+    try:
+        kt.Scene([(0.0, 0.0), at], [(0, 0), (0, 0)], shape=[0, 1], shapes=[one, other])
+    except SceneError as error:
+        mistakes = error.mistakes
+    assert [mistake.where for mistake in mistakes] in ([], ["bodies[0] and bodies[1]"])
+    return not mistakes
+
+
+@pytest.mark.parametrize("by", [0.0, 1e-13, 1e-9, -1e-9])
+def test_touching_is_allowed_and_no_more(by: float) -> None:
+    fits = by < 1e-12
+    assert apart(kt.box(1, 2), kt.box(3, 2), (2.0 - by, 1.5)) is fits
+    assert apart(kt.box(1, 2), kt.box(3, 2), (2.0 - by, 2.0)), "corner at corner"
+    assert apart(kt.box(2, 2), kt.disc(0.5), (0.5, 1.5 - by)) is fits
+    assert apart(kt.box(2, 2), kt.disc(5.0), (1.0 + 3.0 - by, 1.0 + 4.0)) is fits, "at a corner"
+    assert apart(kt.capsule((-1, 0), (1, 0), 0.5), kt.capsule((0, -1), (0, 1), 0.25), (1.75 - by, 0)) is fits
+    slope = kt.polygon([(0, 0), (3, 0), (0, 4)])
+    assert apart(slope, kt.disc(1.0), (1.5 + 0.8 - by, 2.0 + 0.6)) is fits
+    assert not apart(kt.box(2, 2), kt.disc(0.5), (0.25, 0.25)), "one inside the other"
+
+
+@given(shapes(short), shapes(short), st.tuples(short, short))
+@example(kt.box(2, 2), kt.box(2, 2), (2.0, 1.0))
+def test_overlap_is_that_of_places_in_both(one: kt.Shape, other: kt.Shape, at: tuple[float, float]) -> None:
+    """By another formula: separating lines for sharp shapes, distances of all sides for round ones."""
+    if not one.is_solid or not other.is_solid:
+        return
+    within = Fraction(one.radius) + Fraction(other.radius)
+    corners = core_difference(one.core, other.core)
+    place = Fraction(at[0]), Fraction(at[1])
+    assert apart(one, other, at) is not _overlap(one, other, at)
+    negated = [(-x, -y) for x, y in core_difference(other.core, one.core)]
+    assert sorted(negated) == sorted(corners)
+    assert is_closer(negated, place, within) is is_closer(corners, place, within)
+
+
+def _overlap(one: kt.Shape, other: kt.Shape, at: tuple[float, float]) -> bool:
+    a = [(Fraction(x), Fraction(y)) for x, y in one.core]
+    b = [(Fraction(x) + Fraction(at[0]), Fraction(y) + Fraction(at[1])) for x, y in other.core]
+    sides = [(c[k], c[(k + 1) % len(c)]) for c in (a, b) if len(c) > 1 for k in range(len(c))]
+    normals = [(q[1] - p[1], p[0] - q[0]) for p, q in sides] + [(q[0] - p[0], q[1] - p[1]) for p, q in sides]
+    normals += [(q[0] - p[0], q[1] - p[1]) for p in a for q in b if p != q]
+
+    def span(of: list[tuple[Fraction, Fraction]], n: tuple[Fraction, Fraction]) -> tuple[Fraction, Fraction]:
+        along = [x * n[0] + y * n[1] for x, y in of]
+        return min(along), max(along)
+
+    reach = Fraction(one.radius) + Fraction(other.radius)
+    for n in [*normals, *((-x, -y) for x, y in normals)]:
+        gap = span(b, n)[0] - span(a, n)[1]
+        if gap >= 0 and gap * gap >= reach * reach * (n[0] ** 2 + n[1] ** 2):
+            return False
+    return True
+
+
+def test_bodies_that_pass_may_overlap() -> None:
+    kt.Scene([(0, 0), (0.1, 0)], [(0, 0), (0, 0)], shape=kt.box(1, 1), responses={("*", "*"): "pass"})
+
+
+def test_touching_neighbours_are_not_compared_exactly(monkeypatch: pytest.MonkeyPatch) -> None:
+    compared = []
+    decide = shape_table.overlap
+    monkeypatch.setattr(shape_table, "overlap", lambda *pair: compared.append(pair) or decide(*pair))
+    grid = np.stack(np.meshgrid(np.arange(100), np.arange(100)), -1).reshape(-1, 2)
+    rest = np.zeros((len(grid), 2))
+    kt.Scene((grid + 0.5) / 128, rest, shape=kt.box(1 / 128, 1 / 128), arena=(1.0, 1.0))
+    assert not compared
+    kt.Scene((grid + 0.5) / 100, rest, shape=kt.box(0.01, 0.01), arena=(1.0, 1.0))
+    assert not compared, "rounded places"
+    diamond = kt.polygon([(1, 0), (0, 1), (-1, 0), (0, -1)])
+    kt.Scene([(0.0, 0.0), (1.0, 1.0)], rest[:2], shape=diamond)
+    assert len(compared) == 1
+
+
+@given(st.lists(shapes(), min_size=1, max_size=4), st.randoms(use_true_random=False))
+def test_a_scene_survives_files_and_copies_to_the_bit(table: list[kt.Shape], random: Any) -> None:
+    solid = [k for k, shape in enumerate(table) if shape.is_solid]
+    if not solid:
+        return
+    shape = [random.choice(solid) for _ in range(3)]
+    made = kt.Scene([(0, 0), (40, 0), (80, 0)], [(0, 0)] * 3, shape=shape, shapes=table)
+    read = loads_scene(dumps_scene(made))
+    for again in (read, pickle.loads(pickle.dumps(made)), copy.deepcopy(made), made.replace()):
+        assert again == made
+        assert repr(again.shapes) == repr(made.shapes)
+        assert again.shape.tobytes() == made.shape.tobytes()
+        assert not again.shape.flags.writeable
+
+
+def test_files_by_hand(tmp_path: Path) -> None:
+    kt.save_scene(scene(), tmp_path / "shapes.toml")
+    text = (tmp_path / "shapes.toml").read_text()
+    for line in ('kind = "box"', "width = 1.0", "from = [-0.5, 0.0]", "corners = [[2.0, 3.0]]", "shape = 3"):
+        assert f"\n{line}\n" in text
+    assert "radius = 1.1" not in text
+    assert kt.load_scene(tmp_path / "shapes.toml") == scene()
+
+
+def test_mistakes_of_a_file() -> None:
+    bodies = [
+        "shape = 0",
+        "radius = 1.0",
+        "shape = 1\nradius = 0.1",
+        'shape = "a"',
+        "mass = 1.0",
+        "shape = 9",
+    ]
+    rows = [f"[[bodies]]\nposition = [{10.0 * k}, 0.0]\n{said}\n" for k, said in enumerate(bodies)]
+    tables = [
+        'kind = "box"\nwidth = 1.0',
+        'kind = "bix"',
+        'kind = "polygon"\ncorners = [[0.0, 0.0], [1.0, "a"]]',
+        'kind = "disc"\nradius = 1.0\nwidth = 2.0',
+        'kind = "capsule"\nfrom = [0.0, 0.0]\nto = [0.0, 0.0]\nradius = 1.0',
+        'kind = "polygon"\ncorners = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]]',
+        "radius = 1.0",
+    ]
+    with pytest.raises(SceneError) as caught:
+        loads_scene("".join(rows + [f"[[shapes]]\n{said}\n" for said in tables]))
+    assert {mistake.where for mistake in caught.value.mistakes} == {
+        "shapes[0].height",
+        "shapes[1].kind",
+        "shapes[2].corners",
+        "shapes[3].width",
+        "shapes[4].from",
+        "shapes[5].corners[0]",
+        "shapes[6].kind",
+        "bodies[1].shape",
+        "bodies[2].radius",
+        "bodies[3].shape",
+        "bodies[4].shape",
+    }
+    with pytest.raises(SceneError, match=r"bodies\[1\].shape: found 9"):
+        loads_scene(rows[0] + rows[5] + '[[shapes]]\nkind = "disc"\nradius = 1.0')
+    with pytest.raises(SceneError, match=r"\[\[shapes\]\] to count in"):
+        loads_scene(rows[0])
+    with pytest.raises(SceneError, match="shapes: found shapes beside a recipe"):
+        loads_scene('recipe = "grid"\n[[shapes]]\nkind = "disc"\nradius = 1.0')
+    with pytest.raises(SceneError, match="overlap"):
+        loads_scene(rows[0] + rows[0] + '[[shapes]]\nkind = "disc"\nradius = 1.0')
+
+
+def test_replace_keeps_shapes_and_never_makes_discs_of_them() -> None:
+    made, plain = scene(), kt.Scene(PLACES, REST, 0.25, arena=(8.0, 8.0))
+    assert made.replace(mass=2.0).shapes == SHAPES
+    assert made.replace(shape=0).radius.tolist() == [SHAPES[0].reach] * 4
+    with pytest.raises(SceneError, match="radii beside shapes"):
+        made.replace(radius=0.25)
+    assert made.replace(radius=0.25, shape=None, shapes=()) == plain
+    assert plain.replace(shape=[0, 1, 2, 3], shapes=SHAPES) == made
+    assert plain.replace(shape=kt.disc(0.25)) == plain
+    assert plain.replace(mass=2.0).radius.tolist() == [0.25] * 4
+
+
+class Circles:
+    """A narrow phase that takes shapes, and lets them meet by the circles around them."""
+
+    def prepare(self, prepared: kt.Scene) -> PairParts:
+        return replace(Disc().prepare(prepared), shapes=True, alike=False, contact_distance="closer")
+
+
+def test_running_is_refused_until_a_phase_takes_shapes() -> None:
+    for phase in ("cells", "naive", "sweep-tiling"):
+        with pytest.raises(Refused, match=r"takes discs alone.*\(box, capsule, polygon, disc\).*shapes=True"):
+            kt.Simulation(scene(), broad_phase=phase)
+    with pytest.raises(Refused, match="no narrow phase is named"):
+        kt.Simulation(scene(), narrow_phases=())
+
+
+def test_a_run_with_a_phase_that_takes_shapes_keeps_them(tmp_path: Path) -> None:
+    plugin = {"circles": kt.NarrowPhaseSpec("circles", Circles, "circles around shapes", role="pair")}
+    with registered(*plugin.values()):
+        given_scene = scene(arena=None)
+        sim = kt.Simulation(given_scene, broad_phase="naive", narrow_phases=["circles"])
+        with pytest.raises(Refused):
+            kt.Simulation(given_scene, broad_phase="sweep-tiling", narrow_phases=["circles"])
+        sim.remove(1)
+        sim.run(until=1.0)
+        assert sim.composition.prepared.shapes == SHAPES
+        with pytest.raises(ValueError, match="no disc is inserted"):
+            sim.insert((50.0, 0.0), radius=0.5)
+        sim.save(tmp_path / "run.save")
+        again = kt.resume(tmp_path / "run.save")
+        assert again.scene == given_scene
+        assert again.composition.prepared.shape.tolist() == sim.composition.prepared.shape.tolist()
+        assert "polygon" in (kt.as_svg(sim) or "")
+
+
+def test_pictures_show_shapes() -> None:
+    made = scene()
+    box, capsule, triangle, disc = (body.outline for body in picture_of_scene(made).discs)
+    assert box == [(0.5, 0.0), (1.5, 0.0), (1.5, 2.0), (0.5, 2.0)]
+    for outline, at, shape in zip((capsule, triangle, disc), PLACES[1:], SHAPES[1:], strict=False):
+        x, y = (np.array(column) for column in zip(*outline, strict=True))
+        left, right, down, up = shape.reaches
+        close = pytest.approx((at[0] - left, at[0] + right, at[1] - down, at[1] + up), abs=1e-3)
+        assert (x.min(), x.max(), y.min(), y.max()) == close
+        corners = core_difference(shape.core, ((0.0, 0.0),))
+        for px, py in outline:
+            place = Fraction(px) - Fraction(at[0]), Fraction(py) - Fraction(at[1])
+            assert is_closer(corners, place, Fraction(shape.radius + 1e-9))
+            assert not is_closer(corners, place, Fraction(shape.radius - 1e-9))
+    svg = kt.as_svg(made) or ""
+    assert len(re.findall("<polygon", svg)) == 4
+    assert "4 bodies" in svg
+    html = kt.as_html(made)
+    assert "box (1), capsule (1), polygon (1), disc (1)" in html
