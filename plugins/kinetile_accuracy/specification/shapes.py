@@ -1,0 +1,271 @@
+"""Rules 5s, 6s, 9s and 11s of docs/specification.md, for convex shapes that do not rotate, in rationals.
+
+Where the second body is d from the first, two bodies touch if d is as far from the difference M of their
+cores as the sum R of their radii. So the questions are about a place d + v t, with t in ticks from the later
+anchor, and a polygon with a margin. ``Difference`` is M, ``entry`` is rule 5s, ``exit_`` the parting of rule
+11s, ``line`` that of rule 9s, and ``wall_tick`` is rule 6s.
+
+Nothing here is shared with the kernel, nor with the checks of a scene.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from fractions import Fraction
+from typing import TYPE_CHECKING, NamedTuple
+
+from kinetile.kernel.log import BOTTOM, LEFT, RIGHT, TOP
+from kinetile_accuracy.specification.arithmetic import HORIZON, FlightPlan, Frame, PairQuadratic, Vector
+
+if TYPE_CHECKING:
+    from kinetile import Shape
+
+Exact = tuple[Fraction, Fraction]
+
+
+class Face(NamedTuple):
+    """A face of a difference: the corner from which it goes, anticlockwise, its way, and its normal, outward
+    and as long as the way."""
+
+    start: Exact
+    way: Exact
+    normal: Exact
+
+
+class Feature(NamedTuple):
+    """Where two bodies meet: at a face or a corner of their difference, by its number."""
+
+    kind: str
+    number: int
+
+
+class Contact(NamedTuple):
+    """A contact of two bodies by rule 5s: the tick, and the feature."""
+
+    tick: int
+    feature: Feature
+
+
+class Difference:
+    """The difference M of the cores of two shapes, the first less the second, and the sum of their radii.
+
+    Attributes:
+        corners: anticlockwise, from the one with the smallest x, of those the smallest y; no three in one
+            line.
+        faces: in the order of their numbers; two for a line, none for a point.
+        radius: R.
+    """
+
+    def __init__(self, one: Shape, two: Shape) -> None:
+        self.radius = Fraction(one.radius) + Fraction(two.radius)
+        places = {_less(_exact(a), _exact(b)) for a in one.core for b in two.core}
+        first = min(places)
+        self.corners = [first]
+        while (there := _next(self.corners[-1], places)) != first:
+            self.corners.append(there)
+        ways = [_less(q, p) for p, q in zip(self.corners, [*self.corners[1:], first], strict=True)]
+        faces = [Face(p, (x, y), (y, -x)) for p, (x, y) in zip(self.corners, ways, strict=True)]
+        self.faces = sorted(faces, key=lambda face: _direction(face.normal)) if len(faces) > 1 else []
+
+
+def _next(here: Exact, places: set[Exact]) -> Exact:
+    """Returns the corner after another one, anticlockwise: no place is right of the way, none beyond it."""
+    found = here
+    for place in places:
+        way, other = _less(found, here), _less(place, here)
+        turn = _cross(way, other)
+        if turn < 0 or (turn == 0 and _dot(other, other) > _dot(way, way)):
+            found = place
+    return found
+
+
+def _direction(normal: Exact) -> tuple[bool, Fraction, bool]:
+    """Returns the key of the order of faces: the angle of the line along the normal, from 0 to less than half
+    a turn; of two opposite normals first the one at that angle."""
+    x, y = normal
+    downward = y < 0 or (y == 0 and x < 0)
+    return y != 0, Fraction(0) if y == 0 else -x / y, downward
+
+
+def contact(shapes: tuple[Shape, Shape], one: FlightPlan, two: FlightPlan) -> Contact | None:
+    """Returns the contact of two bodies by their plans (rule 5s); None: there is none."""
+    course = PairQuadratic(one, two)
+    found = entry(Difference(*shapes), *_course(course))
+    return found and found._replace(tick=course.since + found.tick)
+
+
+def parting_tick(shapes: tuple[Shape, Shape], one: FlightPlan, two: FlightPlan) -> int | None:
+    """Returns the tick at which two bodies part that pass through each other (rule 11s); None: none."""
+    course = PairQuadratic(one, two)
+    wait = exit_(Difference(*shapes), *_course(course))
+    return None if wait is None else course.since + wait
+
+
+def _course(course: PairQuadratic) -> tuple[Exact, Exact]:
+    """Returns d at the later anchor, and its change in a tick."""
+    d, v = ((x, y) for x, y in ((course.dx, course.dy), (course.vx, course.vy)))
+    size = 1 << course.bits
+    return (Fraction(d[0], size), Fraction(d[1], size)), (Fraction(v[0], size), Fraction(v[1], size))
+
+
+def entry(m: Difference, d: Exact, v: Exact) -> Contact | None:
+    """Returns the contact of the place d + v t with a difference, from t = 0 on (rule 5s); None: none."""
+    near = nearest(m, d)
+    if near is not None:
+        falls = all(_approach(m, feature, d, v) < 0 for feature in near)
+        return Contact(0, near[0]) if falls else None
+    found = min(_entries(m, d, v) if m.radius else _crossings(m, d, v), default=None, key=_order)
+    return found if found is not None and found.tick < HORIZON else None
+
+
+def _order(found: Contact) -> tuple[int, bool, int]:
+    return found.tick, found.feature.kind == "corner", found.feature.number
+
+
+def nearest(m: Difference, d: Exact) -> list[Feature] | None:
+    """Returns the features of M to which d is nearest, None if it is farther from M than R.
+
+    Outside M that is a face or a corner. Inside, and on its outline, it is the face with the largest signed
+    distance g/|n|, or several of the same.
+    """
+    gaps = [_dot(face.normal, _less(d, face.start)) for face in m.faces]
+    alongs = [_dot(face.way, _less(d, face.start)) for face in m.faces]
+    lengths = [_dot(face.way, face.way) for face in m.faces]
+    if m.faces and max(gaps) <= 0 and (len(m.faces) > 2 or 0 <= alongs[0] <= lengths[0]):
+        sizes = [gap * abs(gap) / length for gap, length in zip(gaps, lengths, strict=True)]
+        return [Feature("face", k) for k, size in enumerate(sizes) if size == max(sizes)]
+    for k, (gap, along, length) in enumerate(zip(gaps, alongs, lengths, strict=True)):
+        if gap > 0 and 0 <= along <= length:
+            return [Feature("face", k)] if gap * gap <= m.radius**2 * length else None
+    squares = [_dot(_less(d, corner), _less(d, corner)) for corner in m.corners]
+    closest = min(squares)
+    return [Feature("corner", squares.index(closest))] if closest <= m.radius**2 else None
+
+
+def _approach(m: Difference, feature: Feature, d: Exact, v: Exact) -> Fraction:
+    """Returns w of a face, or B of a corner: below 0 where d comes nearer."""
+    if feature.kind == "face":
+        return _dot(m.faces[feature.number].normal, v)
+    return _dot(_less(d, m.corners[feature.number]), v)
+
+
+def _crossings(m: Difference, d: Exact, v: Exact) -> Iterator[Contact]:
+    """Yields the contact of a place outside a difference without a margin."""
+    if len(m.faces) < 3:
+        return  # a line or a point has no interior
+    rows = [(_dot(face.normal, _less(d, face.start)), _dot(face.normal, v)) for face in m.faces]
+    if any(w == 0 and g >= 0 for g, w in rows):
+        return
+    into = {k: g / -w for k, (g, w) in enumerate(rows) if w < 0}
+    if into and 0 <= max(into.values()) < min(g / -w for g, w in rows if w > 0):
+        first = max(into, key=lambda k: into[k])  # of equal ones the one with the smallest number
+        yield Contact(math.floor(into[first]), Feature("face", first))
+
+
+def _entries(m: Difference, d: Exact, v: Exact) -> Iterator[Contact]:
+    """Yields the entries of a place outside a difference with a margin: into the disc around each corner, and
+    over the side of the margin along each face."""
+    a = _dot(v, v)
+    for k, corner in enumerate(m.corners):
+        away = _less(d, corner)
+        b, c = _dot(away, v), _dot(away, away) - m.radius**2
+        if b < 0 and b * b > a * c:
+            yield Contact(_floor(-b / a, -1, (b * b - a * c) / (a * a)), Feature("corner", k))
+    for k, face in enumerate(m.faces):
+        g, w = _dot(face.normal, _less(d, face.start)), _dot(face.normal, v)
+        square = m.radius**2 * _dot(face.normal, face.normal)
+        if w < 0 < g and g * g >= square and _is_over(face, square, d, v):
+            yield Contact(_floor(-g / w, -1, square / (w * w)), Feature("face", k))
+
+
+def _is_over(face: Face, square: Fraction, d: Exact, v: Exact) -> bool:
+    """Whether a place that comes nearer to a face is over it, ends included, when (g + w t)^2 falls to a
+    square."""
+    g, w = _dot(face.normal, _less(d, face.start)), _dot(face.normal, v)
+    along, change, length = _dot(face.way, _less(d, face.start)), _dot(face.way, v), _dot(face.way, face.way)
+    for value, rate in ((along, change), (length - along, -change)):  # both at least 0 then
+        if rate == 0:
+            if value < 0:
+                return False
+            continue
+        gap = g - w * value / rate  # when this one is 0
+        if rate > 0 and (gap < 0 or gap * gap < square):
+            return False  # it is still below 0
+        if rate < 0 and gap > 0 and gap * gap > square:
+            return False  # it is so already
+    return True
+
+
+def exit_(m: Difference, d: Exact, v: Exact) -> int | None:
+    """Returns the tick at which a place d + v t leaves a difference with its margin for good (rule 11s); 0 if
+    it is outside and does not come in; None: it stays, or leaves after 2^62 ticks."""
+    if (len(m.faces) < 3 and not m.radius) or (nearest(m, d) is None and entry(m, d, v) is None):
+        return 0
+    a = _dot(v, v)
+    if a == 0:
+        return None
+    last = []
+    for face in m.faces:
+        g, w = _dot(face.normal, _less(d, face.start)), _dot(face.normal, v)
+        square = m.radius**2 * _dot(face.normal, face.normal)
+        if w > 0 and _is_over(face, square, d, (-v[0], -v[1])):
+            last.append(_floor(-g / w, 1, square / (w * w)))
+    for corner in m.corners if m.radius else ():
+        away = _less(d, corner)
+        b, c = _dot(away, v), _dot(away, away) - m.radius**2
+        if b * b >= a * c:
+            last.append(_floor(-b / a, 1, (b * b - a * c) / (a * a)))
+    return max(last) if max(last) < HORIZON else None
+
+
+def _floor(middle: Fraction, sign: int, square: Fraction) -> int:
+    """Returns the floor of a rational more or less the root of another."""
+    common = math.lcm(middle.denominator, square.denominator)
+    top, under = int(middle * common), int(square * common * common)
+    root = math.isqrt(under)
+    return (top + root if sign > 0 else top - root - (root * root != under)) // common
+
+
+def line(m: Difference, feature: Feature, places: tuple[Vector, Vector]) -> Vector:
+    """Returns (dx, dy), the line of an exchange (rule 9s), from the places of both bodies, anchored."""
+    if feature.kind == "face":
+        x, y = m.faces[feature.number].way
+        return float(y), -float(x)
+    (xa, ya), (xb, yb) = places
+    x, y = m.corners[feature.number]
+    return (xb - xa) - float(x), (yb - ya) - float(y)
+
+
+def wall_tick(shape: Shape, plan: FlightPlan, frame: Frame) -> tuple[int, int] | None:
+    """Returns (tick, wall) of the contact of a body with a wall by its plan (rule 6s); None: none."""
+    if frame.arena is None:
+        return None
+    found = []
+    size, r = 1 << plan.bits, shape.radius
+    for axis, walls in enumerate(((LEFT, RIGHT), (BOTTOM, TOP))):
+        core = [corner[axis] for corner in shape.core]
+        before, after = r - min(core), r + max(core)  # as doubles
+        place, step = Fraction(plan.place[axis], size), Fraction(plan.step[axis], size)
+        side = Fraction(frame.arena[axis][0], 1 << frame.arena[axis][1])
+        gap = place - Fraction(before) if step < 0 else side - place - Fraction(after)
+        wait = 0 if gap <= 0 or step == 0 else math.floor(gap / abs(step))
+        if step and wait < HORIZON:
+            found.append((plan.anchor + wait, walls[step > 0]))
+    return min(found, key=lambda each: each[0], default=None)
+
+
+def _exact(place: Vector) -> Exact:
+    return Fraction(place[0]), Fraction(place[1])
+
+
+def _less(one: Exact, other: Exact) -> Exact:
+    return one[0] - other[0], one[1] - other[1]
+
+
+def _cross(one: Exact, other: Exact) -> Fraction:
+    return one[0] * other[1] - one[1] * other[0]
+
+
+def _dot(one: Exact, other: Exact) -> Fraction:
+    return one[0] * other[0] + one[1] * other[1]
