@@ -286,9 +286,9 @@ class Scene:
 
     @property
     def answer(self) -> int:
-        """The number of the specification that its contacts follow: ``ANSWER`` with a periodic axis, and
-        without one 1, which that contains."""
-        return ANSWER if self.periodic else 1
+        """The number of the specification that its contacts follow: ``ANSWER`` with shapes, 2 with a periodic
+        axis, and otherwise 1; each contains those before."""
+        return ANSWER if self.shapes else 2 if self.periodic else 1
 
     @property
     def turns(self) -> tuple[Turn, ...]:
