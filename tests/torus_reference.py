@@ -1,7 +1,7 @@
-"""The answer on a torus, by rationals alone: rules 2p to 10p of docs/specification.md, written from them.
+"""The answer on a torus, by rationals alone: rules 2p to 11p of docs/specification.md, written from them.
 
-Slow and short: every pair, every image that can be reached before both plans are anchored anew. Elastic discs
-of any mass; axes that are not periodic have walls.
+Slow and short: every pair, every image that can be reached before both plans are anchored anew. Discs of any
+mass, elastic or passing through each other, and turns; axes that are not periodic have walls.
 """
 
 from __future__ import annotations
@@ -61,6 +61,41 @@ class Torus:
             self.plans.append(plan)
         self.contacts: list[tuple[int, int, int]] = []
         self.images: list[tuple[int, int]] = []
+        self.now, self.beat = 0, BEAT
+        self.turns = [(Fraction(turn.time) // self.q, turn.body, turn.velocity) for turn in scene.turns]
+        self.passings: dict[tuple[int, int, int, int], int] = {}  # and when each has begun
+        for a, b in combinations(range(len(self.plans)), 2):
+            if self.passes(a, b):
+                self.begin_at_start(a, b)
+
+    def passes(self, a: int, b: int) -> bool:
+        """Return whether two bodies pass through each other; rules name kinds, none "*" here."""
+        pair = {self.scene.kind[a], self.scene.kind[b]}
+        return any(set(kinds) == pair and said.name == "pass" for kinds, said in self.scene.responses)
+
+    def begin_at_start(self, a: int, b: int) -> None:
+        """Begin the passings of two bodies that overlap at the start (rule 11p)."""
+        one, two = self.plans[a], self.plans[b]
+        reach = (self.radius[a] + self.radius[b]) * (1 - 1e-12)
+        for m in range(-8, 9) if self.periods[0] else (0,):
+            for n in range(-8, 9) if self.periods[1] else (0,):
+                dx, dy = self.between(one, two, (m, n))
+                if dx * dx + dy * dy < reach * reach:
+                    self.begin(0, a, b, m, n)
+
+    def between(self, one: Plan, two: Plan, image: tuple[int, int]) -> list[float]:
+        """Return the separation of two plans anchored at one tick, through an image (rule 9p)."""
+        return [
+            (two.place[axis] - one.place[axis])
+            + float(number + two.turns[axis] - one.turns[axis]) * self.periods[axis]
+            for axis, number in enumerate(image)
+        ]
+
+    def begin(self, tick: int, a: int, b: int, m: int, n: int) -> None:
+        """Begin a passing."""
+        self.passings[a, b, m, n] = tick
+        self.contacts.append((tick, a, b))
+        self.images.append((m, n))
 
     def wrap(self, plan: Plan) -> None:
         """Take periods off a place."""
@@ -78,8 +113,8 @@ class Torus:
         plan.anchor = tick
         self.wrap(plan)
 
-    def tick_through(self, a: int, b: int, image: tuple[int, int]) -> int | None:
-        """Return the tick of contact of two discs through an image (rule 5)."""
+    def approach(self, a: int, b: int, image: tuple[int, int]) -> tuple[int, Fraction, Fraction, Fraction]:
+        """Return the later anchor s and the rational numbers of Q there: Q(s), B(s) and the square of v."""
         one, two = self.plans[a], self.plans[b]
         s = max(one.anchor, two.anchor)
         d, v = [], []
@@ -91,13 +126,16 @@ class Torus:
             d.append(at[1] - at[0] + image[axis] * Fraction(self.periods[axis]))
             v.append((Fraction(two.velocity[axis]) - Fraction(one.velocity[axis])) * self.q)  # a tick
         reach = Fraction(self.radius[a]) + Fraction(self.radius[b])
-        bend = d[0] * v[0] + d[1] * v[1]
         gap = d[0] ** 2 + d[1] ** 2 - reach**2
+        return s, gap, d[0] * v[0] + d[1] * v[1], v[0] ** 2 + v[1] ** 2
+
+    def tick_through(self, a: int, b: int, image: tuple[int, int]) -> int | None:
+        """Return the tick of contact of two discs through an image (rule 5)."""
+        s, gap, bend, square = self.approach(a, b, image)
         if bend >= 0:
             return None
         if gap <= 0:
             return s
-        square = v[0] ** 2 + v[1] ** 2
         inside = bend**2 - square * gap
         if inside <= 0:
             return None
@@ -107,6 +145,23 @@ class Torus:
         while (p - (tick + 1) * c) >= 0 and (p - (tick + 1) * c) ** 2 >= w:
             tick += 1
         return s + tick
+
+    def part(self, a: int, b: int, m: int, n: int) -> int | None:
+        """Return the tick at which a passing ends (rule 11)."""
+        s, gap, bend, square = self.approach(a, b, (m, n))
+        inside, tick = bend**2 - square * gap, s
+        if gap > 0 and (bend >= 0 or inside <= 0):
+            pass
+        elif square == 0:
+            return None
+        else:  # the root is (sqrt w - p) / c
+            unit = math.lcm(inside.denominator, bend.denominator, square.denominator)
+            w, p, c = int(inside * unit**2), int(bend * unit), int(square * unit)
+            delay = (math.isqrt(w) - p) // c
+            tick = s + delay
+            if delay >= 1 << 62:
+                return None
+        return max(tick, self.passings[a, b, m, n] + 1)
 
     def first(self, a: int, b: int) -> tuple[int, int, int] | None:
         """Return the first contact of two discs: the tick, and the image."""
@@ -133,12 +188,15 @@ class Torus:
             ranges.append(range(low, high + 1))
         barred = one.last is not None and two.last is not None
         barred = barred and one.last[0] == b and two.last[0] == a
+        passes = self.passes(a, b)
         found = None
         for m in ranges[0]:
             for n in ranges[1]:
-                if barred and one.last[1:] == (m, n):
+                if (barred and one.last[1:] == (m, n)) or (a, b, m, n) in self.passings:
                     continue
                 tick = self.tick_through(a, b, (m, n))
+                if tick is not None and passes and tick < self.now:
+                    continue
                 if tick is not None and (found is None or (tick, m, n) < found):
                     found = (tick, m, n)
         return found
@@ -159,9 +217,11 @@ class Torus:
 
     def run(self, contacts: int, until: int) -> None:
         """Run up to a number of contacts, or up to and at a tick."""
-        beat, n = BEAT, len(self.plans)
+        n = len(self.plans)
         while len(self.contacts) < contacts:
-            events = []
+            events: list[tuple[int, ...]] = [(self.beat, 1, 0, 0, 0, 0)]
+            if self.turns:
+                events.append((int(self.turns[0][0]), 2, self.turns[0][1], 0, 0, 0))
             for a in range(n):
                 wall = self.wall(a)
                 if wall:
@@ -170,38 +230,47 @@ class Torus:
                 met = self.first(a, b)
                 if met:
                     events.append((met[0], 4, a, b, *met[1:]))
-            event = min(events, default=(until + 1,))
-            if min(beat, event[0]) > until:
+            for passing in self.passings:
+                tick = self.part(*passing)
+                if tick is not None:
+                    events.append((tick, 5, *passing))
+            if min(events)[0] > until:
                 return
-            if beat <= event[0]:
-                for plan in self.plans:
-                    if plan.anchor < beat - BEAT:
-                        self.anchor(plan, beat)
-                        plan.last = None
-                beat += BEAT
-                continue
-            self.happen(*event)
+            self.happen(*min(events))
 
     def happen(self, tick: int, kind: int, a: int, b: int, m: int, n: int) -> None:
-        """Run a contact."""
-        one = self.plans[a]
-        self.anchor(one, tick)
-        if kind == 3:
+        """Run an event of a class (rule 8)."""
+        self.now = tick
+        one, two = self.plans[a], self.plans[max(b, 0)]
+        if kind == 1:
+            for plan in self.plans:
+                if plan.anchor < tick - BEAT:
+                    self.anchor(plan, tick)
+                    plan.last = None
+            self.beat += BEAT
+        elif kind == 2:
+            self.anchor(one, tick)
+            one.velocity, one.last = list(self.turns.pop(0)[2]), None
+        elif kind == 3:
+            self.anchor(one, tick)
             axis = int(b < -2)
             one.velocity[axis] = -one.velocity[axis]
             one.last = None
-        else:
-            two = self.plans[b]
+            self.contacts.append((tick, a, b))
+            self.images.append((0, 0))
+        elif kind == 4 and self.passes(a, b):
+            self.begin(tick, a, b, m, n)
+        elif kind == 4:
+            self.anchor(one, tick)
             self.anchor(two, tick)
-            d = [
-                (two.place[axis] - one.place[axis])
-                + float(image + two.turns[axis] - one.turns[axis]) * self.periods[axis]
-                for axis, image in enumerate((m, n))
-            ]
-            self.exchange(one, two, a, b, *d)
+            self.exchange(one, two, a, b, *self.between(one, two, (m, n)))
             one.last, two.last = (b, m, n), (a, m, n)
-        self.contacts.append((tick, a, b))
-        self.images.append((m, n))
+            self.contacts.append((tick, a, b))
+            self.images.append((m, n))
+        else:
+            del self.passings[a, b, m, n]
+            self.contacts.append((tick, b, a))
+            self.images.append((m, n))
 
     def exchange(self, one: Plan, two: Plan, a: int, b: int, dx: float, dy: float) -> None:
         """Exchange momentum (rule 9)."""

@@ -50,3 +50,31 @@ def drawn(
     if not position:
         return drawn(seed + 1_000_003, bodies, axes)
     return kt.Scene(position, velocity, radius, mass, arena=(width, height), periodic=periodic)
+
+
+def with_passing(scene: kt.Scene, seed: int) -> kt.Scene:
+    """Returns a scene in which some pass through each other and some turn, on dyadic times."""
+    rng = random.Random(seed)
+    kind = [rng.choice(("ball", "wisp", "wisp")) for _ in range(len(scene))]
+    passing = rng.choice(([("wisp", "wisp")], [("ball", "wisp")], [("ball", "wisp"), ("wisp", "wisp")]))
+    unit = scene.time_unit
+    turns = [
+        (
+            rng.randrange(len(scene)),
+            rng.randrange(1, 40) / 8 * unit,
+            tuple(rng.choice(scene.velocity).tolist()),
+        )
+        for _ in range(rng.choice((0, 0, 3)))
+    ]
+    places = [place.tolist() for place in scene.position]
+    radii = scene.radius.tolist()
+    for a in range(len(scene)):  # some begin on top of each other
+        for b in range(a):
+            if kind[a] == kind[b] == "wisp" and len(passing) == 2 and rng.random() < 0.5:
+                places[a] = [places[b][0] + rng.choice((0.0, 0.25)) * radii[b], places[b][1]]
+    frame = {"arena": scene.arena, "periodic": scene.periodic, "kind": kind, "unit": unit}
+    said = {"responses": dict.fromkeys(passing, "pass"), "kinds": ("ball", "wisp")}
+    try:
+        return kt.Scene(places, scene.velocity, radii, scene.mass, turns=turns, **frame, **said)
+    except SceneError:
+        return kt.Scene(scene.position, scene.velocity, radii, scene.mass, turns=turns, **frame, **said)

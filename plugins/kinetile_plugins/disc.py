@@ -14,7 +14,7 @@ import math
 from collections.abc import Callable
 
 from kinetile.kernel.certificates.contact import first_touch, last_touch
-from kinetile.kernel.images import HALVES, first_image, nearest_whole
+from kinetile.kernel.images import HALVES, first_image, nearest_whole, turns_between
 from kinetile.kernel.vectors import (
     LANES,
     Floats,
@@ -103,34 +103,48 @@ def meet_images(k: Kernel, a: int, b: int) -> int:
     return first_image(k, a, b)
 
 
-@unchecked
-@hook
-def part(k: Kernel, a: int, b: int) -> int:
-    """Return the tick at which two discs part that pass through each other, or ``NEVER``."""
-    clock = k.clock[0]
-    early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
-    one = k.bodies[early]
-    two = k.bodies[a + b - early]
-    since = two.anchor
-    delay = last_touch(
-        one.x,
-        one.y,
-        one.vx,
-        one.vy,
-        since - one.anchor,
-        two.x,
-        two.y,
-        two.vx,
-        two.vy,
-        one.radius,
-        two.radius,
-        clock.tick,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-    )
-    return int(since + delay) if delay != NEVER else NEVER
+def _part(periodic: bool) -> Callable[..., int]:
+    """Returns the hook ``part``."""
+
+    @unchecked
+    @hook
+    def part(k: Kernel, a: int, b: int) -> int:
+        """Return the tick at which two discs part that pass through each other, or ``NEVER``; through the
+        image that is on the clock."""
+        clock = k.clock[0]
+        early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
+        late = a + b - early
+        one = k.bodies[early]
+        two = k.bodies[late]
+        since = two.anchor
+        right = 0.0
+        up = 0.0
+        if periodic:
+            right, up = turns_between(k, early, late, a)
+        delay = last_touch(
+            one.x,
+            one.y,
+            one.vx,
+            one.vy,
+            since - one.anchor,
+            two.x,
+            two.y,
+            two.vx,
+            two.vy,
+            one.radius,
+            two.radius,
+            clock.tick,
+            right,
+            up,
+            clock.torus.x,
+            clock.torus.y,
+        )
+        return int(since + delay) if delay != NEVER else NEVER
+
+    return part
+
+
+part, part_images = _part(False), _part(True)
 
 
 @hook
@@ -398,6 +412,7 @@ class Disc:
                 collide=collide_images,
                 soonest=soonest_of_images,
                 touch=touch_images,
+                part=part_images,
                 periodic=True,
                 contact_distance="sum of radii",
             )

@@ -43,6 +43,56 @@ def test_the_answer_is_that_of_rationals(seed):
         assert [[int(at.kx), int(at.ky)] for at in sim.tables.images] == [p.turns for p in reference.plans]
 
 
+@pytest.mark.small
+@pytest.mark.parametrize("seed", first(4, range(150)))
+def test_passings_are_those_of_rationals(seed):
+    """A pair passes through an image, through several at a time, and meets through others meanwhile."""
+    scene = torus_scenes.with_passing(torus_scenes.drawn(seed, (2, 3, 4)), seed)
+    reference = Torus(scene)
+    reference.run(30, 20 << 52)
+    for phase in PHASES:
+        sim = kt.Simulation(scene, phase, audit=1)
+        sim.run(until=20 * scene.time_unit, max_contacts=30)
+        assert rows(sim)[:30] == reference.contacts[:30]
+
+
+@pytest.mark.small
+@pytest.mark.parametrize("seed", first(2, range(200)))
+def test_bodies_that_pass_come_and_go(seed):
+    """And are saved and restored while they pass."""
+    rng = np.random.default_rng(seed)
+    scene = torus_scenes.with_passing(torus_scenes.drawn(seed, (2, 3, 5)), seed)
+    unit, edge = scene.time_unit, 0.0 if scene.periodic == "xy" else 0.25
+    coming = [
+        kt.Insert(
+            (0.5 + at) * unit,
+            rng.uniform(edge, 1 - edge, 2) * scene.arena,
+            scene.velocity[0],
+            0.24 * min(scene.arena),
+            kind="wisp",
+        )
+        for at in range(3)
+    ]
+    scene = scene.replace(commands=[*coming, kt.Remove(0, 2.25 * unit)])
+    found = set()
+    for phase in ("naive", "cells", "sap-1d", "sap-2d"):
+        sim = kt.Simulation(scene, phase, live=True, audit=1 if seed % 8 == 0 else None)
+        try:
+            sim.run(until=2.0 * unit, max_contacts=40)
+            again = kt.Simulation(scene, phase, live=True)
+            again.restore(sim.snapshot())
+            for each in (sim, again):
+                each.run(until=5.0 * unit, max_contacts=80)
+            assert again.fingerprint == sim.fingerprint
+            played = kt.Simulation(sim.recorded(), "naive", live=True)
+            played.run()
+            assert played.fingerprint == sim.fingerprint
+        except Refused as error:
+            found.add(str(error))
+        found.add((sim.fingerprint, sim.time))
+    assert len(found) - any(isinstance(each, str) for each in found) == 1
+
+
 @pytest.mark.parametrize("seed", first(8, range(1500)))
 def test_phases_agree_on_larger_scenes(seed):
     """The first are periodic along both axes, and share a loop with other tests."""

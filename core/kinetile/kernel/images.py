@@ -27,6 +27,7 @@ import math
 from kinetile.kernel.certificates.contact import touch_through
 from kinetile.kernel.compiled import hook, larger, smaller, template
 from kinetile.kernel.flight import anchor_at
+from kinetile.kernel.passings import is_passing, passes
 from kinetile.kernel.tables import NEVER, NOBODY, TOO_DEEP, Kernel, blame
 from kinetile.kernel.vectors import product_error
 
@@ -57,9 +58,9 @@ def remainder(value: float, period: float, times: float) -> float:
 @hook
 def turns_of(place: float, period: float) -> float:
     """Return how many periods a place is away from the box around 0: the quotient, rounded to nearest, of two
-    the even one."""
+    the even one; 0 for the period of an axis with walls."""
     half = 0.5 * period
-    if abs(place) <= half:
+    if abs(place) <= half or period == 0.0:
         return 0.0
     times = nearest_whole(place / period)
     rest = remainder(place, period, times)
@@ -73,7 +74,7 @@ def turns_of(place: float, period: float) -> float:
 @hook
 def near_zero(place: float, period: float) -> float:
     """Return a place, along an axis, without its periods; 0 stands for the period of one with walls."""
-    return remainder(place, period, turns_of(place, period)) if period > 0.0 else place
+    return remainder(place, period, turns_of(place, period))
 
 
 @hook
@@ -106,7 +107,8 @@ def anchor(k: Kernel, body: int, tick: int) -> None:
 def first_image(k: Kernel, a: int, b: int) -> int:
     """Return the tick of the first contact of two discs, ``a`` the elder, through any image but the one that
     is barred, or ``NEVER``; write to the clock through which. Of several at one tick it is that of the least
-    m, then of the least n.
+    m, then of the least n. Two that may pass do not meet through an image while they are passing through it,
+    nor in the past: that passing has begun and ended.
 
     Seen from the body with the earlier anchor, the other one's images are a lattice that moves. Columns of
     it are looked at in the order in which they can be reached, and in each the rows that can be met while it
@@ -123,6 +125,7 @@ def first_image(k: Kernel, a: int, b: int) -> int:
     kx = k.images[late].kx - k.images[early].kx
     ky = k.images[late].ky - k.images[early].ky
     barred = k.bodies[a].last == b and k.bodies[b].last == a
+    passing = len(k.rules) > 0 and passes(k, a, b)
     time = float(since - one.anchor) * clock.tick
     dx = two.x - (one.x + one.vx * time)
     dy = two.y - (one.y + one.vy * time)
@@ -154,7 +157,10 @@ def first_image(k: Kernel, a: int, b: int) -> int:
             this_m = sense * (int(way * column) - kx)
             this_n = sense * (int(row) - ky)
             image = k.images[a]
-            if not (barred and this_m == image.last_m and this_n == image.last_n):
+            left_out = barred and this_m == image.last_m and this_n == image.last_n
+            if passing:
+                left_out = is_passing(k, a, b, this_m, this_n)
+            if not left_out:
                 delay = touch_through(
                     one.x,
                     one.y,
@@ -174,6 +180,8 @@ def first_image(k: Kernel, a: int, b: int) -> int:
                     torus.x,
                     torus.y,
                 )
+                if passing and delay < k.clock[0].now - since:
+                    delay = NEVER
                 tie = delay == best and (this_m < m or (this_m == m and this_n < n))
                 if delay < best or (tie and best < FORESEEN):
                     best = delay
@@ -194,6 +202,17 @@ def first_image(k: Kernel, a: int, b: int) -> int:
         if depth > clock.limits.tolerance + 1e-9 * reach:
             blame(k, TOO_DEEP, a, b)
     return int(since + best)
+
+
+@hook
+def turns_between(k: Kernel, early: int, late: int, elder: int) -> tuple[float, float]:
+    """Return the image on the clock as whole numbers of periods that are added to the place of ``late`` less
+    that of ``early``, as their plans hold them; images are counted from the elder of the two."""
+    torus = k.clock[0].torus
+    sense = 1 if early == elder else -1
+    m = sense * torus.m + k.images[late].kx - k.images[early].kx
+    n = sense * torus.n + k.images[late].ky - k.images[early].ky
+    return float(m), float(n)
 
 
 @hook

@@ -104,6 +104,8 @@ PASSING = np.dtype(
     [
         ("tick", "i8"),  # when they part
         ("begun", "i8"),  # when they began
+        ("m", "i8"),  # the image through which they pass, seen from the elder
+        ("n", "i8"),
         *((name, HELD[name]) for name in HELD.names[:6]),  # type: ignore[index]
     ],
     align=True,

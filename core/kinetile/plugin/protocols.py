@@ -183,8 +183,8 @@ class PairParts:
 
     ``periodic``: these hooks are for a scene with a periodic axis. ``meet`` is that of the first image but
     the barred one, and writes which to ``k.clock[0].torus`` (``kinetile.kernel.images.first_image``);
-    ``soonest`` bounds all images, ``barred`` is NOBODY; and at a contact b is seen ``torus.right`` and
-    ``torus.up`` of where it is.
+    ``soonest`` bounds all images, ``barred`` is NOBODY; at a contact b is seen ``torus.right`` and
+    ``torus.up`` of where it is; and ``part`` is of the image that is on the clock (``images.turns_between``).
 
     ``contact_distance`` is "sum of radii" if two bodies touch when, and only when, their centres are as
     far apart as the sum of their radii, and "closer" if they can come closer: other shapes than discs,

@@ -15,7 +15,7 @@ from kinetile.kernel.clock import SPAN, TICKS, Clock
 from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED, WALLS
 from kinetile.kernel.loop import COMMAND_DUE, CONTACTS_REACHED, TIME_REACHED, WATCHED
 from kinetile.kernel.loop.calendar import rank
-from kinetile.kernel.loop.responses import PASS
+from kinetile.kernel.passings import PASS
 from kinetile.kernel.tables import JAMMED, NEVER, PARTING, STRUCTURAL, TURN, WALL, Kernel
 from kinetile.run.engine.engine import UNLIMITED, Engine
 from kinetile.run.interrupts import Unbroken

@@ -2,16 +2,17 @@
 
 Every structure of the kernel is compared with its definition, every contact of two bodies that are near
 is computed anew and compared with its entry in the queue, every two bodies that touch must be a candidate
-pair, and the broad phase checks its own invariants. The first violation
-ends the run with an ``AuditError``, close to the event that caused it; if a contact would be
-missed it is a ``MissedContactError`` as well.
+pair, and the broad phase checks its own invariants. The first violation ends the run with an ``AuditError``,
+close to the event that caused it; if a contact would be missed it is a ``MissedContactError`` as well.
 
 The cost is O(n^2) an audit; ``Simulation(..., audit=N)`` audits every N contacts.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
+from itertools import product
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
@@ -23,7 +24,7 @@ from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
 from kinetile.kernel.flight import positions_now
 from kinetile.kernel.loop.calendar import rank
 from kinetile.kernel.loop.predictions import meeting
-from kinetile.kernel.loop.responses import PASS, is_passing
+from kinetile.kernel.passings import PASS, is_passing
 from kinetile.kernel.tables import (
     GUESS,
     NEVER,
@@ -163,6 +164,9 @@ def ask_when_they_part(k: Kernel, pairs: Records, parting: Any) -> None:
     """Writes down when each pair parts; a template, as ``kernel.loop`` has."""
     k = disowned(k)
     for at in range(len(pairs)):
+        if PERIODIC:
+            k.clock[0].torus.m = pairs[at].m
+            k.clock[0].torus.n = pairs[at].n
         parting[at] = part(k, pairs[at].a, pairs[at].b)
 
 
@@ -174,7 +178,8 @@ def of_passings(k: Kernel, columns: Any, composition: Composition, place: Any) -
     yield from of_lists(table, k.passers, "the passings", clock.lists.passings, clock.lists.passable)
     live = np.flatnonzero(table.a >= 0)
     asked, parting = k.passings[live], np.full(len(live), NEVER)
-    compose(ask_when_they_part, {"part": composition.pair.part}, "parting", Kernel)(k, asked, parting)
+    parts = {"part": composition.pair.part, "PERIODIC": bool(len(k.images))}
+    compose(ask_when_they_part, parts, "parting", Kernel)(k, asked, parting)
     due = np.maximum(parting, table.begun[live] + 1)
     number, traits = columns.queue.number, columns.traits
     for at in np.flatnonzero(table.tick[live] != due).tolist():
@@ -191,19 +196,25 @@ def of_passings(k: Kernel, columns: Any, composition: Composition, place: Any) -
     for body in np.flatnonzero((inside != traits.inside) & (number != NOBODY)).tolist():
         said = f"body {number[body]} is counted to pass {traits.inside[body]} others"
         yield f"{said}, and passes {inside[body]}"
-    yield from _overlapping(columns, place, {(int(a), int(b)) for a, b in zip(asked.a, asked.b, strict=True)})
+    yield from _overlapping(columns, place, set(asked[["a", "b", "m", "n"]].tolist()))
 
 
-def _overlapping(k: Any, place: Any, passing: set[tuple[int, int]]) -> Iterator[str]:
-    """Two bodies that overlap by more than rounding, and may pass, are passing."""
+def _overlapping(k: Any, place: Any, passing: set[tuple[int, int, int, int]]) -> Iterator[str]:
+    """Two bodies that overlap by more than rounding, through an image, and may pass, pass through it."""
     kinds, kind, radius = k.clock.kinds, k.traits.kind, k.bodies.radius
+    periods = np.array([k.clock.torus.x, k.clock.torus.y])
+    turns = np.column_stack([k.images.kx, k.images.ky]) if len(k.images) else np.zeros((len(place), 2), "i8")
+    steps = list(product(*(range(-1, 2) if period else range(1) for period in periods)))
     for a in np.flatnonzero(k.queue.number >= 0).tolist():
         may = (k.rules.response[kind[a] * (kinds + 1) + kind] == PASS) & (k.queue.number > k.queue.number[a])
-        apart = np.hypot(*(place - place[a]).T) - (radius + radius[a])
-        for b in np.flatnonzero(may & (apart < -1e-9 * (radius + radius[a]))).tolist():
-            if (a, b) not in passing:
-                said = f"bodies {k.queue.number[a]} and {k.queue.number[b]} overlap"
-                yield f"{said} and are not passing each other"
+        nearest = -np.rint((place - place[a]) / np.where(periods > 0.0, periods, math.inf))
+        for step in steps:
+            image = nearest + step
+            apart = np.hypot(*(place - place[a] + image * periods).T) - (radius + radius[a])
+            for b in np.flatnonzero(may & (apart < -1e-9 * (radius + radius[a]))).tolist():
+                if (a, b, *(image[b] - turns[b] + turns[a]).astype(np.int64).tolist()) not in passing:
+                    said = f"bodies {k.queue.number[a]} and {k.queue.number[b]} overlap"
+                    yield f"{said} and are not passing each other"
 
 
 Integers = npt.NDArray[np.int64]
@@ -258,8 +269,7 @@ def complaints(k: Kernel, composition: Composition, delta: float) -> Iterator[Co
 
 
 class _Columns:
-    """A table's columns as attributes, at once: a record array looks a column up by name
-    each time, which would be most of an audit's time."""
+    """A table's columns, at once: a record array looks a column up by name each time, which is slow."""
 
     def __init__(self, table: Records) -> None:
         self._length = len(table)
@@ -410,8 +420,8 @@ def ask_again(k: Kernel, pairs: Pairs, meetings: Integers, walls: Integers) -> N
             a = pairs[pair, 0]
             b = pairs[pair, 1]
             past = not PERIODIC and bodies[a].last == b and bodies[b].last == a
-            if PASSING:
-                past = past or is_passing(k, a, b)
+            if PASSING and not PERIODIC:
+                past = past or is_passing(k, a, b, 0, 0)
             if not past:
                 first = elder(k, a, b)
                 meetings[pair] = meeting(k, first, a + b - first)

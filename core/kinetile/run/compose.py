@@ -18,7 +18,7 @@ from kinetile.kernel.loop.checked import checked
 from kinetile.kernel.loop.commands import obey_alone
 from kinetile.kernel.loop.loop import advance
 from kinetile.kernel.loop.responses import MOST_RESPONSES
-from kinetile.kernel.loop.responses import PASS as PASSES
+from kinetile.kernel.passings import PASS as PASSES
 from kinetile.kernel.skin import too_thick
 from kinetile.kernel.tables import RULE, Records, record_table
 from kinetile.plugin.calling import calling, described
@@ -102,12 +102,6 @@ def read_rules(
         raise Refused(
             f"{broad[0]} is right only while bodies cannot pass through each other, and this scene has kinds "
             "that pass: choose cells, sap-1d, sap-2d or naive"
-        )
-    if passing and scene.periodic:
-        raise Refused(
-            f"this scene has kinds that pass through each other, and is periodic along {scene.periodic}: "
-            "bodies can pass only where no axis is periodic; give those kinds another response than 'pass', "
-            "or the scene walls"
         )
     _check_narrow(narrow, passing, bool(needed))
     names = tuple(dict.fromkeys(response.name for response in meets))

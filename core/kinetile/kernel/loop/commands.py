@@ -22,15 +22,8 @@ from kinetile.kernel.log import BOTTOM, INSERTED, LEFT, REMOVED, RIGHT, TOP, TUR
 from kinetile.kernel.loop import CROWDED, LOG_FULL, NO_REASON
 from kinetile.kernel.loop.bookkeeping import log, log_is_full
 from kinetile.kernel.loop.calendar import move, settle
-from kinetile.kernel.loop.responses import (
-    PASS,
-    ROOM,
-    begin_with_all,
-    crowded,
-    end_all_passings,
-    plan_partings,
-    row_of,
-)
+from kinetile.kernel.loop.responses import ROOM, begin_with_all, crowded, end_all_passings, plan_partings
+from kinetile.kernel.passings import MOST_IMAGES, PASS, row_of
 from kinetile.kernel.tables import NEVER, NOBODY, NOT_ASKED, Kernel, Records, elder, is_there, slot_of
 
 LONG_AGO = -(1 << 62)
@@ -236,8 +229,9 @@ def must_wait(k: Kernel, command: Records) -> int:
     """Return the reason for which a command has to wait, LOG_FULL or CROWDED, or NO_REASON."""
     rows = 1
     if PASSING and command.code == INSERTED:
-        rows += k.clock[0].present
-        if crowded(k, k.clock[0].present):
+        most = k.clock[0].present * (MOST_IMAGES if PERIODIC else 1)
+        rows += most
+        if crowded(k, most):
             return CROWDED
     if PASSING and command.code == REMOVED:
         rows += k.traits[slot_of(k, command.body)].inside

@@ -21,9 +21,9 @@ from kinetile.kernel.loop.responses import (
     begin_passing,
     crowded,
     find_leave,
-    passes,
     plan_partings,
 )
+from kinetile.kernel.passings import passes
 from kinetile.kernel.tables import (
     LATE_CONTACT,
     NOBODY,
@@ -193,7 +193,9 @@ def run_contact(k: Kernel, h: int, at: int) -> tuple[int, int, int, int]:
         if crowded(k, 1):
             return CROWDED, NOTHING, NOBODY, NOBODY
         clock.now = at
-        begin_passing(k, a, b, at)
+        m = k.images[h].m if PERIODIC else 0
+        n = k.images[h].n if PERIODIC else 0
+        begin_passing(k, a, b, at, m, n)
         return NO_REASON, REFRESH, a, b
     clock.now = at
     one = k.bodies[a]

@@ -17,7 +17,8 @@ from typing import Any
 from kinetile.kernel.compiled import hook, larger, smaller, template, to_be_filled_in
 from kinetile.kernel.images import await_through
 from kinetile.kernel.loop.calendar import move
-from kinetile.kernel.loop.responses import have_passed, leaves_out, passes
+from kinetile.kernel.loop.responses import have_passed, leaves_out
+from kinetile.kernel.passings import passes
 from kinetile.kernel.tables import NEVER, NOBODY, Kernel, elder
 
 FAR = 2.0**62 + 2.0**20
@@ -68,7 +69,7 @@ def not_before(at: int, ticks: float) -> int:
 def look_at(k: Kernel, h: int, count: int, at: int) -> None:
     """Take what is in ``k.near[:count]`` into an entry, as seen at a tick before which no contact can be."""
     entry = k.queue[h]
-    if PASSING:
+    if PASSING and not PERIODIC:
         count = leaves_out(k, h, count)
     barred = left_out(k, h)
     known = h
@@ -105,7 +106,7 @@ def look_at(k: Kernel, h: int, count: int, at: int) -> None:
 def meeting(k: Kernel, a: int, b: int) -> int:
     """Return the tick of the first contact of two bodies, or ``NEVER``; ``a`` is the elder. One that lies in
     the past is none, where they pass through each other: they have."""
-    if PASSING and passes(k, a, b):
+    if PASSING and not PERIODIC and passes(k, a, b):
         if have_passed(k, a, b):
             return NEVER
         tick = meet(k, a, b)
@@ -146,7 +147,7 @@ def soonest_exactly(k: Kernel, h: int, count: int, barred: int, known: int) -> t
 def ask_all_exactly(k: Kernel, s: Any, h: int) -> None:
     """Compute the contacts with all that is near a body exactly: bounds could not tell which is first."""
     count = near(k, s, h)
-    if PASSING:
+    if PASSING and not PERIODIC:
         count = leaves_out(k, h, count)
     first, second, who = soonest_exactly(k, h, count, left_out(k, h), h)
     entry = k.queue[h]

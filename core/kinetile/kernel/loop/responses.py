@@ -5,12 +5,13 @@ The table ``k.rules`` has a row for each two kinds and for each kind and a wall.
 A loop for a scene without rules has none of this in it.
 
 A *passing* is a pair that goes through each other, from the tick in which they touch to that in which they
-part. Neither changes a plan, and a passing lasts for a tick at least: so a contact of two that pass, if it
-lies in the past, has had its beginning and its end, and is none that is still to come
-(``predictions.meeting``). A pair that has begun stands in the list of both its bodies (``k.passings``) with
-the tick at which it parts, which is computed exactly, and again whenever one of the two plans changes. The
-parting awaits the elder of the two: its *leave* is the first of those ticks, beside what else its entry in
-the queue awaits. For a pair that is passing no contact is computed.
+part; where an axis is periodic, through one image, and several may last at a time. Neither changes a plan,
+and a passing lasts for a tick at least: so a contact of two that pass, if it lies in the past, has had its
+beginning and its end, and is none that is still to come (``predictions.meeting``). A pair that has begun
+stands in the list of both its bodies (``k.passings``) with the tick at which it parts, which is computed
+exactly, and again whenever one of the two plans changes. The parting awaits the elder of the two: its *leave*
+is the first of those ticks, beside what else its entry in the queue awaits. For a pair that is passing no
+contact is computed; through other images one may be (``images.first_image``).
 
 Every beginning has its end: by parting, or because one of the two goes. Both are rows of the log, the elder
 first where they begin, the younger first where they end.
@@ -23,54 +24,23 @@ from typing import Any
 
 from kinetile.kernel.compiled import disowned, hook, larger, smaller, template, to_be_filled_in
 from kinetile.kernel.flight import since_anchor
+from kinetile.kernel.images import near_zero, remainder, turns_of
 from kinetile.kernel.loop.bookkeeping import count_row, log_passing
 from kinetile.kernel.loop.calendar import settle
 from kinetile.kernel.pairs import follower, link, unlink
+from kinetile.kernel.passings import ELASTIC, FIRST, is_passing, passes, rule_of
 from kinetile.kernel.tables import NEVER, Kernel, Records, elder, is_there
 
 ROOM = 1e-12
 """By how much a body may reach into another, of the sum of their radii, or into a wall, of its own: as in a
 scene (``scene.checks.TOLERANCE``)."""
 
-ELASTIC, PASS, FIRST = range(3)
-
 MOST_RESPONSES = 4
 """Hooks of responses that there can be in a loop."""
 
 RESPONSES = 0
+PERIODIC = False
 respond_1 = respond_2 = respond_3 = respond_4 = collide = touch = bounce = touch_wall = part = to_be_filled_in
-
-
-@hook
-def row_of(kinds: int, one: int, other: int) -> int:
-    """Return the row of the rule for two of ``kinds`` kinds; walls come behind the last kind."""
-    return int(one * (kinds + 1) + other)
-
-
-@hook
-def rule_of(k: Kernel, a: int, b: int) -> int:
-    """Return the row of the rule for the bodies in two slots, or for one and a wall (b below 0)."""
-    kinds = k.clock[0].kinds
-    return row_of(kinds, k.traits[a].kind, k.traits[b].kind if b >= 0 else kinds)
-
-
-@hook
-def passes(k: Kernel, a: int, b: int) -> bool:
-    """Whether two bodies pass through each other."""
-    return bool(k.rules[rule_of(k, a, b)].response == PASS)
-
-
-@hook
-def is_passing(k: Kernel, a: int, b: int) -> bool:
-    """Whether two bodies are passing through each other now; as long as the shorter of their lists."""
-    body = a if k.traits[a].inside < k.traits[b].inside else b
-    pair = k.passers[body]
-    while pair >= 0:
-        record = k.passings[pair]
-        if record.a + record.b == a + b and (record.a == a or record.a == b):
-            return True
-        pair = follower(k.passings, body, pair)
-    return False
 
 
 @hook
@@ -90,13 +60,14 @@ def have_passed(k: Kernel, a: int, b: int) -> bool:
 
 @hook
 def leaves_out(k: Kernel, body: int, count: int) -> int:
-    """Remove from ``k.near[:count]`` the bodies that a body is passing through; return how many stay."""
+    """Remove from ``k.near[:count]`` the bodies that a body is passing through; return how many stay. Not
+    where an axis is periodic: they may meet through other images."""
     if k.traits[body].inside == 0:
         return count
     kept = 0
     for i in range(count):
         other = k.near[i]
-        if other == body or not is_passing(k, body, other):
+        if other == body or not is_passing(k, body, other, 0, 0):
             k.near[kept] = other
             kept += 1
     return kept
@@ -174,18 +145,24 @@ def crowded(k: Kernel, pairs: int) -> bool:
 @template
 def _parts(k: Kernel, record: Records) -> int:
     """Return when a pair parts: a tick after it has begun, at least."""
+    if PERIODIC:
+        torus = k.clock[0].torus
+        torus.m = record.m
+        torus.n = record.n
     return int(larger(part(k, record.a, record.b), record.begun + 1))
 
 
 @template
-def begin_passing(k: Kernel, a: int, b: int, tick: int) -> None:
-    """Begin a passing of two bodies, ``a`` the elder. Before: the table has room."""
+def begin_passing(k: Kernel, a: int, b: int, tick: int, m: int, n: int) -> None:
+    """Begin a passing of two bodies, ``a`` the elder, through an image. Before: the table has room."""
     lists = k.clock[0].lists
     new = lists.passable
     record = k.passings[new]
     lists.passable = record.next_a
     record.a = a
     record.b = b
+    record.m = m
+    record.n = n
     link(k.passings, k.passers, new)
     record.begun = tick
     record.tick = _parts(k, record)
@@ -197,6 +174,12 @@ def begin_passing(k: Kernel, a: int, b: int, tick: int) -> None:
     k.counts[0].contacts_disc += 1
     log_passing(k, tick, a, b)
     count_row(k, tick, a, b)
+
+
+@hook
+def _is_before(one: Records, other: Records) -> bool:
+    """Whether of two passings of the same bodies one is through the image that comes first."""
+    return bool(one.m < other.m or (one.m == other.m and one.n < other.n))
 
 
 @hook
@@ -212,6 +195,8 @@ def find_leave(k: Kernel, body: int) -> int:
             sooner = record.tick < k.traits[body].leave
             if record.tick == k.traits[body].leave:
                 sooner = elder(k, record.b, table[found].b) == record.b
+                if record.b == table[found].b:
+                    sooner = _is_before(record, table[found])
             if sooner:
                 found = pair
                 k.traits[body].leave = record.tick
@@ -260,6 +245,38 @@ def plan_partings(k: Kernel, body: int) -> None:
 
 
 @template
+def begin_through_images(k: Kernel, a: int, b: int, tick: int) -> None:
+    """Begin the passings of two bodies, ``a`` the elder, through each image through which they overlap at a
+    tick: that of the least m first, of these of the least n. Their places are as if anchored there."""
+    torus = k.clock[0].torus
+    one = k.bodies[a]
+    two = k.bodies[b]
+    one_time = since_anchor(k, one, tick)
+    two_time = since_anchor(k, two, tick)
+    one_x = one.x + one.vx * one_time
+    one_y = one.y + one.vy * one_time
+    two_x = two.x + two.vx * two_time
+    two_y = two.y + two.vy * two_time
+    one_kx = turns_of(one_x, torus.x)
+    one_ky = turns_of(one_y, torus.y)
+    two_kx = turns_of(two_x, torus.x)
+    two_ky = turns_of(two_y, torus.y)
+    dx = remainder(two_x, torus.x, two_kx) - remainder(one_x, torus.x, one_kx)
+    dy = remainder(two_y, torus.y, two_ky) - remainder(one_y, torus.y, one_ky)
+    left = int(one_kx - two_kx) + k.images[a].kx - k.images[b].kx
+    down = int(one_ky - two_ky) + k.images[a].ky - k.images[b].ky
+    reach = (one.radius + two.radius) * (1.0 - ROOM)
+    across = 1 if torus.x > 0.0 else 0
+    upwards = 1 if torus.y > 0.0 else 0
+    for m in range(-across, across + 1):
+        for n in range(-upwards, upwards + 1):
+            x = dx + float(m) * torus.x
+            y = dy + float(n) * torus.y
+            if x * x + y * y < reach * reach:
+                begin_passing(k, a, b, tick, left + m, down + n)
+
+
+@template
 def begin_with_all(k: Kernel, body: int, tick: int) -> None:
     """Begin the passings of a new body with all that it overlaps and passes, the eldest first."""
     clock = k.clock[0]
@@ -275,13 +292,20 @@ def begin_with_all(k: Kernel, body: int, tick: int) -> None:
                 dx = (one.x + one.vx * elapsed) - new.x
                 dy = (one.y + one.vy * elapsed) - new.y
                 reach = (one.radius + new.radius) * (1.0 - ROOM)
+                if PERIODIC:  # through which images, if any, is found when they begin
+                    dx = near_zero(dx, k.clock[0].torus.x)
+                    dy = near_zero(dy, k.clock[0].torus.y)
+                    reach = one.radius + new.radius
                 if dx * dx + dy * dy < reach * reach and (next_one < 0 or number < k.queue[next_one].number):
                     next_one = other
         if next_one < 0:
             return
         before = k.queue[next_one].number
         first = elder(k, next_one, body)
-        begin_passing(k, first, next_one + body - first, tick)
+        if PERIODIC:
+            begin_through_images(k, first, next_one + body - first, tick)
+        else:
+            begin_passing(k, first, next_one + body - first, tick, 0, 0)
         settle(k, next_one)
 
 
@@ -294,7 +318,10 @@ def end_all_passings(k: Kernel, body: int, tick: int) -> None:
         while pair >= 0:
             one = k.passings[pair].a + k.passings[pair].b - body
             other = k.passings[found].a + k.passings[found].b - body
-            if k.queue[one].number < k.queue[other].number:
+            sooner = k.queue[one].number < k.queue[other].number
+            if one == other:
+                sooner = _is_before(k.passings[pair], k.passings[found])
+            if sooner:
                 found = pair
             pair = follower(k.passings, body, pair)
         other = k.passings[found].a + k.passings[found].b - body
@@ -309,4 +336,7 @@ def begin_at_start(k: Kernel, pairs: Any) -> None:
     ``advance``."""
     k = disowned(k)
     for at in range(len(pairs)):
-        begin_passing(k, pairs[at, 0], pairs[at, 1], 0)
+        if PERIODIC:
+            begin_through_images(k, pairs[at, 0], pairs[at, 1], 0)
+        else:
+            begin_passing(k, pairs[at, 0], pairs[at, 1], 0, 0, 0)

@@ -43,6 +43,7 @@ from kinetile.kernel.loop import (
 )
 from kinetile.kernel.loop.commands import LONG_AGO
 from kinetile.kernel.loop.responses import begin_at_start
+from kinetile.kernel.passings import MOST_IMAGES
 from kinetile.kernel.skin import Skin, too_thick
 from kinetile.kernel.tables import (
     COMMAND,
@@ -287,7 +288,7 @@ class Engine(Tables):
         elif reason == FASTER:
             self._widen_skin()
         elif reason == CROWDED:
-            room = 2 * int(self.k.clock[0].lists.passings) + len(self.k.bodies) + 64
+            room = 2 * int(self.k.clock[0].lists.passings) + MOST_IMAGES * len(self.k.bodies) + 64
             self.k = layout.more_passings(self.k, room)
             return COMMAND_DUE
         elif reason == COMMAND_DUE:
@@ -424,12 +425,14 @@ class Engine(Tables):
     def _begin_passings(self) -> None:
         """Begins the passings of pairs that overlap at the start, as many as the log has room for."""
         k, pair = self.k, self.composition.pair
-        rows = min(len(k.met), len(k.log) or len(k.met))
+        rows = min(len(k.met), len(k.log) or len(k.met)) // MOST_IMAGES
         now, self._overlapping = self._overlapping[:rows], self._overlapping[rows:]
         if pair is None:
             return
-        self.k = layout.more_passings(k, int(k.clock[0].lists.passings) + len(now) + len(k.bodies))
-        compose(begin_at_start, {"part": pair.part}, f"begin_{self.composition.label}", Kernel)(self.k, now)
+        begun = int(k.clock[0].lists.passings)
+        self.k = layout.more_passings(k, begun + MOST_IMAGES * len(now) + len(k.bodies))
+        parts = {"part": pair.part, "PERIODIC": bool(self.scene.periodic)}
+        compose(begin_at_start, parts, f"begin_{self.composition.label}", Kernel)(self.k, now)
         self.k.clock[0].stops.due = 0  # passings of the start are no events
 
     # Phases prepared anew

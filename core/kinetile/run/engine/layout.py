@@ -20,6 +20,7 @@ from kinetile.kernel.flight import positions_now
 from kinetile.kernel.images import BEAT
 from kinetile.kernel.log import INSERTED
 from kinetile.kernel.loop.commands import LONG_AGO, window_of
+from kinetile.kernel.passings import MOST_IMAGES
 from kinetile.kernel.tables import (
     IMAGE,
     NEVER,
@@ -135,7 +136,7 @@ def _allocated(bodies: int, scene: Scene, composition: Composition) -> Kernel:
     pairs, room = int(composition.broad.pairs), max(int(composition.broad.room), slots)
     rows = LOG_ROWS
     if composition.rules is not None:  # a command may end a passing with every other body
-        rows = max(rows, 2 * slots)
+        rows = max(rows, (2 * MOST_IMAGES if scene.periodic else 2) * slots)
     try:
         k = allocate(slots, room, rows, composition.alike)
         if pairs:
@@ -188,10 +189,12 @@ def more_passings(k: Kernel, room: int) -> Kernel:
 
 
 def overlapping(scene: Scene) -> npt.NDArray[np.int64]:
-    """Returns (m, 2) the bodies that overlap at the start, the elder first, in their order."""
+    """Returns (m, 2) the bodies that overlap at the start, the elder first, in their order; where an axis is
+    periodic those that may: ``responses.begin_through_images`` decides that for each image."""
     if not scene.responses:
         return np.zeros((0, 2), dtype=np.int64)
-    overlaps = overlapping_images(scene.position, scene.radius, scene.periods, TOLERANCE)
+    tolerance = 0.0 if scene.periodic else TOLERANCE
+    overlaps = overlapping_images(scene.position, scene.radius, scene.periods, tolerance)
     found = [*overlaps, np.zeros((0, 2), dtype=np.int64)]
     pairs = np.concatenate(found)
     return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]

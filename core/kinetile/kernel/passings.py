@@ -1,0 +1,51 @@
+"""Which pairs pass through each other: by the rules of the scene, and now.
+
+A *passing* is a pair through one image (0, 0 where no axis is periodic): two bodies may be passing through
+each other through several images at a time (docs/specification.md, rules 11 and 11p).
+"""
+
+from __future__ import annotations
+
+from kinetile.kernel.compiled import hook
+from kinetile.kernel.pairs import follower
+from kinetile.kernel.tables import Kernel
+
+ELASTIC, PASS, FIRST = range(3)
+"""Responses, as rows of ``k.rules`` name them; hooks of responses are numbered from ``FIRST`` on."""
+
+MOST_IMAGES = 4
+"""Images through which two bodies can overlap at a time: each is less wide than a period, so two an axis."""
+
+
+@hook
+def row_of(kinds: int, one: int, other: int) -> int:
+    """Return the row of the rule for two of ``kinds`` kinds; walls come behind the last kind."""
+    return int(one * (kinds + 1) + other)
+
+
+@hook
+def rule_of(k: Kernel, a: int, b: int) -> int:
+    """Return the row of the rule for the bodies in two slots, or for one and a wall (b below 0)."""
+    kinds = k.clock[0].kinds
+    return row_of(kinds, k.traits[a].kind, k.traits[b].kind if b >= 0 else kinds)
+
+
+@hook
+def passes(k: Kernel, a: int, b: int) -> bool:
+    """Whether two bodies pass through each other. Before: the scene has rules."""
+    return bool(k.rules[rule_of(k, a, b)].response == PASS)
+
+
+@hook
+def is_passing(k: Kernel, a: int, b: int, m: int, n: int) -> bool:
+    """Whether two bodies are passing through each other now, through this image; as long as the shorter of
+    their lists."""
+    body = a if k.traits[a].inside < k.traits[b].inside else b
+    pair = k.passers[body]
+    while pair >= 0:
+        record = k.passings[pair]
+        if record.a + record.b == a + b and (record.a == a or record.a == b):  # noqa: SIM102 - inlined
+            if record.m == m and record.n == n:
+                return True
+        pair = follower(k.passings, body, pair)
+    return False
