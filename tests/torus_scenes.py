@@ -71,7 +71,9 @@ def with_passing(scene: kt.Scene, seed: int) -> kt.Scene:
     for a in range(len(scene)):  # some begin on top of each other
         for b in range(a):
             if kind[a] == kind[b] == "wisp" and len(passing) == 2 and rng.random() < 0.5:
-                places[a] = [places[b][0] + rng.choice((0.0, 0.25)) * radii[b], places[b][1]]
+                aside = rng.choice((0.0, 0.25)) * radii[b]
+                away = [side * rng.randrange(-1, 2) for side in scene.periods]
+                places[a] = [places[b][0] + aside + away[0], places[b][1] + away[1]]
     frame = {"arena": scene.arena, "periodic": scene.periodic, "kind": kind, "unit": unit}
     said = {"responses": dict.fromkeys(passing, "pass"), "kinds": ("ball", "wisp")}
     try:

@@ -57,6 +57,22 @@ def test_passings_are_those_of_rationals(seed):
 
 
 @pytest.mark.small
+def test_two_that_pass_through_two_images_at_once():
+    """They overlap through the images -1 and 0, and 0 and 1 once the second is written a period away."""
+    for away in (0.0, -1.0):
+        kinds = {"kind": ["wisp"] * 2, "responses": {("wisp", "wisp"): "pass"}, "unit": 1.0}
+        places = [(0.0, 0.0), (0.5 + away, 0.0)]
+        scene = kt.Scene(places, [(0, 1), (0, -1)], 0.3, arena=(1, 4), periodic="xy", **kinds)
+        reference = Torus(scene)
+        reference.run(12, 8 << 52)
+        assert len(reference.contacts) == 12
+        for phase in PHASES:
+            sim = kt.Simulation(scene, phase, audit=1)
+            sim.run(max_contacts=12)
+            assert rows(sim) == reference.contacts
+
+
+@pytest.mark.small
 @pytest.mark.parametrize("seed", first(2, range(200)))
 def test_bodies_that_pass_come_and_go(seed):
     """And are saved and restored while they pass."""

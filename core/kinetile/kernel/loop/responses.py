@@ -177,12 +177,6 @@ def begin_passing(k: Kernel, a: int, b: int, tick: int, m: int, n: int) -> None:
 
 
 @hook
-def _is_before(one: Records, other: Records) -> bool:
-    """Whether of two passings of the same bodies one is through the image that comes first."""
-    return bool(one.m < other.m or (one.m == other.m and one.n < other.n))
-
-
-@hook
 def find_leave(k: Kernel, body: int) -> int:
     """Return the first pair to part among those of which a body is the elder, or -1; note its tick."""
     table = k.passings
@@ -195,8 +189,6 @@ def find_leave(k: Kernel, body: int) -> int:
             sooner = record.tick < k.traits[body].leave
             if record.tick == k.traits[body].leave:
                 sooner = elder(k, record.b, table[found].b) == record.b
-                if record.b == table[found].b:
-                    sooner = _is_before(record, table[found])
             if sooner:
                 found = pair
                 k.traits[body].leave = record.tick
@@ -247,7 +239,7 @@ def plan_partings(k: Kernel, body: int) -> None:
 @template
 def begin_through_images(k: Kernel, a: int, b: int, tick: int) -> None:
     """Begin the passings of two bodies, ``a`` the elder, through each image through which they overlap at a
-    tick: that of the least m first, of these of the least n. Their places are as if anchored there."""
+    tick; their places are as if anchored there. In which order shows nowhere."""
     torus = k.clock[0].torus
     one = k.bodies[a]
     two = k.bodies[b]
@@ -318,10 +310,7 @@ def end_all_passings(k: Kernel, body: int, tick: int) -> None:
         while pair >= 0:
             one = k.passings[pair].a + k.passings[pair].b - body
             other = k.passings[found].a + k.passings[found].b - body
-            sooner = k.queue[one].number < k.queue[other].number
-            if one == other:
-                sooner = _is_before(k.passings[pair], k.passings[found])
-            if sooner:
+            if k.queue[one].number < k.queue[other].number:
                 found = pair
             pair = follower(k.passings, body, pair)
         other = k.passings[found].a + k.passings[found].b - body
