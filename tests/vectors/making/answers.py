@@ -9,6 +9,9 @@ from .contacts import FAMILIES
 from .draws import Draws
 from .others import Impact, Moment, Moved, Pace, WallQuestion, impacts, moments, moved, paces, walls
 from .rules import anchored, exchange, meeting, tick_of, unit_exponent, wall_contact
+from .shapes import FAMILIES as OF_SHAPES
+from .shapes import Body, Question
+from .shapes import meeting as shapes_meeting
 from .writing import Row, number, numbers, plan, table
 
 __all__ = ["files"]
@@ -44,11 +47,38 @@ def files() -> dict[str, str]:
         "times.json": table(
             "Rule 3: the tick of a time.", (e, "start", "time", "tick"), _answered(moments(), _tick)
         ),
+        "shapes.json": table(
+            "Rule 5s: when two bodies a and b of convex shapes meet, and at which feature.",
+            (
+                e,
+                "a: core, radius, plan",
+                "b: core, radius, plan",
+                "tick, face or corner, its number; or null",
+            ),
+            {name: _of_shapes(name) for name in OF_SHAPES},
+        ),
     }
 
 
 def _answered(families: Mapping[str, Sequence[Q]], row: Callable[[Q], Row]) -> dict[str, list[Row]]:
     return {name: [row(asked) for asked in questions] for name, questions in families.items()}
+
+
+def _of_shapes(family: str) -> list[Row]:
+    sampler, count = OF_SHAPES[family]
+    d = Draws("shapes, " + family)
+    return [_shapes(sampler(d)) for _ in range(count)]
+
+
+def _shapes(asked: Question) -> Row:
+    met = shapes_meeting(asked)
+    answer = None if met is None else [str(met.tick), met.kind, met.number]
+    return asked.e, _body(asked.one), _body(asked.two), answer
+
+
+def _body(of: Body) -> Row:
+    flight = [*numbers(of.x, of.y, of.vx, of.vy), str(of.anchor)]
+    return [numbers(*corner) for corner in of.core], number(of.radius), flight
 
 
 def _contacts(name: str) -> str:

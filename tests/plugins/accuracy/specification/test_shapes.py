@@ -6,10 +6,13 @@ velocities lie on lattices, so that corners are met, faces slid along and discs 
 
 from __future__ import annotations
 
+import json
 import math
 import random
 from collections import Counter
 from fractions import Fraction
+from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -232,6 +235,36 @@ def test_faces_and_corners_have_numbers() -> None:
     assert [face.normal for face in line.faces] == [(0, 3), (0, -3)]
     assert line.radius == 1.5
     assert rules.Difference(kt.disc(1.0), kt.disc(1.0)).faces == []
+
+
+VECTORS = json.loads((Path(__file__).parents[3] / "vectors" / "shapes.json").read_text())["families"]
+double = float.fromhex
+
+
+def read(body: list[Any], frame: Frame) -> tuple[kt.Shape, FlightPlan]:
+    """Return the shape and the plan of a body of the vectors."""
+    core, radius, (*numbers, anchor) = body
+    shape = kt.polygon([(double(x), double(y)) for x, y in core], double(radius))
+    x, y, vx, vy = map(double, numbers)
+    return shape, FlightPlan(x, y, vx, vy, int(anchor), 1.0, frame)
+
+
+@pytest.mark.parametrize("family", VECTORS)
+def test_contacts_are_those_of_the_vectors(family: str) -> None:
+    for e, a, b, answer in VECTORS[family]:
+        frame = Frame(None, e)
+        (one, plan), (two, other_plan) = read(a, frame), read(b, frame)
+        found = rules.contact((one, two), plan, other_plan)
+        assert (found and [str(found.tick), *found.feature]) == answer
+        back = rules.contact((two, one), other_plan, plan)
+        assert (back and back.tick) == (found and found.tick)
+
+
+def test_vectors_are_many_of_each_kind() -> None:
+    rows = [row for family in VECTORS.values() for row in family]
+    answers = Counter(answer and answer[1] for *_, answer in rows)
+    assert len(rows) >= 4000
+    assert min(answers[kind] for kind in (None, "face", "corner")) > 800
 
 
 def test_lines_of_exchange_round_once() -> None:
