@@ -23,8 +23,20 @@ from kinetile.scene.by_name import loads_scene
 from kinetile.scene.files import dumps_scene
 from kinetile_conformance.strategies.living import ruled_scenes
 
-ARRAYS = ("position", "velocity", "radius", "mass", "kind_numbers")
-VALUES = ("arena", "commands", "turns", "start", "unit", "time_unit", "kind", "kinds", "responses", "meets")
+ARRAYS = ("position", "velocity", "radius", "mass", "kind_numbers", "shape")
+VALUES = (
+    "arena",
+    "commands",
+    "turns",
+    "start",
+    "unit",
+    "time_unit",
+    "kind",
+    "kinds",
+    "responses",
+    "meets",
+    "shapes",
+)
 
 
 def everything(scene: kt.Scene) -> tuple[Any, ...]:

@@ -57,6 +57,8 @@ class Query:
         self.v = tuple((b - a) / pace for a, b in zip(self.d, to, strict=True))
         if draw.random() < 0.4:
             self.v = draw.choice(((self.v[0], Fraction(0)), (Fraction(0), self.v[1]), (step, step)))
+        if draw.random() < 0.2:  # it has gone by
+            self.d = self.at(draw.choice((1, 2)) * pace)
         if draw.random() < 0.2:  # on the outline, or in it
             x, y = draw.choice(self.corners)
             self.d = x + draw.choice(EDGES) * self.radius, y + draw.choice(EDGES) * self.radius
@@ -222,8 +224,20 @@ def test_boxes_meet_where_division_says() -> None:
     assert met(1.0 - 2.0**-52, 0.0, 2.0**-60, -1.0) is None
     assert met(0.5, 0.5, -1.0, 1.0) is None, "as deep at two faces, and out over one"
     assert met(0.5, 0.5, -1.0, -2.0) == (7, "face", 0)
-    assert met(2.0, 0.0, -(2.0**-62), 0.0) is None, "later than any plan"
-    assert HORIZON == 1 << 62
+    late = 2.0**-10  # 2^62 ticks for the length of a box
+    assert met(2.0, 0.0, -late, 0.0) is None, "later than any plan"
+    assert met(2.0 - 2.0**-52, 0.0, -late, 0.0) == (7 + HORIZON - 1024, "face", 0)
+
+
+def test_what_has_gone_by_is_not_met_again() -> None:
+    m = rules.Difference(kt.capsule((0.0, 0.0), (8.0, 0.0), 0.5), kt.disc(0.5))
+    v = Fraction(1, 8), Fraction(-1, 64)
+    over = (Fraction(15, 2), Fraction(1)), v
+    assert rules.entry(m, *over) == rules.Contact(0, rules.Feature("face", 0))
+    left = tuple(x + 24 * w for x, w in zip(*over, strict=True)), v  # less than R above the line of the face
+    assert rules.entry(m, *left) is None
+    assert rules.exit_(m, *left) == 0
+    assert rules.exit_(m, *over) == 7
 
 
 def test_faces_and_corners_have_numbers() -> None:
