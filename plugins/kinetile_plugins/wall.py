@@ -1,4 +1,4 @@
-"""The narrow phase of a disc and the arena's four walls.
+"""The narrow phase of a disc, or an upright box, and the arena's four walls.
 
 The kernel holds one wall certificate a body: the first wall that its present plan reaches. It is asked again
 only when the plan changes, so no broad phase need know that there are walls.
@@ -11,6 +11,7 @@ follows at the same tick.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 from kinetile.errors import Refused
 from kinetile.kernel.certificates.wall import reaches
@@ -27,17 +28,30 @@ from kinetile.toolbox import (
     hook,
     unchecked,
 )
+from kinetile_plugins.boxes import demand_boxes
 
 
 @hook
-def after(k: Kernel, body: Records, far: float, near: float, speed: float) -> int:
-    """Return the tick at which the gap between two coordinates, less the radius, closes; or ``NEVER``."""
+def of_disc(body: Records) -> tuple[float, float]:
+    """Return how far a disc reaches along x and along y."""
+    return body.radius, body.radius
+
+
+@hook
+def of_box(body: Records) -> tuple[float, float]:
+    """Return the same of a box or a disc in a scene with shapes: one of each sum is 0 (rule 6s)."""
+    return body.half_width + body.margin, body.half_height + body.margin
+
+
+@hook
+def after(k: Kernel, body: Records, extent: float, far: float, near: float, speed: float) -> int:
+    """Return the tick at which the gap between two coordinates, less an extent, closes; or ``NEVER``."""
     clock = k.clock[0]
-    delay = reaches(far, near, body.radius, abs(speed), clock.tick, clock.per_time)
+    delay = reaches(far, near, extent, abs(speed), clock.tick, clock.per_time)
     return int(body.anchor + delay) if delay != NEVER else NEVER
 
 
-def _walls(x: bool, y: bool) -> Callable[[Kernel, Records], tuple[int, int]]:
+def _walls(x: bool, y: bool, extent: Callable[..., tuple[float, float]] = of_disc) -> Callable[..., Any]:
     """Returns the hook ``reach_wall`` for walls at the ends of these axes."""
 
     @unchecked
@@ -45,15 +59,16 @@ def _walls(x: bool, y: bool) -> Callable[[Kernel, Records], tuple[int, int]]:
     def reach_wall(k: Kernel, body: Records) -> tuple[int, int]:
         """Return (tick, wall) of the first contact of a body with a wall; ``NEVER`` where there is none."""
         limits = k.clock[0].limits
+        across, along = extent(body)
         tick = NEVER
         wall = LEFT
         if x and body.vx != 0.0:
             left = body.vx < 0.0
-            tick = after(k, body, body.x if left else limits.width, 0.0 if left else body.x, body.vx)
+            tick = after(k, body, across, body.x if left else limits.width, 0.0 if left else body.x, body.vx)
             wall = LEFT if left else RIGHT
         if y and body.vy != 0.0:
             low = body.vy < 0.0
-            other = after(k, body, body.y if low else limits.height, 0.0 if low else body.y, body.vy)
+            other = after(k, body, along, body.y if low else limits.height, 0.0 if low else body.y, body.vy)
             if other < tick:
                 tick = other
                 wall = BOTTOM if low else TOP
@@ -87,39 +102,44 @@ def reach_wall_of_some_axis(k: Kernel, body: Records) -> tuple[int, int]:
     return above(k, body) if torus.y == 0.0 else (NEVER, LEFT)
 
 
-@unchecked
-@hook
-def bounce(k: Kernel, body: Records, wall: int) -> float:
-    """Turn the velocity away from the wall; return how deep the body is in it."""
-    limits = k.clock[0].limits
-    if wall == LEFT:
-        body.vx = -body.vx
-        return float(body.radius - body.x)
-    if wall == RIGHT:
-        body.vx = -body.vx
-        return float(body.radius - (limits.width - body.x))
-    body.vy = -body.vy
-    if wall == BOTTOM:
-        return float(body.radius - body.y)
-    return float(body.radius - (limits.height - body.y))
+def _answers(extent: Callable[..., tuple[float, float]]) -> tuple[Callable[..., Any], Callable[..., Any]]:
+    """Returns the hooks ``bounce`` and ``touch``."""
+
+    @unchecked
+    @hook
+    def touch(k: Kernel, body: Records, wall: int) -> tuple[float, float, float]:
+        """Return the normal into the wall, and how deep the body is in it."""
+        limits = k.clock[0].limits
+        across, along = extent(body)
+        if wall == LEFT:
+            return -1.0, 0.0, float(across - body.x)
+        if wall == RIGHT:
+            return 1.0, 0.0, float(across - (limits.width - body.x))
+        if wall == BOTTOM:
+            return 0.0, -1.0, float(along - body.y)
+        return 0.0, 1.0, float(along - (limits.height - body.y))
+
+    @unchecked
+    @hook
+    def bounce(k: Kernel, body: Records, wall: int) -> float:
+        """Turn the velocity away from the wall; return how deep the body is in it."""
+        _, _, depth = touch(k, body, wall)
+        if wall == LEFT or wall == RIGHT:  # noqa: PLR1714, SIM109 - no tuple in a hook
+            body.vx = -body.vx
+        else:
+            body.vy = -body.vy
+        return float(depth)
+
+    return bounce, touch
 
 
-@unchecked
-@hook
-def touch(k: Kernel, body: Records, wall: int) -> tuple[float, float, float]:
-    """Return the normal into the wall, and how deep the body is in it."""
-    limits = k.clock[0].limits
-    if wall == LEFT:
-        return -1.0, 0.0, float(body.radius - body.x)
-    if wall == RIGHT:
-        return 1.0, 0.0, float(body.radius - (limits.width - body.x))
-    if wall == BOTTOM:
-        return 0.0, -1.0, float(body.radius - body.y)
-    return 0.0, 1.0, float(body.radius - (limits.height - body.y))
+bounce, touch = _answers(of_disc)
+shaped_walls = _walls(True, True, of_box)
+bounce_box, touch_box = _answers(of_box)
 
 
 class Wall:
-    """Elastic contact of a disc with the walls of a rectangular arena.
+    """Elastic contact of a disc, or of an upright box, with the walls of a rectangular arena.
 
     Args:
         general: the same parts for scenes without an arena, and the same for all periodic axes, so that they
@@ -131,6 +151,9 @@ class Wall:
 
     def prepare(self, scene: Scene) -> WallParts:
         """Returns the parts; refuses a scene without walls, unless they are general."""
+        if scene.shapes and scene.arena is not None:
+            demand_boxes("wall", scene)
+            return WallParts(reach_wall=shaped_walls, bounce=bounce_box, touch=touch_box, shapes=True)
         if self.general:
             reach = reach_wall_of_some_axis if scene.periodic else reach_wall_if_any
             return WallParts(reach_wall=reach, bounce=bounce, touch=touch, periodic=True)

@@ -55,6 +55,17 @@ BODY = np.dtype(
     ],
     align=True,
 )
+SHAPED = np.dtype(
+    [
+        *((name, BODY[name]) for name in BODY.names),  # type: ignore[union-attr]
+        ("half_width", "f8"),  # of a box; 0 for a disc
+        ("half_height", "f8"),
+        ("margin", "f8"),  # the radius around its core: 0 for a box
+    ],
+    align=True,
+)
+"""A body where not all are discs. Its ``radius`` is that of the circle that holds it."""
+
 ENTRY = np.dtype(
     [
         ("key", "i8"),  # the tick that the body is filed under in the calendar: the first of the next three
@@ -321,13 +332,14 @@ def equal(number: float, length: int) -> npt.NDArray[np.float64]:
     return as_strided(np.full(1, number), (length,), (0,))
 
 
-def allocate(bodies: int, near: int, log_rows: int, alike: bool = False) -> Kernel:
+def allocate(bodies: int, near: int, log_rows: int, alike: bool = False, shaped: bool = False) -> Kernel:
     """Return tables for ``bodies`` bodies, numbered as their slots are, with room for ``near`` answers of
-    ``near`` and for ``log_rows`` rows of the log; ``alike``: their masses and radii are and stay equal."""
+    ``near`` and for ``log_rows`` rows of the log; ``alike``: their masses and radii are and stay equal;
+    ``shaped``: not all are discs."""
     per_body = 4 if bodies < MANY else 2
     slices = 1 << max(6, (per_body * bodies - 1).bit_length())
     k = Kernel(
-        bodies=record_table(BODY, bodies),
+        bodies=record_table(SHAPED if shaped else BODY, bodies),
         mass=equal(1.0, bodies) if alike else np.ones(bodies),
         radii=equal(0.0, bodies) if alike else np.zeros(bodies),
         places=record_table(PLACE, bodies),

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple, cast, overload
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import FAULTS, BadOption, BusyError
+from kinetile.errors import FAULTS, BadOption, BusyError, Refused
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.compiled import is_cached
 from kinetile.kernel.flight import positions_now
@@ -812,7 +812,13 @@ class Simulation:
         return Moment(engine.k, engine.taken.astype(np.int64), engine.clock, self.composition)
 
     def _among(self, kinds: Kind | Iterable[Kind] | None) -> Moment:
-        """Returns the present moment, with the bodies of these kinds alone; ValueError for what is none."""
+        """Returns the present moment, with the bodies of these kinds alone; ValueError for what is none, and
+        Refused where not all bodies are discs."""
+        if self.scene.shapes:
+            raise Refused(
+                "cast, bodies_in, bodies_near and ray know discs alone so far, and this scene has shapes: "
+                "next_contact and next_contact_of can be asked"
+            )
         moment = self._moment()
         if kinds is None:
             return moment

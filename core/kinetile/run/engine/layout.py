@@ -64,6 +64,10 @@ def tables_of(scene: Scene, composition: Composition, unit: float) -> Kernel:
     bodies.vx, bodies.vy = scene.velocity.T
     bodies.radius = k.radii[:n] = scene.radius
     bodies.last = NOBODY
+    if scene.shapes:
+        reaches = np.array([each.reaches for each in scene.shapes])[scene.shape]
+        bodies.margin = np.array([each.radius for each in scene.shapes])[scene.shape]
+        bodies.half_width, bodies.half_height = reaches[:, 1] - bodies.margin, reaches[:, 3] - bodies.margin
     k.mass[:n] = scene.mass
     if len(k.rules):
         k.traits.kind[:n] = scene.kind_numbers
@@ -138,7 +142,7 @@ def _allocated(bodies: int, scene: Scene, composition: Composition) -> Kernel:
     if composition.rules is not None:  # a command may end a passing with every other body
         rows = max(rows, (2 * MOST_IMAGES if scene.periodic else 2) * slots)
     try:
-        k = allocate(slots, room, rows, composition.alike)
+        k = allocate(slots, room, rows, composition.alike, bool(scene.shapes))
         if pairs:
             k = pair_set(k, pairs)
         if scene.periodic:

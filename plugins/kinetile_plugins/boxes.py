@@ -1,0 +1,189 @@
+"""The narrow phase of upright boxes, of discs among them, and of both.
+
+Bodies do not rotate. When two of them touch is decided exactly, an axis at a time
+(``kinetile.kernel.certificates.boxes``; docs/specification.md, rule 5s). What follows is rule 9s: they exchange
+momentum across the face at which they touch, so that of two boxes one component of the velocities changes
+alone, or along the line from a corner to the disc.
+
+Lower bounds are those of the circles that hold the bodies.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from kinetile.errors import Refused
+from kinetile.kernel.certificates.boxes import boxes_touch, disc_touches_box
+from kinetile.kernel.certificates.contact import first_touch
+from kinetile.scene import Scene
+from kinetile.toolbox import NEVER, TOO_DEEP, Kernel, PairParts, blame, hook, since_anchor, unchecked
+from kinetile_plugins.disc import bounds, exchange
+
+SHAPES = ("box", "disc")
+
+soonest = bounds(held=True)
+
+
+def demand_boxes(phase: str, scene: Scene) -> None:
+    """Raises Refused for a scene with bodies of other shapes than upright boxes and discs."""
+    there = dict.fromkeys(scene.shapes[each].kind for each in scene.shape.tolist())
+    others = [kind for kind in there if kind not in SHAPES]
+    if others:
+        raise Refused(
+            f"{phase} takes upright boxes and discs, and this scene has bodies of another shape "
+            f"({', '.join(others)}): no narrow phase takes them yet"
+        )
+
+
+@hook
+def is_disc(k: Kernel, body: int) -> bool:
+    """Whether a body is a disc, not a box."""
+    return bool(k.bodies[body].margin > 0.0)
+
+
+@hook
+def line_of(k: Kernel, a: int, b: int, dx: float, dy: float) -> tuple[float, float, float]:
+    """Return the normal from a to b across which two bodies touch whose places differ by (dx, dy), of length
+    1, and how deep they overlap (rule 9s)."""
+    one = k.bodies[a]
+    two = k.bodies[b]
+    width = one.half_width + two.half_width
+    height = one.half_height + two.half_height
+    margin = one.margin + two.margin
+    beside = abs(dx) - width
+    above = abs(dy) - height
+    if margin > 0.0 and beside > 0.0 and above > 0.0:
+        x = dx - (width if dx > 0.0 else -width)
+        y = dy - (height if dy > 0.0 else -height)
+        distance = math.sqrt(x * x + y * y)
+        return x / distance, y / distance, margin - distance
+    closes_x = dx * (two.vx - one.vx) < 0.0
+    closes_y = dy * (two.vy - one.vy) < 0.0
+    across = beside >= above
+    if margin == 0.0 and closes_x != closes_y:
+        across = closes_x
+    if across:
+        return (1.0 if dx > 0.0 else -1.0), 0.0, margin - beside
+    return 0.0, (1.0 if dy > 0.0 else -1.0), margin - above
+
+
+@unchecked
+@hook
+def touch(k: Kernel, a: int, b: int) -> tuple[float, float, float]:
+    """Return the normal from a to b at which they touch, and how deep they overlap."""
+    one = k.bodies[a]
+    two = k.bodies[b]
+    return line_of(k, a, b, two.x - one.x, two.y - one.y)
+
+
+@unchecked
+@hook
+def collide(k: Kernel, a: int, b: int) -> float:
+    """Exchange momentum along the normal, elastically; return how deep the two overlap."""
+    nx, ny, depth = touch(k, a, b)
+    exchange(k, a, b, nx, ny)
+    return float(depth)
+
+
+def _meet(discs: bool, boxes: bool) -> Callable[..., Any]:
+    """Returns the hook ``meet`` for bodies among which there are two discs, or two boxes."""
+
+    @unchecked
+    @hook
+    def meet(k: Kernel, a: int, b: int) -> int:
+        """Return the tick of the first contact of two bodies, or ``NEVER``."""
+        clock = k.clock[0]
+        early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
+        late = a + b - early
+        one = k.bodies[early]
+        two = k.bodies[late]
+        since = two.anchor
+        elapsed = since - one.anchor
+        if discs and is_disc(k, a) and is_disc(k, b):
+            delay = first_touch(
+                one.x,
+                one.y,
+                one.vx,
+                one.vy,
+                elapsed,
+                two.x,
+                two.y,
+                two.vx,
+                two.vy,
+                one.margin,
+                two.margin,
+                clock.tick,
+                clock.per_time,
+            )
+        elif boxes and not is_disc(k, a) and not is_disc(k, b):
+            delay = boxes_touch(
+                one.x,
+                one.y,
+                one.vx,
+                one.vy,
+                elapsed,
+                two.x,
+                two.y,
+                two.vx,
+                two.vy,
+                one.half_width,
+                two.half_width,
+                one.half_height,
+                two.half_height,
+                clock.tick,
+                clock.per_time,
+            )
+        else:
+            delay = disc_touches_box(
+                one.x,
+                one.y,
+                one.vx,
+                one.vy,
+                elapsed,
+                two.x,
+                two.y,
+                two.vx,
+                two.vy,
+                one.half_width + two.half_width,
+                one.half_height + two.half_height,
+                one.margin + two.margin,
+                clock.tick,
+                clock.per_time,
+            )
+        if delay == NEVER:
+            return NEVER
+        if delay == 0:
+            time = since_anchor(k, one, since)
+            dx = two.x - (one.x + one.vx * time)
+            dy = two.y - (one.y + one.vy * time)
+            _, _, depth = line_of(k, early, late, dx, dy)
+            if depth > clock.limits.tolerance + 1e-9 * (one.radius + two.radius):
+                blame(k, TOO_DEEP, a, b)
+        return int(since + delay)
+
+    return meet
+
+
+MEET = {(discs, boxes): _meet(discs, boxes) for discs in (False, True) for boxes in (False, True)}
+
+
+class Boxes:
+    """Elastic contact of upright boxes and discs.
+
+    Args:
+        general: the same parts for all scenes, so that they share one compiled loop.
+    """
+
+    def __init__(self, general: bool = False) -> None:
+        self.general = general
+
+    def prepare(self, scene: Scene) -> PairParts:
+        """Returns the parts; refuses a scene of discs alone, and one with other shapes."""
+        if not scene.shapes:
+            raise Refused("boxes is for scenes with shapes, and all bodies of this one are discs: choose disc")
+        demand_boxes("boxes", scene)
+        discs = sum(scene.shapes[each].is_disc for each in scene.shape.tolist())
+        several = (self.general or discs > 1, self.general or len(scene) - discs > 1)
+        return PairParts(meet=MEET[several], collide=collide, soonest=soonest, touch=touch, shapes=True)
