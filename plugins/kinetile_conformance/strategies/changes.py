@@ -14,7 +14,7 @@ import numpy.typing as npt
 from kinetile.scene import Insert, Scene, Turn
 from kinetile_conformance.cases import horizon
 
-COLUMNS = ("position", "velocity", "radius", "mass")
+COLUMNS = ("position", "velocity", "mass")
 
 
 def changed(scene: Scene, **fields: Any) -> Scene:
@@ -28,7 +28,8 @@ def only_bodies(scene: Scene, kept: npt.NDArray[np.integer]) -> Scene:
     new = {int(old): number for number, old in enumerate(kept)}
     coming = {command.body for command in scene.commands if isinstance(command, Insert)}
     new |= {body: body - len(scene) + len(kept) for body in coming}
-    fields: dict[str, Any] = {name: getattr(scene, name)[kept] for name in COLUMNS}
+    columns = (*COLUMNS, "shape" if scene.shapes else "radius")
+    fields: dict[str, Any] = {name: getattr(scene, name)[kept] for name in columns}
     commands = [each._replace(body=new[each.body]) for each in scene.commands if each.body in new]
     return changed(scene, **fields, kind=[scene.kind[body] for body in kept], commands=commands)
 

@@ -25,6 +25,7 @@ from kinetile.scene.by_name import loads_scene
 from kinetile.scene.differences import core_difference, is_closer
 from kinetile.scene.files import dumps_scene
 from kinetile.show.picture import picture_of_scene
+from kinetile_conformance.strategies.changes import without
 from kinetile_plugins.disc import Disc
 from registering import registered
 
@@ -370,6 +371,12 @@ def test_replace_keeps_shapes_and_never_makes_discs_of_them() -> None:
     assert plain.replace(shape=[0, 1, 2, 3], shapes=SHAPES) == made
     assert plain.replace(shape=kt.disc(0.25)) == plain
     assert plain.replace(mass=2.0).radius.tolist() == [0.25] * 4
+
+
+def test_a_scene_without_a_body_keeps_the_shapes_of_the_others() -> None:
+    fewer = without(scene(), 1)
+    assert fewer.shapes == SHAPES
+    assert fewer.shape.tolist() == [0, 2, 3]
 
 
 class Circles:

@@ -15,11 +15,20 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import kinetile as kt
 from kinetile.scene.differences import Exact, core_difference, cross, dot, is_closer, less
 from kinetile_accuracy.specification import shapes as rules
-from kinetile_accuracy.specification.arithmetic import HORIZON, FlightPlan, Frame, pair_tick, wall_tick
+from kinetile_accuracy.specification.arithmetic import (
+    HORIZON,
+    FlightPlan,
+    Frame,
+    exchanged,
+    pair_tick,
+    wall_tick,
+)
 
 LATTICES = (1.0, 0.5, 1 / 16, 2.0**-20)
 EDGES = (-1, 0, 1)
@@ -291,6 +300,20 @@ def test_lines_of_exchange_round_once() -> None:
     dx, dy = rules.line(m, rules.Feature("corner", k), places)
     assert dx == (0.7 - 0.1) - float(Fraction(0.3) - Fraction(0.1))
     assert dy == (0.9 - 0.2) - float(Fraction(0.7) - Fraction(0.2))
+
+
+@given(*[st.floats(-1e6, 1e6)] * 4, st.sampled_from([None, (1.0, 3.0)]))
+def test_at_an_upright_face_one_component_changes(
+    vxa: float, vya: float, vxb: float, vyb: float, masses: tuple[float, float] | None
+) -> None:
+    m = rules.Difference(kt.box(0.1, 0.3), kt.box(0.7, 0.2))
+    for number, axis in enumerate((0, 0, 1, 1)):
+        away = rules.line(m, rules.Feature("face", number), ((0.0, 0.0), (0.0, 0.0)))
+        found = exchanged(((0.0, 0.0), away), ((vxa, vya), (vxb, vyb)), masses)
+        assert (found[0][1 - axis], found[1][1 - axis]) == ((vya, vyb), (vxa, vxb))[axis]
+        if masses is None:
+            one, two = ((vxa, vxb), (vya, vyb))[axis]
+            assert (found[0][axis], found[1][axis]) == (one + (two - one), two - (two - one))
 
 
 def test_walls_are_met_with_the_reach_to_their_side() -> None:
