@@ -51,7 +51,10 @@ def kinetile_narrow_phases() -> list[NarrowPhaseSpec]:
     return [
         NarrowPhaseSpec("disc", "kinetile_plugins.disc:Disc", "disc against disc, elastic", role="pair"),
         NarrowPhaseSpec(
-            "boxes", "kinetile_plugins.boxes:Boxes", "upright boxes, and discs among them, elastic", role="pair"
+            "boxes",
+            "kinetile_plugins.boxes:Boxes",
+            "upright boxes, and discs among them, elastic",
+            role="pair",
         ),
         NarrowPhaseSpec(
             "wall", "kinetile_plugins.wall:Wall", "a body against the arena's walls, elastic", role="wall"

@@ -182,7 +182,9 @@ class Boxes:
     def prepare(self, scene: Scene) -> PairParts:
         """Returns the parts; refuses a scene of discs alone, and one with other shapes."""
         if not scene.shapes:
-            raise Refused("boxes is for scenes with shapes, and all bodies of this one are discs: choose disc")
+            raise Refused(
+                "boxes is for scenes with shapes, and all bodies of this one are discs: choose disc"
+            )
         demand_boxes("boxes", scene)
         discs = sum(scene.shapes[each].is_disc for each in scene.shape.tolist())
         several = (self.general or discs > 1, self.general or len(scene) - discs > 1)

@@ -158,9 +158,7 @@ def sooner_two(
 
 
 @hook
-def not_before(
-    k: Kernel, body: int, other: int, at: int, reach: float, periodic: bool, held: bool
-) -> float:
+def not_before(k: Kernel, body: int, other: int, at: int, reach: float, periodic: bool, held: bool) -> float:
     """Return what ``soonest`` does for one partner alone; ``reach`` is the sum of the fattened radii."""
     one = k.places[body]
     two = k.places[other]

@@ -124,7 +124,7 @@ def _answers(extent: Callable[..., tuple[float, float]]) -> tuple[Callable[..., 
     def bounce(k: Kernel, body: Records, wall: int) -> float:
         """Turn the velocity away from the wall; return how deep the body is in it."""
         _, _, depth = touch(k, body, wall)
-        if wall == LEFT or wall == RIGHT:  # noqa: PLR1714, SIM109 - no tuple in a hook
+        if wall == LEFT or wall == RIGHT:  # noqa: SIM109 - no tuple in a hook
             body.vx = -body.vx
         else:
             body.vy = -body.vy

@@ -14,6 +14,7 @@ import kinetile as kt
 from kinetile.errors import Refused, ZenoError
 from kinetile.kernel.certificates.boxes import boxes_touch, disc_touches_box
 from kinetile.kernel.tables import NEVER
+from kinetile.toolbox import hook
 from kinetile_accuracy.specification.shapes import Difference, entry
 from lanes import first
 
@@ -24,6 +25,16 @@ def rows(sim: kt.Simulation) -> list[tuple[int, int, int]]:
     return [((int(c["epoch"]) << 52) + int(c["tick"]), int(c["a"]), int(c["b"])) for c in sim.contacts]
 
 
+@hook
+def ask_boxes(*numbers):
+    return boxes_touch(*numbers)
+
+
+@hook
+def ask_disc(*numbers):
+    return disc_touches_box(*numbers)
+
+
 class Question:
     """Two paths, of two boxes or of a disc and a box: on a lattice, most of them, with many ties."""
 
@@ -31,8 +42,10 @@ class Question:
         lattice = rng.choice((1, 2, 16, 1 << 20, 0, 0))
 
         def number(size: float) -> float:
-            return rng.randint(-int(size * lattice), int(size * lattice)) / lattice if lattice else (
-                rng.uniform(-size, size)
+            return (
+                rng.randint(-int(size * lattice), int(size * lattice)) / lattice
+                if lattice
+                else (rng.uniform(-size, size))
             )
 
         def half() -> float:
@@ -60,14 +73,16 @@ class Question:
         """Return the answer of the kernel."""
         paths = (*self.one, *self.v, self.elapsed, *self.two, *self.v2)
         if self.radius == 0.0:
-            return int(boxes_touch(*paths, *self.halves, self.tick, 1.0 / self.tick))
+            return int(ask_boxes(*paths, *self.halves, self.tick, 1.0 / self.tick))
         wide, _, high, _ = self.halves
-        return int(disc_touches_box(*paths, wide, high, self.radius, self.tick, 1.0 / self.tick))
+        return int(ask_disc(*paths, wide, high, self.radius, self.tick, 1.0 / self.tick))
 
     def tick_by_rationals(self) -> int:
         """Return the answer of rule 5s."""
         q = Fraction(self.tick)
-        flown = [Fraction(at) + Fraction(v) * self.elapsed * q for at, v in zip(self.one, self.v, strict=True)]
+        flown = [
+            Fraction(at) + Fraction(v) * self.elapsed * q for at, v in zip(self.one, self.v, strict=True)
+        ]
         d = tuple(Fraction(at) - place for at, place in zip(self.two, flown, strict=True))
         v = tuple((Fraction(w) - Fraction(v)) * q for v, w in zip(self.v, self.v2, strict=True))
         found = entry(Difference(*self.shapes), d, v)

@@ -82,9 +82,7 @@ def exact_gap_along(
     x: float, vx: float, elapsed: int, x2: float, vx2: float, half: float, half2: float, tick: float
 ) -> int:
     """Return the same of two intervals along an axis."""
-    return exact_gap(
-        x, 0.0, vx, 0.0, elapsed, x2, 0.0, vx2, 0.0, half, half2, tick, 0.0, 0.0, 0.0, 0.0
-    )
+    return exact_gap(x, 0.0, vx, 0.0, elapsed, x2, 0.0, vx2, 0.0, half, half2, tick, 0.0, 0.0, 0.0, 0.0)
 
 
 @hook
@@ -158,9 +156,7 @@ def deeper(
 ) -> int:
     """Return the sign of the gap along x less that along y, at the later anchor."""
     m = np.zeros(MEMORY, dtype=np.int64)
-    first, end = axes_read(
-        m, x, y, vx, vy, elapsed, x2, y2, vx2, vy2, width, width2, height, height2, tick
-    )
+    first, end = axes_read(m, x, y, vx, vy, elapsed, x2, y2, vx2, vy2, width, width2, height, height2, tick)
     if end > CELLS:
         return 0
     copy(m, SUM, DX, first, end)
@@ -197,9 +193,7 @@ def enters_first(
     It enters at (-R - s.d)/|v| along x, s being the sign of v there, and leaves at (R - s.d)/|v| along y.
     """
     m = np.zeros(MEMORY, dtype=np.int64)
-    first, end = axes_read(
-        m, x, y, vx, vy, elapsed, x2, y2, vx2, vy2, width, width2, height, height2, tick
-    )
+    first, end = axes_read(m, x, y, vx, vy, elapsed, x2, y2, vx2, vy2, width, width2, height, height2, tick)
     if end > CELLS:
         return 0
     right = carry(m, UX, first, end, 1)
@@ -352,9 +346,7 @@ def boxes_touch(
     across = gap_of(x, vx, elapsed, x2, vx2, width, width2, tick)
     along = gap_of(y, vy, elapsed, y2, vy2, height, height2, tick)
     if across != BEYOND and along != BEYOND:
-        return out_of_overlap(
-            x, y, vx, vy, elapsed, x2, y2, vx2, vy2, width, width2, height, height2, tick
-        )
+        return out_of_overlap(x, y, vx, vy, elapsed, x2, y2, vx2, vy2, width, width2, height, height2, tick)
     return into_box(
         x,
         y,
@@ -398,9 +390,7 @@ def disc_touches_box(
     across = gap_of(x, vx, elapsed, x2, vx2, width, 0.0, tick)
     along = gap_of(y, vy, elapsed, y2, vy2, height, 0.0, tick)
     if across != BEYOND and along != BEYOND:
-        return out_of_overlap(
-            x, y, vx, vy, elapsed, x2, y2, vx2, vy2, width, 0.0, height, 0.0, tick
-        )
+        return out_of_overlap(x, y, vx, vy, elapsed, x2, y2, vx2, vy2, width, 0.0, height, 0.0, tick)
     wider = gap_of(x, vx, elapsed, x2, vx2, width, radius, tick)
     higher = gap_of(y, vy, elapsed, y2, vy2, height, radius, tick)
     if along != BEYOND and wider != BEYOND:  # it touches the left or the right face, or overlaps it
