@@ -100,7 +100,7 @@ class Attempt:
         self._exact_radius = [exact(r) for r in scene.radius.tolist()]
         self._mass = [exact(m) for m in scene.mass.tolist()]
         self._sides = None if scene.arena is None or not walls else tuple(map(exact, scene.arena))
-        self._periods = scene.periods
+        self._periods, self._periodic = scene.periods, any(scene.periods)
         self._walled = tuple(axis for axis in (0, 1) if self._sides is not None and not self._periods[axis])
         self._start = exact(scene.start)
         self._turns = list(scene.turns[::-1])
@@ -208,7 +208,7 @@ class Attempt:
 
     def _pair(self, a: int, b: int, event: int, left: Image | None) -> Iterator[PossibleEvent]:
         """Yields contacts of two bodies up to a time, the next one among them, and that time."""
-        span, known = arb(0), self._known_until(a, b) if any(self._periods) else None
+        span, known = arb(0), self._known_until(a, b) if self._periodic else None
         if known is not None:
             span = span.union(known.ball - self._reference)
         for image in self._images(a, b, span):
@@ -236,7 +236,7 @@ class Attempt:
 
     def _images(self, a: int, b: int, span: arb) -> Iterable[Image]:
         """Returns the images through which two bodies may touch within a span of time from the reference."""
-        if not any(self._periods):
+        if not self._periodic:
             return (ORIGIN,)
         reach = arb(0, (self._radius[a] + self._radius[b]).upper())
         numbers = []
