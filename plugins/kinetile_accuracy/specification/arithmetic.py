@@ -50,6 +50,8 @@ Whole = tuple[int, int]
 
 def unit_bits(scene: Scene) -> int:
     """Returns e of the time unit 2^-e of a scene (rule 3)."""
+    if scene.unit is not None:
+        return 1 - math.frexp(scene.unit)[1]
     if len(scene) == 0:
         return 0
     velocities = [*scene.velocity.tolist(), *(turn.velocity for turn in scene.turns)]

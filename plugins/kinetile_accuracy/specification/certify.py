@@ -41,6 +41,9 @@ _NAMES = ["epoch", "tick", "a", "b"]
 _ENTRY = np.dtype([("epoch", "<i8"), ("tick", "<i8"), ("a", "<i4"), ("b", "<i4")])
 _AT_ONCE = 1 << 14
 
+_IDLE = UNIT_TICKS << 20
+"""Ticks without a contact after which a run that ends after so many contacts is given up."""
+
 _FARTHEST = 20_000
 """Contacts before a difference up to which ``explain_difference`` certifies: that takes some seconds."""
 
@@ -139,6 +142,7 @@ class LogCertifier:
         self.scene = scene
         self._rows = contacts
         self._whole = {"ax", "ay", "avx", "avy", "bx", "by", "bvx", "bvy"} <= set(names)
+        self._timed = "time" in names
         self._most = max_contacts
         self._claimed = fingerprint
         self.report = CertifiedLog(0, len(contacts), until, finished=False)
@@ -161,6 +165,7 @@ class LogCertifier:
         until = self.report.until
         end = None if until is None else tick_of(until, scene.start, bits)
         before, contacts = None, 0
+        untimely = self._untimely(bits)
         for index, found in enumerate(self._plain_lines()):
             epoch, tick, a, b = found
             line = CourseEvent((epoch << UNIT_BITS) + tick, a, b)
@@ -174,15 +179,34 @@ class LogCertifier:
                 why, due = _reason(course, found, due, before, self._rows[_NAMES][index + 1 :], end)
                 return WrongLine(index, found, due and _line_of(due), why)
             course.carry_out()
+            if index == untimely:
+                said = float(self._rows["time"][index])
+                why = f"the time of {_named(line)} is {said!r}, and not that of its tick"
+                return WrongLine(index, found, found, why)
             if self._whole and (why_not := self._wrong_plan(course, index, line)):
                 return WrongLine(index, found, found, why_not)
             before = line
             self.report = replace(self.report, lines=index + 1)
-        due = None if end is None or contacts == self._most else self._due(course, end)
+        if contacts == self._most or (end is None and self._most is None):
+            return None
+        due = self._due(course, course.now + _IDLE if end is None else end)
         if due is not None:
-            why = f"there is one more before the end: {_named(due)} at {_when(due.tick)}"
+            more = (
+                "one more before the end"
+                if end is not None
+                else f"more: {self._most:,} contacts are asked for"
+            )
+            why = f"there is {more}: {_named(due)} at {_when(due.tick)}"
             return WrongLine(len(self._rows), None, _line_of(due), why)
         return None
+
+    def _untimely(self, bits: int) -> int:
+        """Returns the first line whose time is not that of its tick, in doubles; -1: there is none."""
+        if not self._timed:
+            return -1
+        units = self._rows["epoch"] + self._rows["tick"] * 2.0**-UNIT_BITS
+        off = self._rows["time"] != self.scene.start + units * 2.0**-bits
+        return int(off.argmax()) if off.any() else -1
 
     def _plain_lines(self) -> Iterator[Line]:
         """Yields the lines in plain numbers."""
@@ -226,10 +250,11 @@ def certify_log(
         scene: what was simulated, by discs that exchange momentum and walls that reflect.
         contacts: (m,) rows with the fields epoch, tick, a, b, in their order, such as ``sim.contacts``. Where
             rows have the fields of ``kinetile.LOG``, turns are among them, and the plans after each event are
-            compared.
+            compared. Where they have the field time, that is compared too.
         until: the time up to and at which all contacts must be there, and after which none; None: the lines
             are checked, and not what comes after the last.
-        max_contacts: the list is of a run that was ended after this many contacts, if not before.
+        max_contacts: the list is of a run that was ended after this many contacts; with ``until`` there may
+            be fewer, and without it only if no more come for a million units.
         fingerprint: what the list says is its own; None: it says none.
         progress: called now and then with how far the check is.
 

@@ -36,7 +36,9 @@ def whole_rows(scene, until):
         a = course.plans[event.a]
         b = course.plans[event.b] if event.b >= 0 else None
         plans = [a.x, a.y, a.vx, a.vy, *([b.x, b.y, b.vx, b.vy] if b else [np.nan] * 4)]
-        rows.append((0.0, event.tick >> 52, event.tick & (2**52 - 1), event.a, event.b, *plans))
+        epoch, tick = event.tick >> 52, event.tick & (2**52 - 1)
+        time = scene.start + (epoch + tick * 2.0**-52) * scene.time_unit
+        rows.append((time, epoch, tick, event.a, event.b, *plans))
     return np.array(rows, LOG)
 
 
@@ -207,6 +209,56 @@ def test_the_end(gas):
     assert "is after the end" in why
     assert log["tick"][index - 1] <= 2**51 < log["tick"][index]
     assert "there are to be 7 contacts" in str(certify_log(scene, log, max_contacts=7))
+
+
+def test_fewer_contacts_than_are_asked_for(gas):
+    scene, log = gas
+    assert certify_log(scene, log[:80], max_contacts=80).right
+    found = certify_log(scene, log[:79], max_contacts=80)
+    assert (found.right, found.wrong.index, found.wrong.found) == (False, 79, None)
+    assert found.wrong.expected == tuple(log[79].tolist())
+    assert "there is more: 80 contacts are asked for" in str(found)
+    alone = kt.Scene([(0.25, 0.5), (0.75, 0.5)], [(1.0, 0.0), (0.0, 0.0)], 0.125)
+    one = contacts_among(whole_rows(alone, 1.0))
+    assert len(one) == 1
+    assert certify_log(alone, one, max_contacts=80).right, "nothing comes after it"
+    assert not certify_log(alone, one[:0], max_contacts=80).right
+
+
+FORGED = {
+    "dropped": (lambda log: np.delete(log, 40), "before that comes"),
+    "added": (lambda log: np.insert(log, 40, log[10]), "earlier than the line before it"),
+    "a tick later": (lambda log: moved_by(log, 1), "1 tick earlier"),
+    "a tick earlier": (lambda log: moved_by(log, -1), "1 tick later"),
+    "swapped": (lambda log: log[[*range(40), 41, 40, *range(42, len(log))]], "in the wrong order"),
+    "another body": (lambda log: with_field(log, "a", 0, "b", 24), "do not meet"),
+    "a false time": (lambda log: with_field(log, "time", np.nextafter(log["time"][40], 9.0)), "of its tick"),
+    "no time": (lambda log: with_field(log, "time", np.nan), "is nan, and not that of its tick"),
+}
+
+
+def with_field(log, *fields):
+    log = log.copy()
+    for name, value in zip(fields[::2], fields[1::2], strict=True):
+        log[name][40] = value
+    return log
+
+
+def moved_by(log, ticks):
+    return with_field(log, "tick", log["tick"][40] + ticks)
+
+
+@pytest.mark.parametrize("unit", [None, 1.0, 2.0**-7])
+@pytest.mark.parametrize("forged", FORGED)
+def test_runs_on_a_clock_of_their_own_and_forged_ones(unit, forged):
+    scene = kt.make_scene("grid", bodies=25, density=0.5, speed=3.0).replace(unit=unit)
+    sim = kt.Simulation(scene, "naive")
+    sim.run(until=0.25)
+    assert certify_log(scene, sim.contacts, 0.25, fingerprint=sim.fingerprint).right
+    change, reason = FORGED[forged]
+    index, why = wrong(scene, change(sim.contacts), 0.25)
+    assert index == 40
+    assert reason in why
 
 
 @pytest.mark.parametrize(
