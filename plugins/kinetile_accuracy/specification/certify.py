@@ -18,9 +18,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetile.errors import BadOption, Refused
-from kinetile.kernel.log import REANCHORED, TURNED, WALLS
-from kinetile.scene import only_turns
+from kinetile.errors import BadOption
+from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED, WALLS
 from kinetile_accuracy.specification.arithmetic import (
     UNIT_BITS,
     UNIT_TICKS,
@@ -46,6 +45,8 @@ _IDLE = UNIT_TICKS << 20
 
 _FARTHEST = 20_000
 """Contacts before a difference up to which ``explain_difference`` certifies: that takes some seconds."""
+
+_OTHERS = {TURNED: "a turn", REANCHORED: "the anchoring", INSERTED: "the insertion", REMOVED: "the removal"}
 
 Line = tuple[int, int, int, int]
 """A line of a list: epoch, tick, a, b."""
@@ -249,8 +250,8 @@ def certify_log(
     Args:
         scene: what was simulated, by discs that exchange momentum and walls that reflect.
         contacts: (m,) rows with the fields epoch, tick, a, b, in their order, such as ``sim.contacts``. Where
-            rows have the fields of ``kinetile.LOG``, turns are among them, and the plans after each event are
-            compared. Where they have the field time, that is compared too.
+            rows have the fields of ``kinetile.LOG``, commands are among them, and the plans after each event
+            are compared. Where they have the field time, that is compared too.
         until: the time up to and at which all contacts must be there, and after which none; None: the lines
             are checked, and not what comes after the last.
         max_contacts: the list is of a run that was ended after this many contacts; with ``until`` there may
@@ -287,11 +288,7 @@ def explain_difference(
     """
     names = scene.settings.narrow_phases if narrow_phases is None else narrow_phases
     known = {"disc"} if scene.arena is None else {"disc", "wall"}
-    try:
-        only_turns(scene, "the certifier")
-    except Refused:
-        return ""
-    if index > _FARTHEST or (names is not None and set(names) != known):
+    if scene.ruled or index > _FARTHEST or (names is not None and set(names) != known):
         return ""
     there = [contacts[index] for contacts in lists.values() if len(contacts) > index]
     latest = max(((int(each["epoch"]), int(each["tick"])) for each in there), default=None)
@@ -340,8 +337,8 @@ def _when(tick: int) -> str:
 def _named(event: CourseEvent) -> str:
     """Returns the bodies that meet, or the other event."""
     _, a, b = event
-    if b in (TURNED, REANCHORED):
-        return f"a turn of body {a}" if b == TURNED else f"the anchoring of body {a} by the clock"
+    if b in _OTHERS:
+        return f"{_OTHERS[b]} of body {a}" + " by the clock" * (b == REANCHORED)
     return f"body {a} with body {b}" if b >= 0 else f"body {a} with the {WALLS[b]} wall"
 
 
@@ -397,11 +394,13 @@ def _malformed(course: Course, found: Line) -> str | None:
     for body in (a, max(b, 0)):
         if not 0 <= body < count:
             return f"there is no body {body}: the scene has {count:,}"
+        if not course.present[body] and b != INSERTED:
+            return f"body {body} is not there: it is still to come, or has gone"
     if not 0 <= tick < UNIT_TICKS:
         return f"a tick is from 0 to 2^52 - 1, and this one is {tick}"
     if b >= 0:
         return None if a < b else f"the bodies {a} and {b} are not in ascending order"
-    if b not in (*WALLS, TURNED, REANCHORED):
+    if b not in (*WALLS, *_OTHERS):
         return f"there is no wall {b}: the walls are -1 to -4"
     return "the scene has no walls" if b in WALLS and course.frame.arena is None else None
 
@@ -411,8 +410,7 @@ def _own_tick(course: Course, line: CourseEvent) -> tuple[int | None, str]:
     tick, a, b = line
     if b < 0:
         if b not in WALLS:
-            here = b == TURNED and course.will_turn(a, tick)
-            return tick if here else None, "nothing of the kind happens then"
+            return tick if course.is_planned(line) else None, "nothing of the kind happens then"
         met = wall_tick(course.plans[a], course.frame)
         if met is None:
             return None, "it flies towards no wall"
