@@ -510,21 +510,45 @@ def test_who_is_not_there_meets_nobody():
 @pytest.mark.parametrize(
     ("place", "periodic", "room"),
     [
-        ((0.125, 0.875), "", True),
-        ((0.25, 0.75 - 2.0**-40), "", False),
-        ((0.25, 0.75), "", True),
-        ((1.25, 0.75 - 2.0**-40), "x", False),
-        ((-0.9375, 0.5), "x", False),
+        ((0.4375, 0.75 - 2.0**-40), "", False),
+        ((0.4375, 0.75), "", True),
+        ((1.4375, 0.75 - 2.0**-40), "x", False),
+        ((-0.4375, 0.5), "x", False),
+        ((-0.3125, 0.5), "x", True),
     ],
 )
 def test_who_has_no_room_ends_the_answer(place, periodic, room):
-    """The first body is at (0.25, 0.5) when the other comes, or an image of it."""
+    """The first body is at (0.4375, 0.5) when the other comes, and at (-0.5625, 0.5)."""
     commands = [kt.Insert(0.5, place, (0.0, 0.0), 0.125)]
     scene = kt.Scene(
-        [(0.25, 0.25)], [(0.0, 0.5)], 0.125, arena=(1.0, 1.0), commands=commands, periodic=periodic
+        [(0.4375, 0.25)], [(0.0, 0.5)], 0.125, arena=(1.0, 1.0), commands=commands, periodic=periodic
     )
     sim = kt.Simulation(scene, "naive")
     with contextlib.nullcontext() if room else pytest.raises(Refused, match="room"):
         sim.run(until=1.5)
     assert certify_log(scene, sim.contacts, 1.5).right
     assert (Course(scene).next(2**51) is not None) == room
+
+
+def test_a_command_waits_for_so_many_contacts_of_its_tick():
+    """Three pairs meet at one time, after another contact; body 2 turns away after so many of them."""
+    places = [(x, y) for y in (0.5, 1.0, 1.5) for x in (0.25, 0.75)] + [(1.5, 0.25)]
+    velocities = [(0.5, 0.0), (-0.5, 0.0)] * 3 + [(0.0, -1.0)]
+    for after, expected in ((0, [(0, 1), (4, 5)]), (1, [(0, 1), (4, 5)]), (2, [(0, 1), (2, 3), (4, 5)])):
+        commands = [kt.Turn(2, 0.25, (-1.0, 0.0), at=(0, 2**50, after))]
+        scene = kt.Scene(places, velocities, 0.125, arena=(2.0, 2.0), commands=commands)
+        sim = kt.Simulation(scene, "naive")
+        sim.run(until=0.25)
+        assert sim.contacts[["a", "b"]].tolist() == [(6, -3), *expected]
+        assert certify_log(scene, sim.contacts, 0.25).right
+
+
+@pytest.mark.parametrize("bodies", [0, 1])
+def test_the_unit_is_that_of_who_comes_as_well(bodies):
+    commands = [kt.Insert(0.5, (0.5, 0.75), (20.0, 3.0), 0.125), kt.Remove(bodies, 1.0)]
+    places, velocities = np.full((bodies, 2), 0.25), np.full((bodies, 2), 0.5)
+    scene = kt.Scene(places, velocities, 0.125, arena=(1.0, 1.0), commands=commands)
+    sim = kt.Simulation(scene, "naive")
+    sim.run(until=2.0)
+    assert len(sim.contacts) > 10
+    assert certify_log(scene, sim.contacts, 2.0).right
