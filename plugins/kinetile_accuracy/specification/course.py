@@ -48,7 +48,6 @@ from kinetile_accuracy.specification.bounds import ContactBounds
 
 if TYPE_CHECKING:
     from kinetile import Scene
-    from kinetile.scene.bodies import Numbers
 
 
 _BOUND, _ANCHORING, _WALL, _PAIR = range(4)
@@ -137,7 +136,7 @@ class Course:
         self.plans = [FlightPlan(0.0, 0.0, 0.0, 0.0, 0, 0.0, self.frame)] * count
         states = zip(scene.position.tolist(), scene.velocity.tolist(), strict=True)
         for body, (place, velocity) in enumerate(states):
-            self._enter(body, place, velocity)
+            self._enter(body, tuple(place), tuple(velocity))
         for body in range(len(scene)):
             self._schedule([body])
         heapq.heapify(self._heap)
@@ -250,15 +249,15 @@ class Course:
             return
         vx, vy = command.velocity
         if isinstance(command, Insert):
-            self._enter(body, command.position, (vx, vy))
+            x, y = command.position
+            self._enter(body, (x, y), (vx, vy))
         else:
             self._change(body, self._anchored(body), (vx, vy))
         self._schedule([body])
 
-    def _enter(self, body: int, place: Numbers, velocity: Numbers) -> None:
+    def _enter(self, body: int, place: Vector, velocity: Vector) -> None:
         """Gives a body its first plan."""
-        (x, y), (vx, vy) = place, velocity
-        plan = FlightPlan(x, y, vx, vy, self.now, self._radius[body], self.frame)
+        plan = FlightPlan(*place, *velocity, self.now, self._radius[body], self.frame)
         self.present[body] = True
         self.plans[body] = plan
         self._bounds.put(body, plan)
