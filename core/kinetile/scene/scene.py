@@ -458,11 +458,10 @@ def spacious(scene: Scene, capacity: int | None = None) -> Scene:
 
 
 def only_turns(scene: Scene, who: str) -> None:
-    """Raises Refused if a scene has more than elastic contacts and turns at times of their own, on the
-    clock that follows from its speeds: ``who`` supports nothing else."""
+    """Raises Refused if a scene has more than elastic contacts and turns at times of their own: ``who``
+    supports nothing else."""
     odd = [each for each in scene.commands if not isinstance(each, Turn) or each.at is not None]
-    what = "a unit of its own" if scene.unit is not None else None
-    what = "bodies that come or go, or commands at exact ticks" if odd else what
+    what = "bodies that come or go, or commands at exact ticks" if odd else None
     what = "responses, or bodies that nothing can move" if scene.ruled else what
     what = "bodies of other shapes than discs" if scene.shapes else what
     if what is not None:

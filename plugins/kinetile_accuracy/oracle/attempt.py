@@ -10,6 +10,11 @@ Two things keep the balls small. A plan is anchored at an exact number, the lowe
 at which it was made, so that the doubt about a time enters only through the change of velocity; and a wall
 mirrors a plan without anchoring it anew.
 
+Where axes are periodic two bodies meet through images: the second of them, whole periods from where it is.
+Places are never wrapped, so an image has one number for good. The contacts of two bodies are known up to a
+time, before which they fly about half a period towards each other: few images are reached so soon. At that
+time the next ones are computed, unless one of the two has a new plan by then.
+
 Nothing here comes from the kernel. All times count from the scene's start. Needs python-flint; the precision
 is the caller's (``flint.ctx``).
 """
@@ -17,14 +22,23 @@ is the caller's (``flint.ctx``).
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Iterator
 from functools import partial
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 from flint import arb, fmpq
 
 from kinetile.scene import Scene, only_turns
-from kinetile_accuracy.oracle.event_queue import TURN, EventQueue, PossibleEvent, Undecided
+from kinetile_accuracy.oracle.event_queue import (
+    ORIGIN,
+    TURN,
+    EventQueue,
+    Image,
+    PossibleEvent,
+    Undecided,
+)
 from kinetile_accuracy.oracle.flights import (
     ZERO,
     BallPlan,
@@ -43,16 +57,21 @@ LEAST = 2.0**-1000
 SURE = 1.0 - 2.0**-40
 """A factor by which bounds in doubles are less than what they are computed from."""
 
+FLIGHT = 0.4877
+"""Periods that two bodies fly towards each other before their next images are computed. No simple fraction:
+on a lattice contacts would tie with that."""
+
 
 class BallContact(NamedTuple):
     """A contact: ball of the time since the start, the bodies, whether the one before was at the same time,
-    and which part of the relative velocity is along the line of centres, or across the wall."""
+    which part of the relative velocity is along the line of centres, or across the wall, and the image."""
 
     ball: arb
     a: int
     b: int
     tied: bool
     head_on: float
+    image: Image
 
 
 class Attempt:
@@ -67,12 +86,13 @@ class Attempt:
         met: the contacts, all certain.
         ended: "until" or "quiet" when the run is over.
         crowd: contacts at the present moment.
+        idle: how often images were computed since the last contact.
     """
 
     def __init__(self, scene: Scene, until: fmpq | None, discs: bool, walls: bool) -> None:
         self.met: list[BallContact] = []
         self.ended: str | None = None
-        self.crowd = 0
+        self.crowd = self.idle = 0
         only_turns(scene, "the oracle")
         self._n = len(scene)
         self._discs = discs
@@ -80,6 +100,8 @@ class Attempt:
         self._exact_radius = [exact(r) for r in scene.radius.tolist()]
         self._mass = [exact(m) for m in scene.mass.tolist()]
         self._sides = None if scene.arena is None or not walls else tuple(map(exact, scene.arena))
+        self._periods, self._periodic = scene.periods, any(scene.periods)
+        self._walled = tuple(axis for axis in (0, 1) if self._sides is not None and not self._periods[axis])
         self._start = exact(scene.start)
         self._turns = list(scene.turns[::-1])
         self._plans = []
@@ -100,16 +122,15 @@ class Attempt:
 
         Raises Undecided where it is not certain which that is, or what it does.
         """
-        event = self._queue.next()
-        coming = None if event is None else self._queue.get(event)
-        if event is None or coming is None or event == self._queue.end:
-            self.ended = "quiet" if event is None else "until"
+        found = self._queue.next()
+        if found is None or found[0] == self._queue.end:
+            self.ended = "quiet" if found is None else "until"
             return
+        event, coming = found
         if coming.moment is not self._now:
             self._advance_to(coming.moment)
-        self._queue.put(event, None)
-        if not coming.late:
-            self._touched.add(event)
+        self._touched.update((event, each.image) for each in self._queue.get(event) if self._is_due(each))
+        self._queue.put(event)
         wall = self._queue.wall_of(event)
         if event == TURN:
             self._turn()
@@ -117,7 +138,11 @@ class Attempt:
             self._bounce(*wall, coming)
         else:
             a, b = self._queue.bodies_of(event)
-            self._collide(a, b, coming)
+            if coming.image is None:
+                self.idle += 1
+                self._enter_pair(a, b)
+            else:
+                self._collide(a, b, coming, coming.image)
 
     # When bodies meet
 
@@ -128,7 +153,7 @@ class Attempt:
         self._reference = now.ball.lower()
         self._delay = now.ball - self._reference
         self._where: dict[int, tuple[arb, arb]] = {}
-        self._touched: set[int] = set()
+        self._touched: set[tuple[int, Image | None]] = set()
         self.crowd = 0
 
     def _at(self, body: int) -> tuple[arb, arb]:
@@ -138,17 +163,36 @@ class Attempt:
             found = self._where[body] = self._plans[body].at(self._reference)
         return found
 
-    def _apart(self, a: int, b: int) -> tuple[tuple[arb, arb], tuple[arb, arb]]:
+    def _apart(self, a: int, b: int, image: Image = ORIGIN) -> tuple[tuple[arb, arb], tuple[arb, arb]]:
         """Returns the separation of two bodies at the reference, and their relative velocity."""
         (ax, ay), (bx, by) = self._at(a), self._at(b)
         (avx, avy), (bvx, bvy) = self._plans[a].velocity, self._plans[b].velocity
-        return (bx - ax, by - ay), (bvx - avx, bvy - avy)
+        dx, dy = bx - ax, by - ay
+        if image != ORIGIN:
+            dx, dy = (d + arb(far) for d, far in zip((dx, dy), self._shift(image), strict=True))
+        return (dx, dy), (bvx - avx, bvy - avy)
 
-    def _touches(self, event: int) -> bool:
+    def _shift(self, image: Image) -> tuple[fmpq, fmpq]:
+        """Returns how far an image is from its body."""
+        x, y = (number * exact(period) for number, period in zip(image, self._periods, strict=True))
+        return x, y
+
+    def _lines(self, a: int, b: int, image: Image) -> tuple[Line, Line] | None:
+        """Returns the lines of a body and of an image of another; None where one of them flies on none."""
+        one, two = self._plans[a].line, self._plans[b].line
+        if one is None or two is None:
+            return None
+        return one, two if image == ORIGIN else two.moved(self._shift(image))
+
+    def _is_due(self, coming: PossibleEvent) -> bool:
+        """Returns whether bodies that are about to meet touch now for certain."""
+        return coming.moment is self._now and not (coming.doubt or coming.late)
+
+    def _touches(self, event: int, image: Image = ORIGIN) -> bool:
         """Returns whether bodies touch now for certain: they rested there, met now, or were about to."""
-        coming = self._queue.get(event)
-        due = coming is not None and coming.moment is self._now
-        return event in self._touched or (coming is not None and due and not (coming.doubt or coming.late))
+        if (event, image) in self._touched:
+            return True
+        return any(each.image == image and self._is_due(each) for each in self._queue.get(event))
 
     def _enter_pairs(self, body: int, partner: int = -1) -> None:
         """Enters when a body with a new plan meets each other body; not a partner that it has just left."""
@@ -156,16 +200,56 @@ class Attempt:
             if other not in (body, partner):
                 self._enter_pair(min(body, other), max(body, other))
 
-    def _enter_pair(self, a: int, b: int) -> None:
-        """Enters when two bodies meet."""
+    def _enter_pair(self, a: int, b: int, left: Image | None = None) -> None:
+        """Enters when two bodies meet; not through an image through which they have just met."""
         if self._discs:
             event = self._queue.pair(a, b)
-            self._queue.put(event, self._pair(a, b, event))
+            self._queue.put(event, *self._pair(a, b, event, left))
 
-    def _pair(self, a: int, b: int, event: int) -> PossibleEvent | None:
-        """Returns the next contact of two bodies, one of which has a new plan."""
-        one, two = self._plans[a], self._plans[b]
-        (dx, dy), (vx, vy) = self._apart(a, b)
+    def _pair(self, a: int, b: int, event: int, left: Image | None) -> Iterator[PossibleEvent]:
+        """Yields contacts of two bodies up to a time, the next one among them, and that time."""
+        span, known = arb(0), self._known_until(a, b) if self._periodic else None
+        if known is not None:
+            span = span.union(known.ball - self._reference)
+        for image in self._images(a, b, span):
+            coming = self._through(a, b, event, image) if image != left else None
+            if coming is not None:
+                yield coming if image == ORIGIN else coming._replace(image=image)
+        if known is not None:
+            yield PossibleEvent(known, image=None)
+
+    def _known_until(self, a: int, b: int) -> EventTime | None:
+        """Returns up to which time contacts of two bodies are computed; None: whenever they come."""
+        _, velocity = self._apart(a, b)
+        flights = [
+            FLIGHT * period / max(float(speed.abs_upper()), LEAST)
+            for speed, period in zip(velocity, self._periods, strict=True)
+            if period and speed != 0
+        ]
+        if not flights:
+            return None
+        end = float(self._reference) + min(*flights, 1e300)
+        known = EventTime.at(exact(end))
+        if not known.ball > self._now.ball:
+            raise Undecided(f"the images that discs {a} and {b} reach next", end, (a, b))
+        return known
+
+    def _images(self, a: int, b: int, span: arb) -> Iterable[Image]:
+        """Returns the images through which two bodies may touch within a span of time from the reference."""
+        if not self._periodic:
+            return (ORIGIN,)
+        reach = arb(0, (self._radius[a] + self._radius[b]).upper())
+        numbers = []
+        for place, speed, period in zip(*self._apart(a, b), self._periods, strict=True):
+            ends = (reach - place - speed * span) / period if period else arb(0)
+            # A whole number that is no less than a bound is no less than the double nearest to that bound.
+            numbers.append(range(math.ceil(float(ends.lower())), math.floor(float(ends.upper())) + 1))
+        along_x, along_y = numbers
+        return product(along_x, along_y)
+
+    def _through(self, a: int, b: int, event: int, image: Image) -> PossibleEvent | None:
+        """Returns the next contact of two bodies through an image; one of them has a new plan."""
+        (dx, dy), (vx, vy) = self._apart(a, b, image)
         # A comparison of balls is true only if it is so for every choice of numbers from them. So each return
         # below is certain, and what none of them takes is left to rational numbers.
         approach = dx * vx + dy * vy
@@ -178,7 +262,7 @@ class Attempt:
         if root2 < 0:
             return None
         gap = dx * dx + dy * dy - reach * reach
-        touches = self._touches(event)
+        touches = self._touches(event, image)
         if touches or gap <= 0:
             # The reference is a little before the moment: d.v has grown by |v|^2 times the delay since.
             if approach + speed2 * self._delay < 0:
@@ -188,17 +272,19 @@ class Attempt:
             root = root2.sqrt()
             ball = self._reference + gap / (root - approach)
             if ball > self._now.ball:
-                form = None  # computed only if there is a tie to settle
-                if one.line is not None and two.line is not None:
-                    form = partial(first_root, one.line, two.line, self._exact_reach(a, b))
+                lines = self._lines(a, b, image)
+                # computed only if there is a tie to settle
+                form = None if lines is None else partial(first_root, *lines, self._exact_reach(a, b))
                 return PossibleEvent(EventTime(ball, form), root)
         apart = math.hypot(float(dx.abs_lower()), float(dy.abs_lower())) * SURE - float(reach.upper())
-        return self._decide_exactly(a, b, apart, math.hypot(float(vx.abs_upper()), float(vy.abs_upper())))
+        fast = math.hypot(float(vx.abs_upper()), float(vy.abs_upper()))
+        return self._decide_exactly(a, b, image, apart, fast)
 
-    def _decide_exactly(self, a: int, b: int, far: float, fast: float) -> PossibleEvent | None:
+    def _decide_exactly(self, a: int, b: int, image: Image, far: float, fast: float) -> PossibleEvent | None:
         """Decides in rational numbers whether two bodies meet; or leaves it open while that is safe."""
-        one, two, now = self._plans[a].line, self._plans[b].line, self._now.rational
-        if one is not None and two is not None and now is not None:
+        lines, now = self._lines(a, b, image), self._now.rational
+        if lines is not None and now is not None:
+            one, two = lines
             root = first_contact(one, two, self._exact_reach(a, b), now)
             if root is None:
                 return None
@@ -223,10 +309,11 @@ class Attempt:
 
     def _enter_walls(self, body: int, axes: tuple[int, ...]) -> None:
         """Enters when a body whose velocity changed along these axes meets their walls."""
-        if self._sides is not None:
-            for wall in (wall for axis in axes for wall in (2 * axis, 2 * axis + 1)):
+        for axis in self._walled:
+            for wall in (2 * axis, 2 * axis + 1) if axis in axes else ():
                 event = self._queue.wall(body, wall)
-                self._queue.put(event, self._wall(body, wall, event))
+                coming = self._wall(body, wall, event)
+                self._queue.put(event, *(() if coming is None else (coming,)))
 
     def _wall(self, body: int, wall: int, event: int) -> PossibleEvent | None:
         """Returns the next contact of a body with a wall."""
@@ -258,15 +345,16 @@ class Attempt:
 
     # What happens
 
-    def _record(self, a: int, b: int, part: arb, velocity: tuple[arb, arb]) -> None:
+    def _record(self, a: int, b: int, part: arb, velocity: tuple[arb, arb], image: Image = ORIGIN) -> None:
         """Records a contact; ``part`` is that of the velocity that is head-on."""
         ball = self._now.ball
         if not ball.is_exact() and ball.rel_accuracy_bits() < NARROW:
             what = f"the time of contact {len(self.met)}, to {NARROW} bits"
             raise Undecided(what, float(ball), (a, b) if b >= 0 else (a,))
         share = abs(float(part)) / math.hypot(*map(float, velocity))
-        self.met.append(BallContact(ball, a, b, self.crowd > 0, share))
+        self.met.append(BallContact(ball, a, b, self.crowd > 0, share, image))
         self.crowd += 1
+        self.idle = 0
 
     def _enter_turn(self) -> None:
         """Enters the next turn of the scene."""
@@ -295,19 +383,19 @@ class Attempt:
         self._enter_walls(body, (axis,))
         self._enter_pairs(body)
 
-    def _collide(self, a: int, b: int, coming: PossibleEvent) -> None:
-        """Exchanges momentum along the line of centres.
+    def _collide(self, a: int, b: int, coming: PossibleEvent, image: Image) -> None:
+        """Exchanges momentum along the line of centres, of the second body's image.
 
         Where the discs touch, the square of their distance is that of the sum of their radii, and d.v is
         -root. Where they overlapped before they approached, both are as they are.
         """
         one, two = self._plans[a], self._plans[b]
-        (dx, dy), (vx, vy) = self._apart(a, b)
+        (dx, dy), (vx, vy) = self._apart(a, b, image)
         dx, dy = dx + vx * self._delay, dy + vy * self._delay
         reach = self._radius[a] + self._radius[b]
         distance2 = dx * dx + dy * dy if coming.late else reach * reach
         closing = -coming.root if coming.root is not None else dx * vx + dy * vy
-        self._record(a, b, closing / distance2.sqrt(), (vx, vy))
+        self._record(a, b, closing / distance2.sqrt(), (vx, vy), image)
         both = self._mass[a] + self._mass[b]
         share = closing / distance2
         to_one, to_two = share * arb(2 * self._mass[b] / both), -share * arb(2 * self._mass[a] / both)
@@ -315,12 +403,14 @@ class Attempt:
         if one.line is not None and two.line is not None:
             now = self._now.rational
             if now is not None:
-                lines = exchange(one.line, two.line, (self._mass[a], self._mass[b]), now)
+                masses = self._mass[a], self._mass[b]
+                lines = exchange(one.line, two.line, masses, now, self._shift(image))
         for body, old, gain, line in ((a, one, to_one, lines[0]), (b, two, to_two, lines[1])):
             self._fly(body, (old.velocity[0] + gain * dx, old.velocity[1] + gain * dy), line)
         for body, partner in ((a, b), (b, a)):
             self._enter_walls(body, (0, 1))
             self._enter_pairs(body, partner)
+        self._enter_pair(a, b, image)
 
     def _fly(self, body: int, velocity: tuple[arb, arb], line: Line | None) -> None:
         """Gives a body another velocity now: on a line, or on a plan that is anchored at the reference."""
@@ -335,14 +425,19 @@ class Attempt:
         """Gives a body a new plan, and note what it rested against until now: it touches that."""
         line = self._plans[body].line
         if line is not None:
-            for wall in range(4 if self._sides is not None else 0):
-                axis = wall // 2
-                if line.velocity[axis] == 0 and line.place[axis] == self._place(body, wall):
-                    self._touched.add(self._queue.wall(body, wall))
+            for axis in self._walled:
+                for wall in (2 * axis, 2 * axis + 1):
+                    if line.velocity[axis] == 0 and line.place[axis] == self._place(body, wall):
+                        self._touched.add((self._queue.wall(body, wall), ORIGIN))
             for other, its in enumerate(self._plans):
                 if its.line is not None and body != other and line.velocity == its.line.velocity:
-                    dx, dy = (p - q for p, q in zip(line.place, its.line.place, strict=True))
-                    if dx * dx + dy * dy == self._exact_reach(body, other) ** 2:
-                        self._touched.add(self._queue.pair(min(body, other), max(body, other)))
+                    a, b = min(body, other), max(body, other)
+                    for image in self._images(a, b, arb(0)):
+                        shift = self._shift(image) if body == a else self._shift((-image[0], -image[1]))
+                        dx, dy = (
+                            p - q - s for p, q, s in zip(line.place, its.line.place, shift, strict=True)
+                        )
+                        if dx * dx + dy * dy == self._exact_reach(a, b) ** 2:
+                            self._touched.add((self._queue.pair(a, b), image))
         self._plans[body] = plan
         self._where.pop(body, None)

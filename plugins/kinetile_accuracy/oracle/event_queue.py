@@ -7,6 +7,7 @@ by body the walls (left, right, bottom, top), then the pairs by their bodies, an
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,6 +16,9 @@ from flint import arb
 from kinetile_accuracy.oracle.flights import EventTime, same
 
 TURN = 0
+
+_Place = tuple[int, int]
+"""Where an event is in the queue: its number, and which of its images."""
 
 
 class Undecided(Exception):
@@ -28,21 +32,30 @@ class Undecided(Exception):
         return Undecided, (self.what, self.time, self.bodies), self.__dict__
 
 
+Image = tuple[int, int]
+"""Periods along x and y by which the second of two bodies is taken to be elsewhere; 0 of a walled axis."""
+
+ORIGIN: Image = (0, 0)
+
+
 class PossibleEvent(NamedTuple):
     """An event that is to come.
 
     ``root`` is the ball of -d.v of two discs when they touch. ``doubt`` says what is not known about an event
     that may come, and not before its moment's ``low``. ``late`` is whether the bodies overlap already.
+    ``image`` is the one through which two discs meet; None: no contact, but the time up to which all
+    contacts of the two are known.
     """
 
     moment: EventTime
     root: arb | None = None
     doubt: str | None = None
     late: bool = False
+    image: Image | None = ORIGIN
 
 
 class EventQueue:
-    """The events that are to come, by their numbers.
+    """The events that are to come, by their numbers; of two bodies several, in the order of their images.
 
     Attributes:
         end: the number of the end.
@@ -56,7 +69,7 @@ class EventQueue:
         self.turning = -1
         self._low = np.full(self.end + 1, math.inf)
         self._high = np.full(self.end + 1, math.inf)
-        self._events: dict[int, PossibleEvent] = {}
+        self._events: dict[int, list[PossibleEvent]] = {}
 
     def wall(self, body: int, wall: int) -> int:
         """Returns the number of a body's contact with a wall: 0 left, 1 right, 2 bottom, 3 top."""
@@ -88,43 +101,51 @@ class EventQueue:
             return f"disc {bodies[0]} and the {wall} wall"
         return f"discs {bodies[0]} and {bodies[1]}" if bodies else "the end"
 
-    def get(self, event: int) -> PossibleEvent | None:
-        """Returns the known part of an event; None: it is not to come."""
-        return self._events.get(event)
+    def get(self, event: int) -> Sequence[PossibleEvent]:
+        """Returns the known part of an event, through each image; empty: it is not to come."""
+        return self._events.get(event, ())
 
-    def put(self, event: int, coming: PossibleEvent | None) -> None:
-        """Sets when an event is to come; None: not at all."""
-        if coming is not None:
-            self._events[event] = coming
-            self._low[event] = coming.moment.low
-            self._high[event] = math.inf if coming.doubt else coming.moment.high
+    def put(self, event: int, *coming: PossibleEvent) -> None:
+        """Sets when an event is to come, through each image; none: not at all."""
+        if coming:
+            self._events[event] = list(coming)
+            self._low[event] = min([each.moment.low for each in coming])
+            self._high[event] = min([math.inf if each.doubt else each.moment.high for each in coming])
         elif self._events.pop(event, None) is not None:
             self._low[event] = self._high[event] = math.inf
 
-    def next(self) -> int | None:
+    def next(self) -> tuple[int, PossibleEvent] | None:
         """Returns the next event; None: there is none. Raises Undecided where it is not certain which."""
         # Every other event is certain to come after one of these. An event in doubt has no upper bound: it is
         # among them from the moment on at which it could come.
-        near: list[int] = np.flatnonzero(self._low <= self._high.min()).tolist()
-        near = [event for event in near if event in self._events]
+        bound = self._high.min()
+        near: list[_Place] = []
+        for event in np.flatnonzero(self._low <= bound).tolist():
+            images = enumerate(self._events.get(event, ()))
+            near += [(event, index) for index, coming in images if coming.moment.low <= bound]
         if not near:
             return None
-        for event in near:
-            doubt = self._events[event].doubt
+        for event, index in near:
+            doubt = self._events[event][index].doubt
             if doubt is not None:
-                raise self._undecided(doubt, event)
+                raise self._undecided(doubt, (event, index))
         first = near[0]
-        for event in near[1:]:
-            order = self._compare(event, first)
+        for place in near[1:]:
+            order = self._compare(place, first)
             if order < 0:
-                first = event
+                first = place
             elif order == 0:  # one moment for both: from now on they compare without arithmetic
-                self._events[event] = self._events[event]._replace(moment=self._events[first].moment)
-        return first
+                event, index = place
+                coming = self._events[event][index]
+                self._events[event][index] = coming._replace(moment=self._moment(first))
+        return first[0], self._events[first[0]][first[1]]
 
-    def _compare(self, one: int, two: int) -> int:
+    def _moment(self, place: _Place) -> EventTime:
+        return self._events[place[0]][place[1]].moment
+
+    def _compare(self, one: _Place, two: _Place) -> int:
         """Returns -1, 0 or 1: whether an event is before another, with it, or after it."""
-        moment, other = self._events[one].moment, self._events[two].moment
+        moment, other = self._moment(one), self._moment(two)
         if moment is other:
             return 0
         if moment.ball < other.ball:
@@ -133,8 +154,8 @@ class EventQueue:
             return 1
         if moment.root is not None and other.root is not None and same(moment.root, other.root):
             return 0
-        raise self._undecided(f"tie of {self.name_of(two)} and {self.name_of(one)}", two, one)
+        raise self._undecided(f"tie of {self.name_of(two[0])} and {self.name_of(one[0])}", two, one)
 
-    def _undecided(self, what: str, *events: int) -> Undecided:
-        bodies = {body for event in events for body in self.bodies_of(event)}
-        return Undecided(what, max(self._events[events[0]].moment.low, 0.0), tuple(sorted(bodies)))
+    def _undecided(self, what: str, *places: _Place) -> Undecided:
+        bodies = {body for event, _ in places for body in self.bodies_of(event)}
+        return Undecided(what, max(self._moment(places[0]).low, 0.0), tuple(sorted(bodies)))

@@ -54,6 +54,10 @@ class Line(NamedTuple):
         x, y = (p + (v - w) * at for p, v, w in zip(self.place, self.velocity, velocity, strict=True))
         return Line((x, y), velocity) if max(x.height_bits(), y.height_bits()) <= LONGEST else None
 
+    def moved(self, by: tuple[fmpq, fmpq]) -> Line:
+        """Returns the same line elsewhere."""
+        return Line((self.place[0] + by[0], self.place[1] + by[1]), self.velocity)
+
     def mirrored(self, axis: int, place: fmpq) -> Line:
         """Returns the line mirrored at a place on an axis."""
         return Line(_with(self.place, axis, 2 * place - self.place[axis]), _flipped(self.velocity, axis))
@@ -170,9 +174,14 @@ def first_contact(one: Line, two: Line, reach: fmpq, now: fmpq) -> Root | None:
     return Root(now, ZERO) if _sign(c) <= 0 else Root(now - b / a, (b * b - a * c) / (a * a))
 
 
-def exchange(one: Line, two: Line, masses: tuple[fmpq, fmpq], at: fmpq) -> tuple[Line | None, Line | None]:
-    """Returns the lines after an elastic contact at a time; None for one that is not worth keeping."""
-    (dx, dy), (vx, vy) = _apart(one, two, at)
+def exchange(
+    one: Line, two: Line, masses: tuple[fmpq, fmpq], at: fmpq, shift: tuple[fmpq, fmpq] = (ZERO, ZERO)
+) -> tuple[Line | None, Line | None]:
+    """Returns the lines after an elastic contact at a time, with the second body that far from where it is.
+
+    None for one that is not worth keeping.
+    """
+    (dx, dy), (vx, vy) = _apart(one, two.moved(shift), at)
     share = 2 * (dx * vx + dy * vy) / ((dx * dx + dy * dy) * (masses[0] + masses[1]))
     to_one, to_two = share * masses[1], -share * masses[0]
     (ax, ay), (bx, by) = one.velocity, two.velocity

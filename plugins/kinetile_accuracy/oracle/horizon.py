@@ -174,8 +174,7 @@ def measure_horizon(requirement: Requirement, seed: int, twins: int = TWINS) -> 
 def _moved(scene: kt.Scene, steps: np.random.Generator) -> kt.Scene:
     """Returns a scene whose discs start a unit in the last place further on, or back, on each axis."""
     towards = np.where(steps.integers(0, 2, scene.position.shape), np.inf, -np.inf)
-    position = np.nextafter(scene.position, towards)
-    return kt.Scene(position, scene.velocity, scene.radius, scene.mass, scene.arena)
+    return scene.replace(position=np.nextafter(scene.position, towards))
 
 
 def _follow_to_the_end(

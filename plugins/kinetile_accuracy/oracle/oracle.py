@@ -2,15 +2,15 @@
 
 An event-driven simulator of its own, which shares nothing with the kernel but the scene as data. It computes
 with balls, intervals that are certain to hold the true number, and leaves nothing out: after each contact its
-bodies are compared with every other body and every wall. Whatever decides the order is certified. What does
-not come out is tried again from the start with twice the bits; what ties exactly is settled in rational
-arithmetic where the bodies still fly on rational lines (walls, lanes, contacts in line, and whatever flies
-there for the first time); and what neither settles is reported as undecidable, with the time and the bodies.
-Nothing is guessed.
+bodies are compared with every other body, through each image that is near, and every wall. Whatever decides
+the order is certified. What does not come out is tried again from the start with twice the bits; what ties
+exactly is settled in rational arithmetic where the bodies still fly on rational lines (walls, lanes, contacts
+in line, and whatever flies there for the first time); and what neither settles is reported as undecidable,
+with the time and the bodies. Nothing is guessed.
 
 Contacts at one time come in the order that docs/one-answer.md gives: turns, then walls, then pairs, by the
-numbers of the bodies. Contact means approach; tangency is no contact, and bodies that touch and approach meet
-at once.
+numbers of the bodies, of one pair by image. Contact means approach; tangency is no contact, and bodies that
+touch and approach meet at once.
 """
 
 from __future__ import annotations
@@ -39,10 +39,14 @@ STUCK = 4
 
 MOST_BODIES = 1000
 
-Ending = Literal["until", "contacts", "quiet", "stopped", "undecidable", "jammed", "interrupted"]
+IDLE = 1 << 17
+"""Computations of images since the last contact after which a run without an end in time is given up."""
+
+Ending = Literal["until", "contacts", "quiet", "stopped", "undecidable", "jammed", "idle", "interrupted"]
 """Why a certified run ended: at the given time, after this many contacts, because nothing can
 happen any more, because the caller had seen enough, because an order could not be decided, because contacts
-followed each other without end at one time, or because it was interrupted."""
+followed each other without end at one time, because bodies flew on and on and met nobody, or because it was
+interrupted."""
 
 
 class Enclosure(NamedTuple):
@@ -98,6 +102,8 @@ class CertifiedRun:
         ended: why there are no more.
         until: the time at which it was to end.
         undecidable: what could not be decided, where that is why.
+        images: for each contact of two discs the periods along x and y from where b is to the image through
+            which a met it; of places that are never wrapped. (0, 0) for a contact with a wall.
     """
 
     contacts: tuple[CertifiedContact, ...]
@@ -105,6 +111,7 @@ class CertifiedRun:
     ended: Ending
     until: float | None = None
     undecidable: Undecidable | None = None
+    images: tuple[tuple[int, int], ...] = ()
 
     @property
     def complete(self) -> bool:
@@ -128,6 +135,7 @@ class CertifiedRun:
             "quiet": "nothing happens after that",
             "stopped": "complete up to the last of them",
             "jammed": "the bodies are jammed: contacts follow each other without end at one time",
+            "idle": "the bodies fly on and meet nobody for very long: give an end in time",
             "interrupted": "interrupted",
         }.get(self.ended, self.ended)
 
@@ -152,8 +160,7 @@ class Oracle:
 
     Raises:
         MissingExtra: python-flint is not installed.
-        Refused: a narrow phase is neither of the two, an axis is periodic, or there are too many bodies to
-            compute all pairs.
+        Refused: a narrow phase is neither of the two, or there are too many bodies to compute all pairs.
 
     ``certified`` is the certified part so far; after an interruption too.
     """
@@ -173,11 +180,6 @@ class Oracle:
             raise Refused(
                 f"the oracle looks at all pairs after each contact and takes up to {MOST_BODIES} bodies, and "
                 f"this scene has {len(scene)}: certify a smaller one"
-            )
-        if scene.periodic:
-            raise Refused(
-                f"the oracle knows no images, and this scene is periodic along {scene.periodic}: kinetile "
-                "certify-log checks such a run against the specification"
             )
         self.scene = scene
         self.certified = CertifiedRun((), FIRST_BITS, "interrupted")
@@ -226,12 +228,13 @@ class Oracle:
 
         while True:
             found: list[CertifiedContact] = []
+            images: list[tuple[int, int]] = []
             ended: Ending = "interrupted"
             undecidable = None
             with _flint().ctx.workprec(bits):
                 try:
                     attempt = Attempt(self.scene, end, self._discs, self._walls)
-                    ended = self._carry_out(attempt, found, most, stop, told)
+                    ended = self._carry_out(attempt, found, images, most, stop, told)
                 except Undecided as doubt:
                     # What stays undecided at the same contact is an exact tie: no number of bits settles it.
                     failures.append((len(found), doubt.what))
@@ -242,7 +245,9 @@ class Oracle:
                         undecidable = Undecidable(doubt.what, time, doubt.bodies)
                 finally:  # an interrupted attempt may have come less far than the one before it
                     if ended != "interrupted" or len(found) >= len(self.certified.contacts):
-                        self.certified = CertifiedRun(tuple(found), bits, ended, until, undecidable)
+                        self.certified = CertifiedRun(
+                            tuple(found), bits, ended, until, undecidable, tuple(images)
+                        )
             if ended != "interrupted":
                 return self.certified
             bits *= 2
@@ -251,6 +256,7 @@ class Oracle:
         self,
         attempt: Attempt,
         found: list[CertifiedContact],
+        images: list[tuple[int, int]],
         most: float,
         stop: Callable[[int, int, int], bool] | None,
         told: Callable[[list[CertifiedContact]], None],
@@ -262,8 +268,11 @@ class Oracle:
             if attempt.ended is not None:
                 return "until" if attempt.ended == "until" else "quiet"
             if len(attempt.met) == len(found):
+                if attempt.idle > IDLE and self.certified.until is None:
+                    return "idle"
                 continue
             found.append(self._contact(attempt.met[-1]))
+            images.append(attempt.met[-1].image)
             if stop is not None and stop(len(found) - 1, found[-1].a, found[-1].b):
                 return "stopped"
             if attempt.crowd > crowd:

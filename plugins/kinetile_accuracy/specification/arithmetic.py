@@ -26,6 +26,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from kinetile.kernel.log import BOTTOM, LEFT, RIGHT, TOP
+from kinetile.scene import Remove
 
 if TYPE_CHECKING:
     from kinetile import Scene
@@ -50,10 +51,13 @@ Whole = tuple[int, int]
 
 def unit_bits(scene: Scene) -> int:
     """Returns e of the time unit 2^-e of a scene (rule 3)."""
-    if len(scene) == 0:
+    if scene.unit is not None:
+        return 1 - math.frexp(scene.unit)[1]
+    if len(scene) == 0 and scene.arena is None:
         return 0
-    velocities = [*scene.velocity.tolist(), *(turn.velocity for turn in scene.turns)]
-    largest = max(vx * vx + vy * vy for vx, vy in velocities)
+    commands = [each.velocity for each in scene.commands if not isinstance(each, Remove)]
+    velocities = [*scene.velocity.tolist(), *commands]
+    largest = max((vx * vx + vy * vy for vx, vy in velocities), default=0.0)
     if scene.arena is not None:
         extent = max(scene.arena)
     else:

@@ -59,7 +59,7 @@ Floats = NDArray[np.float64]
 
 
 class ContactBounds:
-    """Rows of all bodies' plans: place, velocity, anchor.
+    """Rows of all bodies' plans: place, velocity, anchor. Bodies without one are not there.
 
     ``origin`` is what anchors are counted from, so that 64 bits hold them: it is moved on in time
     (``rebase``), and all anchors are within 2^62 ticks of the present one.
@@ -72,6 +72,7 @@ class ContactBounds:
         self._largest = float(radius.max(initial=0.0))
         self._plans = np.zeros((4, count))
         self._anchor = np.zeros(count, np.int64)
+        self._absent = np.ones(count, np.bool_)
         self._periods = periods
         self._extent = max(periods)
         self._tick = 2.0**-fine
@@ -81,7 +82,12 @@ class ContactBounds:
         """Writes a body's row."""
         self._plans[:, body] = plan.x, plan.y, plan.vx, plan.vy
         self._anchor[body] = plan.anchor - self.origin
+        self._absent[body] = False
         self._extent = max(self._extent, abs(plan.x), abs(plan.y))
+
+    def remove(self, body: int) -> None:
+        """Takes a body out."""
+        self._absent[body] = True
 
     def rebase(self, origin: int) -> None:
         """Counts anchors from another tick."""
@@ -127,4 +133,5 @@ class ContactBounds:
                     free = np.maximum(0.5 * period - reach, 0.0) / np.abs(speed) * (self._ticks * _LESS)
                     wait = np.minimum(wait, np.where(np.isnan(free), 0.0, free))
             wait[np.arange(len(bodies)), bodies] = np.inf
+            wait[:, self._absent] = np.inf
         return wait

@@ -18,9 +18,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetile.errors import BadOption, Refused
-from kinetile.kernel.log import REANCHORED, TURNED, WALLS
-from kinetile.scene import only_turns
+from kinetile.errors import BadOption
+from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED, WALLS
 from kinetile_accuracy.specification.arithmetic import (
     UNIT_BITS,
     UNIT_TICKS,
@@ -41,8 +40,13 @@ _NAMES = ["epoch", "tick", "a", "b"]
 _ENTRY = np.dtype([("epoch", "<i8"), ("tick", "<i8"), ("a", "<i4"), ("b", "<i4")])
 _AT_ONCE = 1 << 14
 
+_IDLE = UNIT_TICKS << 20
+"""Ticks without a contact after which a run that ends after so many contacts is given up."""
+
 _FARTHEST = 20_000
 """Contacts before a difference up to which ``explain_difference`` certifies: that takes some seconds."""
+
+_OTHERS = {TURNED: "a turn", REANCHORED: "the anchoring", INSERTED: "the insertion", REMOVED: "the removal"}
 
 Line = tuple[int, int, int, int]
 """A line of a list: epoch, tick, a, b."""
@@ -139,6 +143,7 @@ class LogCertifier:
         self.scene = scene
         self._rows = contacts
         self._whole = {"ax", "ay", "avx", "avy", "bx", "by", "bvx", "bvy"} <= set(names)
+        self._timed = "time" in names
         self._most = max_contacts
         self._claimed = fingerprint
         self.report = CertifiedLog(0, len(contacts), until, finished=False)
@@ -161,6 +166,7 @@ class LogCertifier:
         until = self.report.until
         end = None if until is None else tick_of(until, scene.start, bits)
         before, contacts = None, 0
+        untimely = self._untimely(bits)
         for index, found in enumerate(self._plain_lines()):
             epoch, tick, a, b = found
             line = CourseEvent((epoch << UNIT_BITS) + tick, a, b)
@@ -174,15 +180,34 @@ class LogCertifier:
                 why, due = _reason(course, found, due, before, self._rows[_NAMES][index + 1 :], end)
                 return WrongLine(index, found, due and _line_of(due), why)
             course.carry_out()
+            if index == untimely:
+                said = float(self._rows["time"][index])
+                why = f"the time of {_named(line)} is {said!r}, and not that of its tick"
+                return WrongLine(index, found, found, why)
             if self._whole and (why_not := self._wrong_plan(course, index, line)):
                 return WrongLine(index, found, found, why_not)
             before = line
             self.report = replace(self.report, lines=index + 1)
-        due = None if end is None or contacts == self._most else self._due(course, end)
+        if contacts == self._most or (end is None and self._most is None):
+            return None
+        due = self._due(course, course.now + _IDLE if end is None else end)
         if due is not None:
-            why = f"there is one more before the end: {_named(due)} at {_when(due.tick)}"
+            more = (
+                "one more before the end"
+                if end is not None
+                else f"more: {self._most:,} contacts are asked for"
+            )
+            why = f"there is {more}: {_named(due)} at {_when(due.tick)}"
             return WrongLine(len(self._rows), None, _line_of(due), why)
         return None
+
+    def _untimely(self, bits: int) -> int:
+        """Returns the first line whose time is not that of its tick, in doubles; -1: there is none."""
+        if not self._timed:
+            return -1
+        units = self._rows["epoch"] + self._rows["tick"] * 2.0**-UNIT_BITS
+        off = self._rows["time"] != self.scene.start + units * 2.0**-bits
+        return int(off.argmax()) if off.any() else -1
 
     def _plain_lines(self) -> Iterator[Line]:
         """Yields the lines in plain numbers."""
@@ -225,11 +250,12 @@ def certify_log(
     Args:
         scene: what was simulated, by discs that exchange momentum and walls that reflect.
         contacts: (m,) rows with the fields epoch, tick, a, b, in their order, such as ``sim.contacts``. Where
-            rows have the fields of ``kinetile.LOG``, turns are among them, and the plans after each event are
-            compared.
+            rows have the fields of ``kinetile.LOG``, commands are among them, and the plans after each event
+            are compared. Where they have the field time, that is compared too.
         until: the time up to and at which all contacts must be there, and after which none; None: the lines
             are checked, and not what comes after the last.
-        max_contacts: the list is of a run that was ended after this many contacts, if not before.
+        max_contacts: the list is of a run that was ended after this many contacts; with ``until`` there may
+            be fewer, and without it only if no more come for a million units.
         fingerprint: what the list says is its own; None: it says none.
         progress: called now and then with how far the check is.
 
@@ -262,11 +288,7 @@ def explain_difference(
     """
     names = scene.settings.narrow_phases if narrow_phases is None else narrow_phases
     known = {"disc"} if scene.arena is None else {"disc", "wall"}
-    try:
-        only_turns(scene, "the certifier")
-    except Refused:
-        return ""
-    if index > _FARTHEST or (names is not None and set(names) != known):
+    if scene.ruled or index > _FARTHEST or (names is not None and set(names) != known):
         return ""
     there = [contacts[index] for contacts in lists.values() if len(contacts) > index]
     latest = max(((int(each["epoch"]), int(each["tick"])) for each in there), default=None)
@@ -315,8 +337,8 @@ def _when(tick: int) -> str:
 def _named(event: CourseEvent) -> str:
     """Returns the bodies that meet, or the other event."""
     _, a, b = event
-    if b in (TURNED, REANCHORED):
-        return f"a turn of body {a}" if b == TURNED else f"the anchoring of body {a} by the clock"
+    if b in _OTHERS:
+        return f"{_OTHERS[b]} of body {a}" + " by the clock" * (b == REANCHORED)
     return f"body {a} with body {b}" if b >= 0 else f"body {a} with the {WALLS[b]} wall"
 
 
@@ -372,11 +394,13 @@ def _malformed(course: Course, found: Line) -> str | None:
     for body in (a, max(b, 0)):
         if not 0 <= body < count:
             return f"there is no body {body}: the scene has {count:,}"
+        if not course.present[body] and b != INSERTED:
+            return f"body {body} is not there: it is still to come, or has gone"
     if not 0 <= tick < UNIT_TICKS:
         return f"a tick is from 0 to 2^52 - 1, and this one is {tick}"
     if b >= 0:
         return None if a < b else f"the bodies {a} and {b} are not in ascending order"
-    if b not in (*WALLS, TURNED, REANCHORED):
+    if b not in (*WALLS, *_OTHERS):
         return f"there is no wall {b}: the walls are -1 to -4"
     return "the scene has no walls" if b in WALLS and course.frame.arena is None else None
 
@@ -386,8 +410,7 @@ def _own_tick(course: Course, line: CourseEvent) -> tuple[int | None, str]:
     tick, a, b = line
     if b < 0:
         if b not in WALLS:
-            here = b == TURNED and course.will_turn(a, tick)
-            return tick if here else None, "nothing of the kind happens then"
+            return tick if course.is_planned(line) else None, "nothing of the kind happens then"
         met = wall_tick(course.plans[a], course.frame)
         if met is None:
             return None, "it flies towards no wall"

@@ -5,7 +5,10 @@ A heap holds what may come next, by tick, class and numbers, which is the order 
 - *bounds* (class 0, before whatever else is at their tick): no contact of two bodies comes before it; or,
   without a second body, no contact of one body with any that its entries do not name. At the head of the heap
   the first is replaced by the exact tick, the second by new bounds of the body with all others;
-- anchorings by the clock, turns, walls and pairs, exact.
+- anchorings by the clock, walls and pairs, exact.
+
+The commands of the scene, class 2, are in a list of their own: each comes before the walls and pairs of its
+tick, or after so many of them as it says.
 
 When a body's plan has changed, ``bounds.ContactBounds`` bounds its contacts with all others: the few that may
 come first get an entry each, the rest one for all. So of each two bodies at least the one that changed last
@@ -16,16 +19,20 @@ That is O(n) a contact, and about one exact tick for each body in it.
 from __future__ import annotations
 
 import heapq
+import math
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from kinetile.kernel.log import LEFT, REANCHORED, RIGHT, TURNED
-from kinetile.scene import only_turns
+from kinetile.errors import Refused
+from kinetile.kernel.log import INSERTED, LEFT, REANCHORED, REMOVED, RIGHT, TURNED
+from kinetile.scene import Insert, Remove, Turn
 from kinetile_accuracy.specification.arithmetic import (
     BEAT,
     HORIZON,
     SPAN,
+    UNIT_BITS,
     FlightPlan,
     Frame,
     Vector,
@@ -43,7 +50,7 @@ if TYPE_CHECKING:
     from kinetile import Scene
 
 
-_BOUND, _ANCHORING, _TURN, _WALL, _PAIR = range(5)
+_BOUND, _ANCHORING, _WALL, _PAIR = range(4)
 _NOBODY = -1
 _FEW = 4
 """Partners of a body that get an entry of their own: with more, more entries come to nothing; with fewer, the
@@ -61,8 +68,8 @@ class CourseEvent(NamedTuple):
 class _Entry(NamedTuple):
     """What may come next: compared in this order, which is that of rule 8.
 
-    ``b`` is a body, or ``_NOBODY``; at a wall its number, negated; at a turn its place in the list. The
-    stamps say which plans of a and b are meant.
+    ``b`` is a body, or ``_NOBODY``; at a wall its number, negated. The stamps say which plans of a and b are
+    meant.
     """
 
     tick: int
@@ -73,44 +80,63 @@ class _Entry(NamedTuple):
     other_stamp: int = 0
 
 
+class _Planned(NamedTuple):
+    """A command of the scene: its tick, how many contacts of that tick come before it, and what it is."""
+
+    tick: int
+    after: int
+    command: Turn | Insert | Remove
+
+    @property
+    def event(self) -> CourseEvent:
+        """The command as a log has it."""
+        kind = {Turn: TURNED, Insert: INSERTED, Remove: REMOVED}[type(self.command)]
+        return CourseEvent(self.tick, self.command.body, kind)
+
+
 class Course:
     """The events of a scene, one after the other.
 
     Attributes:
-        plans: the present flight plans, by body.
+        plans: the present flight plans, by body; the last one of a body that is gone, and any of one that is
+            still to come.
+        present: whether each body is there.
         now: the tick up to which all is known.
         tick: how long a tick is.
     """
 
     def __init__(self, scene: Scene) -> None:
-        only_turns(scene, "the certifier")
+        if scene.ruled:
+            raise Refused(
+                "the certifier follows elastic scenes, and this scene has responses, or bodies that nothing "
+                "can move"
+            )
         bits = unit_bits(scene)
         self.frame = Frame(scene.arena, bits, scene.periods)
         self._periodic = any(scene.periods)
         self._span = BEAT if self._periodic else SPAN
         self.now = 0
         self.tick = 2.0**-self.frame.fine
-        self._radius = scene.radius.tolist()
-        masses = scene.mass.tolist()
+        commands = [_Planned(*_moment(each, scene.start, bits), each) for each in scene.commands]
+        self._commands = commands[::-1]  # the next one is the last
+        inserted = [each for each in scene.commands if isinstance(each, Insert)]
+        count = max([len(scene) - 1, *(each.body for each in inserted)]) + 1
+        self._radius = scene.radius.tolist() + [0.0] * (count - len(scene))
+        masses = scene.mass.tolist() + [1.0] * (count - len(scene))
+        for each in inserted:
+            self._radius[each.body], masses[each.body] = each.radius, each.mass
         self._mass = None if len(set(masses)) <= 1 else masses
-        self._velocities = [turn.velocity for turn in scene.turns]
-        self._heap = [
-            _Entry(tick_of(turn.time, scene.start, bits), _TURN, turn.body, index)
-            for index, turn in enumerate(scene.turns)
-        ]
-        self._heap.append(_Entry(self._span, _ANCHORING, _NOBODY, _NOBODY))
-        self._met = [_NOBODY] * len(scene)
-        self._image: list[Whole] = [(0, 0)] * len(scene)
-        self._stamp = [0] * len(scene)
-        self._bounds = ContactBounds(scene.radius, self.frame.fine, scene.periods)
-        self.plans = [
-            FlightPlan(x, y, vx, vy, 0, radius, self.frame)
-            for (x, y), (vx, vy), radius in zip(
-                scene.position.tolist(), scene.velocity.tolist(), self._radius, strict=True
-            )
-        ]
-        for body, plan in enumerate(self.plans):
-            self._bounds.put(body, plan)
+        self._heap = [_Entry(self._span, _ANCHORING, _NOBODY, _NOBODY)]
+        self._contacts = _NOBODY, 0  # the tick of the last contact, and how many there were
+        self._met = [_NOBODY] * count
+        self._image: list[Whole] = [(0, 0)] * count
+        self._stamp = [0] * count
+        self._bounds = ContactBounds(np.array(self._radius), self.frame.fine, scene.periods)
+        self.present = [False] * count
+        self.plans = [FlightPlan(0.0, 0.0, 0.0, 0.0, 0, 0.0, self.frame)] * count
+        states = zip(scene.position.tolist(), scene.velocity.tolist(), strict=True)
+        for body, (place, velocity) in enumerate(states):
+            self._enter(body, tuple(place), tuple(velocity))
         for body in range(len(scene)):
             self._schedule([body])
         heapq.heapify(self._heap)
@@ -118,11 +144,15 @@ class Course:
     def next(self, end: int) -> CourseEvent | None:
         """Returns the next event up to and at a tick, which has not happened yet; None: there is none."""
         heap = self._heap
-        while heap and heap[0].tick <= end:
+        while heap and min(heap[0].tick, self._commands[-1].tick if self._commands else math.inf) <= end:
             entry = heap[0]
             tick, kind, a, b, _, _ = entry
             if not self._is_current(entry):
                 heapq.heappop(heap)
+            elif self._is_command_next():
+                planned = self._commands[-1]
+                self.now = max(self.now, planned.tick)
+                return planned.event if self._has_room(planned.command) else None
             elif kind == _BOUND:
                 heapq.heappop(heap)
                 self.now = max(self.now, tick)
@@ -132,14 +162,47 @@ class Course:
                 self._end_span(tick)
             elif kind == _ANCHORING:
                 return CourseEvent(tick, a, REANCHORED)
-            elif kind == _TURN:
-                return CourseEvent(tick, a, TURNED)
             else:
                 return CourseEvent(tick, a, b if kind == _PAIR else -b)
         return None
 
+    def _is_command_next(self) -> bool:
+        """Returns whether a command comes before the head of the heap (rule 8)."""
+        if not self._commands:
+            return False
+        (tick, after, _), head = self._commands[-1], self._heap[0]
+        if head.tick != tick or head.kind < _WALL:
+            return tick < head.tick
+        return after <= (self._contacts[1] if self._contacts[0] == tick else 0)
+
+    def _has_room(self, command: Turn | Insert | Remove) -> bool:
+        """Returns whether a body that is inserted now has room (rule 9); of another command always."""
+        if not isinstance(command, Insert):
+            return True
+        r = command.radius
+        x, y = command.position
+        plan = FlightPlan(x, y, 0.0, 0.0, self.now, r, self.frame)
+        place = plan.x, plan.y  # no scene has an insertion into a wall
+        for other in self._there():
+            its = self._anchored(other)
+            dx, dy = (
+                math.remainder(there - here, period) if period else there - here
+                for here, there, period in zip(place, (its.x, its.y), self.frame.periods, strict=True)
+            )
+            reach = (r + self._radius[other]) - 1e-12 * (r + self._radius[other])
+            if dx * dx + dy * dy < reach * reach:
+                return False
+        return True
+
+    def _there(self) -> Iterable[int]:
+        """Returns the bodies that are there."""
+        return (body for body, present in enumerate(self.present) if present)
+
     def carry_out(self) -> None:
         """Carries out the event that ``next`` has returned last."""
+        if self._is_command_next():
+            self._carry_out_command(self._commands.pop())
+            return
         tick, kind, a, b, _, _ = heapq.heappop(self._heap)
         self.now = tick
         one = self._anchored(a)
@@ -160,9 +223,9 @@ class Course:
         elif kind == _WALL:
             vx, vy = velocity
             velocity = (-vx, vy) if -b in (LEFT, RIGHT) else (vx, -vy)
-        elif kind == _TURN:
-            vx, vy = self._velocities[b]
-            velocity = (vx, vy)
+        if kind != _ANCHORING:
+            last, many = self._contacts
+            self._contacts = tick, many + 1 if last == tick else 1
         self._change(a, one, velocity)
         if kind == _PAIR:
             self._met[a], self._met[b] = b, a
@@ -173,6 +236,31 @@ class Course:
         if len(self._heap) > 64 * len(self.plans) + 1024:
             self._heap = [entry for entry in self._heap if self._is_current(entry)]
             heapq.heapify(self._heap)
+
+    def _carry_out_command(self, planned: _Planned) -> None:
+        self.now, _, command = planned
+        body = command.body
+        if isinstance(command, Remove):
+            self.plans[body] = self._anchored(body)
+            self.present[body] = False
+            self._bounds.remove(body)
+            self._stamp[body] += 1
+            self._met[body] = _NOBODY
+            return
+        vx, vy = command.velocity
+        if isinstance(command, Insert):
+            x, y = command.position
+            self._enter(body, (x, y), (vx, vy))
+        else:
+            self._change(body, self._anchored(body), (vx, vy))
+        self._schedule([body])
+
+    def _enter(self, body: int, place: Vector, velocity: Vector) -> None:
+        """Gives a body its first plan."""
+        plan = FlightPlan(*place, *velocity, self.now, self._radius[body], self.frame)
+        self.present[body] = True
+        self.plans[body] = plan
+        self._bounds.put(body, plan)
 
     def barred(self, a: int, b: int) -> bool:
         """Returns whether two bodies are barred from each other (rule 7)."""
@@ -200,14 +288,14 @@ class Course:
         x, y = plan.rounded_place(self.now, self.tick)
         return FlightPlan(x, y, plan.vx, plan.vy, self.now, self._radius[body], self.frame, plan.turns)
 
-    def will_turn(self, body: int, tick: int) -> bool:
-        """Returns whether the scene has a turn of a body at a tick, which has not happened yet."""
-        return any(entry[:3] == (tick, _TURN, body) for entry in self._heap)
+    def is_planned(self, event: CourseEvent) -> bool:
+        """Returns whether the scene has a command at a tick, which has not happened yet."""
+        return any(planned.event == event for planned in self._commands)
 
     def _is_current(self, entry: _Entry) -> bool:
         """Returns whether an entry is about the present plans of its bodies."""
         _, kind, a, b, stamp, other_stamp = entry
-        if kind == _TURN or a == _NOBODY:
+        if a == _NOBODY:
             return True
         if self._stamp[a] != stamp:
             return False
@@ -265,7 +353,15 @@ class Course:
         """Enters the anchorings at the end of a span of bodies with one plan for all of it (rule 8)."""
         self.now = tick
         self._bounds.rebase(tick)
-        for body, plan in enumerate(self.plans):
-            if plan.anchor < tick - self._span:
+        for body in self._there():
+            if self.plans[body].anchor < tick - self._span:
                 heapq.heappush(self._heap, _Entry(tick, _ANCHORING, body, _NOBODY, self._stamp[body]))
         heapq.heappush(self._heap, _Entry(tick + self._span, _ANCHORING, _NOBODY, _NOBODY))
+
+
+def _moment(command: Turn | Insert | Remove, start: float, bits: int) -> tuple[int, int]:
+    """Returns the tick of a command, and after how many contacts of that tick it comes (rule 2)."""
+    if command.at is None:
+        return tick_of(command.time, start, bits), 0
+    epoch, tick, after = command.at
+    return (epoch << UNIT_BITS) + tick, after

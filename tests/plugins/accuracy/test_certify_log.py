@@ -70,6 +70,17 @@ def test_contacts_are_not_written_over_what_is_there(tmp_path):
     assert kinetile(*run, tmp_path / "c", "--events", tmp_path / "c").exit_code == 2
 
 
+def test_a_list_of_fewer_contacts_than_the_run_had_is_wrong(tmp_path, cradle):
+    path = tmp_path / "short.txt"
+    path.write_text(
+        "".join(f"{epoch} {tick} {a} {b}\n" for _, epoch, tick, a, b in cradle.contacts[:8].tolist())
+    )
+    assert kinetile("certify-log", "cradle", path, "--max-contacts", 8).exit_code == 0
+    short = kinetile("certify-log", "cradle", path, "--max-contacts", 9)
+    assert short.exit_code == 1
+    assert "line 9 is wrong: there is more: 9 contacts are asked for" in short.stdout
+
+
 def test_lines_come_from_stdin(log):
     text = "\n".join(log.read_text().splitlines()[:-1])
     found = kinetile("certify-log", "cradle", "-", "--until", 5, "--json", stdin=text)

@@ -75,6 +75,9 @@ def test_scenes_with_another_unit_of_time() -> None:
     found = certify(sim, max_contacts=40)
     assert found.complete
     assert np.abs(found.ticks[:5]).max() < 8.0
+    finer = certify(kt.Simulation(drawn.replace(unit=sim.time_unit / 4), "naive"), max_contacts=40)
+    assert finer.complete
+    assert finer.oracle.contacts == found.oracle.contacts, "the clock of a run is not the oracle's"
 
 
 def test_one_tick_is_all_that_is_lost_at_first() -> None:

@@ -396,8 +396,6 @@ def test_what_it_does_not_do_is_refused() -> None:
     scene = kt.make_scene("grid", bodies=9, seed=1)
     with pytest.raises(Refused, match="springs"):
         Oracle(scene, ["springs"])
-    with pytest.raises(Refused, match="knows no images, and this scene is periodic along x"):
-        Oracle(scene.replace(periodic="x"))
     with pytest.raises(Refused, match="1000 bodies"):
         Oracle(kt.make_scene("grid", bodies=1024, density=0.1))
 

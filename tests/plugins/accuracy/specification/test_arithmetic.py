@@ -117,6 +117,7 @@ def test_units_are_those_of_the_vectors():
             radius=states[:, 4],
             arena=sides and tuple(map(double, sides)),
             commands=tuple(Turn(0, 0.0, tuple(map(double, turn))) for turn in turns),
+            unit=None,
         )
         assert unit_bits(scene) == e
         seen += 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 from pathlib import Path
 
@@ -9,7 +10,8 @@ import numpy as np
 import pytest
 
 import kinetile as kt
-from kinetile.errors import BadOption
+import torus_scenes
+from kinetile.errors import BadOption, Refused, ZenoError
 from kinetile.kernel.log import LOG
 from kinetile.records.contacts import CONTACT_LINE
 from kinetile_accuracy import certify_log
@@ -17,6 +19,7 @@ from kinetile_accuracy.specification import certify
 from kinetile_accuracy.specification.arithmetic import tick_of, unit_bits
 from kinetile_accuracy.specification.certify import LogCertifier, explain_difference
 from kinetile_accuracy.specification.course import Course
+from lanes import first
 
 VECTORS = Path(__file__).parents[3] / "vectors"
 UNTIL = 1.0
@@ -36,7 +39,9 @@ def whole_rows(scene, until):
         a = course.plans[event.a]
         b = course.plans[event.b] if event.b >= 0 else None
         plans = [a.x, a.y, a.vx, a.vy, *([b.x, b.y, b.vx, b.vy] if b else [np.nan] * 4)]
-        rows.append((0.0, event.tick >> 52, event.tick & (2**52 - 1), event.a, event.b, *plans))
+        epoch, tick = event.tick >> 52, event.tick & (2**52 - 1)
+        time = scene.start + (epoch + tick * 2.0**-52) * scene.time_unit
+        rows.append((time, epoch, tick, event.a, event.b, *plans))
     return np.array(rows, LOG)
 
 
@@ -209,6 +214,56 @@ def test_the_end(gas):
     assert "there are to be 7 contacts" in str(certify_log(scene, log, max_contacts=7))
 
 
+def test_fewer_contacts_than_are_asked_for(gas):
+    scene, log = gas
+    assert certify_log(scene, log[:80], max_contacts=80).right
+    found = certify_log(scene, log[:79], max_contacts=80)
+    assert (found.right, found.wrong.index, found.wrong.found) == (False, 79, None)
+    assert found.wrong.expected == tuple(log[79].tolist())
+    assert "there is more: 80 contacts are asked for" in str(found)
+    alone = kt.Scene([(0.25, 0.5), (0.75, 0.5)], [(1.0, 0.0), (0.0, 0.0)], 0.125)
+    one = contacts_among(whole_rows(alone, 1.0))
+    assert len(one) == 1
+    assert certify_log(alone, one, max_contacts=80).right, "nothing comes after it"
+    assert not certify_log(alone, one[:0], max_contacts=80).right
+
+
+FORGED = {
+    "dropped": (lambda log: np.delete(log, 40), "before that comes"),
+    "added": (lambda log: np.insert(log, 40, log[10]), "earlier than the line before it"),
+    "a tick later": (lambda log: moved_by(log, 1), "1 tick earlier"),
+    "a tick earlier": (lambda log: moved_by(log, -1), "1 tick later"),
+    "swapped": (lambda log: log[[*range(40), 41, 40, *range(42, len(log))]], "in the wrong order"),
+    "another body": (lambda log: with_field(log, "a", 0, "b", 24), "do not meet"),
+    "a false time": (lambda log: with_field(log, "time", np.nextafter(log["time"][40], 9.0)), "of its tick"),
+    "no time": (lambda log: with_field(log, "time", np.nan), "is nan, and not that of its tick"),
+}
+
+
+def with_field(log, *fields):
+    log = log.copy()
+    for name, value in zip(fields[::2], fields[1::2], strict=True):
+        log[name][40] = value
+    return log
+
+
+def moved_by(log, ticks):
+    return with_field(log, "tick", log["tick"][40] + ticks)
+
+
+@pytest.mark.parametrize("unit", [None, 1.0, 2.0**-7])
+@pytest.mark.parametrize("forged", FORGED)
+def test_runs_on_a_clock_of_their_own_and_forged_ones(unit, forged):
+    scene = kt.make_scene("grid", bodies=25, density=0.5, speed=3.0).replace(unit=unit)
+    sim = kt.Simulation(scene, "naive")
+    sim.run(until=0.25)
+    assert certify_log(scene, sim.contacts, 0.25, fingerprint=sim.fingerprint).right
+    change, reason = FORGED[forged]
+    index, why = wrong(scene, change(sim.contacts), 0.25)
+    assert index == 40
+    assert reason in why
+
+
 @pytest.mark.parametrize(
     ("line", "why"),
     [
@@ -219,7 +274,8 @@ def test_the_end(gas):
         ((0, 5, -1, 2), "there is no body -1"),
         ((0, 5, 7, 7), "not in ascending order"),
         ((0, 5, 7, 3), "not in ascending order"),
-        ((0, 5, 7, -7), "there is no wall -7"),
+        ((0, 5, 7, -9), "there is no wall -9"),
+        ((0, 5, 7, -7), "nothing of the kind happens then"),
         ((0, 5, 7, -5), "nothing of the kind happens then"),
     ],
 )
@@ -367,3 +423,132 @@ def test_where_the_specification_does_not_say_it_says_nothing(three_in_a_row, mo
     assert not explain_difference(scene, lists, 1, ["disc", "wall"])  # and no walls to meet
     monkeypatch.setattr(certify, "_FARTHEST", 0)
     assert not explain_difference(scene, lists, 1)
+
+
+# Bodies that come and go
+
+
+def living(seed):
+    """Return a scene in which bodies turn, come and go, some at one tick, and the end of a run of it."""
+    random = np.random.default_rng(seed)
+    scene = (
+        torus_scenes.drawn(seed, (2, 3, 5, 8)) if seed % 3 else kt.make_scene("lattice", bodies=9, seed=seed)
+    )
+    unit, n = scene.time_unit, len(scene)
+
+    def moment(first, last):
+        eighths = random.integers(8 * first, 8 * last) / 8
+        return float(eighths if random.random() < 0.7 else random.uniform(first, last)) * unit
+
+    commands = [kt.Remove(int(body), moment(3, 5)) for body in random.permutation(n)[:2]]
+    for _ in range(8):
+        at, velocity = moment(0, 3), scene.velocity[random.integers(n), ::-1].tolist()
+        place = (random.integers(2, 15, 2) / 16 * scene.arena).tolist()
+        coming = kt.Insert(at, place, velocity, float(scene.radius.min()), float(random.choice([1.0, 2.0])))
+        commands.append(coming if random.random() < 0.3 else kt.Turn(int(random.integers(n)), at, velocity))
+    return scene.replace(commands=commands, unit=unit / 4 if seed % 2 else None), 5.0 * unit
+
+
+@pytest.mark.parametrize("seed", first(10, range(60)))
+@pytest.mark.compiled
+def test_bodies_come_and_go_and_turn(seed):
+    scene, until = living(seed)
+    sim, some = kt.Simulation(scene, "naive"), [np.zeros(0, LOG)]
+    try:  # an insertion without room ends the answer as well
+        with contextlib.suppress(Refused):
+            sim.run(until=until, recorder=lambda rows: some.append(rows.copy()))
+    except ZenoError:
+        until = None
+    rows = np.concatenate(some)
+    assert certify_log(scene, rows, until, fingerprint=sim.fingerprint).right
+    assert certify_log(scene, sim.contacts, until, fingerprint=sim.fingerprint).right
+    met = np.flatnonzero(rows["b"] >= -4)
+    for at in met[len(met) // 2 : len(met) // 2 + 1] if until else ():
+        assert wrong(scene, np.delete(rows, at), until)[0] == at
+        assert wrong(scene, np.insert(rows, at, rows[at]), until)[0] == at + 1
+
+
+@pytest.mark.parametrize("seed", first(6, range(60)))
+@pytest.mark.compiled
+def test_what_was_done_by_hand_is_followed(seed):
+    """Commands by hand come after so many contacts of their tick."""
+    random = np.random.default_rng(seed)
+    scene = torus_scenes.drawn(seed, (3, 5, 8)) if seed % 2 else kt.make_scene("lattice", bodies=9, seed=seed)
+    sim = kt.Simulation(scene, "naive", live=True, turning=True)
+    with contextlib.suppress(ZenoError):
+        for kind in random.integers(0, 3, 8):
+            sim.run(max_contacts=int(random.integers(1, 6)), until=sim.time + scene.time_unit)
+            body = int(random.choice(sim.bodies))
+            if kind == 0:
+                place = random.integers(2, 15, 2) / 16 * scene.arena
+                with contextlib.suppress(Refused, ValueError):
+                    sim.insert(place.tolist(), (0.5, 0.25), float(scene.radius.min()))
+            elif kind == 1 and len(sim.bodies) > 2:
+                sim.remove(body)
+            else:
+                sim.set_velocity(body, scene.velocity[random.integers(len(scene))])
+        sim.run(until=sim.time + scene.time_unit / 2)
+        assert certify_log(sim.recorded(), sim.contacts, sim.time, fingerprint=sim.fingerprint).right
+
+
+def test_who_is_not_there_meets_nobody():
+    places, velocities = [(0.25, 0.5), (0.75, 0.5)], [(0.25, 0.0), (-0.25, 0.0)]
+    commands = [kt.Remove(1, 0.25), kt.Insert(1.0, (0.75, 0.25), (0.0, 0.0), 0.125)]
+    scene = kt.Scene(places, velocities, 0.125, arena=(1.0, 1.0), commands=commands)
+    said = {}
+    for name, line in {
+        "gone": (0, 2**51, 0, 1),
+        "to come": (0, 2**51, 0, 2),
+        "never": (0, 2**51, 0, 3),
+    }.items():
+        said[name] = wrong(scene, np.array([line], CONTACT_LINE), None)[1]
+    assert said["gone"] == "body 1 is not there: it is still to come, or has gone"
+    assert said["to come"] == "body 2 is not there: it is still to come, or has gone"
+    assert said["never"] == "there is no body 3: the scene has 3"
+
+
+@pytest.mark.parametrize(
+    ("place", "periodic", "room"),
+    [
+        ((0.4375, 0.75 - 2.0**-40), "", False),
+        ((0.4375, 0.75), "", True),
+        ((1.4375, 0.75 - 2.0**-40), "x", False),
+        ((-0.4375, 0.5), "x", False),
+        ((-0.3125, 0.5), "x", True),
+    ],
+)
+def test_who_has_no_room_ends_the_answer(place, periodic, room):
+    """The first body is at (0.4375, 0.5) when the other comes, and at (-0.5625, 0.5)."""
+    commands = [kt.Insert(0.5, place, (0.0, 0.0), 0.125)]
+    scene = kt.Scene(
+        [(0.4375, 0.25)], [(0.0, 0.5)], 0.125, arena=(1.0, 1.0), commands=commands, periodic=periodic
+    )
+    sim = kt.Simulation(scene, "naive")
+    with contextlib.nullcontext() if room else pytest.raises(Refused, match="room"):
+        sim.run(until=1.5)
+    assert certify_log(scene, sim.contacts, 1.5).right
+    assert (Course(scene).next(2**51) is not None) == room
+
+
+def test_a_command_waits_for_so_many_contacts_of_its_tick():
+    """Three pairs meet at one time, after another contact; body 2 turns away after so many of them."""
+    places = [(x, y) for y in (0.5, 1.0, 1.5) for x in (0.25, 0.75)] + [(1.5, 0.25)]
+    velocities = [(0.5, 0.0), (-0.5, 0.0)] * 3 + [(0.0, -1.0)]
+    for after, expected in ((0, [(0, 1), (4, 5)]), (1, [(0, 1), (4, 5)]), (2, [(0, 1), (2, 3), (4, 5)])):
+        commands = [kt.Turn(2, 0.25, (-1.0, 0.0), at=(0, 2**50, after))]
+        scene = kt.Scene(places, velocities, 0.125, arena=(2.0, 2.0), commands=commands)
+        sim = kt.Simulation(scene, "naive")
+        sim.run(until=0.25)
+        assert sim.contacts[["a", "b"]].tolist() == [(6, -3), *expected]
+        assert certify_log(scene, sim.contacts, 0.25).right
+
+
+@pytest.mark.parametrize("bodies", [0, 1])
+def test_the_unit_is_that_of_who_comes_as_well(bodies):
+    commands = [kt.Insert(0.5, (0.5, 0.75), (20.0, 3.0), 0.125), kt.Remove(bodies, 1.0)]
+    places, velocities = np.full((bodies, 2), 0.25), np.full((bodies, 2), 0.5)
+    scene = kt.Scene(places, velocities, 0.125, arena=(1.0, 1.0), commands=commands)
+    sim = kt.Simulation(scene, "naive")
+    sim.run(until=2.0)
+    assert len(sim.contacts) > 10
+    assert certify_log(scene, sim.contacts, 2.0).right
