@@ -53,7 +53,7 @@ def kinetile_narrow_phases() -> list[NarrowPhaseSpec]:
         NarrowPhaseSpec(
             "boxes",
             "kinetile_plugins.boxes:Boxes",
-            "upright boxes, and discs among them, elastic",
+            "upright boxes and discs, elastic",
             role="pair",
         ),
         NarrowPhaseSpec(

@@ -1,11 +1,11 @@
 """The narrow phase of upright boxes, of discs among them, and of both.
 
 Bodies do not rotate. When two of them touch is decided exactly, an axis at a time
-(``kinetile.kernel.certificates.boxes``; docs/specification.md, rule 5s). What follows is rule 9s: they exchange
-momentum across the face at which they touch, so that of two boxes one component of the velocities changes
-alone, or along the line from a corner to the disc.
+(``kinetile.kernel.certificates.boxes``; docs/specification.md, rule 5s). What follows is rule 9s: they
+exchange momentum across the face at which they touch, so that of two boxes one component of the velocities
+changes alone, or along the line from a corner to the disc.
 
-Lower bounds are those of the circles that hold the bodies.
+Lower bounds are those of boxes that are wider by the radii, and fattened by more than all rounding.
 """
 
 from __future__ import annotations
@@ -18,12 +18,23 @@ from kinetile.errors import Refused
 from kinetile.kernel.certificates.boxes import boxes_touch, disc_touches_box
 from kinetile.kernel.certificates.contact import first_touch
 from kinetile.scene import Scene
-from kinetile.toolbox import NEVER, TOO_DEEP, Kernel, PairParts, blame, hook, since_anchor, unchecked
-from kinetile_plugins.disc import bounds, exchange
+from kinetile.toolbox import (
+    NEVER,
+    NOBODY,
+    TOO_DEEP,
+    Kernel,
+    PairParts,
+    blame,
+    hook,
+    larger,
+    since_anchor,
+    since_origin,
+    smaller,
+    unchecked,
+)
+from kinetile_plugins.disc import exchange
 
 SHAPES = ("box", "disc")
-
-soonest = bounds(held=True)
 
 
 def demand_boxes(phase: str, scene: Scene) -> None:
@@ -35,6 +46,50 @@ def demand_boxes(phase: str, scene: Scene) -> None:
             f"{phase} takes upright boxes and discs, and this scene has bodies of another shape "
             f"({', '.join(others)}): no narrow phase takes them yet"
         )
+
+
+@hook
+def overlaps_while(d: float, v: float, reach: float) -> tuple[float, float]:
+    """Return from when until when a place, d away along an axis at a speed v, is within a reach."""
+    if v == 0.0:
+        return (-math.inf, math.inf) if abs(d) <= reach else (math.inf, -math.inf)
+    first = (-reach - d) / v
+    second = (reach - d) / v
+    return smaller(first, second), larger(first, second)
+
+
+@unchecked
+@hook
+def soonest(k: Kernel, body: int, count: int, barred: int, known: int, at: int) -> tuple[float, float, int]:
+    """Return bounds below the first contact of a body with ``k.near[:count]``, the second, and with whom: as
+    delays after tick ``at``, infinite where there is no contact."""
+    fat = k.clock[0].limits.fat
+    elapsed = since_origin(k, at)
+    one = k.places[body]
+    mine = k.bodies[body]
+    soon = math.inf
+    rest = math.inf
+    who = NOBODY
+    for i in range(count):
+        other = k.near[i]
+        if other != body and other != barred and other != known:
+            two = k.places[other]
+            its = k.bodies[other]
+            margin = mine.margin + its.margin + fat
+            vx = two.vx - one.vx
+            vy = two.vy - one.vy
+            enters, leaves = overlaps_while(
+                (two.x - one.x) + vx * elapsed, vx, mine.half_width + its.half_width + margin
+            )
+            enters_y, leaves_y = overlaps_while(
+                (two.y - one.y) + vy * elapsed, vy, mine.half_height + its.half_height + margin
+            )
+            delay = larger(larger(enters, enters_y), 0.0)
+            if delay <= smaller(leaves, leaves_y):
+                rest = smaller(rest, larger(soon, delay))
+                who = int(other) if delay < soon else who
+                soon = smaller(soon, delay)
+    return soon, rest, who
 
 
 @hook
@@ -182,9 +237,7 @@ class Boxes:
     def prepare(self, scene: Scene) -> PairParts:
         """Returns the parts; refuses a scene of discs alone, and one with other shapes."""
         if not scene.shapes:
-            raise Refused(
-                "boxes is for scenes with shapes, and all bodies of this one are discs: choose disc"
-            )
+            raise Refused("boxes is for scenes with shapes, and this one has discs alone: choose disc")
         demand_boxes("boxes", scene)
         discs = sum(scene.shapes[each].is_disc for each in scene.shape.tolist())
         several = (self.general or discs > 1, self.general or len(scene) - discs > 1)

@@ -158,7 +158,7 @@ def sooner_two(
 
 
 @hook
-def not_before(k: Kernel, body: int, other: int, at: int, reach: float, periodic: bool, held: bool) -> float:
+def not_before(k: Kernel, body: int, other: int, at: int, reach: float, periodic: bool) -> float:
     """Return what ``soonest`` does for one partner alone; ``reach`` is the sum of the fattened radii."""
     one = k.places[body]
     two = k.places[other]
@@ -178,8 +178,6 @@ def not_before(k: Kernel, body: int, other: int, at: int, reach: float, periodic
     gap = (dx * dx + dy * dy) * (1.0 - 2.0**-46) - reach * reach
     inside = approach2 - speed2 * gap
     passes = ((approach > 0.0) & (approach2 > fat * fat * speed2)) | (inside < 0.0)
-    if held:
-        passes = passes & (gap > 0.0)
     delay = gap / (math.sqrt(inside) - approach) if inside >= 0.0 else math.nan
     delay = delay if delay > 0.0 else 0.0  # what is not a number may touch now
     delay = math.inf if passes else delay
@@ -192,11 +190,8 @@ def not_before(k: Kernel, body: int, other: int, at: int, reach: float, periodic
     return delay
 
 
-def bounds(
-    equal: bool = False, periodic: bool = False, held: bool = False
-) -> Callable[..., tuple[float, float, int]]:
-    """Returns the hook ``soonest``, for bodies of one radius or of any, and where axes are periodic; ``held``:
-    for bodies that are held by their circles, and may still meet when those overlap and part.
+def _bounds(equal: bool, periodic: bool) -> Callable[..., tuple[float, float, int]]:
+    """Returns the hook ``soonest``, for bodies of one radius or of any, and where axes are periodic.
 
     There the bound is that of the nearest image, and the time until any other one could touch: it is half
     a period away, along an axis, until that is flown.
@@ -224,7 +219,7 @@ def bounds(
             if alone == body or alone == barred or alone == known:  # noqa: SIM109 - no tuple in a hook
                 return math.inf, math.inf, NOBODY
             reach_of_two = (limits.widest if equal else k.radii[alone]) + own
-            soon = not_before(k, body, alone, at, reach_of_two, periodic, held)
+            soon = not_before(k, body, alone, at, reach_of_two, periodic)
             return soon, math.inf, int(alone) if soon < math.inf else NOBODY
         fill(k.near, count, body)  # the rest of the last eight: a body itself is left out
         elapsed = spread(since_origin(k, at))
@@ -277,8 +272,6 @@ def bounds(
                 inside = approach2 - speed2 * gap
                 parts = (approach > zero) & (approach2 > fat2 * speed2)
                 passes = parts | (inside < zero)
-                if held:
-                    passes = passes & (gap > zero)
                 delay = gap / (root(inside) - approach)
                 delay = choose(delay > least, delay, least)  # what is not a number may touch now
                 delay = choose(passes, never, delay)
@@ -306,7 +299,8 @@ def bounds(
     return soonest
 
 
-soonest, soonest_of_equals, soonest_of_images = bounds(), bounds(equal=True), bounds(periodic=True)
+soonest, soonest_of_equals = _bounds(False, False), _bounds(True, False)
+soonest_of_images = _bounds(False, True)
 
 
 @hook

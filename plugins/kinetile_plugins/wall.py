@@ -51,7 +51,9 @@ def after(k: Kernel, body: Records, extent: float, far: float, near: float, spee
     return int(body.anchor + delay) if delay != NEVER else NEVER
 
 
-def _walls(x: bool, y: bool, extent: Callable[..., tuple[float, float]] = of_disc) -> Callable[..., Any]:
+def _walls(
+    x: bool, y: bool, extent: Callable[..., tuple[float, float]] = of_disc
+) -> Callable[[Kernel, Records], tuple[int, int]]:
     """Returns the hook ``reach_wall`` for walls at the ends of these axes."""
 
     @unchecked

@@ -80,10 +80,8 @@ class Question:
     def tick_by_rationals(self) -> int:
         """Return the answer of rule 5s."""
         q = Fraction(self.tick)
-        flown = [
-            Fraction(at) + Fraction(v) * self.elapsed * q for at, v in zip(self.one, self.v, strict=True)
-        ]
-        d = tuple(Fraction(at) - place for at, place in zip(self.two, flown, strict=True))
+        there = [Fraction(x) + Fraction(v) * self.elapsed * q for x, v in zip(self.one, self.v, strict=True)]
+        d = tuple(Fraction(at) - place for at, place in zip(self.two, there, strict=True))
         v = tuple((Fraction(w) - Fraction(v)) * q for v, w in zip(self.v, self.v2, strict=True))
         found = entry(Difference(*self.shapes), d, v)
         return NEVER if found is None else found.tick

@@ -99,7 +99,7 @@ def gap_of(
 ) -> int:
     """Return the sign of the gap of two intervals at the later anchor: BEYOND, AT or WITHIN."""
     whole = float(elapsed)
-    d, low, size, u, w = seen_from(x, vx, x2, vx2, whole * tick, float(elapsed - int(whole)) * tick)
+    d, low, size, _, _ = seen_from(x, vx, x2, vx2, whole * tick, float(elapsed - int(whole)) * tick)
     sides, sides_low = plus(half, half2)
     gap = (abs(d) - sides) + ((low if d > 0.0 else -low) - sides_low)
     if abs(gap) > 2.0**-48 * (size + sides):
@@ -294,7 +294,7 @@ def into_box(
             )
         if before == 0:
             return NEVER
-    return larger(enters_x, enters_y)
+    return int(larger(enters_x, enters_y))
 
 
 @hook
@@ -482,4 +482,4 @@ def disc_touches_box(
                 height,
             ),
         )
-    return found
+    return int(found)
