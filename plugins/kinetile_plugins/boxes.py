@@ -53,9 +53,37 @@ def overlaps_while(d: float, v: float, reach: float) -> tuple[float, float]:
     """Return from when until when a place, d away along an axis at a speed v, is within a reach."""
     if v == 0.0:
         return (-math.inf, math.inf) if abs(d) <= reach else (math.inf, -math.inf)
-    first = (-reach - d) / v
-    second = (reach - d) / v
-    return smaller(first, second), larger(first, second)
+    middle = -d / v
+    half = reach / abs(v)
+    return middle - half, middle + half
+
+
+@hook
+def around_corner(
+    x: float, y: float, vx: float, vy: float, width: float, height: float, margin: float
+) -> float:
+    """Return a bound below the time until a disc touches a box, where it has come within the box's margins
+    but may still be beside a corner: until it touches that or is beside it no longer."""
+    beside = abs(x) - width
+    above = abs(y) - height
+    if beside <= 0.0 or above <= 0.0:
+        return 0.0
+    vx = vx if x > 0.0 else -vx
+    vy = vy if y > 0.0 else -vy
+    approach = beside * vx + above * vy
+    speed2 = vx * vx + vy * vy
+    gap = beside * beside + above * above - margin * margin
+    inside = approach * approach - speed2 * gap
+    soon = math.inf
+    if gap <= 0.0:
+        soon = 0.0
+    elif approach < 0.0 and inside >= 0.0:
+        soon = gap / (math.sqrt(inside) - approach)
+    if vx < 0.0:
+        soon = smaller(soon, -beside / vx)
+    if vy < 0.0:
+        soon = smaller(soon, -above / vy)
+    return soon * (1.0 - 2.0**-40)
 
 
 @unchecked
@@ -76,19 +104,21 @@ def soonest(k: Kernel, body: int, count: int, barred: int, known: int, at: int) 
             two = k.places[other]
             its = k.bodies[other]
             margin = mine.margin + its.margin + fat
+            width = mine.half_width + its.half_width
+            height = mine.half_height + its.half_height
             vx = two.vx - one.vx
             vy = two.vy - one.vy
-            enters, leaves = overlaps_while(
-                (two.x - one.x) + vx * elapsed, vx, mine.half_width + its.half_width + margin
-            )
-            enters_y, leaves_y = overlaps_while(
-                (two.y - one.y) + vy * elapsed, vy, mine.half_height + its.half_height + margin
-            )
+            dx = (two.x - one.x) + vx * elapsed
+            dy = (two.y - one.y) + vy * elapsed
+            enters, leaves = overlaps_while(dx, vx, width + margin)
+            enters_y, leaves_y = overlaps_while(dy, vy, height + margin)
             delay = larger(larger(enters, enters_y), 0.0)
-            if delay <= smaller(leaves, leaves_y):
-                rest = smaller(rest, larger(soon, delay))
-                who = int(other) if delay < soon else who
-                soon = smaller(soon, delay)
+            delay = delay if delay <= smaller(leaves, leaves_y) else math.inf
+            if margin > fat and delay < rest:
+                delay += around_corner(dx + vx * delay, dy + vy * delay, vx, vy, width, height, margin)
+            rest = smaller(rest, larger(soon, delay))
+            who = int(other) if delay < soon else who
+            soon = smaller(soon, delay)
     return soon, rest, who
 
 
