@@ -144,7 +144,9 @@ def first_image(k: Kernel, a: int, b: int) -> int:
     while True:
         place = way * dx + column * torus.x
         limit = float(best + 2) * clock.tick
-        enters = (-far - place) / speed if place < -far else 0.0
+        enters = 0.0
+        if place < -far:
+            enters = (-far - place) / speed if speed > 0.0 else math.inf
         if not enters <= limit:
             break
         leaves = (far - place) / speed if speed > 0.0 else limit
