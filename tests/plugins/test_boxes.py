@@ -13,9 +13,11 @@ import box_scenes
 import kinetile as kt
 from kinetile.errors import Refused, ZenoError
 from kinetile.kernel.certificates.boxes import boxes_touch, disc_touches_box
-from kinetile.kernel.tables import NEVER
+from kinetile.kernel.loop.predictions import FAR, MARGIN
+from kinetile.kernel.tables import NEVER, NOBODY
 from kinetile.toolbox import hook
 from kinetile_accuracy.specification.shapes import Difference, entry
+from kinetile_plugins.boxes import MEET, soonest
 from lanes import first
 
 PHASES = ("naive", "cells", "sap-1d", "sap-2d")
@@ -110,6 +112,26 @@ def test_the_answer_is_that_of_rationals(seed):
             assert rows(sim) == expected
         except ZenoError:
             assert rows(sim) == expected[: len(sim.contacts)]
+
+
+@pytest.mark.small
+@pytest.mark.parametrize("seed", first(20, range(400)))
+def test_bounds_are_never_late(seed):
+    scene = box_scenes.drawn(seed)
+    k = kt.Simulation(scene, "naive")._engine.k
+    meet, n = MEET[True, True], len(scene)
+    k.near[:n] = range(n)
+    for body in range(n):
+        soon, rest, who = soonest(k, body, n, NOBODY, NOBODY, 0)
+        for other in set(range(n)) - {body}:
+            bound = soon if other == who else rest
+            tick = meet(k, min(body, other), max(body, other))
+            assert not_before_tick(bound * k.clock[0].per_time) <= tick
+
+
+def not_before_tick(ticks: float) -> float:
+    """Return what the loop makes of a bound (``predictions.not_before``)."""
+    return max(ticks - MARGIN, 0.0) if ticks < FAR else NEVER
 
 
 def wall_of_bricks(**more) -> kt.Scene:
