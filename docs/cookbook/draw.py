@@ -1,7 +1,8 @@
 """Draw the pictures of the cookbook: ``python docs/cookbook/draw.py [PAGE ...]``, by default all of them.
 
 Units: the diameter of a disc (of the larger in a mixture), its mass (of the smaller), and kT; in the Lorentz
-gas the radius of a scatterer and the speed. Error bars are standard errors; numbers are printed as well.
+gas the radius of a scatterer and the speed; among obstacles the speed and half the height of the room. Error
+bars are standard errors; numbers are printed as well.
 """
 
 from __future__ import annotations
@@ -181,7 +182,46 @@ def lorentz_gas():
     return figure
 
 
-PICTURES = [equation_of_state, diffusion, pair_correlation, mixture, cooling_granular_gas, lorentz_gas]
+def obstacles():
+    """A path around a box, and how often a disc meets boxes of five widths."""
+    figure, left, right = panels("x", "y", "width of the box", "1000 (rate / exact - 1)")
+    widths, found = (0.25, 0.5, 1.0, 1.5, 2.0), []
+    for w in widths:
+        scene = kt.Scene(
+            [(1.5, 1.0), (0.4, 0.3)],
+            [(0.0, 0.0), (math.cos(0.7), math.sin(0.7))],
+            mass=[math.inf, 1.0],
+            shape=[0, 1],
+            shapes=[kt.box(w, 0.6), kt.disc(0.1)],
+            arena=(3.0, 2.0),
+        )
+        sim, path = kt.Simulation(scene, keep_contacts=False), []
+        while w == 1.0 and len(path) < 200:
+            path.append(sim.positions()[1])
+            sim.run(max_contacts=1)
+        if path:
+            left.fill([1.0, 2.0, 2.0, 1.0], [0.7, 0.7, 1.3, 1.3], color="0.75")
+            left.plot(*np.transpose(path), lw=0.4, label="the middle of the disc, 200 contacts")
+        sim.run(max_contacts=10_000_000, observe=["rates"])
+        rate = sim.observed["rates"]["pairs"]
+        free = 2.8 * 1.8 - (0.6 * w + 0.2 * (w + 0.6) + 0.01 * math.pi)
+        exact = (2 * (w + 0.6) + 0.2 * math.pi) / (math.pi * free)
+        found.append((1000 * (rate.mean / exact - 1), 1000 * rate.error / exact))
+    left.set(xlim=(0, 3), ylim=(0, 2), aspect="equal")
+    right.axhline(0, color="black", lw=0.8)
+    dots(right, widths, found, "measured")
+    return figure
+
+
+PICTURES = [
+    equation_of_state,
+    diffusion,
+    pair_correlation,
+    mixture,
+    cooling_granular_gas,
+    lorentz_gas,
+    obstacles,
+]
 
 if __name__ == "__main__":
     for picture in PICTURES:
