@@ -121,7 +121,8 @@ def cast(moment: Moment, centre: Point, radius: float, velocity: Point) -> CastH
 
 def _with_disc(moment: Moment, centre: Point, radius: float, velocity: Point) -> Kernel:
     """Returns what ``first_image`` reads of the tables, with a disc in a last row: anchored now, younger than
-    all, and with nobody met. The clock is a copy, because an overlap is reported to it as a fault."""
+    all, with nobody met, and of no kind, so that there are no rules. The clock is a copy, because an overlap
+    is reported to it as a fault."""
     k, n, periods = moment.k, len(moment.k.bodies), moment.periods
     bodies, images, clock = record_table(BODY, n + 1), record_table(IMAGE, n + 1), k.clock.copy()
     bodies[:n], images[:n] = k.bodies, k.images
@@ -133,7 +134,7 @@ def _with_disc(moment: Moment, centre: Point, radius: float, velocity: Point) ->
     # A period is enough: only along an axis with walls, which has no images, is there no limit to its speed.
     flown = (abs(velocity[0]) + abs(velocity[1])) * (FORESEEN * float(clock[0].tick))
     limits.fat += min(2.0**-40 * (flown + radius), max(periods))
-    return k._replace(bodies=bodies, images=images, clock=clock)
+    return k._replace(bodies=bodies, images=images, clock=clock, rules=k.rules[:0])
 
 
 def _moment_of(moment: Moment, tick: int) -> tuple[float, int, int]:
