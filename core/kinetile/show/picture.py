@@ -173,8 +173,7 @@ def _images(discs: tuple[PlacedDisc, ...], scene: Scene) -> Iterator[PlacedDisc]
 
 def _counted(scene: Scene, count: int) -> str:
     name = scene.origin.get("recipe") or PurePath(scene.origin.get("file", "")).stem or "a scene"
-    what = ("body", "bodies") if scene.shapes else ("disc", "discs")
-    return f"{printable(str(name))}: {count} {what[count != 1]}"
+    return f"{printable(str(name))}: {scene.counted(count)}"
 
 
 def corners_of(shape: Item) -> list[Place]:
