@@ -5,7 +5,8 @@ the vector d from centre to centre, or from the centre to the wall. kT = 2 K / n
 energy K of n degrees of freedom: 2 N, less one for each periodic axis, along which momentum is conserved (K
 is without that of the common motion). The sum has two exact estimators.
 
-*Impulses* are added up as they are. That is right for any scene, with bodies of any shape, and needs the velocities before a contact.
+*Impulses* are added up as they are. That is right for any scene, with bodies of any shape, and needs the
+velocities before a contact.
 
 *Counts*: while all contacts are elastic, the velocities in equilibrium, in units of 1/sqrt(mass), are a point
 on a sphere of n dimensions. So the mean of J at a contact follows from the masses alone:

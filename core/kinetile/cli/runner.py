@@ -281,7 +281,8 @@ def _lines(result: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
     walls += f", periodic along {' and '.join(scene['periodic'])}" if scene["periodic"] else ""
     narrow = ", ".join(called(*each) for each in result["narrow_phases"].items())
     kinds = ", ".join(f"{kind} ({count:,})" for kind, count in scene["shapes"].items())
-    yield "scene", f"{_origin(scene)}: {scene['bodies']:,} {f'bodies: {kinds},' if kinds else 'discs'} {walls}"
+    what = f"bodies: {kinds}," if kinds else "discs"
+    yield "scene", f"{_origin(scene)}: {scene['bodies']:,} {what} {walls}"
     broad = called(result["broad_phase"], result["options"])
     yield "phases", f"{broad}; {narrow or 'no narrow phase'}"
     yield "time", f"{scene['start']:g} to {run['time']:.10g}: {run['status']}"
