@@ -13,10 +13,10 @@ from contextlib import suppress
 
 import numpy as np
 
+from kinetile import box
 from kinetile.errors import BadOption, KinetileError, MissingExtra, NotJudged, Refused, UnknownName
 from kinetile.scene import Scene, Settings
 from kinetile.scene.by_name import make_scene
-from kinetile.scene.shapes import box
 from kinetile_conformance.cases import Subject
 from kinetile_conformance.deadline import begin_scene
 
