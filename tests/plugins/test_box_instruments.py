@@ -123,6 +123,7 @@ def test_the_command_line_says_which_bodies_there_are(tmp_path):
 def test_the_kit_says_that_it_cannot_judge_boxes():
     with pytest.raises(Refused, match="'boxes' takes other shapes than discs alone"):
         check_broad_phase("cells", narrow_phases=["boxes"], in_process=True, examples=1)
+    assert "no broad phase is called 'boxes': it is a narrow phase." in refused("conform boxes")
 
 
 @pytest.mark.small
