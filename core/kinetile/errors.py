@@ -67,6 +67,7 @@ class UnknownName(KinetileError, LookupError):
         suggestion: str | None = None,
         available: Sequence[str] = (),
         failures: Sequence[Any] = (),
+        other: str | None = None,
     ) -> None:
         self.kind = kind
         self.name = name
@@ -74,6 +75,7 @@ class UnknownName(KinetileError, LookupError):
         self.available = tuple(available)
         self.failures = tuple(failures)
         meant = f"; did you mean {suggestion!r}?" if suggestion else "."
+        meant = f": it is a {other}." if other else meant
         lines = [f"no {kind} is called {name!r}{meant}", f"available: {', '.join(self.available) or 'none'}"]
         lines += [f"not loaded: {failure}" for failure in self.failures]
         super().__init__("\n".join(lines))

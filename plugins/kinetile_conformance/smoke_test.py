@@ -13,6 +13,7 @@ from contextlib import suppress
 
 import numpy as np
 
+from kinetile import box
 from kinetile.errors import BadOption, KinetileError, MissingExtra, NotJudged, Refused, UnknownName
 from kinetile.scene import Scene, Settings
 from kinetile.scene.by_name import make_scene
@@ -31,6 +32,8 @@ def _sample(radius: float, arena: tuple[float, float] | None) -> Scene:
 
 
 SAMPLES = tuple(_sample(radius, arena) for arena in ((4.0, 4.0), None) for radius in (0.5, 0.015625))
+
+SHAPED = Scene([[1.0, 1.0], [3.0, 1.0]], [[1.0, 0.5], [-1.0, 0.0]], shape=box(1.0, 0.5), arena=(4.0, 4.0))
 
 
 def smoke_test(subject: Subject) -> None:
@@ -57,6 +60,12 @@ def smoke_test(subject: Subject) -> None:
         else:
             return
     assert refusal is not None
+    with suppress(KinetileError):
+        subject.composition(SHAPED)
+        refusal = Refused(
+            f"narrow phase {subject.pair!r} takes other shapes than discs alone, and the kit draws scenes of "
+            "discs: it cannot judge it"
+        )
     raise refusal
 
 

@@ -5,7 +5,8 @@ the vector d from centre to centre, or from the centre to the wall. kT = 2 K / n
 energy K of n degrees of freedom: 2 N, less one for each periodic axis, along which momentum is conserved (K
 is without that of the common motion). The sum has two exact estimators.
 
-*Impulses* are added up as they are. That is right for any scene, and needs the velocities before a contact.
+*Impulses* are added up as they are. That is right for any scene, with bodies of any shape, and needs the
+velocities before a contact.
 
 *Counts*: while all contacts are elastic, the velocities in equilibrium, in units of 1/sqrt(mass), are a point
 on a sphere of n dimensions. So the mean of J at a contact follows from the masses alone:
@@ -34,7 +35,8 @@ from kinetile_observables.geometry import axes_with_walls, displacement, inner_e
 class Pressure(Observable):
     """``P`` by the virial of all contacts, ``P_walls`` by those with walls, and ``Z`` = P A / (N kT).
 
-    ``by`` is "counts" or "impulses" (see the module); by default counts, where all contacts are elastic.
+    ``by`` is "counts" or "impulses" (see the module); by default counts, where all bodies are discs
+    and all contacts are elastic.
     """
 
     def __init__(self, by: str | None = None) -> None:
@@ -47,10 +49,11 @@ class Pressure(Observable):
         if scene.arena is None:
             raise Refused("observable 'pressure' needs an arena: in the open plane there is no area")
         equilibrium = not scene.responses and not scene.commands and bool(np.isfinite(scene.mass).all())
+        equilibrium = equilibrium and not scene.shapes  # d . J of discs alone is the sum of radii times J
         if self.by == "counts" and not equilibrium:
             raise Refused(
-                "observable 'pressure:by=counts' needs a scene with elastic contacts alone, and without "
-                "commands: choose by=impulses"
+                "observable 'pressure:by=counts' needs a scene of discs with elastic contacts alone, and "
+                "without commands: choose by=impulses"
             )
         self.by = self.by or ("counts" if equilibrium else "impulses")
         self.needs = "contacts" if self.by == "counts" else "velocities"

@@ -28,6 +28,16 @@ def displacement(scene: Scene, apart: Floats) -> Floats:
     return nearest
 
 
+def narrowest(scene: Scene) -> Floats:
+    """Returns the width of the narrowest body and the height of the lowest: how much less than the arena's
+    sides the middles of bodies can have; infinite without bodies."""
+    if not scene.shapes:
+        return np.full(2, 2.0 * float(scene.radius.min(initial=np.inf)))
+    reaches = np.array([scene.shapes[each].reaches for each in scene.shape.tolist()])
+    widths: Floats = (reaches[:, ::2] + reaches[:, 1::2]).min(axis=0)
+    return widths
+
+
 def inner_energy(simulation: Simulation) -> float:
     """Returns the kinetic energy of movable bodies, without that of the common motion along periodic axes."""
     mass, velocity = movable(simulation)

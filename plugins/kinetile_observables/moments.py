@@ -13,7 +13,7 @@ import numpy.typing as npt
 from kinetile import Scene, Simulation
 from kinetile.errors import BadOption, Refused
 from kinetile.run.observing import Observable
-from kinetile_observables.geometry import axes_with_walls, inner_energy, movable, neighbours
+from kinetile_observables.geometry import axes_with_walls, inner_energy, movable, narrowest, neighbours
 
 Floats = npt.NDArray[np.float64]
 _MOST_GROUPS = 10
@@ -168,7 +168,7 @@ class PairCorrelation(_InArena):
         """Computes the probability of each bin for points at random places."""
         super().prepare(scene)
         walls = np.array([axis in axes_with_walls(scene) for axis in "xy"])
-        a, b = self.sides - 2.0 * float(scene.radius.min(initial=math.inf)) * walls
+        a, b = self.sides - narrowest(scene) * walls
         most = float(np.where(walls, (a, b), self.sides / 2).min())
         to = self.to or min(float(self.sides.min()) / 2, 10.0 * float(scene.radius.max(initial=0.0)), most)
         if not 0.0 < to <= most:
@@ -235,6 +235,12 @@ class BondOrder(_InArena):
         if isinstance(cutoff, bool) or not isinstance(cutoff, int | float) or not 1.0 < cutoff < math.inf:
             raise BadOption(f"cutoff is {cutoff!r}; expected a number of sums of radii, above 1")
         self.cutoff = cutoff
+
+    def prepare(self, scene: Scene) -> None:
+        """Raises Refused for bodies of other shapes than discs: their distances are no sums of radii."""
+        super().prepare(scene)
+        if scene.shapes:
+            raise Refused("observable 'psi6' is of discs alone, and this scene has bodies of other shapes")
 
     def sample(self, simulation: Simulation) -> dict[str, float]:
         """Returns both of this moment."""

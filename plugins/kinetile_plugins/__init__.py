@@ -51,8 +51,8 @@ def kinetile_narrow_phases() -> list[NarrowPhaseSpec]:
     return [
         NarrowPhaseSpec("disc", "kinetile_plugins.disc:Disc", "disc against disc, elastic", role="pair"),
         NarrowPhaseSpec(
-            "boxes",
-            "kinetile_plugins.boxes:Boxes",
+            "box",
+            "kinetile_plugins.box:Box",
             "upright boxes and discs, elastic",
             role="pair",
         ),

@@ -28,7 +28,7 @@ from kinetile.toolbox import (
     hook,
     unchecked,
 )
-from kinetile_plugins.boxes import demand_boxes
+from kinetile_plugins.box import demand_boxes
 
 
 @hook

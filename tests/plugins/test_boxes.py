@@ -17,7 +17,7 @@ from kinetile.kernel.loop.predictions import FAR, MARGIN
 from kinetile.kernel.tables import NEVER, NOBODY
 from kinetile.toolbox import hook
 from kinetile_accuracy.specification.shapes import Difference, entry
-from kinetile_plugins.boxes import MEET, soonest
+from kinetile_plugins.box import MEET, soonest
 from lanes import first
 
 PHASES = ("naive", "cells", "sap-1d", "sap-2d")
@@ -201,7 +201,7 @@ def test_what_boxes_do_not_take_is_refused_by_name():
     with pytest.raises(Refused, match="takes discs alone"):
         kt.Simulation(bricks, "cells", narrow_phases=("disc", "wall"))
     with pytest.raises(Refused, match="choose disc"):
-        kt.Simulation(kt.make_scene("two-discs"), "cells", narrow_phases=("boxes",))
+        kt.Simulation(kt.make_scene("two-discs"), "cells", narrow_phases=("box",))
     sim = kt.Simulation(bricks, "cells")
     for question in (
         lambda: sim.cast((1, 1, 0.5), (1, 0)),

@@ -55,6 +55,7 @@ def export(
             end = run.end if until is None else until
         else:
             scene = find_scene(source, parameters)
+            check_form(out, scene)
             name, options = broad_choice(broad_phase, option)
             run = Simulation(scene, name, options=options or None, keep_contacts=False)
             make_ready(run)

@@ -11,6 +11,7 @@ import dataclasses
 import io
 import json as json_format
 import sys
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from shutil import get_terminal_size
 from textwrap import wrap
@@ -93,6 +94,7 @@ def scene_summary(scene: Scene) -> dict[str, Any]:
         "recipe": scene.origin.get("recipe"),
         "parameters": dict(scene.origin.get("parameters", {})),
         "bodies": len(scene),
+        "shapes": Counter(scene.shapes[each].kind for each in scene.shape.tolist() if each >= 0),
         "arena": scene.arena and list(scene.arena),
         "periodic": scene.periodic,
         "start": scene.start,

@@ -280,7 +280,9 @@ def _lines(result: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
     walls = f"in {scene['arena'][0]:g} x {scene['arena'][1]:g}" if scene["arena"] else "without walls"
     walls += f", periodic along {' and '.join(scene['periodic'])}" if scene["periodic"] else ""
     narrow = ", ".join(called(*each) for each in result["narrow_phases"].items())
-    yield "scene", f"{_origin(scene)}: {scene['bodies']:,} discs {walls}"
+    kinds = ", ".join(f"{kind} ({count:,})" for kind, count in scene["shapes"].items())
+    what = f"bodies: {kinds}," if kinds else "discs"
+    yield "scene", f"{_origin(scene)}: {scene['bodies']:,} {what} {walls}"
     broad = called(result["broad_phase"], result["options"])
     yield "phases", f"{broad}; {narrow or 'no narrow phase'}"
     yield "time", f"{scene['start']:g} to {run['time']:.10g}: {run['status']}"

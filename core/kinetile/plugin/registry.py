@@ -228,7 +228,9 @@ class Registry:
         if name in known:
             return known[name]
         meant = nearest(str(name), [each for each in known if not each.startswith("_")])
-        raise UnknownName(kind, name, suggestion=meant, available=self.names(kind), failures=self.failures)
+        other = next((each.kind for each in self._provided if name in _all_names(each.spec)), None)
+        there = self.names(kind)
+        raise UnknownName(kind, name, suggestion=meant, available=there, failures=self.failures, other=other)
 
 
 _shared: Registry | None = None

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import BadOption, MissingExtra, RecordError
+from kinetile.errors import BadOption, MissingExtra, RecordError, Refused
 from kinetile.records.trajectory import Trajectory
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Insert, Scene
@@ -81,9 +81,10 @@ def write_frames(path: Path, scene: Scene, frames: Iterable[Frame]) -> int:
     """Writes frames to a file that ends in .xyz, .extxyz or .gsd, complete or not at all; returns their
     number.
 
-    Raises MissingExtra without gsd for .gsd, OSError if the file cannot be written.
+    Raises MissingExtra without gsd for .gsd, OSError if the file cannot be written, and Refused for a scene
+    with shapes: such files have radii alone.
     """
-    form = check_form(path)
+    form = check_form(path, scene)
     target, many = writable_target(path), 0
     with replacing(target) as file:
         if form == ".gsd":
@@ -98,8 +99,14 @@ def write_frames(path: Path, scene: Scene, frames: Iterable[Frame]) -> int:
     return many
 
 
-def check_form(path: Path) -> str:
-    """Returns the ending of a file of frames. Raises BadOption for another one, MissingExtra without gsd."""
+def check_form(path: Path, scene: Scene | None = None) -> str:
+    """Returns the ending of a file of frames. Raises BadOption for another one, MissingExtra without gsd, and
+    Refused for a scene with other bodies than discs."""
+    if scene is not None and scene.shapes:
+        raise Refused(
+            "a file of frames has a radius for each body, and this scene has bodies of other shapes: record "
+            "the run in an event file (--events), which has them"
+        )
     form = path.suffix.lower()
     if form not in FORMS:
         raise BadOption(

@@ -22,7 +22,7 @@ class Readings:
 
     Attributes:
         contacts_disc: contacts of two discs, beginnings and ends of passings among them.
-        contacts_wall: contacts of a disc with a wall.
+        contacts_wall: contacts of a body with a wall.
         passings: times that two discs began to pass through each other.
         turns: changes of velocity by the user or the scene.
         inserted: inserted bodies.
@@ -36,7 +36,7 @@ class Readings:
         contacts_computed: exact contact times.
         queue_max: most bodies queued at one time; a body has one entry, so it is at most their number.
         pairs_max: most pairs in the broad phase's pair set; 0 if it keeps none.
-        deepest_overlap: deepest overlap found at a contact, in radii of the smaller body.
+        deepest_overlap: deepest overlap found at a contact, in radii of the smaller body (``scene.radius``).
         energy_drift: relative change of kinetic energy, apart from what commands and responses change.
         lateness: how far in the past a structural event was found, in the scene's time.
         cpu_seconds: processor time inside the loop, compilation apart.
@@ -119,7 +119,7 @@ def reading_lines(found: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     asked, exact = (found[name] / max(contacts, 1) for name in ("partners_asked", "contacts_computed"))
     yield (
         "contacts",
-        f"{contacts:,} ({found['contacts_disc']:,} of discs, {found['contacts_wall']:,} with walls)",
+        f"{contacts:,} ({found['contacts_disc']:,} of bodies, {found['contacts_wall']:,} with walls)",
     )
     if found["passings"]:
         yield "passings", f"{found['passings']:,} begun; begin and end count as contacts of discs"
@@ -192,7 +192,7 @@ Sentences = Iterator[tuple[bool, str]]
 
 
 def _of_motion(scene: Scene, composition: Composition, certificates: int) -> Sentences:
-    yield True, f"{len(scene)} discs, flying straight between contacts"
+    yield True, f"{scene.counted(len(scene))}, flying straight between contacts"
     loses = composition.rules is not None
     yield False, "gravity, friction, rotation, growth" + ("" if loses else " and any loss of energy")
     broad = called(composition.broad_phase, composition.options)

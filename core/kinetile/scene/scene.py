@@ -274,6 +274,11 @@ class Scene:
             values["commands"] = [each for each in self.commands if not isinstance(each, Turn)]
         return Scene(**(values | changes))
 
+    def counted(self, count: int) -> str:
+        """Returns so many of its bodies in words: discs, or bodies where some have other shapes."""
+        one, several = ("body", "bodies") if self.shapes else ("disc", "discs")
+        return f"{count:,} {one if count == 1 else several}"
+
     @property
     def time_unit(self) -> float:
         """The power of two, at most 1, in which the clock of a run counts (see ``kinetile.kernel.clock``)."""

@@ -42,8 +42,8 @@ class PlacedDisc:
 
     @property
     def outline(self) -> list[Place]:
-        """The corners of its shape as it is drawn, arcs in steps of at most 5 degrees; none of a disc."""
-        return [] if self.shape is None else _outline(self.shape, self.at)
+        """The corners of its shape as it is drawn; none of a disc."""
+        return [] if self.shape is None else outline_of(self.shape, self.at)
 
 
 @dataclass(frozen=True)
@@ -144,7 +144,9 @@ def _discs(
     )
 
 
-def _outline(shape: Shape, at: Place) -> list[Place]:
+def outline_of(shape: Shape, at: Place) -> list[Place]:
+    """Returns the corners of a shape at a place as it is drawn, anticlockwise, arcs in steps of at most 5
+    degrees."""
     points = []
     for k, (x, y) in enumerate(shape.core):
         (from_x, from_y), (to_x, to_y) = shape.core[k - 1], shape.core[(k + 1) % len(shape.core)]
@@ -173,8 +175,7 @@ def _images(discs: tuple[PlacedDisc, ...], scene: Scene) -> Iterator[PlacedDisc]
 
 def _counted(scene: Scene, count: int) -> str:
     name = scene.origin.get("recipe") or PurePath(scene.origin.get("file", "")).stem or "a scene"
-    what = ("body", "bodies") if scene.shapes else ("disc", "discs")
-    return f"{printable(str(name))}: {count} {what[count != 1]}"
+    return f"{printable(str(name))}: {scene.counted(count)}"
 
 
 def corners_of(shape: Item) -> list[Place]:

@@ -160,7 +160,8 @@ class Oracle:
 
     Raises:
         MissingExtra: python-flint is not installed.
-        Refused: a narrow phase is neither of the two, or there are too many bodies to compute all pairs.
+        Refused: a narrow phase is neither of the two, not all bodies are discs, or there are too many to
+            compute all pairs.
 
     ``certified`` is the certified part so far; after an interruption too.
     """
@@ -176,6 +177,8 @@ class Oracle:
                 f"the oracle knows the narrow phases disc and wall, and not {', '.join(strange)}: certify "
                 "what those two do"
             )
+        if scene.shapes:
+            raise Refused("the oracle certifies contacts of discs, and this scene has bodies of other shapes")
         if len(scene) > MOST_BODIES:
             raise Refused(
                 f"the oracle looks at all pairs after each contact and takes up to {MOST_BODIES} bodies, and "

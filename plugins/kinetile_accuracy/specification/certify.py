@@ -288,7 +288,7 @@ def explain_difference(
     """
     names = scene.settings.narrow_phases if narrow_phases is None else narrow_phases
     known = {"disc"} if scene.arena is None else {"disc", "wall"}
-    if scene.ruled or index > _FARTHEST or (names is not None and set(names) != known):
+    if scene.ruled or scene.shapes or index > _FARTHEST or (names is not None and set(names) != known):
         return ""
     there = [contacts[index] for contacts in lists.values() if len(contacts) > index]
     latest = max(((int(each["epoch"]), int(each["tick"])) for each in there), default=None)

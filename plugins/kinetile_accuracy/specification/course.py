@@ -111,6 +111,8 @@ class Course:
                 "the certifier follows elastic scenes, and this scene has responses, or bodies that nothing "
                 "can move"
             )
+        if scene.shapes:
+            raise Refused("the certifier follows discs, and this scene has bodies of other shapes")
         bits = unit_bits(scene)
         self.frame = Frame(scene.arena, bits, scene.periods)
         self._periodic = any(scene.periods)

@@ -326,8 +326,11 @@ def run_snapshots(
 def steps_until(scene: Scene, dt: float, until: float) -> int:
     """Returns how many steps of ``dt`` lead to ``until``, or just beyond it.
 
-    Raises ValueError where ``dt`` is not greater than 0, or ``until`` lies before the scene's start.
+    Raises ValueError where ``dt`` is not greater than 0, or ``until`` lies before the scene's start, and
+    Refused where not all bodies are discs.
     """
+    if scene.shapes:
+        raise Refused("what goes in steps is given discs, and this scene has bodies of other shapes")
     if not (math.isfinite(dt) and dt > 0.0):
         raise ValueError(f"dt is a length of time, greater than 0; found {dt}")
     if not (math.isfinite(until) and until >= scene.start):

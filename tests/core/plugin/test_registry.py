@@ -118,7 +118,8 @@ def test_an_unknown_name_is_answered_with_what_was_meant_and_what_there_is(
     assert (error.kind, error.name, error.suggestion) == ("broad phase", asked, meant)
     assert error.available == kt.registry().names("broad phase")
     first, second, *_ = str(error).splitlines()
-    assert first == f"no broad phase is called {asked!r}" + (f"; did you mean {meant!r}?" if meant else ".")
+    ending = f"; did you mean {meant!r}?" if meant else ": it is a scene."
+    assert first == f"no broad phase is called {asked!r}{ending}"
     assert second.startswith("available: naive, cells, sap-1d, sap-2d")
 
 

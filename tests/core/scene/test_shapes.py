@@ -388,8 +388,10 @@ class Circles:
 
 def test_running_is_refused_until_a_phase_takes_shapes() -> None:
     for phase in ("cells", "naive", "sweep-tiling"):
-        with pytest.raises(Refused, match=r"takes discs alone.*\(box, capsule, polygon, disc\).*shapes=True"):
+        with pytest.raises(Refused, match=r"box takes upright boxes and discs.*\(capsule, polygon\)"):
             kt.Simulation(scene(), broad_phase=phase)
+    with pytest.raises(Refused, match=r"takes discs alone.*\(box, capsule, polygon, disc\).*shapes=True"):
+        kt.Simulation(scene(), narrow_phases=["disc"])
     with pytest.raises(Refused, match="no narrow phase is named"):
         kt.Simulation(scene(), narrow_phases=())
 

@@ -96,7 +96,7 @@ def test_the_estimator_follows_from_the_scene():
     grid = kt.make_scene("grid", bodies=4, seed=3)
     lossy = grid.replace(responses={(0, 0): kt.Response("restitution", e=0.9, contact_time=1e-3)})
     sim = kt.Simulation(lossy, "naive")
-    with pytest.raises(Refused, match="needs a scene with elastic contacts alone"):
+    with pytest.raises(Refused, match="needs a scene of discs with elastic contacts alone"):
         sim.run(1.0, observe=["pressure:by=counts"])
     sim.run(1.0, observe=["pressure"])
     assert sim.observed["pressure"]["P"].mean > 0.0

@@ -92,7 +92,7 @@ def test_neighbours_are_all_pairs_within_a_distance_each_once(periodic, n):
 
 @pytest.mark.parametrize("periodic", ["", "x", "y", "xy"])
 def test_g_of_points_at_random_places_is_1(periodic):
-    scene = SimpleNamespace(arena=(3.0, 2.0), periodic=periodic, radius=np.zeros(1))
+    scene = SimpleNamespace(arena=(3.0, 2.0), periodic=periodic, radius=np.zeros(1), shapes=())
     correlation = PairCorrelation(bins=5, to=1.0)
     correlation.prepare(scene)
     places, found = np.random.default_rng(3), []

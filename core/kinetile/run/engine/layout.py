@@ -195,7 +195,7 @@ def more_passings(k: Kernel, room: int) -> Kernel:
 def overlapping(scene: Scene) -> npt.NDArray[np.int64]:
     """Returns (m, 2) the bodies that overlap at the start, the elder first, in their order; where an axis is
     periodic those that may: ``responses.begin_through_images`` decides that for each image."""
-    if not scene.responses:
+    if not scene.responses or scene.shapes:  # no narrow phase for shapes lets bodies pass, so none overlap
         return np.zeros((0, 2), dtype=np.int64)
     tolerance = 0.0 if scene.periodic else TOLERANCE
     overlaps = overlapping_images(scene.position, scene.radius, scene.periods, tolerance)

@@ -27,7 +27,8 @@ import numpy.typing as npt
 
 from kinetile.kernel.clock import TICKS
 from kinetile.scene import Scene
-from kinetile.show.picture import FRESH, LOOKS, NEXT
+from kinetile.scene.shapes import Shape
+from kinetile.show.picture import FRESH, LOOKS, NEXT, outline_of
 from kinetile.show.player.recording import Plans, Recording, kinds_of, residuals
 
 _SEEN = ("camera", "paper", "drawing", "matrix", "timeline", "tables", "player", "hands")
@@ -77,6 +78,8 @@ class Page:
             "select": self.select,
             "speed": length / _SECONDS if length > 0 else 1.0,
             "bodies": encode(vars(first.plans)),
+            "shapes": list(map(_drawn, scene.shapes)),
+            "shape": scene.shape.tolist() if scene.shapes else [],
             "runs": runs,
             "looks": {role: look._asdict() for role, look in LOOKS.items()},
             "next": NEXT._asdict(),
@@ -93,7 +96,8 @@ class Page:
 
     def html(self) -> str:
         """Returns the page."""
-        summary = f"{len(self.scene)} discs; drag to move the view, tap a disc to select it, ? for the keys."
+        count, one = self.scene.counted(len(self.scene)), "body" if self.scene.shapes else "disc"
+        summary = f"{count}; drag to move the view, tap a {one} to select it, ? for the keys."
         held = json.dumps(self.held, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
         parts = {
             "TITLE": html.escape(self.title),
@@ -156,6 +160,13 @@ def _box(scene: Scene, plans: Plans) -> Sequence[float]:
     box = (float((x - r).min()), float((y - r).min()), float((x + r).max()), float((y + r).max()))
     wide, high = box[2] - box[0], box[3] - box[1]
     return (box[0] - 0.25 * wide, box[1] - 0.25 * high, box[2] + 0.25 * wide, box[3] + 0.25 * high)
+
+
+def _drawn(shape: Shape) -> dict[str, Any]:
+    """Returns a shape for the page: in words, and its outline from the body's position; null of a disc."""
+    left, right, down, up = shape.reaches
+    words = f"{shape.kind} {left + right!r} x {down + up!r}"
+    return {"words": words, "outline": None if shape.is_disc else outline_of(shape, (0.0, 0.0))}
 
 
 def _pane(label: str) -> str:

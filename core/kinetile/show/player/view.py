@@ -154,5 +154,4 @@ def view(simulation: Simulation, until: float | None = None) -> View:
 
 def _name(scene: Scene) -> str:
     recipe = scene.origin.get("recipe")
-    bodies = f"{len(scene)} {'disc' if len(scene) == 1 else 'discs'}"
-    return f"{recipe}, {bodies}" if recipe else bodies
+    return ", ".join(filter(None, (recipe, scene.counted(len(scene)))))

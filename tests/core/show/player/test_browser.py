@@ -9,6 +9,7 @@ import json
 
 import pytest
 
+import kinetile as kt
 from accessibility import install_axe, violations
 from chromium import SHIFT, Browser, needs_chromium
 from kinetile.show.player import view_scene
@@ -126,6 +127,46 @@ def test_keys_do_what_they_say(browser, tmp_path):
     browser.value("document.getElementById('goto').focus()")
     browser.press("0", ".", "2", "5", "Enter")
     assert state("playback.moment") == [[0, 2**50]]
+    assert browser.said() == []
+
+
+AT = "kinetilePlayer.bodyAt(kinetilePlayer.panes[0], kinetilePlayer.camera.see({}, {}))"
+SEEN = """(() => {
+    const canvas = kinetilePlayer.panes[0];
+    const { width, data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    return PLACES.map((place) => {
+        const [right, up] = kinetilePlayer.camera.see(...place);
+        const [x, y] = [canvas.clientWidth / 2 + right, canvas.clientHeight / 2 - up].map(Math.round);
+        return [...data.slice(4 * (y * width + x), 4 * (y * width + x) + 4)];
+    });
+})()"""
+
+
+@pytest.mark.small
+def test_boxes_are_drawn_and_found_as_boxes(browser, tmp_path):
+    scene = kt.Scene(
+        [(3.0, 1.0), (3.0, 3.0), (6.0, 3.0)],
+        [(0.0, 0.25), (0.0, 0.0), (-0.25, 0.0)],
+        shape=[0, 0, 1],
+        shapes=[kt.box(4.0, 0.5), kt.disc(0.5)],
+        arena=(8.0, 6.0),
+    )
+    browser.open(view_scene(scene, [("naive", {})], until=7.0).save(tmp_path / "page.html"))
+    browser.press("t")
+    browser.settle()
+
+    filled = [(1.5, 1.0), (4.9, 1.2), (1.1, 0.8), (6.3, 3.0)]
+    empty = [(3.5, 2.0), (3.5, 1.5), (3.5, 0.5), (6.45, 3.45)]
+    body, *rest = browser.value(SEEN.replace("PLACES", json.dumps(filled + empty)))
+    assert rest[:3] == [body] * 3
+    assert rest[3:] == rest[3:4] * 4 != [body] * 4
+    places = [(1.2, 1.2), (3.5, 1.5), (4.5, 3.1), (6.2, 3.2), (6.45, 3.45)]
+    assert [browser.value(AT.format(*place)) for place in places] == [0, None, 1, 2, None]
+    browser.press("n", "ArrowRight", "c")  # the disc meets the end of the box beside it
+    assert browser.value("[kinetilePlayer.camera.x, kinetilePlayer.camera.y]") == [5.0, 3.0]
+    browser.settle()
+    assert "box 4.0 x 0.5" in browser.value("document.getElementById('plan').textContent")
+    assert "gap" not in browser.value("document.getElementById('readings').textContent")
     assert browser.said() == []
 
 

@@ -126,3 +126,19 @@ export function clip([ax, ay], [bx, by], limit) {
   const point = (part) => [ax + (bx - ax) * part, ay + (by - ay) * part];
   return [first > 0 ? point(first) : [ax, ay], last < 1 ? point(last) : [bx, by]];
 }
+
+/** Whether a convex outline, anticlockwise, holds a point. */
+export function holds(outline, x, y) {
+  return outline.every(([ax, ay], at) => {
+    const [bx, by] = outline[(at + 1) % outline.length];
+    return (bx - ax) * (y - ay) >= (by - ay) * (x - ax);
+  });
+}
+
+/** The point of the box around an outline that is nearest to a point. */
+export function nearest(outline, x, y) {
+  return [x, y].map((place, axis) => {
+    const side = outline.map((corner) => corner[axis]);
+    return Math.min(Math.max(place, Math.min(...side)), Math.max(...side));
+  });
+}

@@ -1,7 +1,7 @@
 // What is seen of the scene: bodies, structure, plans. Lines that look alike are one
 // path: a canvas is quick with few long paths, and slow with many short ones.
 
-import { HUGE, addArea, addDisc, addLine, boxOf } from "./paper.mjs";
+import { HUGE, addArea, addBody, addLine, boxOf } from "./paper.mjs";
 import { GROUPS } from "../run/events.mjs";
 import { apartAlong } from "../run/motion.mjs";
 import { KINDS } from "../run/rows.mjs";
@@ -17,10 +17,10 @@ export function groupOf(kind) {
   return GROUP_OF[kind];
 }
 
-/** All bodies of a run: bodies {radius, mass}, places and who is there; `marked` are drawn over the others. */
+/** All bodies of a run: bodies {radius, mass, outline}, places and who is there; `marked` are drawn over the others. */
 export function drawBodies(view, bodies, places, there, theme, marked) {
   const { pen, camera } = view;
-  const add = (body) => addDisc(view, places.x[body], places.y[body], bodies.radius[body] || 0); // it may be unknown: NaN
+  const add = (body) => addBody(view, places.x[body], places.y[body], bodies.radius[body] || 0, bodies.outline[body]); // NaN: unknown
   const colour = (body) => (bodies.mass[body] === Infinity ? theme.fixed : theme.body);
   const layers = new Map([[theme.fixed, []], [theme.body, []]]);
   for (let body = 0; body < there.length; body += 1) {
@@ -138,7 +138,7 @@ function corners(structure, shape, { x, y }) {
 }
 
 /** A body's plan: from its anchor to where it is, and on to where it will be. */
-export function drawPlan(view, [anchor, now, then], radius, colour) {
+export function drawPlan(view, [anchor, now, then], radius, outline, colour) {
   const { pen } = view;
   pen.strokeStyle = colour;
   pen.lineWidth = 1.5;
@@ -150,7 +150,7 @@ export function drawPlan(view, [anchor, now, then], radius, colour) {
   addLine(view, ...now, ...then);
   pen.stroke();
   pen.beginPath();
-  if (addDisc(view, ...then, radius)) pen.stroke();
+  if (addBody(view, ...then, radius, outline)) pen.stroke();
   pen.setLineDash([]);
 }
 

@@ -1,4 +1,4 @@
-// A canvas to draw on, and lines on it: of a disc, an area, a line. What is not in sight is left out.
+// A canvas to draw on, and lines on it: of a disc, a body, an area, a line. What is not in sight is left out.
 
 import { clip, edge } from "./camera.mjs";
 
@@ -63,6 +63,13 @@ export function addDisc(view, x, y, r) {
     else pen.moveTo(ax, ay);
   }
   pen.closePath();
+  return true;
+}
+
+/** Add a body to the path: its outline at its place, or a disc where it has none. Return whether it can be seen. */
+export function addBody(view, x, y, radius, outline) {
+  if (!outline) return addDisc(view, x, y, radius);
+  addArea(view, outline.map(([right, up]) => [x + right, y + up]));
   return true;
 }
 

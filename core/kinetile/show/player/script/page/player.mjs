@@ -1,6 +1,6 @@
 // The state of the page: what plays, what is selected, where one looks; and what is seen of it.
 
-import { Camera, gapOf } from "./camera.mjs";
+import { Camera, gapOf, holds, nearest } from "./camera.mjs";
 import { clipTo, drawBodies, drawNote, drawNumbers, drawPlan, drawStructure, drawWalls, groupOf } from "./drawing.mjs";
 import { drawMatrix } from "./matrix.mjs";
 import { prepare } from "./paper.mjs";
@@ -30,6 +30,7 @@ function readTheme() {
 /** The state of the page, what a reader can do, and what is seen of it. */
 export class Player {
   constructor(held, { bodies, runs }) {
+    bodies.outline = held.shape.map((shape) => held.shapes[shape].outline);
     Object.assign(this, { held, bodies, runs, selected: held.select, follows: false, structured: true });
     Object.assign(this, { playing: 0, evenly: false, group: "all" });
     this.playback = new Playback(bodies, runs, held);
@@ -167,8 +168,13 @@ export class Player {
     if (pair) {
       const [[ax, ay], [bx, by]] = pair.map((body) => motion.place(body, this.playback.moment));
       const [dx, dy] = [bx - ax, by - ay];
-      const part = this.bodies.radius[pair[0]] / Math.hypot(dx, dy);
-      this.camera.look(ax, ay, dx * part, dy * part);
+      const [one, other] = pair.map((body) => this.bodies.outline[body]);
+      if (one) this.camera.look(ax, ay, ...nearest(one, dx, dy));
+      else if (other) this.camera.look(bx, by, ...nearest(other, -dx, -dy));
+      else {
+        const part = this.bodies.radius[pair[0]] / Math.hypot(dx, dy);
+        this.camera.look(ax, ay, dx * part, dy * part);
+      }
     } else {
       const room = 1.2 * Math.max(...this.bodies.radius.filter((radius) => radius > 0), 0); // a disc on each side
       this.fit([box[0] - room, box[1] - room, box[2] + room, box[3] + room]);
@@ -267,7 +273,7 @@ export class Player {
     this.drawImages(places, (seen) => drawBodies(view, bodies, seen, there, theme, this.marks(run)));
     if (structure) drawStructure(view, structure, run.done, places, held, true);
     const body = this.selected;
-    if (body !== null && there[body]) drawPlan(view, this.plan(run, body), bodies.radius[body] || 0, theme.selected);
+    if (body !== null && there[body]) drawPlan(view, this.plan(run, body), bodies.radius[body] || 0, bodies.outline[body], theme.selected);
     drawNumbers(view, bodies, places, there, theme);
     if (repeats) view.pen.restore();
     if (structure && run.done > structure.seen) drawNote(view, `the structure is recorded up to event ${structure.seen} only`, theme);
@@ -330,7 +336,10 @@ export class Player {
     for (let body = 0; body < this.bodies.x.length; body += 1) {
       if (!motion.plans.there[body]) continue;
       const [x, y] = this.camera.see(...motion.place(body, this.playback.moment));
-      if (Math.hypot(x - right, y - up) <= Math.max((this.bodies.radius[body] || 0) * this.camera.scale, 6)) return body;
+      const away = Math.hypot(x - right, y - up);
+      const outline = this.bodies.outline[body];
+      if (outline && away > 6 && !holds(outline, (right - x) / this.camera.scale, (up - y) / this.camera.scale)) continue;
+      if (away <= Math.max((this.bodies.radius[body] || 0) * this.camera.scale, 6)) return body;
     }
     return null;
   }

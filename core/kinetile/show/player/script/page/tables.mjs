@@ -81,7 +81,7 @@ function readings(player, run, at) {
     found["fails next"] = `${structure.roles[structure.role[next]]} at ${fails.toPrecision(8)}`;
   }
   const pair = player.pair();
-  if (pair) found[`gap of ${pair.join(" and ")}`] = player.gap(run, ...pair).toExponential(3);
+  if (pair && !pair.some((body) => bodies.outline[body])) found[`gap of ${pair.join(" and ")}`] = player.gap(run, ...pair).toExponential(3);
   found.events = run.done;
   for (const group of lanes) found[group] = counts[at].before(group, run.done);
   found.bodies = run.motion.plans.there.reduce((sum, there) => sum + there, 0);
@@ -114,7 +114,9 @@ export class BodyTable {
       ["velocity", `${plans.vx[body]}, ${plans.vy[body]}`],
       ["anchor", `${plans.x[body]}, ${plans.y[body]} at ${anchored}`],
       ["pairs drawn", partners.length ? `with ${partners.join(", ")}` : "none"],
-      ["radius, mass", `${bodies.radius[body]}, ${bodies.mass[body]}`],
+      bodies.outline[body]
+        ? ["shape, mass", `${held.shapes[held.shape[body]].words}, ${bodies.mass[body]}`]
+        : ["radius, mass", `${bodies.radius[body]}, ${bodies.mass[body]}`],
     ] : [["", "it is not there now"]]);
     this.#events(run, body);
   }

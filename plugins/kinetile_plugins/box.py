@@ -254,7 +254,7 @@ def _meet(discs: bool, boxes: bool) -> Callable[..., Any]:
 MEET = {(discs, boxes): _meet(discs, boxes) for discs in (False, True) for boxes in (False, True)}
 
 
-class Boxes:
+class Box:
     """Elastic contact of upright boxes and discs.
 
     Args:
@@ -267,8 +267,8 @@ class Boxes:
     def prepare(self, scene: Scene) -> PairParts:
         """Returns the parts; refuses a scene of discs alone, and one with other shapes."""
         if not scene.shapes:
-            raise Refused("boxes is for scenes with shapes, and this one has discs alone: choose disc")
-        demand_boxes("boxes", scene)
+            raise Refused("box is for scenes with shapes, and this one has discs alone: choose disc")
+        demand_boxes("box", scene)
         discs = sum(scene.shapes[each].is_disc for each in scene.shape.tolist())
         several = (self.general or discs > 1, self.general or len(scene) - discs > 1)
         return PairParts(meet=MEET[several], collide=collide, soonest=soonest, touch=touch, shapes=True)

@@ -1,0 +1,133 @@
+"""Instruments that read radii, with boxes: right for them, or refused in a sentence that says so."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+import kinetile as kt
+from command_line import kinetile, refused
+from kinetile.errors import Refused
+from kinetile.records.frames import frames_of, write_frames
+from kinetile_accuracy import certify_log, oracle_contacts
+from kinetile_accuracy.specification.certify import explain_difference
+from kinetile_accuracy.stepped.engines import run_engine
+from kinetile_accuracy.stepped.snapshots import run_snapshots
+from kinetile_bench.user_scene import bench_scene
+from kinetile_conformance import check_broad_phase
+
+
+def bodies(**more) -> kt.Scene:
+    """Return three boxes of two shapes and a disc."""
+    return kt.Scene(
+        [(1.5, 1.0), (5.0, 1.0), (4.0, 3.5), (1.0, 3.0)],
+        [(0.5, 0.25), (-0.5, 0.25), (0.25, -0.75), (1.0, 0.5)],
+        shape=[0, 0, 1, 2],
+        shapes=[kt.box(2.0, 0.5), kt.box(0.5, 1.0), kt.disc(0.25)],
+        arena=(8.0, 6.0),
+        **more,
+    )
+
+
+def observed(scene: kt.Scene, until: float, *observe: str):
+    sim = kt.Simulation(scene, "cells", keep_contacts=False)
+    sim.run(until, observe=observe)
+    return sim.observed
+
+
+@pytest.mark.compiled
+def test_the_virial_of_boxes_is_the_pressure_on_the_walls():
+    """In a square, where both are the mean of both axes: between boxes alone no energy goes from the one to
+    the other. They differ by the sum of r . p at the ends of the run."""
+    pressure = observed(bodies().replace(arena=(8.0, 8.0)), 20_000.0, "pressure")["pressure"]
+    assert pressure["P"].mean == pytest.approx(pressure["P_walls"].mean, rel=5e-4)
+    assert pressure["Z"].mean > 1.0
+
+
+@pytest.mark.compiled
+def test_pairs_are_compared_with_places_that_middles_of_boxes_can_have():
+    """Three flat boxes fly almost freely: their middles have 2 of 4 along x, and all but 0.02 along y."""
+    scene = kt.Scene(
+        [(1.1, 1.0), (2.5, 2.0), (1.9, 3.0)],
+        [(0.83, 0.41), (-0.37, 0.71), (0.53, -0.97)],
+        shape=kt.box(2.0, 0.02),
+        arena=(4.0, 4.0),
+    )
+    g = observed(scene, 20_000.0, "g:bins=1,to=1.9,every=2.7")["g"]["g"]
+    assert abs(g.mean[0] - 1.0) < 0.05
+
+
+@pytest.mark.small
+def test_observables_of_discs_alone_are_refused():
+    for name in ("psi6", "pressure:by=counts"):
+        with pytest.raises(Refused, match="discs"):
+            observed(bodies(), 1.0, name)
+    found = observed(bodies(), 1.0, "rates", "temperature", "energy", "momentum", "msd", "vacf", "S")
+    assert len(found) == 7
+
+
+@pytest.mark.small
+def test_certifiers_and_engines_of_discs_refuse_boxes():
+    scene = bodies()
+    sim = kt.Simulation(scene, "cells")
+    sim.run(until=3.0)
+    for ask in (
+        lambda: oracle_contacts(scene, 1.0),
+        lambda: certify_log(scene, sim.contacts),
+        lambda: run_snapshots(scene, 0.1, 1.0),
+        lambda: run_engine("chipmunk", scene, 0.1, 1.0),
+    ):
+        with pytest.raises(Refused, match="bodies of other shapes"):
+            ask()
+    assert explain_difference(scene, {"cells": sim.contacts, "none": sim.contacts[:0]}, 0) == ""
+
+
+@pytest.mark.small
+def test_a_file_of_frames_is_refused_and_nothing_is_written(tmp_path):
+    sim = kt.Simulation(bodies(), "cells")
+    with pytest.raises(Refused, match="has a radius for each body"):
+        write_frames(tmp_path / "run.xyz", sim.scene, frames_of(sim, [0.0]))
+    kt.save_scene(bodies(), tmp_path / "boxes.toml")
+    said = refused("export", tmp_path / "boxes.toml", "--to", tmp_path / "run.xyz")
+    assert "--events" in said
+    assert not (tmp_path / "run.xyz").exists()
+
+
+@pytest.mark.small
+def test_an_event_file_keeps_the_shapes_and_goes_on(tmp_path):
+    kt.save_scene(bodies(), tmp_path / "boxes.toml")
+    files = "--events", tmp_path / "boxes.parquet", "--checkpoint", tmp_path / "boxes.kt"
+    assert kinetile("run --until 4", tmp_path / "boxes.toml", *files).exit_code == 0
+    assert kinetile("resume --until 8", tmp_path / "boxes.kt").exit_code == 0
+    sim = kt.Simulation(bodies(), "naive")
+    sim.run(until=8.0)
+    trajectory = kt.Trajectory.read(tmp_path / "boxes.parquet")
+    assert trajectory.scene.shapes == sim.scene.shapes
+    assert (trajectory.positions(8.0) == sim.positions()).all()
+
+
+@pytest.mark.small
+def test_the_command_line_says_which_bodies_there_are(tmp_path):
+    kt.save_scene(bodies(), tmp_path / "boxes.toml")
+    said = kinetile("run --until 4", tmp_path / "boxes.toml").stdout
+    assert "4 bodies: box (3), disc (1), in 8 x 6" in said
+    found = json.loads(kinetile("run --json --until 4", tmp_path / "boxes.toml").stdout)
+    assert found["scene"]["shapes"] == {"box": 3, "disc": 1}
+    said += kinetile("run --explain", tmp_path / "boxes.toml").stdout
+    assert "4 bodies, flying straight" in said
+    assert "discs" not in said
+
+
+@pytest.mark.small
+def test_the_kit_says_that_it_cannot_judge_boxes():
+    with pytest.raises(Refused, match="'box' takes other shapes than discs alone"):
+        check_broad_phase("cells", narrow_phases=["box"], in_process=True, examples=1)
+    assert "no broad phase is called 'box': it is a narrow phase." in refused("conform box")
+
+
+@pytest.mark.small
+def test_a_bench_of_boxes_measures_the_phases_that_take_them():
+    found = bench_scene(bodies(), ["cells", "sap-1d", "sweep-tiling"], 4.0, repeats=1)
+    assert [row.contacts is None for row in found.rows] == [False, False, True]
+    assert found.identical
