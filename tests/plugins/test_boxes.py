@@ -176,7 +176,7 @@ def test_boxes_slide_along_each_other_without_a_contact():
 
 @pytest.mark.small
 def test_a_run_of_boxes_is_saved_and_goes_on(tmp_path):
-    scene = box_scenes.drawn(3, (8,))
+    scene = box_scenes.drawn(4, (8,))
     sim = kt.Simulation(scene, "cells")
     sim.run(max_contacts=10)
     sim.save(tmp_path / "boxes.kt")

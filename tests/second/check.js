@@ -12,6 +12,7 @@ import { readScene } from "./scene.js";
 
 const SHOWN = 5; // how many wrong answers are printed
 const LEFT_OUT = "rules"; // commands, responses, units and exact ends are not followed here
+const SHAPES = "shapes";
 
 const velocity = ([vx, vy]) => ({ vx, vy });
 const moving = ([x, y, vx, vy]) => ({ x, y, vx, vy });
@@ -119,7 +120,7 @@ function attempt(ask) {
 /** [rule, file] of all vectors in a folder. */
 function vectors(folder) {
   const files = (rule, where) => readdirSync(where).filter((name) => name.endsWith(".json")).sort().map((name) => [rule, join(where, name)]);
-  const single = files(null, folder).map(([, file]) => [basename(file, ".json"), file]);
+  const single = files(null, folder).map(([, file]) => [basename(file, ".json"), file]).filter(([rule]) => rule !== SHAPES);
   const rooms = ["contacts", "runs"].filter((room) => existsSync(join(folder, room)));
   return [...rooms.flatMap((room) => files(room, join(folder, room))), ...single];
 }
@@ -142,6 +143,7 @@ function main([folder, ...more]) {
   for (const [family, question, answer, wanted] of wrong.slice(0, SHOWN)) {
     process.stdout.write(`\n${family}: ${text(question)}\n  found  ${text(answer)}\n  wanted ${text(wanted)}\n`);
   }
+  if (existsSync(join(folder, `${SHAPES}.json`))) process.stdout.write(`not asked: ${SHAPES}\n`);
   if (existsSync(join(folder, LEFT_OUT))) process.stdout.write(`not asked: ${LEFT_OUT}\n`);
   process.stdout.write(`${all - wrong.length} of ${all} hold\n`);
   if (wrong.length || all === 0) process.exitCode = 1;

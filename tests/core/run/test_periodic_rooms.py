@@ -100,21 +100,6 @@ def test_a_place_near_zero_is_the_remainder_of_the_standard(times: float, period
         assert near_zero(place, period) == math.remainder(place, period)
 
 
-def test_no_kinds_pass_where_an_axis_is_periodic() -> None:
-    given = kt.Scene(
-        [(0.5, 0.5), (1.5, 0.5)],
-        [STILL, (1.0, 0.0)],
-        0.25,
-        arena=(2.0, 1.0),
-        periodic="x",
-        kind=["ball", "sensor"],
-        responses={("ball", "sensor"): "pass"},
-    )
-    with pytest.raises(Refused, match="kinds that pass through each other, and is periodic along x: bodies"):
-        kt.Simulation(given, "naive")
-    kt.Simulation(given.replace(periodic=""), "naive")
-
-
 @pytest.mark.parametrize(("periodic", "answer"), [("x", 2), ("", 1)])
 def test_files_name_the_answer_of_their_scene(periodic: str, answer: int, tmp_path: Path) -> None:
     given = kt.Scene([(0.5, 0.5)], [(1.0, 0.25)], 0.25, arena=(2.0, 1.0), periodic=periodic)
