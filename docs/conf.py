@@ -41,7 +41,11 @@ myst_url_schemes = {
 autodoc_member_order = "bysource"
 autodoc_typehints_format = "short"
 autodoc_preserve_defaults = True
-autodoc_type_aliases = {"npt.ArrayLike": "ArrayLike"}
+autodoc_type_aliases = {
+    "npt.ArrayLike": "ArrayLike",
+    "Radii": "ArrayLike | None",
+    "ShapeOfEach": "ArrayLike | Shape | None",
+}
 python_use_unqualified_type_names = True
 maximum_signature_line_length = 88
 
@@ -49,7 +53,7 @@ maximum_signature_line_length = 88
 # their names are, for the site is built without a network; and of what is nobody's interface.
 nitpick_ignore_regex = [
     ("py:.*", r"(collections|concurrent|numpy|pathlib|os|pluggy|hypothesis|np|npt|typing)\..*"),
-    ("py:.*", r"ArrayLike|NDArray|Floats|Path|PluginManager.*"),
+    ("py:.*", r"ArrayLike.*|NDArray|Floats|Path|PluginManager.*"),
     ("py:.*", r"float64|int64|int32|void|Kind|Spec|VersionsDiffer|PoolError|RowDisagreement"),
     ("py:.*", r"kinetile\.(run|kernel)\..*\.(Command|Composition|Entries|F|Held|Parts|SavedPhases)"),
     ("py:.*", "Numbers"),

@@ -11,7 +11,7 @@ import math
 import struct
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -60,6 +60,8 @@ from kinetile.scene.shape_table import are_given, read_table
 from kinetile.scene.shapes import Shape
 
 Floats = npt.NDArray[np.float64]
+Radii: TypeAlias = "npt.ArrayLike | None"
+ShapeOfEach: TypeAlias = "npt.ArrayLike | Shape | None"
 
 
 @dataclass(frozen=True)
@@ -144,7 +146,7 @@ class Scene:
         self,
         position: npt.ArrayLike,
         velocity: npt.ArrayLike,
-        radius: npt.ArrayLike | None = None,
+        radius: Radii = None,
         mass: npt.ArrayLike = 1.0,
         arena: Numbers | None = None,
         turns: Sequence[Turn | tuple[int, float, Numbers]] = (),
@@ -157,7 +159,7 @@ class Scene:
         responses: Responses | None = None,
         kinds: Iterable[Kind] | None = None,
         periodic: str = "",
-        shape: npt.ArrayLike | Shape | None = None,
+        shape: ShapeOfEach = None,
         shapes: Sequence[Shape] = (),
     ) -> None:
         mistakes: list[Mistake] = []
