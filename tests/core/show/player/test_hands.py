@@ -111,8 +111,10 @@ def test_a_finger_scrolls_the_page_and_two_zoom_and_move_the_view(saved):
         fingers(phone, [(-8.0 * k, 0) for k in range(10)])  # sideways it moves the view
         assert phone.value("kinetilePlayer.camera.x") > x
         phone.press("r")
+        phone.settle()
+        still = phone.value("scrollY")  # after the first finger it may go on for a pixel
         fingers(phone, *[[(0, way * (40.0 + 8 * k)) for k in range(9)] for way in (1, -1)])
-        assert phone.value("scrollY") == 0
+        assert phone.value("scrollY") == still
         assert phone.value(SCALE) == pytest.approx(104 / 40 * before, rel=0.15)
         phone.press("r")
         phone.settle()
