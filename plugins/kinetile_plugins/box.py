@@ -16,7 +16,6 @@ from typing import Any
 
 from kinetile.errors import Refused
 from kinetile.kernel.certificates.boxes import boxes_touch, disc_touches_box
-from kinetile.kernel.certificates.contact import first_touch
 from kinetile.scene import Scene
 from kinetile.toolbox import (
     NEVER,
@@ -33,6 +32,7 @@ from kinetile.toolbox import (
     unchecked,
 )
 from kinetile_plugins.disc import exchange
+from kinetile_plugins.disc import meet as meet_discs
 
 SHAPES = ("box", "disc")
 
@@ -179,6 +179,8 @@ def _meet(discs: bool, boxes: bool) -> Callable[..., Any]:
     @hook
     def meet(k: Kernel, a: int, b: int) -> int:
         """Return the tick of the first contact of two bodies, or ``NEVER``."""
+        if discs and is_disc(k, a) and is_disc(k, b):
+            return meet_discs(k, a, b)
         clock = k.clock[0]
         early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
         late = a + b - early
@@ -186,23 +188,7 @@ def _meet(discs: bool, boxes: bool) -> Callable[..., Any]:
         two = k.bodies[late]
         since = two.anchor
         elapsed = since - one.anchor
-        if discs and is_disc(k, a) and is_disc(k, b):
-            delay = first_touch(
-                one.x,
-                one.y,
-                one.vx,
-                one.vy,
-                elapsed,
-                two.x,
-                two.y,
-                two.vx,
-                two.vy,
-                one.margin,
-                two.margin,
-                clock.tick,
-                clock.per_time,
-            )
-        elif boxes and not is_disc(k, a) and not is_disc(k, b):
+        if boxes and not is_disc(k, a) and not is_disc(k, b):
             delay = boxes_touch(
                 one.x,
                 one.y,
