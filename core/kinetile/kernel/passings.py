@@ -44,8 +44,8 @@ def is_passing(k: Kernel, a: int, b: int, m: int, n: int) -> bool:
     pair = k.passers[body]
     while pair >= 0:
         record = k.passings[pair]
-        if record.a + record.b == a + b and (record.a == a or record.a == b):  # noqa: SIM102 - inlined
-            if record.m == m and record.n == n:
-                return True
+        of_both = record.a + record.b == a + b and (record.a == a or record.a == b)
+        if of_both and record.m == m and record.n == n:
+            return True
         pair = follower(k.passings, body, pair)
     return False
