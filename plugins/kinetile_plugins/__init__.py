@@ -51,9 +51,9 @@ def kinetile_narrow_phases() -> list[NarrowPhaseSpec]:
     return [
         NarrowPhaseSpec("disc", "kinetile_plugins.disc:Disc", "disc against disc, elastic", role="pair"),
         NarrowPhaseSpec(
-            "box",
-            "kinetile_plugins.box:Box",
-            "upright boxes and discs, elastic",
+            "convex",
+            "kinetile_plugins.convex:Convex",
+            "convex bodies that do not rotate, elastic",
             role="pair",
         ),
         NarrowPhaseSpec(

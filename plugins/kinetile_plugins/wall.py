@@ -1,4 +1,4 @@
-"""The narrow phase of a disc, or an upright box, and the arena's four walls.
+"""The narrow phase of a body and the arena's four walls.
 
 The kernel holds one wall certificate a body: the first wall that its present plan reaches. It is asked again
 only when the plan changes, so no broad phase need know that there are walls.
@@ -28,19 +28,18 @@ from kinetile.toolbox import (
     hook,
     unchecked,
 )
-from kinetile_plugins.box import demand_boxes
 
 
 @hook
-def of_disc(body: Records) -> tuple[float, float]:
-    """Return how far a disc reaches along x and along y."""
-    return body.radius, body.radius
+def of_disc(body: Records) -> tuple[float, float, float, float]:
+    """Return how far a disc reaches to the left, right, bottom and top."""
+    return body.radius, body.radius, body.radius, body.radius
 
 
 @hook
-def of_box(body: Records) -> tuple[float, float]:
-    """Return the same of a box or a disc in a scene with shapes: one of each sum is 0 (rule 6s)."""
-    return body.half_width + body.margin, body.half_height + body.margin
+def of_shape(body: Records) -> tuple[float, float, float, float]:
+    """Return the same of a body in a scene with shapes (rule 6s)."""
+    return body.left, body.right, body.down, body.up
 
 
 @hook
@@ -52,7 +51,7 @@ def after(k: Kernel, body: Records, extent: float, far: float, near: float, spee
 
 
 def _walls(
-    x: bool, y: bool, extent: Callable[..., tuple[float, float]] = of_disc
+    x: bool, y: bool, extent: Callable[..., tuple[float, float, float, float]] = of_disc
 ) -> Callable[[Kernel, Records], tuple[int, int]]:
     """Returns the hook ``reach_wall`` for walls at the ends of these axes."""
 
@@ -61,16 +60,18 @@ def _walls(
     def reach_wall(k: Kernel, body: Records) -> tuple[int, int]:
         """Return (tick, wall) of the first contact of a body with a wall; ``NEVER`` where there is none."""
         limits = k.clock[0].limits
-        across, along = extent(body)
+        to_left, to_right, down, up = extent(body)
         tick = NEVER
         wall = LEFT
         if x and body.vx != 0.0:
             left = body.vx < 0.0
-            tick = after(k, body, across, body.x if left else limits.width, 0.0 if left else body.x, body.vx)
+            side = to_left if left else to_right
+            tick = after(k, body, side, body.x if left else limits.width, 0.0 if left else body.x, body.vx)
             wall = LEFT if left else RIGHT
         if y and body.vy != 0.0:
             low = body.vy < 0.0
-            other = after(k, body, along, body.y if low else limits.height, 0.0 if low else body.y, body.vy)
+            side = down if low else up
+            other = after(k, body, side, body.y if low else limits.height, 0.0 if low else body.y, body.vy)
             if other < tick:
                 tick = other
                 wall = BOTTOM if low else TOP
@@ -104,7 +105,9 @@ def reach_wall_of_some_axis(k: Kernel, body: Records) -> tuple[int, int]:
     return above(k, body) if torus.y == 0.0 else (NEVER, LEFT)
 
 
-def _answers(extent: Callable[..., tuple[float, float]]) -> tuple[Callable[..., Any], Callable[..., Any]]:
+def _answers(
+    extent: Callable[..., tuple[float, float, float, float]],
+) -> tuple[Callable[..., Any], Callable[..., Any]]:
     """Returns the hooks ``bounce`` and ``touch``."""
 
     @unchecked
@@ -112,14 +115,14 @@ def _answers(extent: Callable[..., tuple[float, float]]) -> tuple[Callable[..., 
     def touch(k: Kernel, body: Records, wall: int) -> tuple[float, float, float]:
         """Return the normal into the wall, and how deep the body is in it."""
         limits = k.clock[0].limits
-        across, along = extent(body)
+        left, right, down, up = extent(body)
         if wall == LEFT:
-            return -1.0, 0.0, float(across - body.x)
+            return -1.0, 0.0, float(left - body.x)
         if wall == RIGHT:
-            return 1.0, 0.0, float(across - (limits.width - body.x))
+            return 1.0, 0.0, float(right - (limits.width - body.x))
         if wall == BOTTOM:
-            return 0.0, -1.0, float(along - body.y)
-        return 0.0, 1.0, float(along - (limits.height - body.y))
+            return 0.0, -1.0, float(down - body.y)
+        return 0.0, 1.0, float(up - (limits.height - body.y))
 
     @unchecked
     @hook
@@ -136,12 +139,12 @@ def _answers(extent: Callable[..., tuple[float, float]]) -> tuple[Callable[..., 
 
 
 bounce, touch = _answers(of_disc)
-shaped_walls = _walls(True, True, of_box)
-bounce_box, touch_box = _answers(of_box)
+shaped_walls = _walls(True, True, of_shape)
+bounce_shape, touch_shape = _answers(of_shape)
 
 
 class Wall:
-    """Elastic contact of a disc, or of an upright box, with the walls of a rectangular arena.
+    """Elastic contact of a body with the walls of a rectangular arena.
 
     Args:
         general: the same parts for scenes without an arena, and the same for all periodic axes, so that they
@@ -154,8 +157,7 @@ class Wall:
     def prepare(self, scene: Scene) -> WallParts:
         """Returns the parts; refuses a scene without walls, unless they are general."""
         if scene.shapes and scene.arena is not None:
-            demand_boxes("wall", scene)
-            return WallParts(reach_wall=shaped_walls, bounce=bounce_box, touch=touch_box, shapes=True)
+            return WallParts(reach_wall=shaped_walls, bounce=bounce_shape, touch=touch_shape, shapes=True)
         if self.general:
             reach = reach_wall_of_some_axis if scene.periodic else reach_wall_if_any
             return WallParts(reach_wall=reach, bounce=bounce, touch=touch, periodic=True)

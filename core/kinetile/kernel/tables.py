@@ -58,9 +58,11 @@ BODY = np.dtype(
 SHAPED = np.dtype(
     [
         *((name, BODY[name]) for name in BODY.names),  # type: ignore[union-attr]
-        ("half_width", "f8"),  # of a box; 0 for a disc
-        ("half_height", "f8"),
-        ("margin", "f8"),  # the radius around its core: 0 for a box
+        ("left", "f8"),  # how far it reaches to each side (rule 6s)
+        ("right", "f8"),
+        ("down", "f8"),
+        ("up", "f8"),
+        ("form", "i8"),  # its shape: the place in the table of shapes
     ],
     align=True,
 )
@@ -298,6 +300,7 @@ class Kernel(NamedTuple):
     queue: Records  # (n,) what awaits each body
     links: Records  # (n + 2^m,) the calendar: a ring for each slice, of its own link n + slice and its bodies
     marks: Records  # (2^m / 64,) a bit for each slice that is not empty
+    numbers: Records  # float64, those that the narrow phase of two bodies has given (``PairParts.numbers``)
     near: Records  # the answer of ``near`` and ``repair``: numbers of bodies
     offers: Records  # bodies and pairs that a hook has left to be looked at
     pairs: Records  # the pair set: its records,
@@ -346,6 +349,7 @@ def allocate(bodies: int, near: int, log_rows: int, alike: bool = False, shaped:
         queue=record_table(ENTRY, bodies),
         links=record_table(LINK, bodies + slices),
         marks=np.zeros(slices >> 6, dtype=np.int64),
+        numbers=np.zeros(0),
         near=np.zeros(near + SPARE, dtype=np.int32),
         offers=record_table(OFFER, OFFERS),
         pairs=record_table(HELD, 0),

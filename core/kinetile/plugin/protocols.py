@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeAlias, get_args
 
 import numpy as np
+import numpy.typing as npt
 
 from kinetile.errors import PhaseError
 from kinetile.kernel.compiled import is_hook
@@ -194,6 +195,9 @@ class PairParts:
     rule 5s of the specification says. Their ``contact_distance`` is "closer". Without it such a scene is
     refused; a broad phase needs nothing, since the reach of a body holds its shape.
 
+    ``numbers``: (m,) float64 that hooks find in ``k.numbers``: what the phase keeps for a scene, and options.
+    Other numbers need no other machine code. None: it keeps none.
+
     ``alike``: these are the parts for a scene whose bodies are alike (``scene.alike``), others than for the
     rest. The tables then keep one mass and one radius: ``k.mass`` and ``k.radii`` have as many elements as
     ever, and are not contiguous.
@@ -208,6 +212,7 @@ class PairParts:
     alike: bool = False
     periodic: bool = False
     shapes: bool = False
+    numbers: npt.NDArray[np.float64] | None = None
 
 
 @dataclass(frozen=True)
@@ -299,6 +304,11 @@ def _mistakes(parts: Parts) -> Iterator[str]:
     if isinstance(parts, PairParts) and parts.contact_distance not in get_args(ContactDistance):
         expected = " or ".join(map(repr, get_args(ContactDistance)))
         yield f"contact_distance is {_shown(parts.contact_distance)}; expected {expected}"
+    if isinstance(parts, PairParts) and parts.numbers is not None:
+        given: Any = parts.numbers
+        array = isinstance(given, np.ndarray) and given.dtype == np.float64 and given.ndim == 1
+        if not array or not given.flags.c_contiguous:
+            yield f"numbers is {_shown(given)}; expected an array of float64, of one dimension and contiguous"
     if isinstance(parts, BroadPhaseParts):
         yield from _broad_mistakes(parts)
     if isinstance(parts, ResponseParts):

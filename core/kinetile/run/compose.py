@@ -256,7 +256,7 @@ def compose_phases(
     """Finds the phases by name and prepares them for a scene.
 
     An argument that is None follows the scene's settings, then the default:
-    ``DEFAULT_BROAD_PHASE``, ``disc`` (``box`` where it has shapes), and ``wall`` where it has an arena.
+    ``DEFAULT_BROAD_PHASE``, ``disc`` (``convex`` where it has shapes), and ``wall`` where it has an arena.
     Options given here go over those of the settings.
 
     Raises:
@@ -267,7 +267,7 @@ def compose_phases(
     settings = scene.settings
     narrow = narrow_phases if narrow_phases is not None else settings.narrow_phases
     if narrow is None:
-        pairs = "box" if scene.shapes else "disc"
+        pairs = "convex" if scene.shapes else "disc"
         narrow = (pairs,) if scene.arena is None or scene.periodic == "xy" else (pairs, "wall")
     named = read_narrow_phases(narrow)
     name = broad_phase if broad_phase is not None else settings.broad_phase

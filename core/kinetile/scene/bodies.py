@@ -161,6 +161,10 @@ def check_bodies(
         mistakes += _spell_out(positive & ~right[name] & told, name, numbers, f"a number {RANGE}")
     movable = np.asarray(right["mass"] & np.isfinite(mass))
     mistakes += _check_masses(mass, np.flatnonzero(movable & ~unknown.get("mass", nothing)))
+    if table is not None:
+        right_shape = "a shape with an interior, or mass = inf: segments are for obstacles"
+        for i in np.flatnonzero(movable & table.hollow).tolist():
+            mistakes.append(Mistake(f"bodies[{i}].shape", "a segment, which has no interior", right_shape))
     placed = right["position"] & right["radius"]
     placed &= ~unknown.get("position", nothing) & ~unknown.get("radius", nothing)
     periods = (0.0, 0.0)
@@ -170,7 +174,7 @@ def check_bodies(
         mistakes += _check_images(position, radius, periods, placed)
         if mistakes and any(periods):
             return mistakes  # images could not be looked at
-    return mistakes + _check_apart(position, radius, np.flatnonzero(placed), passing, periods, table)
+    return mistakes + _check_apart(position, radius, np.flatnonzero(placed), passing, periods, table, movable)
 
 
 def _check_masses(mass: Floats, bodies: npt.NDArray[np.intp]) -> list[Mistake]:
@@ -252,8 +256,10 @@ def _check_apart(
     passing: tuple[npt.NDArray[np.int64], Bools] | None,
     periods: tuple[float, float],
     table: Table | None,
+    movable: Bools,
 ) -> list[Mistake]:
-    """Reports the first LIMIT overlapping pairs among ``bodies``, and how many more there are."""
+    """Reports the first LIMIT overlapping pairs among ``bodies``, and how many more there are. With shapes
+    immovable bodies may overlap each other."""
     first: list[tuple[int, int]] = []
     count, counted_all = 0, True
     for chunk, found in enumerate(overlapping_images(position[bodies], radius[bodies], periods, TOLERANCE)):
@@ -262,6 +268,7 @@ def _check_apart(
             one, two = kind[bodies[found]].T
             found = found[~passes[one, two]]
         if table is not None:
+            found = found[movable[bodies[found]].any(axis=1)]
             found = overlapping_shapes(position[bodies], table, bodies, found)
         count += len(found)
         if len(found):

@@ -45,6 +45,11 @@ class Table:
         return np.array([*(each.reaches for each in self.shapes), (math.nan,) * 4])[self._known]
 
     @property
+    def hollow(self) -> npt.NDArray[np.bool_]:
+        """(n,) whose shapes have no interior; False where they are unknown."""
+        return np.array([*(not each.is_solid for each in self.shapes), False])[self._known]
+
+    @property
     def _known(self) -> npt.NDArray[np.int64]:
         return np.where(self.unknown, len(self.shapes), self.index)
 
@@ -74,10 +79,6 @@ def read_table(
     right = f"the number of a shape, 0 to {len(table) - 1}" if table else "a table [[shapes]] to count in"
     for i in np.flatnonzero(known & ~there).tolist():
         mistakes.append(Mistake(f"bodies[{i}].shape", str(index[i]), right))
-    hollow = np.array([*(not each.is_solid for each in table), False])
-    right = "a shape with an interior; segments are for obstacles, which scenes do not have yet"
-    for i in np.flatnonzero(known & hollow[np.where(there, index, -1)]).tolist():
-        mistakes.append(Mistake(f"bodies[{i}].shape", "a segment, which has no interior", right))
     return Table(table, index, ~(known & there))
 
 

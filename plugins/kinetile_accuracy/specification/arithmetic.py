@@ -263,10 +263,16 @@ def exchanged(
     where all bodies of the scene have one mass.
     """
     (xa, ya), (xb, yb) = places
-    (vxa, vya), (vxb, vyb) = velocities
     dx, dy = (xb - xa) + away[0], (yb - ya) + away[1]
     length = math.sqrt(dx * dx + dy * dy)
-    nx, ny = dx / length, dy / length
+    return exchanged_along((dx / length, dy / length), velocities, masses)
+
+
+def exchanged_along(
+    normal: Vector, velocities: tuple[Vector, Vector], masses: tuple[float, float] | None
+) -> tuple[Vector, Vector]:
+    """Returns the same for a unit normal."""
+    (nx, ny), ((vxa, vya), (vxb, vyb)) = normal, velocities
     ux, uy = vxb - vxa, vyb - vya
     xx, yy = nx * nx, ny * ny
     excess = ((xx - 0.5) + (yy - 0.5)) + (product_error(nx, nx) + product_error(ny, ny))
@@ -283,6 +289,8 @@ def exchanged(
 
 def _share(mass: float, other: float, speed: float) -> float:
     """Returns the change of velocity of the body of ``mass``: 2 other / (mass + other) of the speed."""
+    if math.isinf(mass) or math.isinf(other):
+        return (speed if math.isinf(other) else 0.0) if math.isinf(mass) else 2 * speed
     both = mass + other
     part = both - mass
     low = (mass - (both - part)) + (other - part)

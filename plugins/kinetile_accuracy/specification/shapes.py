@@ -3,7 +3,7 @@
 Where the second body is d from the first, two bodies touch if d is as far from the difference M of their
 cores as the sum R of their radii. So the questions are about a place d + v t, with t in ticks from the later
 anchor, and a polygon with a margin. ``Difference`` is M, ``entry`` is rule 5s, ``exit_`` the parting of rule
-11s, ``line`` that of rule 9s, and ``wall_tick`` is rule 6s.
+11s, ``normal`` that of rule 9s, and ``wall_tick`` is rule 6s.
 
 Nothing here is shared with the kernel, nor with the checks of a scene.
 """
@@ -227,14 +227,37 @@ def _floor(middle: Fraction, sign: int, square: Fraction) -> int:
     return (top + root if sign > 0 else top - root - (root * root != under)) // common
 
 
-def line(m: Difference, feature: Feature, places: tuple[Vector, Vector]) -> Vector:
-    """Returns (dx, dy), the line of an exchange (rule 9s), from the places of both bodies, anchored."""
-    if feature.kind == "face":
-        x, y = m.faces[feature.number].way
-        return float(y), -float(x)
-    (xa, ya), (xb, yb) = places
-    x, y = m.corners[feature.number]
-    return (xb - xa) - float(x), (yb - ya) - float(y)
+def normal(m: Difference, d: Vector, v: Vector) -> Vector:
+    """Returns the unit normal of an exchange (rule 9s), from the separation of both bodies, anchored, and the
+    relative velocity, as doubles."""
+    x, y = map(float, m.corners[0])
+    away = d[0] - x, d[1] - y
+    if m.faces:
+        faces = [_RoundedFace(face, d, v) for face in m.faces]
+        closing = [face for face in faces if face.closes] if not m.radius else []
+        face = max(closing or faces, key=lambda each: each.gap)  # of several the first
+        if not m.radius or (face.before[0] <= 0 and face.after[0] >= 0):
+            return face.normal
+        away = face.before[1] if face.before[0] > 0 else face.after[1]
+    length = math.sqrt(away[0] * away[0] + away[1] * away[1])
+    return away[0] / length, away[1] / length
+
+
+class _RoundedFace:
+    """A face with rounded numbers: its normal, its gap, whether it closes, and how far a place is before its
+    first corner and, negated, after its second, each with the way from that corner."""
+
+    def __init__(self, face: Face, d: Vector, v: Vector) -> None:
+        tx, ty = map(float, face.way)
+        length = math.sqrt(tx * tx + ty * ty)
+        nx, ny = self.normal = ty / length, -tx / length
+        second = face.start[0] + face.way[0], face.start[1] + face.way[1]
+        ways = [(d[0] - float(x), d[1] - float(y)) for x, y in (face.start, second)]
+        (x, y), (x2, y2) = ways
+        self.gap = nx * x + ny * y
+        self.closes = nx * v[0] + ny * v[1] < 0
+        self.before = -(nx * y - ny * x), ways[0]
+        self.after = -(nx * y2 - ny * x2), ways[1]
 
 
 def wall_tick(shape: Shape, plan: FlightPlan, frame: Frame) -> tuple[int, int] | None:

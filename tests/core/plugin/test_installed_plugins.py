@@ -22,7 +22,7 @@ from kinetile.errors import UnknownName
 
 BUILT_IN = {
     "broad phase": ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling"),
-    "narrow phase": ("disc", "box", "wall"),
+    "narrow phase": ("disc", "convex", "wall"),
     "response": ("elastic", "pass", "restitution", "stop"),
     "scene": (
         "grid",

@@ -165,8 +165,8 @@ def sign_of_inside(m: Cells, first: int, end: int) -> int:
 
 
 @subroutine
-def signs_at(m: Cells, first: int, end: int, count: int) -> tuple[int, int]:
-    """Return the signs of B and of q at a count of ticks after the later anchor."""
+def place_at(m: Cells, first: int, end: int, count: int) -> None:
+    """Put the separation at a count of ticks after the later anchor in the rows ``X`` and ``Y``."""
     put_count(m, COUNT, count)
     copy(m, X, DX, first, end)
     copy(m, Y, DY, first, end)
@@ -174,6 +174,12 @@ def signs_at(m: Cells, first: int, end: int, count: int) -> tuple[int, int]:
     add_product(m, Y, UY, first, end - 3, COUNT, 0, 3)
     carry(m, X, first, end, 1)
     carry(m, Y, first, end, 1)
+
+
+@subroutine
+def signs_at(m: Cells, first: int, end: int, count: int) -> tuple[int, int]:
+    """Return the signs of B and of q at a count of ticks after the later anchor."""
+    place_at(m, first, end, count)
     clear(m, SUM, 2 * first, 2 * end)
     add_product(m, SUM, X, first, end, UX, first, end)
     add_product(m, SUM, Y, first, end, UY, first, end)

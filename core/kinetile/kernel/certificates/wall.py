@@ -1,10 +1,11 @@
-"""When a disc reaches a wall: the exact tick.
+"""When a body reaches a wall: the exact tick.
 
 The gap is ``far - near - radius``, exactly, and closes at an exact speed. With n ticks by a division, what
 is left of the gap after n is known almost exactly: the difference of two numbers that are nearly the same
 is exact, and the error of their product is a double. Its quotient by the speed has a bound, and where no
 whole tick lies within it, the floor is known. If nothing was lost, the sign of what is left decides; else
-``integers`` do.
+``integers`` do. They know discs: where the radius is 0 or less, as that of a shape may be which does not
+reach beyond its place, the wall is moved away from the body, and the radius is larger by as much.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ def reaches(far: float, near: float, radius: float, speed: float, tick: float, p
     0 where it is closed; ``NEVER`` from 2^62 on. ``tick`` is the length of one, a power of two, and
     ``per_time`` its inverse.
     """
-    if far <= near:
+    if far <= near and radius >= 0.0:
         return 0
     between, between_low = plus(far, -near)
     gap, gap_low = plus(between, -radius)
@@ -52,6 +53,7 @@ def reaches(far: float, near: float, radius: float, speed: float, tick: float, p
                 if over > bound and over < 1.0 - bound:
                     found = base + int(down)
                     return larger(found, 0) if found < LIMIT else NEVER
+    more = 0.0 if radius > 0.0 else larger(2.0 * abs(radius), 1.0)
     return look_closer(
-        near, 0.0, speed, 0.0, 0, far, 0.0, 0.0, 0.0, radius, 0.0, tick, per_time, 0.0, 0.0, 0.0, 0.0
+        near, 0.0, speed, 0.0, 0, far, 0.0, 0.0, 0.0, radius, more, tick, per_time, 1.0, 0.0, more, 0.0
     )

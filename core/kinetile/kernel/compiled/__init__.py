@@ -28,6 +28,7 @@ from kinetile.kernel.compiled.composer import (
 )
 from kinetile.kernel.compiled.hooks import (
     INTERPRETED,
+    Numbers,
     apart,
     hook,
     is_checked,
@@ -40,11 +41,12 @@ from kinetile.kernel.compiled.hooks import (
     to_be_filled_in,
     unchecked,
 )
-from kinetile.kernel.compiled.views import disowned, wrapping
+from kinetile.kernel.compiled.views import disowned, pointer, wrapping
 
 __all__ = [
     "INTERPRETED",
     "NotCompiled",
+    "Numbers",
     "apart",
     "compiling_seconds",
     "compose",
@@ -56,6 +58,7 @@ __all__ = [
     "larger",
     "make_ready",
     "nobody_compiles",
+    "pointer",
     "python_of",
     "smaller",
     "subroutine",

@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
 from types import FunctionType
-from typing import Any, TypeVar, cast
+from typing import Any, TypeAlias, TypeVar, cast
 
 from kinetile.kernel.compiled.fingerprint import fingerprint
 
@@ -26,6 +26,9 @@ INTERPRETED = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
 """True when hooks run as plain Python."""
 
 F = TypeVar("F", bound=Callable[..., Any])
+
+Numbers: TypeAlias = Any
+"""An array of float64 as functions marked ``apart`` take it: to be read by an index from 0."""
 
 
 @contextmanager
@@ -209,7 +212,9 @@ if not INTERPRETED:
             digest, _, self.called = fingerprint(function, tuple)
             self.py_func = function
             self.address: int | None = None
-            kinds = {"float": types.float64, "int": types.int64}
+            known = cast(Any, types)
+            numbers = known.CPointer(known.float64)
+            kinds = {"float": known.float64, "int": known.int64, "Numbers": numbers}
             kind = [kinds[name] for name in function.__annotations__.values()]
             name = f"kinetile_{function.__name__}_{digest}"
             super().__init__(name, kind[-1](*kind[:-1]))
@@ -248,7 +253,8 @@ def apart(function: F) -> F:
     """Mark a function that hooks call but do not take in: compiled once for all loops, and cached by itself.
 
     For what is long: a hook is compiled again at each place that calls it, and with each choice of phases. It
-    takes and returns numbers only, which its annotations call ``float`` or ``int``, so that no array is
-    passed by value, and code that calls it knows no more of it than a name, with a fingerprint.
+    takes and returns numbers, which its annotations call ``float`` or ``int``, and takes arrays of doubles,
+    ``Numbers``, so that code that calls it knows no more of it than a name, with a fingerprint. An array is
+    passed as ``pointer`` makes it.
     """
     return function if INTERPRETED else cast(F, _Apart(cast(FunctionType, function)))

@@ -31,6 +31,10 @@ if INTERPRETED:
         """Return what is given as it is."""
         return given
 
+    def pointer(numbers: T) -> T:
+        """Return an array as it is."""
+        return numbers
+
 else:
     import operator
 
@@ -181,6 +185,17 @@ else:
             return context.make_tuple(builder, signature.return_type, parts)
 
         return _with(tables, kinds)(tables), code
+
+    @intrinsic
+    def pointer(typing_context: Any, numbers: Any) -> Any:
+        """Return where an array, or a view of one, begins: as functions marked ``apart`` take it."""
+
+        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            if isinstance(numbers, _View):
+                return builder.extract_value(arguments[0], 0)
+            return context.make_array(numbers)(context, builder, value=arguments[0]).data
+
+        return types.CPointer(numbers.dtype)(numbers), code
 
     @intrinsic
     def wrapping(typing_context: Any, given: Any) -> Any:

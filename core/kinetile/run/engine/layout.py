@@ -65,9 +65,9 @@ def tables_of(scene: Scene, composition: Composition, unit: float) -> Kernel:
     bodies.radius = k.radii[:n] = scene.radius
     bodies.last = NOBODY
     if scene.shapes:
+        bodies.form = scene.shape
         reaches = np.array([each.reaches for each in scene.shapes])[scene.shape]
-        bodies.margin = np.array([each.radius for each in scene.shapes])[scene.shape]
-        bodies.half_width, bodies.half_height = reaches[:, 1] - bodies.margin, reaches[:, 3] - bodies.margin
+        bodies.left, bodies.right, bodies.down, bodies.up = reaches.T
     k.mass[:n] = scene.mass
     if len(k.rules):
         k.traits.kind[:n] = scene.kind_numbers
@@ -145,6 +145,8 @@ def _allocated(bodies: int, scene: Scene, composition: Composition) -> Kernel:
         k = allocate(slots, room, rows, composition.alike, bool(scene.shapes))
         if pairs:
             k = pair_set(k, pairs)
+        if composition.pair is not None and composition.pair.numbers is not None:
+            k = k._replace(numbers=composition.pair.numbers.copy())
         if scene.periodic:
             k = k._replace(images=record_table(IMAGE, slots))
         if composition.rules is not None:

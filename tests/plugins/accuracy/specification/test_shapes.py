@@ -25,7 +25,7 @@ from kinetile_accuracy.specification.arithmetic import (
     HORIZON,
     FlightPlan,
     Frame,
-    exchanged,
+    exchanged_along,
     pair_tick,
     wall_tick,
 )
@@ -293,13 +293,21 @@ def test_vectors_are_many_of_each_kind() -> None:
 def test_lines_of_exchange_round_once() -> None:
     one, two = kt.polygon([(0.0, 0.0), (0.1, 0.0), (0.3, 0.7)]), kt.polygon([(0.1, 0.2)], 0.5)
     m = rules.Difference(one, two)
-    places = (0.1, 0.2), (0.7, 0.9)
-    slopes = {rules.line(m, rules.Feature("face", k), places) for k in range(3)}
-    assert (0.7, -float(Fraction(0.3) - Fraction(0.1))) in slopes
-    k = m.corners.index((Fraction(0.3) - Fraction(0.1), Fraction(0.7) - Fraction(0.2)))
-    dx, dy = rules.line(m, rules.Feature("corner", k), places)
-    assert dx == (0.7 - 0.1) - float(Fraction(0.3) - Fraction(0.1))
-    assert dy == (0.9 - 0.2) - float(Fraction(0.7) - Fraction(0.2))
+    tx, ty = float(Fraction(0.3) - Fraction(0.1)), 0.7
+    length = math.sqrt(tx * tx + ty * ty)
+    nx, ny = ty / length, -tx / length
+    assert rules.normal(m, (0.1 + 0.4 * nx, 0.2 + 0.4 * ny), (0.0, 0.0)) == (nx, ny)
+    dx, dy = 0.6, 0.7
+    x, y = dx - float(Fraction(0.3) - Fraction(0.1)), dy - float(Fraction(0.7) - Fraction(0.2))
+    length = math.sqrt(x * x + y * y)
+    assert rules.normal(m, (dx, dy), (0.0, 0.0)) == (x / length, y / length)
+
+
+def test_what_does_not_close_is_no_face_of_sharp_bodies() -> None:
+    m = rules.Difference(kt.box(1.0, 1.0), kt.box(1.0, 1.0))
+    assert rules.normal(m, (1.0 + 2.0**-52, 1.0), (1.0, -1.0)) == (0.0, 1.0)
+    assert rules.normal(m, (1.0, 1.0), (-1.0, -1.0)) == (1.0, 0.0)
+    assert rules.normal(m, (1.0, 1.0), (0.0, 0.0)) == (1.0, 0.0)
 
 
 @given(*[st.floats(-1e6, 1e6)] * 4, st.sampled_from([None, (1.0, 3.0)]))
@@ -307,9 +315,9 @@ def test_at_an_upright_face_one_component_changes(
     vxa: float, vya: float, vxb: float, vyb: float, masses: tuple[float, float] | None
 ) -> None:
     m = rules.Difference(kt.box(0.1, 0.3), kt.box(0.7, 0.2))
-    for number, axis in enumerate((0, 0, 1, 1)):
-        away = rules.line(m, rules.Feature("face", number), ((0.0, 0.0), (0.0, 0.0)))
-        found = exchanged(((0.0, 0.0), away), ((vxa, vya), (vxb, vyb)), masses)
+    for d, axis in (((0.4, 0.1), 0), ((-0.4, 0.1), 0), ((0.1, 0.25), 1), ((0.1, -0.25), 1)):
+        along = rules.normal(m, d, (-d[0] if axis == 0 else 0.0, -d[1] if axis == 1 else 0.0))
+        found = exchanged_along(along, ((vxa, vya), (vxb, vyb)), masses)
         assert (found[0][1 - axis], found[1][1 - axis]) == ((vya, vyb), (vxa, vxb))[axis]
         if masses is None:
             one, two = ((vxa, vxb), (vya, vyb))[axis]

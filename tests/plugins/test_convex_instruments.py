@@ -121,9 +121,9 @@ def test_the_command_line_says_which_bodies_there_are(tmp_path):
 
 @pytest.mark.small
 def test_the_kit_says_that_it_cannot_judge_boxes():
-    with pytest.raises(Refused, match="'box' takes other shapes than discs alone"):
-        check_broad_phase("cells", narrow_phases=["box"], in_process=True, examples=1)
-    assert "no broad phase is called 'box': it is a narrow phase." in refused("conform box")
+    with pytest.raises(Refused, match="'convex' takes other shapes than discs alone"):
+        check_broad_phase("cells", narrow_phases=["convex"], in_process=True, examples=1)
+    assert "no broad phase is called 'convex': it is a narrow phase." in refused("conform convex")
 
 
 @pytest.mark.small

@@ -1,0 +1,268 @@
+"""The narrow phase of convex bodies: discs, capsules, boxes, polygons, rounded or not, and obstacles.
+
+Bodies do not rotate. When two of them touch is decided exactly (``kinetile.kernel.certificates.convex``;
+docs/specification.md, rule 5s), with the difference of their shapes from a table that is made once. What
+follows is rule 9s: they exchange momentum across the face of the difference at which they touch, or along the
+line from a corner.
+
+Lower bounds are those of the same differences, fattened by more than all rounding.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from kinetile.errors import Refused
+from kinetile.kernel.certificates.convex import (
+    COUNT,
+    CX,
+    CY,
+    HEAD,
+    NX,
+    NY,
+    OUT,
+    RADIUS,
+    RANK,
+    WIDE,
+    enters,
+)
+from kinetile.kernel.compiled import Numbers, pointer
+from kinetile.scene import Scene
+from kinetile.toolbox import (
+    NEVER,
+    NOBODY,
+    TOO_DEEP,
+    Kernel,
+    PairParts,
+    blame,
+    hook,
+    larger,
+    since_anchor,
+    since_origin,
+    smaller,
+    unchecked,
+)
+from kinetile_plugins.differences import difference_table
+from kinetile_plugins.disc import exchange
+
+
+@hook
+def row_of(k: Kernel, a: int, b: int) -> int:
+    """Return where the row of the difference of two bodies' shapes begins in ``k.numbers``; 0: none."""
+    shapes = int(k.numbers[0])
+    return int(k.numbers[1 + k.bodies[a].form * shapes + k.bodies[b].form])
+
+
+@hook
+def around(f: Numbers, corner: int, reach: float, x: float, y: float, vx: float, vy: float) -> float:
+    """Return a bound below the time until a place is nearer to a corner than a reach."""
+    x -= f[corner + CX]
+    y -= f[corner + CY]
+    approach = x * vx + y * vy
+    gap = (x * x + y * y) * (1.0 - 2.0**-40) - reach * reach
+    inside = approach * approach - (vx * vx + vy * vy) * gap
+    if gap <= 0.0:
+        return 0.0
+    if approach >= 0.0 or inside < 0.0:
+        return math.inf
+    return gap / (math.sqrt(inside) - approach) * (1.0 - 2.0**-40)
+
+
+@hook
+def not_before(f: Numbers, row: int, x: float, y: float, vx: float, vy: float, fat: float) -> float:
+    """Return a bound below the time until a place enters a difference, fattened; infinite where it does not.
+
+    It is not before the place is within the lines of all faces, moved out by R; and where it is then beyond
+    an end of the face that it comes across last, not before it has come to that corner.
+    """
+    count = int(f[row + COUNT])
+    faces = row + HEAD
+    reach = f[row + RADIUS]
+    if count == 1:
+        return around(f, faces, reach + fat, x, y, vx, vy)
+    into = 0.0
+    out = math.inf
+    crossed = faces
+    highest = -math.inf
+    nearest = faces
+    for k in range(count):
+        face = faces + k * WIDE
+        gap = (f[face + NX] * x + f[face + NY] * y) - (f[face + OUT] + fat)
+        rate = f[face + NX] * vx + f[face + NY] * vy
+        if gap > highest:
+            highest = gap
+            nearest = face
+        if rate < 0.0:
+            t = -gap / rate
+            if t > into:
+                into = t
+                crossed = face
+        elif gap > 0.0:
+            return math.inf
+        elif rate > 0.0:
+            out = smaller(out, -gap / rate)
+    if into > out:
+        return math.inf
+    if reach > 0.0:
+        face = crossed if into > 0.0 else nearest
+        after = face + WIDE
+        after = faces if after == faces + count * WIDE else after
+        x += vx * into
+        y += vy * into
+        if f[face + NX] * (y - f[face + CY]) - f[face + NY] * (x - f[face + CX]) < -fat:
+            return into + around(f, face, reach + 2.0 * fat, x, y, vx, vy)
+        if f[face + NX] * (y - f[after + CY]) - f[face + NY] * (x - f[after + CX]) > fat:
+            return into + around(f, after, reach + 2.0 * fat, x, y, vx, vy)
+    return into
+
+
+@unchecked
+@hook
+def soonest(k: Kernel, body: int, count: int, barred: int, known: int, at: int) -> tuple[float, float, int]:
+    """Return bounds below the first contact of a body with ``k.near[:count]``, the second, and with whom: as
+    delays after tick ``at``, infinite where there is no contact."""
+    fat = k.clock[0].limits.fat
+    elapsed = since_origin(k, at)
+    one = k.places[body]
+    soon = math.inf
+    rest = math.inf
+    who = NOBODY
+    for i in range(count):
+        other = k.near[i]
+        if other != body and other != barred and other != known:
+            row = row_of(k, body, other)
+            if row > 0:
+                two = k.places[other]
+                vx = two.vx - one.vx
+                vy = two.vy - one.vy
+                dx = (two.x - one.x) + vx * elapsed
+                dy = (two.y - one.y) + vy * elapsed
+                delay = not_before(k.numbers, row, dx, dy, vx, vy, fat)
+                rest = smaller(rest, larger(soon, delay))
+                who = int(other) if delay < soon else who
+                soon = smaller(soon, delay)
+    return soon, rest, who
+
+
+@hook
+def line_of(k: Kernel, a: int, b: int, dx: float, dy: float) -> tuple[float, float, float]:
+    """Return the normal from a to b along which two bodies touch whose places differ by (dx, dy), of length
+    1, and how deep they overlap (rule 9s). Not a number where that is a corner, and they are at it."""
+    f = k.numbers
+    row = row_of(k, a, b)
+    count = int(f[row + COUNT])
+    faces = row + HEAD
+    reach = f[row + RADIUS]
+    corner = faces
+    if count > 1:
+        vx = k.bodies[b].vx - k.bodies[a].vx
+        vy = k.bodies[b].vy - k.bodies[a].vy
+        found = faces
+        highest = -math.inf
+        closes = False
+        for k_face in range(count):
+            face = faces + k_face * WIDE
+            gap = f[face + NX] * (dx - f[face + CX]) + f[face + NY] * (dy - f[face + CY])
+            nearer = gap > highest or (gap == highest and f[face + RANK] < f[found + RANK])
+            if reach == 0.0:
+                closing = f[face + NX] * vx + f[face + NY] * vy < 0.0
+                nearer = (nearer and closing == closes) or (closing and not closes)
+                closes = closes or closing
+            if nearer:
+                found = face
+                highest = gap
+        after = found + WIDE
+        after = faces if after == faces + count * WIDE else after
+        nx = f[found + NX]
+        ny = f[found + NY]
+        corner = -1
+        if reach > 0.0 and nx * (dy - f[found + CY]) - ny * (dx - f[found + CX]) < 0.0:
+            corner = found
+        elif reach > 0.0 and nx * (dy - f[after + CY]) - ny * (dx - f[after + CX]) > 0.0:
+            corner = after
+        if corner < 0:
+            return nx, ny, reach - highest
+    x = dx - f[corner + CX]
+    y = dy - f[corner + CY]
+    distance = math.sqrt(x * x + y * y)
+    return x / distance, y / distance, reach - distance if distance > 0.0 else math.nan
+
+
+@unchecked
+@hook
+def touch(k: Kernel, a: int, b: int) -> tuple[float, float, float]:
+    """Return the normal from a to b at which they touch, and how deep they overlap."""
+    one = k.bodies[a]
+    two = k.bodies[b]
+    return line_of(k, a, b, two.x - one.x, two.y - one.y)
+
+
+@unchecked
+@hook
+def collide(k: Kernel, a: int, b: int) -> float:
+    """Exchange momentum along the normal, elastically; return how deep the two overlap."""
+    nx, ny, depth = touch(k, a, b)
+    exchange(k, a, b, nx, ny)
+    return float(depth)
+
+
+@unchecked
+@hook
+def meet(k: Kernel, a: int, b: int) -> int:
+    """Return the tick of the first contact of two bodies, or ``NEVER``."""
+    early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
+    late = a + b - early
+    row = row_of(k, early, late)
+    if row == 0 or (math.isinf(k.mass[a]) and math.isinf(k.mass[b])):
+        return NEVER
+    clock = k.clock[0]
+    one = k.bodies[early]
+    two = k.bodies[late]
+    since = two.anchor
+    delay = enters(
+        pointer(k.numbers),
+        row,
+        one.x,
+        one.y,
+        one.vx,
+        one.vy,
+        since - one.anchor,
+        two.x,
+        two.y,
+        two.vx,
+        two.vy,
+        clock.tick,
+        clock.per_time,
+    )
+    if delay == NEVER:
+        return NEVER
+    if delay == 0:
+        time = since_anchor(k, one, since)
+        dx = two.x - (one.x + one.vx * time)
+        dy = two.y - (one.y + one.vy * time)
+        _, _, depth = line_of(k, early, late, dx, dy)
+        if depth > clock.limits.tolerance + 1e-9 * (one.radius + two.radius):
+            blame(k, TOO_DEEP, a, b)
+    return int(since + delay)
+
+
+class Convex:
+    """Elastic contact of convex bodies."""
+
+    def prepare(self, scene: Scene) -> PairParts:
+        """Returns the parts; refuses a scene of discs alone, and one with too many different shapes."""
+        if not scene.shapes:
+            raise Refused("convex is for scenes with shapes, and this one has discs alone: choose disc")
+        moving = set(scene.shape[np.isfinite(scene.mass)].tolist())
+        there = set(scene.shape.tolist())
+        pairs = {pair for i in moving for j in there for pair in ((i, j), (j, i))}
+        return PairParts(
+            meet=meet,
+            collide=collide,
+            soonest=soonest,
+            touch=touch,
+            shapes=True,
+            numbers=difference_table(scene.shapes, pairs),
+        )

@@ -1,0 +1,105 @@
+"""Questions to the certificate of convex bodies, drawn from a seed: most on lattices, with many ties."""
+
+from __future__ import annotations
+
+import math
+import random
+from fractions import Fraction
+
+import numpy as np
+
+import kinetile as kt
+from kinetile.errors import SceneError
+from kinetile.kernel.certificates.convex import enters
+from kinetile.kernel.compiled import pointer
+from kinetile.kernel.tables import NEVER
+from kinetile.toolbox import hook
+from kinetile_accuracy.specification.shapes import Difference, entry
+from kinetile_plugins.differences import difference_row
+
+
+@hook
+def ask(numbers, *path):
+    return enters(pointer(numbers), 0, *path)
+
+
+def drawn_shape(rng: random.Random, lattice: int, sharp: bool = False) -> kt.Shape:
+    """Return a shape of up to eight corners, on a lattice unless that is 0; ``sharp``: without a margin."""
+    while True:
+        count = rng.choice((1, 2, 2, 3, 4, 4, 5, 6, 8))
+
+        def number() -> float:
+            return rng.randint(-2 * lattice, 2 * lattice) / lattice if lattice else rng.uniform(-2.0, 2.0)
+
+        margin = rng.randint(1, 2 * lattice) / lattice if lattice else rng.uniform(0.05, 2.0)
+        radius = 0.0 if sharp or (count > 1 and rng.random() < 0.6) else margin
+        if rng.random() < 0.2:
+            return kt.box(2 * margin, margin)
+        if rng.random() < 0.1 and not sharp:
+            return kt.disc(margin)
+        turns = sorted(rng.uniform(0.0, 2.0 * math.pi) for _ in range(count))
+        core = [(2.0 * math.cos(t), 2.0 * math.sin(t)) for t in turns]
+        if lattice:
+            core = [(round(x * lattice) / lattice, round(y * lattice) / lattice) for x, y in core]
+        moved = (number(), number()) if rng.random() < 0.5 else (0.0, 0.0)
+        core = [(x + moved[0], y + moved[1]) for x, y in core]
+        if count < 3:
+            core = [(number(), number()) for _ in range(count)]
+        try:
+            return kt.Shape(tuple(core), radius)
+        except SceneError:
+            continue
+
+
+class Question:
+    """Two bodies on their paths."""
+
+    def __init__(self, rng: random.Random) -> None:
+        lattice = rng.choice((1, 2, 4, 16, 1 << 20, 0, 0))
+
+        def number(size: float) -> float:
+            if not lattice:
+                return rng.uniform(-size, size)
+            return rng.randint(-int(size * lattice), int(size * lattice)) / lattice
+
+        sharp = rng.random() < 0.4
+        self.shapes = drawn_shape(rng, lattice, sharp), drawn_shape(rng, lattice, sharp)
+        self.tick = rng.choice((2.0**-52, 2.0**-52, 2.0**-30, 2.0**-10, 2.0**-3))
+        self.elapsed = rng.choice((0, 0, rng.randrange(20), rng.randrange(int(4 / self.tick))))
+        self.one, self.two = (number(6.0), number(6.0)), (number(6.0), number(6.0))
+        self.v, self.v2 = (number(1.0), number(1.0)), (number(1.0), number(1.0))
+        if rng.random() < 0.6:  # it comes near
+            time = rng.uniform(0.0, 3.0)
+            aim = [rng.uniform(-1.5, 1.5) for _ in range(2)]
+            self.two = tuple(
+                p + a - (w - v) * time for p, a, v, w in zip(self.one, aim, self.v, self.v2, strict=True)
+            )
+            if lattice:
+                self.two = tuple(round(x * lattice) / lattice for x in self.two)
+        axis = rng.randrange(6)  # so that some slide
+        self.v = tuple(self.v2[i] if i == axis else self.v[i] for i in range(2))
+        if rng.random() < 0.25:  # they touch: a place on a corner, or on a face, of the difference
+            corners = Difference(*self.shapes).corners
+            k, part = rng.randrange(len(corners)), rng.choice((0.0, 0.0, 0.5, rng.random()))
+            p, q = (tuple(map(float, corners[(k + i) % len(corners)])) for i in (0, 1))
+            self.elapsed = 0
+            self.two = tuple(o + a + part * (b - a) for o, a, b in zip(self.one, p, q, strict=True))
+            if sum(shape.radius for shape in self.shapes) and rng.random() < 0.7:
+                far = float(sum(shape.radius for shape in self.shapes))
+                turn = rng.choice((rng.uniform(0.0, 6.3), 0.5 * math.pi * rng.randrange(4)))
+                self.two = self.two[0] + far * math.cos(turn), self.two[1] + far * math.sin(turn)
+
+    def tick_of_kernel(self) -> int:
+        """Return the answer of the kernel."""
+        numbers = np.array(difference_row(*self.shapes))
+        path = (*self.one, *self.v, self.elapsed, *self.two, *self.v2, self.tick, 1.0 / self.tick)
+        return int(ask(numbers, *map(float, path[:4]), path[4], *map(float, path[5:])))
+
+    def tick_by_rationals(self) -> int:
+        """Return the answer of rule 5s."""
+        q = Fraction(self.tick)
+        there = [Fraction(x) + Fraction(v) * self.elapsed * q for x, v in zip(self.one, self.v, strict=True)]
+        d = tuple(Fraction(at) - place for at, place in zip(self.two, there, strict=True))
+        v = tuple((Fraction(w) - Fraction(v)) * q for v, w in zip(self.v, self.v2, strict=True))
+        found = entry(Difference(*self.shapes), d, v)
+        return NEVER if found is None else found.tick

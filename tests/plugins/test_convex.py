@@ -1,0 +1,153 @@
+"""Convex bodies: exact ticks, and one answer, the same as by rationals."""
+
+from __future__ import annotations
+
+import math
+import random
+
+import pytest
+
+import box_scenes
+import convex_reference
+import convex_scenes
+import kinetile as kt
+from convex_questions import Question
+from kinetile.errors import Refused, ZenoError
+from kinetile.kernel.loop.predictions import FAR, MARGIN
+from kinetile.kernel.tables import NEVER, NOBODY
+from kinetile_plugins.convex import meet, soonest
+from lanes import first
+
+PHASES = ("naive", "cells", "sap-1d", "sap-2d")
+
+
+def rows(sim: kt.Simulation) -> list[tuple[int, int, int]]:
+    return [((int(c["epoch"]) << 52) + int(c["tick"]), int(c["a"]), int(c["b"])) for c in sim.contacts]
+
+
+@pytest.mark.parametrize("block", first(1, range(50)))
+def test_ticks_are_those_of_rationals(block):
+    rng, hits = random.Random(block), 0
+    for _ in range(400):
+        question = Question(rng)
+        expected = question.tick_by_rationals()
+        assert question.tick_of_kernel() == expected, vars(question)
+        hits += expected != NEVER
+    assert hits > 40
+
+
+@pytest.mark.small
+@pytest.mark.parametrize("seed", first(6, range(600)))
+def test_the_answer_is_that_of_rationals(seed):
+    scene = (convex_scenes if seed % 3 else box_scenes).drawn(seed)
+    expected = convex_reference.contacts_of(scene, 40, 20 << 52)
+    for phase in PHASES:
+        sim = kt.Simulation(scene, phase, audit=1 if seed % 6 == 0 else None)
+        try:
+            sim.run(until=20 * scene.time_unit, max_contacts=40)
+            assert rows(sim) == expected
+        except ZenoError:
+            assert rows(sim) == expected[: len(sim.contacts)]
+
+
+@pytest.mark.small
+@pytest.mark.parametrize("seed", first(20, range(400)))
+def test_bounds_are_never_late(seed):
+    scene = convex_scenes.drawn(seed)
+    sim, n, bounds = kt.Simulation(scene, "naive"), len(scene), []
+    for contacts in (0, 2, 5):
+        sim.run(until=10.0, max_contacts=contacts)
+        k, now = sim._engine.k, int(sim._engine.k.clock[0].now)
+        k.near[:n] = range(n)
+        for body in range(n):
+            soon, rest, who = soonest(k, body, n, NOBODY, NOBODY, now)
+            for other in set(range(n)) - {body}:
+                bound = min(
+                    now + not_before_tick((soon if other == who else rest) * k.clock[0].per_time), NEVER
+                )
+                tick = meet(k, min(body, other), max(body, other))
+                assert bound <= max(tick, now)
+                bounds.append(tick - bound)
+    assert n == 2 or min(bounds) < 1 << 45  # some are close
+
+
+def not_before_tick(ticks: float) -> float:
+    """Return what the loop makes of a bound (``predictions.not_before``)."""
+    return int(max(ticks - MARGIN, 0.0)) if ticks < FAR else NEVER
+
+
+def wall_of_bricks(**more) -> kt.Scene:
+    """Return bricks that touch each other, none of which can move, and a disc in front of them."""
+    places = [(0.5 + (row % 2) * 0.5 + column, 0.25 + 0.5 * row) for row in range(4) for column in range(5)]
+    return kt.Scene(
+        [*places, (2.75, 4.0)],
+        [*[(0, 0)] * len(places), (0.25, -1.0)],
+        mass=[*[math.inf] * len(places), 1.0],
+        shape=[*[0] * len(places), 1],
+        shapes=[kt.box(1.0, 0.5), kt.disc(0.25)],
+        arena=(6.0, 5.0),
+        **more,
+    )
+
+
+@pytest.mark.small
+def test_a_disc_comes_back_from_bricks_that_touch():
+    """It meets two of them at one tick where they touch, and its speed is kept."""
+    for phase in PHASES:
+        sim = kt.Simulation(wall_of_bricks(), phase, audit=1)
+        sim.run(max_contacts=40)
+        assert math.hypot(*sim.velocities()[20]) == pytest.approx(math.hypot(0.25, 1.0), rel=1e-14)
+        assert sim.positions()[20, 1] > 2.0
+        assert (sim.velocities()[:20] == 0).all()
+
+
+@pytest.mark.small
+def test_boxes_slide_along_each_other_without_a_contact():
+    sliding = kt.Scene(
+        [(1.0, 1.0), (3.0, 2.0)], [(1.0, 0.0), (-1.0, 0.0)], shape=kt.box(1.0, 1.0), arena=None
+    )
+    sim = kt.Simulation(sliding, "cells")
+    sim.run(until=10.0)
+    assert len(sim.contacts) == 0
+    lower = sliding.replace(position=[(1.0, 1.0), (3.0, 2.0 - 2.0**-40)])
+    sim = kt.Simulation(lower, "cells")
+    sim.run(until=10.0)
+    assert rows(sim) == [(1 << 51, 0, 1)]
+    assert sim.velocities().tolist() == [[-1.0, 0.0], [1.0, 0.0]]  # one component alone, exactly
+
+
+@pytest.mark.small
+def test_a_run_of_boxes_is_saved_and_goes_on(tmp_path):
+    scene = convex_scenes.drawn(6, (8,))
+    sim = kt.Simulation(scene, "cells")
+    sim.run(until=20.0, max_contacts=10)
+    sim.save(tmp_path / "boxes.kt")
+    again = kt.resume(tmp_path / "boxes.kt")
+    for each in (sim, again):
+        each.run(until=40.0, max_contacts=20)
+    assert again.fingerprint == sim.fingerprint
+    kt.save_scene(scene, tmp_path / "boxes.toml")
+    played = kt.Simulation(kt.load_scene(tmp_path / "boxes.toml"), "naive")
+    played.run(until=40.0, max_contacts=len(sim.contacts))
+    assert played.fingerprint == sim.fingerprint
+
+
+@pytest.mark.small
+def test_what_shapes_do_not_have_is_refused_by_name():
+    bricks = wall_of_bricks()
+    with pytest.raises(Refused, match="closer"):
+        kt.Simulation(bricks, "sweep-tiling")
+    with pytest.raises(Refused, match="takes discs alone"):
+        kt.Simulation(bricks, "cells", narrow_phases=("disc", "wall"))
+    with pytest.raises(Refused, match="choose disc"):
+        kt.Simulation(kt.make_scene("two-discs"), "cells", narrow_phases=("convex",))
+    sim = kt.Simulation(bricks, "cells")
+    for question in (
+        lambda: sim.cast((1, 1, 0.5), (1, 0)),
+        lambda: sim.ray((1, 1), (1, 0)),
+        lambda: sim.bodies_in((0, 0, 1, 1)),
+        lambda: sim.bodies_near((0, 0), k=1),
+    ):
+        with pytest.raises(Refused, match="know discs alone"):
+            question()
+    assert sim.next_contact_of(20) is not None
