@@ -25,10 +25,12 @@ from kinetile.kernel.certificates.convex import (
     OUT,
     RADIUS,
     RANK,
+    UPRIGHT,
     WIDE,
     enters,
 )
 from kinetile.kernel.compiled import Numbers, pointer
+from kinetile.kernel.vectors import LANES, Floats, bits, choose, fill, lane, lowest_bit, places, spread
 from kinetile.scene import Scene
 from kinetile.toolbox import (
     NEVER,
@@ -46,6 +48,9 @@ from kinetile.toolbox import (
 )
 from kinetile_plugins.differences import difference_table
 from kinetile_plugins.disc import exchange
+
+SLOWEST = 2.0**-900
+"""A speed that is none: in no time that counts anything flies anywhere."""
 
 
 @hook
@@ -118,28 +123,68 @@ def not_before(f: Numbers, row: int, x: float, y: float, vx: float, vy: float, f
     return into
 
 
+@hook
+def within(low: Floats, high: Floats, v: Floats) -> tuple[Floats, Floats]:
+    """Return from when until when coordinates that are to grow by low to high, at speeds v, have grown so."""
+    zero = spread(0.0)
+    still = choose((v >= zero) & (v <= zero), spread(SLOWEST), v)
+    one = low / still
+    other = high / still
+    return choose(one < other, one, other), choose(one < other, other, one)
+
+
 @unchecked
 @hook
 def soonest(k: Kernel, body: int, count: int, barred: int, known: int, at: int) -> tuple[float, float, int]:
     """Return bounds below the first contact of a body with ``k.near[:count]``, the second, and with whom: as
-    delays after tick ``at``, infinite where there is no contact."""
+    delays after tick ``at``, infinite where there is no contact.
+
+    First, eight at a time, the bounds of the upright boxes around the bodies: for most partners they are
+    enough. Up to eight places behind those that count are written to.
+    """
     fat = k.clock[0].limits.fat
-    elapsed = since_origin(k, at)
+    fill(k.near, count, body)  # the rest of the last eight: a body itself is left out
+    elapsed = spread(since_origin(k, at))
     one = k.places[body]
+    mine = k.sides[body]
+    x = spread(one.x)
+    y = spread(one.y)
+    vx = spread(one.vx)
+    vy = spread(one.vy)
+    left = spread(mine.left + fat)
+    right = spread(mine.right + fat)
+    down = spread(mine.down + fat)
+    up = spread(mine.up + fat)
+    zero = spread(0.0)
+    never = spread(math.inf)
     soon = math.inf
     rest = math.inf
     who = NOBODY
-    for i in range(count):
-        other = k.near[i]
-        if other != body and other != barred and other != known:
-            row = row_of(k, body, other)
-            if row > 0:
-                two = k.places[other]
-                vx = two.vx - one.vx
-                vy = two.vy - one.vy
-                dx = (two.x - one.x) + vx * elapsed
-                dy = (two.y - one.y) + vy * elapsed
-                delay = not_before(k.numbers, row, dx, dy, vx, vy, fat)
+    for start in range(0, count, LANES):
+        other_x, other_y, other_vx, other_vy = places(k.places, k.near, start)
+        other_left, other_right, other_down, other_up = places(k.sides, k.near, start)
+        dvx = other_vx - vx
+        dvy = other_vy - vy
+        dx = (other_x - x) + dvx * elapsed
+        dy = (other_y - y) + dvy * elapsed
+        begins, ends = within(zero - (left + other_right) - dx, (right + other_left) - dx, dvx)
+        begins_y, ends_y = within(zero - (down + other_up) - dy, (up + other_down) - dy, dvy)
+        begins = choose(begins < begins_y, begins_y, begins)
+        ends = choose(ends < ends_y, ends, ends_y)
+        begins = choose(begins < zero, zero, begins)
+        begins = choose(begins <= ends, begins, never)
+        sooner = bits(begins < spread(rest))
+        while sooner != 0:
+            i = lowest_bit(sooner)
+            sooner &= sooner - 1
+            delay = lane(begins, i)
+            other = k.near[start + i]
+            if delay < rest and other != body and other != barred and other != known:
+                row = row_of(k, body, other)
+                if k.numbers[row + UPRIGHT] == 0.0:
+                    delay = not_before(
+                        k.numbers, row, lane(dx, i), lane(dy, i), lane(dvx, i), lane(dvy, i), fat
+                    )
                 rest = smaller(rest, larger(soon, delay))
                 who = int(other) if delay < soon else who
                 soon = smaller(soon, delay)

@@ -66,7 +66,9 @@ def difference_row(one: Shape, other: Shape) -> list[float]:
         body += [*columns, *_parts(out), nx, ny, float(out / length) if count > 1 else 0.0, float(rank)]
     sizes = [abs(number) for number in exactly if number]
     size = float(radius) + 2.0 * max((abs(float(c)) for corner in corners for c in corner), default=0.0)
-    head = [float(count), *_parts(radius), max([2.0 * size, *sizes]), min(sizes, default=0.0)]
+    x, y = zip(*corners, strict=True)
+    upright = radius == 0 and count == 4 and len({*x}) == len({*y}) == 2
+    head = [float(count), *_parts(radius), max([2.0 * size, *sizes]), min(sizes, default=0.0), float(upright)]
     assert len(head) == HEAD
     assert len(body) == WIDE * count
     return head + body

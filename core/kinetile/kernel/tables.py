@@ -55,13 +55,13 @@ BODY = np.dtype(
     ],
     align=True,
 )
+SIDES = np.dtype([(name, "f8") for name in ("left", "right", "down", "up")])
+"""How far a body reaches to each side, where not all are discs (rule 6s)."""
+
 SHAPED = np.dtype(
     [
         *((name, BODY[name]) for name in BODY.names),  # type: ignore[union-attr]
-        ("left", "f8"),  # how far it reaches to each side (rule 6s)
-        ("right", "f8"),
-        ("down", "f8"),
-        ("up", "f8"),
+        *((name, SIDES[name]) for name in SIDES.names),  # type: ignore[union-attr]
         ("form", "i8"),  # its shape: the place in the table of shapes
     ],
     align=True,
@@ -296,6 +296,7 @@ class Kernel(NamedTuple):
     bodies: Records  # (n,) flight plans
     mass: Records  # (n,) where bodies are alike, this and the next are one number, n times (``equal``)
     radii: Records  # (n,) the radii again, close together
+    sides: Records  # (n,) the sides again, close together; empty where all are discs
     places: Records  # (n,) place and velocity at the common clock ``clock[0].origin``
     queue: Records  # (n,) what awaits each body
     links: Records  # (n + 2^m,) the calendar: a ring for each slice, of its own link n + slice and its bodies
@@ -345,6 +346,7 @@ def allocate(bodies: int, near: int, log_rows: int, alike: bool = False, shaped:
         bodies=record_table(SHAPED if shaped else BODY, bodies),
         mass=equal(1.0, bodies) if alike else np.ones(bodies),
         radii=equal(0.0, bodies) if alike else np.zeros(bodies),
+        sides=record_table(SIDES, bodies if shaped else 0),
         places=record_table(PLACE, bodies),
         queue=record_table(ENTRY, bodies),
         links=record_table(LINK, bodies + slices),

@@ -66,9 +66,10 @@ from kinetile.kernel.compiled import Numbers, apart, hook, larger, smaller, subr
 from kinetile.kernel.tables import NEVER
 from kinetile.kernel.vectors import product_error
 
-COUNT, RADIUS, RADIUS_LOW, SIZE, LEAST, HEAD = range(6)
-"""Columns of a row's head: the corners, R as a sum of two, more than all coordinates and R together, less
-than all doubles in the row that are not 0; and where the corners begin."""
+COUNT, RADIUS, RADIUS_LOW, SIZE, LEAST, UPRIGHT, HEAD = range(7)
+"""Columns of a row's head: the corners, R as a sum of two, more than all coordinates and R together, not more
+than any double in the row that is not 0; whether M is an upright box without a margin; and where the corners
+begin."""
 
 CX, CY, CX_LOW, CY_LOW, TX, TY, TX_LOW, TY_LOW, FAR_OUT, FAR_LOW, NX, NY, OUT, RANK, WIDE = range(15)
 """Columns of a corner and the face that goes from it: the corner; the face's way, or another vector along it;
@@ -318,7 +319,7 @@ def enters_exactly(
 
 
 @hook
-def gap_to_face(
+def tick_at_face(
     f: Numbers,
     face: int,
     t: float,
@@ -332,9 +333,14 @@ def gap_to_face(
     y_size: float,
     uy: float,
     wy: float,
-) -> tuple[float, float]:
-    """Return how far a place is outside the line of a face, moved out by R, at a time t after the later
-    anchor, in units of the length of the vector along it; and how far that can be off."""
+    per_time: float,
+) -> int:
+    """Return in which tick after the later anchor a place crosses the line of a face, moved out by R,
+    inwards, where it does at about a time t > 0; ``OPEN`` if that is not sure.
+
+    One step from there, the gap in compensated arithmetic, in units of the length of the vector along the
+    face.
+    """
     nx = f[face + TY]
     ny = -f[face + TX]
     px = ux * t
@@ -351,7 +357,24 @@ def gap_to_face(
     lost = product_error(nx, x, across) + product_error(ny, y, up)
     size = abs(nx) * (x_size + abs(x)) + abs(ny) * (y_size + abs(y)) + abs(f[face + FAR_OUT])
     left = gap + (((both_low + gap_low) + lost) + (mixed - f[face + FAR_LOW]))
-    return left, 2.0**-97 * size + 2.0**-52 * abs(left) + TINY
+    error = 2.0**-97 * size + 2.0**-52 * abs(left) + TINY
+    rate = -(nx * ux + ny * uy)
+    unsure = 2.0**-50 * (abs(nx * ux) + abs(ny * uy))
+    ticks = t * per_time
+    if rate > 2.0 * unsure and ticks < FAR:
+        step = left / rate
+        bound = (error + abs(step) * unsure) / (rate - unsure) * per_time * (1.0 + 2.0**-20)
+        step *= per_time
+        bound += 2.0**-49 * abs(step) + 2.0**-50
+        if bound < 0.5:
+            base = int(ticks)
+            part = (ticks - float(base)) + step
+            down = math.floor(part)
+            over = part - float(down)
+            if over > bound and over < 1.0 - bound:
+                found = base + int(down)
+                return larger(found, 0) if found < LIMIT else NEVER
+    return OPEN
 
 
 @apart
@@ -390,14 +413,11 @@ def enters(
     if speed > SMALL and speed < LARGE and size < LARGE:
         doubt = 2.0**-48 * size
         slack = 2.0**-50 * speed
-        corner = -1
         into = -math.inf
         into_error = 0.0
-        rival = -math.inf  # until when another face may be crossed inwards
+        latest = -math.inf
         out = math.inf
         stays = math.inf
-        entered = faces
-        nearest = faces
         highest = -math.inf
         known = True
         for k in range(count if count > 1 else 0):
@@ -406,9 +426,7 @@ def enters(
             ny = f[face + NY]
             gap = (nx * dx + ny * dy) - f[face + OUT]
             rate = nx * ux + ny * uy
-            if gap > highest:
-                highest = gap
-                nearest = face
+            highest = larger(highest, gap)
             if abs(rate) <= slack:
                 still = (nx == 0.0 or (ux == 0.0 and wx == 0.0)) and (ny == 0.0 or (uy == 0.0 and wy == 0.0))
                 if still and gap > doubt:
@@ -420,56 +438,63 @@ def enters(
             if rate > 0.0:
                 out = smaller(out, t + error)
                 stays = smaller(stays, t - error)
-            elif t > into:
-                rival = larger(rival, into + into_error)
-                into = t
-                into_error = error
-                entered = face
             else:
-                rival = larger(rival, t + error)
+                latest = larger(latest, t + error)
+                if t > into:
+                    into = t
+                    into_error = error
         if into - into_error > out or out < 0.0:
             return NEVER
-        known = known and rival <= into - into_error and into * speed < 2.0**20 * size
-        if into > 0.0:
+        comes = into - into_error
+        known = known and into * speed < 2.0**20 * size and (comes > 0.0 or latest < 0.0)
+        known = known and (reach > 0.0 or latest < stays)
+        corner = faces if count == 1 else -1
+        found = -1
+        if count > 1 and comes > 0.0:
             guess = as_count(into * per_time)
-        if count == 1:
-            corner = faces
-        elif known and (into < -into_error or into > into_error):
-            begins = larger(into, 0.0)
-            face = entered if into > 0.0 else nearest
+        for k in range(count if known and count > 1 else 0):
+            face = faces + k * WIDE
+            nx = f[face + NX]
+            ny = f[face + NY]
+            gap = (nx * dx + ny * dy) - f[face + OUT]
+            rate = nx * ux + ny * uy
+            t = 0.0
+            error = 0.0
+            if comes > 0.0:
+                t = -gap / rate
+                error = (doubt + slack * abs(t)) / (abs(rate) - slack)
+                if rate >= -slack or t + error < comes:
+                    continue
+            elif gap < highest - 2.0 * doubt:
+                continue
+            over = True
             if reach > 0.0:
-                around = doubt + speed * (into_error if into > 0.0 else 0.0)
+                around = doubt + speed * error
                 after = face + WIDE
                 after = faces if after == faces + count * WIDE else after
-                px = dx + ux * begins
-                py = dy + uy * begins
-                first = f[face + NX] * (py - f[face + CY]) - f[face + NY] * (px - f[face + CX])
-                last = f[face + NX] * (py - f[after + CY]) - f[face + NY] * (px - f[after + CX])
-                if first < -around:
-                    corner = face
-                elif last > around:
-                    corner = after
-                elif first <= around or last >= -around:
-                    known = False
-            else:
-                known = into + into_error < stays
-            ticks = into * per_time
-            if known and corner < 0 and into > 0.0 and ticks < FAR:
-                left, error = gap_to_face(f, face, into, dx, x_low, x_size, ux, wx, dy, y_low, y_size, uy, wy)
-                rate = f[face + TX] * uy - f[face + TY] * ux
-                unsure = 2.0**-50 * (abs(f[face + TX] * uy) + abs(f[face + TY] * ux))
-                step = left / rate
-                bound = (error + abs(step) * unsure) / (rate - unsure) * per_time
-                step *= per_time
-                bound = bound * (1.0 + 2.0**-20) + 2.0**-49 * abs(step) + 2.0**-50
-                if rate > 2.0 * unsure and bound < 0.5:
-                    base = int(ticks)
-                    part = (ticks - float(base)) + step
-                    down = math.floor(part)
-                    over = part - float(down)
-                    if over > bound and over < 1.0 - bound:
-                        found = base + int(down)
-                        return larger(found, 0) if found < LIMIT else NEVER
+                px = dx + ux * t
+                py = dy + uy * t
+                first = nx * (py - f[face + CY]) - ny * (px - f[face + CX])
+                last = nx * (py - f[after + CY]) - ny * (px - f[after + CX])
+                over = first > around and last < -around
+                nearest = face if first < -around else after
+                if not over:
+                    known = known and (first < -around or last > around) and (corner < 0 or corner == nearest)
+                    corner = nearest
+            if over:
+                ticks = -1
+                if comes > 0.0:
+                    ticks = tick_at_face(
+                        f, face, t, dx, x_low, x_size, ux, wx, dy, y_low, y_size, uy, wy, per_time
+                    )
+                known = known and ticks >= 0
+                if ticks >= 0 and reach > 0.0:
+                    return ticks
+                found = larger(found, ticks)
+        if known and corner < 0:
+            return found
+        if not known:
+            corner = -1
         if corner >= 0:
             ax, ax_low = plus(dx, -f[corner + CX])
             ay, ay_low = plus(dy, -f[corner + CY])

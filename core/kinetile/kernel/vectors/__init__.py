@@ -22,6 +22,7 @@ from kinetile.kernel.vectors.interpreted import LANES, Floats, Ticks, Truths, Wh
 if TYPE_CHECKING or INTERPRETED:
     from kinetile.kernel.vectors.interpreted import (
         append,
+        bits,
         choose,
         eight,
         fill,
@@ -48,6 +49,7 @@ if TYPE_CHECKING or INTERPRETED:
 else:
     from kinetile.kernel.vectors.intrinsics import (
         append,
+        bits,
         choose,
         eight,
         fill,
@@ -79,6 +81,7 @@ __all__ = [
     "Truths",
     "Wholes",
     "append",
+    "bits",
     "choose",
     "eight",
     "fill",

@@ -125,9 +125,10 @@ def flights(
 
 
 def places(table: Any, names: Any, first: int) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return x, y, vx, vy of the rows ``names[first:first + 8]`` of a table of places."""
+    """Return the four columns of the rows ``names[first:first + 8]`` of a table of four doubles a row: x, y,
+    vx, vy of one of places."""
     rows = table[names[first : first + LANES]]
-    x, y, vx, vy = (np.array(rows[name]) for name in ("x", "y", "vx", "vy"))
+    x, y, vx, vy = (np.array(rows[name]) for name in table.dtype.names)
     return x, y, vx, vy
 
 
@@ -149,6 +150,11 @@ def to_floats(value: Ticks | Wholes) -> Floats:
 def floor(value: Floats) -> Ticks:
     """Return doubles, each smaller than 2^63 in size, rounded down."""
     return np.floor(value).astype(np.int64)
+
+
+def bits(value: Truths) -> int:
+    """Return a word with the bit of each lane set in which it is true."""
+    return sum(1 << i for i in range(LANES) if value[i])
 
 
 def some(value: Truths) -> bool:

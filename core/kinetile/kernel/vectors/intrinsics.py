@@ -367,7 +367,8 @@ def flights(
 
 @intrinsic
 def places(typing_context: Any, table: Any, names: Any, first: Any) -> Any:
-    """Return x, y, vx, vy of the rows ``names[first:first + 8]`` of a table of places."""
+    """Return the four columns of the rows ``names[first:first + 8]`` of a table of four doubles a row: x, y,
+    vx, vy of one of places."""
     result = types.UniTuple(_floats, 4)
 
     def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -449,6 +450,16 @@ def floor(typing_context: Any, value: Any) -> Any:
         return builder.fptosi(builder.call(function, arguments), _ticks.vector)
 
     return _ticks(_floats), codegen
+
+
+@intrinsic
+def bits(typing_context: Any, value: Any) -> Any:
+    """Return a word with the bit of each lane set in which it is true."""
+
+    def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.zext(builder.bitcast(arguments[0], ir.IntType(LANES)), _WORD)
+
+    return types.int64(_truths), codegen
 
 
 @intrinsic

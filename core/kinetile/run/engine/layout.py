@@ -26,6 +26,7 @@ from kinetile.kernel.tables import (
     NEVER,
     NOBODY,
     PASSING,
+    SIDES,
     TRAIT,
     Kernel,
     Records,
@@ -67,7 +68,8 @@ def tables_of(scene: Scene, composition: Composition, unit: float) -> Kernel:
     if scene.shapes:
         bodies.form = scene.shape
         reaches = np.array([each.reaches for each in scene.shapes])[scene.shape]
-        bodies.left, bodies.right, bodies.down, bodies.up = reaches.T
+        for side, column_of_side in zip(SIDES.names, reaches.T, strict=True):
+            bodies[side] = k.sides[side][:n] = column_of_side
     k.mass[:n] = scene.mass
     if len(k.rules):
         k.traits.kind[:n] = scene.kind_numbers
@@ -118,6 +120,8 @@ def moved(old: Kernel, taken: Any, scene: Scene, composition: Composition) -> Ke
     k.bodies[:n] = old.bodies[taken]
     k.bodies[:n].last = new_slot[old.bodies.last[taken]]
     k.radii[:n], k.mass[:n] = old.radii[taken], old.mass[taken]
+    if len(k.sides):
+        k.sides[:n] = old.sides[taken]
     if len(k.images):
         k.images[:n] = old.images[taken]
     if len(k.rules):
