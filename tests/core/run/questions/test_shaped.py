@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from decimal import Decimal, localcontext
 from fractions import Fraction
+from itertools import product
 from types import SimpleNamespace
 from typing import cast
 
@@ -208,12 +209,18 @@ def test_who_is_in_a_box(bodies, box):
 )
 @example(
     bodies=[
-        (kt.polygon([(0, 0), (4, 0), (0, 4)]), 0.0, 0.0),
         (kt.disc(2.0), 1.0, 2.0),
         (kt.disc(1.0), 1.0, 1.0),
+        (kt.polygon([(0, 0), (4, 0), (0, 4)]), 0.0, 0.0),
     ],
     point=(1.0, 1.0),
     count=2,
+    radius=None,
+)
+@example(
+    bodies=[(kt.box(2, 2), 1.0, 0.0), (kt.box(2, 2), float(np.nextafter(1.0, 2.0)), 0.0)],
+    point=(2.0, 0.0),  # at the outline of one, a rounding inside the other
+    count=None,
     radius=None,
 )
 @example(bodies=[(kt.capsule((0, 0), (3, 4), 0.5), 0.0, 0.0)], point=(-4.0, 3.0), count=None, radius=4.5)
@@ -224,6 +231,34 @@ def test_who_is_near(bodies, point, count, radius):
         place = tuple(map(Decimal, point))
         expected = in_order({i: distance(bodies[i], place) for i in near}, range(len(bodies)))
     assert shaped.bodies_near(laid_out(bodies), point, radius, count).tolist() == expected[:count]
+
+
+def on_lattice(rng: np.random.Generator, size: float) -> float:
+    """Draw a number of the lattice, or the double next to it."""
+    value = float(rng.integers(-4 * size, 4 * size + 1)) / 4
+    return float(np.nextafter(value, value + rng.choice([0.0, 0.0, 0.0, 1.0, -1.0]))) if value else value
+
+
+def test_distances_inside_and_outside_are_compared():
+    roots = range(-4, 5)
+    for one, other, more in product(roots, roots, range(-9, 10)):
+        sign = (one - other > more) - (one - other < more)
+        squares = (Fraction(one * abs(one)), Fraction(other * abs(other)))
+        assert shaped._compare_distances(*squares, Fraction(more)) == sign
+
+
+def test_the_order_of_all_shapes_around_a_point():
+    """Most of them have the point inside, and many are as deep in or as far away as others."""
+    rng = np.random.default_rng(8)
+    place = (Decimal(0), Decimal(0))
+    for _ in range(60):
+        table = [
+            (SHAPES[i], on_lattice(rng, 1), on_lattice(rng, 1)) for i in rng.integers(0, len(SHAPES), 24)
+        ]
+        with decimals():
+            expected = in_order({i: distance(body, place) for i, body in enumerate(table)}, range(24))
+        assert shaped.bodies_near(laid_out(table), (0.0, 0.0)).tolist() == expected
+        assert shaped.bodies_near(laid_out(table), (0.0, 0.0), count=9).tolist() == expected[:9]
 
 
 def crosses(a, b, start, u) -> bool:
@@ -314,6 +349,11 @@ RAYS = [
     within=None,
 )
 def test_who_stands_in_the_way(bodies, origin, direction, within):
+    check_rays(bodies, origin, direction, within)
+
+
+def check_rays(bodies, origin, direction, within) -> None:
+    """Compare the hits of a ray, their order and their distances with those by the reference."""
     hits = shaped.ray(laid_out(bodies), origin, direction, within=within)
     with decimals():
         entries = {i: entry(body, origin, direction) for i, body in enumerate(bodies)}
@@ -329,6 +369,18 @@ def test_who_stands_in_the_way(bodies, origin, direction, within):
                 other = Decimal(float(np.nextafter(hit.distance, to)))
                 assert off <= abs(other - far[hit.body]) + SAME * off
             assert (hit.distance == 0.0) == (far[hit.body] == 0)
+
+
+@pytest.mark.parametrize("which", range(len(SHAPES)))
+def test_rays_from_all_sides(which):
+    rng = np.random.default_rng(which)
+    for _ in range(40):
+        body = (SHAPES[which], on_lattice(rng, 1), on_lattice(rng, 1))
+        origin, towards = [(on_lattice(rng, 4), on_lattice(rng, 4)) for _ in range(2)]
+        direction = (float(towards[0] - origin[0]), float(towards[1] - origin[1]))
+        if direction == (0.0, 0.0):
+            continue
+        check_rays([body], origin, direction, None)
 
 
 @given(bodies=bodies, origin=points, direction=directions, most=st.integers(0, 8))
