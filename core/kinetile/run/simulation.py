@@ -35,7 +35,7 @@ from kinetile.run.engine.engine import Engine
 from kinetile.run.engine.ledger import Recorder
 from kinetile.run.interrupts import Unbroken
 from kinetile.run.observing import Observed, Observers
-from kinetile.run.questions import meetings, places
+from kinetile.run.questions import meetings, places, shaped
 from kinetile.run.questions.meetings import CastHit, NextContact
 from kinetile.run.questions.places import Moment, RayHit
 from kinetile.run.readings import Readings, energy, explanation, readings_of
@@ -616,8 +616,13 @@ class Simulation:
             velocity: (vx, vy); so that the disc crosses at most 4,096 periods in these units.
             kinds: only bodies of these kinds.
 
-        Raises ValueError for what is no disc, or no velocity.
+        Raises ValueError for what is no disc, or no velocity, and Refused where not all bodies are discs.
         """
+        if self.scene.shapes:
+            raise Refused(
+                "cast knows discs alone so far, and this scene has shapes: ray, next_contact and "
+                "next_contact_of can be asked"
+            )
         horizon = float(FORESEEN // TICKS) * self.time_unit
         cast_disc = arguments.read_cast(disc, velocity, self.scene, horizon)
         hit = meetings.cast(self._among(kinds), *cast_disc)
@@ -628,8 +633,8 @@ class Simulation:
     ) -> Integers:
         """Returns the bodies in a box now, (m,), ascending.
 
-        A body is a disc with its edge, about its position in ``positions()``; that, its radius and the box
-        are taken as exact numbers, and compared without any rounding.
+        A body has its outline, and is about its position in ``positions()``; that, its radius or shape and
+        the box are taken as exact numbers, and compared without any rounding.
 
         Args:
             box: (left, bottom, right, top), edges included; a box may be a line or a point.
@@ -639,7 +644,8 @@ class Simulation:
 
         Raises ValueError for what is no box, or one that is upside down.
         """
-        return self._bodies_of(places.bodies_in(self._among(kinds), arguments.read_box(box), whole))
+        find = shaped.bodies_in if self.scene.shapes else places.bodies_in
+        return self._bodies_of(find(self._among(kinds), arguments.read_box(box), whole))
 
     def bodies_near(
         self,
@@ -651,8 +657,10 @@ class Simulation:
     ) -> Integers:
         """Returns the bodies near a point now, (m,), the nearest first and equally near ones by number.
 
-        A body's distance is that of its edge: to its place in ``positions()`` less its radius, below 0 where
-        the point is within. Distances are compared without any rounding.
+        A body's distance is that of its outline, below 0 where the point is within. For a disc it is that to
+        its place in ``positions()`` less its radius; for another shape that to its core, or within the core
+        that to the outline of the core, negated, less its radius. Distances are compared without any
+        rounding.
 
         Args:
             point: (x, y).
@@ -667,7 +675,8 @@ class Simulation:
         centre = arguments.read_point(point, "a point")
         length = None if radius is None else arguments.read_length(radius, "radius")
         count = None if k is None else arguments.read_count(k, "k")
-        return self._bodies_of(places.bodies_near(self._among(kinds), centre, length, count))
+        find = shaped.bodies_near if self.scene.shapes else places.bodies_near
+        return self._bodies_of(find(self._among(kinds), centre, length, count))
 
     def ray(
         self,
@@ -680,8 +689,8 @@ class Simulation:
     ) -> list[RayHit]:
         """Returns the bodies that a ray meets now, the nearest first and equally near ones by number.
 
-        A body is a disc with its edge, about its position in ``positions()``: a grazing ray meets it, and
-        one that begins in it or at its edge meets it at once. Hits and their order are decided
+        A body has its outline, and is about its position in ``positions()``: a grazing ray meets it, and
+        one that begins in it or at its outline meets it at once. Hits and their order are decided
         without any rounding.
 
         Along a periodic axis a body has an image at every whole number of periods from that position,
@@ -701,7 +710,8 @@ class Simulation:
         start, towards = arguments.read_point(origin, "an origin"), arguments.read_direction(direction)
         length = arguments.read_within(within, self.scene, towards)
         count = None if most is None else arguments.read_count(most, "most")
-        hits = places.ray(self._among(kinds), start, towards, count, length)
+        find = shaped.ray if self.scene.shapes else places.ray
+        hits = find(self._among(kinds), start, towards, count, length)
         return [hit._replace(body=self._body_of(hit.body)) for hit in hits]
 
     # Saving
@@ -809,16 +819,11 @@ class Simulation:
 
     def _moment(self) -> Moment:
         engine = self._engine
-        return Moment(engine.k, engine.taken.astype(np.int64), engine.clock, self.composition)
+        slots, scene = engine.taken.astype(np.int64), self.scene
+        return Moment(engine.k, slots, engine.clock, self.composition, scene.shapes, scene.shape)
 
     def _among(self, kinds: Kind | Iterable[Kind] | None) -> Moment:
-        """Returns the present moment, with the bodies of these kinds alone; ValueError for what is none, and
-        Refused where not all bodies are discs."""
-        if self.scene.shapes:
-            raise Refused(
-                "cast, bodies_in, bodies_near and ray know discs alone so far, and this scene has shapes: "
-                "next_contact and next_contact_of can be asked"
-            )
+        """Returns the present moment, with the bodies of these kinds alone; ValueError for what is none."""
         moment = self._moment()
         if kinds is None:
             return moment

@@ -10,9 +10,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 from functools import lru_cache
+from typing import TypeVar
 
 Place = tuple[float, float]
 Exact = tuple[Fraction, Fraction]
+Number = TypeVar("Number", int, Fraction)
+Vector = tuple[Number, Number]
 
 
 @lru_cache(maxsize=4096)
@@ -56,16 +59,16 @@ def exact(place: Place) -> Exact:
     return Fraction(place[0]), Fraction(place[1])
 
 
-def less(one: Exact, other: Exact) -> Exact:
+def less(one: Vector[Number], other: Vector[Number]) -> Vector[Number]:
     """Returns the way from the second place to the first."""
     return one[0] - other[0], one[1] - other[1]
 
 
-def cross(one: Exact, other: Exact) -> Fraction:
+def cross(one: Vector[Number], other: Vector[Number]) -> Number:
     """Returns the cross product: above 0 where the second vector is to the left of the first."""
     return one[0] * other[1] - one[1] * other[0]
 
 
-def dot(one: Exact, other: Exact) -> Fraction:
+def dot(one: Vector[Number], other: Vector[Number]) -> Number:
     """Returns the scalar product."""
     return one[0] * other[0] + one[1] * other[1]

@@ -47,7 +47,7 @@ def whole(numbers: Iterable[float]) -> tuple[list[int], int]:
     return [above * (unit // below) for above, below in ratios], unit
 
 
-def compare_roots(a: int, b: int, c: int) -> int:
+def compare_roots(a: int | Fraction, b: int | Fraction, c: int | Fraction) -> int:
     """Returns the sign of sqrt(a) - sqrt(b) - c, for a, b >= 0: -1, 0 or 1."""
     if c < 0:
         return -compare_roots(b, a, -c)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from bisect import insort
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from functools import cache, cached_property, cmp_to_key
 from itertools import product
 from typing import NamedTuple
@@ -19,6 +20,7 @@ from kinetile.kernel.tables import Kernel
 from kinetile.run.compose import Composition
 from kinetile.run.questions.exact import compare_roots, compare_squares, difference_of_roots, in_order, whole
 from kinetile.scene.bodies import in_box, nearest_image
+from kinetile.scene.shapes import Shape
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -34,12 +36,16 @@ class Moment:
             ties go by their place here.
         clock: what a tick is in the scene's time.
         composition: the phases; of them only the narrow ones are used.
+        shapes: the shapes of a scene that has some: for ``questions.shaped``.
+        shape: int64, the index of each body's shape by the body's number, where there are shapes.
     """
 
     k: Kernel
     slots: Integers
     clock: Clock
     composition: Composition
+    shapes: tuple[Shape, ...] = ()
+    shape: Integers = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
     @property
     def now(self) -> int:
@@ -65,8 +71,13 @@ class Moment:
 
     @cached_property
     def radii(self) -> Floats:
-        """(n,) their radii."""
+        """(n,) their radii; of shapes those of the circles around them."""
         return np.asarray(self.k.radii[self.slots])
+
+    @cached_property
+    def forms(self) -> Integers:
+        """(n,) the indices of their shapes."""
+        return np.asarray(self.shape[self.k.queue["number"][self.slots]])
 
 
 Box = tuple[float, float, float, float]
@@ -220,11 +231,11 @@ class RayHit(NamedTuple):
     distance: float
 
 
-class _EntryOfRay(NamedTuple):
+class EntryOfRay(NamedTuple):
     """Where a ray enters a body: (dot - sqrt(d)) / |u|, that to the nearest double, and which body it is."""
 
-    dot: int
-    d: int
+    dot: int | Fraction
+    d: int | Fraction
     distance: float
     at: int
 
@@ -246,15 +257,15 @@ def ray(
         # the remainder of doubles is a double: so images have small numbers, and nothing is rounded
         x, y = (math.remainder(at, p) if p else at for at, p in zip(origin, periods, strict=True))
         origin = x, y
-    few, images, bounds = _in_the_way(moment, origin, direction, within)
+    few, images, bounds = in_the_way(moment, origin, direction, within)
     columns = (*moment.places[few].T, moment.radii[few])
     numbers, unit = whole([*origin, *periods, within or 0.0, *np.concatenate(columns).tolist()])
     ox, oy, width, height, reach = numbers[:5]
     n = len(few)
     (ux, uy), _ = whole(direction)
     length2 = ux * ux + uy * uy
-    met: list[_EntryOfRay] = []
-    first: dict[int, _EntryOfRay] = {}  # of those in ``met``, by body
+    met: list[EntryOfRay] = []
+    first: dict[int, EntryOfRay] = {}  # of those in ``met``, by body
     for place, at in enumerate(few.tolist()):
         if most is not None and len(met) >= most and (most == 0 or met[most - 1].distance < bounds[place]):
             break
@@ -263,18 +274,18 @@ def ray(
         x, y, r = (numbers[5 + place + i * n] for i in range(3))
         x, y = x - ox + images[place][0] * width, y - oy + images[place][1] * height
         beyond = x * x + y * y - r * r
-        entry = _EntryOfRay(0, 0, 0.0, at)
+        entry = EntryOfRay(0, 0, 0.0, at)
         if beyond > 0:
             dot, d = x * ux + y * uy, r * r * length2 - (x * uy - y * ux) ** 2
             if dot <= 0 or d < 0 or not (within is None or _is_within(reach, dot, beyond, length2)):
                 continue
-            entry = _EntryOfRay(dot, d, difference_of_roots(dot, d, length2, unit), at)
+            entry = EntryOfRay(dot, d, difference_of_roots(dot, d, length2, unit), at)
         if at in first:
             if _compare(first[at], entry) <= 0:
                 continue
             met.remove(first[at])
         first[at] = entry
-        insort(met, entry, key=_KEY)
+        insort(met, entry, key=BY_ENTRY)
     return [RayHit(int(moment.slots[entry.at]), entry.distance) for entry in met[:most]]
 
 
@@ -285,17 +296,17 @@ def _is_within(reach: int, dot: int, beyond: int, length2: int) -> bool:
     return dot * dot <= far * length2 or (far + beyond) ** 2 * length2 <= 4 * far * dot * dot
 
 
-def _compare(one: _EntryOfRay, two: _EntryOfRay) -> int:
+def _compare(one: EntryOfRay, two: EntryOfRay) -> int:
     """Compares where two bodies are entered; where even the doubles are the same, exactly."""
     if one.distance != two.distance:
         return -1 if one.distance < two.distance else 1
     return compare_roots(two.d, one.d, two.dot - one.dot) or one.at - two.at
 
 
-_KEY = cmp_to_key(_compare)
+BY_ENTRY = cmp_to_key(_compare)
 
 
-def _in_the_way(
+def in_the_way(
     moment: Moment, origin: Point, direction: Point, within: float | None
 ) -> tuple[Integers, list[list[int]], list[float]]:
     """Returns which bodies a ray may meet, through which images, and how far it can get before it does, in
