@@ -1,12 +1,14 @@
-// Rules 7 to 10: what happens in a scene, event by event.
+// Rules 7 to 10, and 7s: what happens in a scene, event by event.
 //
-// A scene is {bodies, turns, arena, periods, start}: bodies {x, y, vx, vy, r, m}, turns {body, time, vx, vy} as they are written, an arena
-// [W, H] or null, the periods of x and y, null for an axis that is not periodic, and a start time; all numbers doubles.
+// A scene is {bodies, turns, arena, periods, start}: bodies {x, y, vx, vy, r, m, shape}, r being that of rules 3 and 3s and m perhaps Infinity,
+// turns {body, time, vx, vy} as they are written, an arena [W, H] or null, the periods of x and y, null for an axis that is not periodic, and a
+// start time; all numbers doubles.
 
 import { anchor, makePlan, tickLength, tickOf, unit, wrap } from "./clock.js";
 import { BOTTOM, imageTick, LEFT, pairTick, RIGHT, TOP, wallTick } from "./contact.js";
-import { exchange } from "./exchange.js";
+import { along, exchange } from "./exchange.js";
 import { sha256 } from "./sha256.js";
+import { areDiscs, difference, shapeNormal, shapeTouch } from "./shapes.js";
 
 export const CLOCK = 1;
 export const TURN = 2;
@@ -24,6 +26,8 @@ export class Run {
     this.span = this.periodic ? BEAT : SPAN; // rules 8 and 8p
     this.e = unit(scene);
     this.q = tickLength(this.e);
+    const differences = () => bodies.map((b, i) => bodies.slice(0, i).map((a) => difference(a.shape, b.shape)));
+    this.differences = areDiscs(bodies) ? null : differences(); // rule 5s: differences[b][a], a < b
     this.alike = bodies.every(({ m }) => m === bodies[0].m);
     this.plans = bodies.map(({ x, y, vx, vy }) => wrap(makePlan(x, y, vx, vy, 0n), periods));
     this.turns = turns.map((turn) => ({ ...turn, tick: tickOf(turn.time, start, this.q) }));
@@ -73,9 +77,8 @@ export class Run {
     } else {
       const [planA, planB] = [present(a), present(b)];
       const { m, n } = this.pairs[b][a];
-      const turns = [m + planB.kx - planA.kx, n + planB.ky - planA.ky];
-      const seen = turns.map((each, axis) => (periods[axis] === null ? 0 : Number(each) * periods[axis]));
-      const [vxa, vya, vxb, vyb] = exchange(planA, planB, bodies[a].m, bodies[b].m, this.alike, seen);
+      const normal = this.differences ? shapeNormal(planA, planB, this.differences[b][a]) : this.discNormal(planA, planB, m, n);
+      const [vxa, vya, vxb, vyb] = exchange(planA, planB, bodies[a].m, bodies[b].m, this.alike, normal);
       this.write(a, { ...planA, vx: vxa, vy: vya });
       this.write(b, { ...planB, vx: vxb, vy: vyb });
       this.met[a].set(b, [m, n]);
@@ -83,6 +86,14 @@ export class Run {
     }
     this.predict(a);
     if (kind === PAIR) this.predict(b);
+  }
+
+  /** The unit normal of two discs that meet through the image (m, n). */
+  discNormal(planA, planB, m, n) {
+    const { periods } = this.scene;
+    const turns = [m + planB.kx - planA.kx, n + planB.ky - planA.ky];
+    const [right, up] = turns.map((each, axis) => (periods[axis] === null ? 0 : Number(each) * periods[axis]));
+    return along(planB.x - planA.x + right, planB.y - planA.y + up);
   }
 
   /** Gives a body a new plan, which ends its bars. */
@@ -95,7 +106,7 @@ export class Run {
   /** Asks rules 5 and 6 about a body anew. */
   predict(body) {
     const { bodies, arena, periods } = this.scene;
-    if (arena) this.walls[body] = wallTick(this.plans[body], bodies[body].r, arena, this.q, periods);
+    if (arena) this.walls[body] = wallTick(this.plans[body], bodies[body].shape.sides, arena, this.q, periods);
     bodies.forEach((_, other) => {
       if (other === body) return;
       const [a, b] = other < body ? [other, body] : [body, other];
@@ -108,8 +119,9 @@ export class Run {
     const { bodies, periods } = this.scene;
     const asked = [this.plans[a], bodies[a].r, this.plans[b], bodies[b].r, this.q];
     if (this.periodic) return imageTick(...asked, periods, barred);
-    const tick = barred === null ? pairTick(...asked) : null;
-    return tick === null ? null : { tick, m: 0n, n: 0n };
+    if (barred !== null) return null;
+    const tick = this.differences ? shapeTouch(this.plans[a], this.plans[b], this.differences[b][a], this.q)?.tick : pairTick(...asked);
+    return (tick ?? null) === null ? null : { tick, m: 0n, n: 0n };
   }
 }
 

@@ -3,7 +3,7 @@
 import { add, exact, floorQuotient, floorRoot, minus, multiply, sign, subtract, whole } from "./exact.js";
 import { place } from "./clock.js";
 
-const FAR = 1n << 62n;
+export const FAR = 1n << 62n;
 const LONGEST = 1n << 54n; // the ticks for which a plan is kept, where an axis is periodic
 export const LEFT = -1;
 export const RIGHT = -2;
@@ -11,7 +11,7 @@ export const BOTTOM = -3;
 export const TOP = -4;
 
 /** How body 2 flies as seen from body 1: the later anchor s, the separation d at it, the relative velocity v and the sum R of the radii. */
-function relative(plan1, r1, plan2, r2, q) {
+export function relative(plan1, r1, plan2, r2, q) {
   const s = plan1.A > plan2.A ? plan1.A : plan2.A;
   const [x1, y1] = place(plan1, s, q);
   const [x2, y2] = place(plan2, s, q);
@@ -59,7 +59,8 @@ export function imageTick(plan1, r1, plan2, r2, q, periods, barred) {
   return null;
 }
 
-function firstTouch({ s, d, v, R }, q) {
+/** The tick at which two bodies meet, as `relative` has them. */
+export function firstTouch({ s, d, v, R }, q) {
   const B = dot(d, v);
   if (sign(B) >= 0) return null;
   const Q = subtract(dot(d, d), multiply(R, R));
@@ -72,23 +73,25 @@ function firstTouch({ s, d, v, R }, q) {
   return ticks >= FAR ? null : s + ticks;
 }
 
-/** The tick at which a body meets a wall of the arena [W, H], and the wall's number: {tick, wall}; there are none at the ends of periodic axes. */
-export function wallTick(plan, r, [W, H], q, periods = [null, null]) {
+/**
+ * The tick at which a body meets a wall of the arena [W, H], and the wall's number: {tick, wall}; there are none at the ends of periodic axes.
+ * The sides are what the body has in the place of r for left, right, bottom and top (rule 6s).
+ */
+export function wallTick(plan, sides, [W, H], q, periods = [null, null]) {
   const { x, y, vx, vy } = plan.exact;
-  const low = (place) => subtract(place, exact(r));
-  const high = (side, place) => subtract(subtract(exact(side), place), exact(r));
+  const [left, right, bottom, top] = sides.map(exact);
   let first = null;
   const consider = (wall, gap, speed) => {
     const ticks = sign(gap) <= 0 ? 0n : floorQuotient(gap, multiply(speed, exact(q)));
     if (ticks < FAR && (first === null || plan.A + ticks < first.tick)) first = { tick: plan.A + ticks, wall };
   };
-  if (periods[0] === null && plan.vx < 0) consider(LEFT, low(x), minus(vx));
-  if (periods[0] === null && plan.vx > 0) consider(RIGHT, high(W, x), vx);
-  if (periods[1] === null && plan.vy < 0) consider(BOTTOM, low(y), minus(vy));
-  if (periods[1] === null && plan.vy > 0) consider(TOP, high(H, y), vy);
+  if (periods[0] === null && plan.vx < 0) consider(LEFT, subtract(x, left), minus(vx));
+  if (periods[0] === null && plan.vx > 0) consider(RIGHT, subtract(subtract(exact(W), x), right), vx);
+  if (periods[1] === null && plan.vy < 0) consider(BOTTOM, subtract(y, bottom), minus(vy));
+  if (periods[1] === null && plan.vy > 0) consider(TOP, subtract(subtract(exact(H), y), top), vy);
   return first;
 }
 
-function dot([x1, y1], [x2, y2]) {
+export function dot([x1, y1], [x2, y2]) {
   return add(multiply(x1, x2), multiply(y1, y2));
 }

@@ -1,15 +1,16 @@
-// Rule 9: the momentum two bodies exchange. Every operation on doubles is one of the rule's, in its order.
+// Rule 9: the momentum two bodies exchange, and of rule 11 what infinite masses are. Every operation on doubles is one of the rule's, in its order.
 
 import { exact, multiply, nearest, subtract } from "./exact.js";
 
-/** The velocities [vxa, vya, vxb, vyb] of two bodies after their contact; `alike`: all masses of the scene are equal; b is met `right` and `up` of where it is. */
-export function exchange(a, b, ma, mb, alike, [right, up] = [0, 0]) {
-  const dx = b.x - a.x + right;
-  const dy = b.y - a.y + up;
+/** The unit normal along a line. */
+export function along(dx, dy) {
   const l = Math.sqrt(dx * dx + dy * dy);
   if (l === 0) throw new Error("Two bodies are at one place when they meet, and no rule says what happens then.");
-  const nx = dx / l;
-  const ny = dy / l;
+  return [dx / l, dy / l];
+}
+
+/** The velocities [vxa, vya, vxb, vyb] of two bodies after their contact with this unit normal; `alike`: all masses of the scene are equal. */
+export function exchange(a, b, ma, mb, alike, [nx, ny]) {
   const ux = b.vx - a.vx;
   const uy = b.vy - a.vy;
   const xx = nx * nx;
@@ -27,6 +28,8 @@ export function exchange(a, b, ma, mb, alike, [right, up] = [0, 0]) {
 }
 
 function share(m, o, speed) {
+  if (m === Infinity) return o === Infinity ? speed : 0;
+  if (o === Infinity) return 2 * speed;
   const both = m + o;
   const part = both - m;
   const low = m - (both - part) + (o - part);

@@ -1,30 +1,37 @@
-// node run.js SCENE.json [--until T]: the contacts of a scene, a line each, and their fingerprint.
+// node run.js SCENE.json [--until T] [--contacts N]: the contacts of a scene, or the first N, a line each, and their fingerprint.
 
 import { readFileSync } from "node:fs";
 
 import { contacts, fingerprint } from "./answer.js";
 import { readScene } from "./scene.js";
 
-const USE = "node run.js SCENE.json [--until T]";
+const USE = "node run.js SCENE.json [--until T] [--contacts N]";
 
 function main(words) {
-  const told = words.indexOf("--until");
-  const [, until] = told < 0 ? [] : words.splice(told, 2);
+  const until = option(words, "--until");
+  const most = option(words, "--contacts") ?? Infinity;
   if (words.length !== 1 || words[0].startsWith("--")) throw new Error(`Say ${USE}.`);
-  if (told >= 0 && !isNumber(until)) throw new Error(`--until is followed by a time, not by ${until ?? "nothing"}.`);
   const scene = readScene(JSON.parse(readFileSync(words[0], "utf8")));
-  const end = told < 0 ? scene.until : Number(until);
+  const end = until ?? scene.until;
   if (end === null) throw new Error("The scene says no `until`; say --until T.");
   const list = [];
   for (const contact of contacts(scene, end)) {
     list.push(contact);
     process.stdout.write(`${contact.epoch} ${contact.tick} ${contact.a} ${contact.b}\n`);
+    if (list.length >= most) break;
   }
   process.stdout.write(`fingerprint ${fingerprint(list)}\n`);
 }
 
-function isNumber(text) {
-  return text !== undefined && text.trim() !== "" && Number.isFinite(Number(text));
+/** The number after a word, both taken out of the words, or null where the word is not. */
+function option(words, word) {
+  const at = words.indexOf(word);
+  if (at < 0) return null;
+  const [, text] = words.splice(at, 2);
+  if (text === undefined || text.trim() === "" || !Number.isFinite(Number(text))) {
+    throw new Error(`${word} is followed by a number, not by ${text ?? "nothing"}.`);
+  }
+  return Number(text);
 }
 
 try {

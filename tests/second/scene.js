@@ -1,6 +1,8 @@
-// Rule 2: a scene from the tables of a scene file, read from TOML or written as JSON. What is wrong is said in a sentence.
+// Rules 2 and 2s: a scene from the tables of a scene file, read from TOML or written as JSON. What is wrong is said in a sentence.
 
-const TOP_LEVEL = ["arena", "periodic", "start", "until", "broad-phase", "narrow-phases", "options", "bodies"];
+import { areDiscs, makeShape } from "./shapes.js";
+
+const TOP_LEVEL = ["arena", "periodic", "start", "until", "broad-phase", "narrow-phases", "options", "shapes", "bodies"];
 
 /** The scene of these tables, for `Run` and `contacts`, with `until` (null if left out). How it is searched (phases, options) is no part of it. */
 export function readScene(tables) {
@@ -11,20 +13,25 @@ export function readScene(tables) {
   const until = "until" in tables ? number(tables.until, "until") : null;
   const periodic = readPeriodic(tables.periodic ?? "", arena);
   const periods = ["x", "y"].map((axis, i) => (periodic.includes(axis) ? arena[i] : null));
-  phases(tables["narrow-phases"], arena !== null && periodic !== "xy");
+  const shapes = list(tables.shapes ?? [], "shapes").map(readShape);
   const bodies = [];
   const turns = [];
   list(tables.bodies ?? [], "bodies").forEach((table, body) => {
     const name = `bodies[${body}]`;
-    keys(table, ["position", "velocity", "radius", "mass", "turns"], name);
+    keys(table, ["position", "velocity", "radius", "shape", "mass", "turns"], name);
     const [x, y] = pair(table.position, `${name}.position`);
     const [vx, vy] = pair(table.velocity ?? [0, 0], `${name}.velocity`);
-    const r = positive(table.radius, `${name}.radius`);
+    const m = table.mass === "inf" ? Infinity : positive(table.mass ?? 1, `${name}.mass`);
+    const shape = bodyShape(table, shapes, name);
+    const r = shape.size;
     if (periods.some((period) => period !== null && 2 * r >= period)) throw new Error(`${name}.radius is ${r}, and a disc is narrower than a period.`);
-    const m = positive(table.mass ?? 1, `${name}.mass`);
-    bodies.push({ x, y, vx, vy, r, m });
+    if (shape.r === 0 && shape.corners.length < 3 && m < Infinity) throw new Error(`${name} is a segment, and its mass is not infinite.`);
+    bodies.push({ x, y, vx, vy, r, m, shape });
     list(table.turns ?? [], `${name}.turns`).forEach((turn, i) => turns.push(readTurn(turn, body, start, `${name}.turns[${i}]`)));
   });
+  const shaped = !areDiscs(bodies);
+  if (shaped && periodic) throw new Error("With shapes that are no discs no axis is periodic.");
+  phases(tables["narrow-phases"], [shaped ? "box" : "disc", ...(arena !== null && periodic !== "xy" ? ["wall"] : [])]);
   return { bodies, turns, arena, periods, start, until };
 }
 
@@ -32,6 +39,47 @@ function readPeriodic(axes, arena) {
   if (!["", "x", "y", "xy"].includes(axes)) throw new Error(`periodic is ${JSON.stringify(axes)}, not "x", "y" or "xy".`);
   if (axes && arena === null) throw new Error("periodic axes are those of an arena, and there is none.");
   return axes;
+}
+
+function readShape(table, i) {
+  const name = `shapes[${i}]`;
+  const read = (...known) => keys(table, ["kind", ...known], name);
+  const point = (key) => pair(table[key], `${name}.${key}`);
+  const size = (key) => positive(table[key], `${name}.${key}`);
+  switch (Object(table).kind) {
+    case "disc":
+      read("radius");
+      return makeShape([[0, 0]], size("radius"));
+    case "box": {
+      read("width", "height");
+      const [x, y] = [size("width") / 2, size("height") / 2];
+      return makeShape([[-x, -y], [x, -y], [x, y], [-x, y]], 0);
+    }
+    case "capsule":
+      read("from", "to", "radius");
+      return makeShape([point("from"), point("to")], size("radius"));
+    case "segment":
+      read("from", "to");
+      return makeShape([point("from"), point("to")], 0);
+    case "polygon": {
+      read("corners", "radius");
+      const corners = list(table.corners, `${name}.corners`).map((corner) => pair(corner, `${name}.corners`));
+      if (corners.length < 3 || corners.length > 8) throw new Error(`${name} has ${corners.length} corners, not 3 to 8.`);
+      return makeShape(corners, (table.radius ?? 0) === 0 ? 0 : size("radius"));
+    }
+    default:
+      throw new Error(`${name}.kind is ${JSON.stringify(Object(table).kind)}, not disc, box, capsule, segment or polygon.`);
+  }
+}
+
+/** The shape of a body: one of the scene's, or the disc of its radius. */
+function bodyShape(table, shapes, name) {
+  if (!("shape" in table)) return makeShape([[0, 0]], positive(table.radius, `${name}.radius`));
+  if ("radius" in table) throw new Error(`${name} has a shape and a radius.`);
+  if (!Number.isInteger(table.shape) || !(table.shape in shapes)) {
+    throw new Error(`${name}.shape is ${JSON.stringify(table.shape)}, and there are ${shapes.length} shapes.`);
+  }
+  return shapes[table.shape];
 }
 
 function readTurn(table, body, start, name) {
@@ -42,9 +90,8 @@ function readTurn(table, body, start, name) {
   return { body, time, vx, vy };
 }
 
-function phases(names, walls) {
+function phases(names, wanted) {
   if (names === undefined) return;
-  const wanted = walls ? ["disc", "wall"] : ["disc"];
   if ([...list(names, "narrow-phases")].sort().join() === wanted.join()) return;
   throw new Error(`narrow-phases is ${JSON.stringify(names)}; in the specification bodies meet each other, and the walls where there are any.`);
 }

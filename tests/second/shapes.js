@@ -1,0 +1,165 @@
+// Rules 2s, 3s, 5s, 6s and 9s: bodies of convex shapes. What decides is exact; reaches and directions are doubles.
+
+import { add, exact, floorRoot, minus, multiply, nearest, sign, subtract } from "./exact.js";
+import { dot, FAR, firstTouch, relative } from "./contact.js";
+import { along } from "./exchange.js";
+
+const view = new DataView(new ArrayBuffer(8));
+
+/** A shape of a core and r, with its size, the r of rule 3s, and what stands for r at the walls (6s): left, right, bottom and top. */
+export function makeShape(core, r) {
+  const [xs, ys] = [0, 1].map((axis) => core.map((corner) => corner[axis]));
+  const corners = core.map((corner) => corner.map(exact));
+  const reaches = (size) => {
+    const rest = subtract(exact(size), exact(r));
+    return sign(rest) >= 0 && corners.every((c) => compare(square(rest), dot(c, c)) >= 0);
+  };
+  let size = r + Math.max(...core.map((corner) => Math.hypot(...corner))); // near it, and the steps go to it
+  while (!reaches(size)) size = step(size, 1n);
+  while (size > 0 && reaches(step(size, -1n))) size = step(size, -1n);
+  return { corners, r, size, sides: [r - Math.min(...xs), r + Math.max(...xs), r - Math.min(...ys), r + Math.max(...ys)] };
+}
+
+/** Whether all bodies are discs around their places, for which the rules of shapes say nothing. */
+export function areDiscs(bodies) {
+  return bodies.every(({ shape: { corners } }) => corners.length === 1 && corners[0].every((each) => sign(each) === 0));
+}
+
+/**
+ * The difference M of two shapes: its corners and its faces, each in the order of their numbers, and R. A face has its corners p and next, its
+ * way t, its normal n, and the normals of the faces before and after it.
+ */
+export function difference(a, b) {
+  const corners = hull(a.corners.flatMap((alpha) => b.corners.map((beta) => less(alpha, beta))));
+  const faces = corners.map((p, i) => {
+    const next = corners[(i + 1) % corners.length];
+    const t = less(next, p);
+    return { p, next, t, n: [t[1], minus(t[0])] };
+  });
+  faces.forEach((face, i) => Object.assign(face, { before: faces.at(i - 1).n, after: faces[(i + 1) % faces.length].n }));
+  faces.sort((f, g) => sign(cross(up(g.n), up(f.n))) || isUp(g.n) - isUp(f.n));
+  return { corners, faces: corners.length > 1 ? faces : [], R: add(exact(a.r), exact(b.r)) };
+}
+
+/** When and at which feature two bodies a < b with these plans meet, M being their difference: {tick, face} or {tick, corner}, or null. */
+export function shapeTouch(planA, planB, M, q) {
+  const { s, d, v } = relative(planA, 0, planB, 0, q);
+  const faces = M.faces.map(({ p, t, n, before, after }, face) => {
+    const [g, u, tt] = [dot(n, less(d, p)), dot(t, less(d, p)), dot(t, t)];
+    const over = sign(u) >= 0 && compare(u, tt) <= 0;
+    return { face, g, u, tt, over, w: dot(n, v), along: dot(t, v), margin: multiply(square(M.R), tt), before, after };
+  });
+  const corners = M.corners.map((c, corner) => ({ corner, d: less(d, c) }));
+
+  const now = touchNow(faces, corners, v, M.R);
+  if (now !== null) return now.falls ? { tick: s, ...now.feature } : null;
+
+  // Of the members of the union that are entered, faces first, the first with the smallest tick.
+  const entered = faces.filter((face) => isEntered(face, v, M)).map(({ face, g, w, margin }) => {
+    const ticks = floorRoot(g, margin, multiply(minus(w), exact(q)));
+    return { tick: ticks < FAR ? s + ticks : null, face };
+  });
+  const rounded = corners.map(({ corner, d }) => ({ tick: firstTouch({ s, d, v, R: M.R }, q), corner }));
+  const met = [...entered, ...rounded].filter(({ tick }) => tick !== null);
+  return met.reduce((first, each) => (first === null || each.tick < first.tick ? each : first), null);
+}
+
+/** The nearest feature if sigma(s) <= 0, and whether sigma falls there: {feature, falls}, or null. */
+function touchNow(faces, corners, v, R) {
+  const within = (distance, reach) => compare(distance, reach) <= 0;
+  const isFlat = faces.length === 2;
+  if (faces.length && faces.every(({ g, over }) => sign(g) <= 0 && (over || !isFlat))) {
+    const deeper = (f, h) => compare(multiply(signedSquare(f.g), h.tt), multiply(signedSquare(h.g), f.tt)); // g / |n|, squared
+    const largest = faces.filter((face) => faces.every((other) => deeper(face, other) >= 0));
+    return { feature: { face: largest[0].face }, falls: largest.every(({ w }) => sign(w) < 0) };
+  }
+  const face = faces.find(({ g, over }) => over && sign(g) > 0);
+  if (face) return within(square(face.g), face.margin) ? { feature: { face: face.face }, falls: sign(face.w) < 0 } : null;
+  const { corner, d } = corners.reduce((a, b) => (compare(dot(b.d, b.d), dot(a.d, a.d)) < 0 ? b : a));
+  return within(dot(d, d), square(R)) ? { feature: { corner }, falls: sign(dot(d, v)) < 0 } : null;
+}
+
+/** Whether g falls to R |n| after s where the body is over the face, and sigma falls there. */
+function isEntered({ g, u, tt, w, along, margin, before, after }, v, M) {
+  if (sign(w) >= 0 || sign(g) <= 0 || compare(square(g), margin) <= 0) return false;
+  // There u is (A - along sqrt(margin)) / -w.
+  const A = add(multiply(u, minus(w)), multiply(along, g));
+  const root = multiply(signedSquare(along), margin);
+  const low = compare(signedSquare(A), root);
+  const high = compare(signedSquare(subtract(A, multiply(tt, minus(w)))), root);
+  if (low < 0 || high > 0) return false;
+  if (sign(M.R) > 0) return true;
+  // Without a margin, it may pass through a corner along the face beside, or out of it; and there is no inside of a line.
+  return M.corners.length > 2 && (low > 0 || sign(dot(before, v)) < 0) && (high < 0 || sign(dot(after, v)) < 0);
+}
+
+/** The unit normal along which two bodies a < b exchange momentum, after both are anchored: rule 9s. */
+export function shapeNormal(a, b, M) {
+  const [dx, dy, ux, uy] = [b.x - a.x, b.y - a.y, b.vx - a.vx, b.vy - a.vy];
+  const noMargin = sign(M.R) === 0;
+  const faces = M.faces.map((face) => {
+    const [px, py, nextX, nextY, tx, ty] = [face.p, face.next, face.t].flat().map(nearest);
+    const length = Math.sqrt(tx * tx + ty * ty);
+    const [nx, ny] = [ty / length, -tx / length];
+    const gap = nx * (dx - px) + ny * (dy - py);
+    return { px, py, nextX, nextY, nx, ny, gap, approaches: nx * ux + ny * uy < 0 };
+  });
+  if (faces.length === 0) return along(dx - nearest(M.corners[0][0]), dy - nearest(M.corners[0][1]));
+  const among = noMargin && faces.some(({ approaches }) => approaches) ? faces.filter(({ approaches }) => approaches) : faces;
+  const { px, py, nextX, nextY, nx, ny } = among.reduce((first, face) => (face.gap > first.gap ? face : first));
+  if (!noMargin && nx * (dy - py) - ny * (dx - px) < 0) return along(dx - px, dy - py);
+  if (!noMargin && nx * (dy - nextY) - ny * (dx - nextX) > 0) return along(dx - nextX, dy - nextY);
+  return [nx, ny];
+}
+
+/** The corners of the hull of some points, anticlockwise from the leftmost, of these the lowest. */
+function hull(points) {
+  const sorted = [...points].sort(([x1, y1], [x2, y2]) => compare(x1, x2) || compare(y1, y2));
+  const chain = (ordered) => {
+    const kept = [];
+    for (const point of ordered) {
+      while (kept.length > 1 && sign(cross(less(kept.at(-1), kept.at(-2)), less(point, kept.at(-1)))) <= 0) kept.pop();
+      if (kept.length !== 1 || less(point, kept[0]).some((each) => sign(each) !== 0)) kept.push(point);
+    }
+    return kept;
+  };
+  const [lower, upper] = [chain(sorted), chain(sorted.reverse())];
+  return lower.length === 1 ? lower : [...lower.slice(0, -1), ...upper.slice(0, -1)];
+}
+
+/** Whether a normal points up, or to the right: the first of two opposite ones. */
+function isUp([x, y]) {
+  return sign(y) > 0 || (sign(y) === 0 && sign(x) > 0);
+}
+
+function up(n) {
+  return isUp(n) ? n : n.map(minus);
+}
+
+/** The double `by` steps from a positive one. */
+function step(double, by) {
+  view.setFloat64(0, double);
+  view.setBigInt64(0, view.getBigInt64(0) + by);
+  return view.getFloat64(0);
+}
+
+function compare(a, b) {
+  return sign(subtract(a, b));
+}
+
+function square(a) {
+  return multiply(a, a);
+}
+
+/** The square with the sign of a: it grows with a. */
+function signedSquare(a) {
+  return sign(a) < 0 ? minus(square(a)) : square(a);
+}
+
+function less([x1, y1], [x2, y2]) {
+  return [subtract(x1, x2), subtract(y1, y2)];
+}
+
+function cross([x1, y1], [x2, y2]) {
+  return subtract(multiply(x1, y2), multiply(y1, x2));
+}
