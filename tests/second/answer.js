@@ -120,6 +120,7 @@ export class Run {
     const asked = [this.plans[a], bodies[a].r, this.plans[b], bodies[b].r, this.q];
     if (this.periodic) return imageTick(...asked, periods, barred);
     if (barred !== null) return null;
+    if (this.differences && bodies[a].m === Infinity && bodies[b].m === Infinity) return null; // rule 7s
     const tick = this.differences ? shapeTouch(this.plans[a], this.plans[b], this.differences[b][a], this.q)?.tick : pairTick(...asked);
     return (tick ?? null) === null ? null : { tick, m: 0n, n: 0n };
   }

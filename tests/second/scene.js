@@ -31,7 +31,7 @@ export function readScene(tables) {
   });
   const shaped = !areDiscs(bodies);
   if (shaped && periodic) throw new Error("With shapes that are no discs no axis is periodic.");
-  phases(tables["narrow-phases"], [shaped ? "box" : "disc", ...(arena !== null && periodic !== "xy" ? ["wall"] : [])]);
+  phases(tables["narrow-phases"], [shaped ? "convex" : "disc", ...(arena !== null && periodic !== "xy" ? ["wall"] : [])]);
   return { bodies, turns, arena, periods, start, until };
 }
 
