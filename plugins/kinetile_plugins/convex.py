@@ -179,8 +179,8 @@ def soonest(k: Kernel, body: int, count: int, barred: int, known: int, at: int) 
             sooner &= sooner - 1
             delay = lane(begins, i)
             other = k.near[start + i]
-            if delay < rest and other != body and other != barred and other != known:
-                row = row_of(k, body, other)
+            row = row_of(k, body, other)
+            if row > 0 and delay < rest and other != body and other != barred and other != known:
                 if k.numbers[row + UPRIGHT] == 0.0:
                     delay = not_before(
                         k.numbers, row, lane(dx, i), lane(dy, i), lane(dvx, i), lane(dvy, i), fat

@@ -64,8 +64,8 @@ function readShape(table, i) {
     case "polygon": {
       read("corners", "radius");
       const corners = list(table.corners, `${name}.corners`).map((corner) => pair(corner, `${name}.corners`));
-      if (corners.length < 3 || corners.length > 8) throw new Error(`${name} has ${corners.length} corners, not 3 to 8.`);
-      return makeShape(corners, (table.radius ?? 0) === 0 ? 0 : size("radius"));
+      if (corners.length < 1 || corners.length > 8) throw new Error(`${name} has ${corners.length} corners, not 1 to 8.`);
+      return makeShape(corners, (table.radius ?? 0) === 0 && corners.length > 1 ? 0 : size("radius"));
     }
     default:
       throw new Error(`${name}.kind is ${JSON.stringify(Object(table).kind)}, not disc, box, capsule, segment or polygon.`);
