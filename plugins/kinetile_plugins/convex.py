@@ -11,6 +11,7 @@ Lower bounds are those of the same differences, fattened by more than all roundi
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -23,14 +24,28 @@ from kinetile.kernel.certificates.convex import (
     NX,
     NY,
     OUT,
+    PLAIN,
     RADIUS,
     RANK,
-    UPRIGHT,
     WIDE,
     enters,
 )
 from kinetile.kernel.compiled import Numbers, pointer
-from kinetile.kernel.vectors import LANES, Floats, bits, choose, fill, lane, lowest_bit, places, spread
+from kinetile.kernel.vectors import (
+    LANES,
+    Floats,
+    bits,
+    choose,
+    fill,
+    lane,
+    lowest_bit,
+    numbered,
+    numbers,
+    pick,
+    places,
+    spread,
+    spread_whole,
+)
 from kinetile.scene import Scene
 from kinetile.toolbox import (
     NEVER,
@@ -47,7 +62,15 @@ from kinetile.toolbox import (
     unchecked,
 )
 from kinetile_plugins.differences import difference_table
-from kinetile_plugins.disc import exchange
+from kinetile_plugins.disc import (
+    LEAST,
+    NONE,
+    PLACES,
+    circles_meet,
+    exchange,
+    merged,
+    two_least,
+)
 
 SLOWEST = 2.0**-900
 """A speed that is none: in no time that counts anything flies anywhere."""
@@ -133,62 +156,146 @@ def within(low: Floats, high: Floats, v: Floats) -> tuple[Floats, Floats]:
     return choose(one < other, one, other), choose(one < other, other, one)
 
 
-@unchecked
 @hook
-def soonest(k: Kernel, body: int, count: int, barred: int, known: int, at: int) -> tuple[float, float, int]:
-    """Return bounds below the first contact of a body with ``k.near[:count]``, the second, and with whom: as
-    delays after tick ``at``, infinite where there is no contact.
+def bound_with(k: Kernel, body: int, other: int, at: int, fat: float) -> float:
+    """Return a bound below the first contact with another body, as a delay after a tick."""
+    row = row_of(k, body, other)
+    if row == 0:
+        return math.inf
+    elapsed = since_origin(k, at)
+    one = k.places[body]
+    two = k.places[other]
+    vx = two.vx - one.vx
+    vy = two.vy - one.vy
+    return not_before(
+        k.numbers, row, (two.x - one.x) + vx * elapsed, (two.y - one.y) + vy * elapsed, vx, vy, fat
+    )
 
-    First, eight at a time, the bounds of the upright boxes around the bodies: for most partners they are
-    enough. Up to eight places behind those that count are written to.
-    """
-    fat = k.clock[0].limits.fat
-    fill(k.near, count, body)  # the rest of the last eight: a body itself is left out
+
+@hook
+def frames_meet(
+    k: Kernel, body: int, start: int, at: int, fat: float
+) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+    """Return bounds by the upright boxes and the circles around a body and eight others, from a place in
+    ``k.near`` on, ``LEAST`` or more; and how they are apart and move, along x and y."""
     elapsed = spread(since_origin(k, at))
     one = k.places[body]
     mine = k.sides[body]
-    x = spread(one.x)
-    y = spread(one.y)
-    vx = spread(one.vx)
-    vy = spread(one.vy)
-    left = spread(mine.left + fat)
-    right = spread(mine.right + fat)
-    down = spread(mine.down + fat)
-    up = spread(mine.up + fat)
+    x, y, vx, vy = places(k.places, k.near, start)
+    left, right, down, up = places(k.sides, k.near, start)
+    vx = vx - spread(one.vx)
+    vy = vy - spread(one.vy)
+    dx = (x - spread(one.x)) + vx * elapsed
+    dy = (y - spread(one.y)) + vy * elapsed
     zero = spread(0.0)
-    never = spread(math.inf)
-    soon = math.inf
-    rest = math.inf
-    who = NOBODY
+    delay, ends = within(
+        zero - (spread(mine.left + fat) + right) - dx, (spread(mine.right + fat) + left) - dx, vx
+    )
+    begins, leaves = within(
+        zero - (spread(mine.down + fat) + up) - dy, (spread(mine.up + fat) + down) - dy, vy
+    )
+    delay = choose(delay < begins, begins, delay)
+    ends = choose(ends < leaves, ends, leaves)
+    reach = spread(k.radii[body] + 2.0 * fat) + pick(k.radii, k.near, start)
+    reach2 = reach * reach
+    begins = circles_meet(dx, dy, vx, vy, reach2, spread(fat * fat))
+    begins = choose(dx * dx + dy * dy > reach2, begins, spread(LEAST))  # within them bodies may meet
+    delay = choose(delay < begins, begins, delay)
+    return choose(delay <= ends, delay, spread(math.inf)), dx, dy, vx, vy
+
+
+@hook
+def soonest_of_shapes(
+    k: Kernel,
+    body: int,
+    count: int,
+    barred: int,
+    known: int,
+    at: int,
+    fat: float,
+    soon: float,
+    who: int,
+    two: int,
+) -> tuple[float, float, int]:
+    """Return what ``soonest`` does, by the differences of shapes: ``soon`` is so for ``who``, and ``two`` is
+    another one that may come soon."""
+    one = who
+    rest = bound_with(k, body, two, at, fat)
+    if rest < soon:
+        soon, rest = rest, soon
+        who = two
     for start in range(0, count, LANES):
-        other_x, other_y, other_vx, other_vy = places(k.places, k.near, start)
-        other_left, other_right, other_down, other_up = places(k.sides, k.near, start)
-        dvx = other_vx - vx
-        dvy = other_vy - vy
-        dx = (other_x - x) + dvx * elapsed
-        dy = (other_y - y) + dvy * elapsed
-        begins, ends = within(zero - (left + other_right) - dx, (right + other_left) - dx, dvx)
-        begins_y, ends_y = within(zero - (down + other_up) - dy, (up + other_down) - dy, dvy)
-        begins = choose(begins < begins_y, begins_y, begins)
-        ends = choose(ends < ends_y, ends, ends_y)
-        begins = choose(begins < zero, zero, begins)
-        begins = choose(begins <= ends, begins, never)
-        sooner = bits(begins < spread(rest))
+        delays, dx, dy, vx, vy = frames_meet(k, body, start, at, fat)
+        sooner = bits(delays < spread(rest))
         while sooner != 0:
             i = lowest_bit(sooner)
             sooner &= sooner - 1
-            delay = lane(begins, i)
+            delay = lane(delays, i)
             other = k.near[start + i]
+            asked = other == one or other == two  # noqa: SIM109 - no tuple in a hook
+            left_out = asked or other == body or other == barred or other == known  # noqa: SIM109
             row = row_of(k, body, other)
-            if row > 0 and delay < rest and other != body and other != barred and other != known:
-                if k.numbers[row + UPRIGHT] == 0.0:
-                    delay = not_before(
-                        k.numbers, row, lane(dx, i), lane(dy, i), lane(dvx, i), lane(dvy, i), fat
-                    )
+            if delay < rest and row > 0 and not left_out:
+                delay = not_before(k.numbers, row, lane(dx, i), lane(dy, i), lane(vx, i), lane(vy, i), fat)
                 rest = smaller(rest, larger(soon, delay))
                 who = int(other) if delay < soon else who
                 soon = smaller(soon, delay)
-    return soon, rest, who
+    return soon, rest, who if soon < math.inf else NOBODY
+
+
+def _bounds(plain: bool) -> Callable[..., tuple[float, float, int]]:
+    """Returns the hook ``soonest``; ``plain``: all pairs that can meet are two boxes or two discs."""
+
+    @unchecked
+    @hook
+    def soonest(
+        k: Kernel, body: int, count: int, barred: int, known: int, at: int
+    ) -> tuple[float, float, int]:
+        """Return bounds below the first contact of a body with ``k.near[:count]``, the second, and with whom:
+        as delays after tick ``at``, infinite where there is no contact.
+
+        By boxes and circles first, eight at a time: mostly the difference of the shapes need be looked at for
+        the first alone. Where that comes later than the second, it is for all that may come before the
+        second. Up to eight places behind those that count are written to.
+        """
+        fat = k.clock[0].limits.fat
+        never = math.inf
+        if count == 1:
+            alone = k.near[0]
+            if alone == body or alone == barred or alone == known:  # noqa: SIM109 - no tuple in a hook
+                return never, never, NOBODY
+            delay = bound_with(k, body, alone, at, fat)
+            return delay, never, int(alone) if delay < never else NOBODY
+        fill(k.near, count, body)  # the rest of the last eight: a body itself is left out
+        myself = spread_whole(body)
+        not_this = spread_whole(barred)
+        nor_this = spread_whole(known)
+        soon = NONE
+        rest = NONE
+        who = NOBODY
+        other = NOBODY
+        for begin in range(0, count, PLACES):
+            first = spread(never)
+            second = spread(never)
+            for start in range(begin, smaller(begin + PLACES, count), LANES):
+                delays, _, _, _, _ = frames_meet(k, body, start, at, fat)
+                names = numbers(k.near, start)
+                left_out = (names == myself) | (names == not_this) | (names == nor_this)
+                delays = numbered(choose(left_out, spread(never), delays), start - begin)
+                first, second = two_least(first, second, delays)
+            soon, rest, who, other = merged(k, begin, first, second, soon, rest, who, other)
+        if soon >= NONE:
+            return never, never, NOBODY
+        if not plain and k.numbers[row_of(k, body, who) + PLAIN] == 0.0:
+            soon = bound_with(k, body, who, at, fat)
+            if soon > rest and rest < NONE:
+                return soonest_of_shapes(k, body, count, barred, known, at, fat, soon, who, other)
+        return soon, (rest if rest < NONE else never), who if soon < never else NOBODY
+
+    return soonest
+
+
+soonest, soonest_of_plain = _bounds(False), _bounds(True)
 
 
 @hook
@@ -303,11 +410,13 @@ class Convex:
         moving = set(scene.shape[np.isfinite(scene.mass)].tolist())
         there = set(scene.shape.tolist())
         pairs = {pair for i in moving for j in there for pair in ((i, j), (j, i))}
+        numbers = difference_table(scene.shapes, pairs)
+        plain = all(numbers[int(row) + PLAIN] for row in numbers[1 : 1 + len(scene.shapes) ** 2] if row)
         return PairParts(
             meet=meet,
             collide=collide,
-            soonest=soonest,
+            soonest=soonest_of_plain if plain else soonest,
             touch=touch,
             shapes=True,
-            numbers=difference_table(scene.shapes, pairs),
+            numbers=numbers,
         )

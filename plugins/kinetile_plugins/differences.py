@@ -68,7 +68,13 @@ def difference_row(one: Shape, other: Shape) -> list[float]:
     size = float(radius) + 2.0 * max((abs(float(c)) for corner in corners for c in corner), default=0.0)
     x, y = zip(*corners, strict=True)
     upright = radius == 0 and count == 4 and len({*x}) == len({*y}) == 2
-    head = [float(count), *_parts(radius), max([2.0 * size, *sizes]), min(sizes, default=0.0), float(upright)]
+    head = [
+        float(count),
+        *_parts(radius),
+        max([2.0 * size, *sizes]),
+        min(sizes, default=0.0),
+        float(upright or (count == 1 and not any(corners[0]))),
+    ]
     assert len(head) == HEAD
     assert len(body) == WIDE * count
     return head + body

@@ -42,7 +42,6 @@ from kinetile.toolbox import (
     blame,
     closing_speed,
     hook,
-    larger,
     shared,
     since_anchor,
     since_origin,
@@ -158,6 +157,32 @@ def sooner_two(
 
 
 @hook
+def two_least(first: Floats, second: Floats, delay: Floats) -> tuple[Floats, Floats]:
+    """Return the first and the second of a first, a second and one more, lane by lane."""
+    later = choose(delay < first, first, delay)
+    return choose(delay < first, delay, first), choose(later < second, later, second)
+
+
+@hook
+def merged(
+    k: Kernel, begin: int, first: Floats, second: Floats, soon: float, rest: float, who: int, next_: int
+) -> tuple[float, float, int, int]:
+    """Return the first and the second delay, and whose they are, of those so far and of firsts and seconds
+    that say in their last six bits where in ``k.near``, from ``begin`` on, the partner stands."""
+    first, second = sooner_two(first, second, turned(first, 4), turned(second, 4))
+    first, second = sooner_two(first, second, turned(first, 2), turned(second, 2))
+    first, second = sooner_two(first, second, turned(first, 1), turned(second, 1))
+    found = lane(first, 0)
+    later = lane(second, 0)
+    one = int(k.near[begin + number_in(found)])
+    if found < soon:
+        if soon <= later:
+            return found, soon, one, who
+        return found, later, one, int(k.near[begin + number_in(later)])
+    return (soon, found, who, one) if found < rest else (soon, rest, who, next_)
+
+
+@hook
 def not_before(k: Kernel, body: int, other: int, at: int, reach: float, periodic: bool) -> float:
     """Return what ``soonest`` does for one partner alone; ``reach`` is the sum of the fattened radii."""
     one = k.places[body]
@@ -188,6 +213,23 @@ def not_before(k: Kernel, body: int, other: int, at: int, reach: float, periodic
         delay = delay if y_delay >= delay else y_delay
         delay = delay if delay > 0.0 else 0.0
     return delay
+
+
+@hook
+def circles_meet(dx: Floats, dy: Floats, vx: Floats, vy: Floats, reach2: Floats, fat2: Floats) -> Floats:
+    """Return when places come nearer to 0 than a reach, of which the square is given: bounds below that,
+    ``LEAST`` or more, infinite where they do not."""
+    zero = spread(0.0)
+    approach = dx * vx + dy * vy
+    speed2 = vx * vx + vy * vy
+    gap = (dx * dx + dy * dy) * spread(1.0 - 2.0**-46) - reach2
+    approach2 = approach * approach
+    inside = approach2 - speed2 * gap
+    parts = (approach > zero) & (approach2 > fat2 * speed2)
+    passes = parts | (inside < zero)
+    delay = gap / (root(inside) - approach)
+    delay = choose(delay > spread(LEAST), delay, spread(LEAST))  # what is not a number may touch now
+    return choose(passes, spread(math.inf), delay)
 
 
 def _bounds(equal: bool, periodic: bool) -> Callable[..., tuple[float, float, int]]:
@@ -243,7 +285,6 @@ def _bounds(equal: bool, periodic: bool) -> Callable[..., tuple[float, float, in
         zero = spread(0.0)
         least = spread(LEAST)
         never = spread(math.inf)
-        less = spread(1.0 - 2.0**-46)
         myself = spread_whole(body)
         not_this = spread_whole(barred)
         nor_this = spread_whole(known)
@@ -265,16 +306,7 @@ def _bounds(equal: bool, periodic: bool) -> Callable[..., tuple[float, float, in
                 if periodic:
                     dx = dx - ((dx * per_x + halves) - halves) * period_x
                     dy = dy - ((dy * per_y + halves) - halves) * period_y
-                approach = dx * dvx + dy * dvy
-                speed2 = dvx * dvx + dvy * dvy
-                gap = (dx * dx + dy * dy) * less - reach2
-                approach2 = approach * approach
-                inside = approach2 - speed2 * gap
-                parts = (approach > zero) & (approach2 > fat2 * speed2)
-                passes = parts | (inside < zero)
-                delay = gap / (root(inside) - approach)
-                delay = choose(delay > least, delay, least)  # what is not a number may touch now
-                delay = choose(passes, never, delay)
+                delay = circles_meet(dx, dy, dvx, dvy, reach2, fat2)
                 if periodic:
                     x_delay = (half_x - reach) / choose(dvx < zero, zero - dvx, dvx)
                     y_delay = (half_y - reach) / choose(dvy < zero, zero - dvy, dvy)
@@ -284,16 +316,8 @@ def _bounds(equal: bool, periodic: bool) -> Callable[..., tuple[float, float, in
                 other = numbers(k.near, start)
                 left_out = (other == myself) | (other == not_this) | (other == nor_this)
                 delay = numbered(choose(left_out, never, delay), start - begin)
-                later = choose(delay < first, first, delay)
-                second = choose(later < second, later, second)
-                first = choose(delay < first, delay, first)
-            first, second = sooner_two(first, second, turned(first, 4), turned(second, 4))
-            first, second = sooner_two(first, second, turned(first, 2), turned(second, 2))
-            first, second = sooner_two(first, second, turned(first, 1), turned(second, 1))
-            found = lane(first, 0)
-            rest = smaller(larger(soon, found), smaller(rest, lane(second, 0)))
-            who = int(k.near[begin + number_in(found)]) if found < soon else who
-            soon = smaller(found, soon)
+                first, second = two_least(first, second, delay)
+            soon, rest, who, _ = merged(k, begin, first, second, soon, rest, who, NOBODY)
         return (soon if soon < NONE else math.inf), (rest if rest < NONE else math.inf), who
 
     return soonest

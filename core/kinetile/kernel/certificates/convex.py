@@ -66,10 +66,10 @@ from kinetile.kernel.compiled import Numbers, apart, hook, larger, smaller, subr
 from kinetile.kernel.tables import NEVER
 from kinetile.kernel.vectors import product_error
 
-COUNT, RADIUS, RADIUS_LOW, SIZE, LEAST, UPRIGHT, HEAD = range(7)
+COUNT, RADIUS, RADIUS_LOW, SIZE, LEAST, PLAIN, HEAD = range(7)
 """Columns of a row's head: the corners, R as a sum of two, more than all coordinates and R together, not more
-than any double in the row that is not 0; whether M is an upright box without a margin; and where the corners
-begin."""
+than any double in the row that is not 0; whether M is an upright box without a margin, or 0; and where the
+corners begin."""
 
 CX, CY, CX_LOW, CY_LOW, TX, TY, TX_LOW, TY_LOW, FAR_OUT, FAR_LOW, NX, NY, OUT, RANK, WIDE = range(15)
 """Columns of a corner and the face that goes from it: the corner; the face's way, or another vector along it;
