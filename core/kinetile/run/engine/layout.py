@@ -26,7 +26,6 @@ from kinetile.kernel.tables import (
     NEVER,
     NOBODY,
     PASSING,
-    SIDES,
     TRAIT,
     Kernel,
     Records,
@@ -68,7 +67,7 @@ def tables_of(scene: Scene, composition: Composition, unit: float) -> Kernel:
     if scene.shapes:
         bodies.form = scene.shape
         reaches = np.array([each.reaches for each in scene.shapes])[scene.shape]
-        for side, column_of_side in zip(SIDES.names, reaches.T, strict=True):
+        for side, column_of_side in zip(("left", "right", "down", "up"), reaches.T, strict=True):
             bodies[side] = k.sides[side][:n] = column_of_side
     k.mass[:n] = scene.mass
     if len(k.rules):
