@@ -232,8 +232,9 @@ def soonest_of_shapes(
             sooner &= sooner - 1
             delay = lane(delays, i)
             other = k.near[start + i]
-            asked = other == one or other == two
-            left_out = asked or other == body or other == barred or other == known
+            left_out = (
+                (other == body) | (other == barred) | (other == known) | (other == one) | (other == two)
+            )
             row = row_of(k, body, other)
             if delay < rest and row > 0 and not left_out:
                 delay = not_before(k.numbers, row, lane(dx, i), lane(dy, i), lane(vx, i), lane(vy, i), fat)
