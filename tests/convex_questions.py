@@ -13,9 +13,9 @@ from kinetile.errors import SceneError
 from kinetile.kernel.certificates.convex import enters
 from kinetile.kernel.compiled import pointer
 from kinetile.kernel.tables import NEVER
+from kinetile.scene.difference_rows import difference_row
 from kinetile.toolbox import hook
 from kinetile_accuracy.specification.shapes import Difference, entry
-from kinetile_plugins.differences import difference_row
 
 
 @hook
@@ -91,7 +91,7 @@ class Question:
 
     def tick_of_kernel(self) -> int:
         """Return the answer of the kernel."""
-        numbers = np.array(difference_row(*self.shapes))
+        numbers = np.array(difference_row(*((shape.core, shape.radius) for shape in self.shapes)))
         path = (*self.one, *self.v, self.elapsed, *self.two, *self.v2, self.tick, 1.0 / self.tick)
         return int(ask(numbers, *map(float, path[:4]), path[4], *map(float, path[5:])))
 

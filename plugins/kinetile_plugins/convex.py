@@ -47,6 +47,7 @@ from kinetile.kernel.vectors import (
     spread_whole,
 )
 from kinetile.scene import Scene
+from kinetile.scene.difference_rows import difference_table
 from kinetile.toolbox import (
     NEVER,
     NOBODY,
@@ -61,7 +62,6 @@ from kinetile.toolbox import (
     smaller,
     unchecked,
 )
-from kinetile_plugins.differences import difference_table
 from kinetile_plugins.disc import (
     LEAST,
     NONE,

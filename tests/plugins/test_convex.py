@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import random
+from fractions import Fraction
 
 import pytest
 
@@ -11,10 +12,11 @@ import box_scenes
 import convex_reference
 import convex_scenes
 import kinetile as kt
-from convex_questions import Question
+from convex_questions import Question, drawn_shape
 from kinetile.errors import Refused, ZenoError
 from kinetile.kernel.loop.predictions import FAR, MARGIN
 from kinetile.kernel.tables import NEVER, NOBODY
+from kinetile_accuracy.specification.shapes import Difference, entry
 from kinetile_plugins.convex import meet, soonest
 from lanes import first
 
@@ -141,7 +143,40 @@ def test_what_shapes_do_not_have_is_refused_by_name():
         kt.Simulation(bricks, "cells", narrow_phases=("disc", "wall"))
     with pytest.raises(Refused, match="choose disc"):
         kt.Simulation(kt.make_scene("two-discs"), "cells", narrow_phases=("convex",))
-    sim = kt.Simulation(bricks, "cells")
-    with pytest.raises(Refused, match="knows discs alone"):
-        sim.cast((1, 1, 0.5), (1, 0))
-    assert sim.next_contact_of(20) is not None
+    assert kt.Simulation(bricks, "cells").next_contact_of(20) is not None
+    round_about = kt.make_scene("mixture", bodies=4, density=0.2, periodic="x")
+    with pytest.raises(ValueError, match="discs are cast"):
+        kt.Simulation(round_about).cast((0.5, 0.5, kt.box(0.1, 0.1)), (1.0, 0.0))
+
+
+@pytest.mark.small
+@pytest.mark.parametrize("seed", first(10, range(200)))
+def test_a_cast_shape_meets_what_rationals_say(seed):
+    rng = random.Random(seed)
+    shaped = rng.random() < 0.7
+    scene = convex_scenes.drawn(seed) if shaped else kt.make_scene("lattice", bodies=9, seed=seed)
+    sim = kt.Simulation(scene, "naive")
+    sim.run(until=5.0 * scene.time_unit, max_contacts=rng.randrange(4))
+    k = sim._engine.k
+    now, tick = int(k.clock[0].now), float(k.clock[0].tick)
+    discs = [kt.disc(radius) for radius in scene.radius.tolist()]
+    shapes = [scene.shapes[each] for each in scene.shape.tolist()] if scene.shapes else discs
+    for _ in range(6):
+        shape = convex_scenes.scaled(drawn_shape(rng, rng.choice((4, 0))), 0.25)
+        place = rng.randrange(24) / 4, rng.randrange(24) / 4
+        velocity = rng.choice((-1.0, 0.0, 0.5, rng.gauss(0, 1))), rng.choice((-1.0, 0.25, rng.gauss(0, 1)))
+        expected = []
+        for body, (other, row) in enumerate(zip(shapes, k.bodies, strict=True)):
+            flown = (now - int(row.anchor)) * Fraction(tick)
+            plan = ((row.x, row.vx), (row.y, row.vy))
+            there = [Fraction(float(at)) + Fraction(float(v)) * flown for at, v in plan]
+            d = tuple(Fraction(a) - b for a, b in zip(place, there, strict=True))
+            v = tuple(
+                Fraction(tick) * (Fraction(w) - Fraction(float(u)))
+                for w, (_, u) in zip(velocity, plan, strict=True)
+            )
+            found = entry(Difference(other, shape), d, v)
+            if found is not None:
+                expected.append((now + found.tick, body))
+        hit = sim.cast((*place, shape), velocity)
+        assert (hit and ((hit.epoch << 52) + hit.tick, hit.body)) == min(expected, default=None)

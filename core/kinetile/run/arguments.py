@@ -26,7 +26,9 @@ from kinetile.run.questions.places import Box, Point
 from kinetile.scene import Insert, Scene
 from kinetile.scene.checks import LARGEST, WALL, Extent, is_finite, shown
 from kinetile.scene.commands import check_commands
+from kinetile.scene.difference_rows import DISC, Outline
 from kinetile.scene.responses import Kind, no_kind
+from kinetile.scene.shapes import Shape
 
 _SIZE = "at most 2**200 in size"
 
@@ -57,13 +59,16 @@ def read_box(value: object) -> Box:
     return left, bottom, right, top
 
 
-def read_disc(value: object) -> tuple[Point, float]:
-    """Returns a disc's centre and radius; ValueError for anything else."""
-    what = f"a disc is (x, y, radius), three finite numbers, {_SIZE}"
+def read_cast_body(value: object) -> tuple[Point, Outline]:
+    """Returns the place of a body that is cast, and its core and radius; ValueError for anything else."""
+    what = f"what is cast is (x, y, radius), three finite numbers, {_SIZE}, or (x, y, shape)"
+    if isinstance(value, tuple | list) and len(value) == 3 and isinstance(value[2], Shape):
+        x, y = _read_numbers(value[:2], 2, what)
+        return (x, y), (value[2].core, value[2].radius)
     x, y, radius = _read_numbers(value, 3, what)
     if radius < 0.0:
         raise ValueError(f"{what}, with a radius of at least 0; found {shown(value)}")
-    return (x, y), radius
+    return (x, y), (DISC, radius)
 
 
 def read_length(value: Any, name: str) -> float:
@@ -91,16 +96,19 @@ def read_within(value: Any, scene: Scene, direction: Point) -> float | None:
     return length
 
 
-def read_cast(disc: object, velocity: object, scene: Scene, horizon: float) -> tuple[Point, float, Point]:
-    """Returns centre, radius and velocity of a disc that is cast; ValueError for anything else.
+def read_cast(body: object, velocity: object, scene: Scene, horizon: float) -> tuple[Point, Outline, Point]:
+    """Returns the place, the core and radius, and the velocity of a body that is cast; ValueError for
+    anything else.
 
-    Where axes are periodic it flies for ``horizon``, in the scene's time.
+    Where axes are periodic it is a disc and flies for ``horizon``, in the scene's time.
     """
-    (centre, radius), (vx, vy) = read_disc(disc), read_point(velocity, "a velocity")
-    if any(period and 2.0 * radius >= period for period in scene.periods):
-        raise ValueError(f"a disc is narrower than the period, {scene.periods}; found {shown(disc)}")
+    (place, outline), (vx, vy) = read_cast_body(body), read_point(velocity, "a velocity")
+    if scene.periodic and outline[0] != DISC:
+        raise ValueError(f"where axes are periodic discs are cast: (x, y, radius); found {shown(body)}")
+    if any(period and 2.0 * outline[1] >= period for period in scene.periods):
+        raise ValueError(f"a disc is narrower than the period, {scene.periods}; found {shown(body)}")
     _demand_few_periods((horizon * vx, horizon * vy), scene, "this disc", "a lower velocity")
-    return centre, radius, (vx, vy)
+    return place, outline, (vx, vy)
 
 
 def _demand_few_periods(flight: Point, scene: Scene, what: str, right: str) -> None:

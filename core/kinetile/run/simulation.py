@@ -18,7 +18,7 @@ from typing import Any, NamedTuple, cast, overload
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import FAULTS, BadOption, BusyError, Refused
+from kinetile.errors import FAULTS, BadOption, BusyError
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.compiled import is_cached
 from kinetile.kernel.flight import positions_now
@@ -46,6 +46,7 @@ from kinetile.scene import Insert, Scene, Turn, relabelled, spacious
 from kinetile.scene.bodies import Numbers, in_box
 from kinetile.scene.checks import WALL, shown
 from kinetile.scene.responses import Kind
+from kinetile.scene.shapes import Shape
 
 Integers = npt.NDArray[np.int64]
 
@@ -599,33 +600,33 @@ class Simulation:
         return self._named(meetings.next_contact_of(moment, slot, planned, among, walls))
 
     def cast(
-        self, disc: Numbers, velocity: Numbers, *, kinds: Kind | Iterable[Kind] | None = None
+        self,
+        body: Numbers | tuple[float, float, Shape],
+        velocity: Numbers,
+        *,
+        kinds: Kind | Iterable[Kind] | None = None,
     ) -> CastHit | None:
-        """Returns the body that a disc which starts here and now would meet first, and when, by the present
+        """Returns the body that one which starts here and now would meet first, and when, by the present
         plans.
 
-        To the tick, as if the disc were a body that has not met others yet. None if it meets none; walls
-        are ignored. A contact needs approach: a body that the disc touches or overlaps at the start is met at
-        once if they approach, and not at all if they part. Of several at one tick the first by number.
+        To the tick, as if it were a body that has not met others yet. None if it meets none; walls are
+        ignored. A contact needs approach: a body that it touches or overlaps at the start is met at once if
+        they approach, and not at all if they part. Of several at one tick the first by number.
 
         Along a periodic axis it meets a body through any image, within 8 units of the clock (``time_unit``)
         from now: beyond that no contact of bodies is predicted there either.
 
         Args:
-            disc: (x, y, radius); a radius of 0 is a point. It is narrower than a period.
-            velocity: (vx, vy); so that the disc crosses at most 4,096 periods in these units.
+            body: (x, y, radius), a disc, or (x, y, shape); a radius of 0 is a point, which passes through
+                segments. Where axes are periodic it is a disc, narrower than a period.
+            velocity: (vx, vy); so that it crosses at most 4,096 periods in these units.
             kinds: only bodies of these kinds.
 
-        Raises ValueError for what is no disc, or no velocity, and Refused where not all bodies are discs.
+        Raises ValueError for what is no such body, or no velocity.
         """
-        if self.scene.shapes:
-            raise Refused(
-                "cast knows discs alone so far, and this scene has shapes: ray, next_contact and "
-                "next_contact_of can be asked"
-            )
         horizon = float(FORESEEN // TICKS) * self.time_unit
-        cast_disc = arguments.read_cast(disc, velocity, self.scene, horizon)
-        hit = meetings.cast(self._among(kinds), *cast_disc)
+        thrown = arguments.read_cast(body, velocity, self.scene, horizon)
+        hit = meetings.cast(self._among(kinds), *thrown)
         return None if hit is None else hit._replace(body=self._body_of(hit.body))
 
     def bodies_in(

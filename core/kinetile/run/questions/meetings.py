@@ -19,11 +19,13 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.kernel.certificates.contact import first_touch
-from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
+from kinetile.kernel.certificates.convex import enters
+from kinetile.kernel.compiled import compose, disowned, pointer, to_be_filled_in
 from kinetile.kernel.images import FORESEEN, first_image
 from kinetile.kernel.loop.predictions import barred_with
 from kinetile.kernel.tables import BODY, IMAGE, NEVER, NOBODY, Kernel, elder, record_table
 from kinetile.run.questions.places import Moment, Point
+from kinetile.scene.difference_rows import DISC, Outline, difference_row
 
 Integers = npt.NDArray[np.int64]
 Planned = Mapping[int, int]
@@ -100,23 +102,42 @@ def next_contact_of(
     return NextContact(*_moment_of(moment, tick), *bodies)
 
 
-def cast(moment: Moment, centre: Point, radius: float, velocity: Point) -> CastHit | None:
-    """Returns the body that a disc which starts here and now would meet first; None if it meets none.
+def cast(moment: Moment, centre: Point, outline: Outline, velocity: Point) -> CastHit | None:
+    """Returns the body that one which starts here and now would meet first; None if it meets none. It is a
+    disc where axes are periodic.
 
-    The body of the hit is a slot. As for two bodies, a contact needs approach: a body that the disc touches
-    or overlaps is met at once if they approach, and never if they part. Where axes are periodic it is met
+    The body of the hit is a slot. As for two bodies, a contact needs approach: a body that it touches or
+    overlaps is met at once if they approach, and never if they part. Where axes are periodic it is met
     through any image, before ``kernel.images.FORESEEN`` ticks from now.
     """
     ticks = np.full(len(moment.slots), NEVER)
     if any(moment.periods):
-        k = _with_disc(moment, centre, radius, velocity)
+        k = _with_disc(moment, centre, outline[1], velocity)
         _composed(ask_for_images)(k, moment.slots, len(k.bodies) - 1, ticks)
+    elif moment.shapes or outline[0] != DISC:
+        _ask_with_shape(moment, centre, outline, velocity, ticks)
     else:
-        _composed(ask_for_disc)(moment.k, moment.slots, *centre, *velocity, radius, ticks)
+        _composed(ask_for_disc)(moment.k, moment.slots, *centre, *velocity, outline[1], ticks)
     at = int(ticks.argmin()) if len(ticks) else 0
     if not len(ticks) or ticks[at] == NEVER:
         return None
     return CastHit(*_moment_of(moment, int(ticks[at])), int(moment.slots[at]))
+
+
+def _ask_with_shape(
+    moment: Moment, centre: Point, outline: Outline, velocity: Point, ticks: Integers
+) -> None:
+    """Writes down when each body meets a body of such an outline that is anchored now (rule 5s)."""
+    if moment.shapes:
+        kinds, which = np.unique(moment.forms, return_inverse=True)
+        theirs = [(moment.shapes[each].core, moment.shapes[each].radius) for each in kinds.tolist()]
+    else:
+        radii, which = np.unique(moment.radii, return_inverse=True)
+        theirs = [(DISC, radius) for radius in radii.tolist()]
+    rows = [difference_row(each, outline) for each in theirs]
+    begins = np.cumsum([0, *map(len, rows)])[:-1]
+    numbers = np.array([number for row in rows for number in row])
+    _composed(ask_for_shape)(moment.k, moment.slots, numbers, begins[which], *centre, *velocity, ticks)
 
 
 def _with_disc(moment: Moment, centre: Point, radius: float, velocity: Point) -> Kernel:
@@ -234,6 +255,42 @@ def ask_for_disc(
             vy,
             body.radius,
             radius,
+            clock.tick,
+            clock.per_time,
+        )
+        if delay != NEVER:
+            ticks[i] = clock.now + delay
+
+
+def ask_for_shape(
+    k: Kernel,
+    others: Integers,
+    numbers: npt.NDArray[np.float64],
+    rows: Integers,
+    x: float,
+    y: float,
+    vx: float,
+    vy: float,
+    ticks: Integers,
+) -> None:
+    """Writes down when a body that is anchored now meets each of others, by the rows of their differences in
+    a table; a template."""
+    k = disowned(k)
+    clock = k.clock[0]
+    for i in range(len(others)):
+        body = k.bodies[others[i]]
+        delay = enters(
+            pointer(numbers),
+            rows[i],
+            body.x,
+            body.y,
+            body.vx,
+            body.vy,
+            clock.now - body.anchor,
+            x,
+            y,
+            vx,
+            vy,
             clock.tick,
             clock.per_time,
         )

@@ -10,14 +10,21 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from fractions import Fraction
+from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
 
 from kinetile.errors import Refused
 from kinetile.kernel.certificates.convex import HEAD, WIDE
-from kinetile.scene.differences import Exact, core_difference, cross, dot, exact, less
+from kinetile.scene.differences import Exact, Place, core_difference, cross, dot, exact, less
 from kinetile.scene.shapes import Shape
+
+Outline = tuple[tuple[Place, ...], float]
+"""A core and a radius."""
+
+DISC = ((0.0, 0.0),)
+"""The core of a disc."""
 
 MOST = 40_000
 """Differences that a scene can have: some seconds, and 100 MB."""
@@ -38,15 +45,16 @@ def difference_table(shapes: tuple[Shape, ...], pairs: Iterable[tuple[int, int]]
     rows: list[float] = []
     for i, j in wanted:
         index[1 + i * len(shapes) + j] = len(index) + len(rows)
-        rows += difference_row(shapes[i], shapes[j])
+        rows += difference_row((shapes[i].core, shapes[i].radius), (shapes[j].core, shapes[j].radius))
     return np.concatenate([index, rows])
 
 
-def difference_row(one: Shape, other: Shape) -> list[float]:
-    """Returns the row of a difference."""
-    corners = core_difference(one.core, other.core)
-    radius = Fraction(one.radius) + Fraction(other.radius)
-    edges = [edge for shape in (one, other) for edge in _edges(shape)]
+@lru_cache(maxsize=4096)
+def difference_row(one: Outline, other: Outline) -> tuple[float, ...]:
+    """Returns the row of a difference, of the cores and radii of two shapes."""
+    corners = core_difference(one[0], other[0])
+    radius = Fraction(one[1]) + Fraction(other[1])
+    edges = [*_edges(one[0]), *_edges(other[0])]
     count = len(corners)
     ways = [less(corners[(k + 1) % count], corner) for k, corner in enumerate(corners)]
     ranks = _ranks([(y, -x) for x, y in ways]) if count > 1 else [0]
@@ -77,13 +85,15 @@ def difference_row(one: Shape, other: Shape) -> list[float]:
     ]
     assert len(head) == HEAD
     assert len(body) == WIDE * count
-    return head + body
+    return (*head, *body)
 
 
-def _edges(shape: Shape) -> list[Exact]:
+def _edges(core: tuple[Place, ...]) -> list[Exact]:
     """Returns the ways from corner to corner of a core, forwards and, for a line, backwards."""
-    core = [exact(corner) for corner in shape.core]
-    return [less(core[(k + 1) % len(core)], corner) for k, corner in enumerate(core)] if len(core) > 1 else []
+    corners = list(map(exact, core))
+    if len(corners) == 1:
+        return []
+    return [less(corners[(k + 1) % len(corners)], corner) for k, corner in enumerate(corners)]
 
 
 def _in_parts(way: Exact, edges: list[Exact]) -> Exact:
