@@ -46,6 +46,9 @@ if TYPE_CHECKING:
     from kinetile.scene.by_name import load_scene as load_scene
     from kinetile.scene.by_name import make_scene as make_scene
     from kinetile.scene.files import save_scene as save_scene
+    from kinetile.scene.obstacles import Obstacle as Obstacle
+    from kinetile.scene.obstacles import polyline as polyline
+    from kinetile.scene.obstacles import with_obstacles as with_obstacles
     from kinetile.scene.shapes import Shape as Shape
     from kinetile.scene.shapes import box as box
     from kinetile.scene.shapes import capsule as capsule
@@ -75,6 +78,7 @@ _HOME = {
         "scene": "Insert Remove Response Scene Settings Turn",
         "scene.by_name": "load_scene make_scene",
         "scene.files": "save_scene",
+        "scene.obstacles": "Obstacle polyline with_obstacles",
         "scene.shapes": "Shape box capsule disc polygon segment",
         "show.html": "as_html as_svg",
         "show.player.view": "view",

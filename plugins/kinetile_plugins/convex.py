@@ -16,7 +16,8 @@ from collections.abc import Callable
 import numpy as np
 
 from kinetile.errors import Refused
-from kinetile.kernel.certificates.convex import (
+from kinetile.kernel.certificates.convex import enters
+from kinetile.kernel.certificates.convex_integers import (
     COUNT,
     CX,
     CY,
@@ -28,7 +29,6 @@ from kinetile.kernel.certificates.convex import (
     RADIUS,
     RANK,
     WIDE,
-    enters,
 )
 from kinetile.kernel.compiled import Numbers, pointer
 from kinetile.kernel.vectors import (
@@ -62,15 +62,8 @@ from kinetile.toolbox import (
     smaller,
     unchecked,
 )
-from kinetile_plugins.disc import (
-    LEAST,
-    NONE,
-    PLACES,
-    circles_meet,
-    exchange,
-    merged,
-    two_least,
-)
+from kinetile_plugins.disc import exchange
+from kinetile_plugins.lower_bounds import LEAST, NONE, PLACES, circles_meet, merged, two_least
 
 SLOWEST = 2.0**-900
 """A speed that is none: in no time that counts anything flies anywhere."""

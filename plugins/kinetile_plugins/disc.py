@@ -17,19 +17,14 @@ from kinetile.kernel.certificates.contact import first_touch, last_touch
 from kinetile.kernel.images import HALVES, first_image, nearest_whole, turns_between
 from kinetile.kernel.vectors import (
     LANES,
-    Floats,
     choose,
     fill,
-    lane,
-    number_in,
     numbered,
     numbers,
     pick,
     places,
-    root,
     spread,
     spread_whole,
-    turned,
 )
 from kinetile.scene import Scene
 from kinetile.toolbox import (
@@ -48,15 +43,7 @@ from kinetile.toolbox import (
     smaller,
     unchecked,
 )
-
-PLACES = 64
-"""Partners that six bits tell apart."""
-
-LEAST = 2.0**-1000
-"""A delay that is none: as small as delays are made before they are numbered."""
-
-NONE = 2.0**1023
-"""What delays are below: an infinite one, numbered, is above it."""
+from kinetile_plugins.lower_bounds import LEAST, NONE, PLACES, circles_meet, merged, two_least
 
 
 @unchecked
@@ -147,42 +134,6 @@ part, part_images = _part(False), _part(True)
 
 
 @hook
-def sooner_two(
-    first: Floats, second: Floats, other_first: Floats, other_second: Floats
-) -> tuple[Floats, Floats]:
-    """Return the first and the second of two firsts and two seconds, lane by lane."""
-    later = choose(other_first < first, first, other_first)
-    rest = choose(other_second < second, other_second, second)
-    return choose(other_first < first, other_first, first), choose(later < rest, later, rest)
-
-
-@hook
-def two_least(first: Floats, second: Floats, delay: Floats) -> tuple[Floats, Floats]:
-    """Return the first and the second of a first, a second and one more, lane by lane."""
-    later = choose(delay < first, first, delay)
-    return choose(delay < first, delay, first), choose(later < second, later, second)
-
-
-@hook
-def merged(
-    k: Kernel, begin: int, first: Floats, second: Floats, soon: float, rest: float, who: int, next_: int
-) -> tuple[float, float, int, int]:
-    """Return the first and the second delay, and whose they are, of those so far and of firsts and seconds
-    that say in their last six bits where in ``k.near``, from ``begin`` on, the partner stands."""
-    first, second = sooner_two(first, second, turned(first, 4), turned(second, 4))
-    first, second = sooner_two(first, second, turned(first, 2), turned(second, 2))
-    first, second = sooner_two(first, second, turned(first, 1), turned(second, 1))
-    found = lane(first, 0)
-    later = lane(second, 0)
-    one = int(k.near[begin + number_in(found)])
-    if found < soon:
-        if soon <= later:
-            return found, soon, one, who
-        return found, later, one, int(k.near[begin + number_in(later)])
-    return (soon, found, who, one) if found < rest else (soon, rest, who, next_)
-
-
-@hook
 def not_before(k: Kernel, body: int, other: int, at: int, reach: float, periodic: bool) -> float:
     """Return what ``soonest`` does for one partner alone; ``reach`` is the sum of the fattened radii."""
     one = k.places[body]
@@ -213,23 +164,6 @@ def not_before(k: Kernel, body: int, other: int, at: int, reach: float, periodic
         delay = delay if y_delay >= delay else y_delay
         delay = delay if delay > 0.0 else 0.0
     return delay
-
-
-@hook
-def circles_meet(dx: Floats, dy: Floats, vx: Floats, vy: Floats, reach2: Floats, fat2: Floats) -> Floats:
-    """Return when places come nearer to 0 than a reach, of which the square is given: bounds below that,
-    ``LEAST`` or more, infinite where they do not."""
-    zero = spread(0.0)
-    approach = dx * vx + dy * vy
-    speed2 = vx * vx + vy * vy
-    gap = (dx * dx + dy * dy) * spread(1.0 - 2.0**-46) - reach2
-    approach2 = approach * approach
-    inside = approach2 - speed2 * gap
-    parts = (approach > zero) & (approach2 > fat2 * speed2)
-    passes = parts | (inside < zero)
-    delay = gap / (root(inside) - approach)
-    delay = choose(delay > spread(LEAST), delay, spread(LEAST))  # what is not a number may touch now
-    return choose(passes, spread(math.inf), delay)
 
 
 def _bounds(equal: bool, periodic: bool) -> Callable[..., tuple[float, float, int]]:

@@ -20,7 +20,8 @@ from kinetile.kernel.clock import SPAN
 from kinetile.kernel.flight import note_place
 from kinetile.kernel.tables import NEVER, NOBODY, Kernel
 from kinetile.run.engine.engine import Engine
-from kinetile_plugins.disc import LEAST, Disc, collide, collide_equals, meet, soonest, soonest_of_equals
+from kinetile_plugins.disc import Disc, collide, collide_equals, meet, soonest, soonest_of_equals
+from kinetile_plugins.lower_bounds import LEAST
 
 CLOSE = 2.0**-30
 """Of the time in which the discs' extent is crossed: how far an ordinary bound may be from the contact."""

@@ -38,6 +38,7 @@ from kinetile.scene.checks import (
     shown,
 )
 from kinetile.scene.commands import Command, Insert, Remove, Turn, kinds_of_inserted
+from kinetile.scene.obstacles import Obstacle, polyline, with_obstacles
 from kinetile.scene.responses import Pair, Response, read_rules
 from kinetile.scene.scene import Scene, Settings, check_end, relabelled, with_commands
 from kinetile.scene.schema import Place, expected, find_faults, read_bytes, read_tables, written
@@ -83,6 +84,7 @@ def read_text(text: str, source: str | None, names: Registered) -> Scene:
     except SceneError as error:
         mistakes += error.mistakes
     if scene is not None:
+        scene = _with_polylines(scene, tables, faults, mistakes)
         mistakes += check_end(settings, Clock(scene.start, scene.time_unit))
     if mistakes or scene is None:
         raise SceneError(abridged(mistakes), source)
@@ -155,6 +157,25 @@ def dumps_scene(scene: Scene) -> str:
         odd = shown(error.object[error.start : error.end])
         raise BadOption(f"the scene has {odd} in an option, text that no file can hold") from error
     return text
+
+
+def _with_polylines(
+    scene: Scene, tables: Mapping[str, Any], faults: set[Place], mistakes: list[Mistake]
+) -> Scene:
+    """Returns the scene with the obstacles of a file; appends the mistakes that prevent it."""
+    if any(place[0] == "obstacles" for place in faults):
+        return scene
+    found: list[Obstacle] = []
+    for k, row in enumerate(tables.get("obstacles", ())):
+        try:
+            found += polyline(**row)
+        except SceneError as error:
+            mistakes += [each._replace(where=f"obstacles[{k}].{each.where}") for each in error.mistakes]
+    try:
+        return with_obstacles(scene, found)
+    except SceneError as error:
+        mistakes += error.mistakes
+    return scene
 
 
 def _read_settings(

@@ -35,7 +35,7 @@ Place: TypeAlias = tuple[str | int, ...]
 _MOST = 100
 """The most entries of a table of options or parameters, and of a list of phases."""
 
-_LISTS = ("bodies", "turns", "commands", "responses", "shapes")
+_LISTS = ("bodies", "turns", "commands", "responses", "shapes", "obstacles")
 
 _Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
 _Velocity = Annotated[_Pair, Field(description="[vx, vy], two finite numbers")]
@@ -98,6 +98,12 @@ class _Shape(_FileTable):
     corners: list[_Pair] = Field(_ABSENT, description="a list of corners, each [x, y]")
 
 
+class _Polyline(_FileTable):
+    points: list[_Pair] = Field(description="a list of points, each [x, y]")
+    closed: bool = Field(_ABSENT, description="true or false")
+    kind: _Kind = Field(_ABSENT, description="the name of a kind, or a whole number")
+
+
 class _Response(_FileTable):
     between: Annotated[list[_Kind], Field(min_length=2, max_length=2)] = Field(
         description='two kinds, or one and "wall"; "*" for any'
@@ -123,6 +129,7 @@ class _File(_FileTable):
     )
     unit: float = Field(_ABSENT, description="a power of two from 2**-900 to 1")
     shapes: list[_Shape] = Field(_ABSENT, description="[[shapes]] tables")
+    obstacles: list[_Polyline] = Field(_ABSENT, description="[[obstacles]] tables")
     bodies: list[_Body] = Field(_ABSENT, description="[[bodies]] tables")
     commands: list[_Command] = Field(_ABSENT, description="[[commands]] tables")
     responses: list[_Response] = Field(_ABSENT, description="[[responses]] tables")
@@ -202,8 +209,10 @@ def _keys(place: Place) -> dict[str, str]:
         model = _Turn if "turns" in place[:-1] else _Body
     if place[0] == "commands" and len(place) > 1:
         model = _Insertion if "insert" in place[:-1] else _Command
-    if place[0] in ("responses", "shapes") and len(place) > 1:
-        model = _Response if place[0] == "responses" else _Shape
+    if len(place) > 1:
+        models: dict[Any, type[_FileTable]]
+        models = {"responses": _Response, "shapes": _Shape, "obstacles": _Polyline}
+        model = models.get(place[0], model)
     return {field.alias or name: field.description or "" for name, field in model.model_fields.items()}
 
 

@@ -94,7 +94,10 @@ REFUSED = [
     (lambda s: s.ray((0.0, 0.0), (0.0, -0.0)), r"a direction is two finite numbers that are not both 0"),
     (lambda s: s.ray((0.0, 0.0), (1.0, INF)), r"a direction is two finite numbers"),
     (lambda s: s.ray((0.0, 0.0), (1.0, 0.0), most=-2), r"most is a number of bodies, at least 0; found -2"),
-    (lambda s: s.cast((0.0, 0.0), (1.0, 0.0)), r"what is cast is \(x, y, radius\), three finite numbers.*\(x, y, shape\)"),
+    (
+        lambda s: s.cast((0.0, 0.0), (1.0, 0.0)),
+        r"what is cast is \(x, y, radius\), three finite numbers.*\(x, y, shape\)",
+    ),
     (
         lambda s: s.cast((0.0, 0.0, -1.0), (1.0, 0.0)),
         r"with a radius of at least 0; found \(0.0, 0.0, -1.0\)",

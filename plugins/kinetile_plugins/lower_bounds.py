@@ -1,0 +1,74 @@
+"""Lower bounds of contacts for eight partners at once, and which two of many come first.
+
+Narrow phases share them. A delay has its partner's place in its last six bits, so that the least delay says
+whose it is (``kinetile.kernel.vectors.numbered``).
+"""
+
+from __future__ import annotations
+
+import math
+
+from kinetile.kernel.vectors import Floats, choose, lane, number_in, root, spread, turned
+from kinetile.toolbox import Kernel, hook
+
+PLACES = 64
+"""Partners that six bits tell apart."""
+
+LEAST = 2.0**-1000
+"""A delay that is none: as small as delays are made before they are numbered."""
+
+NONE = 2.0**1023
+"""What delays are below: an infinite one, numbered, is above it."""
+
+
+@hook
+def sooner_two(
+    first: Floats, second: Floats, other_first: Floats, other_second: Floats
+) -> tuple[Floats, Floats]:
+    """Return the first and the second of two firsts and two seconds, lane by lane."""
+    later = choose(other_first < first, first, other_first)
+    rest = choose(other_second < second, other_second, second)
+    return choose(other_first < first, other_first, first), choose(later < rest, later, rest)
+
+
+@hook
+def two_least(first: Floats, second: Floats, delay: Floats) -> tuple[Floats, Floats]:
+    """Return the first and the second of a first, a second and one more, lane by lane."""
+    later = choose(delay < first, first, delay)
+    return choose(delay < first, delay, first), choose(later < second, later, second)
+
+
+@hook
+def merged(
+    k: Kernel, begin: int, first: Floats, second: Floats, soon: float, rest: float, who: int, next_: int
+) -> tuple[float, float, int, int]:
+    """Return the first and the second delay, and whose they are, of those so far and of firsts and seconds
+    that say in their last six bits where in ``k.near``, from ``begin`` on, the partner stands."""
+    first, second = sooner_two(first, second, turned(first, 4), turned(second, 4))
+    first, second = sooner_two(first, second, turned(first, 2), turned(second, 2))
+    first, second = sooner_two(first, second, turned(first, 1), turned(second, 1))
+    found = lane(first, 0)
+    later = lane(second, 0)
+    one = int(k.near[begin + number_in(found)])
+    if found < soon:
+        if soon <= later:
+            return found, soon, one, who
+        return found, later, one, int(k.near[begin + number_in(later)])
+    return (soon, found, who, one) if found < rest else (soon, rest, who, next_)
+
+
+@hook
+def circles_meet(dx: Floats, dy: Floats, vx: Floats, vy: Floats, reach2: Floats, fat2: Floats) -> Floats:
+    """Return when places come nearer to 0 than a reach, of which the square is given: bounds below that,
+    ``LEAST`` or more, infinite where they do not."""
+    zero = spread(0.0)
+    approach = dx * vx + dy * vy
+    speed2 = vx * vx + vy * vy
+    gap = (dx * dx + dy * dy) * spread(1.0 - 2.0**-46) - reach2
+    approach2 = approach * approach
+    inside = approach2 - speed2 * gap
+    parts = (approach > zero) & (approach2 > fat2 * speed2)
+    passes = parts | (inside < zero)
+    delay = gap / (root(inside) - approach)
+    delay = choose(delay > spread(LEAST), delay, spread(LEAST))  # what is not a number may touch now
+    return choose(passes, spread(math.inf), delay)

@@ -1,0 +1,98 @@
+"""Obstacles: polylines, their place after the bodies, files and what is refused."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+import kinetile as kt
+from kinetile.errors import SceneError
+
+FILE = """
+recipe = "grid"
+parameters = {bodies = 4, seed = 1}
+
+[[obstacles]]
+points = [[0.5, 0.5], [TO, TO]]
+kind = "fence"
+"""
+
+
+def test_segments_of_a_polyline_join_exactly_on_a_lattice():
+    points = [(0, 0), (4, 0), (5, 2.25), (3, 4), (0, 3)]
+    for closed in (False, True):
+        found = kt.polyline(points, closed=closed)
+        ends = []
+        for each in found:
+            (x, y), (a, b) = each.position, each.shape.core[0]
+            c, d = each.shape.core[1]
+            ends.append(((x + a, y + b), (x + c, y + d)))
+        round_about = [*points[1:], points[0]]
+        assert ends == list(zip(points, round_about, strict=True))[: len(points) - (not closed)]
+
+
+def test_obstacles_come_after_the_bodies_and_change_nothing_else():
+    plain = kt.make_scene("lattice", bodies=9, seed=3)
+    radii = plain.radius.tolist()
+    far = [kt.Obstacle(kt.segment((0, 0), (0.25, 0)), (90.0 + k, 90.0)) for k in range(2)]
+    scene = kt.with_obstacles(plain.replace(arena=None), far)
+    assert len(scene) == 11
+    assert (scene.position[:9] == plain.position).all()
+    assert scene.radius[:9].tolist() == radii
+    assert scene.kind == (0,) * 9 + ("obstacle",) * 2
+    assert (scene.mass[9:] == math.inf).all()
+    assert scene.shape[9] == scene.shape[10]
+    assert kt.with_obstacles(plain, []) is plain
+
+
+def test_overlapping_obstacles_are_one_room_under_every_phase(tmp_path):
+    room = kt.polyline([(0, 0), (4, 0), (5, 2), (3, 4), (0, 3)], closed=True)
+    cross = [kt.Obstacle(kt.box(*size), (2.0, 1.5), kind="cross") for size in ((1.0, 0.25), (0.25, 1.0))]
+    balls = kt.Scene([(1, 1), (3.5, 2)], [(1, 0.5), (-1, 0.25)], radius=[0.2, 0.3])
+    scene = kt.with_obstacles(balls, [*room, *cross])
+    kt.save_scene(scene, tmp_path / "room.toml")
+    assert kt.load_scene(tmp_path / "room.toml") == scene
+    found = []
+    for phase in ("naive", "cells", "sap-1d", "sap-2d"):
+        sim = kt.Simulation(scene, phase)
+        sim.run(max_contacts=60)
+        found.append(sim.fingerprint)
+        assert (sim.velocities()[2:] == 0).all()
+    assert len(set(found)) == 1
+
+
+def test_a_paddle_flies_through_obstacles_and_pushes_bodies():
+    paddle = kt.Obstacle(kt.box(0.25, 1.0), (0.5, 0.0), (1.0, 0.0), kind="paddle")
+    fence = kt.polyline([(1.0, -4.0), (1.0, -0.25)])
+    scene = kt.with_obstacles(kt.Scene([(3, 0)], [(0, 0)], radius=0.25), [paddle, *fence])
+    sim = kt.Simulation(scene, "cells")
+    sim.run(until=10.0)
+    assert sim.contacts[["time", "a", "b"]].tolist() == [(2.125, 0, 1)]
+    assert sim.velocities().tolist() == [[2.0, 0.0], [1.0, 0.0], [0.0, 0.0]]
+
+
+def test_files_have_polylines_beside_recipes(tmp_path):
+    (tmp_path / "fence.toml").write_text(FILE.replace("TO", "1.25"))
+    with pytest.raises(SceneError) as caught:
+        kt.load_scene(tmp_path / "fence.toml")
+    assert "bodies[4]" in str(caught.value)  # it reaches out of the arena
+    (tmp_path / "fence.toml").write_text(FILE.replace("TO", "0.51"))
+    assert kt.load_scene(tmp_path / "fence.toml").kind[-1] == "fence"
+
+
+@pytest.mark.parametrize(
+    ("obstacle", "said"),
+    [
+        ("points = [[0, 0]]", "obstacles[0].points: found 1 points; expected two or more"),
+        ("points = [[0, 0], [0, 0]]", "obstacles[0].points[0]: found [0, 0], which is the next one too"),
+        ("points = [[0, 0], [1, 0]]\nopen = true", "obstacles[0].open: found a key that is not known"),
+        ("closed = true", "obstacles[0].points: found nothing; expected a list of points"),
+    ],
+)
+def test_mistakes_have_their_place(tmp_path, obstacle, said):
+    text = f"bodies = []\n[[obstacles]]\n{obstacle}\n"
+    (tmp_path / "scene.toml").write_text(text)
+    with pytest.raises(SceneError) as caught:
+        kt.load_scene(tmp_path / "scene.toml")
+    assert said in str(caught.value)
