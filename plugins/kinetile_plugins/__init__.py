@@ -55,6 +55,7 @@ def kinetile_narrow_phases() -> list[NarrowPhaseSpec]:
             "kinetile_plugins.convex:Convex",
             "convex bodies that do not rotate, elastic",
             role="pair",
+            shapes=("disc", "capsule", "box", "polygon", "segment"),
         ),
         NarrowPhaseSpec(
             "wall", "kinetile_plugins.wall:Wall", "a body against the arena's walls, elastic", role="wall"

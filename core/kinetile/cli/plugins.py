@@ -27,7 +27,9 @@ def plugins(json: Json = False, csv: Csv = False) -> None:
         listing = registry().as_dicts()
         failures = [str(failure) for failure in registry().failures]
     if not printed(listing, listing["provided"], json=json, csv=csv):
-        show(plugins_table(listing), *(f"not loaded: {failure}" for failure in failures))
+        show(
+            plugins_table(listing), shapes_table(listing), *(f"not loaded: {failure}" for failure in failures)
+        )
 
 
 def plugins_table(listing: Mapping[str, Sequence[Mapping[str, Any]]]) -> Table:
@@ -40,6 +42,17 @@ def plugins_table(listing: Mapping[str, Sequence[Mapping[str, Any]]]) -> Table:
         source = f"{row['distribution']} {row['version'] or ''}" if row["distribution"] else "this process"
         rows.append((row["kind"], row["name"], summary, source))
     return rows_table(("| kind", "| name", "what it does", "| from"), rows, shared=1)
+
+
+def shapes_table(listing: Mapping[str, Sequence[Mapping[str, Any]]]) -> Table:
+    """Returns which narrow phases take which pairs of shapes."""
+    takes = {row["name"]: row["shapes"] for row in listing["provided"] if "shapes" in row}
+    kinds = list(dict.fromkeys(kind for shapes in takes.values() for kind in shapes))
+    rows = [
+        (one, *(", ".join(name for name, all_ in takes.items() if {one, two} <= {*all_}) for two in kinds))
+        for one in kinds
+    ]
+    return rows_table(("| shapes that meet", *(f"| {kind}" for kind in kinds)), rows)
 
 
 def scenes(

@@ -25,7 +25,7 @@ import threading
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from importlib import metadata
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeGuard, cast
 
 import pluggy
 
@@ -39,7 +39,7 @@ from kinetile.errors import (
     nearest,
 )
 from kinetile.plugin import specs
-from kinetile.plugin.specs import Kind, SceneSpec, Spec
+from kinetile.plugin.specs import Kind, NarrowPhaseSpec, SceneSpec, Spec
 
 if TYPE_CHECKING:
     from kinetile.scene import Scene
@@ -73,6 +73,11 @@ class Failure(NamedTuple):
 
     def __str__(self) -> str:
         return f"{_source(self.plugin, self.distribution, self.version)}: {sentence(self.error)}"
+
+
+def _is_pair(spec: Spec) -> TypeGuard[NarrowPhaseSpec]:
+    """Whether it is a narrow phase of two bodies."""
+    return isinstance(spec, NarrowPhaseSpec) and spec.role == "pair"
 
 
 class Registry:
@@ -159,8 +164,8 @@ class Registry:
         """Returns the listing in plain types, ready for JSON.
 
         "provided" has a row for each name, with kind, name, summary, features, aliases, api, plugin,
-        distribution and version; "failures" has a row for each plugin that failed, with plugin, distribution,
-        version, error (its type) and message.
+        distribution and version, and for narrow phases of two bodies shapes; "failures" has a row for each
+        plugin that failed, with plugin, distribution, version, error (its type) and message.
         """
         provided = [
             {
@@ -174,6 +179,7 @@ class Registry:
                 "distribution": distribution,
                 "version": version,
             }
+            | ({"shapes": list(spec.shapes)} if _is_pair(spec) else {})
             for kind, spec, plugin, distribution, version in self._provided
         ]
         failures = [

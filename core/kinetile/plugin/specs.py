@@ -72,14 +72,17 @@ class BroadPhaseSpec(_HookSpec):
 class NarrowPhaseSpec(_HookSpec):
     """A narrow phase: predicts contacts of one kind, and runs them.
 
-    ``role`` is its kind of contact: "pair" (two bodies) or "wall" (a body and a wall). The other fields, and
-    the errors, are as in BroadPhaseSpec.
+    ``role`` is its kind of contact: "pair" (two bodies) or "wall" (a body and a wall). ``shapes`` are the
+    kinds of shapes (``Shape.kind``: "disc", "box" and so on) of which it takes every two, for listings and
+    for the message of a refusal. The other fields, and the errors, are as in BroadPhaseSpec.
     """
 
     role: Literal["pair", "wall"] = field(kw_only=True)
+    shapes: tuple[str, ...] = field(default=("disc",), kw_only=True)
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        object.__setattr__(self, "shapes", _words(self, "shapes"))
         if self.role not in ("pair", "wall"):
             raise BadPlugin(
                 f"NarrowPhaseSpec {self.name!r}: role is {self.role!r}; expected 'pair' or 'wall'"

@@ -321,15 +321,21 @@ def _demand_periodic(scene: Scene, given: Mapping[str, Parts]) -> None:
 
 def _demand_shapes(scene: Scene, given: Mapping[str, PairParts | WallParts]) -> None:
     """Raises Refused if a narrow phase takes discs alone, or if none is named."""
-    kinds = ", ".join(dict.fromkeys(scene.shapes[each].kind for each in scene.shape.tolist()))
+    there = dict.fromkeys(scene.shapes[each].kind for each in scene.shape.tolist())
+    kinds = ", ".join(there)
+    taken = {row["name"]: row["shapes"] for row in registry().as_dicts()["provided"] if "shapes" in row}
+    fit = " or ".join(name for name, shapes in taken.items() if {*there} <= {*shapes})
+    choose = f"choose {fit}" if fit else "no narrow phase takes all of these"
     for name, parts in given.items():
         if not parts.shapes:
             raise Refused(
                 f"{described('narrow phase', name)} takes discs alone, and this scene has shapes ({kinds}): "
-                "choose a phase whose parts say shapes=True, or give the bodies radii"
+                f"{choose}, or give the bodies radii"
             )
     if not given:
-        raise Refused(f"this scene has shapes ({kinds}), and no narrow phase is named that takes them")
+        raise Refused(
+            f"this scene has shapes ({kinds}), and no narrow phase is named that takes them: {choose}"
+        )
 
 
 def _narrow_parts(scene: Scene, options: Mapping[str, Mapping[str, Any]]) -> dict[str, PairParts | WallParts]:
