@@ -389,7 +389,9 @@ class Circles:
 def test_running_is_refused_where_no_phase_takes_shapes() -> None:
     with pytest.raises(Refused, match="closer"):
         kt.Simulation(scene(), broad_phase="sweep-tiling")
-    with pytest.raises(Refused, match=r"takes discs alone.*\(box, capsule, polygon, disc\): choose convex, or give"):
+    with pytest.raises(
+        Refused, match=r"takes discs alone.*\(box, capsule, polygon, disc\): choose convex, or give"
+    ):
         kt.Simulation(scene(), narrow_phases=["disc"])
     with pytest.raises(Refused, match="no narrow phase is named that takes them: choose convex"):
         kt.Simulation(scene(), narrow_phases=())

@@ -25,9 +25,12 @@ from kinetile.kernel.certificates.contact import (
     TINY,
     about,
     filtered,
+    kept,
     look_closer,
     plus,
     seen_from,
+    whole_path,
+    whole_sum,
 )
 from kinetile.kernel.certificates.convex_integers import (
     COUNT,
@@ -59,7 +62,7 @@ from kinetile.kernel.vectors import product_error
 
 
 @hook
-def tick_at_face(
+def gap_to_face(
     f: Numbers,
     face: int,
     t: float,
@@ -73,14 +76,9 @@ def tick_at_face(
     y_size: float,
     uy: float,
     wy: float,
-    per_time: float,
-) -> int:
-    """Return in which tick after the later anchor a place crosses the line of a face, moved out by R,
-    inwards, where it does at about a time t > 0; ``OPEN`` if that is not sure.
-
-    One step from there, the gap in compensated arithmetic, in units of the length of the vector along the
-    face.
-    """
+) -> tuple[float, float]:
+    """Return how far a place is outside the line of a face, moved out by R, at a time t after the later
+    anchor, in units of the length of the vector along the face; and how far that can be off."""
     nx = f[face + TY]
     ny = -f[face + TX]
     px = ux * t
@@ -97,13 +95,38 @@ def tick_at_face(
     lost = product_error(nx, x, across) + product_error(ny, y, up)
     size = abs(nx) * (x_size + abs(x)) + abs(ny) * (y_size + abs(y)) + abs(f[face + FAR_OUT])
     left = gap + (((both_low + gap_low) + lost) + (mixed - f[face + FAR_LOW]))
-    error = 2.0**-97 * size + 2.0**-52 * abs(left) + TINY
-    rate = -(nx * ux + ny * uy)
-    unsure = 2.0**-50 * (abs(nx * ux) + abs(ny * uy))
+    return left, 2.0**-97 * size + 2.0**-52 * abs(left) + TINY
+
+
+@hook
+def tick_at_face(
+    f: Numbers,
+    face: int,
+    t: float,
+    dx: float,
+    x_low: float,
+    x_size: float,
+    ux: float,
+    wx: float,
+    dy: float,
+    y_low: float,
+    y_size: float,
+    uy: float,
+    wy: float,
+    per_time: float,
+) -> int:
+    """Return in which tick after the later anchor a place crosses the line of a face, moved out by R, where
+    it does at about a time t > 0; ``OPEN`` if that is not sure.
+
+    One step from there, the gap in compensated arithmetic.
+    """
+    left, error = gap_to_face(f, face, t, dx, x_low, x_size, ux, wx, dy, y_low, y_size, uy, wy)
+    rate = f[face + TX] * uy - f[face + TY] * ux
+    unsure = 2.0**-50 * (abs(f[face + TX] * uy) + abs(f[face + TY] * ux))
     ticks = t * per_time
-    if rate > 2.0 * unsure and ticks < FAR:
+    if abs(rate) > 2.0 * unsure and ticks < FAR:
         step = left / rate
-        bound = (error + abs(step) * unsure) / (rate - unsure) * per_time * (1.0 + 2.0**-20)
+        bound = (error + abs(step) * unsure) / (abs(rate) - unsure) * per_time * (1.0 + 2.0**-20)
         step *= per_time
         bound += 2.0**-49 * abs(step) + 2.0**-50
         if bound < 0.5:
@@ -115,6 +138,163 @@ def tick_at_face(
                 found = base + int(down)
                 return larger(found, 0) if found < LIMIT else NEVER
     return OPEN
+
+
+@hook
+def by_ticks(
+    f: Numbers,
+    row: int,
+    dx: float,
+    x_low: float,
+    x_size: float,
+    ux: float,
+    wx: float,
+    dy: float,
+    y_low: float,
+    y_size: float,
+    uy: float,
+    wy: float,
+    per_time: float,
+) -> int:
+    """Return what ``enters`` does for a difference without a margin, by the ticks in which the lines of its
+    faces are crossed; ``OPEN`` where one of them, or a gap at the later anchor, is not sure, where a place
+    would come in and go out in one tick, and where the bodies overlap."""
+    comes = -1
+    goes = NEVER
+    for k in range(int(f[row + COUNT])):
+        face = row + HEAD + k * WIDE
+        nx = f[face + TY]
+        ny = -f[face + TX]
+        gap, error = gap_to_face(f, face, 0.0, dx, x_low, x_size, ux, wx, dy, y_low, y_size, uy, wy)
+        rate = nx * ux + ny * uy
+        unsure = 2.0**-49 * (abs(nx * ux) + abs(ny * uy))
+        still = (nx == 0.0 or (ux == 0.0 and wx == 0.0)) and (ny == 0.0 or (uy == 0.0 and wy == 0.0))
+        if abs(gap) <= error or (abs(rate) <= unsure and not still):
+            return OPEN
+        if gap > 0.0 and rate >= 0.0:
+            return NEVER
+        t = -gap / rate
+        if t > 0.0 and (rate < 0.0 or t * per_time < FAR):
+            ticks = tick_at_face(f, face, t, dx, x_low, x_size, ux, wx, dy, y_low, y_size, uy, wy, per_time)
+            if ticks == OPEN:
+                return OPEN
+            if rate < 0.0:
+                comes = larger(comes, ticks)
+            else:
+                goes = smaller(goes, ticks)
+    if comes < 0 or comes == goes:
+        return OPEN
+    return comes if comes < goes else NEVER
+
+
+@hook
+def compared(a: float, b: float, c: float, d: float) -> tuple[float, bool]:
+    """Return a b - c d, and whether its sign is right: that is so if both products are kept, too."""
+    one = a * b
+    two = c * d
+    clear = abs(one - two) > 2.0**-50 * (abs(one) + abs(two)) + TINY
+    return one - two, clear or (kept(a, b, one) and kept(c, d, two))
+
+
+@hook
+def exact_dot(a: float, b: float, c: float, d: float) -> tuple[float, bool]:
+    """Return a b - c d, and whether nothing was rounded off."""
+    one = a * b
+    two = c * d
+    return one - two, kept(a, b, one) and kept(c, d, two) and whole_sum(one, -two)
+
+
+@hook
+def without_rounding(
+    f: Numbers,
+    row: int,
+    dx: float,
+    ux: float,
+    dy: float,
+    uy: float,
+    tick: float,
+    per_time: float,
+) -> int:
+    """Return what ``enters`` does where d and u are exact, and no operation on the way rounds anything off,
+    as on a lattice in small dyadic numbers. ``OPEN`` where one does, where it is a corner that is met, and
+    where the bodies overlap.
+
+    Of two quotients the larger is told by products, and the floor by what a division leaves.
+    """
+    faces = row + HEAD
+    count = int(f[row + COUNT])
+    into = 0.0
+    into_rate = 0.0
+    entered = -1
+    out = 0.0
+    out_rate = 0.0
+    highest = -math.inf
+    nearest = faces
+    falls = False
+    exact = True
+    for k in range(count):
+        face = faces + k * WIDE
+        across, first = exact_dot(f[face + TY], dx, f[face + TX], dy)
+        rate, second = exact_dot(f[face + TY], ux, f[face + TX], uy)
+        gap = across - f[face + FAR_OUT]
+        exact = exact and first and second and whole_sum(across, -f[face + FAR_OUT])
+        exact = exact and f[face + TX_LOW] == 0.0 and f[face + TY_LOW] == 0.0 and f[face + FAR_LOW] == 0.0
+        if exact and gap >= 0.0 and (rate == 0.0 or (gap > 0.0 and rate > 0.0)):
+            return NEVER
+        falls = rate < 0.0 and (falls or gap > highest) if gap >= highest else falls
+        nearest = face if gap > highest else nearest
+        highest = larger(highest, gap)
+        if rate < 0.0:
+            later, third = compared(into, rate, gap, into_rate)
+            exact = exact and third
+            if entered < 0 or later > 0.0:
+                into = gap
+                into_rate = rate
+                entered = face
+        elif rate > 0.0:
+            sooner, third = compared(gap, out_rate, out, rate)
+            exact = exact and third
+            if out_rate == 0.0 or sooner > 0.0:
+                out = gap
+                out_rate = rate
+    if not exact or highest < 0.0:
+        return OPEN
+    face = entered if highest > 0.0 else nearest
+    if highest > 0.0 and out_rate > 0.0:
+        stays, first = compared(out, into_rate, into, out_rate)
+        if not first:
+            return OPEN
+        if stays <= 0.0:
+            return NEVER
+    if f[row + RADIUS] > 0.0:
+        gap = into if highest > 0.0 else 0.0
+        rate = into_rate if highest > 0.0 else -1.0
+        for end in range(2):
+            corner = face + end * WIDE
+            corner = faces if corner == faces + count * WIDE else corner
+            x = dx - f[corner + CX]
+            y = dy - f[corner + CY]
+            exact = exact and whole_sum(dx, -f[corner + CX]) and whole_sum(dy, -f[corner + CY])
+            exact = exact and f[corner + CX_LOW] == 0.0 and f[corner + CY_LOW] == 0.0
+            along, first = exact_dot(f[face + TX], x, -f[face + TY], y)
+            pace, second = exact_dot(f[face + TX], ux, -f[face + TY], uy)
+            beyond, third = compared(pace, gap, along, rate)
+            if not (exact and first and second and third) or (beyond < 0.0 if end == 0 else beyond > 0.0):
+                return OPEN
+    if highest == 0.0:
+        return 0 if falls else NEVER
+    ticks = math.floor(into / -into_rate * per_time)
+    if not ticks < 2.0**53:
+        return OPEN
+    flown = into_rate * (ticks * tick)
+    left = into + flown
+    if not (kept(into_rate, ticks * tick, flown) and whole_sum(into, flown)):
+        return OPEN
+    if left < 0.0:
+        ticks -= 1.0
+    elif left + into_rate * tick >= 0.0:
+        ticks += 1.0
+    return int(ticks)
 
 
 @apart
@@ -278,4 +458,13 @@ def enters(
                     0.0,
                 )
             guess = as_count(about(ax, ay, ux, uy, reach) * per_time)
+        if count > 2 and reach == 0.0:
+            found = by_ticks(f, row, dx, x_low, x_size, ux, wx, dy, y_low, y_size, uy, wy, per_time)
+            if found != OPEN:
+                return found
+        exact = whole_path(x, vx, x2, vx2, time, rest, 0.0, 0.0)
+        if count > 1 and exact and whole_path(y, vy, y2, vy2, time, rest, 0.0, 0.0):
+            found = without_rounding(f, row, dx, ux, dy, uy, tick, per_time)
+            if found != OPEN:
+                return found
     return enters_exactly(f, row, x, y, vx, vy, elapsed, x2, y2, vx2, vy2, tick, guess)

@@ -162,12 +162,37 @@ def falls_within(m: Cells, f: Numbers, faces: int, count: int, first: int, end: 
 
 
 @subroutine
+def outside_of(m: Cells, f: Numbers, faces: int, count: int, first: int, end: int) -> tuple[int, bool]:
+    """Return what ``distance_at`` does where there is no margin, for a place whose line goes into M: outside
+    it is to come in if one of the faces that it is before is crossed inwards."""
+    highest = -1
+    falls = False
+    for k in range(count):
+        face = faces + k * WIDE
+        from_corner(m, f, face, X, Y, first, end)
+        along_face(m, f, face, first, end)
+        gap = cross(m, SUM, AX, AY, WAY_X, WAY_Y, first, end)
+        if gap >= larger(highest, 0):
+            inwards = cross(m, SUM, UX, UY, WAY_X, WAY_Y, first, end) < 0
+            if gap > highest:
+                falls = inwards
+            elif gap == 0:
+                falls = falls and inwards  # on a corner both faces are crossed
+            else:
+                falls = falls or inwards
+            highest = gap
+    return highest, falls if highest >= 0 else falls_within(m, f, faces, count, first, end)
+
+
+@subroutine
 def distance_at(m: Cells, f: Numbers, row: int, first: int, end: int, ticks: int) -> tuple[int, bool]:
     """Return the sign of the distance of a place from M, less R, at a count of ticks after the later anchor,
     and whether it falls there."""
     place_at(m, first, end, ticks)
     count = int(f[row + COUNT])
     faces = row + HEAD
+    if f[row + RADIUS] == 0.0:
+        return outside_of(m, f, faces, count, first, end)
     outside = 0
     for k in range(count):
         corner = faces + k * WIDE
@@ -182,11 +207,7 @@ def distance_at(m: Cells, f: Numbers, row: int, first: int, end: int, ticks: int
     if outside == 0 and count == 2 and (m[SIGNS + 1] < 0 or m[SIGNS + 5] > 0):
         outside = 1
     if outside == 0 and count > 1:
-        falls = falls_within(m, f, faces, count, first, end)
-        highest = -1
-        for k in range(count):
-            highest = larger(highest, m[SIGNS + 3 * k])
-        return (highest if f[row + RADIUS] == 0.0 else -1), falls
+        return -1, falls_within(m, f, faces, count, first, end)
     for k in range(count):
         corner = faces + k * WIDE
         after = (k + 1) % count
