@@ -280,7 +280,7 @@ def _first_that_fails(
 
 
 def _round(search: _Search) -> None:
-    """Round positions, velocities and radii to few binary digits, of all bodies, then of each; shapes stay."""
+    """Round positions, velocities and radii to few binary digits, of all bodies, then of each."""
     sizes = () if search.scene.shapes else ("radius",)
     for fields in (("position", "velocity", *sizes), ("velocity",), ("position",), sizes):
         _round_some(search, fields, np.ones(len(search.scene), dtype=np.bool_))

@@ -232,7 +232,7 @@ IN_LARGE_SCENES = (
     ),
     _compared(
         "same-contacts-of-shapes",
-        "The reference's contacts of boxes, capsules and polygons, among obstacles; solid phases refuse them.",
+        "The reference's contacts of boxes, capsules and polygons; a phase that is solid refuses them.",
         *("shapes:shape_scenes", CONTACTS, 0.5),
         judges="broad",
     ),

@@ -38,7 +38,10 @@ def _scaled(shape: Shape, by: float) -> Shape:
 
 @st.composite
 def _shaped(
-    draw: st.DrawFn, scene: Scene, shapes: Sequence[Shape], obstacles: Sequence[tuple[float, float, Shape]] = ()
+    draw: st.DrawFn,
+    scene: Scene,
+    shapes: Sequence[Shape],
+    obstacles: Sequence[tuple[float, float, Shape]] = (),
 ) -> Scene:
     """Return a scene in which each body has one of these shapes, body 0 the first; obstacles come after them.
 

@@ -18,8 +18,7 @@ def row(one: kt.Shape, other: kt.Shape) -> list[float]:
     low = math.fsum([*halves, -half])  # what was rounded away
     head = [4, 0, 0, max(1.0, 4.0 * half), min(abs(number) for number in (1.0, half, low) if number), 1]
     faces = (
-        [x * half, y * half, x * low, y * low, u, v, 0, 0, half, low, v, -u, half, 0]
-        for x, y, u, v in FACES
+        [x * half, y * half, x * low, y * low, u, v, 0, 0, half, low, v, -u, half, 0] for x, y, u, v in FACES
     )
     return [*head, *(number for face in faces for number in face)]
 
