@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from kinetile import Shape, box, capsule, disc, polygon, segment
 from kinetile.scene import Scene
-from kinetile_conformance.strategies.small import MOST, _body, _scene, _several, scenes
+from kinetile_conformance.strategies.small import MOST, body_in_cell, scene_of, scenes, several
 
 CAPSULE = capsule((-0.5, 0.0), (0.5, 0.0), 0.5)
 SQUARE = box(2.0, 2.0)
@@ -78,8 +78,8 @@ def _among_bricks(draw: st.DrawFn, shapes: Sequence[Shape]) -> Scene:
         for row, count in enumerate(rows)
         for column in range(min(count, 4 - row))
     ]
-    bodies = draw(_several(_body(4, 2, True), MOST - 1))
-    return draw(_shaped(_scene(bodies, (4.0, 4.0), 8.0), shapes, wall))
+    bodies = draw(several(body_in_cell(4, 2, True), MOST - 1))
+    return draw(_shaped(scene_of(bodies, (4.0, 4.0), 8.0), shapes, wall))
 
 
 @st.composite
@@ -89,11 +89,11 @@ def _at_a_grating(draw: st.DrawFn, shapes: Sequence[Shape]) -> Scene:
     places = draw(st.lists(st.integers(0, 7), min_size=1, max_size=6, unique=True))
     piece = segment((0.0, -0.5), (0.0, 0.5)) if upright else segment((-0.25, 0.0), (0.25, 0.0))
     bars = [((place if upright else place + 0.5) / 2.0, 1.5, piece) for place in places]
-    bodies = draw(_several(_body(4, 2, True), MOST - 1))
+    bodies = draw(several(body_in_cell(4, 2, True), MOST - 1))
     for body in bodies:
         x, y = body["position"]
         body["position"] = x, y + (1.0 if y > 1.0 else 0.0)
-    return draw(_shaped(_scene(bodies, (4.0, 3.0) if draw(st.booleans()) else None, 8.0), shapes, bars))
+    return draw(_shaped(scene_of(bodies, (4.0, 3.0) if draw(st.booleans()) else None, 8.0), shapes, bars))
 
 
 def shape_scenes(squares: bool = False) -> st.SearchStrategy[Scene]:
