@@ -6,8 +6,9 @@ own state as ``s``.
 
 from __future__ import annotations
 
+from kinetile.kernel.certificates.convex import enters
 from kinetile.kernel.certificates.structural import falls, falls_eight, falls_many, schedule, ticks_after
-from kinetile.kernel.compiled import hook, larger, smaller, unchecked
+from kinetile.kernel.compiled import hook, larger, pointer, smaller, unchecked
 from kinetile.kernel.flight import closing_speed, positions_now, shared, since_anchor, since_origin
 from kinetile.kernel.log import BOTTOM, LEFT, RIGHT, TOP
 from kinetile.kernel.loop.idle import NoState
@@ -69,6 +70,7 @@ __all__ = [
     "add_pair",
     "blame",
     "closing_speed",
+    "enters",
     "falls",
     "falls_eight",
     "falls_many",
@@ -79,6 +81,7 @@ __all__ = [
     "offer",
     "pair_links",
     "pairs_of",
+    "pointer",
     "positions_now",
     "prefetch",
     "reach_of",

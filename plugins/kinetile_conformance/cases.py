@@ -85,7 +85,7 @@ class Subject:
     """The phases under test: a broad phase with its options, alone or with narrow phases.
 
     ``narrow`` has the options of each named narrow phase. It replaces the usual one of its role: ``disc`` for
-    pairs, ``wall`` for walls.
+    pairs, or ``convex`` where the scene has shapes, and ``wall`` for walls.
     """
 
     name: str
@@ -117,7 +117,7 @@ class Subject:
             walls = {"wall": GENERAL}  # it serves scenes without an arena as well
         elif scene.arena is None:
             walls = {}
-        return (pairs or {"disc": GENERAL}) | walls
+        return (pairs or ({"convex": {}} if scene.shapes else {"disc": GENERAL})) | walls
 
     def of_role(self, role: str) -> dict[str, Mapping[str, Any]]:
         """Return the named narrow phases of a role."""

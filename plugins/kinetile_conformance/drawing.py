@@ -281,7 +281,8 @@ def _first_that_fails(
 
 def _round(search: _Search) -> None:
     """Round positions, velocities and radii to few binary digits, of all bodies, then of each."""
-    for fields in (("position", "velocity", "radius"), ("velocity",), ("position",), ("radius",)):
+    sizes = () if search.scene.shapes else ("radius",)
+    for fields in (("position", "velocity", *sizes), ("velocity",), ("position",), sizes):
         _round_some(search, fields, np.ones(len(search.scene), dtype=np.bool_))
     for body in range(len(search.scene)):
         for name in ("velocity", "position"):

@@ -85,13 +85,19 @@ WALLS = {"": reach_wall, "x": _walls(False, True), "y": _walls(True, False)}
 """``reach_wall`` by the axes that are periodic."""
 
 
-@unchecked
-@hook
-def reach_wall_if_any(k: Kernel, body: Records) -> tuple[int, int]:
-    """Return the same; ``NEVER`` in a scene without an arena."""
-    return reach_wall(k, body) if k.clock[0].limits.width > 0.0 else (NEVER, LEFT)
+def _if_any(reach: Callable[..., tuple[int, int]]) -> Callable[[Kernel, Records], tuple[int, int]]:
+    """Returns a hook ``reach_wall`` that is also for scenes without an arena."""
+
+    @unchecked
+    @hook
+    def reach_wall_if_any(k: Kernel, body: Records) -> tuple[int, int]:
+        """Return the same; ``NEVER`` in a scene without an arena."""
+        return reach(k, body) if k.clock[0].limits.width > 0.0 else (NEVER, LEFT)
+
+    return reach_wall_if_any
 
 
+reach_wall_if_any = _if_any(reach_wall)
 beside, above = WALLS["y"], WALLS["x"]
 
 
@@ -140,6 +146,7 @@ def _answers(
 
 bounce, touch = _answers(of_disc)
 shaped_walls = _walls(True, True, of_shape)
+shaped_walls_if_any = _if_any(shaped_walls)
 bounce_shape, touch_shape = _answers(of_shape)
 
 
@@ -156,8 +163,9 @@ class Wall:
 
     def prepare(self, scene: Scene) -> WallParts:
         """Returns the parts; refuses a scene without walls, unless they are general."""
-        if scene.shapes and scene.arena is not None:
-            return WallParts(reach_wall=shaped_walls, bounce=bounce_shape, touch=touch_shape, shapes=True)
+        if scene.shapes and (self.general or scene.arena is not None):
+            reach = shaped_walls_if_any if self.general else shaped_walls
+            return WallParts(reach_wall=reach, bounce=bounce_shape, touch=touch_shape, shapes=True)
         if self.general:
             reach = reach_wall_of_some_axis if scene.periodic else reach_wall_if_any
             return WallParts(reach_wall=reach, bounce=bounce, touch=touch, periodic=True)

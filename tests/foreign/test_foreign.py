@@ -1,4 +1,4 @@
-"""Broad phases from packages of their own, installed as anybody's would be, give the one answer too."""
+"""Phases from packages of their own, installed as anybody's would be, give the one answer too."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 
 import kinetile as kt
 from agreement import difference, outcome
-from kinetile.errors import BadOption
+from kinetile.errors import BadOption, Refused
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile_conformance import check_broad_phase
 
@@ -21,9 +21,9 @@ LESS = 20 if INTERPRETED else 1
 """How many times shorter the runs are where the loop is interpreted."""
 
 pytestmark = pytest.mark.skipif(
-    not {*NAMES} <= {*kt.registry().names("broad phase")},
-    reason="they are not installed; install them with: "
-    "pip install ./tests/foreign/kinetile-stripes ./tests/foreign/kinetile-boxes",
+    not {*NAMES, "squares"} <= {each.spec.name for each in kt.registry()},
+    reason="they are not installed; install them with: pip install ./tests/foreign/kinetile-stripes "
+    "./tests/foreign/kinetile-boxes ./tests/foreign/kinetile-squares",
 )
 both = pytest.mark.parametrize("name", NAMES)
 
@@ -203,3 +203,45 @@ def test_it_draws_what_it_keeps(name):
             assert (np.array(at) + r <= high + 1e-9).all()
     if event.kind == "structural":
         assert min(item.fails for item in items if item.fails) == event.epoch * 2**52 + event.tick
+
+
+def test_squares_conform():
+    report = check_broad_phase("cells", narrow_phases=["squares"], examples=20)
+    assert report.ok, str(report)
+    assert [each.check for each in report.results if each.status == "passed"] == [
+        "a-contact-of-shapes-depends-on-two-plans-alone",
+        "same-contacts-as-convex",
+    ]
+
+
+SIDES = (1.0, 0.1, 0.7, 1e-3, 1.0 / 3.0)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_squares_give_the_list_of_convex(seed):
+    """Of sides whose sums are no doubles, and on a lattice, where sides and corners meet at one tick."""
+    rng = np.random.default_rng(seed)
+    lattice = seed % 2 == 0
+    place = [(1.0 + 1.5 * column, 1.0 + 1.5 * row) for row in range(5) for column in range(5)]
+    velocity = rng.integers(-2, 3, (25, 2)) / 2.0 if lattice else rng.normal(size=(25, 2))
+    scene = kt.Scene(
+        place,
+        velocity,
+        mass=rng.choice([1.0, 2.0, np.inf], 25),
+        shape=rng.integers(0, len(SIDES), 25) if not lattice else 0,
+        shapes=[kt.box(side, side) for side in SIDES],
+        arena=(8.0, 8.0),
+    )
+    prints = set()
+    for broad, narrow in (("naive", "convex"), ("naive", "squares"), ("cells", "squares")):
+        sim = kt.Simulation(scene, broad, narrow_phases=[narrow, "wall"])
+        sim.run(max_contacts=1000 // LESS)
+        assert len(sim.contacts) == 1000 // LESS
+        prints.add(sim.fingerprint)
+    assert len(prints) == 1
+
+
+def test_squares_refuse_what_is_no_square():
+    scene = kt.Scene([(1.0, 1.0)], [(0.0, 0.0)], shape=kt.box(1.0, 0.5))
+    with pytest.raises(Refused, match="all bodies are squares"):
+        kt.Simulation(scene, narrow_phases=["squares"])

@@ -15,7 +15,6 @@ from kinetile_accuracy.specification.certify import explain_difference
 from kinetile_accuracy.stepped.engines import run_engine
 from kinetile_accuracy.stepped.snapshots import run_snapshots
 from kinetile_bench.user_scene import bench_scene
-from kinetile_conformance import check_broad_phase
 
 
 def bodies(**more) -> kt.Scene:
@@ -120,9 +119,7 @@ def test_the_command_line_says_which_bodies_there_are(tmp_path):
 
 
 @pytest.mark.small
-def test_the_kit_says_that_it_cannot_judge_boxes():
-    with pytest.raises(Refused, match="'convex' takes other shapes than discs alone"):
-        check_broad_phase("cells", narrow_phases=["convex"], in_process=True, examples=1)
+def test_a_narrow_phase_is_judged_with_a_broad_phase():
     assert "no broad phase is called 'convex': it is a narrow phase." in refused("conform convex")
 
 

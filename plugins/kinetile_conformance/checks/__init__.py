@@ -59,6 +59,8 @@ CHECKS: tuple[Check, ...] = (
     contacts.rejects_unknown_options,
     between_events.pairs_are_overlapping_boxes,
     narrow_phases.a_contact_depends_on_two_plans_alone,
+    narrow_phases.a_contact_of_shapes_depends_on_two_plans_alone,
+    narrow_phases.same_contacts_as_convex,
 )
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from copy import deepcopy
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -191,11 +192,11 @@ def same_contacts_in_a_swarm(subject: Subject, scene: Scene, reference: Referenc
             raise Disagreement(f"at time {sim.time!r} {said}")
 
 
-def _compared(name: str, sentence: str, strategy: str, contacts: int, share: float) -> Check:
+def _compared(name: str, sentence: str, strategy: str, contacts: int, share: float, **more: Any) -> Check:
     """Return the check that compares contacts, up to a limit, on the scenes of a strategy."""
     module, _, function = strategy.partition(":")
     run = partial(agree, contacts=contacts)
-    return Check(name, sentence, run, scenes=DrawnFrom(module, function), share=share)
+    return Check(name, sentence, run, scenes=DrawnFrom(module, function), share=share, **more)
 
 
 IN_LARGE_SCENES = (
@@ -228,6 +229,12 @@ IN_LARGE_SCENES = (
         "same-contacts-on-a-torus",
         "The reference's contacts where axes are periodic; a phase that knows no images refuses them.",
         *("small:torus_scenes", CONTACTS, 0.5),
+    ),
+    _compared(
+        "same-contacts-of-shapes",
+        "The reference's contacts of boxes, capsules and polygons; a phase that is solid refuses them.",
+        *("shapes:shape_scenes", CONTACTS, 0.5),
+        judges="broad",
     ),
     _compared(
         "same-contacts-in-a-marathon",

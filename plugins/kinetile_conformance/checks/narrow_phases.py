@@ -32,7 +32,7 @@ from kinetile.scene import Scene
 from kinetile.toolbox import NOBODY, Kernel, PairParts, hook
 from kinetile_conformance.cases import GENERAL, PhasePlugin, Subject, outcome
 from kinetile_conformance.checks.between_events import stepped
-from kinetile_conformance.checks.check import Disagreement, DrawnFrom, Reference, check
+from kinetile_conformance.checks.check import Disagreement, DrawnFrom, Reference, agree, check
 from kinetile_conformance.compare import difference
 
 NAME = "conformance-loose"
@@ -45,7 +45,7 @@ EVERY = 4
 LATER = 2**44 + 977
 """Ticks, some 1/256 of a time unit, and odd: what is computed from there is rounded otherwise."""
 
-OF_BODIES = ("bodies", "mass", "radii", "places", "queue", "traits")
+OF_BODIES = ("bodies", "mass", "radii", "sides", "places", "queue", "traits")
 OF_THE_SCENE = (
     *("tick", "per_time", "epoch", "kinds"),
     *(f"limits.{name}" for name in ("skin", "theta", "tolerance", "width", "height", "fat")),
@@ -125,13 +125,35 @@ def a_contact_depends_on_two_plans_alone(subject: Subject, scene: Scene, referen
                 raise Disagreement(f"{said}; {how}, {said_tick(int(found[at]))}")
 
 
+OF_SHAPES = DrawnFrom("shapes", "shape_scenes", {"squares": True})
+
+a_contact_of_shapes_depends_on_two_plans_alone = replace(
+    a_contact_depends_on_two_plans_alone,
+    name="a-contact-of-shapes-depends-on-two-plans-alone",
+    sentence="The same where it takes bodies of other shapes.",
+    scenes=OF_SHAPES,
+)
+
+
+@check(scenes=OF_SHAPES, share=0.5, judges="pair")
+def same_contacts_as_convex(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """Where it takes bodies of other shapes, its contacts, and all places and velocities at the end, are
+    those of `convex`, under the reference and under this broad phase."""
+    agree(subject, scene, reference)
+    convex = replace(subject, narrow=subject.of_role("wall") | {"convex": {}}).reference
+    found, expected = (replace(each, tables={}) for each in (reference(scene), outcome(convex, scene)))
+    said = difference(found, expected, str(subject.pair))  # how deep they overlap, each phase says for itself
+    if said is not None:
+        raise Disagreement(f"compared with convex, {said}")
+
+
 def _variants(k: Kernel, pairs: Integers) -> Iterator[tuple[str, Kernel, Integers]]:
     """Yield a difference in words, tables with it and the same flight plans, and the numbers of the pairs."""
     later = _copied(k)
     later.clock.now += LATER
     yield "at a later present time", later, pairs
     bare = Kernel(*map(np.zeros_like, k))
-    for name in ("bodies", "mass", "radii", "traits", "rules"):
+    for name in ("bodies", "mass", "radii", "sides", "traits", "rules", "numbers"):
         getattr(bare, name)[:] = getattr(k, name)
     bare.bodies.last = NOBODY
     bare.bodies.stamp = 0

@@ -34,7 +34,7 @@ def _turns(draw: st.DrawFn, vertical: bool) -> list[tuple[float, tuple[float, fl
 
 
 @st.composite
-def _body(draw: st.DrawFn, columns: int, rows: int, turns: bool) -> Body:
+def body_in_cell(draw: st.DrawFn, columns: int, rows: int, turns: bool) -> Body:
     """A body in a cell of a unit lattice, no larger than the cell."""
     x, y = draw(st.integers(0, columns - 1)), draw(st.integers(0, rows - 1))
     radius = draw(st.sampled_from([0.5, 0.25, 0.125]))
@@ -49,12 +49,15 @@ def _body(draw: st.DrawFn, columns: int, rows: int, turns: bool) -> Body:
     }
 
 
-def _several(body: st.SearchStrategy[Body], most: int, least: int = FEWEST) -> st.SearchStrategy[list[Body]]:
+def several(body: st.SearchStrategy[Body], most: int, least: int = FEWEST) -> st.SearchStrategy[list[Body]]:
     """Return lists of bodies, each at another place."""
     return st.lists(body, min_size=least, max_size=most, unique_by=lambda one: one["place"])
 
 
-def _scene(bodies: list[Body], arena: tuple[float, float] | None, until: float, periodic: str = "") -> Scene:
+def scene_of(
+    bodies: list[Body], arena: tuple[float, float] | None, until: float, periodic: str = ""
+) -> Scene:
+    """Return the scene of these bodies, and of their turns."""
     return Scene(
         position=[b["position"] for b in bodies],
         velocity=[b["velocity"] for b in bodies],
@@ -71,7 +74,7 @@ def _scene(bodies: list[Body], arena: tuple[float, float] | None, until: float, 
 def line_scenes(draw: st.DrawFn, turns: bool = True, most: int = MOST) -> Scene:
     """Bodies on one line: all contacts are head-on or from behind, and many come together."""
     arena = (8.0, 1.0) if draw(st.booleans()) else None
-    return _scene(draw(_several(_body(8, 1, turns), most)), arena, draw(untils))
+    return scene_of(draw(several(body_in_cell(8, 1, turns), most)), arena, draw(untils))
 
 
 @st.composite
@@ -80,7 +83,7 @@ def plane_scenes(draw: st.DrawFn, turns: bool = True, most: int = MOST) -> Scene
     columns, rows = draw(st.sampled_from([(2, 2), (2, 4), (4, 2), (3, 3), (4, 4)]))
     least = min(draw(st.sampled_from([FEWEST, 4])), most, columns * rows)
     arena = (float(columns), float(rows)) if draw(st.booleans()) else None
-    return _scene(draw(_several(_body(columns, rows, turns), most, least)), arena, draw(untils))
+    return scene_of(draw(several(body_in_cell(columns, rows, turns), most, least)), arena, draw(untils))
 
 
 @st.composite
@@ -88,8 +91,8 @@ def box_scenes(draw: st.DrawFn, turns: bool = True, most: int = MOST) -> Scene:
     """Many bodies in a small box for a long time: all get in the way of all, again and again."""
     columns, rows = draw(st.sampled_from([(3, 3), (2, 2), (3, 3), (4, 2), (2, 4)]))
     least = min(draw(st.sampled_from([FEWEST, 5])), most, columns * rows)
-    bodies = draw(_several(_body(columns, rows, turns), most, least))
-    return _scene(bodies, (float(columns), float(rows)), 8.0)
+    bodies = draw(several(body_in_cell(columns, rows, turns), most, least))
+    return scene_of(bodies, (float(columns), float(rows)), 8.0)
 
 
 @st.composite
@@ -113,8 +116,8 @@ def sliding_scenes(draw: st.DrawFn, turns: bool = True, most: int = MOST) -> Sce
     """Bodies that slide past each other in columns side by side: who stands above whom changes where their
     bounds lie one upon the other."""
     columns, rows = draw(st.sampled_from([(2, 4), (3, 3), (3, 4), (2, 6), (4, 4)]))
-    bodies = draw(_several(_slider(columns, rows, turns), most, least=min(3, most)))
-    return _scene(bodies, (float(columns), rows + draw(st.sampled_from([0.0, 1.0]))), 8.0)
+    bodies = draw(several(_slider(columns, rows, turns), most, least=min(3, most)))
+    return scene_of(bodies, (float(columns), rows + draw(st.sampled_from([0.0, 1.0]))), 8.0)
 
 
 @st.composite
@@ -134,7 +137,7 @@ def grazing_scenes(draw: st.DrawFn) -> Scene:
             for key in ("position", "velocity"):
                 body[key] = (body[key][1], body[key][0])
         body |= {"radius": 0.25, "mass": 1.0, "turns": []}
-    return _scene(bodies, (4.0, 4.0), 8.0)
+    return scene_of(bodies, (4.0, 4.0), 8.0)
 
 
 @st.composite
@@ -154,10 +157,10 @@ def sized_scenes(draw: st.DrawFn, most: int = MOST) -> Scene:
     """One large body and some that are up to a thousand times smaller."""
     ratio = draw(st.sampled_from([4.0, 32.0, 1024.0]))
     large = {"position": (2.0, 2.0), "velocity": (draw(speeds), draw(speeds)), "radius": 1.0}
-    bodies: list[Body] = [large, *draw(_several(_small_body(ratio), most - 1, least=1))]
+    bodies: list[Body] = [large, *draw(several(_small_body(ratio), most - 1, least=1))]
     for body in bodies:
         body |= {"mass": body["radius"] ** 2, "turns": []}
-    return _scene(bodies, (4.0, 4.0), draw(untils))
+    return scene_of(bodies, (4.0, 4.0), draw(untils))
 
 
 @st.composite
@@ -181,7 +184,7 @@ def _wide_body(draw: st.DrawFn, far: float) -> Body:
 def wide_scenes(draw: st.DrawFn, most: int = MOST) -> Scene:
     """Bodies with nothing round about them, without walls, perhaps far from the origin."""
     far = draw(st.sampled_from([0.0, 0.0, 2.0**20, -(2.0**30)]))
-    return _scene(draw(_several(_wide_body(far), most)), None, draw(untils))
+    return scene_of(draw(several(_wide_body(far), most)), None, draw(untils))
 
 
 @st.composite
@@ -190,7 +193,7 @@ def torus_scenes(draw: st.DrawFn) -> Scene:
     borders, some of them written periods away, some flights many boxes long, some bodies minute."""
     periodic = draw(st.sampled_from(["xy", "xy", "x", "y"]))
     sides = draw(st.sampled_from([(1, 1), (1, 3), (2, 2), (3, 2), (2, 4), (4, 4)]))
-    bodies = draw(_several(_body(*sides, False), MOST, least=1))
+    bodies = draw(several(body_in_cell(*sides, False), MOST, least=1))
     pace, small = draw(st.sampled_from([1.0, 1.0, 32.0])), draw(st.sampled_from([1.0, 1.0, 0.01]))
     aside = draw(st.sampled_from([0.0, -0.5]))
     away = st.sampled_from([0, 0, 0, -3, 2])
@@ -201,7 +204,7 @@ def torus_scenes(draw: st.DrawFn) -> Scene:
             place + (aside + draw(away) * side if axis in periodic else 0.0)
             for place, side, axis in zip(body["position"], sides, "xy", strict=True)
         )
-    return _scene(bodies, (float(sides[0]), float(sides[1])), 8.0, periodic)
+    return scene_of(bodies, (float(sides[0]), float(sides[1])), 8.0, periodic)
 
 
 def scenes(turns: bool = True, most: int = MOST) -> st.SearchStrategy[Scene]:

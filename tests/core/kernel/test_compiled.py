@@ -246,6 +246,22 @@ def test_each_new_environment_compiled_everything_anew(compiled_once, tmp_path):
     assert written(cache) == files
 
 
+SHAPES = """
+from kinetile import Scene, box
+sim = kt.Simulation(Scene([(1, 1), (4, 1)], [(1, 0), (0, 0)], shape=box(1, 1)), "naive")
+sim.run(4.0)
+assert len(sim.contacts) == 1
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(compiled.INTERPRETED, reason="nothing is compiled")
+def test_a_loop_of_shapes_after_one_of_discs_is_compiled_without_a_warning(tmp_path):
+    """Numba warned that a body of a scene with shapes was taken for one of a scene without."""
+    quiet = "\nimport warnings\nwarnings.simplefilter('error')\n" + SHAPES
+    run_loaded(tmp_path, False, [str(package.parent) for package in PACKAGES], quiet)
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(compiled.INTERPRETED, reason="nothing is compiled")
 def test_a_loop_from_the_disk_cache_has_lost_what_it_calls(compiled_once):

@@ -283,18 +283,17 @@ def without_rounding(
                 return OPEN
     if highest == 0.0:
         return 0 if falls else NEVER
-    ticks = math.floor(into / -into_rate * per_time)
+    ticks = float(math.floor(into / -into_rate * per_time))
     if not ticks < 2.0**53:
         return OPEN
     flown = into_rate * (ticks * tick)
     left = into + flown
     if not (kept(into_rate, ticks * tick, flown) and whole_sum(into, flown)):
         return OPEN
-    if left < 0.0:
-        ticks -= 1.0
-    elif left + into_rate * tick >= 0.0:
-        ticks += 1.0
-    return int(ticks)
+    more = -1 if left < 0.0 else 0
+    if left + into_rate * tick >= 0.0:
+        more = 1
+    return int(ticks) + more
 
 
 @apart

@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 import sys
 import time
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from functools import cache
@@ -26,6 +27,7 @@ from kinetile.kernel.compiled.views import wrapping
 
 if not INTERPRETED:
     import numba
+    from numba.core.errors import NumbaExperimentalFeatureWarning
 
     from kinetile.kernel.compiled.cache import CheckedCache, is_whole
 
@@ -108,7 +110,10 @@ def _njit(function: Callable[..., Any], cache: bool, called: list[Any]) -> Calla
     compiles = made.compile
 
     def with_what_it_calls(signature: Any) -> Any:
-        with _compiling():
+        with _compiling(), warnings.catch_warnings():
+            # A hook that takes a body has one form for discs and one, with more fields, for shapes. Numba
+            # takes the right one, and warns that it has looked at the other.
+            warnings.simplefilter("ignore", NumbaExperimentalFeatureWarning)
             for each in called:
                 each.load_apart()
             return compiles(signature)

@@ -108,12 +108,11 @@ def answer(k: Kernel, a: int, b: int, tick: int) -> float:
     """Answer a contact of two bodies, both anchored at it, by their rule; return how deep they overlap."""
     before = _energy(k, a) + _energy(k, b)
     rule = k.rules[rule_of(k, a, b)]
-    if rule.response == ELASTIC:
+    if RESPONSES == 0 or rule.response == ELASTIC:  # no ``touch`` is needed for elastic contacts alone
         depth = collide(k, a, b)
     else:
         nx, ny, depth = touch(k, a, b)
-        if RESPONSES > 0:
-            _respond(k, a, b, nx, ny, rule)
+        _respond(k, a, b, nx, ny, rule)
     k.counts[0].answered_energy += (_energy(k, a) + _energy(k, b)) - before
     _note(k, a, tick)
     _note(k, b, tick)
@@ -125,12 +124,11 @@ def answer_wall(k: Kernel, a: int, wall: int, tick: int) -> float:
     """Answer a contact of a body, anchored at it, and a wall by its rule; return how deep it is in there."""
     before = _energy(k, a)
     rule = k.rules[rule_of(k, a, wall)]
-    if rule.response == ELASTIC:
+    if RESPONSES == 0 or rule.response == ELASTIC:
         depth = bounce(k, k.bodies[a], wall)
     else:
         nx, ny, depth = touch_wall(k, k.bodies[a], wall)
-        if RESPONSES > 0:
-            _respond(k, a, wall, nx, ny, rule)
+        _respond(k, a, wall, nx, ny, rule)
     k.counts[0].answered_energy += _energy(k, a) - before
     _note(k, a, tick)
     return float(depth)

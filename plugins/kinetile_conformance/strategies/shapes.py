@@ -1,0 +1,112 @@
+"""Scenes of convex bodies: the small scenes, with other shapes in the place of discs, among obstacles or not.
+
+A shape is as wide as the disc whose place it takes, so boxes stand in the cells of a lattice and touch, slide
+along each other with a gap of 0, and capsules lie end to end. A phase that reads the radius of a body in one
+place, and what touches in another, sees here bodies that come closer than the sum of their radii.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from hypothesis import strategies as st
+
+from kinetile import Shape, box, capsule, disc, polygon, segment
+from kinetile.scene import Scene
+from kinetile_conformance.strategies.small import MOST, body_in_cell, scene_of, scenes, several
+
+CAPSULE = capsule((-0.5, 0.0), (0.5, 0.0), 0.5)
+SQUARE = box(2.0, 2.0)
+
+SHAPES = (
+    CAPSULE,
+    SQUARE,
+    disc(1.0),
+    box(2.0, 0.5),
+    capsule((0.0, -0.75), (0.25, 0.75), 0.25),
+    polygon([(-1.0, -1.0), (1.0, -1.0), (0.0, 1.0)]),
+    polygon([(-1.0, 0.0), (0.0, -1.0), (1.0, 0.0), (0.0, 1.0)]),
+    polygon([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.25)], radius=0.5),
+)
+"""Shapes as wide as a disc of radius 1, or less."""
+
+
+def _scaled(shape: Shape, by: float) -> Shape:
+    return Shape(tuple((x * by, y * by) for x, y in shape.core), shape.radius * by)
+
+
+@st.composite
+def _shaped(
+    draw: st.DrawFn,
+    scene: Scene,
+    shapes: Sequence[Shape],
+    obstacles: Sequence[tuple[float, float, Shape]] = (),
+) -> Scene:
+    """Return a scene in which each body has one of these shapes, body 0 the first; obstacles come after them.
+
+    Where there is none, body 1 cannot be moved, and mostly stands still.
+    """
+    chosen = [shapes[0], *(draw(st.sampled_from(shapes)) for _ in range(len(scene) - 1))]
+    of_each = [_scaled(shape, float(r)) for shape, r in zip(chosen, scene.radius, strict=True)]
+    of_each += [shape for _, _, shape in obstacles]
+    table = list(dict.fromkeys(of_each))
+    velocity, mass = scene.velocity.copy(), scene.mass.copy()
+    if not obstacles:
+        mass[1] = math.inf
+        velocity[1] *= draw(st.sampled_from([0.0, 0.0, 1.0]))
+    return Scene(
+        position=[*scene.position.tolist(), *((x, y) for x, y, _ in obstacles)],
+        velocity=[*velocity.tolist(), *[(0.0, 0.0)] * len(obstacles)],
+        mass=[*mass.tolist(), *[math.inf] * len(obstacles)],
+        shape=[table.index(shape) for shape in of_each],
+        shapes=table,
+        arena=scene.arena,
+        turns=scene.turns,
+        settings=scene.settings,
+    )
+
+
+@st.composite
+def _among_bricks(draw: st.DrawFn, shapes: Sequence[Shape]) -> Scene:
+    """Bodies below a wall of bricks that touch: each row is shifted by half a brick."""
+    brick = _scaled(draw(st.sampled_from([shape for shape in shapes if shape.kind == "box"])), 0.5)
+    _, _, down, up = brick.reaches
+    rows = [draw(st.integers(1, 4)) for _ in range(2)]
+    wall = [
+        (0.5 + column + 0.5 * row, 2.0 + down + row * (down + up), brick)
+        for row, count in enumerate(rows)
+        for column in range(min(count, 4 - row))
+    ]
+    bodies = draw(several(body_in_cell(4, 2, True), MOST - 1))
+    return draw(_shaped(scene_of(bodies, (4.0, 4.0), 8.0), shapes, wall))
+
+
+@st.composite
+def _at_a_grating(draw: st.DrawFn, shapes: Sequence[Shape]) -> Scene:
+    """Bodies on both sides of segments: bars with narrow gaps, or a floor of pieces end to end."""
+    upright = draw(st.booleans())
+    places = draw(st.lists(st.integers(0, 7), min_size=1, max_size=6, unique=True))
+    piece = segment((0.0, -0.5), (0.0, 0.5)) if upright else segment((-0.25, 0.0), (0.25, 0.0))
+    bars = [((place if upright else place + 0.5) / 2.0, 1.5, piece) for place in places]
+    bodies = draw(several(body_in_cell(4, 2, True), MOST - 1))
+    for body in bodies:
+        x, y = body["position"]
+        body["position"] = x, y + (1.0 if y > 1.0 else 0.0)
+    return draw(_shaped(scene_of(bodies, (4.0, 3.0) if draw(st.booleans()) else None, 8.0), shapes, bars))
+
+
+def shape_scenes(squares: bool = False) -> st.SearchStrategy[Scene]:
+    """Return scenes of all shapes, in each of which a capsule can move and some body cannot; ``squares``: and
+    as many of squares alone.
+
+    So those of all shapes share one loop: ``convex`` has another form where all bodies are upright boxes, and
+    the kernel one where all can be moved.
+    """
+
+    def of(shapes: Sequence[Shape]) -> list[st.SearchStrategy[Scene]]:
+        plain = scenes().flatmap(lambda scene: _shaped(scene, shapes))
+        return [plain, plain, _among_bricks(shapes)]
+
+    all_shapes = [*of(SHAPES), _at_a_grating(SHAPES)]
+    return st.one_of(*all_shapes, *(of((SQUARE,)) if squares else ()))

@@ -1,0 +1,199 @@
+"""The kit on bodies of other shapes: broad phases with shapes to be near each other, and narrow phases for
+them, right or wrong in one way."""
+
+from __future__ import annotations
+
+import pytest
+
+import kinetile as kt
+from kinetile.errors import Refused
+from kinetile.toolbox import Kernel, PairParts, hook
+from kinetile_conformance import check_broad_phase
+from kinetile_conformance.cases import Subject, outcome
+from kinetile_conformance.drawing import draw
+from kinetile_conformance.strategies.shapes import shape_scenes
+from kinetile_plugins.cells import Cells
+from kinetile_plugins.convex import Convex, meet, soonest, touch
+from kinetile_plugins.disc import exchange
+from registering import registered
+
+OF_SHAPES = "same-contacts-of-shapes"
+PLANS_ALONE = "a-contact-of-shapes-depends-on-two-plans-alone"
+AS_CONVEX = "same-contacts-as-convex"
+
+
+def smaller(scene: kt.Scene, by: float) -> kt.Scene:
+    """Return a scene with smaller shapes, around the same places."""
+    shapes = [
+        kt.Shape(tuple((x * by, y * by) for x, y in each.core), each.radius * by) for each in scene.shapes
+    ]
+    return scene.replace(shapes=shapes)
+
+
+class NarrowCells:
+    """Wrong where there are shapes: cells a quarter as wide, so the reach of bodies is too small for them."""
+
+    def prepare(self, scene: kt.Scene):
+        if not scene.shapes:
+            return Cells().prepare(scene)
+        return Cells(side=0.5 * float(scene.radius.max())).prepare(smaller(scene, 0.25))
+
+
+@hook
+def collide_across(k: Kernel, a: int, b: int) -> float:
+    """Wrong: the components of the normal are exchanged."""
+    nx, ny, depth = touch(k, a, b)
+    exchange(k, a, b, ny, nx)
+    return float(depth)
+
+
+@hook
+def meet_in_order(k: Kernel, a: int, b: int) -> int:
+    """Wrong: a tick more where the left one of the two has the higher number."""
+    tick = int(meet(k, a, b))
+    return tick + 1 if tick < 1 << 62 and k.bodies[b].x < k.bodies[a].x else tick
+
+
+@hook
+def soonest_late(
+    k: Kernel, body: int, count: int, barred: int, known: int, at: int
+) -> tuple[float, float, int]:
+    """Wrong: bounds that are late."""
+    first, second, who = soonest(k, body, count, barred, known, at)
+    return 1.5 * first, 1.5 * second, who
+
+
+class WrongConvex(Convex):
+    """``convex`` with a fault."""
+
+    def __init__(self, fault: str = "") -> None:
+        self.fault = fault
+
+    def prepare(self, scene: kt.Scene) -> PairParts:
+        parts = super().prepare(scene)
+        numbers = parts.numbers
+        if self.fault == "a corner ignored":
+            shapes = [kt.Shape(each.core[: max(3, len(each.core) - 1)], each.radius) for each in scene.shapes]
+            numbers = super().prepare(scene.replace(shapes=shapes)).numbers
+        return PairParts(
+            meet_in_order if self.fault == "order" else meet,
+            collide_across if self.fault == "the normal turned" else parts.collide,
+            soonest_late if self.fault == "late bounds" else parts.soonest,
+            shapes=True,
+            numbers=numbers,
+        )
+
+
+@pytest.fixture(autouse=True)
+def _added():
+    wrong = kt.NarrowPhaseSpec("wrong-convex", WrongConvex, role="pair")
+    with registered(kt.BroadPhaseSpec("narrow-cells", NarrowCells), wrong):
+        yield
+
+
+def drawn(squares: bool) -> list[kt.Scene]:
+    """Return what the kit draws."""
+    scenes: list[kt.Scene] = []
+    draw(shape_scenes(squares), lambda scene: scenes.append(scene) or True, 60, 0)
+    return scenes
+
+
+def test_what_is_drawn():
+    """Walls that touch, gratings, sizes a thousand apart, turns; and one form of loop where it should be."""
+    scenes = drawn(False)
+    kinds = {scene.shapes[each].kind for scene in scenes for each in scene.shape}
+    assert kinds == {"box", "capsule", "disc", "polygon", "segment"}
+    assert all(scene.shapes[scene.shape[0]].kind == "capsule" for scene in scenes)
+    assert all(scene.mass[0] < scene.mass.max() for scene in scenes)
+    assert max(scene.radius.max() / scene.radius.min() for scene in scenes) > 800.0
+    assert any(scene.commands for scene in scenes)
+    assert {scene.arena is None for scene in scenes} == {True, False}
+    squares = [each for each in drawn(True) if {shape.kind for shape in each.shapes} == {"box"}]
+    assert len(squares) > 15
+
+
+@pytest.mark.compiled
+def test_convex_bodies_have_one_answer_under_cells():
+    (result,) = check_broad_phase("cells", checks=[OF_SHAPES], examples=100, in_process=True).results
+    assert (result.status, result.scenes) == ("passed", 50), result.said
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("shrink", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_a_reach_that_is_too_small_for_shapes_is_found(shrink):
+    """And by scenes of discs it is not."""
+    chosen = {"checks": ["same-contacts", OF_SHAPES], "examples": 20, "in_process": True, "shrink": shrink}
+    discs, shapes = check_broad_phase("narrow-cells", **chosen).results
+    assert (discs.status, shapes.status) == ("passed", "failed")
+    assert shapes.bodies <= (3 if shrink else 6)
+
+
+@pytest.mark.interpreted
+def test_a_solid_phase_and_one_for_discs_say_that_they_take_no_shapes():
+    chosen = {"examples": 4, "in_process": True}
+    (result,) = check_broad_phase("sweep-tiling", checks=[OF_SHAPES], **chosen).results
+    assert result.status == "skipped"
+    assert "right only while bodies touch at the sum of their radii" in result.reason
+    (result,) = check_broad_phase("naive", narrow_phases=["disc"], checks=[AS_CONVEX], **chosen).results
+    assert result.status == "skipped"
+    assert "takes discs alone" in result.reason
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize(
+    ("fault", "check"),
+    [
+        ("the normal turned", AS_CONVEX),
+        ("order", PLANS_ALONE),
+        pytest.param("a corner ignored", AS_CONVEX, marks=pytest.mark.slow),
+        pytest.param("late bounds", AS_CONVEX, marks=pytest.mark.slow),
+    ],
+)
+def test_a_wrong_narrow_phase_of_shapes_is_found(fault, check):
+    chosen = {"checks": [check], "examples": 40, "in_process": True, "shrink": False}
+    (result,) = check_broad_phase("naive", narrow_phases={"wrong-convex": {"fault": fault}}, **chosen).results
+    assert result.status == "failed"
+    assert (
+        result.verdict.endswith("suspect the narrow phase, wrong-convex:fault=" + fault) or not result.verdict
+    )
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("check", [AS_CONVEX, PLANS_ALONE])
+def test_a_narrow_phase_of_shapes_without_a_fault_passes(check):
+    chosen = {"checks": [check], "examples": 12, "in_process": True}
+    (result,) = check_broad_phase("naive", narrow_phases=["wrong-convex"], **chosen).results
+    assert result.status == "passed", result.said
+
+
+@pytest.mark.small
+def test_a_narrow_phase_of_shapes_alone_can_be_judged():
+    """A scene of discs says nothing of it."""
+    checks = ["same-contacts", "makes-progress", AS_CONVEX]
+    report = check_broad_phase("naive", narrow_phases=["convex"], checks=checks, examples=4, in_process=True)
+    assert [result.status for result in report.results] == ["skipped", "skipped", "passed"]
+    assert "this one has discs alone" in report.results[0].reason
+
+
+class OfNothing:
+    """A narrow phase that takes no scene."""
+
+    def prepare(self, scene: kt.Scene) -> PairParts:
+        raise Refused("for no scene at all")
+
+
+def test_a_narrow_phase_that_refuses_all_cannot_be_judged():
+    with (
+        registered(kt.NarrowPhaseSpec("nothing", OfNothing, role="pair")),
+        pytest.raises(Refused, match="no scene"),
+    ):
+        check_broad_phase("naive", narrow_phases=["nothing"], in_process=True)
+
+
+@pytest.mark.small
+def test_scenes_of_shapes_are_those_of_any_simulation():
+    """The kit's narrow phases give what those of a user do."""
+    for scene in drawn(False)[:8]:
+        sim = kt.Simulation(scene, "naive")
+        sim.run(until=scene.settings.until, max_contacts=40)
+        assert sim.contacts.tobytes() == outcome(Subject("naive", {}), scene, 40).contacts.tobytes()
