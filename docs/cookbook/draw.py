@@ -216,9 +216,10 @@ def obstacles():
 
 
 def rooms():
-    """The scenes of the cookbook, each with the paths of some discs until a time; of the game, that moment."""
+    """The scenes of the cookbook at a time, each with the paths of some discs until then."""
     figure = Figure((7.6, 5.4), dpi=100, layout="constrained", facecolor="white")
-    shown = {"sinai": (40, [1]), "stadium": (60, [66]), "maze": (40, [38, 77, 117]), "brick-breaker": (30, [0])}
+    shown = {"sinai": (40, [1]), "stadium": (60, [66]), "maze": (40, [38, 77, 117])}
+    shown["brick-breaker"] = (30, [0])
     for axes, (name, (until, discs)) in zip(figure.subplots(2, 2).flat, shown.items(), strict=True):
         scene = kt.load_scene(Path(__file__).with_name("scenes") / f"{name}.toml")
         sim, path = kt.Simulation(scene, "cells"), [scene.position[discs]]
