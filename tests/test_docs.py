@@ -14,6 +14,8 @@ In docs/*.md, docs/cookbook/*.md and README.md:
   be written into a file, the first block of a page in place of what stands there, the next ones after it;
   outside a folder that a command has made it may be a new one.
 
+A page beside a folder ``scenes`` has a copy of it in the folder in which its blocks run.
+
 Blocks whose language is in braces are for the site (``tests/test_site.py``).
 """
 
@@ -22,6 +24,7 @@ from __future__ import annotations
 import os
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -105,6 +108,12 @@ def pages_with(language: str) -> list[Any]:
     return found
 
 
+def stand_in(page: Path, folder: Path) -> None:
+    """Copy the scenes beside a page into the folder in which its blocks run."""
+    if (page.parent / "scenes").is_dir():
+        shutil.copytree(page.parent / "scenes", folder / "scenes")
+
+
 @pytest.fixture
 def plugin_folder(monkeypatch):
     """The foreign package may be imported; what a page adds to the registry is taken out again."""
@@ -122,6 +131,7 @@ def test_the_python_runs(page, marks, tmp_path, monkeypatch, plugin_folder):
     module = ModuleType(f"page_{page.stem.replace('-', '_')}")
     monkeypatch.setitem(sys.modules, module.__name__, module)
     monkeypatch.chdir(tmp_path)
+    stand_in(page, tmp_path)
     for block in read_blocks(page):
         if block.language == "python" and block.mark in marks:
             code = compile("\n" * (block.line - 1) + block.text, str(page), "exec")
@@ -193,6 +203,7 @@ def assert_runs(words: list[str], environment: dict[str, str], folder: Path, cod
 @pytest.mark.parametrize(("page", "marks"), pages_with("console"))
 def test_the_commands_run(page, marks, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    stand_in(page, tmp_path)
     environment = dict(os.environ)
     begun: set[Path] = set()
     for block in read_blocks(page):

@@ -14,8 +14,10 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.patches import Circle, Polygon
 
 import kinetile as kt
+from kinetile.show.picture import take_picture
 
 Z = {0.2: 1.411834, 0.3: 1.723373, 0.4: 2.151444, 0.5: 2.760124, 0.6: 3.663698, 0.7: 5.082369, 0.8: 7.476513}
 """P/(rho kT) by the density rho of discs of diameter 1: Kolafa and Rottner (2006)."""
@@ -213,6 +215,34 @@ def obstacles():
     return figure
 
 
+def rooms():
+    """The scenes of the cookbook at a time, each with the paths of some discs until then."""
+    figure = Figure((7.6, 5.4), dpi=100, layout="constrained", facecolor="white")
+    shown = {"sinai": (40, [1]), "stadium": (60, [66]), "maze": (40, [38, 77, 117])}
+    shown["brick-breaker"] = (30, [0])
+    for axes, (name, (until, discs)) in zip(figure.subplots(2, 2).flat, shown.items(), strict=True):
+        scene = kt.load_scene(Path(__file__).with_name("scenes") / f"{name}.toml")
+        sim, path = kt.Simulation(scene, "cells"), [scene.position[discs]]
+        while sim.run(until=until, stop_at=kt.StopAt(bodies=discs)):
+            path.append(sim.positions()[np.searchsorted(sim.bodies, discs)])
+        path.append(sim.positions()[np.searchsorted(sim.bodies, discs)])
+        for k, line in enumerate(np.swapaxes(path, 0, 1)):
+            axes.plot(*line.T, lw=0.5, color=f"C{k}")
+        picture = take_picture(sim, structure=False)
+        for body in picture.discs:
+            fixed = scene.mass[body.number] == math.inf
+            look = {"fc": "0.75" if fixed else "white", "ec": "black", "lw": 0.8, "zorder": 3}
+            axes.add_patch(
+                Polygon(body.outline, **look) if body.outline else Circle(body.at, body.radius, **look)
+            )
+        (left, low), (right, high) = picture.low, picture.high
+        edge = 0.01 * (right - left)
+        axes.set(xlim=(left - edge, right + edge), ylim=(low - edge, high + edge), aspect="equal")
+        axes.set(title=f"{name}, {until} units of time", xticks=[], yticks=[])
+        axes.spines[:].set_visible(picture.arena)
+    return figure
+
+
 PICTURES = [
     equation_of_state,
     diffusion,
@@ -221,6 +251,7 @@ PICTURES = [
     cooling_granular_gas,
     lorentz_gas,
     obstacles,
+    rooms,
 ]
 
 if __name__ == "__main__":
@@ -229,6 +260,7 @@ if __name__ == "__main__":
         if name in (sys.argv[1:] or [name]):
             began, figure = time.process_time(), picture()
             for axes in figure.axes:
-                axes.legend(fontsize=8)
+                if axes.get_legend_handles_labels()[0]:
+                    axes.legend(fontsize=8)
             figure.savefig(Path(__file__).with_name(f"{name}.png"))
             print(f"{name}: {time.process_time() - began:.0f} s of CPU time", flush=True)

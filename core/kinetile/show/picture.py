@@ -45,6 +45,16 @@ class PlacedDisc:
         """The corners of its shape as it is drawn; none of a disc."""
         return [] if self.shape is None else outline_of(self.shape, self.at)
 
+    @property
+    def reaches(self) -> tuple[float, float, float, float]:
+        """How far it reaches to the left, right, bottom and top of its position."""
+        return (self.radius,) * 4 if self.shape is None else self.shape.reaches
+
+    @property
+    def room(self) -> float:
+        """The radius that is left for its number around its position; of a segment along an axis, 0."""
+        return min(self.reaches)
+
 
 @dataclass(frozen=True)
 class Picture:
@@ -226,8 +236,8 @@ def _extent(scene: Scene, discs: tuple[PlacedDisc, ...], shapes: tuple[Item, ...
         return (0.0, 0.0), (width, height)
     points = [corner for shape in shapes for corner in corners_of(shape)]
     for disc in discs:
-        (x, y), r = disc.at, disc.radius
-        points += [(x - r, y - r), (x + r, y + r)]
+        (x, y), (left, right, below, above) = disc.at, disc.reaches
+        points += [(x - left, y - below), (x + right, y + above)]
     if not points:
         return (0.0, 0.0), (1.0, 1.0)
     across, up = zip(*points, strict=True)

@@ -14,7 +14,7 @@ INCHES = 6.9
 """The longer side of what is shown: the text width of an A4 page."""
 
 _READABLE = 0.09
-"""The least radius in inches of discs that show their number."""
+"""The least radius in inches of bodies that show their number."""
 
 
 def check_printing() -> None:
@@ -80,7 +80,7 @@ def _discs(axes: Any, picture: Picture, scale: float) -> None:
         axes.add_patch(
             patches.Circle(disc.at, disc.radius, **look) if circle else patches.Polygon(disc.outline, **look)
         )
-        if disc.radius * scale >= _READABLE:
+        if disc.room * scale >= _READABLE:
             axes.text(
                 *disc.at,
                 str(disc.number),

@@ -24,7 +24,7 @@ _LETTER = 7.2
 """About as wide as a letter of the caption is."""
 
 _READABLE = 8.0
-"""The least radius in units of discs that show their number."""
+"""The least radius in units of bodies that show their number."""
 
 
 def as_svg(picture: Picture, velocities: bool = False) -> bytes:
@@ -132,7 +132,7 @@ def _numbers(sheet: _Sheet) -> Iterator[str]:
     yield '<g class="number">'
     for disc in sheet.picture.discs:
         x, y = sheet.at(*disc.at)
-        if disc.radius * sheet.scale >= _READABLE:
+        if disc.room * sheet.scale >= _READABLE:
             yield f'<text x="{x}" y="{y}">{disc.number}</text>'
     yield "</g>"
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import sys
 from dataclasses import replace
@@ -12,7 +13,7 @@ import pytest
 import kinetile as kt
 from kinetile.errors import MissingExtra
 from kinetile.plugin.drawing import ROLES
-from kinetile.show.picture import LOOKS, take_picture
+from kinetile.show.picture import LOOKS, picture_of_scene, take_picture
 from kinetile.show.printed import as_printed
 from kinetile.show.svg import MARGIN, SIZE, as_svg
 
@@ -128,3 +129,18 @@ def test_control_characters_in_names_made_no_xml(tmp_path):
     for svg in (as_svg(odd), kt.as_svg(sim.scene).encode()):
         assert rb"a\x1b[31m\x01b: 2 discs" in svg
         assert read(svg).find(f"{SVG}title").text.isprintable()
+
+
+def test_a_segment_is_within_the_view_and_has_no_number_on_it():
+    # Drawn by the circle around its end, a room of segments was a third of the view, under its numbers.
+    room = kt.Scene(
+        [(0.0, 0.0), (0.0, 0.0), (1.0, 1.0)],
+        [(0.0, 0.0), (0.0, 0.0), (1.0, 0.0)],
+        mass=[math.inf, math.inf, 1.0],
+        shape=[0, 1, 2],
+        shapes=[kt.segment((0.0, 0.0), (4.0, 0.0)), kt.segment((0.0, 0.0), (0.0, 3.0)), kt.box(1.0, 0.5)],
+    )
+    picture = picture_of_scene(room)
+    assert (picture.low, picture.high) == ((0.0, 0.0), (4.0, 3.0))
+    (numbers,) = (group for group in read(as_svg(picture)).iter(f"{SVG}g") if group.get("class") == "number")
+    assert [text.text for text in numbers] == ["2"]

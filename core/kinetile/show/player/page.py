@@ -156,17 +156,22 @@ def _box(scene: Scene, plans: Plans) -> Sequence[float]:
     there = plans.there > 0
     if not there.any():
         return (-1.0, -1.0, 1.0, 1.0)
-    x, y, r = plans.x[there], plans.y[there], np.nan_to_num(plans.radius[there])
-    box = (float((x - r).min()), float((y - r).min()), float((x + r).max()), float((y + r).max()))
+    x, y = plans.x[there], plans.y[there]
+    left, right, down, up = [np.nan_to_num(plans.radius[there])] * 4
+    if scene.shapes:  # nobody can be inserted: the bodies are those of the scene
+        left, right, down, up = np.array([shape.reaches for shape in scene.shapes])[scene.shape[there]].T
+    box = (float((x - left).min()), float((y - down).min()), float((x + right).max()), float((y + up).max()))
     wide, high = box[2] - box[0], box[3] - box[1]
     return (box[0] - 0.25 * wide, box[1] - 0.25 * high, box[2] + 0.25 * wide, box[3] + 0.25 * high)
 
 
 def _drawn(shape: Shape) -> dict[str, Any]:
-    """Returns a shape for the page: in words, and its outline from the body's position; null of a disc."""
+    """Returns a shape for the page: in words, its outline from the body's position (null of a disc), and the
+    radius that is left for its number there."""
     left, right, down, up = shape.reaches
     words = f"{shape.kind} {left + right!r} x {down + up!r}"
-    return {"words": words, "outline": None if shape.is_disc else outline_of(shape, (0.0, 0.0))}
+    outline = None if shape.is_disc else outline_of(shape, (0.0, 0.0))
+    return {"words": words, "outline": outline, "room": min(shape.reaches)}
 
 
 def _pane(label: str) -> str:

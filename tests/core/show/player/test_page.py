@@ -169,3 +169,16 @@ def test_a_saved_case_opens_at_the_moment_of_disagreement(blind, tmp_path):
     right.run(0.3)
     assert found["opened"] == [int(right.contacts[0][name]) for name in ("epoch", "tick")]
     assert ["now", "bodies 0 and 1 meet", "between events"] in found["readings"]
+
+
+def test_the_first_view_is_around_the_shapes_and_not_around_their_circles():
+    floor = kt.Scene(
+        [(0.0, 0.0), (1.0, 1.0)],
+        [(0.0, 0.0), (0.0, 0.0)],
+        mass=[np.inf, 1.0],
+        shape=[0, 1],
+        shapes=[kt.segment((0.0, 0.0), (4.0, 0.0)), kt.box(1.0, 0.5)],
+    )
+    held = view_scene(floor, until=1.0, steps=False).page.held
+    assert held["box"] == (-1.0, -0.3125, 5.0, 1.5625)  # a quarter more on each side of 4 by 1.25
+    assert [shape["room"] for shape in held["shapes"]] == [0.0, 0.25]  # for numbers

@@ -71,7 +71,7 @@ export function drawNumbers({ pen, camera, width, height }, bodies, places, ther
   pen.strokeStyle = theme.body;
   pen.fillStyle = theme.text;
   for (let body = 0; body < there.length; body += 1) {
-    const radius = bodies.radius[body] * camera.scale;
+    const radius = (bodies.room[body] ?? bodies.radius[body]) * camera.scale;
     if (!there[body] || !(radius > READABLE && radius < HUGE)) continue;
     const [right, up] = camera.see(places.x[body], places.y[body]);
     if (Math.abs(right) > width / 2 + 20 || Math.abs(up) > height / 2 + 20) continue;

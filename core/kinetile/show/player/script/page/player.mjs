@@ -31,6 +31,7 @@ function readTheme() {
 export class Player {
   constructor(held, { bodies, runs }) {
     bodies.outline = held.shape.map((shape) => held.shapes[shape].outline);
+    bodies.room = held.shape.map((shape) => held.shapes[shape].room);
     Object.assign(this, { held, bodies, runs, selected: held.select, follows: false, structured: true });
     Object.assign(this, { playing: 0, evenly: false, group: "all" });
     this.playback = new Playback(bodies, runs, held);

@@ -1,0 +1,30 @@
+"""The scenes of the cookbook: each is the same run under every broad phase that takes it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import kinetile as kt
+
+SCENES = Path(__file__).parents[1] / "docs" / "cookbook" / "scenes"
+CONTACTS = {"sinai": 61, "stadium": 28, "maze": 64, "brick-breaker": 50}
+"""Of the whole run, or 64; the page has the maze's."""
+
+
+def test_no_scene_is_left_out():
+    assert {path.stem for path in SCENES.iterdir()} == set(CONTACTS)
+
+
+@pytest.mark.small
+@pytest.mark.parametrize("name", CONTACTS)
+def test_a_scene_has_one_answer(name):
+    scene = kt.load_scene(SCENES / f"{name}.toml")
+    prints = set()
+    for phase in ("cells", "naive", "sap-1d", "sap-2d"):
+        sim = kt.Simulation(scene, phase)
+        sim.run(until=scene.settings.until, max_contacts=64)
+        assert len(sim.contacts) == CONTACTS[name]
+        prints.add(sim.fingerprint)
+    assert len(prints) == 1
