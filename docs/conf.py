@@ -54,7 +54,7 @@ maximum_signature_line_length = 88
 nitpick_ignore_regex = [
     ("py:.*", r"(collections|concurrent|numpy|pathlib|os|pluggy|hypothesis|np|npt|typing)\..*"),
     ("py:.*", r"ArrayLike.*|NDArray|Floats|Path|PluginManager.*"),
-    ("py:.*", r"float64|int64|int32|void|Kind|Spec|VersionsDiffer|PoolError|RowDisagreement"),
+    ("py:.*", r"float64|int64|int32|void|Hook|Kind|Spec|VersionsDiffer|PoolError|RowDisagreement"),
     ("py:.*", r"kinetile\.(run|kernel)\..*\.(Command|Composition|Entries|F|Held|Parts|SavedPhases)"),
     ("py:.*", "Numbers"),
     ("py:.*", r"kinetile[\w.]*\.(Disagreement|DrawnFrom|Enclosure|FirstDifference)"),

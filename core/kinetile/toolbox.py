@@ -37,6 +37,7 @@ from kinetile.plugin.protocols import (
     ResponseParts,
     WallParts,
 )
+from kinetile.scene.difference_rows import difference_table
 from kinetile.scene.reach import reach_of
 
 __all__ = [
@@ -70,6 +71,7 @@ __all__ = [
     "add_pair",
     "blame",
     "closing_speed",
+    "difference_table",
     "enters",
     "falls",
     "falls_eight",

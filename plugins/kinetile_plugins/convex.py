@@ -47,7 +47,6 @@ from kinetile.kernel.vectors import (
     spread_whole,
 )
 from kinetile.scene import Scene
-from kinetile.scene.difference_rows import difference_table
 from kinetile.toolbox import (
     NEVER,
     NOBODY,
@@ -55,6 +54,7 @@ from kinetile.toolbox import (
     Kernel,
     PairParts,
     blame,
+    difference_table,
     hook,
     larger,
     since_anchor,

@@ -3,24 +3,18 @@
 import math
 
 import kinetile as kt
-import numpy as np
 from kinetile.errors import Refused
-from kinetile.toolbox import NEVER, Kernel, PairParts, closing_speed, enters, hook, pointer, shared
-
-FACES = ((1, -1, 0, 1), (1, 1, -1, 0), (-1, 1, 0, -1), (-1, -1, 1, 0))  # a corner, and the way on from it
-WIDE = 6 + 14 * len(FACES)
-
-
-def row(one: kt.Shape, other: kt.Shape) -> list[float]:
-    """Return the difference of two squares as ``enters`` reads it: half as wide as both sides together."""
-    halves = [one.core[2][0], other.core[2][0]]
-    half = math.fsum(halves)
-    low = math.fsum([*halves, -half])  # what was rounded away
-    head = [4, 0, 0, max(1.0, 4.0 * half), min(abs(number) for number in (1.0, half, low) if number), 1]
-    faces = (
-        [x * half, y * half, x * low, y * low, u, v, 0, 0, half, low, v, -u, half, 0] for x, y, u, v in FACES
-    )
-    return [*head, *(number for face in faces for number in face)]
+from kinetile.toolbox import (
+    NEVER,
+    Kernel,
+    PairParts,
+    closing_speed,
+    difference_table,
+    enters,
+    hook,
+    pointer,
+    shared,
+)
 
 
 @hook
@@ -29,7 +23,7 @@ def meet(k: Kernel, a: int, b: int) -> int:
     one, two = k.bodies[early], k.bodies[a + b - early]
     if math.isinf(k.mass[a]) and math.isinf(k.mass[b]):
         return NEVER
-    at = 1 + WIDE * (one.form * int(k.numbers[0]) + two.form)
+    at = int(k.numbers[1 + one.form * int(k.numbers[0]) + two.form])  # where their difference begins
     clock, late = k.clock[0], two.anchor - one.anchor
     path = one.x, one.y, one.vx, one.vy, late, two.x, two.y, two.vx, two.vy, clock.tick, clock.per_time
     delay = enters(pointer(k.numbers), at, *path)
@@ -55,5 +49,6 @@ class Squares:
     def prepare(self, scene: kt.Scene) -> PairParts:
         if not scene.shapes or any(s.kind != "box" or s.core[2][0] != s.core[2][1] for s in scene.shapes):
             raise Refused("squares is for scenes in which all bodies are squares")
-        rows = [number for one in scene.shapes for other in scene.shapes for number in row(one, other)]
-        return PairParts(meet, collide, shapes=True, numbers=np.array([len(scene.shapes), *rows], np.float64))
+        every = range(len(scene.shapes))
+        numbers = difference_table(scene.shapes, ((i, j) for i in every for j in every))
+        return PairParts(meet, collide, shapes=True, numbers=numbers)
