@@ -173,7 +173,7 @@ def by_ticks(
             return OPEN
         if gap > 0.0 and rate >= 0.0:
             return NEVER
-        t = -gap / rate
+        t = -gap / rate if rate != 0.0 else 0.0
         if t > 0.0 and (rate < 0.0 or t * per_time < FAR):
             ticks = tick_at_face(f, face, t, dx, x_low, x_size, ux, wx, dy, y_low, y_size, uy, wy, per_time)
             if ticks == OPEN:
