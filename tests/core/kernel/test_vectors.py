@@ -346,6 +346,18 @@ def test_whether_it_is_true_anywhere(one, two):
 
 
 @hook
+def lanes_that_are_less(one: Any, two: Any, numbers: Any) -> int:
+    return vectors.bits(load(one, numbers) < load(two, numbers))
+
+
+@given(eight, eight)
+@settings(deadline=None)
+def test_where_it_is_true(one, two):
+    expected = sum(1 << lane for lane in range(LANES) if one[lane] < two[lane])
+    assert lanes_that_are_less(one, two, EIGHT) == expected
+
+
+@hook
 def plans(bodies: Any, which: Any, out: Any, anchors: Any) -> None:
     x, y, vx, vy, anchor, reach = vectors.flights(
         bodies, which[0], which[1], which[2], which[3], which[4], which[5], which[6], which[7]
