@@ -7,6 +7,7 @@ Short runs only: no anchorings by the clock, and no commands.
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 from itertools import combinations
 
 import kinetile as kt
@@ -59,7 +60,7 @@ def contacts_of(scene: kt.Scene, most: int, until: int) -> list[tuple[int, int, 
             found.append((at, a, -b))
             continue
         two = anchored(b, at)
-        v = two.vx - one.vx, two.vy - one.vy
+        v = Fraction(two.vx) - Fraction(one.vx), Fraction(two.vy) - Fraction(one.vy)
         along = normal(Difference(shapes[a], shapes[b]), (two.x - one.x, two.y - one.y), v)
         velocities = (one.vx, one.vy), (two.vx, two.vy)
         equal = len(set(masses)) == 1 and math.isfinite(masses[0])

@@ -29,6 +29,7 @@ from kinetile.kernel.certificates.convex_integers import (
     RADIUS,
     RANK,
     WIDE,
+    comes_nearer,
 )
 from kinetile.kernel.compiled import Numbers, pointer
 from kinetile.kernel.vectors import (
@@ -303,8 +304,8 @@ def line_of(k: Kernel, a: int, b: int, dx: float, dy: float) -> tuple[float, flo
     reach = f[row + RADIUS]
     corner = faces
     if count > 1:
-        vx = k.bodies[b].vx - k.bodies[a].vx
-        vy = k.bodies[b].vy - k.bodies[a].vy
+        one = k.bodies[a]
+        two = k.bodies[b]
         found = faces
         highest = -math.inf
         closes = False
@@ -313,7 +314,7 @@ def line_of(k: Kernel, a: int, b: int, dx: float, dy: float) -> tuple[float, flo
             gap = f[face + NX] * (dx - f[face + CX]) + f[face + NY] * (dy - f[face + CY])
             nearer = gap > highest or (gap == highest and f[face + RANK] < f[found + RANK])
             if reach == 0.0:
-                closing = f[face + NX] * vx + f[face + NY] * vy < 0.0
+                closing = comes_nearer(pointer(f), row, face, one.vx, one.vy, two.vx, two.vy) > 0
                 nearer = (nearer and closing == closes) or (closing and not closes)
                 closes = closes or closing
             if nearer:

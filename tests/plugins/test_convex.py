@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import random
 from fractions import Fraction
+from pathlib import Path
 
 import pytest
 
@@ -180,3 +181,18 @@ def test_a_cast_shape_meets_what_rationals_say(seed):
                 expected.append((now + found.tick, body))
         hit = sim.cast((*place, shape), velocity)
         assert (hit and ((hit.epoch << 52) + hit.tick, hit.body)) == min(expected, default=None)
+
+
+@pytest.mark.small
+@pytest.mark.parametrize(
+    "path", sorted(Path(__file__).parents[1].glob("scenes/convex/*.toml")), ids=lambda p: p.stem
+)
+def test_what_broke(path):
+    """A quotient too large for a whole number, for boxes that hardly move apart; and, after a contact, the
+    face that was met and comes nearer by less than a rounding of its rate."""
+    scene = kt.load_scene(path)
+    expected = convex_reference.contacts_of(scene, 40, 30 << 52)
+    for phase in PHASES:
+        sim = kt.Simulation(scene, phase)
+        sim.run(max_contacts=40)
+        assert rows(sim) == expected

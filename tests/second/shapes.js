@@ -95,14 +95,15 @@ function isEntered({ g, u, tt, w, along, margin, before, after }, v, M) {
 
 /** The unit normal along which two bodies a < b exchange momentum, after both are anchored: rule 9s. */
 export function shapeNormal(a, b, M) {
-  const [dx, dy, ux, uy] = [b.x - a.x, b.y - a.y, b.vx - a.vx, b.vy - a.vy];
+  const [dx, dy] = [b.x - a.x, b.y - a.y];
+  const v = [subtract(exact(b.vx), exact(a.vx)), subtract(exact(b.vy), exact(a.vy))];
   const noMargin = sign(M.R) === 0;
   const faces = M.faces.map((face) => {
     const [px, py, nextX, nextY, tx, ty] = [face.p, face.next, face.t].flat().map(nearest);
     const length = Math.sqrt(tx * tx + ty * ty);
     const [nx, ny] = [ty / length, -tx / length];
     const gap = nx * (dx - px) + ny * (dy - py);
-    return { px, py, nextX, nextY, nx, ny, gap, approaches: nx * ux + ny * uy < 0 };
+    return { px, py, nextX, nextY, nx, ny, gap, approaches: sign(dot(face.n, v)) < 0 };
   });
   if (faces.length === 0) return along(dx - nearest(M.corners[0][0]), dy - nearest(M.corners[0][1]));
   const among = noMargin && faces.some(({ approaches }) => approaches) ? faces.filter(({ approaches }) => approaches) : faces;

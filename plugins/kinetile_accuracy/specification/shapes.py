@@ -227,9 +227,9 @@ def _floor(middle: Fraction, sign: int, square: Fraction) -> int:
     return (top + root if sign > 0 else top - root - (root * root != under)) // common
 
 
-def normal(m: Difference, d: Vector, v: Vector) -> Vector:
-    """Returns the unit normal of an exchange (rule 9s), from the separation of both bodies, anchored, and the
-    relative velocity, as doubles."""
+def normal(m: Difference, d: Vector, v: Exact) -> Vector:
+    """Returns the unit normal of an exchange (rule 9s), from the separation of both bodies, anchored, as
+    doubles, and the relative velocity."""
     x, y = map(float, m.corners[0])
     away = d[0] - x, d[1] - y
     if m.faces:
@@ -247,7 +247,7 @@ class _RoundedFace:
     """A face with rounded numbers: its normal, its gap, whether it closes, and how far a place is before its
     first corner and, negated, after its second, each with the way from that corner."""
 
-    def __init__(self, face: Face, d: Vector, v: Vector) -> None:
+    def __init__(self, face: Face, d: Vector, v: Exact) -> None:
         tx, ty = map(float, face.way)
         length = math.sqrt(tx * tx + ty * ty)
         nx, ny = self.normal = ty / length, -tx / length
@@ -255,7 +255,7 @@ class _RoundedFace:
         ways = [(d[0] - float(x), d[1] - float(y)) for x, y in (face.start, second)]
         (x, y), (x2, y2) = ways
         self.gap = nx * x + ny * y
-        self.closes = nx * v[0] + ny * v[1] < 0
+        self.closes = _dot(face.normal, v) < 0
         self.before = -(nx * y - ny * x), ways[0]
         self.after = -(nx * y2 - ny * x2), ways[1]
 

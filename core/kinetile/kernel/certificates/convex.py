@@ -283,9 +283,10 @@ def without_rounding(
                 return OPEN
     if highest == 0.0:
         return 0 if falls else NEVER
-    ticks = float(math.floor(into / -into_rate * per_time))
-    if not ticks < 2.0**53:
+    about_then = into / -into_rate * per_time
+    if not about_then < 2.0**53:
         return OPEN
+    ticks = float(math.floor(about_then))
     flown = into_rate * (ticks * tick)
     left = into + flown
     if not (kept(into_rate, ticks * tick, flown) and whole_sum(into, flown)):

@@ -311,3 +311,21 @@ def enters_exactly(
             guess -= stride
         stride = smaller(2 * stride, LIMIT >> 1)
     return low if low < LIMIT else NEVER
+
+
+@apart
+def comes_nearer(f: Numbers, row: int, face: int, vx: float, vy: float, vx2: float, vy2: float) -> int:
+    """Return 1 if a second body comes nearer to the line of a face, seen from a first, exactly; else 0."""
+    across = f[face + TY] * (vx2 - vx)
+    up = f[face + TX] * (vy2 - vy)
+    if abs(across - up) > 2.0**-49 * (abs(across) + abs(up)):
+        return 1 if across < up else 0
+    m = np.zeros(ROOM, dtype=np.int64)
+    size, least = f[row + SIZE], f[row + LEAST]
+    first, end = read_in(
+        m, 0.0, 0.0, vx, vy, 0, 0.0, 0.0, vx2, vy2, size, least, 2.0**-52, 0.0, 0.0, 0.0, 0.0
+    )
+    if end > CELLS:
+        return 0
+    along_face(m, f, face, first, end)
+    return 1 if cross(m, SUM, UX, UY, WAY_X, WAY_Y, first, end) < 0 else 0
