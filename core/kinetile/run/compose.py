@@ -321,6 +321,8 @@ def _demand_periodic(scene: Scene, given: Mapping[str, Parts]) -> None:
 
 def _demand_shapes(scene: Scene, given: Mapping[str, PairParts | WallParts]) -> None:
     """Raises Refused if a narrow phase takes discs alone, or if none is named."""
+    if given and all(parts.shapes for parts in given.values()):
+        return
     there = dict.fromkeys(scene.shapes[each].kind for each in scene.shape.tolist())
     kinds = ", ".join(there)
     taken = {row["name"]: row["shapes"] for row in registry().as_dicts()["provided"] if "shapes" in row}
@@ -332,10 +334,7 @@ def _demand_shapes(scene: Scene, given: Mapping[str, PairParts | WallParts]) -> 
                 f"{described('narrow phase', name)} takes discs alone, and this scene has shapes ({kinds}): "
                 f"{choose}, or give the bodies radii"
             )
-    if not given:
-        raise Refused(
-            f"this scene has shapes ({kinds}), and no narrow phase is named that takes them: {choose}"
-        )
+    raise Refused(f"this scene has shapes ({kinds}), and no narrow phase is named that takes them: {choose}")
 
 
 def _narrow_parts(scene: Scene, options: Mapping[str, Mapping[str, Any]]) -> dict[str, PairParts | WallParts]:

@@ -98,8 +98,9 @@ def _edges(core: tuple[Place, ...]) -> list[Exact]:
 
 def _in_parts(way: Exact, edges: list[Exact]) -> Exact:
     """Returns a vector along a way that is sums of two doubles: itself, or the edge of a core beside it."""
-    if 0 in way:  # one of length 1: products with it round nothing off
-        return tuple(Fraction((c > 0) - (c < 0)) for c in way)  # type: ignore[return-value]
+    x, y = way
+    if x == 0 or y == 0:  # one of length 1: products with it round nothing off
+        return Fraction((x > 0) - (x < 0)), Fraction((y > 0) - (y < 0))
     for each in (way, *edges, *((-x, -y) for x, y in edges)):
         if (
             cross(each, way) == 0

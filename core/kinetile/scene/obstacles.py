@@ -52,9 +52,8 @@ def polyline(
     if mistakes:
         raise SceneError(mistakes, "the polyline")
     found = []
-    for k, (p, q) in enumerate(zip(corners, [*corners[1:], corners[0]], strict=True)):
-        if k + 1 == len(corners) and not closed:
-            break
+    nexts = [*corners[1:], corners[0]] if closed else corners[1:]
+    for k, (p, q) in enumerate(zip(corners, nexts, strict=False)):
         middle = 0.5 * (p[0] + q[0]), 0.5 * (p[1] + q[1])
         ends = [(x - middle[0], y - middle[1]) for x, y in (p, q)]
         if ends[0] == ends[1]:

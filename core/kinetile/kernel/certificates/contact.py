@@ -121,6 +121,15 @@ def along(dx: float, x_size: float, ux: float, dy: float, y_size: float, uy: flo
 
 
 @hook
+def after(t: float, d: float, low: float, u: float, w: float) -> tuple[float, float]:
+    """Return where a separation is along an axis, a time t after the later anchor: a rounded number, and
+    nearly what rounding took from it."""
+    flown = u * t
+    place, rest = plus(d, flown)
+    return place, rest + (product_error(u, t, flown) + (low + w * t))
+
+
+@hook
 def gap_at(
     t: float,
     dx: float,
@@ -138,12 +147,8 @@ def gap_at(
 ) -> tuple[float, float, float, float]:
     """Return q, the squared distance less the squared reach, at a time t after the later anchor; how far it
     can be off; minus half its rate, (d.v); and how far that can be off."""
-    px = ux * t
-    py = uy * t
-    x, x_rest = plus(dx, px)
-    y, y_rest = plus(dy, py)
-    x_rest += product_error(ux, t, px) + (x_low + wx * t)
-    y_rest += product_error(uy, t, py) + (y_low + wy * t)
+    x, x_rest = after(t, dx, x_low, ux, wx)
+    y, y_rest = after(t, dy, y_low, uy, wy)
     xx = x * x
     yy = y * y
     rr = reach * reach

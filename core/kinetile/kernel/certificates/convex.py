@@ -24,6 +24,7 @@ from kinetile.kernel.certificates.contact import (
     SMALL,
     TINY,
     about,
+    after,
     filtered,
     kept,
     look_closer,
@@ -81,12 +82,8 @@ def gap_to_face(
     anchor, in units of the length of the vector along the face; and how far that can be off."""
     nx = f[face + TY]
     ny = -f[face + TX]
-    px = ux * t
-    py = uy * t
-    x, x_rest = plus(dx, px)
-    y, y_rest = plus(dy, py)
-    x_rest += product_error(ux, t, px) + (x_low + wx * t)
-    y_rest += product_error(uy, t, py) + (y_low + wy * t)
+    x, x_rest = after(t, dx, x_low, ux, wx)
+    y, y_rest = after(t, dy, y_low, uy, wy)
     across = nx * x
     up = ny * y
     both, both_low = plus(across, up)
@@ -219,7 +216,7 @@ def without_rounding(
     as on a lattice in small dyadic numbers. ``OPEN`` where one does, where it is a corner that is met, and
     where the bodies overlap.
 
-    Of two quotients the larger is told by products, and the floor by what a division leaves.
+    Products say which of two quotients is larger, and what a division leaves says the floor.
     """
     faces = row + HEAD
     count = int(f[row + COUNT])
@@ -390,14 +387,14 @@ def enters(
             over = True
             if reach > 0.0:
                 around = doubt + speed * error
-                after = face + WIDE
-                after = faces if after == faces + count * WIDE else after
+                next_corner = face + WIDE
+                next_corner = faces if next_corner == faces + count * WIDE else next_corner
                 px = dx + ux * t
                 py = dy + uy * t
                 first = nx * (py - f[face + CY]) - ny * (px - f[face + CX])
-                last = nx * (py - f[after + CY]) - ny * (px - f[after + CX])
+                last = nx * (py - f[next_corner + CY]) - ny * (px - f[next_corner + CX])
                 over = first > around and last < -around
-                nearest = face if first < -around else after
+                nearest = face if first < -around else next_corner
                 if not over:
                     known = known and (first < -around or last > around) and (corner < 0 or corner == nearest)
                     corner = nearest

@@ -30,14 +30,16 @@ from kinetile.kernel.certificates.integers import (
     X,
     Y,
     add_product,
+    between,
     carry,
     clear,
     copy,
+    narrowed,
     place_at,
     put,
     read_in,
 )
-from kinetile.kernel.compiled import Numbers, apart, larger, smaller, subroutine
+from kinetile.kernel.compiled import Numbers, apart, larger, subroutine
 from kinetile.kernel.tables import NEVER
 
 COUNT, RADIUS, RADIUS_LOW, SIZE, LEAST, PLAIN, HEAD = range(7)
@@ -299,17 +301,10 @@ def enters_exactly(
     low = 0
     high = LIMIT + 1
     stride = 1
+    guess = between(low, high, guess)
     while high - low > 1:
-        if not (low < guess and guess < high):
-            guess = low + ((high - low) >> 1)
         gap, falls = distance_at(m, f, row, first, end, guess)
-        if falls and gap >= 0:
-            low = guess
-            guess += stride
-        else:
-            high = guess
-            guess -= stride
-        stride = smaller(2 * stride, LIMIT >> 1)
+        low, high, guess, stride = narrowed(low, high, guess, stride, falls and gap >= 0)
     return low if low < LIMIT else NEVER
 
 

@@ -192,27 +192,40 @@ def signs_at(m: Cells, first: int, end: int, count: int) -> tuple[int, int]:
     return bend, carry(m, SUM, 2 * first, 2 * end, 1)
 
 
-@subroutine
-def last_before(m: Cells, first: int, end: int, guess: int, parting: bool) -> int:
-    """Return the greatest count of ticks, 0 to 2^62, at which a contact, or a parting, has not been passed;
-    at 0 it has not.
+@hook
+def narrowed(low: int, high: int, guess: int, stride: int, before: bool) -> tuple[int, int, int, int]:
+    """Return the bounds, the guess and the stride of a search for a last count, after a guess that is before
+    its end or not.
 
     Goes away from the guess by strides that double, then halves what is left.
     """
+    if before:
+        low = guess
+        guess += stride
+    else:
+        high = guess
+        guess -= stride
+    return low, high, between(low, high, guess), smaller(2 * stride, LIMIT >> 1)
+
+
+@hook
+def between(low: int, high: int, guess: int) -> int:
+    """Return a guess between two bounds, or the middle."""
+    return guess if low < guess and guess < high else low + ((high - low) >> 1)
+
+
+@subroutine
+def last_before(m: Cells, first: int, end: int, guess: int, parting: bool) -> int:
+    """Return the greatest count of ticks, 0 to 2^62, at which a contact, or a parting, has not been passed;
+    at 0 it has not."""
     low = 0
     high = LIMIT + 1
     stride = 1
+    guess = between(low, high, guess)
     while high - low > 1:
-        if not (low < guess and guess < high):
-            guess = low + ((high - low) >> 1)
         bend, gap = signs_at(m, first, end, guess)
-        if (bend < 0 or gap <= 0) if parting else (bend < 0 and gap >= 0):
-            low = guess
-            guess += stride
-        else:
-            high = guess
-            guess -= stride
-        stride = smaller(2 * stride, LIMIT >> 1)
+        before = (bend < 0 or gap <= 0) if parting else (bend < 0 and gap >= 0)
+        low, high, guess, stride = narrowed(low, high, guess, stride, before)
     return low
 
 
