@@ -84,6 +84,13 @@ def meet(k: Kernel, a: int, b: int) -> int:
 
 @unchecked
 @hook
+def meet_among_shapes(k: Kernel, a: int, b: int) -> int:
+    """As ``meet``; two immovable bodies never do (rule 7s)."""
+    return NEVER if math.isinf(k.mass[a]) and math.isinf(k.mass[b]) else meet(k, a, b)
+
+
+@unchecked
+@hook
 def meet_images(k: Kernel, a: int, b: int) -> int:
     """As ``meet``, through any image but the barred one (``kinetile.kernel.images``)."""
     return first_image(k, a, b)
@@ -378,6 +385,8 @@ class Disc:
                 periodic=True,
                 contact_distance="sum of radii",
             )
+        if scene.shapes:
+            return PairParts(meet=meet_among_shapes, collide=collide, touch=touch, part=part, shapes=True)
         alike = scene.alike and not self.general
         return PairParts(
             meet=meet,

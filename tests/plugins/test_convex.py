@@ -140,7 +140,7 @@ def test_what_shapes_do_not_have_is_refused_by_name():
     bricks = wall_of_bricks()
     with pytest.raises(Refused, match="closer"):
         kt.Simulation(bricks, "sweep-tiling")
-    with pytest.raises(Refused, match="takes discs alone"):
+    with pytest.raises(Refused, match="does not take box against box"):
         kt.Simulation(bricks, "cells", narrow_phases=("disc", "wall"))
     with pytest.raises(Refused, match="choose disc"):
         kt.Simulation(kt.make_scene("two-discs"), "cells", narrow_phases=("convex",))

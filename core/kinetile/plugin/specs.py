@@ -73,8 +73,9 @@ class NarrowPhaseSpec(_HookSpec):
     """A narrow phase: predicts contacts of one kind, and runs them.
 
     ``role`` is its kind of contact: "pair" (two bodies) or "wall" (a body and a wall). ``shapes`` are the
-    kinds of shapes (``Shape.kind``: "disc", "box" and so on) of which it takes every two, for listings and
-    for the message of a refusal. The other fields, and the errors, are as in BroadPhaseSpec.
+    kinds of shapes (``Shape.kind``: "disc", "box" and so on) of which it takes every two: of several phases
+    that are named the first that takes two shapes decides their contacts (``kinetile.run.pair_phases``). The
+    other fields, and the errors, are as in BroadPhaseSpec.
     """
 
     role: Literal["pair", "wall"] = field(kw_only=True)

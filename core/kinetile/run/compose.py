@@ -31,7 +31,8 @@ from kinetile.plugin.protocols import (
     check_parts,
 )
 from kinetile.plugin.registry import registry
-from kinetile.plugin.specs import Kind, NarrowPhaseSpec
+from kinetile.plugin.specs import Kind
+from kinetile.run.pair_phases import pair_parts, spec_of, who_takes
 from kinetile.scene import Response, Scene, Turn
 from kinetile.scene.reach import skin_at_start
 from kinetile.scene.responses import ELASTIC, PASS
@@ -292,10 +293,9 @@ def _compose(
     narrow_options = {
         each: {**scene.settings.options.get(each, {}), **extra} for each, extra in narrow.items()
     }
-    given = _narrow_parts(scene, narrow_options)
-    if scene.shapes:
-        _demand_shapes(scene, given)
-    pair = next((parts for parts in given.values() if isinstance(parts, PairParts)), None)
+    decides = who_takes(scene, [each for each in narrow if spec_of(each).role == "pair"])
+    given = _narrow_parts(scene, narrow_options, decides)
+    pair = pair_parts(scene, decides, given)
     wall = next((parts for parts in given.values() if isinstance(parts, WallParts)), None)
     if scene.periodic:
         _demand_periodic(scene, {f"broad phase {name!r}": broad, **given})
@@ -319,35 +319,24 @@ def _demand_periodic(scene: Scene, given: Mapping[str, Parts]) -> None:
             )
 
 
-def _demand_shapes(scene: Scene, given: Mapping[str, PairParts | WallParts]) -> None:
-    """Raises Refused if a narrow phase takes discs alone, or if none is named."""
-    if given and all(parts.shapes for parts in given.values()):
-        return
-    there = dict.fromkeys(scene.shapes[each].kind for each in scene.shape.tolist())
-    kinds = ", ".join(there)
-    taken = {row["name"]: row["shapes"] for row in registry().as_dicts()["provided"] if "shapes" in row}
-    fit = " or ".join(name for name, shapes in taken.items() if {*there} <= {*shapes})
-    choose = f"choose {fit}" if fit else "no narrow phase takes all of these"
-    for name, parts in given.items():
-        if not parts.shapes:
-            raise Refused(
-                f"{described('narrow phase', name)} takes discs alone, and this scene has shapes ({kinds}): "
-                f"{choose}, or give the bodies radii"
-            )
-    raise Refused(f"this scene has shapes ({kinds}), and no narrow phase is named that takes them: {choose}")
-
-
-def _narrow_parts(scene: Scene, options: Mapping[str, Mapping[str, Any]]) -> dict[str, PairParts | WallParts]:
-    """Prepares the narrow phases, each with its options; there is one for pairs and one for walls at most."""
+def _narrow_parts(
+    scene: Scene, options: Mapping[str, Mapping[str, Any]], decides: Mapping[str, Any]
+) -> dict[str, PairParts | WallParts]:
+    """Prepares the narrow phases, each with its options: of those for pairs the ones that decide contacts,
+    and one for walls at most."""
     found: dict[str, PairParts | WallParts] = {}
     for each, own in options.items():
-        role = cast(NarrowPhaseSpec, registry().spec("narrow phase", each)).role
+        role = spec_of(each).role
+        if role == "pair" and each not in decides:
+            continue
         wanted: type[PairParts | WallParts] = PairParts if role == "pair" else WallParts
         parts = _prepare("narrow phase", each, own, scene, wanted, f", as its role {role!r} has it")
-        if any(isinstance(other, wanted) for other in found.values()):
+        if role == "wall" and any(isinstance(other, WallParts) for other in found.values()):
             raise BadOption(
-                f"two narrow phases for {role}s are named, and there can be one: {', '.join(options)}"
+                f"two narrow phases for walls are named, and there can be one: {', '.join(options)}"
             )
+        if scene.shapes and not parts.shapes:
+            raise Refused(f"{described('narrow phase', each)} takes discs alone, and this scene has shapes")
         found[each] = parts
     return found
 
@@ -360,7 +349,8 @@ def _demand_solid(name: str, given: Mapping[str, PairParts | WallParts], pair: P
             "pairs is named: name one, such as disc, or choose cells, sap-1d, sap-2d or naive"
         )
     if pair.contact_distance != "sum of radii":
-        closer = next(described("narrow phase", each) for each, parts in given.items() if parts is pair)
+        pairs = (each for each, parts in given.items() if isinstance(parts, PairParts))
+        closer = " and ".join(described("narrow phase", each) for each in pairs)
         raise Refused(
             f"{name} is right only while bodies touch at the sum of their radii, and those of {closer} may "
             "come closer (its parts say contact_distance='closer', the default): choose cells, sap-1d, "

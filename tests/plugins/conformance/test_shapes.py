@@ -84,9 +84,12 @@ class WrongConvex(Convex):
         )
 
 
+KINDS = ("disc", "capsule", "box", "polygon", "segment")
+
+
 @pytest.fixture(autouse=True)
 def _added():
-    wrong = kt.NarrowPhaseSpec("wrong-convex", WrongConvex, role="pair")
+    wrong = kt.NarrowPhaseSpec("wrong-convex", WrongConvex, role="pair", shapes=KINDS)
     with registered(kt.BroadPhaseSpec("narrow-cells", NarrowCells), wrong):
         yield
 
@@ -136,7 +139,7 @@ def test_a_solid_phase_and_one_for_discs_say_that_they_take_no_shapes():
     assert "right only while bodies touch at the sum of their radii" in result.reason
     (result,) = check_broad_phase("naive", narrow_phases=["disc"], checks=[AS_CONVEX], **chosen).results
     assert result.status == "skipped"
-    assert "takes discs alone" in result.reason
+    assert "does not take box against box" in result.reason
 
 
 @pytest.mark.interpreted

@@ -41,7 +41,7 @@ from kinetile.kernel.compiled.hooks import (
     to_be_filled_in,
     unchecked,
 )
-from kinetile.kernel.compiled.views import disowned, pointer, wrapping
+from kinetile.kernel.compiled.views import disowned, numbers_from, pointer, wrapping
 
 __all__ = [
     "INTERPRETED",
@@ -58,6 +58,7 @@ __all__ = [
     "larger",
     "make_ready",
     "nobody_compiles",
+    "numbers_from",
     "pointer",
     "python_of",
     "smaller",

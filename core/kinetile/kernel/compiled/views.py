@@ -35,6 +35,10 @@ if INTERPRETED:
         """Return an array as it is."""
         return numbers
 
+    def numbers_from(tables: Any, first: int) -> Any:
+        """Return the tables with numbers that begin at one of them."""
+        return tables._replace(numbers=tables.numbers[first:])
+
 else:
     import operator
 
@@ -196,6 +200,37 @@ else:
             return context.make_array(numbers)(context, builder, value=arguments[0]).data
 
         return types.CPointer(numbers.dtype)(numbers), code
+
+    @intrinsic
+    def numbers_from(typing_context: Any, tables: Any, first: Any) -> Any:
+        """Return the tables with numbers that begin at one of them."""
+        at = tables.instance_class._fields.index("numbers")
+        kind = tables[at]
+
+        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            whole, start = arguments
+            old = builder.extract_value(whole, at)
+            if isinstance(kind, _View):
+                given = cgutils.create_struct_proxy(kind)(context, builder, value=old)
+                given.data = builder.gep(given.data, [start])
+                given.count = builder.sub(given.count, start)
+            else:
+                given = context.make_array(kind)(context, builder, value=old)
+                count = builder.sub(given.nitems, start)
+                data, strides = builder.gep(given.data, [start]), cgutils.unpack_tuple(builder, given.strides)
+                arrayobj.populate_array(
+                    given,
+                    data=data,
+                    shape=[count],
+                    strides=strides,
+                    itemsize=given.itemsize,
+                    meminfo=given.meminfo,
+                )
+            made = builder.insert_value(whole, given._getvalue(), at)
+            context.nrt.incref(builder, tables, made)
+            return made
+
+        return tables(tables, types.intp), code
 
     @intrinsic
     def wrapping(typing_context: Any, given: Any) -> Any:

@@ -11,4 +11,5 @@ __all__ = ["kinetile_narrow_phases"]
 def kinetile_narrow_phases() -> list[kt.NarrowPhaseSpec]:
     """Name the narrow phase that this package brings."""
     summary = "squares that do not rotate, elastic"
-    return [kt.NarrowPhaseSpec("squares", "kinetile_squares.squares:Squares", summary, role="pair", api=2)]
+    target = "kinetile_squares.squares:Squares"
+    return [kt.NarrowPhaseSpec("squares", target, summary, role="pair", shapes=("box",), api=2)]

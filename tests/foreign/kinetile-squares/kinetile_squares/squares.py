@@ -47,8 +47,8 @@ def collide(k: Kernel, a: int, b: int) -> float:
 
 class Squares:
     def prepare(self, scene: kt.Scene) -> PairParts:
-        if not scene.shapes or any(s.kind != "box" or s.core[2][0] != s.core[2][1] for s in scene.shapes):
-            raise Refused("squares is for scenes in which all bodies are squares")
-        every = range(len(scene.shapes))
-        numbers = difference_table(scene.shapes, ((i, j) for i in every for j in every))
+        boxes = [i for i, shape in enumerate(scene.shapes) if shape.kind == "box"]
+        if any(scene.shapes[i].core[2][0] != scene.shapes[i].core[2][1] for i in boxes):
+            raise Refused("squares is for scenes in which all boxes are squares")
+        numbers = difference_table(scene.shapes, ((i, j) for i in boxes for j in boxes))
         return PairParts(meet, collide, shapes=True, numbers=numbers)

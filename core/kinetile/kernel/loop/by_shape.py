@@ -1,0 +1,73 @@
+"""Several narrow phases for pairs in one loop: which two bodies are whose is said by their shapes.
+
+``k.numbers`` then begins with the number of shapes S, with a row of S for each shape that says which phase
+takes it and another one, from 0, and with where the numbers of each phase begin. A phase finds its own from
+0, as it does where it is alone (``numbers_from``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kinetile.kernel.compiled import hook, is_checked, numbers_from, unchecked, with_numpy
+from kinetile.kernel.tables import Kernel
+
+Hook = Callable[..., Any]
+Doubles = npt.NDArray[np.float64]
+
+
+def all_numbers(takes: npt.NDArray[np.int64], numbers: list[Doubles | None]) -> Doubles:
+    """Returns ``k.numbers`` for several phases: (S, S) which of them takes two shapes, what each keeps."""
+    kept = [np.zeros(0) if each is None else each for each in numbers]
+    head = 1 + takes.size + len(kept)
+    begins = head + np.cumsum([0, *(len(each) for each in kept[:-1])])
+    return np.concatenate([[len(takes)], takes.ravel(), begins, *kept]).astype(np.float64)
+
+
+@hook
+def own_numbers(k: Kernel, phase: int) -> Kernel:
+    """Return the tables as a phase sees them."""
+    shapes = int(k.numbers[0])
+    own: Kernel = numbers_from(k, int(k.numbers[1 + shapes * shapes + phase]))
+    return own
+
+
+@hook
+def phase_of(k: Kernel, a: int, b: int) -> int:
+    """Return which phase takes two bodies."""
+    return int(k.numbers[1 + k.bodies[a].form * int(k.numbers[0]) + k.bodies[b].form])
+
+
+@cache
+def by_shape(hooks: tuple[Hook, ...], first: int = 0) -> Hook:
+    """Returns a hook that is, for two bodies, that of the phase that takes them; the phases are numbered from
+    the first one's number."""
+    mine = of_phase(hooks[0], first)
+    if len(hooks) == 1:
+        return mine
+    others = by_shape(hooks[1:], first + 1)
+
+    @unchecked
+    @hook
+    def call(k: Kernel, a: int, b: int) -> Any:
+        return mine(k, a, b) if phase_of(k, a, b) == first else others(k, a, b)
+
+    return call
+
+
+@cache
+def of_phase(function: Hook, phase: int) -> Hook:
+    """Returns a phase's hook that takes the tables of all."""
+    given = with_numpy(function) if is_checked(function) else function
+
+    @unchecked
+    @hook
+    def call(k: Kernel, *rest: Any) -> Any:
+        return given(own_numbers(k, phase), *rest)
+
+    return call

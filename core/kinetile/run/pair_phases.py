@@ -1,0 +1,83 @@
+"""Narrow phases for pairs: which of those that are named decides the contacts of which two shapes.
+
+A narrow phase is registered for some kinds of shapes (``NarrowPhaseSpec.shapes``) and takes every two of
+these. Of several that are named the first that takes two shapes decides their contacts, so a phase for some
+shapes is named before one for more. A phase that has nothing to decide in a scene is not composed, and where
+one decides all its parts are taken as they are.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from typing import Any, cast
+
+import numpy as np
+
+from kinetile.errors import BadOption, Refused
+from kinetile.kernel.loop.by_shape import all_numbers, by_shape, of_phase
+from kinetile.plugin.calling import described
+from kinetile.plugin.protocols import PairParts
+from kinetile.plugin.registry import registry
+from kinetile.plugin.specs import NarrowPhaseSpec
+from kinetile.scene import Scene
+
+
+def spec_of(name: str) -> NarrowPhaseSpec:
+    """Returns what a narrow phase is registered as."""
+    return cast(NarrowPhaseSpec, registry().spec("narrow phase", name))
+
+
+def who_takes(scene: Scene, names: Sequence[str]) -> dict[str, list[tuple[int, int]]]:
+    """Returns of narrow phases for pairs those that decide contacts of a scene, and of which two shapes: the
+    first that takes both decides.
+
+    Raises Refused if none takes two shapes that there are, and BadOption if one could never decide.
+    """
+    taken = {each: {*spec_of(each).shapes} for each in names}
+    for at, name in enumerate(names):
+        if any(taken[name] <= taken[other] for other in names[:at]):
+            raise BadOption(
+                f"{described('narrow phase', name)} would decide nothing: of {', '.join(names)} the first "
+                "that takes two shapes decides their contacts; name the one that takes fewer first"
+            )
+    kinds = [each.kind for each in scene.shapes] or ["disc"]
+    there = np.unique(scene.shape).tolist() if scene.shapes else [0]
+    decides: dict[str, list[tuple[int, int]]] = {}
+    for one, other in itertools.product(there, there) if names else ():
+        who = next((name for name in names if {kinds[one], kinds[other]} <= taken[name]), None)
+        if who is None:
+            raise Refused(_not_taken(kinds[one], kinds[other], names))
+        decides.setdefault(who, []).append((one, other))
+    return {name: decides[name] for name in names if name in decides}
+
+
+def _not_taken(one: str, other: str, names: Sequence[str]) -> str:
+    """Returns what is wrong where no narrow phase is named that takes two shapes."""
+    listed = {row["name"]: row["shapes"] for row in registry().as_dicts()["provided"] if "shapes" in row}
+    fit = [name for name, shapes in listed.items() if {one, other} <= {*shapes}]
+    named = " and ".join(described("narrow phase", name) for name in names)
+    which = f"choose {' or '.join(fit)}" if fit else "none that is installed does"
+    return f"{named} does not take {one} against {other}, which this scene has: {which}"
+
+
+def pair_parts(
+    scene: Scene, decides: Mapping[str, list[tuple[int, int]]], given: Mapping[str, Any]
+) -> PairParts | None:
+    """Returns the parts for pairs: those of the phase that decides, or of several as one. Bounds are then
+    those of a phase that takes all, since all of them decide when two shapes touch."""
+    phases: list[PairParts] = [given[name] for name in decides]
+    if len(phases) < 2:
+        return phases[0] if phases else None
+    takes = np.zeros((len(scene.shapes), len(scene.shapes)), np.int64)
+    for at, pairs in enumerate(decides.values()):
+        takes[tuple(np.transpose(pairs))] = at
+    hooks = {
+        name: tuple(getattr(each, name) for each in phases) for name in ("meet", "collide", "touch", "part")
+    }
+    chosen: dict[str, Any] = {name: by_shape(each) for name, each in hooks.items() if None not in each}
+    there = {scene.shapes[shape].kind for shape in scene.shape.tolist()}
+    for at, (name, each) in enumerate(zip(decides, phases, strict=True)):
+        if there <= {*spec_of(name).shapes} and each.soonest:
+            chosen["soonest"] = of_phase(each.soonest, at)
+    return PairParts(**chosen, shapes=True, numbers=all_numbers(takes, [each.numbers for each in phases]))
