@@ -50,7 +50,6 @@ LARGER_IDEAS = {
     "kinetile/run/engine/engine.py": 750,
     "kinetile/run/saving/files.py": 550,
     "kinetile/kernel/certificates/contact.py": 520,
-    "kinetile/kernel/certificates/convex.py": 480,
     "kinetile/kernel/tables.py": 490,
     "kinetile/kernel/vectors/intrinsics.py": 500,
     "kinetile_bench/plan.py": 550,

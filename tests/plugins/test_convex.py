@@ -12,6 +12,7 @@ import pytest
 import box_scenes
 import convex_reference
 import convex_scenes
+import convex_stages
 import kinetile as kt
 from convex_questions import Question, drawn_shape
 from kinetile.errors import Refused, ZenoError
@@ -133,6 +134,15 @@ def test_a_run_of_boxes_is_saved_and_goes_on(tmp_path):
     played = kt.Simulation(kt.load_scene(tmp_path / "boxes.toml"), "naive")
     played.run(until=40.0, max_contacts=len(sim.contacts))
     assert played.fingerprint == sim.fingerprint
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("count", [2000, pytest.param(100_000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("kinds", convex_stages.PAIRS, ids=" ".join)
+def test_all_stages_and_whole_numbers_alone_give_one_tick(kinds, count):
+    contacts, wrong = convex_stages.disagreements(kinds, count, 1)
+    assert contacts > count // 20
+    assert wrong == 0
 
 
 @pytest.mark.small

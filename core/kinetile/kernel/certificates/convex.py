@@ -24,7 +24,6 @@ from kinetile.kernel.certificates.contact import (
     SMALL,
     TINY,
     about,
-    after,
     filtered,
     kept,
     look_closer,
@@ -55,133 +54,10 @@ from kinetile.kernel.certificates.convex_integers import (
     WIDE,
     enters_exactly,
 )
-from kinetile.kernel.certificates.integers import LIMIT, as_count
-from kinetile.kernel.certificates.structural import FAR
+from kinetile.kernel.certificates.faces import by_ticks, grain_of, tick_at_face
+from kinetile.kernel.certificates.integers import as_count
 from kinetile.kernel.compiled import Numbers, apart, hook, larger, smaller
 from kinetile.kernel.tables import NEVER
-from kinetile.kernel.vectors import product_error
-
-
-@hook
-def gap_to_face(
-    f: Numbers,
-    face: int,
-    t: float,
-    dx: float,
-    x_low: float,
-    x_size: float,
-    ux: float,
-    wx: float,
-    dy: float,
-    y_low: float,
-    y_size: float,
-    uy: float,
-    wy: float,
-) -> tuple[float, float]:
-    """Return how far a place is outside the line of a face, moved out by R, at a time t after the later
-    anchor, in units of the length of the vector along the face; and how far that can be off."""
-    nx = f[face + TY]
-    ny = -f[face + TX]
-    x, x_rest = after(t, dx, x_low, ux, wx)
-    y, y_rest = after(t, dy, y_low, uy, wy)
-    across = nx * x
-    up = ny * y
-    both, both_low = plus(across, up)
-    gap, gap_low = plus(both, -f[face + FAR_OUT])
-    mixed = (nx * x_rest + f[face + TY_LOW] * x) + (ny * y_rest - f[face + TX_LOW] * y)
-    lost = product_error(nx, x, across) + product_error(ny, y, up)
-    size = abs(nx) * (x_size + abs(x)) + abs(ny) * (y_size + abs(y)) + abs(f[face + FAR_OUT])
-    left = gap + (((both_low + gap_low) + lost) + (mixed - f[face + FAR_LOW]))
-    return left, 2.0**-97 * size + 2.0**-52 * abs(left) + TINY
-
-
-@hook
-def tick_at_face(
-    f: Numbers,
-    face: int,
-    t: float,
-    dx: float,
-    x_low: float,
-    x_size: float,
-    ux: float,
-    wx: float,
-    dy: float,
-    y_low: float,
-    y_size: float,
-    uy: float,
-    wy: float,
-    per_time: float,
-) -> int:
-    """Return in which tick after the later anchor a place crosses the line of a face, moved out by R, where
-    it does at about a time t > 0; ``OPEN`` if that is not sure.
-
-    One step from there, the gap in compensated arithmetic.
-    """
-    left, error = gap_to_face(f, face, t, dx, x_low, x_size, ux, wx, dy, y_low, y_size, uy, wy)
-    rate = f[face + TX] * uy - f[face + TY] * ux
-    unsure = 2.0**-50 * (abs(f[face + TX] * uy) + abs(f[face + TY] * ux))
-    ticks = t * per_time
-    if abs(rate) > 2.0 * unsure and ticks < FAR:
-        step = left / rate
-        bound = (error + abs(step) * unsure) / (abs(rate) - unsure) * per_time * (1.0 + 2.0**-20)
-        step *= per_time
-        bound += 2.0**-49 * abs(step) + 2.0**-50
-        if bound < 0.5:
-            base = int(ticks)
-            part = (ticks - float(base)) + step
-            down = math.floor(part)
-            over = part - float(down)
-            if over > bound and over < 1.0 - bound:
-                found = base + int(down)
-                return larger(found, 0) if found < LIMIT else NEVER
-    return OPEN
-
-
-@hook
-def by_ticks(
-    f: Numbers,
-    row: int,
-    dx: float,
-    x_low: float,
-    x_size: float,
-    ux: float,
-    wx: float,
-    dy: float,
-    y_low: float,
-    y_size: float,
-    uy: float,
-    wy: float,
-    per_time: float,
-) -> int:
-    """Return what ``enters`` does for a difference without a margin, by the ticks in which the lines of its
-    faces are crossed; ``OPEN`` where one of them, or a gap at the later anchor, is not sure, where a place
-    would come in and go out in one tick, and where the bodies overlap."""
-    comes = -1
-    goes = NEVER
-    for k in range(int(f[row + COUNT])):
-        face = row + HEAD + k * WIDE
-        nx = f[face + TY]
-        ny = -f[face + TX]
-        gap, error = gap_to_face(f, face, 0.0, dx, x_low, x_size, ux, wx, dy, y_low, y_size, uy, wy)
-        rate = nx * ux + ny * uy
-        unsure = 2.0**-49 * (abs(nx * ux) + abs(ny * uy))
-        still = (nx == 0.0 or (ux == 0.0 and wx == 0.0)) and (ny == 0.0 or (uy == 0.0 and wy == 0.0))
-        if abs(gap) <= error or (abs(rate) <= unsure and not still):
-            return OPEN
-        if gap > 0.0 and rate >= 0.0:
-            return NEVER
-        t = -gap / rate if rate != 0.0 else 0.0
-        if t > 0.0 and (rate < 0.0 or t * per_time < FAR):
-            ticks = tick_at_face(f, face, t, dx, x_low, x_size, ux, wx, dy, y_low, y_size, uy, wy, per_time)
-            if ticks == OPEN:
-                return OPEN
-            if rate < 0.0:
-                comes = larger(comes, ticks)
-            else:
-                goes = smaller(goes, ticks)
-    if comes < 0 or comes == goes:
-        return OPEN
-    return comes if comes < goes else NEVER
 
 
 @hook
@@ -402,7 +278,7 @@ def enters(
                 ticks = -1
                 if comes > 0.0:
                     ticks = tick_at_face(
-                        f, face, t, dx, x_low, x_size, ux, wx, dy, y_low, y_size, uy, wy, per_time
+                        f, face, t, dx, x_low, x_size, ux, wx, dy, y_low, y_size, uy, wy, per_time, 0.0
                     )
                 known = known and ticks >= 0
                 if ticks >= 0 and reach > 0.0:
@@ -456,7 +332,11 @@ def enters(
                 )
             guess = as_count(about(ax, ay, ux, uy, reach) * per_time)
         if count > 2 and reach == 0.0:
-            found = by_ticks(f, row, dx, x_low, x_size, ux, wx, dy, y_low, y_size, uy, wy, per_time)
+            grain = tick * smaller(smaller(grain_of(vx), grain_of(vy)), smaller(grain_of(vx2), grain_of(vy2)))
+            grain = smaller(
+                smaller(grain, smaller(grain_of(x), grain_of(y))), smaller(grain_of(x2), grain_of(y2))
+            )
+            found = by_ticks(f, row, dx, x_low, x_size, ux, wx, dy, y_low, y_size, uy, wy, per_time, grain)
             if found != OPEN:
                 return found
         exact = whole_path(x, vx, x2, vx2, time, rest, 0.0, 0.0)
