@@ -25,6 +25,7 @@ from kinetile.kernel.flight import positions_now
 from kinetile.kernel.loop.calendar import rank
 from kinetile.kernel.loop.predictions import meeting
 from kinetile.kernel.passings import PASS, is_passing
+from kinetile.kernel.skin import reaches_of
 from kinetile.kernel.tables import (
     GUESS,
     NEVER,
@@ -262,7 +263,8 @@ def complaints(k: Kernel, composition: Composition, delta: float) -> Iterator[Co
     yield from _contact_times(k, columns, composition, near)
     repaired = bool((columns.queue.own > columns.clock.now).all())  # no certificate fails at this very tick
     if composition.pair is not None and repaired:
-        yield from _touching(columns, positions_now(k), near, delta, composition.prepared.periods)
+        sides = reaches_of(k) - delta
+        yield from _touching(columns, positions_now(k), sides, near, delta, composition.prepared.periods)
     yield from map(Complaint, of_passings(k, columns, composition, positions_now(k)))
     if broad.audit is not None:
         yield from map(Complaint, broad.audit(k, broad.state))
@@ -428,13 +430,14 @@ def ask_again(k: Kernel, pairs: Pairs, meetings: Integers, walls: Integers) -> N
 
 
 def _touching(
-    k: Any, place: Any, near: Pairs, delta: float, periods: tuple[float, float]
+    k: Any, place: Any, sides: Any, near: Pairs, delta: float, periods: tuple[float, float]
 ) -> Iterator[Complaint]:
-    """Every two bodies closer than a skin, through any image, are a candidate pair."""
+    """Every two bodies closer than a skin, through any image, are a candidate pair. How close they are say
+    the circles and the upright boxes around them, whichever are farther apart."""
     n = len(k.bodies)
     held = near[:, 0].astype(np.int64) * n + near[:, 1]
     slots = np.flatnonzero(k.queue.number >= 0)
-    place, radius = place[slots], k.bodies.radius[slots]
+    place, radius, sides = place[slots], k.bodies.radius[slots], sides[slots].T
     for first in range(0, len(place), ROWS):
         rows = slice(first, first + ROWS)
         between = [place[rows, axis, None] - place[None, :, axis] for axis in range(2)]
@@ -442,6 +445,9 @@ def _touching(
             if period:
                 each -= period * np.rint(each / period)
         apart = np.hypot(*between) - (radius[rows, None] + radius[None, :])
+        for each, low, high in zip(between, sides[::2], sides[1::2], strict=True):
+            apart = np.maximum(apart, each - (low[rows, None] + high[None, :]))
+            apart = np.maximum(apart, -each - (high[rows, None] + low[None, :]))
         at, other = np.nonzero(apart <= delta)
         a, b = slots[at + first], slots[other]
         for missed in np.flatnonzero((a < b) & ~np.isin(a * n + b, held)).tolist():

@@ -63,7 +63,7 @@ def test_any_sizes_get_cells_that_are_wide_enough_and_not_too_many(radius, sprea
     n = len(radius)
     scene = kt.Scene.__new__(kt.Scene)
     place = np.column_stack([np.linspace(0.0, spread, n), np.zeros(n)])
-    for name, value in (("position", place), ("radius", np.array(radius))):
+    for name, value in (("position", place), ("radius", np.array(radius)), ("shapes", ())):
         object.__setattr__(scene, name, value)
     object.__setattr__(scene, "arena", (max(spread, 1.0), 1.0) if arena else None)
     sides = sides_for(scene, None if narrow is None else 2.0 * min(radius) * narrow)
