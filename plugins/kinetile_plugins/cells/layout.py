@@ -17,10 +17,10 @@ those of nine copied cells has the number of bodies below and the number of list
 
 The narrower the cells, the fewer bodies are near each other, and the more often one moves to another
 cell. A cell cannot be narrower than the widest body at home in it (docs/cells.md has the exact bound and its
-proof). For bodies that are far apart it is best to have two or three in a cell: ``SPACING`` times the side at
-which there is one. That is measured, and the optimum is flat. A cell is wider than it must be by twice its
-``slack``: a body may be outside its cell by that and stay at home, so a body that oscillates over an
-edge does not cross each time.
+proof); a body is as wide as twice what it reaches to its farthest side. For bodies that are far apart it is
+best to have two or three in a cell: ``SPACING`` times the side at which there is one. That is measured, and
+the optimum is flat. A cell is wider than it must be by twice its ``slack``: a body may be outside its cell by
+that and stay at home, so a body that oscillates over an edge does not cross each time.
 """
 
 from __future__ import annotations
@@ -240,8 +240,8 @@ MOST = 8
 
 
 def least_side(reach: Any, skin: float) -> Any:
-    """Returns the least side of cells in which a body may be at home that, without its skin, reaches so far to
-    its farthest side; arrays will do."""
+    """Returns the least side of cells for a body that reaches so far to its farthest side, without its skin;
+    arrays will do."""
     return 2.0 * (reach + 2.0 * skin)
 
 
