@@ -11,6 +11,7 @@ docs/one-answer.md.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -89,3 +90,19 @@ def reaches_of(k: Kernel) -> npt.NDArray[np.float64]:
     if "left" not in bodies.dtype.names:
         return np.asarray(np.repeat(bodies["reach"][:, None], 4, axis=1))
     return np.asarray(np.stack([bodies[side] for side in fields_in(SIDES)], axis=1) + k.clock[0].limits.skin)
+
+
+def box_gaps(
+    between: Iterable[npt.NDArray[np.float64]], one: npt.NDArray[np.float64], other: npt.NDArray[np.float64]
+) -> npt.NDArray[np.float64]:
+    """Return (m, n) how far m upright boxes and n others are apart, along x or y, whichever is more; below 0
+    where they overlap.
+
+    ``between`` are two (m, n) tables of differences of places, one less the other; ``one`` and ``other`` are
+    (m, 4) and (n, 4) reaches.
+    """
+    x, y = (
+        np.maximum(apart - (a[:, 0, None] + b[:, 1]), -apart - (a[:, 1, None] + b[:, 0]))
+        for apart, a, b in zip(between, (one[:, :2], one[:, 2:]), (other[:, :2], other[:, 2:]), strict=True)
+    )
+    return np.maximum(x, y)

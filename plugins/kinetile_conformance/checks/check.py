@@ -11,12 +11,12 @@ from importlib import import_module
 from typing import Any, Literal, Protocol
 
 import numpy as np
-import numpy.typing as npt
 
 from kinetile.errors import Refused
+from kinetile.kernel.skin import box_gaps
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene
-from kinetile.toolbox import Kernel, reaches_of
+from kinetile.toolbox import reaches_of
 from kinetile_accuracy.specification.certify import explain_difference
 from kinetile_conformance.cases import CONTACTS, REFERENCE, RunOutcome, Subject, outcome
 from kinetile_conformance.compare import difference, first_difference
@@ -162,15 +162,6 @@ def agree_when_commanded(subject: Subject, ran: Callable[[Subject], RunOutcome])
         raise Disagreement(said)
 
 
-def box_gaps(k: Kernel, place: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Return (n, n) how far the upright boxes around bodies at (n, 2) places, with their skins, are apart
-    along the axis on which that is more; below 0 where they overlap."""
-    low, high = reaches_of(k).reshape(-1, 2, 2).transpose(2, 0, 1)
-    apart = place[:, None] - place[None]
-    gaps = np.maximum(apart - (low[:, None] + high[None]), -apart - (high[:, None] + low[None]))
-    return np.asarray(gaps.max(axis=2))
-
-
 def near_fault(sim: Simulation) -> str | None:
     """Return what is wrong with the phase's `near` now, in a sentence; None: nothing, or a repair is due.
 
@@ -191,9 +182,10 @@ def near_fault(sim: Simulation) -> str | None:
     for body, other in np.argwhere(near & ~near.T).tolist():
         return f"{other} is near {body}, but {body} is not near {other}"
     place, radius = sim.positions(), np.asarray(k.bodies.radius)
-    apart = np.hypot(*(place[:, None] - place[None]).transpose(2, 0, 1)) - (radius[:, None] + radius)
+    between, sides = (place[:, None] - place[None]).transpose(2, 0, 1), reaches_of(k)
     skin = k.clock[0].limits.skin  # half of what their reaches leave
-    apart = np.maximum(apart, box_gaps(k, place) + 2.0 * skin)
+    circles = np.hypot(*between) - (radius[:, None] + radius)
+    apart = np.maximum(circles, box_gaps(between, sides, sides) + 2.0 * skin)
     for a, b in np.argwhere((apart <= skin) & ~near).tolist():
         return f"bodies {a} and {b} touch (gap {apart[a, b]:.3g}) and are not near each other"
     return None
