@@ -9,10 +9,9 @@ from collections.abc import Iterator
 
 from kinetile.errors import AuditError, KinetileError, StalledError
 from kinetile.kernel.clock import SPAN, TICKS
-from kinetile.kernel.skin import box_gaps
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene
-from kinetile.toolbox import reaches_of
+from kinetile.toolbox import box_gaps, reaches_of
 from kinetile_conformance.cases import CONTACTS, Subject, horizon
 from kinetile_conformance.checks.check import Disagreement, Reference, check
 
