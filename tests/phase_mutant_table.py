@@ -135,9 +135,9 @@ NAIVE_MUTANTS = [
 
 # sap-1d
 
-RIGHT_EDGE = "q_reach = q.reach if right & 1 else -q.reach"
-LEFT_EDGE = "p_reach = p.reach if left & 1 else -p.reach"
-EDGES = "k.bodies.reach[body], -k.bodies.reach[body]"
+RIGHT_EDGE = "q_away = offset(k, q, 2 * s.axis[0] + (right & 1))"
+LEFT_EDGE = "p_away = offset(k, p, 2 * s.axis[0] + (left & 1))"
+EDGES = "offsets(k)[body, 2 * axis + upper]"
 GAP = "        due = falls(k, since, gap, rate)\n"
 NOTE = "    s.bounds[left] = due\n"
 FIRST_WATCH = "        watch(k, s, bound, s.order[place + 1])\n        if bound"
@@ -168,9 +168,9 @@ def _instead_of_reach(factor: str = "") -> list[Change]:
     """Return the changes by which sap-1d takes the radius, or part of it, for the reach."""
     radius = f"k.bodies.radius[body]{factor}"
     return [
-        instead(LEFT_EDGE, LEFT_EDGE.replace("p.reach", f"p.radius{factor}")),
-        instead(RIGHT_EDGE, RIGHT_EDGE.replace("q.reach", f"q.radius{factor}")),
-        instead(EDGES, f"{radius}, -{radius}"),
+        instead(LEFT_EDGE, f"p_away = (p.radius if left & 1 else -p.radius){factor}"),
+        instead(RIGHT_EDGE, f"q_away = (q.radius if right & 1 else -q.radius){factor}"),
+        instead(EDGES, f"np.where(upper == 1, {radius}, -{radius})"),
     ]
 
 
@@ -190,7 +190,7 @@ SAP_1D_MUTANTS = [
     Mutant(
         "takes the other end of the right body",
         "sap-1d",
-        [instead(RIGHT_EDGE, "q_reach = -q.reach if right & 1 else q.reach")],
+        [instead(RIGHT_EDGE, RIGHT_EDGE.replace("(right & 1)", "(1 - (right & 1))"))],
         "swapped ends",
     ),
     Mutant(

@@ -13,6 +13,7 @@ from kinetile.kernel.flight import closing_speed, positions_now, shared, since_a
 from kinetile.kernel.log import BOTTOM, LEFT, RIGHT, TOP
 from kinetile.kernel.loop.idle import NoState
 from kinetile.kernel.pairs import add_pair, offer, pairs_of, remove_pair
+from kinetile.kernel.skin import box_gaps, reach_to, reaches_of
 from kinetile.kernel.tables import MY_FAULT, NEVER, NOBODY, TOO_DEEP, Kernel, Records, blame, is_there
 from kinetile.kernel.vectors import prefetch
 from kinetile.plugin.drawing import (
@@ -70,6 +71,7 @@ __all__ = [
     "WallParts",
     "add_pair",
     "blame",
+    "box_gaps",
     "closing_speed",
     "difference_table",
     "enters",
@@ -87,6 +89,8 @@ __all__ = [
     "positions_now",
     "prefetch",
     "reach_of",
+    "reach_to",
+    "reaches_of",
     "remove_pair",
     "schedule",
     "shared",

@@ -48,7 +48,7 @@ from kinetile.toolbox import (
     unchecked,
 )
 
-from .sorted_bounds import Whole, audit_bounds, draw_boxes, draw_line
+from .sorted_bounds import Whole, audit_bounds, draw_boxes, draw_line, offset, offsets
 
 PLACE = 4
 """Where the place of a bound stands behind its tick in ``bounds``."""
@@ -75,12 +75,12 @@ def arrange(k: Kernel, s: State) -> None:
     place, torus = positions_now(k), k.clock[0].torus
     s.order[:] = END
     body, upper = np.divmod(np.arange(2 * len(place)), 2)
-    reach = np.where(upper == 1, k.bodies.reach[body], -k.bodies.reach[body])
+    away = offsets(k)
     along_x = k.bodies.vx, k.images.kx, torus.x, torus.per_x
     along_y = k.bodies.vy, k.images.ky, torus.y, torus.per_y
     for axis in range(s.span[0] >> 1, s.span[1] >> 1):
         speed, taken_off, period, per = along_y if axis else along_x
-        edge = place[body, axis] + reach
+        edge = place[body, axis] + away[body, 2 * axis + upper]
         turn = np.floor(edge * per)
         order = np.lexsort((body, 1 - upper, speed[body], edge - turn * period))
         slots = 1 + axis * (len(s.order) >> 1) + np.arange(len(order))
@@ -133,7 +133,7 @@ def edge(k: Kernel, bound: int, at: int) -> float:
     body = k.bodies[bound >> 3]
     elapsed = since_anchor(k, body, at)
     place = body.x + body.vx * elapsed if bound & 2 == 0 else body.y + body.vy * elapsed
-    return float(place + (body.reach if bound & 1 else -body.reach))
+    return float(place + offset(k, body, bound & 3))
 
 
 @hook

@@ -7,6 +7,9 @@ functions; hooks are written for one storage each. On a periodic axis the order 
 of images, and a bound's place on it is that of the image whose body is where its plan has it
 (``circular_bounds``).
 
+A bound is as far from its body's place as the body reaches to that side (``reach_to``). A list of the circles
+around bodies would be right as well, and has the more pairs the longer the bodies are.
+
 Between two events the list of an axis must have each bound once and the ranks that belong to it; no bound may
 stand right of its neighbour by more than rounding explains, unless that is about to be put right; each bound
 must be noted with the tick at which the two plans say that it passes its neighbour, and each body scheduled
@@ -32,16 +35,34 @@ from kinetile.toolbox import (
     Item,
     Kernel,
     Point,
+    Records,
     Segment,
     falls_many,
     held_pairs,
+    hook,
     positions_now,
+    reach_to,
+    reaches_of,
 )
 
 Whole = npt.NDArray[np.int64]
+Lengths = npt.NDArray[np.float64]
 
 ROWS = 1 << 9
 """Bodies compared with all others at a time."""
+
+
+@hook
+def offset(k: Kernel, body: Records, side: int) -> float:
+    """Return how far the bound of a body on a side is right of its place, or above it: the sides are those of
+    ``reach_to``, L and R on x, L and R on y."""
+    reach = reach_to(body, side, k.clock[0].limits.skin)
+    return reach if side & 1 else -reach
+
+
+def offsets(k: Kernel) -> Lengths:
+    """Returns (n, 4) what ``offset`` does, of all bodies."""
+    return np.asarray(reaches_of(k) * np.array([-1.0, 1.0, -1.0, 1.0]))
 
 
 def audit_bounds(k: Kernel, order: Whole, place: Whole, due: Whole, axes: tuple[int, ...]) -> Iterator[str]:
@@ -91,10 +112,9 @@ def _order(k: Kernel, order: Whole, place: Whole, due: Whole, axis: int) -> Iter
     behind = ((place[left] - place[right]) // len(order) + 1) * period
     at, speed = (bodies.x, bodies.vx) if axis == 0 else (bodies.y, bodies.vy)
     since = np.maximum(bodies.anchor[p], bodies.anchor[q])
+    away = offsets(k)[:, 2 * axis : 2 * axis + 2].ravel()
     edges = [
-        at[body]
-        + speed[body] * ((since - bodies.anchor[body]) * clock.tick)
-        + np.where(bound & 1, bodies.reach[body], -bodies.reach[body])
+        at[body] + speed[body] * ((since - bodies.anchor[body]) * clock.tick) + away[bound]
         for body, bound in ((p, left), (q, right))
     ]
     wanted = falls_many(k, since, edges[1] - edges[0] + behind, speed[q] - speed[p])
@@ -105,10 +125,7 @@ def _order(k: Kernel, order: Whole, place: Whole, due: Whole, axis: int) -> Iter
     if not period and due[order[-1]] != NEVER:
         yield f"the last bound on {'xy'[axis]} has no neighbour, but is watched {_tick(due[order[-1]])}"
     then = positions_now(k)[:, axis] + speed * clock.tick  # events of this tick have happened, to its end
-    one, two = (
-        then[b >> 1] + np.where(b & 1, bodies.reach[b >> 1], -bodies.reach[b >> 1]) for b in (left, right)
-    )
-    by = one - two - behind
+    by = (then[p] + away[left]) - (then[q] + away[right]) - behind
     for gap in np.flatnonzero((by > 2.0 * clock.limits.theta) & (noted > clock.now)):
         yield f"{_names(left[gap], right[gap], axis)} stand in the wrong order, by {by[gap]}"
 
@@ -169,9 +186,9 @@ def draw_line(k: Kernel, order: Whole, due: Whole, axis: int) -> Iterator[Item]:
     if not len(order):
         return
     there = np.sort(order[order & 1 == 0] >> 1)
-    place, reach = positions_now(k)[there], k.bodies.reach[there][:, None]
+    place, away = positions_now(k)[there], offsets(k)[there]
     size = (float(k.clock[0].limits.width), float(k.clock[0].limits.height))
-    low, high = (place - reach).min(axis=0), (place + reach).max(axis=0)
+    low, high = (place + away[:, ::2]).min(axis=0), (place + away[:, 1::2]).max(axis=0)
     if size[axis]:  # who touches a wall reaches a skin beyond it, and only for a moment
         low, high = np.zeros(2), np.array(size)
     foot = float(low[1 - axis])
@@ -180,7 +197,7 @@ def draw_line(k: Kernel, order: Whole, due: Whole, axis: int) -> Iterator[Item]:
     )
     for bound in order.tolist():
         body = bound >> 1
-        edge = _edge(k, bound)
+        edge = _edge(k, bound, axis)
         yield Segment(
             "bound", _point(edge, foot, axis), _point(edge, At(body), axis), int(due[bound]), "LR"[bound & 1]
         )
@@ -197,9 +214,10 @@ def draw_boxes(k: Kernel, order: Whole, place: Whole, due: Whole) -> Iterator[It
         due: (2, 2n) the tick at which each bound passes the next one.
     """
     for body in np.sort(order[0][order[0] & 1 == 0] >> 1).tolist():
-        reach = float(k.bodies.reach[body])
-        low, high = At(body, -reach), At(body, reach)
-        yield Box("bound", (low, low), (high, high), int(due[:, 2 * body : 2 * body + 2].min()))
+        (left, right), (low, high) = (
+            (_edge(k, 2 * body + upper, axis) for upper in (0, 1)) for axis in (0, 1)
+        )
+        yield Box("bound", (left, low), (right, high), int(due[:, 2 * body : 2 * body + 2].min()))
     yield from held_pairs(k)
     if not order.size:
         return
@@ -217,7 +235,7 @@ def _certificate(
     if at + 1 == len(order) and not period:
         return
     first, other = int(order[at]), int(order[(at + 1) % len(order)])
-    one, two = _edge(k, first), _edge(k, other)
+    one, two = _edge(k, first, axis), _edge(k, other, axis)
     if period:
         shown = np.mod(positions_now(k)[[one.body, two.body], axis], period).tolist()
         apart = (shown[1] + two.offset) - (shown[0] + one.offset)
@@ -240,10 +258,10 @@ def _entries(order: Whole, place: Whole) -> Iterator[Item]:
         yield Entry("pair" if label == "both" else "bound", int(there[a]), int(there[b]), label=label)
 
 
-def _edge(k: Kernel, bound: int) -> At:
-    """Returns where a bound is on its axis."""
-    reach = float(k.bodies.reach[bound >> 1])
-    return At(bound >> 1, reach if bound & 1 else -reach)
+def _edge(k: Kernel, bound: int, axis: int) -> At:
+    """Returns where a bound is on an axis."""
+    away = reach_to(k.bodies[bound >> 1], 2 * axis + (bound & 1), k.clock[0].limits.skin)
+    return At(bound >> 1, float(away if bound & 1 else -away))
 
 
 def _point(along: float | At, across: float | At, axis: int) -> Point:

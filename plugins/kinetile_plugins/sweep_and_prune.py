@@ -1,8 +1,9 @@
 """Sweep-and-prune on one axis: the bounds of all bodies, kept sorted while they move (thesis, section 3.2).
 
-Each body has a lower bound L at p - reach and an upper bound R at p + reach. The 2n bounds stand in a list in
-their order along the axis, and each two neighbours have a certificate: the left one is not right of the right
-one. When it fails, they change places and the three gaps around them are scheduled anew (thesis, figure 9).
+Each body has a lower bound L and an upper bound R, as far from its place as it reaches to either side. The 2n
+bounds stand in a list in their order along the axis, and each two neighbours have a certificate: the left one
+is not right of the right one. When it fails, they change places and the three gaps around them are scheduled
+anew (thesis, figure 9).
 Two bodies are a candidate pair while their intervals overlap, which changes only when an R and an L pass::
 
     R(a) L(b)  ->  L(b) R(a)    the intervals meet: a candidate pair
@@ -53,7 +54,7 @@ from kinetile.toolbox import (
 )
 
 from .circular_bounds import circular_parts
-from .sorted_bounds import audit_bounds, draw_line
+from .sorted_bounds import audit_bounds, draw_line, offset, offsets
 
 PLACE = 2
 """Where the place of a bound stands behind its tick in ``bounds``."""
@@ -76,7 +77,7 @@ def arrange(k: Kernel, s: State) -> None:
     place = positions_now(k)[:, axis]
     speed = k.bodies.vy if axis else k.bodies.vx
     body, upper = np.divmod(np.arange(2 * len(place)), 2)
-    edge = place[body] + np.where(upper == 1, k.bodies.reach[body], -k.bodies.reach[body])
+    edge = place[body] + offsets(k)[body, 2 * axis + upper]
     order = np.lexsort((body, 1 - upper, speed[body], edge))
     s.order[:] = END
     s.order[1 : len(order) + 1] = 4 * body[order] + upper[order]
@@ -94,13 +95,13 @@ def watch(k: Kernel, s: State, left: int, right: int) -> None:
         tick = k.clock[0].tick
         p_time = (since - p.anchor) * tick
         q_time = (since - q.anchor) * tick
-        p_reach = p.reach if left & 1 else -p.reach
-        q_reach = q.reach if right & 1 else -q.reach
+        p_away = offset(k, p, 2 * s.axis[0] + (left & 1))
+        q_away = offset(k, q, 2 * s.axis[0] + (right & 1))
         if s.axis[0] == 0:
-            gap = (q.x + q.vx * q_time + q_reach) - (p.x + p.vx * p_time + p_reach)
+            gap = (q.x + q.vx * q_time + q_away) - (p.x + p.vx * p_time + p_away)
             rate = q.vx - p.vx
         else:
-            gap = (q.y + q.vy * q_time + q_reach) - (p.y + p.vy * p_time + p_reach)
+            gap = (q.y + q.vy * q_time + q_away) - (p.y + p.vy * p_time + p_away)
             rate = q.vy - p.vy
         due = falls(k, since, gap, rate)
     s.bounds[left] = due
@@ -167,7 +168,7 @@ def edge(k: Kernel, s: State, bound: int) -> float:
     body = k.bodies[bound >> 2]
     elapsed = since_anchor(k, body, k.clock[0].now)
     place = body.x + body.vx * elapsed if s.axis[0] == 0 else body.y + body.vy * elapsed
-    return float(place + (body.reach if bound & 1 else -body.reach))
+    return float(place + offset(k, body, 2 * s.axis[0] + (bound & 1)))
 
 
 @hook

@@ -51,7 +51,7 @@ from kinetile.toolbox import (
 )
 
 from .circular_bounds import circular_parts
-from .sorted_bounds import Whole, audit_bounds, draw_boxes
+from .sorted_bounds import Whole, audit_bounds, draw_boxes, offset, offsets
 
 PLACE = 4
 """Where the place of a bound stands behind its tick in ``bounds``."""
@@ -73,9 +73,10 @@ def arrange(k: Kernel, s: State) -> None:
     place = positions_now(k)
     s.order[:] = END
     body, upper = np.divmod(np.arange(2 * len(place)), 2)
-    reach = np.where(upper == 1, k.bodies.reach[body], -k.bodies.reach[body])
+    away = offsets(k)
     for axis, speed in enumerate((k.bodies.vx, k.bodies.vy)):
-        order = np.lexsort((body, 1 - upper, speed[body], place[body, axis] + reach))
+        edge = place[body, axis] + away[body, 2 * axis + upper]
+        order = np.lexsort((body, 1 - upper, speed[body], edge))
         places = 1 + axis * (len(s.order) >> 1) + np.arange(len(order))
         s.order[places] = 8 * body[order] + 2 * axis + upper[order]
         s.bounds[s.order[places] + PLACE] = places
@@ -92,13 +93,13 @@ def watch(k: Kernel, s: State, left: int, right: int) -> None:
         tick = k.clock[0].tick
         p_time = (since - p.anchor) * tick
         q_time = (since - q.anchor) * tick
-        p_reach = p.reach if left & 1 else -p.reach
-        q_reach = q.reach if right & 1 else -q.reach
+        p_away = offset(k, p, left & 3)
+        q_away = offset(k, q, right & 3)
         if left & 2 == 0:
-            gap = (q.x + q.vx * q_time + q_reach) - (p.x + p.vx * p_time + p_reach)
+            gap = (q.x + q.vx * q_time + q_away) - (p.x + p.vx * p_time + p_away)
             rate = q.vx - p.vx
         else:
-            gap = (q.y + q.vy * q_time + q_reach) - (p.y + p.vy * p_time + p_reach)
+            gap = (q.y + q.vy * q_time + q_away) - (p.y + p.vy * p_time + p_away)
             rate = q.vy - p.vy
         due = falls(k, since, gap, rate)
     s.bounds[left] = due
@@ -183,7 +184,7 @@ def edge(k: Kernel, bound: int) -> float:
     body = k.bodies[bound >> 3]
     elapsed = since_anchor(k, body, k.clock[0].now)
     place = body.x + body.vx * elapsed if bound & 2 == 0 else body.y + body.vy * elapsed
-    return float(place + (body.reach if bound & 1 else -body.reach))
+    return float(place + offset(k, body, bound & 3))
 
 
 @hook

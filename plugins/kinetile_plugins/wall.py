@@ -11,10 +11,10 @@ follows at the same tick.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 from kinetile.errors import Refused
 from kinetile.kernel.certificates.wall import reaches
+from kinetile.kernel.compiled import with_shapes
 from kinetile.scene import Scene
 from kinetile.toolbox import (
     BOTTOM,
@@ -31,28 +31,26 @@ from kinetile.toolbox import (
 
 
 @hook
-def of_disc(body: Records) -> tuple[float, float, float, float]:
-    """Return how far a disc reaches to the left, right, bottom and top."""
+def _of_shape(body: Records) -> tuple[float, float, float, float]:
+    return body.left, body.right, body.down, body.up
+
+
+@with_shapes(_of_shape)
+@hook
+def extent(body: Records) -> tuple[float, float, float, float]:
+    """Return how far a body reaches to the left, right, bottom and top (rules 6 and 6s)."""
     return body.radius, body.radius, body.radius, body.radius
 
 
 @hook
-def of_shape(body: Records) -> tuple[float, float, float, float]:
-    """Return the same of a body in a scene with shapes (rule 6s)."""
-    return body.left, body.right, body.down, body.up
-
-
-@hook
-def after(k: Kernel, body: Records, extent: float, far: float, near: float, speed: float) -> int:
-    """Return the tick at which the gap between two coordinates, less an extent, closes; or ``NEVER``."""
+def after(k: Kernel, body: Records, side: float, far: float, near: float, speed: float) -> int:
+    """Return the tick at which the gap between two coordinates, less a reach, closes; or ``NEVER``."""
     clock = k.clock[0]
-    delay = reaches(far, near, extent, abs(speed), clock.tick, clock.per_time)
+    delay = reaches(far, near, side, abs(speed), clock.tick, clock.per_time)
     return int(body.anchor + delay) if delay != NEVER else NEVER
 
 
-def _walls(
-    x: bool, y: bool, extent: Callable[..., tuple[float, float, float, float]] = of_disc
-) -> Callable[[Kernel, Records], tuple[int, int]]:
+def _walls(x: bool, y: bool) -> Callable[[Kernel, Records], tuple[int, int]]:
     """Returns the hook ``reach_wall`` for walls at the ends of these axes."""
 
     @unchecked
@@ -85,19 +83,13 @@ WALLS = {"": reach_wall, "x": _walls(False, True), "y": _walls(True, False)}
 """``reach_wall`` by the axes that are periodic."""
 
 
-def _if_any(reach: Callable[..., tuple[int, int]]) -> Callable[[Kernel, Records], tuple[int, int]]:
-    """Returns a hook ``reach_wall`` that is also for scenes without an arena."""
-
-    @unchecked
-    @hook
-    def reach_wall_if_any(k: Kernel, body: Records) -> tuple[int, int]:
-        """Return the same; ``NEVER`` in a scene without an arena."""
-        return reach(k, body) if k.clock[0].limits.width > 0.0 else (NEVER, LEFT)
-
-    return reach_wall_if_any
+@unchecked
+@hook
+def reach_wall_if_any(k: Kernel, body: Records) -> tuple[int, int]:
+    """Return the same; ``NEVER`` in a scene without an arena."""
+    return reach_wall(k, body) if k.clock[0].limits.width > 0.0 else (NEVER, LEFT)
 
 
-reach_wall_if_any = _if_any(reach_wall)
 beside, above = WALLS["y"], WALLS["x"]
 
 
@@ -111,43 +103,31 @@ def reach_wall_of_some_axis(k: Kernel, body: Records) -> tuple[int, int]:
     return above(k, body) if torus.y == 0.0 else (NEVER, LEFT)
 
 
-def _answers(
-    extent: Callable[..., tuple[float, float, float, float]],
-) -> tuple[Callable[..., Any], Callable[..., Any]]:
-    """Returns the hooks ``bounce`` and ``touch``."""
-
-    @unchecked
-    @hook
-    def touch(k: Kernel, body: Records, wall: int) -> tuple[float, float, float]:
-        """Return the normal into the wall, and how deep the body is in it."""
-        limits = k.clock[0].limits
-        left, right, down, up = extent(body)
-        if wall == LEFT:
-            return -1.0, 0.0, float(left - body.x)
-        if wall == RIGHT:
-            return 1.0, 0.0, float(right - (limits.width - body.x))
-        if wall == BOTTOM:
-            return 0.0, -1.0, float(down - body.y)
-        return 0.0, 1.0, float(up - (limits.height - body.y))
-
-    @unchecked
-    @hook
-    def bounce(k: Kernel, body: Records, wall: int) -> float:
-        """Turn the velocity away from the wall; return how deep the body is in it."""
-        _, _, depth = touch(k, body, wall)
-        if wall == LEFT or wall == RIGHT:  # noqa: SIM109 - no tuple in a hook
-            body.vx = -body.vx
-        else:
-            body.vy = -body.vy
-        return float(depth)
-
-    return bounce, touch
+@unchecked
+@hook
+def touch(k: Kernel, body: Records, wall: int) -> tuple[float, float, float]:
+    """Return the normal into the wall, and how deep the body is in it."""
+    limits = k.clock[0].limits
+    left, right, down, up = extent(body)
+    if wall == LEFT:
+        return -1.0, 0.0, float(left - body.x)
+    if wall == RIGHT:
+        return 1.0, 0.0, float(right - (limits.width - body.x))
+    if wall == BOTTOM:
+        return 0.0, -1.0, float(down - body.y)
+    return 0.0, 1.0, float(up - (limits.height - body.y))
 
 
-bounce, touch = _answers(of_disc)
-shaped_walls = _walls(True, True, of_shape)
-shaped_walls_if_any = _if_any(shaped_walls)
-bounce_shape, touch_shape = _answers(of_shape)
+@unchecked
+@hook
+def bounce(k: Kernel, body: Records, wall: int) -> float:
+    """Turn the velocity away from the wall; return how deep the body is in it."""
+    _, _, depth = touch(k, body, wall)
+    if wall == LEFT or wall == RIGHT:  # noqa: SIM109 - no tuple in a hook
+        body.vx = -body.vx
+    else:
+        body.vy = -body.vy
+    return float(depth)
 
 
 class Wall:
@@ -163,16 +143,13 @@ class Wall:
 
     def prepare(self, scene: Scene) -> WallParts:
         """Returns the parts; refuses a scene without walls, unless they are general."""
-        if scene.shapes and (self.general or scene.arena is not None):
-            reach = shaped_walls_if_any if self.general else shaped_walls
-            return WallParts(reach_wall=reach, bounce=bounce_shape, touch=touch_shape, shapes=True)
         if self.general:
             reach = reach_wall_of_some_axis if scene.periodic else reach_wall_if_any
-            return WallParts(reach_wall=reach, bounce=bounce, touch=touch, periodic=True)
+            return WallParts(reach, bounce, touch, periodic=True, shapes=True)
         if scene.arena is None:
             raise Refused(
                 "wall needs an arena, and this scene has none: give the scene an arena or leave wall out"
             )
         if scene.periodic == "xy":
             raise Refused("this scene is periodic along both axes, so there are no walls: leave wall out")
-        return WallParts(reach_wall=WALLS[scene.periodic], bounce=bounce, touch=touch, periodic=True)
+        return WallParts(WALLS[scene.periodic], bounce, touch, periodic=True, shapes=True)

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 import random
+from contextlib import suppress
 from fractions import Fraction
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import box_scenes
@@ -52,6 +54,47 @@ def test_the_answer_is_that_of_rationals(seed):
             assert rows(sim) == expected
         except ZenoError:
             assert rows(sim) == expected[: len(sim.contacts)]
+
+
+def shifted(scene: kt.Scene, by: float) -> kt.Scene:
+    """Return the same bodies, each with its place as far from where it was as its shape is from that."""
+    moved = [kt.Shape(tuple((x + by, y - by) for x, y in each.core), each.radius) for each in scene.shapes]
+    place = scene.position - np.array([by, -by])
+    return scene.replace(position=place, shapes=moved)
+
+
+@pytest.mark.small
+@pytest.mark.parametrize("seed", first(6, range(100)))
+def test_shapes_need_not_be_around_their_places(seed):
+    """The skin covers the rounding of places that are far outside the arena."""
+    scene = shifted((convex_scenes if seed % 3 else box_scenes).drawn(seed), 2.0**30)
+    found = []
+    for phase in PHASES:
+        sim = kt.Simulation(scene, phase, audit=1)
+        with suppress(ZenoError):
+            sim.run(until=20.0, max_contacts=40)
+        found.append(rows(sim))
+    assert found == [found[0]] * len(PHASES)
+
+
+@pytest.mark.small
+@pytest.mark.parametrize("seed", first(6, range(100)))
+def test_candidate_pairs_of_sap_2d_are_the_boxes_that_overlap(seed):
+    """The boxes around two shapes, each with its skin, and not the circles."""
+    scene = (convex_scenes if seed % 2 else box_scenes).drawn(seed, (8,))
+    scene = shifted(scene, 0.25) if seed % 4 > 1 else scene
+    left, right, down, up = np.array([scene.shapes[each].reaches for each in scene.shape]).T
+    sim = kt.Simulation(scene, "sap-2d", audit=1)
+    for moment in range(1, 8):
+        sim.run(until=0.4 * moment)
+        skin, (x, y) = sim.explain()["numbers"]["skin"], sim.positions().T
+        held = np.zeros((len(scene), len(scene)), dtype=bool)
+        held[tuple(sim.candidate_pairs().T)] = True
+        gap = np.maximum((x - left) - (x + right)[:, None], (y - down) - (y + up)[:, None])
+        gap = np.triu(np.maximum(gap, gap.T) - 2.0 * skin, 1)
+        assert (held[gap < -0.25 * skin]).all()
+        assert not held[gap >= 0.25 * skin].any()
+        assert not np.tril(held).any()
 
 
 @pytest.mark.small

@@ -11,7 +11,14 @@ docs/one-answer.md.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from kinetile.kernel.compiled import hook, with_shapes
+from kinetile.kernel.tables import SIDES, Kernel, Records, fields_in
 
 ULP = 2.0**-53
 
@@ -56,3 +63,46 @@ def too_thick(broad_phase: str, delta: float, limit: float) -> str:
         f"rounding asks for {delta:.3g}: choose cells, sap-1d, sap-2d or naive, or a scene with less range "
         "in size, mass or speed"
     )
+
+
+@hook
+def _reach_of_shape(body: Records, side: int, skin: float) -> float:
+    if side & 2 == 0:
+        return float((body.left if side & 1 == 0 else body.right) + skin)
+    return float((body.down if side & 1 == 0 else body.up) + skin)
+
+
+@with_shapes(_reach_of_shape)
+@hook
+def reach_to(body: Records, side: int, skin: float) -> float:
+    """Return how far a body reaches to a side, the skin included: 0 to the left, 1 right, 2 down, 3 up.
+
+    Where all bodies are discs that is ``body.reach``, and a loop is compiled with this alone. ``skin`` is
+    ``k.clock[0].limits.skin``.
+    """
+    return float(body.reach)
+
+
+def reaches_of(k: Kernel) -> npt.NDArray[np.float64]:
+    """Return (n, 4) what ``reach_to`` does, of all bodies: left, right, down, up; for set-up and read-out,
+    not for hooks."""
+    bodies = k.bodies.view(np.ndarray)
+    if "left" not in bodies.dtype.names:
+        return np.asarray(np.repeat(bodies["reach"][:, None], 4, axis=1))
+    return np.asarray(np.stack([bodies[side] for side in fields_in(SIDES)], axis=1) + k.clock[0].limits.skin)
+
+
+def box_gaps(
+    between: Iterable[npt.NDArray[np.float64]], one: npt.NDArray[np.float64], other: npt.NDArray[np.float64]
+) -> npt.NDArray[np.float64]:
+    """Return (m, n) how far m upright boxes and n others are apart, along x or y, whichever is more; below 0
+    where they overlap.
+
+    ``between`` are two (m, n) tables of differences of places, one less the other; ``one`` and ``other`` are
+    (m, 4) and (n, 4) reaches.
+    """
+    x, y = (
+        np.maximum(apart - (a[:, 0, None] + b[:, 1]), -apart - (a[:, 1, None] + b[:, 0]))
+        for apart, a, b in zip(between, (one[:, :2], one[:, 2:]), (other[:, :2], other[:, 2:]), strict=True)
+    )
+    return np.maximum(x, y)

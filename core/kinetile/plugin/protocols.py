@@ -122,7 +122,10 @@ class BroadPhaseParts:
 
     Invariants: when all structural failures up to a tick have been repaired, every two bodies that
     touch at that tick, each taken with its ``reach``, are near each other; and every pair that has become
-    near has been offered or named by ``repair``.
+    near has been offered or named by ``repair``. In a scene with shapes ``reach`` is the radius of the circle
+    around a body, and the skin. A phase that measures along x or y may use the reaches to the four sides
+    instead (``reach_to``, ``reaches_of``), which are less: near need only be those whose circles and whose
+    upright boxes both touch.
     """
 
     near: Hook
@@ -193,7 +196,7 @@ class PairParts:
 
     ``shapes``: these hooks are for a scene with shapes (``scene.shapes``): bodies do not rotate, and meet as
     rule 5s of the specification says. Their ``contact_distance`` is "closer". Without it such a scene is
-    refused; a broad phase needs nothing, since the reach of a body holds its shape.
+    refused; a broad phase needs nothing, since the circle of a body's reach holds its shape.
 
     ``numbers``: (m,) float64 that hooks find in ``k.numbers``: what the phase keeps for a scene, and options.
     Other numbers need no other machine code. None: it keeps none.

@@ -25,6 +25,7 @@ from kinetile.kernel.flight import positions_now
 from kinetile.kernel.loop.calendar import rank
 from kinetile.kernel.loop.predictions import meeting
 from kinetile.kernel.passings import PASS, is_passing
+from kinetile.kernel.skin import box_gaps, reaches_of
 from kinetile.kernel.tables import (
     GUESS,
     NEVER,
@@ -262,7 +263,7 @@ def complaints(k: Kernel, composition: Composition, delta: float) -> Iterator[Co
     yield from _contact_times(k, columns, composition, near)
     repaired = bool((columns.queue.own > columns.clock.now).all())  # no certificate fails at this very tick
     if composition.pair is not None and repaired:
-        yield from _touching(columns, positions_now(k), near, delta, composition.prepared.periods)
+        yield from _touching(k, near, delta, composition.prepared.periods)
     yield from map(Complaint, of_passings(k, columns, composition, positions_now(k)))
     if broad.audit is not None:
         yield from map(Complaint, broad.audit(k, broad.state))
@@ -427,14 +428,12 @@ def ask_again(k: Kernel, pairs: Pairs, meetings: Integers, walls: Integers) -> N
                 meetings[pair] = meeting(k, first, a + b - first)
 
 
-def _touching(
-    k: Any, place: Any, near: Pairs, delta: float, periods: tuple[float, float]
-) -> Iterator[Complaint]:
-    """Every two bodies closer than a skin, through any image, are a candidate pair."""
+def _touching(k: Kernel, near: Pairs, delta: float, periods: tuple[float, float]) -> Iterator[Complaint]:
+    """Every two bodies of which circles and boxes are closer than a skin, through any image, are a pair."""
     n = len(k.bodies)
     held = near[:, 0].astype(np.int64) * n + near[:, 1]
     slots = np.flatnonzero(k.queue.number >= 0)
-    place, radius = place[slots], k.bodies.radius[slots]
+    place, radius, sides = positions_now(k, slots), k.bodies.radius[slots], reaches_of(k)[slots]
     for first in range(0, len(place), ROWS):
         rows = slice(first, first + ROWS)
         between = [place[rows, axis, None] - place[None, :, axis] for axis in range(2)]
@@ -442,6 +441,7 @@ def _touching(
             if period:
                 each -= period * np.rint(each / period)
         apart = np.hypot(*between) - (radius[rows, None] + radius[None, :])
+        apart = np.maximum(apart, box_gaps(between, sides[rows], sides) + 2.0 * delta)
         at, other = np.nonzero(apart <= delta)
         a, b = slots[at + first], slots[other]
         for missed in np.flatnonzero((a < b) & ~np.isin(a * n + b, held)).tolist():

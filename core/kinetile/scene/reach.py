@@ -41,11 +41,13 @@ def skin_at_start(scene: Scene, walls: bool) -> Skin:
 
 
 def extent_of(scene: Scene, walls: bool, speed: float, far: npt.NDArray[np.float64], spans: int) -> float:
-    """Returns how far from the origin of an axis a plan's place can be, at a speed.
+    """Returns how far from the origin of an axis a plan's place, and what a body reaches from there, can be,
+    at a speed.
 
     On an axis with walls that is where the other wall is; on a periodic one half a period and the flight of
     four units, with room for one more rounding; on an open one where bodies are now (``far``, for each axis),
-    and what they fly in a number of spans.
+    and what they fly in a number of spans. A shape need not be around its body's place, which may be outside
+    the arena by as much as the radius of the circle that holds the shape.
     """
     extents = [0.0]
     for axis, at in zip("xy", far.tolist(), strict=True):
@@ -56,7 +58,7 @@ def extent_of(scene: Scene, walls: bool, speed: float, far: npt.NDArray[np.float
             extents.append(side)
         else:
             extents.append(at + flown(speed, scene.time_unit, spans))
-    return max(extents)
+    return max(extents) + (float(scene.radius.max(initial=0.0)) if scene.shapes else 0.0)
 
 
 def flown(speed: float, unit: float, spans: int) -> float:

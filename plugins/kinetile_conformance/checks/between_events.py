@@ -7,12 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import numpy as np
-
 from kinetile.errors import AuditError, KinetileError, StalledError
 from kinetile.kernel.clock import SPAN, TICKS
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene
+from kinetile.toolbox import box_gaps, reaches_of
 from kinetile_conformance.cases import CONTACTS, Subject, horizon
 from kinetile_conformance.checks.check import Disagreement, Reference, check
 
@@ -158,12 +157,9 @@ def pairs_are_overlapping_boxes(subject: Subject, scene: Scene, reference: Refer
         if coming is not None and (coming.epoch, coming.tick) <= sim.exact_time:
             continue
         k = sim.tables
-        place = sim.positions()
-        reach = k.bodies.reach
-        gap = (np.abs(place[:, None] - place[None]) - (reach[:, None] + reach[None, :])[:, :, None]).max(
-            axis=2
-        )
-        skin = 2.0 * float((reach - k.bodies.radius).max(initial=0.0))
+        place, sides = sim.positions(), reaches_of(k)
+        gap = box_gaps((place[:, None] - place[None]).transpose(2, 0, 1), sides, sides)
+        skin = 2.0 * float(k.clock[0].limits.skin)
         held = {tuple(pair) for pair in sim.candidate_pairs().tolist()}
         for a in range(len(scene)):
             for b in range(a + 1, len(scene)):

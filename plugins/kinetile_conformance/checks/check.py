@@ -15,6 +15,7 @@ import numpy as np
 from kinetile.errors import Refused
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene
+from kinetile.toolbox import box_gaps, reaches_of
 from kinetile_accuracy.specification.certify import explain_difference
 from kinetile_conformance.cases import CONTACTS, REFERENCE, RunOutcome, Subject, outcome
 from kinetile_conformance.compare import difference, first_difference
@@ -163,8 +164,8 @@ def agree_when_commanded(subject: Subject, ran: Callable[[Subject], RunOutcome])
 def near_fault(sim: Simulation) -> str | None:
     """Return what is wrong with the phase's `near` now, in a sentence; None: nothing, or a repair is due.
 
-    Every two bodies that touch, each with its reach, must be near each other, both ways, and every number
-    must be a body's.
+    Every two bodies that touch, each with its reach and with its reaches to the four sides, must be near each
+    other, both ways, and every number must be a body's.
     """
     k = sim.tables
     n = len(k.bodies)
@@ -180,8 +181,10 @@ def near_fault(sim: Simulation) -> str | None:
     for body, other in np.argwhere(near & ~near.T).tolist():
         return f"{other} is near {body}, but {body} is not near {other}"
     place, radius = sim.positions(), np.asarray(k.bodies.radius)
-    apart = np.hypot(*(place[:, None] - place[None]).transpose(2, 0, 1)) - (radius[:, None] + radius)
+    between, sides = (place[:, None] - place[None]).transpose(2, 0, 1), reaches_of(k)
     skin = k.clock[0].limits.skin  # half of what their reaches leave
+    circles = np.hypot(*between) - (radius[:, None] + radius)
+    apart = np.maximum(circles, box_gaps(between, sides, sides) + 2.0 * skin)
     for a, b in np.argwhere((apart <= skin) & ~near).tolist():
         return f"bodies {a} and {b} touch (gap {apart[a, b]:.3g}) and are not near each other"
     return None

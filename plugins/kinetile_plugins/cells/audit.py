@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.kernel.certificates.structural import FAR
-from kinetile.toolbox import NEVER, NOBODY, Box, Item, Kernel, pair_links, positions_now
+from kinetile.toolbox import NEVER, NOBODY, Box, Item, Kernel, pair_links, positions_now, reaches_of
 from kinetile_plugins.cells.layout import BLOCK, FULL, LISTED, State, cells_of, least_side
 
 Whole = npt.NDArray[np.intp]
@@ -30,7 +30,7 @@ def audit(k: Kernel, s: State) -> Iterator[str]:
     there = np.flatnonzero(k.queue.number >= 0)
     homes = s.homes[there]
     level = homes.level
-    wide = np.asarray(k.bodies.radius[there]) > s.levels.widest[level]
+    wide = reaches_of(k)[there].max(axis=1) > s.levels.widest[level] + k.clock[0].limits.skin
     for body, of in zip(there[wide], level[wide], strict=True):
         yield f"body {body} is too wide for the cells of level {of}"
     room = 0.5 * (s.levels.side - least_side(s.levels.widest, k.clock[0].limits.skin))

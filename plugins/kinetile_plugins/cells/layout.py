@@ -17,10 +17,10 @@ those of nine copied cells has the number of bodies below and the number of list
 
 The narrower the cells, the fewer bodies are near each other, and the more often one moves to another
 cell. A cell cannot be narrower than the widest body at home in it (docs/cells.md has the exact bound and its
-proof). For bodies that are far apart it is best to have two or three in a cell: ``SPACING`` times the side at
-which there is one. That is measured, and the optimum is flat. A cell is wider than it must be by twice its
-``slack``: a body may be outside its cell by that and stay at home, so a body that oscillates over an
-edge does not cross each time.
+proof); a body is as wide as twice what it reaches to its farthest side. For bodies that are far apart it is
+best to have two or three in a cell: ``SPACING`` times the side at which there is one. That is measured, and
+the optimum is flat. A cell is wider than it must be by twice its ``slack``: a body may be outside its cell by
+that and stay at home, so a body that oscillates over an edge does not cross each time.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ LEVEL = np.dtype(
     [
         ("side", "f8"),  # of a cell, a length
         ("slack", "f8"),  # how far a body may be outside its cell, a length
-        ("widest", "f8"),  # the greatest radius of a body at home in it, now or later
+        ("widest", "f8"),  # the farthest that a body at home in it reaches to a side, now or later
         ("columns", "i8"),  # of its part of the table
         ("cells", "i8"),  # in all its rows
         ("height", "f8"),  # of a cell, and rows: these two where an axis is periodic (``torus.py``)
@@ -239,17 +239,25 @@ MOST = 8
 """Cells of a level for each body; where there would be more, the table is wound up."""
 
 
-def least_side(radius: Any, skin: float) -> Any:
-    """Returns the least side of cells in which a body of a radius may be at home; arrays will do."""
-    return 2.0 * (radius + 2.0 * skin)
+def least_side(reach: Any, skin: float) -> Any:
+    """Returns the least side of cells for a body that reaches so far to its farthest side, without its skin;
+    arrays will do."""
+    return 2.0 * (reach + 2.0 * skin)
 
 
 Size: TypeAlias = Callable[[Scene, float], tuple[int, int]]
 
 
+def _farthest(scene: Scene) -> Any:
+    """Returns how far each body reaches to its farthest side."""
+    if not scene.shapes:
+        return scene.radius
+    return np.array([max(each.reaches) for each in scene.shapes])[scene.shape]
+
+
 def _widths(scene: Scene) -> Any:
     """Returns how wide the cells of a body have to be, with some room for the skin."""
-    return least_side(scene.radius, 0.0) * ROOM
+    return least_side(_farthest(scene), 0.0) * ROOM
 
 
 def narrowest(scene: Scene) -> float:
@@ -332,7 +340,7 @@ def empty(scene: Scene, sides: list[float], size: Size = table_size) -> State:
     homes = _aligned(HOME, n)
     home_level = np.minimum(np.searchsorted(sides, _widths(scene)), coarser)
     homes.level[: len(scene)] = home_level
-    np.maximum.at(levels.widest, home_level, scene.radius)
+    np.maximum.at(levels.widest, home_level, _farthest(scene))
     return State(
         blocks=_aligned(np.dtype(np.int32), cells * BLOCK),
         lists=_aligned(np.dtype(np.int32), cells),

@@ -12,7 +12,7 @@ import kinetile as kt
 from kinetile.run.compose import compose_phases
 from kinetile.run.engine.engine import Engine
 from kinetile.scene.reach import skin_at_start
-from kinetile.toolbox import reach_of
+from kinetile.toolbox import Kernel, hook, reach_of, reach_to, reaches_of
 from kinetile_conformance.strategies import scenes
 
 
@@ -68,3 +68,23 @@ def test_arrange_is_called_again_when_reaches_have_grown():
     engine = Engine(scene, replace(composition, broad=broad), keep_contacts=False)
     engine.lay_out(1e6 * engine.speed)
     assert seen[0] == reach_of(scene).max() < seen[1] == engine.k.bodies.reach.max()
+
+
+@hook
+def four(k: Kernel, body: int) -> tuple[float, float, float, float]:
+    plan = k.bodies[body]
+    skin = k.clock[0].limits.skin
+    return reach_to(plan, 0, skin), reach_to(plan, 1, skin), reach_to(plan, 2, skin), reach_to(plan, 3, skin)
+
+
+def test_a_body_reaches_to_each_side_as_far_as_its_shape_does():
+    shape = kt.Shape(((-1.0, -0.5), (2.0, -0.5), (2.0, 0.25)), 0.5)
+    k = engine_of(kt.Scene([(5.0, 5.0)], [(0.0, 0.0)], shape=shape)).k
+    skin = float(k.clock[0].limits.skin)
+    assert four(k, 0) == tuple(reaches_of(k)[0].tolist()) == (1.5 + skin, 2.5 + skin, 1.0 + skin, 0.75 + skin)
+    assert k.bodies.reach[0] == shape.reach + skin
+
+
+def test_a_disc_reaches_as_far_to_all_sides():
+    k = engine_of(kt.make_scene("two-discs")).k
+    assert four(k, 1) == tuple(reaches_of(k)[1].tolist()) == (k.bodies.reach[1],) * 4

@@ -63,7 +63,7 @@ def test_any_sizes_get_cells_that_are_wide_enough_and_not_too_many(radius, sprea
     n = len(radius)
     scene = kt.Scene.__new__(kt.Scene)
     place = np.column_stack([np.linspace(0.0, spread, n), np.zeros(n)])
-    for name, value in (("position", place), ("radius", np.array(radius))):
+    for name, value in (("position", place), ("radius", np.array(radius)), ("shapes", ())):
         object.__setattr__(scene, name, value)
     object.__setattr__(scene, "arena", (max(spread, 1.0), 1.0) if arena else None)
     sides = sides_for(scene, None if narrow is None else 2.0 * min(radius) * narrow)
@@ -89,3 +89,16 @@ def test_the_state_takes_no_more_than_100_bytes_a_body(density, open_plane):
     scene = in_the_open(scene) if open_plane else scene
     state = empty(scene, sides_for(scene, None))
     assert sum(array.nbytes for array in state) <= 100 * n
+
+
+def test_cells_are_as_wide_as_what_reaches_farthest_to_a_side():
+    lattice = [(0.5 + 1.01 * column, 0.5 + 1.01 * row) for row in range(20) for column in range(20)]
+    bricks = kt.Scene(
+        lattice, [(0, 0)] * 400, shape=[0, 1] * 200, shapes=[kt.box(1.0, 0.25), kt.box(0.25, 0.875)]
+    )
+    state = empty(bricks, sides_for(bricks, None))
+    assert state.levels.widest.tolist() == [0.5]
+    assert sides_for(bricks, 1.001)[0] == 1.001
+    with pytest.raises(Refused, match="narrower than the smallest body"):
+        kt.Simulation(bricks, "cells", options={"side": 0.875})
+    kt.Simulation(bricks, "cells", options={"side": 0.876})

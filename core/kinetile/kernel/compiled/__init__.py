@@ -40,6 +40,7 @@ from kinetile.kernel.compiled.hooks import (
     template,
     to_be_filled_in,
     unchecked,
+    with_shapes,
 )
 from kinetile.kernel.compiled.views import disowned, numbers_from, pointer, wrapping
 
@@ -68,5 +69,6 @@ __all__ = [
     "unchecked",
     "while_compiling",
     "with_numpy",
+    "with_shapes",
     "wrapping",
 ]

@@ -16,7 +16,7 @@ import gc
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from functools import cache
+from functools import cache, wraps
 from types import FunctionType
 from typing import Any, TypeAlias, TypeVar, cast
 
@@ -127,6 +127,26 @@ if not INTERPRETED:
             unliteral = cast(Any, numba.types).unliteral
             return super().get_call_template([unliteral(each) for each in arguments], named)
 
+    class _ByRecord(_Hook):
+        """A hook that has two forms: the record that comes first, by its type, chooses one of them."""
+
+        forms: tuple[_Hook, _Hook]
+
+        def __call__(self, *arguments: Any) -> Any:
+            """Run from Python."""
+            return self.py_func(*arguments)
+
+        def get_call_template(self, arguments: Any, named: Any) -> Any:
+            """Return what a call of the chosen form comes to."""
+            return self._chosen(arguments).get_call_template(arguments, named)
+
+        def get_overload(self, arguments: Any) -> Any:
+            """Return the code of the chosen form."""
+            return self._chosen(arguments).get_overload(arguments)
+
+        def _chosen(self, arguments: Any) -> _Hook:
+            return self.forms["left" in arguments[0].fields]
+
     class _Subroutine(_Hook):
         """A function that compiled code calls. Fingerprints have the class's name: taken in or called, the
         machine code is another."""
@@ -147,6 +167,27 @@ def hook(function: F) -> F:
     if INTERPRETED:
         return function
     return cast(F, _Hook(function, targetoptions=_HOOK, pipeline_class=_HookCompiler))
+
+
+def with_shapes(of_shape: F) -> Callable[[F], F]:
+    """Mark a hook, above ``hook``, in the place of which stands ``of_shape`` where not all bodies are discs.
+
+    The first argument of both is a body's record. What is compiled where all are discs has nothing of the
+    other form.
+    """
+
+    def decorated(of_disc: F) -> F:
+        @wraps(python_of(of_disc))
+        def chosen(body: Any, *rest: Any) -> Any:
+            return (of_shape if "left" in body.dtype.names else of_disc)(body, *rest)
+
+        if INTERPRETED:
+            return cast(F, chosen)
+        made = _ByRecord(chosen, targetoptions=_HOOK, pipeline_class=_HookCompiler)
+        made.forms = cast(Any, of_disc), cast(Any, of_shape)
+        return cast(F, made)
+
+    return decorated
 
 
 def unchecked(function: F) -> F:
