@@ -167,11 +167,11 @@ def bound_with(k: Kernel, body: int, other: int, at: int, fat: float) -> float:
 
 
 @hook
-def frames_meet(
+def boxes_meet(
     k: Kernel, body: int, start: int, at: int, fat: float
-) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-    """Return bounds by the upright boxes and the circles around a body and eight others, from a place in
-    ``k.near`` on, ``LEAST`` or more; and how they are apart and move, along x and y."""
+) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats]:
+    """Return from when until when the upright boxes around a body and eight others overlap, from a place in
+    ``k.near`` on; and how they are apart and move, along x and y."""
     elapsed = spread(since_origin(k, at))
     one = k.places[body]
     mine = k.sides[body]
@@ -190,6 +190,16 @@ def frames_meet(
     )
     delay = choose(delay < begins, begins, delay)
     ends = choose(ends < leaves, ends, leaves)
+    return delay, ends, dx, dy, vx, vy
+
+
+@hook
+def frames_meet(
+    k: Kernel, body: int, start: int, at: int, fat: float
+) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+    """Return bounds by the upright boxes and the circles around a body and eight others, from a place in
+    ``k.near`` on, ``LEAST`` or more; and how they are apart and move, along x and y."""
+    delay, ends, dx, dy, vx, vy = boxes_meet(k, body, start, at, fat)
     reach = spread(k.radii[body] + 2.0 * fat) + pick(k.radii, k.near, start)
     reach2 = reach * reach
     begins = circles_meet(dx, dy, vx, vy, reach2, spread(fat * fat))
@@ -238,8 +248,9 @@ def soonest_of_shapes(
     return soon, rest, who if soon < math.inf else NOBODY
 
 
-def _bounds(plain: bool) -> Callable[..., tuple[float, float, int]]:
-    """Returns the hook ``soonest``; ``plain``: all pairs that can meet are two boxes or two discs."""
+def _bounds(plain: bool, boxes: bool = False) -> Callable[..., tuple[float, float, int]]:
+    """Returns the hook ``soonest``; ``plain``: all pairs that can meet are two boxes or two discs; ``boxes``:
+    two boxes, so that circles say no more."""
 
     @unchecked
     @hook
@@ -273,7 +284,12 @@ def _bounds(plain: bool) -> Callable[..., tuple[float, float, int]]:
             first = spread(never)
             second = spread(never)
             for start in range(begin, smaller(begin + PLACES, count), LANES):
-                delays, _, _, _, _ = frames_meet(k, body, start, at, fat)
+                if boxes:
+                    delays, ends, _, _, _, _ = boxes_meet(k, body, start, at, fat)
+                    delays = choose(delays > spread(LEAST), delays, spread(LEAST))
+                    delays = choose(delays <= ends, delays, spread(never))
+                else:
+                    delays, _, _, _, _ = frames_meet(k, body, start, at, fat)
                 names = numbers(k.near, start)
                 left_out = (names == myself) | (names == not_this) | (names == nor_this)
                 delays = numbered(choose(left_out, spread(never), delays), start - begin)
@@ -291,6 +307,7 @@ def _bounds(plain: bool) -> Callable[..., tuple[float, float, int]]:
 
 
 soonest, soonest_of_plain = _bounds(False), _bounds(True)
+soonest_of_boxes = _bounds(True, boxes=True)
 
 
 @hook
@@ -406,11 +423,14 @@ class Convex:
         there = set(scene.shape.tolist())
         pairs = {pair for i in moving for j in there for pair in ((i, j), (j, i))}
         numbers = difference_table(scene.shapes, pairs)
-        plain = all(numbers[int(row) + PLAIN] for row in numbers[1 : 1 + len(scene.shapes) ** 2] if row)
+        rows = [int(row) for row in numbers[1 : 1 + len(scene.shapes) ** 2] if row]
+        bounds = soonest
+        if all(numbers[row + PLAIN] for row in rows):
+            bounds = soonest_of_boxes if all(numbers[row + COUNT] > 1 for row in rows) else soonest_of_plain
         return PairParts(
             meet=meet,
             collide=collide,
-            soonest=soonest_of_plain if plain else soonest,
+            soonest=bounds,
             touch=touch,
             shapes=True,
             numbers=numbers,
