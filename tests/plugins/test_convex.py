@@ -138,7 +138,7 @@ def test_a_run_of_boxes_is_saved_and_goes_on(tmp_path):
 @pytest.mark.small
 def test_what_shapes_do_not_have_is_refused_by_name():
     bricks = wall_of_bricks()
-    with pytest.raises(Refused, match="closer"):
+    with pytest.raises(Refused, match="is for discs"):
         kt.Simulation(bricks, "sweep-tiling")
     with pytest.raises(Refused, match="takes discs alone"):
         kt.Simulation(bricks, "cells", narrow_phases=("disc", "wall"))

@@ -387,7 +387,7 @@ class Circles:
 
 
 def test_running_is_refused_where_no_phase_takes_shapes() -> None:
-    with pytest.raises(Refused, match="closer"):
+    with pytest.raises(Refused, match="is for discs"):
         kt.Simulation(scene(), broad_phase="sweep-tiling")
     with pytest.raises(
         Refused, match=r"takes discs alone.*\(box, capsule, polygon, disc\): choose convex, or give"
