@@ -191,7 +191,7 @@ def test_all_stages_and_whole_numbers_alone_give_one_tick(kinds, count):
 @pytest.mark.small
 def test_what_shapes_do_not_have_is_refused_by_name():
     bricks = wall_of_bricks()
-    with pytest.raises(Refused, match="closer"):
+    with pytest.raises(Refused, match="is for discs"):
         kt.Simulation(bricks, "sweep-tiling")
     with pytest.raises(Refused, match="does not take box against box"):
         kt.Simulation(bricks, "cells", narrow_phases=("disc", "wall"))

@@ -105,7 +105,7 @@ class SweepTiling:
     """Sweep-tiling: the free space in tiles, candidate pairs of bodies that see each other."""
 
     def prepare(self, scene: Scene) -> BroadPhaseParts:
-        """Returns the parts; refuses a scene without an arena.
+        """Returns the parts; refuses a scene without an arena, or with other shapes than discs.
 
         Beside a contact of two bodies a third's bound is at least .41 r^2 / R away, for radii from r to R; a
         skin of at most an eighth of r^2 / R cannot hide the contact from sight (docs/sweep-tiling.md).
@@ -119,6 +119,12 @@ class SweepTiling:
             raise Refused(
                 "sweep-tiling tiles an arena from its floor to its ceiling, and this scene is periodic along "
                 f"{scene.periodic}: it knows periodic='x' alone; choose cells, naive, sap-1d or sap-2d"
+            )
+        if scene.shapes:
+            raise Refused(
+                "sweep-tiling is for discs, and this scene has other shapes: where sides are flush, a third "
+                "body can hide a contact from it (docs/sweep-tiling.md, Other shapes); choose cells, naive, "
+                "sap-1d or sap-2d"
             )
         n = len(scene)
         radius = scene.radius

@@ -387,7 +387,7 @@ class Circles:
 
 
 def test_running_is_refused_where_no_phase_takes_shapes() -> None:
-    with pytest.raises(Refused, match="closer"):
+    with pytest.raises(Refused, match="is for discs"):
         kt.Simulation(scene(), broad_phase="sweep-tiling")
     with pytest.raises(Refused, match="does not take box against box, which this scene has: choose convex"):
         kt.Simulation(scene(), narrow_phases=["disc"])
