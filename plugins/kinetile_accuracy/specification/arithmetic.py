@@ -220,6 +220,19 @@ def image_tick(
     return None
 
 
+def parting_tick(one: FlightPlan, two: FlightPlan) -> int | None:
+    """Returns the tick at which two discs part that pass through each other (rule 11); None: none."""
+    course = PairQuadratic(one, two)
+    a, b, c = course.a, course.b, course.c
+    under = b * b - a * c
+    if c > 0 and (b >= 0 or under <= 0):
+        return course.since
+    if a == 0:
+        return None
+    wait = (math.isqrt(under) - b) // a
+    return course.since + wait if wait < HORIZON else None
+
+
 def wall_tick(plan: FlightPlan, frame: Frame) -> tuple[int, int] | None:
     """Returns (tick, wall) of the contact of a body with a wall by its plan (rule 6); None: none."""
     if frame.arena is None:
@@ -269,9 +282,12 @@ def exchanged(
 
 
 def exchanged_along(
-    normal: Vector, velocities: tuple[Vector, Vector], masses: tuple[float, float] | None
+    normal: Vector,
+    velocities: tuple[Vector, Vector],
+    masses: tuple[float, float] | None,
+    times: float = 1.0,
 ) -> tuple[Vector, Vector]:
-    """Returns the same for a unit normal."""
+    """Returns the same for a unit normal, and so many times the speed at which the two close (rule 11)."""
     (nx, ny), ((vxa, vya), (vxb, vyb)) = normal, velocities
     ux, uy = vxb - vxa, vyb - vya
     xx, yy = nx * nx, ny * ny
@@ -280,7 +296,7 @@ def exchanged_along(
     total = px + py
     part = total - px
     low = ((px - (total - part)) + (py - part)) + (product_error(ux, nx) + product_error(uy, ny))
-    speed = total + (low - total * excess)
+    speed = times * (total + (low - total * excess))
     ga = gb = speed
     if masses is not None:
         ga, gb = _share(masses[0], masses[1], speed), _share(masses[1], masses[0], speed)

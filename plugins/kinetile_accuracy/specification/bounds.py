@@ -38,6 +38,9 @@ product and the difference are two more roundings, of numbers below 2.5 X where 
 terms of 1 to 3, twice, and 256 still covers that. Any other image is, along an axis of period P, at least
 P/2 - 6 u X away: so it does not come before (P/2 - rho) / |vx|, or that of y, as in 4.
 
+*Shapes.* The radii are those of the circles around them. Two whose circles overlap, fat included, may touch
+now; others not before their circles do.
+
 Underflow: |v|^2 below 2^-900 decides nothing, unless v is 0, and v = 0 is exact: then the two never meet.
 Above that, what underflows in a product is below 2^-1074, and divided by |v| below 2^-624, where fat is at
 least 2^-245 (radii are at least 2^-200). What overflows becomes infinite or not a number, and that is a bound
@@ -65,7 +68,9 @@ class ContactBounds:
     (``rebase``), and all anchors are within 2^62 ticks of the present one.
     """
 
-    def __init__(self, radius: Floats, fine: int, periods: tuple[float, float] = (0.0, 0.0)) -> None:
+    def __init__(
+        self, radius: Floats, fine: int, periods: tuple[float, float] = (0.0, 0.0), shapes: bool = False
+    ) -> None:
         count = len(radius)
         self.origin = 0
         self._radius = radius
@@ -74,6 +79,7 @@ class ContactBounds:
         self._anchor = np.zeros(count, np.int64)
         self._absent = np.ones(count, np.bool_)
         self._periods = periods
+        self._shapes = shapes
         self._extent = max(periods)
         self._tick = 2.0**-fine
         self._ticks = 2.0**fine
@@ -123,6 +129,10 @@ class ContactBounds:
             # What is not a number (overflow, a root of less than 0) becomes a bound of now: fmax drops it.
             wait: Floats = np.fmax(way / speed * (self._ticks * _LESS), 0.0)
             passes = (miss > reach) | (ahead < -fat)
+            if self._shapes:  # within the circles around them two may touch, whatever these do
+                inside = dx * dx + dy * dy <= reach * reach
+                passes &= ~inside
+                wait[inside] = 0.0
             wait[passes] = np.inf
             odd = ~(speed2 >= _SLOWEST)
             if np.count_nonzero(odd) > len(bodies):  # each body itself is one of them

@@ -18,14 +18,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetile.errors import BadOption
+from kinetile.errors import BadOption, Refused
 from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED, WALLS
 from kinetile_accuracy.specification.arithmetic import (
     UNIT_BITS,
     UNIT_TICKS,
     tick_of,
     unit_bits,
-    wall_tick,
 )
 from kinetile_accuracy.specification.course import Course, CourseEvent
 
@@ -228,9 +227,10 @@ class LogCertifier:
         row = self._rows[index]
         for side, body in (("a", line.a), ("b", line.b)):
             for name in _PLAN:
-                right = float("nan") if body < 0 else getattr(course.plans[body], name)
+                none = body < 0 or not course.changes_plans(line)
+                right = float("nan") if none else getattr(course.plans[body], name)
                 found = float(row[side + name])
-                if found != right and not (body < 0 and np.isnan(found)):
+                if found != right and not (none and np.isnan(found)):
                     what = f"{name} of body {body} after {_named(line)} is {found!r}"
                     return f"{what}; by rules 4 and 9 it is {right!r}"
         return None
@@ -248,7 +248,7 @@ def certify_log(
     """Checks that a list of contacts is the one that docs/specification.md gives a scene.
 
     Args:
-        scene: what was simulated, by discs that exchange momentum and walls that reflect.
+        scene: what was simulated, by ``disc`` or ``convex``, and ``wall``.
         contacts: (m,) rows with the fields epoch, tick, a, b, in their order, such as ``sim.contacts``. Where
             rows have the fields of ``kinetile.LOG``, commands are among them, and the plans after each event
             are compared. Where they have the field time, that is compared too.
@@ -264,9 +264,20 @@ def certify_log(
 
     Raises:
         BadOption: the array has other fields, or ``until`` is before the start.
+        Refused: the scene has responses that the specification does not have, or bodies pass through each
+            other where they have shapes or an axis is periodic.
     """
     certifier = LogCertifier(scene, contacts, until, max_contacts=max_contacts, fingerprint=fingerprint)
     return certifier.run(progress)
+
+
+def is_followed(scene: Scene) -> bool:
+    """Returns whether the certifier follows a scene."""
+    try:
+        Course(scene)
+    except Refused:
+        return False
+    return True
 
 
 def explain_difference(
@@ -287,8 +298,8 @@ def explain_difference(
         where the difference is too far on.
     """
     names = scene.settings.narrow_phases if narrow_phases is None else narrow_phases
-    known = {"disc"} if scene.arena is None else {"disc", "wall"}
-    if scene.ruled or scene.shapes or index > _FARTHEST or (names is not None and set(names) != known):
+    known = {"convex" if scene.shapes else "disc", *(() if scene.arena is None else ("wall",))}
+    if index > _FARTHEST or (names is not None and set(names) != known) or not is_followed(scene):
         return ""
     there = [contacts[index] for contacts in lists.values() if len(contacts) > index]
     latest = max(((int(each["epoch"]), int(each["tick"])) for each in there), default=None)
@@ -339,6 +350,8 @@ def _named(event: CourseEvent) -> str:
     _, a, b = event
     if b in _OTHERS:
         return f"{_OTHERS[b]} of body {a}" + " by the clock" * (b == REANCHORED)
+    if a > b >= 0:
+        return f"the parting of body {b} and body {a}"
     return f"body {a} with body {b}" if b >= 0 else f"body {a} with the {WALLS[b]} wall"
 
 
@@ -399,7 +412,8 @@ def _malformed(course: Course, found: Line) -> str | None:
     if not 0 <= tick < UNIT_TICKS:
         return f"a tick is from 0 to 2^52 - 1, and this one is {tick}"
     if b >= 0:
-        return None if a < b else f"the bodies {a} and {b} are not in ascending order"
+        ends = course.ends(b, a)
+        return None if a < b or ends else f"the bodies {a} and {b} are not in ascending order"
     if b not in (*WALLS, *_OTHERS):
         return f"there is no wall {b}: the walls are -1 to -4"
     return "the scene has no walls" if b in WALLS and course.frame.arena is None else None
@@ -411,7 +425,7 @@ def _own_tick(course: Course, line: CourseEvent) -> tuple[int | None, str]:
     if b < 0:
         if b not in WALLS:
             return tick if course.is_planned(line) else None, "nothing of the kind happens then"
-        met = wall_tick(course.plans[a], course.frame)
+        met = course.wall(a)
         if met is None:
             return None, "it flies towards no wall"
         if met[1] != b:

@@ -1,4 +1,4 @@
-"""The course of events: rules 7 to 9 of docs/specification.md, event by event, each decided exactly.
+"""The course of events: rules 7 to 11 of docs/specification.md, event by event, each decided exactly.
 
 A heap holds what may come next, by tick, class and numbers, which is the order of rule 8:
 
@@ -19,15 +19,16 @@ That is O(n) a contact, and about one exact tick for each body in it.
 from __future__ import annotations
 
 import heapq
+import itertools
 import math
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from kinetile.errors import Refused
-from kinetile.kernel.log import INSERTED, LEFT, REANCHORED, REMOVED, RIGHT, TURNED
+from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED
 from kinetile.scene import Insert, Remove, Turn
+from kinetile_accuracy.specification.answers import Answers
 from kinetile_accuracy.specification.arithmetic import (
     BEAT,
     HORIZON,
@@ -37,20 +38,22 @@ from kinetile_accuracy.specification.arithmetic import (
     Frame,
     Vector,
     Whole,
-    exchanged,
     image_tick,
     pair_tick,
+    parting_tick,
     tick_of,
     unit_bits,
     wall_tick,
 )
 from kinetile_accuracy.specification.bounds import ContactBounds
+from kinetile_accuracy.specification.shapes import Difference, contact
+from kinetile_accuracy.specification.shapes import wall_tick as wall_tick_of
 
 if TYPE_CHECKING:
-    from kinetile import Scene
+    from kinetile import Scene, Shape
 
 
-_BOUND, _ANCHORING, _WALL, _PAIR = range(4)
+_BOUND, _ANCHORING, _WALL, _PAIR, _PARTING = range(5)
 _NOBODY = -1
 _FEW = 4
 """Partners of a body that get an entry of their own: with more, more entries come to nothing; with fewer, the
@@ -106,13 +109,6 @@ class Course:
     """
 
     def __init__(self, scene: Scene) -> None:
-        if scene.ruled:
-            raise Refused(
-                "the certifier follows elastic scenes, and this scene has responses, or bodies that nothing "
-                "can move"
-            )
-        if scene.shapes:
-            raise Refused("the certifier follows discs, and this scene has bodies of other shapes")
         bits = unit_bits(scene)
         self.frame = Frame(scene.arena, bits, scene.periods)
         self._periodic = any(scene.periods)
@@ -124,21 +120,32 @@ class Course:
         inserted = [each for each in scene.commands if isinstance(each, Insert)]
         count = max([len(scene) - 1, *(each.body for each in inserted)]) + 1
         self._radius = scene.radius.tolist() + [0.0] * (count - len(scene))
-        masses = scene.mass.tolist() + [1.0] * (count - len(scene))
         for each in inserted:
-            self._radius[each.body], masses[each.body] = each.radius, each.mass
-        self._mass = None if len(set(masses)) <= 1 else masses
+            self._radius[each.body] = each.radius
+        self._answers = Answers(scene, count)
+        self._shapes = [scene.shapes[each] for each in scene.shape.tolist()] if scene.shapes else None
+        self._differences: dict[tuple[Shape, Shape], Difference] = {}
+        self._passing: dict[tuple[int, int], int] = {}  # the elder, the younger; the first tick
+        self._at_once: list[tuple[int, int]] = []  # pairs whose passings begin now, before all else
         self._heap = [_Entry(self._span, _ANCHORING, _NOBODY, _NOBODY)]
         self._contacts = _NOBODY, 0  # the tick of the last contact, and how many there were
         self._met = [_NOBODY] * count
         self._image: list[Whole] = [(0, 0)] * count
         self._stamp = [0] * count
-        self._bounds = ContactBounds(np.array(self._radius), self.frame.fine, scene.periods)
+        self._bounds = ContactBounds(
+            np.array(self._radius), self.frame.fine, scene.periods, bool(scene.shapes)
+        )
         self.present = [False] * count
         self.plans = [FlightPlan(0.0, 0.0, 0.0, 0.0, 0, 0.0, self.frame)] * count
         states = zip(scene.position.tolist(), scene.velocity.tolist(), strict=True)
         for body, (place, velocity) in enumerate(states):
             self._enter(body, tuple(place), tuple(velocity))
+        if self._answers.passing:
+            self._at_once = [
+                (a, b)
+                for a, b in itertools.combinations(range(len(scene)), 2)
+                if self._answers.passes(a, b) and self._overlap(a, b, at_start=True)
+            ]
         for body in range(len(scene)):
             self._schedule([body])
         heapq.heapify(self._heap)
@@ -146,14 +153,19 @@ class Course:
     def next(self, end: int) -> CourseEvent | None:
         """Returns the next event up to and at a tick, which has not happened yet; None: there is none."""
         heap = self._heap
+        if self._at_once:
+            return CourseEvent(self.now, *self._at_once[0])
         while heap and min(heap[0].tick, self._commands[-1].tick if self._commands else math.inf) <= end:
             entry = heap[0]
             tick, kind, a, b, _, _ = entry
-            if not self._is_current(entry):
-                heapq.heappop(heap)
+            if not self._is_current(entry) or (kind == _PAIR and (a, b) in self._passing):
+                heapq.heappop(heap)  # a pair has an entry for each of the two: the second comes to nothing
             elif self._is_command_next():
                 planned = self._commands[-1]
                 self.now = max(self.now, planned.tick)
+                ending = self._ends_with(planned.command)
+                if ending is not None:
+                    return CourseEvent(self.now, *ending[::-1])
                 return planned.event if self._has_room(planned.command) else None
             elif kind == _BOUND:
                 heapq.heappop(heap)
@@ -164,6 +176,8 @@ class Course:
                 self._end_span(tick)
             elif kind == _ANCHORING:
                 return CourseEvent(tick, a, REANCHORED)
+            elif kind == _PARTING:
+                return CourseEvent(tick, b, a)
             else:
                 return CourseEvent(tick, a, b if kind == _PAIR else -b)
         return None
@@ -186,6 +200,8 @@ class Course:
         plan = FlightPlan(x, y, 0.0, 0.0, self.now, r, self.frame)
         place = plan.x, plan.y  # no scene has an insertion into a wall
         for other in self._there():
+            if self._answers.passes(command.body, other):
+                continue
             its = self._anchored(other)
             dx, dy = (
                 math.remainder(there - here, period) if period else there - here
@@ -196,17 +212,47 @@ class Course:
                 return False
         return True
 
+    def _ends_with(self, command: Turn | Insert | Remove) -> tuple[int, int] | None:
+        """Returns the first of the passings that end before a command, since its body goes; None: none."""
+        if not isinstance(command, Remove):
+            return None
+        return min((pair for pair in self._passing if command.body in pair), default=None)
+
+    def _overlap(self, a: int, b: int, at_start: bool = False) -> bool:
+        """Returns whether two bodies overlap so that their passing begins at once (rule 11)."""
+        one, two = self._anchored(a), self._anchored(b)
+        dx, dy = two.x - one.x, two.y - one.y
+        reach = (self._radius[a] + self._radius[b]) * (1.0 - 1e-12)
+        square = dx * dx + dy * dy
+        return bool(math.sqrt(square) < reach if at_start else square < reach * reach)
+
     def _there(self) -> Iterable[int]:
         """Returns the bodies that are there."""
         return (body for body, present in enumerate(self.present) if present)
 
     def carry_out(self) -> None:
         """Carries out the event that ``next`` has returned last."""
+        if self._at_once:
+            self._begin_passing(*self._at_once.pop(0))
+            return
         if self._is_command_next():
-            self._carry_out_command(self._commands.pop())
+            ending = self._ends_with(self._commands[-1].command)
+            if ending is None:
+                self._carry_out_command(self._commands.pop())
+            else:
+                self._count(self.now)
+                del self._passing[ending]
             return
         tick, kind, a, b, _, _ = heapq.heappop(self._heap)
         self.now = tick
+        if kind == _PARTING:
+            self._count(tick)
+            del self._passing[a, b]
+            self._replace_bound(a, b)
+            return
+        if kind == _PAIR and self._answers.passes(a, b):
+            self._begin_passing(a, b)
+            return
         one = self._anchored(a)
         velocity = one.vx, one.vy
         image = (0, 0)
@@ -214,20 +260,13 @@ class Course:
             met = self.meeting(a, b) if self._periodic else None
             image = image if met is None else met[1]
             two = self._anchored(b)
-            masses = None if self._mass is None else (self._mass[a], self._mass[b])
-            velocity, other = exchanged(
-                ((one.x, one.y), (two.x, two.y)),
-                (velocity, (two.vx, two.vy)),
-                masses,
-                self._away(one, two, image),
-            )
+            away, m = self._away(one, two, image), self._difference(a, b)
+            velocity, other = self._answers.of_pair((a, b), (one, two), away, m, self.tick)
             self._change(b, two, other)
         elif kind == _WALL:
-            vx, vy = velocity
-            velocity = (-vx, vy) if -b in (LEFT, RIGHT) else (vx, -vy)
+            velocity = self._answers.at_wall(a, -b, one, self.tick)
         if kind != _ANCHORING:
-            last, many = self._contacts
-            self._contacts = tick, many + 1 if last == tick else 1
+            self._count(tick)
         self._change(a, one, velocity)
         if kind == _PAIR:
             self._met[a], self._met[b] = b, a
@@ -238,6 +277,24 @@ class Course:
         if len(self._heap) > 64 * len(self.plans) + 1024:
             self._heap = [entry for entry in self._heap if self._is_current(entry)]
             heapq.heapify(self._heap)
+
+    def _count(self, tick: int) -> None:
+        """Counts a contact among those of its tick."""
+        last, many = self._contacts
+        self._contacts = tick, many + 1 if last == tick else 1
+
+    def _begin_passing(self, a: int, b: int) -> None:
+        """Begins the passing of two bodies: no plan changes."""
+        self._count(self.now)
+        self._passing[a, b] = self.now
+        self._await_parting(a, b)
+
+    def _await_parting(self, a: int, b: int) -> None:
+        """Enters the end of a passing, if it has one by the present plans."""
+        tick = parting_tick(self.plans[a], self.plans[b])
+        if tick is not None:
+            tick = max(tick, self._passing[a, b] + 1)
+            heapq.heappush(self._heap, _Entry(tick, _PARTING, a, b, self._stamp[a], self._stamp[b]))
 
     def _carry_out_command(self, planned: _Planned) -> None:
         self.now, _, command = planned
@@ -253,6 +310,9 @@ class Course:
         if isinstance(command, Insert):
             x, y = command.position
             self._enter(body, (x, y), (vx, vy))
+            others = (other for other in self._there() if other != body and self._answers.passes(body, other))
+            pairs = [(min(body, other), max(body, other)) for other in others]
+            self._at_once = [pair for pair in pairs if self._overlap(*pair)]
         else:
             self._change(body, self._anchored(body), (vx, vy))
         self._schedule([body])
@@ -276,8 +336,31 @@ class Course:
         if self._periodic:
             barred = self._image[a] if self.barred(a, b) else None
             return image_tick(self.plans[a], self.plans[b], self.frame, barred)
-        tick = pair_tick(self.plans[a], self.plans[b])
+        m = self._difference(a, b)
+        if m is None:
+            tick = pair_tick(self.plans[a], self.plans[b])
+        elif math.isinf(self._answers.masses[a]) and math.isinf(self._answers.masses[b]):
+            tick = None  # rule 7s
+        else:
+            met = contact(m, self.plans[a], self.plans[b])
+            tick = None if met is None else met.tick
         return None if tick is None else (tick, (0, 0))
+
+    def wall(self, body: int) -> tuple[int, int] | None:
+        """Returns the tick of contact of a body with a wall by its plan, and which one; None: none."""
+        plan = self.plans[body]
+        if self._shapes is None:
+            return wall_tick(plan, self.frame)
+        return wall_tick_of(self._shapes[body], plan, self.frame)
+
+    def _difference(self, a: int, b: int) -> Difference | None:
+        """Returns the difference of the shapes of two bodies; None in a scene of discs."""
+        if self._shapes is None:
+            return None
+        pair = self._shapes[a], self._shapes[b]
+        if pair not in self._differences:
+            self._differences[pair] = Difference(*pair)
+        return self._differences[pair]
 
     def _away(self, one: FlightPlan, two: FlightPlan, image: Whole) -> Vector:
         """Returns how far from its place the second body is met through an image (rule 9p)."""
@@ -289,6 +372,14 @@ class Course:
         plan = self.plans[body]
         x, y = plan.rounded_place(self.now, self.tick)
         return FlightPlan(x, y, plan.vx, plan.vy, self.now, self._radius[body], self.frame, plan.turns)
+
+    def changes_plans(self, event: CourseEvent) -> bool:
+        """Returns whether an event gives plans to its bodies: all but passings do."""
+        return event.b < 0 or not self._answers.passes(event.a, event.b)
+
+    def ends(self, a: int, b: int) -> bool:
+        """Returns whether bodies a < b pass through each other, so that they are to part."""
+        return (a, b) in self._passing
 
     def is_planned(self, event: CourseEvent) -> bool:
         """Returns whether the scene has a command at a tick, which has not happened yet."""
@@ -314,9 +405,11 @@ class Course:
     def _schedule(self, bodies: list[int]) -> None:
         """Enters what may come next of bodies with new plans."""
         for body in bodies:
-            met = wall_tick(self.plans[body], self.frame)
+            met = self.wall(body)
             if met is not None:
                 heapq.heappush(self._heap, _Entry(met[0], _WALL, body, -met[1], self._stamp[body]))
+        for pair in [pair for pair in self._passing if pair[0] in bodies or pair[1] in bodies]:
+            self._await_parting(*pair)
         self._bound(bodies)
 
     def _bound(self, bodies: list[int]) -> None:
@@ -324,10 +417,14 @@ class Course:
         for body, waits in zip(bodies, self._bounds.waits(bodies, self.now), strict=True):
             if not self._periodic and self._met[body] != _NOBODY and self.barred(body, self._met[body]):
                 waits[self._met[body]] = np.inf
+            for pair in self._passing:  # asked again when they have parted
+                if body in pair:
+                    waits[sum(pair) - body] = np.inf
             stamp = self._stamp[body]
             rest = HORIZON
             if len(waits) > _FEW:
-                enough = np.partition(waits, _FEW - 1)[_FEW - 1]
+                # Those of the next tick, too: they would be asked for again and again.
+                enough = max(np.partition(waits, _FEW - 1)[_FEW - 1], 1.0)
                 few = np.flatnonzero(waits <= enough)
                 if enough < HORIZON:
                     rest = int(waits[waits > enough].min(initial=HORIZON))
@@ -347,8 +444,10 @@ class Course:
             self._bound([a])
             return
         a, b = min(a, b), max(a, b)
+        if (a, b) in self._passing:
+            return
         met = self.meeting(a, b)
-        if met is not None:
+        if met is not None and not (met[0] < self.now and self._answers.passes(a, b)):
             heapq.heappush(self._heap, _Entry(met[0], _PAIR, a, b, self._stamp[a], self._stamp[b]))
 
     def _end_span(self, tick: int) -> None:

@@ -88,10 +88,11 @@ def _direction(normal: Exact) -> tuple[bool, Fraction, bool]:
     return y != 0, Fraction(0) if y == 0 else -x / y, downward
 
 
-def contact(shapes: tuple[Shape, Shape], one: FlightPlan, two: FlightPlan) -> Contact | None:
-    """Returns the contact of two bodies by their plans (rule 5s); None: there is none."""
+def contact(m: Difference, one: FlightPlan, two: FlightPlan) -> Contact | None:
+    """Returns the contact of two bodies by the difference of their shapes and by their plans (rule 5s); None:
+    there is none."""
     course = PairQuadratic(one, two)
-    found = entry(Difference(*shapes), *_course(course))
+    found = entry(m, *_course(course))
     return found and found._replace(tick=course.since + found.tick)
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import convex_scenes
 import kinetile as kt
 import torus_scenes
 from kinetile.errors import BadOption, Refused, ZenoError
@@ -423,6 +424,87 @@ def test_where_the_specification_does_not_say_it_says_nothing(three_in_a_row, mo
     assert not explain_difference(scene, lists, 1, ["disc", "wall"])  # and no walls to meet
     monkeypatch.setattr(certify, "_FARTHEST", 0)
     assert not explain_difference(scene, lists, 1)
+
+
+# Responses, immovable bodies, and shapes
+
+LESS = kt.Response("restitution", e=0.7, contact_time=1e-3)
+RESPONSES = {
+    "pass": {("a", "b"): "pass"},
+    "all pass": {("*", "*"): "pass"},
+    "pass and less": {("a", "a"): "pass", ("a", "b"): LESS, ("b", "wall"): LESS},
+    "stop": {("b", "b"): "stop", ("a", "wall"): "stop"},
+}
+
+
+def ruled(name, seed):
+    """Return a scene of two kinds, with an insertion and more if all pass, and a run of it."""
+    random = np.random.default_rng(seed)
+    place = np.stack(np.meshgrid(np.arange(4), np.arange(4)), -1).reshape(-1, 2) + 0.75
+    velocity = random.integers(-2, 3, (16, 2)) / 2 if seed % 2 else random.normal(size=(16, 2))
+    mass = random.choice([1.0, 2.0, 0.5, np.inf], 16) if seed % 3 else np.ones(16)
+    commands = [
+        kt.Insert(0.3, (2.0, 2.0), (1.0, 0.3), radius=0.2, kind="b"),
+        kt.Insert(0.3, (2.1, 2.0), (1.0, 0.3), radius=0.2, kind="b"),
+        kt.Turn(7, 0.5, (0.0, 1.0)),
+        kt.Remove(4, 0.9),
+    ]
+    passes = name == "all pass"
+    scene = kt.Scene(
+        place,
+        velocity,
+        0.55 if passes else 0.375,  # at the start they overlap, or do not
+        mass,
+        arena=(4.5, 4.5),
+        kind=random.permutation(["a"] * 8 + ["b"] * 8).tolist(),
+        responses=RESPONSES[name],
+        commands=commands if passes else (),
+    )
+    sim = kt.Simulation(scene, "naive")
+    with contextlib.suppress(ZenoError):  # all that comes before is to be right
+        sim.run(until=2.0, max_contacts=150)
+    return sim
+
+
+@pytest.mark.small
+@pytest.mark.parametrize("seed", first(2, range(100)))
+@pytest.mark.parametrize("name", RESPONSES)
+def test_responses_are_followed(name, seed):
+    sim = ruled(name, seed)
+    until = 2.0 if sim.time == 2.0 else None
+    found = certify_log(sim.scene, sim.contacts, until, fingerprint=sim.fingerprint)
+    assert found.right, found
+    passings = sim.contacts["a"] > sim.contacts["b"]
+    assert (passings & (sim.contacts["b"] >= 0)).any() == ("pass" in name)
+
+
+@pytest.mark.parametrize("name", RESPONSES)
+def test_a_wrong_line_of_a_scene_with_responses_is_found(name):
+    sim = ruled(name, 0)
+    rows = sim.contacts[:60]
+    ends = np.flatnonzero((rows["a"] > rows["b"]) & (rows["b"] >= 0))
+    assert certify_log(sim.scene, rows).right
+    for at in (int(ends[len(ends) // 2]) if len(ends) else 10, len(rows) // 2):
+        late = rows.copy()
+        late["tick"][at] += 1
+        turned = rows.copy()
+        turned["a"][at], turned["b"][at] = rows["b"][at], rows["a"][at]
+        for forged in (late, turned, np.delete(rows, at), np.insert(rows, at, rows[at])):
+            found = certify_log(sim.scene, forged)
+            assert found.wrong is not None
+            assert at <= found.wrong.index <= at + 1
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_a_wrong_line_of_a_scene_with_shapes_is_found(seed):
+    scene = convex_scenes.drawn(seed, (8,))
+    sim = kt.Simulation(scene, "naive")
+    sim.run(until=30.0 * scene.time_unit, max_contacts=20)
+    rows = sim.contacts
+    assert certify_log(scene, rows, fingerprint=sim.fingerprint).right
+    late = rows.copy()
+    late["tick"][len(rows) // 2] += 1
+    assert certify_log(scene, late).wrong.index == len(rows) // 2
 
 
 # Bodies that come and go

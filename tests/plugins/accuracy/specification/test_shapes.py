@@ -203,7 +203,7 @@ def test_discs_meet_as_by_rule_5() -> None:
     met = 0
     for seed in range(300):
         shapes, plans = disc_pair(seed)
-        found = rules.contact(shapes, *plans)
+        found = rules.contact(rules.Difference(*shapes), *plans)
         assert (found and found.tick) == pair_tick(*plans)
         met += found is not None
     assert 20 < met < 280
@@ -214,7 +214,7 @@ def test_boxes_meet_where_division_says() -> None:
     still = FlightPlan(0.0, 0.0, 0.0, 0.0, 0, 1.0, frame)
 
     def met(x: float, y: float, vx: float, vy: float) -> tuple[int, str, int] | None:
-        found = rules.contact((box, box), still, FlightPlan(x, y, vx, vy, 7, 1.0, frame))
+        found = rules.contact(rules.Difference(box, box), still, FlightPlan(x, y, vx, vy, 7, 1.0, frame))
         return found and (found.tick, *found.feature)
 
     assert met(3.0, 0.0, -1.0, 0.0) == (7 + (2 << 52), "face", 0)
@@ -277,9 +277,9 @@ def test_contacts_are_those_of_the_vectors(family: str) -> None:
     for e, a, b, answer in VECTORS[family]:
         frame = Frame(None, e)
         (one, plan), (two, other_plan) = read(a, frame), read(b, frame)
-        found = rules.contact((one, two), plan, other_plan)
+        found = rules.contact(rules.Difference(one, two), plan, other_plan)
         assert (found and [str(found.tick), *found.feature]) == answer
-        back = rules.contact((two, one), other_plan, plan)
+        back = rules.contact(rules.Difference(two, one), other_plan, plan)
         assert (back and back.tick) == (found and found.tick)
 
 

@@ -1,0 +1,120 @@
+"""What happens at contacts: rules 9, 9s and 11 of docs/specification.md.
+
+Of responses these are elastic, pass, restitution and stop; what others do is not specified.
+"""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+from kinetile.errors import Refused
+from kinetile.kernel.log import BOTTOM, LEFT, RIGHT, TOP
+from kinetile.scene import Insert
+from kinetile_accuracy.specification.arithmetic import FlightPlan, Vector, exchanged_along
+from kinetile_accuracy.specification.shapes import Difference, normal
+
+if TYPE_CHECKING:
+    from kinetile import Scene
+
+_KNOWN = ("elastic", "pass", "restitution", "stop")
+_LONG_AGO = -(1 << 62)
+_OUT = {LEFT: (-1.0, 0.0), RIGHT: (1.0, 0.0), BOTTOM: (0.0, -1.0), TOP: (0.0, 1.0)}
+
+
+class Answers:
+    """The velocities after the contacts of a scene, and what has an influence on them.
+
+    Attributes:
+        masses: those of all bodies that there are or will be, by number.
+        passing: whether some bodies may pass through each other.
+
+    Raises Refused for responses that the specification does not have.
+    """
+
+    def __init__(self, scene: Scene, count: int) -> None:
+        self._meets = scene.meets
+        used = {response.name for row in self._meets for response in row}
+        other = sorted(used.difference(_KNOWN))
+        if other:
+            raise Refused(f"the specification has {', '.join(_KNOWN)}, and this scene has {', '.join(other)}")
+        self.passing = "pass" in used
+        if self.passing and (scene.shapes or scene.periodic):
+            where = "an axis is periodic" if scene.periodic else "bodies have shapes"
+            raise Refused(f"the certifier does not follow bodies that pass through each other where {where}")
+        first = scene.kind_numbers[0] if len(scene) else 0
+        self._kinds = scene.kind_numbers.tolist() + [int(first)] * (count - len(scene))
+        self.masses = scene.mass.tolist() + [1.0] * (count - len(scene))
+        for each in scene.commands:
+            if isinstance(each, Insert):
+                self.masses[each.body] = each.mass
+                if each.kind is not None:
+                    self._kinds[each.body] = scene.kinds.index(each.kind)
+        self._equal = not scene.ruled and len(set(self.masses)) <= 1
+        self._touched = [_LONG_AGO] * count
+
+    def response(self, a: int, b: int) -> Any:
+        """Returns the response of two bodies, or of a body and a wall (b below 0)."""
+        return self._meets[self._kinds[a]][self._kinds[b] if b >= 0 else -1]
+
+    def passes(self, a: int, b: int) -> bool:
+        """Returns whether two bodies pass through each other, or a body through a wall (b below 0)."""
+        return bool(self.response(a, b).name == "pass")
+
+    def at_wall(self, a: int, wall: int, plan: FlightPlan, length: float) -> Vector:
+        """Returns the velocity of a body that has met a wall, anchored; ``length`` is that of a tick."""
+        response = self.response(a, wall)
+        vx, vy = plan.vx, plan.vy
+        if response.name == "restitution":
+            nx, ny = _OUT[wall]
+            w = (1.0 + self._given_back(response, [a], plan.anchor, length)) * (vx * nx + vy * ny)
+            vx, vy = vx - w * nx, vy - w * ny
+        elif response.name == "stop":
+            vx = vy = 0.0
+        elif response.name == "elastic":
+            vx, vy = (-vx, vy) if wall in (LEFT, RIGHT) else (vx, -vy)
+        self._touched[a] = plan.anchor
+        return vx, vy
+
+    def of_pair(
+        self,
+        bodies: tuple[int, int],
+        plans: tuple[FlightPlan, FlightPlan],
+        away: Vector,
+        m: Difference | None,
+        length: float,
+    ) -> tuple[Vector, Vector]:
+        """Returns the velocities of two bodies that have met, anchored.
+
+        The second is met so far ``away`` from its place (rule 9p). ``m`` is the difference of their shapes;
+        None: they are discs.
+        """
+        (a, b), (one, two) = bodies, plans
+        response = self.response(a, b)
+        velocities = (one.vx, one.vy), (two.vx, two.vy)
+        dx, dy = (two.x - one.x) + away[0], (two.y - one.y) + away[1]
+        if m is None:
+            size = math.sqrt(dx * dx + dy * dy)
+            along = dx / size, dy / size
+        else:
+            v = Fraction(two.vx) - Fraction(one.vx), Fraction(two.vy) - Fraction(one.vy)
+            along = normal(m, (dx, dy), v)
+        masses = None if self._equal else (self.masses[a], self.masses[b])
+        times = 1.0
+        if response.name == "restitution":
+            times = 0.5 * (1.0 + self._given_back(response, [a, b], one.anchor, length))
+        self._touched[a] = self._touched[b] = one.anchor
+        if response.name != "stop":
+            return exchanged_along(along, velocities, masses, times)
+        rest = 0.0, 0.0
+        still = [math.isinf(self.masses[body]) for body in bodies]
+        if still[0] != still[1]:
+            rest = velocities[still.index(True)]
+        return rest, rest
+
+    def _given_back(self, response: Any, bodies: list[int], now: int, length: float) -> float:
+        """Returns the share of the closing speed that comes back."""
+        last = max(self._touched[body] for body in bodies)
+        soon = float(now - last) * length <= float(response.options.get("contact_time") or 0.0)
+        return 1.0 if soon else float(response.options["e"])
