@@ -1,8 +1,8 @@
 """Engines in any language: a program that reads scenes and writes contacts is judged over a pipe.
 
 One line of JSON goes each way for a scene, and the next scene is sent when the last one is answered: so a
-full pipe stops neither side. The scenes are those of the kit's checks that compare contacts, and a scene on which
-the lists differ is minimised as there. An engine that does not keep to the protocol is not judged:
+full pipe stops neither side. The scenes are those of the kit's checks that compare contacts, and a scene on
+which the lists differ is minimised as there. An engine that does not keep to the protocol is not judged:
 ``EngineError`` says what it did, and on which scene.
 """
 

@@ -137,9 +137,8 @@ def conform(
             if value is not None and not 0.0 < value < math.inf:
                 raise BadOption(f"{option} {value:g}: expected a number above 0")
         if command is None:
-            unfinished, judge = _phase(
-                str(phase), narrow_phase or (), expect_failure or (), seconds, isolated
-            )
+            expected = dict(map(_expectation, expect_failure or ()))
+            unfinished, judge = _phase(str(phase), narrow_phase or (), expected, seconds, isolated)
         else:
             unfinished, judge = _program(command, within, scene_seconds)
         checks = [_check(each, command is not None) for each in check or ()]
@@ -172,7 +171,7 @@ def conform(
 def _phase(
     phase: str,
     narrow_phase: Sequence[str],
-    expect_failure: Sequence[str],
+    expected: Mapping[str, str],
     seconds: float | None,
     isolated: bool,
 ) -> tuple[Report, Callable[..., Report]]:

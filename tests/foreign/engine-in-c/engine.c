@@ -46,7 +46,7 @@ static Big whole(int64_t z) {
 }
 static Big minus(Big a) { for (int i = 0; i < LIMBS; i++) a.w[i] = ~a.w[i]; return add(a, whole(1)); }
 static Big sub(Big a, Big b) { return add(a, minus(b)); }
-static Big mul(Big a, Big b) {
+static Big mul(Big a, Big b) { /* quick where the first is small */
     Big c = whole(0);
     for (int i = 0; i < LIMBS; i++) {
         unsigned __int128 carry = 0;
@@ -165,18 +165,19 @@ static int64_t pair_tick(const Body *a, const Body *b) {
     int64_t s = a->anchor > b->anchor ? a->anchor : b->anchor, low = 0, high = FAR;
     Big d[2], v[2], R = FAULT == 7 ? add(a->R, a->R) : add(a->R, b->R);
     for (int i = 0; i < 2; i++) {
-        Big there = add(b->X[i], mul(b->V[i], whole(s - b->anchor)));
-        d[i] = sub(there, add(a->X[i], mul(a->V[i], whole(s - a->anchor))));
+        Big there = add(b->X[i], mul(whole(s - b->anchor), b->V[i]));
+        d[i] = sub(there, add(a->X[i], mul(whole(s - a->anchor), a->V[i])));
         v[i] = sub(b->V[i], a->V[i]);
     }
-    Big B = dot(d, v), Q = sub(dot(d, d), mul(R, R));
+    Big B = dot(d, v);
     if (sign(B) >= (FAULT == 1 ? 1 : 0)) return NEVER;
+    Big Q = sub(dot(d, d), mul(R, R));
     if (sign(Q) <= 0) return s;
     if (sign(sub(mul(B, B), mul(dot(v, v), Q))) <= 0) return NEVER;
     while (high - low > 1) {
         int64_t middle = low + (high - low) / 2;
         Big then[2];
-        for (int i = 0; i < 2; i++) then[i] = add(d[i], mul(v[i], whole(middle)));
+        for (int i = 0; i < 2; i++) then[i] = add(d[i], mul(whole(middle), v[i]));
         *(sign(dot(then, v)) < 0 && sign(sub(dot(then, then), mul(R, R))) >= 0 ? &low : &high) = middle;
     }
     return s + (FAULT == 5 ? high : low);
@@ -194,7 +195,7 @@ static void wall_tick(int k) {
         int64_t low = 0, high = FAR;
         while (sign(gap) > 0 && high - low > 1) {
             int64_t middle = low + (high - low) / 2;
-            *(sign(sub(gap, mul(speed, whole(middle)))) >= 0 ? &low : &high) = middle;
+            *(sign(sub(gap, mul(whole(middle), speed))) >= 0 ? &low : &high) = middle;
         }
         if (b->anchor + low < side[k]) side[k] = b->anchor + low, side_wall[k] = wall;
     }
