@@ -62,8 +62,11 @@ JUDGING = {
 }
 """The checks that an engine is put to, with what each says of it."""
 
+EXACT, TIMED = ["epoch", "tick", "a", "b"], ["time", "a", "b"]
+"""The fields of a contact in an answer; the second where times are compared within a distance."""
+
 Row = tuple[float, ...]
-"""A contact of an answer: (epoch, tick, a, b), or (time, a, b) where times are compared within a distance."""
+"""A contact of an answer, its fields in this order."""
 
 
 class EngineError(KinetileError, RuntimeError):
@@ -88,10 +91,13 @@ class Engine:
     def start(self) -> None:
         """Start the program. It has a process group of its own, so that what it starts ends with it."""
         try:
+            words = shlex.split(self.command)
+            if not words:
+                raise ValueError("it names no program")
             self._child = subprocess.Popen(
-                shlex.split(self.command), stdin=subprocess.PIPE, stdout=subprocess.PIPE, process_group=0
+                words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, process_group=0
             )
-        except (OSError, ValueError, IndexError) as error:
+        except (OSError, ValueError) as error:
             why = error.strerror if isinstance(error, OSError) else error
             raise EngineError(f"--command {self.command!r} does not start: {why}") from error
 
@@ -111,8 +117,10 @@ class Engine:
                     pipe.close()
 
     def _kill(self) -> None:
-        with suppress(ProcessLookupError):
-            os.killpg(self._child.pid, signal.SIGKILL)
+        if hasattr(os, "killpg"):
+            with suppress(ProcessLookupError):
+                os.killpg(self._child.pid, signal.SIGKILL)
+        self._child.kill()
 
     def answer(self, scene: Scene) -> list[Row] | str:
         """Return the engine's contacts of a scene, or why it refuses it; raise EngineError for any other
@@ -169,8 +177,9 @@ class Engine:
 
 def _fault_of(row: object, scene: Scene, timed: bool) -> str:
     """Return what is wrong with the form of a contact, or ""."""
-    form = "[time, a, b]" if timed else "[epoch, tick, a, b]"
-    if not isinstance(row, list) or len(row) != len(form.split()):
+    fields = TIMED if timed else EXACT
+    form = f"[{', '.join(fields)}]"
+    if not isinstance(row, list) or len(row) != len(fields):
         return f"expected {form}"
     *when, a, b = row
     if not all(type(each) is int for each in (row[1:] if timed else row)):
@@ -215,12 +224,7 @@ def difference(
     ``within`` is the distance of times from the start, relative to these (where they are less than the
     scene's unit of time, to that); None: ticks are the same. A contact so near to the end may be missing.
     """
-    right: list[Row] = [
-        row[-3:] if within is not None else row
-        for row in expected[["epoch", "tick", "time", "a", "b"]].tolist()
-    ]
-    if within is None:
-        right = [(epoch, tick, a, b) for epoch, tick, _, a, b in right]
+    right: list[Row] = expected[EXACT if within is None else TIMED].tolist()
 
     def near(one: float, other: float) -> bool:
         size = max(abs(one - scene.start), abs(other - scene.start), scene.time_unit)
@@ -258,10 +262,9 @@ def _who_is_right(scene: Scene, found: Sequence[Row], expected: NDArray[np.void]
     """Return a line that says whose contact is right by the specification, where that decides it quickly."""
     if len(scene) > JUDGED:
         return ""
-    mine = np.zeros(len(found), expected.dtype)
-    for name, column in zip(("epoch", "tick", "a", "b"), zip(*found, strict=True), strict=False):
-        mine[name] = column
-    said = explain_difference(scene, {"the engine": mine, REFERENCE: expected}, at)
+    right = expected[EXACT]
+    mine = np.array([tuple(row) for row in found], right.dtype)
+    said = explain_difference(scene, {"the engine": mine, REFERENCE: right}, at)
     return f"\n{said}" if said else ""
 
 
@@ -313,8 +316,8 @@ class _Judged:
         scene, expected = judged
         try:
             found = self.engine.answer(scene)
-        except EngineError:
-            self.scene = scene
+        except EngineError as error:
+            self.said, self.scene, self.expected = str(error), scene, None
             raise
         if isinstance(found, str):
             self.refused += 1
@@ -351,8 +354,8 @@ class _Judged:
         path.write_text(head + dumps_scene(scene), encoding="utf-8")
         lines = [scene_line(scene).decode()]
         if self.expected is not None:
-            names = ["time", "a", "b"] if self.within is not None else ["epoch", "tick", "a", "b"]
-            for rows in (self.found, self.expected[names].tolist()):
+            right = self.expected[EXACT if self.within is None else TIMED].tolist()
+            for rows in (self.found, right):
                 lines.append(json.dumps({"contacts": rows}) + "\n")
         path.with_suffix(".jsonl").write_text("".join(lines), encoding="utf-8")
         return path

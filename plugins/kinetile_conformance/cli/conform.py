@@ -145,7 +145,7 @@ def conform(
         try_folder("--save-to", save_to, keep=False)
         show = _ReportPrinter(unfinished, json)
         count = EXAMPLES[budget] if examples is None else examples
-        who = command or " with ".join([str(phase), *(narrow_phase or ())])
+        who = " with ".join([command or str(phase), *(narrow_phase or ())])
         notice(f"judging {who} on {count:,} scenes a check{_compiling()} ...")
         first = FirstSignal()
         try:

@@ -7,7 +7,8 @@
  *
  *     cc -O2 -ffp-contract=off engine.c -lm
  *
- * With -DFAULT=1 to 11 it has one of the faults that the kit must find. */
+ * With -DTIMES it writes times in place of ticks, for `--within`; with -DFAULT=1 to 11 it has one of the faults
+ * that the kit must find. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdint.h>
@@ -208,12 +209,13 @@ static void predict(int k) {
         if (a < b) with[a][b] = barred[a][b] ? NEVER : pair_tick(&body[a], &body[b]);
     }
 }
-static void new_plan(int k, int pair) {
+/* What follows from a new plan; `unbarred` ends the bars of rule 7. */
+static void new_plan(int k, int unbarred) {
     for (int i = 0; i < 2; i++) {
         if (fabs(body[k].v[i]) >= 0x1p20) refuse("it is too fast");
         body[k].X[i] = exact(body[k].x[i], fine), body[k].V[i] = exact(body[k].v[i], GRAIN);
     }
-    for (int j = 0; j < n && (pair || FAULT != 9); j++) barred[j][k] = barred[k][j] = 0; /* rule 7 */
+    for (int j = 0; unbarred && j < n; j++) barred[j][k] = barred[k][j] = 0;
 }
 
 /* Rule 9. */
@@ -244,7 +246,7 @@ static void run(FILE *answer) {
     const char *between = "";
     for (int k = 0; k < n; k++) {
         body[k].R = exact(body[k].r, fine);
-        new_plan(k, 1);
+        new_plan(k, FAULT != 11);
     }
     for (int k = 0; k < n; k++) predict(k);
     for (;;) {
@@ -260,7 +262,7 @@ static void run(FILE *answer) {
         if (other < 0) {
             double *v = &body[one].v[other < -2];
             *v = -*v;
-            new_plan(one, 0);
+            new_plan(one, FAULT != 9);
         } else {
             anchor(&body[other], tick);
             if (!exchange(&body[one], &body[other])) return;
@@ -269,8 +271,12 @@ static void run(FILE *answer) {
             predict(other);
         }
         predict(one);
+#ifdef TIMES
+        fprintf(answer, "%s[%.17g, %d, %d]", between, (double)tick * q, one, other);
+#else
         fprintf(answer, "%s[%lld, %lld, %d, %d]", between, (long long)(tick >> 52),
                 (long long)(tick & (((int64_t)1 << 52) - 1)), one, other);
+#endif
         between = ", ";
     }
 }
