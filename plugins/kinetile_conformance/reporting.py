@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from kinetile.plugin.choices import write_phase
 from kinetile.scene import Scene
@@ -159,7 +159,7 @@ class Report:
         saved = [result for result in self.failed if result.case is not None]
         if saved:
             simplest = min(saved, key=lambda result: result.bodies or 0)
-            lines.append(f"  begin with {simplest.check}: kinetile replay {self.label} {simplest.case}")
+            lines.append(f"  begin with {simplest.check}: {self.replays(cast(Path, simplest.case))}")
         unjudged = [result.check for result in self.results if result.unjudged]
         if self.failed:
             lines.append(f"{self.who} does not conform: {', '.join(result.check for result in self.failed)}")
@@ -177,6 +177,10 @@ class Report:
         first = f"  {result.status:10} {result.check:{wide}}  {spent}  {result.sentence}"
         return [first, *(f"             {line}" for line in self.details(result))]
 
+    def replays(self, case: Path) -> str:
+        """Return the command that runs a saved case again."""
+        return f"kinetile replay {self.label} {case}"
+
     def details(self, result: Result) -> list[str]:
         """Return the lines of a result below its status."""
         details = result.said.splitlines()
@@ -188,7 +192,7 @@ class Report:
         if result.reason:
             details += f"reason: {result.reason}".splitlines()
         if result.case is not None:
-            details.append(f"replay: kinetile replay {self.label} {result.case}")
+            details.append(f"replay: {self.replays(result.case)}")
             details.append(f"see it: kinetile view {result.case}")
         if result.picture is not None:
             details.append(f"picture: {result.picture}")

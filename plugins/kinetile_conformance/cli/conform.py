@@ -1,11 +1,14 @@
-"""The commands ``kinetile conform``, which judges a broad phase, and ``kinetile replay``, which runs one
-check again."""
+"""The commands ``kinetile conform``, which judges a broad phase or a program, and ``kinetile replay``, which
+runs one check again."""
 
 from __future__ import annotations
 
 import json as as_text
+import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -47,9 +50,21 @@ def _list(wanted: bool) -> None:
 
 def conform(
     phase: Annotated[
-        str,
-        typer.Argument(metavar="NAME", help="The broad phase, with options if need be: sap-1d:axis=y."),
-    ],
+        str | None,
+        typer.Argument(metavar="[NAME]", help="The broad phase, with options if need be: sap-1d:axis=y."),
+    ] = None,
+    command: Annotated[
+        str | None,
+        typer.Option(metavar="CMD", help="Judge this program instead, which is sent scenes over a pipe."),
+    ] = None,
+    within: Annotated[
+        float | None,
+        typer.Option(metavar="D", help="Of the program: times to a relative distance, in place of ticks."),
+    ] = None,
+    scene_seconds: Annotated[
+        float | None,
+        typer.Option(metavar="S", help="Seconds that the program has for a scene. [default: 10]"),
+    ] = None,
     narrow_phase: Annotated[
         list[str] | None,
         typer.Option(
@@ -103,38 +118,44 @@ def conform(
         bool, typer.Option("--json", help="Print each result as a line of JSON, and the report as the last.")
     ] = False,
 ) -> None:
-    """Judge a broad phase, alone or with a narrow phase; exit code 1 if it does not conform, 3 if the
-    reference itself is in doubt, 4 if it could not be judged in time."""
+    """Judge a broad phase, alone or with a narrow phase, or a program over a pipe; exit code 1 if it does not
+    conform, 3 if the reference itself is in doubt, 4 if it could not be judged in time."""
     with exit_codes():
-        from kinetile_conformance import check_broad_phase
-        from kinetile_conformance.deadline import SECONDS
-
-        name, options = registered_phase(phase)
-        narrow = dict(registered_phase(each, "narrow phase") for each in narrow_phase or ())
-        checks = [_check(each) for each in check or ()]
-        expected = dict(map(_expectation, expect_failure or ()))
-        if seconds is not None and not seconds > 0.0:
-            raise BadOption(f"--seconds {seconds:g}: expected a number of seconds above 0")
+        if (phase is None) == (command is None):
+            raise BadOption("expected the NAME of a broad phase or --command CMD, one of the two")
+        of_phases = {
+            "--narrow-phase": narrow_phase,
+            "--expect-failure": expect_failure,
+            "--seconds": seconds,
+            "--in-process": None if isolated else True,
+        }
+        of_programs = {"--within": within, "--scene-seconds": scene_seconds}
+        for option, value in (of_programs if command is None else of_phases).items():
+            if value is not None:
+                raise BadOption(f"{option} is for {'--command' if command is None else 'broad phases'}")
+        for option, value in {"--seconds": seconds, **of_programs}.items():
+            if value is not None and not 0.0 < value < math.inf:
+                raise BadOption(f"{option} {value:g}: expected a number above 0")
+        if command is None:
+            expected = dict(map(_expectation, expect_failure or ()))
+            unfinished, judge = _phase(str(phase), narrow_phase or (), expected, seconds, isolated)
+        else:
+            unfinished, judge = _program(command, within, scene_seconds)
+        checks = [_check(each, command is not None) for each in check or ()]
         try_folder("--save-to", save_to, keep=False)
-        show = _ReportPrinter(name, options, narrow, json)
+        show = _ReportPrinter(unfinished, json)
         count = EXAMPLES[budget] if examples is None else examples
-        who = " with ".join([phase, *(narrow_phase or ())])
+        who = " with ".join([command or str(phase), *(narrow_phase or ())])
         notice(f"judging {who} on {count:,} scenes a check{_compiling()} ...")
         first = FirstSignal()
         try:
             with first:
-                report = check_broad_phase(
-                    name,
-                    in_process=not isolated,
-                    options=options,
-                    narrow_phases=narrow,
+                report = judge(
                     examples=count,
                     checks=checks or None,
-                    expected_failures=expected,
                     save_to=save_to,
                     shrink=shrink,
                     seed=seed,
-                    seconds=SECONDS if seconds is None else seconds,
                     on_result=show.result,
                     on_scene=show.scene,
                 )
@@ -147,6 +168,44 @@ def conform(
         raise typer.Exit(report.exit_code)
 
 
+def _phase(
+    phase: str,
+    narrow_phase: Sequence[str],
+    expected: Mapping[str, str],
+    seconds: float | None,
+    isolated: bool,
+) -> tuple[Report, Callable[..., Report]]:
+    """Return the report without results on a broad phase, and what judges it."""
+    from kinetile.plugin.registry import registry
+    from kinetile_conformance import Report, check_broad_phase
+    from kinetile_conformance.deadline import SECONDS
+
+    name, options = registered_phase(phase)
+    narrow = dict(registered_phase(each, "narrow phase") for each in narrow_phase)
+    owner = registry().provided("broad phase", name)
+    source = f"{owner.distribution or 'this process'} {owner.version or ''}".strip()
+    judge = partial(
+        check_broad_phase,
+        name,
+        in_process=not isolated,
+        options=options,
+        narrow_phases=narrow,
+        expected_failures=expected,
+        seconds=SECONDS if seconds is None else seconds,
+    )
+    return Report(name, options, source, (), narrow_phases=narrow), judge
+
+
+def _program(
+    command: str, within: float | None, seconds: float | None
+) -> tuple[Report, Callable[..., Report]]:
+    """Return the report without results on a program, and what judges it."""
+    from kinetile_conformance.pipe import SECONDS, EngineReport, check_engine
+
+    judge = partial(check_engine, command, within=within, seconds=SECONDS if seconds is None else seconds)
+    return EngineReport(command, {}, "", (), within=within), judge
+
+
 def _compiling() -> str:
     """Return what comes first, where loops are compiled."""
     from kinetile.kernel.compiled import INTERPRETED
@@ -157,19 +216,10 @@ def _compiling() -> str:
 class _ReportPrinter:
     """Prints a report as it comes into being."""
 
-    def __init__(
-        self,
-        name: str,
-        options: dict[str, Any],
-        narrow: dict[str, dict[str, Any]],
-        json: bool,
-    ) -> None:
-        from kinetile.plugin.registry import registry
-        from kinetile_conformance import CHECKS, Report
+    def __init__(self, unfinished: Report, json: bool) -> None:
+        from kinetile_conformance import CHECKS
 
-        owner = registry().provided("broad phase", name)
-        source = f"{owner.distribution or 'this process'} {owner.version or ''}".strip()
-        self.unfinished: Report = Report(name, options, source, (), narrow_phases=narrow)
+        self.unfinished = unfinished
         self._json = json
         self._wide = max(len(check.name) for check in CHECKS)
         if not json:
@@ -217,12 +267,16 @@ def _from_here(path: Path | None) -> Path | None:
     return path.relative_to(here) if path is not None and path.is_relative_to(here) else path
 
 
-def _check(name: str) -> str:
+def _check(name: str, of_programs: bool = False) -> str:
     """Return the name of a check; raise BadOption where there is none of this name."""
     from kinetile.errors import one_of
     from kinetile_conformance import CHECKS
 
     known = [check.name for check in CHECKS]
+    if of_programs:
+        from kinetile_conformance.pipe import JUDGING
+
+        known = list(JUDGING)
     if name not in known:
         raise BadOption(f"there is no check {name!r}; expected {one_of(name, known)}")
     return name

@@ -1,0 +1,255 @@
+"""Engines in other languages over a pipe: right ones conform, and faults in one of them are found."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import kinetile as kt
+from command_line import kinetile, refused
+from kinetile_conformance.pipe import Engine, EngineError, check_engine, difference, reference_contacts
+
+HERE = Path(__file__).parent
+CC, NODE = shutil.which("cc"), shutil.which("node")
+
+needs_cc = pytest.mark.skipif(CC is None, reason="there is no C compiler")
+SMALL = ["same-contacts", "same-contacts-with-turns", "same-contacts-on-a-torus"]
+
+
+def compiled(folder: Path, *macros: str) -> str:
+    """Compile the engine in C; return the command."""
+    program = folder / "engine"
+    how = ("-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror", *macros)
+    source = HERE / "engine-in-c" / "engine.c"
+    subprocess.run([str(CC), *how, "-o", str(program), str(source), "-lm"], check=True)
+    return str(program)
+
+
+def in_python(folder: Path, text: str) -> str:
+    """Write an engine in Python; return the command. ``answer(line)`` is what it says to a line."""
+    loop = "import os, sys, time\nfor line in sys.stdin:\n    print({}, flush=True)\n"
+    program = folder / "engine.py"
+    program.write_text(loop.format(text), encoding="utf-8")
+    return shlex.join([sys.executable, str(program)])
+
+
+@needs_cc
+@pytest.mark.small
+def test_the_engine_in_c_conforms(tmp_path):
+    report = check_engine(compiled(tmp_path), examples=40, checks=SMALL)
+    assert [result.status for result in report.results] == ["passed", "passed", "skipped"]
+    assert report.conforms
+    assert report.results[0].reason == ""  # of seed 0 it refuses no small scene
+    assert report.results[1].reason.endswith(
+        "such as: a body has more than a place, a velocity, a radius and a mass"
+    )
+
+
+@needs_cc
+@pytest.mark.compiled
+def test_the_engine_in_c_conforms_where_there_are_many(tmp_path):
+    checks = ["same-contacts-on-lattices", "same-contacts-in-a-scaled-swarm"]
+    report = check_engine(compiled(tmp_path), examples=4, checks=checks)
+    assert [result.status for result in report.results] == ["passed", "passed"]
+
+
+@pytest.mark.small
+@pytest.mark.skipif(NODE is None, reason="there is no node to run JavaScript")
+def test_the_second_implementation_conforms():
+    script = HERE.parent / "second" / "pipe.js"
+    command = shlex.join([str(NODE), str(script)])
+    report = check_engine(command, examples=10, checks=[*SMALL, "same-contacts-of-shapes"])
+    assert [(result.status, result.reason) for result in report.results] == [("passed", "")] * 4
+
+
+FAULTS = {
+    1: "discs that touch and slide meet",
+    2: "the last body meets no other",
+    3: "of pairs at one tick the last comes first, and before walls",
+    4: "there is no top wall",
+    5: "ticks are rounded up",
+    6: "all masses are equal",
+    7: "the first radius counts twice",
+    8: "momentum is exchanged without its low digits",
+    9: "a wall ends no bar",
+    10: "what happens at the end is left out",
+    11: "bars are kept for the next scene",
+}
+
+
+@needs_cc
+@pytest.mark.small
+@pytest.mark.parametrize("fault", FAULTS, ids=FAULTS.values())
+def test_a_fault_is_found(fault, tmp_path):
+    command = compiled(tmp_path, f"-DFAULT={fault}")
+    report = check_engine(command, examples=40, checks=["same-contacts"], save_to=tmp_path / "failures")
+    (result,) = report.results
+    assert (result.status, report.exit_code) == ("failed", 1)
+    assert result.bodies <= 3
+    assert "by the specification the engine is wrong in contact" in result.said
+
+    assert len(kt.load_scene(result.case)) == result.bodies
+    scene, found, right = result.case.with_suffix(".jsonl").read_text().splitlines()
+    again = subprocess.run(command, input=f"{scene}\n", capture_output=True, text=True, check=True).stdout
+    kept = "keeps something from one scene to the next" in result.said
+    assert kept == (fault == 11)
+    assert json.loads(again) == json.loads(right if kept else found)
+    assert found != right
+
+
+@needs_cc
+@pytest.mark.small
+def test_times_within_a_distance(tmp_path):
+    """One tick is far below the distance, and a missing wall is not."""
+    for fault, distance, right in ((0, 1e-15, True), (5, 1e-9, True), (5, 1e-18, False), (4, 1e-3, False)):
+        command = compiled(tmp_path, "-DTIMES", f"-DFAULT={fault}")
+        report = check_engine(command, within=distance, examples=40, checks=["same-contacts"])
+        assert report.conforms is right
+    assert "should be body 0 with the top wall at time 0." in report.results[0].said
+
+
+@pytest.mark.small
+def test_within_a_distance_of_the_end_a_contact_may_be_missing():
+    """A disc that meets a wall at times 2.5 and 5.5, where the scene ends."""
+    scene = kt.Scene([[1.0, 1.0]], [[1.0, 0.0]], 0.5, arena=(4.0, 4.0), settings=kt.Settings(until=5.5))
+    _, expected = reference_contacts(scene, 10)
+    one, two = expected[["time", "a", "b"]].tolist()
+    assert (one, two) == ((2.5, 0, -2), (5.5, 0, -1))
+    assert difference(scene, [one], expected, 1e-9) is None
+    assert difference(scene, [one, two, (5.5, 0, -3)], expected, 1e-9) is None
+    assert difference(scene, [two], expected, 1e-9).startswith(
+        "contact 0 is body 0 with the left wall at time 5.5"
+    )
+    assert difference(scene, [one, two, (5.4, 0, -3)], expected, 1e-9).startswith("contact 2 is one too many")
+    assert difference(scene, [], expected, 1e-9).startswith("contact 0 is missing")
+    assert difference(scene, [(2.5 * (1 + 3e-9), 0, -2), two], expected, 1e-9) is not None
+
+
+@pytest.mark.small
+def test_a_scene_that_has_too_many_contacts_ends_sooner():
+    scene = kt.Scene([[1.0, 1.0]], [[4.0, 0.0]], 0.5, arena=(4.0, 4.0), settings=kt.Settings(until=1000.0))
+    shorter, contacts = reference_contacts(scene, 10)
+    assert shorter.settings.until < 8.0
+    assert 3 <= len(contacts) < 10
+
+
+BROKEN = {
+    "line": 'expected {"contacts": [...]} or {"refused": "reason"}',
+    "'{'": "the engine answered '{\\n', which is no JSON: ",
+    "'[1]'": "the engine answered '[1]\\n'; expected",
+    "'{\"contacts\": 1}'": 'expected {"contacts": [...]}',
+    "'{\"contacts\": [[0, 0, 99, -1]]}'": "contact 0 is [0, 0, 99, -1]: there is no body 99",
+    "'{\"contacts\": [[0, 0, 0, -5]]}'": "there is no wall -5",
+    "'{\"contacts\": [[0, 0, 0, 0]]}'": "a body does not meet itself",
+    "'{\"contacts\": [[0, 0.5, 0, 1]]}'": "expected [epoch, tick, a, b], all whole numbers",
+    "'{\"contacts\": [[0, -1, 0, 1]]}'": "expected a tick from 0 to 2^52 - 1",
+    "'{\"contacts\": [[0.5, 0, 1]]}'": "is [0.5, 0, 1]: expected [epoch, tick, a, b]",
+    "os._exit(3)": "the engine ended with exit code 3 without an answer",
+    "os.abort()": "the engine ended by SIGABRT without an answer",
+    "os.write(1, b'{') and os._exit(0)": "the engine ended with exit code 0 within a line",
+    "os.close(1) or time.sleep(9)": "the engine closed its output without an answer",
+    "time.sleep(99)": "the engine gave no answer within 2.5 s (--scene-seconds)",
+}
+
+
+@pytest.mark.small
+@pytest.mark.parametrize("said", BROKEN)
+def test_what_is_no_answer_is_said(said, tmp_path):
+    command = in_python(tmp_path, said)
+    folder = tmp_path / "failures"
+    line = "conform --examples 1 --check same-contacts --scene-seconds 2.5"
+    result = kinetile(line, "--save-to", folder, "--command", command)
+    assert result.exit_code == 2
+    assert BROKEN[said] in result.stderr
+    where = folder / "engine-same-contacts.toml"
+    assert f"(same-contacts, scene 1; the scene is saved: {where})\n" in result.stderr
+    assert len(where.with_suffix(".jsonl").read_text().splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("command", "why"),
+    [("./nosuch", "No such file or directory"), ("", "it names no program"), ("'x", "No closing quotation")],
+)
+def test_what_does_not_start_is_said(command, why):
+    with pytest.raises(EngineError, match=f"^--command .* does not start: {why}$"):
+        check_engine(command)
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("", "expected the NAME of a broad phase or --command CMD, one of the two"),
+        ("naive --command cat", "expected the NAME of a broad phase or --command CMD, one of the two"),
+        ("naive --within 1e-9", "--within is for --command"),
+        ("--command cat --narrow-phase disc", "--narrow-phase is for broad phases"),
+        ("--command cat --in-process", "--in-process is for broad phases"),
+        ("--command cat --within 0", "--within 0: expected a number above 0"),
+        (
+            "--command cat --check makes-progress",
+            "there is no check 'makes-progress'; expected one of same-contacts, same",
+        ),
+    ],
+)
+def test_options_that_do_not_go_together(line, said):
+    assert said in refused(f"conform {line}")
+
+
+@pytest.mark.small
+def test_the_report_as_json(tmp_path):
+    command = in_python(tmp_path, """'{"refused": "no time"}'""")
+    result = kinetile("conform --examples 2 --check same-contacts --json --within 1e-9 --command", command)
+    row, report = map(json.loads, result.stdout.splitlines())
+    assert (row["result"]["status"], row["result"]["scenes"]) == ("skipped", 2)
+    assert row["result"]["reason"] == "it refuses 2 of 2 scenes, such as: no time"
+    assert (report["command"], report["within"], report["conforms"]) == (command, 1e-9, True)
+    assert "broad_phase" not in report
+
+
+def test_lines_longer_than_a_pipe(capfd, tmp_path):
+    """Of a mebibyte each way; and what the engine writes to stderr is passed on."""
+    command = in_python(
+        tmp_path, """'{"refused": "' + 'x' * 2**20 + str(sys.stderr.write('hello') * len(line)) + '"}'"""
+    )
+    scene = kt.Scene(np.arange(20_000).reshape(-1, 2) * 1.5, np.zeros((10_000, 2)), 0.5)
+    with Engine(command) as engine:
+        answers = {engine.answer(scene) for _ in range(3)}
+    (answer,) = answers
+    assert int(answer.lstrip("x")) > 2**20
+    assert capfd.readouterr().err == "hello" * 3
+
+
+def is_running(pid):
+    """Return whether a process is there, and is no zombie."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+
+
+@pytest.mark.small
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="there is no /proc to see processes in")
+def test_nothing_is_left_running(tmp_path):
+    """Ctrl-C ends the engine, and what it has started."""
+    engine = in_python(tmp_path, "open(sys.argv[1], 'w').write(str(os.getpid())) and '{\"refused\": \"\"}'")
+    file = tmp_path / "pid"
+    shell = f"sh -c {shlex.quote(f'{engine} {file}; true')}"  # the shell is one process, Python another
+
+    def interrupt(check, count):
+        if count == 2:
+            assert is_running(file.read_text())
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        check_engine(shell, examples=3, checks=["same-contacts"], on_scene=interrupt)
+    late = time.monotonic() + 5.0
+    while is_running(file.read_text()) and time.monotonic() < late:
+        time.sleep(0.01)
+    assert not is_running(file.read_text())
