@@ -9,7 +9,7 @@ import { pairTick, wallTick } from "./contact.js";
 import { nearest } from "./exact.js";
 import { along, exchange } from "./exchange.js";
 import { readScene } from "./scene.js";
-import { difference, makeShape, shapeTouch } from "./shapes.js";
+import { difference, makeShape, shapeNormal, shapeTouch } from "./shapes.js";
 
 const SHOWN = 5; // how many wrong answers are printed
 const RUNS = ["runs", "rules"]; // the folders of whole runs
@@ -17,6 +17,7 @@ const LEFT_OUT = ["unit", "end", "commands", "responses"]; // scenes with these 
 
 const velocity = ([vx, vy]) => ({ vx, vy });
 const moving = ([x, y, vx, vy]) => ({ x, y, vx, vy });
+const shapeOf = ([core, r]) => makeShape(core.map((corner) => corner.map(double)), double(r));
 const planOf = ([x, y, vx, vy], tick) => makePlan(double(x), double(y), double(vx), double(vy), BigInt(tick));
 
 /** What is answered to a row, in the form of its last field; a list of answers where it is asked in several ways. */
@@ -43,11 +44,21 @@ const ASK = {
     return [unit({ arena: arena?.map(double), bodies: bodies.map((b) => read(b.map(double))), turns: turns.map((t) => velocity(t.map(double))) })];
   },
   shapes(e, a, b) {
-    const [shapeA, shapeB] = [a, b].map(([core, r]) => makeShape(core.map((corner) => corner.map(double)), double(r)));
+    const [shapeA, shapeB] = [a, b].map(shapeOf);
     const [planA, planB] = [a, b].map(([, , plan]) => planOf(plan, plan[4]));
     const met = shapeTouch(planA, planB, difference(shapeA, shapeB), tickLength(e));
     const feature = met && ("face" in met ? ["face", met.face] : ["corner", met.corner]);
     return [met && [met.tick.toString(), ...feature]];
+  },
+  shape_sizes: (core, r) => [shapeOf([core, r]).size],
+  shape_walls(e, sides, body) {
+    const met = wallTick(planOf(body[2], body[2][4]), shapeOf(body).sides, sides.map(double), tickLength(e));
+    return [met && [met.tick.toString(), met.wall]];
+  },
+  shape_exchanges(masses, a, b) {
+    const [ma, mb] = masses ? masses.map(double) : [1, 1];
+    const [planA, planB] = [moving(a[2].map(double)), moving(b[2].map(double))];
+    return [exchange(planA, planB, ma, mb, masses === null, shapeNormal(planA, planB, difference(shapeOf(a), shapeOf(b))))];
   },
   times: (e, start, time) => [tickOf(double(time), double(start), tickLength(e)).toString()],
 };

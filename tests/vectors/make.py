@@ -12,7 +12,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from making import answers, running
+from making import answers, discs, running
 
 HERE = Path(__file__).parent
 
@@ -23,7 +23,7 @@ def main(arguments: list[str]) -> int:
         print(__doc__)
         return 2
     wrong = 0
-    for name, text in {**answers.files(), **running.files()}.items():
+    for name, text in {**answers.files(), **discs.files(), **running.files()}.items():
         path = HERE / name
         if not arguments:
             path.parent.mkdir(exist_ok=True)

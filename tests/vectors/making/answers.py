@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TypeVar
 
+from . import convex
 from .contacts import FAMILIES
 from .draws import Draws
 from .others import Impact, Moment, Moved, Pace, WallQuestion, impacts, moments, moved, paces, walls
@@ -57,6 +58,24 @@ def files() -> dict[str, str]:
             ),
             {name: _of_shapes(name) for name in OF_SHAPES},
         ),
+        "shape_sizes.json": table(
+            "Rule 3s: the r of a shape.", ("core", "radius", "r"), _answered(convex.shapes(), _size)
+        ),
+        "shape_walls.json": table(
+            "Rule 6s: when a body of a convex shape meets a wall, and which.",
+            (e, "width, height", "core, radius, plan", "tick and wall, or null"),
+            _answered(convex.walls(), _shape_wall),
+        ),
+        "shape_exchanges.json": table(
+            "Rule 9s: velocities after a contact of two bodies of convex shapes.",
+            (
+                "masses of a and b, or null: equal",
+                "a: core, radius, x y vx vy",
+                "b: core, radius, x y vx vy",
+                "vxa vya vxb vyb after it",
+            ),
+            _answered(convex.impacts(), _shape_impact),
+        ),
     }
 
 
@@ -76,9 +95,27 @@ def _shapes(asked: Question) -> Row:
     return asked.e, _body(asked.one), _body(asked.two), answer
 
 
-def _body(of: Body) -> Row:
+def _body(of: Body) -> list[list[str] | list[list[str]] | str]:
     flight = [*numbers(of.x, of.y, of.vx, of.vy), str(of.anchor)]
     return [numbers(*corner) for corner in of.core], number(of.radius), flight
+
+
+def _size(asked: convex.Shape) -> Row:
+    core, radius = asked
+    return [numbers(*corner) for corner in core], number(radius), number(convex.size(core, radius))
+
+
+def _shape_wall(asked: convex.WallQuestion) -> Row:
+    found = convex.wall(asked)
+    answer = None if found is None else (str(found[0]), found[1])
+    return asked.e, numbers(*asked.arena), _body(asked.body), answer
+
+
+def _shape_impact(asked: convex.Impact) -> Row:
+    masses = None if asked.masses is None else numbers(*asked.masses)
+    after_a, after_b = convex.exchange(asked)
+    bodies = [[*_body(body)[:2], _body(body)[2][:4]] for body in (asked.one, asked.two)]
+    return masses, *bodies, numbers(*after_a, *after_b)
 
 
 def _contacts(name: str) -> str:

@@ -20,9 +20,11 @@ __all__ = [
     "anchored",
     "are_closer",
     "exchange",
+    "exchange_along",
     "first_image",
     "has_room",
     "meeting",
+    "normal",
     "overlap_at_insertion",
     "overlap_at_start",
     "parting",
@@ -278,9 +280,17 @@ def _overlap(new: Plan, other: Plan, reach: Double, e: int, periods: Periods = W
     return (dx * dx + dy * dy).exact < (reach * reach).exact
 
 
-def wall_contact(plan: Plan, arena: Arena, e: int, periods: Periods = WALLED) -> tuple[int, int] | None:
-    """Return tick and wall of a body's contact with a wall; None: there is none (rules 6 and 6p)."""
-    scaled = Scaled(e, (plan.x, plan.y, plan.radius, *arena), (plan.vx, plan.vy))
+def wall_contact(
+    plan: Plan,
+    arena: Arena,
+    e: int,
+    periods: Periods = WALLED,
+    reaches: tuple[float, float, float, float] | None = None,
+) -> tuple[int, int] | None:
+    """Return tick and wall of a body's contact with a wall; None: there is none (rules 6, 6p and 6s).
+    ``reaches``: of a shape, in the place of the radius for left, right, bottom and top."""
+    reaches = reaches or (plan.radius,) * 4
+    scaled = Scaled(e, (plan.x, plan.y, *reaches, *arena), (plan.vx, plan.vy))
     first: tuple[int, int] | None = None
     for place, speed, side, period, low, high in (
         (plan.x, plan.vx, arena[0], periods[0], LEFT, RIGHT),
@@ -288,11 +298,12 @@ def wall_contact(plan: Plan, arena: Arena, e: int, periods: Periods = WALLED) ->
     ):
         if speed == 0 or period:
             continue
+        wall = low if speed < 0 else high
         ahead = scaled.length(place) if speed < 0 else scaled.length(side) - scaled.length(place)
-        gap = ahead - scaled.length(plan.radius)
+        gap = ahead - scaled.length(reaches[-1 - wall])
         wait = max(gap, 0) // abs(scaled.a_tick(speed))
         if wait < FAR and (first is None or plan.anchor + wait < first[0]):
-            first = (plan.anchor + wait, low if speed < 0 else high)
+            first = (plan.anchor + wait, wall)
     return first
 
 
@@ -305,14 +316,25 @@ def exchange(
 ) -> tuple[Velocity, Velocity]:
     """Return the velocities of bodies a < b after their contact through an image; ``masses``: None, if all
     are equal (rules 9 and 9p)."""
-    half = Double(Fraction(1, 2))
-    vxa, vya, vxb, vyb = (Double(v) for v in (one.vx, one.vy, two.vx, two.vy))
     right, up = image[0] + two.kx - one.kx, image[1] + two.ky - one.ky
     dx = (Double(two.x) - Double(one.x)) + Double(right) * Double(periods[0])
     dy = (Double(two.y) - Double(one.y)) + Double(up) * Double(periods[1])
+    return exchange_along(normal(dx, dy), (one.vx, one.vy), (two.vx, two.vy), masses)
+
+
+def normal(dx: Double, dy: Double) -> tuple[Double, Double]:
+    """Return the unit normal along a line (rule 9)."""
     length = sqrt(dx * dx + dy * dy)
-    nx = dx / length
-    ny = dy / length
+    return dx / length, dy / length
+
+
+def exchange_along(
+    along: tuple[Double, Double], one: Velocity, two: Velocity, masses: tuple[float, float] | None
+) -> tuple[Velocity, Velocity]:
+    """Return the velocities of two bodies after a contact with this unit normal (rules 9 and 9s)."""
+    half = Double(Fraction(1, 2))
+    nx, ny = along
+    vxa, vya, vxb, vyb = (Double(v) for v in (*one, *two))
     ux = vxb - vxa
     uy = vyb - vya
     xx = nx * nx

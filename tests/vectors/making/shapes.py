@@ -16,7 +16,18 @@ from typing import NamedTuple
 from .draws import TRIPLES, Draws
 from .rules import FAR
 
-__all__ = ["FAMILIES", "Body", "Contact", "Question", "meeting"]
+__all__ = [
+    "FAMILIES",
+    "Body",
+    "Contact",
+    "Course",
+    "Place",
+    "Question",
+    "anywhere",
+    "dot",
+    "meeting",
+    "on_lattice",
+]
 
 Place = tuple[float, float]
 Whole = tuple[int, int]
@@ -68,7 +79,7 @@ class Course:
         ratios = [Fraction(value) for body in (one, two) for value in (*body[2:4], body.radius)]
         ratios += [Fraction(value) for body in (one, two) for corner in body.core for value in corner]
         paces = [Fraction(value) / (1 << 52 + e) for body in (one, two) for value in body[4:6]]
-        size = lcm(*(ratio.denominator for ratio in (*ratios, *paces)))
+        self.unit = size = lcm(*(ratio.denominator for ratio in (*ratios, *paces)))
 
         def whole(value: Fraction | float) -> int:
             return int(Fraction(value) * size)

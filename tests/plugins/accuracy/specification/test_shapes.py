@@ -260,16 +260,26 @@ def test_faces_and_corners_have_numbers() -> None:
     assert rules.Difference(kt.disc(1.0), kt.disc(1.0)).faces == []
 
 
-VECTORS = json.loads((Path(__file__).parents[3] / "vectors" / "shapes.json").read_text())["families"]
 double = float.fromhex
+
+
+def families(name: str) -> dict[str, Any]:
+    """Return the rows of a file of vectors, by family."""
+    return json.loads((Path(__file__).parents[3] / "vectors" / f"{name}.json").read_text())["families"]
+
+
+VECTORS = families("shapes")
+
+
+def read_shape(core: list[list[str]], radius: str) -> kt.Shape:
+    return kt.polygon([(double(x), double(y)) for x, y in core], double(radius))
 
 
 def read(body: list[Any], frame: Frame) -> tuple[kt.Shape, FlightPlan]:
     """Return the shape and the plan of a body of the vectors."""
     core, radius, (*numbers, anchor) = body
-    shape = kt.polygon([(double(x), double(y)) for x, y in core], double(radius))
     x, y, vx, vy = map(double, numbers)
-    return shape, FlightPlan(x, y, vx, vy, int(anchor), 1.0, frame)
+    return read_shape(core, radius), FlightPlan(x, y, vx, vy, int(anchor), 1.0, frame)
 
 
 @pytest.mark.parametrize("family", VECTORS)
@@ -288,6 +298,30 @@ def test_vectors_are_many_of_each_kind() -> None:
     answers = Counter(answer and answer[1] for *_, answer in rows)
     assert len(rows) >= 4000
     assert min(answers[kind] for kind in (None, "face", "corner")) > 800
+
+
+@pytest.mark.parametrize(("family", "rows"), families("shape_sizes").items())
+def test_sizes_are_those_of_the_vectors(family: str, rows: list[Any]) -> None:
+    for core, radius, size in rows:
+        assert read_shape(core, radius).reach == double(size), family
+
+
+@pytest.mark.parametrize(("family", "rows"), families("shape_walls").items())
+def test_walls_are_met_when_the_vectors_say(family: str, rows: list[Any]) -> None:
+    for e, sides, body, answer in rows:
+        frame = Frame((double(sides[0]), double(sides[1])), e)
+        assert rules.wall_tick(*read(body, frame), frame) == (answer and (int(answer[0]), answer[1])), family
+
+
+@pytest.mark.parametrize(("family", "rows"), families("shape_exchanges").items())
+def test_momentum_is_exchanged_as_the_vectors_say(family: str, rows: list[Any]) -> None:
+    for masses, one, two, answer in rows:
+        (xa, ya, *va), (xb, yb, *vb) = (map(double, body[2]) for body in (one, two))
+        m = rules.Difference(read_shape(*one[:2]), read_shape(*two[:2]))
+        v = Fraction(vb[0]) - Fraction(va[0]), Fraction(vb[1]) - Fraction(va[1])
+        along = rules.normal(m, (xb - xa, yb - ya), v)
+        found = exchanged_along(along, (va, vb), masses and tuple(map(double, masses)))
+        assert [*found[0], *found[1]] == list(map(double, answer)), family
 
 
 def test_lines_of_exchange_round_once() -> None:
