@@ -79,6 +79,47 @@ def test_all_ticks_of_all_files_hold(check: Check) -> None:
     assert sum(map(int, re.findall(r"(\d+) right", told))) == 6250 + 4500 + 1206
 
 
+QUADRATICS = {
+    "python": """
+def my_engine(dx, dy, vx, vy, reach):
+    approach, gap = dx * vx + dy * vy, dx * dx + dy * dy - reach * reach
+    square = approach * approach - (vx * vx + vy * vy) * gap
+    if approach >= 0 or (gap > 0 and square <= 0):
+        return None
+    return max(gap, 0.0) / (max(square, 0.0) ** 0.5 - approach)
+""",
+    "javascript": """
+function myEngine(dx, dy, vx, vy, reach) {
+  const [approach, gap] = [dx * vx + dy * vy, dx * dx + dy * dy - reach * reach];
+  const square = approach * approach - (vx * vx + vy * vy) * gap;
+  if (approach >= 0 || (gap > 0 && square <= 0)) return null;
+  return Math.max(gap, 0) / (Math.sqrt(Math.max(square, 0)) - approach);
+}
+""",
+}
+
+
+@pytest.mark.parametrize(("language", "fence"), [("python", "python"), ("javascript", "js")])
+def test_an_engine_in_doubles_is_put_in_as_the_readme_says(language: str, fence: str, tmp_path: Path) -> None:
+    block = (VECTORS / "README.md").read_text().split(f"```{fence}\n")[1].split("```")[0]
+    command = program(language, tmp_path)
+    text, count = re.subn("(?m)^.*(from exact import|exact.mjs).*$", "", Path(command[1]).read_text())
+    assert count == 1
+    file = tmp_path / FILES[language]
+    first, second = re.split("(?m)(?=^HERE|^/\\*\\* A body)", text)
+    file.write_text(first + QUADRATICS[language] + block + second)
+    for words, code in (([], 0), (["--exact"], 1)):
+        done = subprocess.run([command[0], str(file), *words, str(DISCS)], capture_output=True, text=True)
+        assert (done.returncode, done.stderr) == (code, "")
+        assert "exact: 265 right" in done.stdout
+
+
+def test_the_version_is_said_alike() -> None:
+    version = (VECTORS / "VERSION").read_text().strip()
+    assert f"version: {version}\n" in (VECTORS / "CITATION.cff").read_text()
+    assert f"It is version {version} " in (VECTORS / "README.md").read_text()
+
+
 @pytest.mark.parametrize("by", [-1, 1])
 def test_one_changed_tick_is_found(check: Check, by: int, tmp_path: Path) -> None:
     file = changed(tmp_path, "exact", hit=True, answer=lambda tick: str(tick + by))

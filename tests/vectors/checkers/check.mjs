@@ -42,10 +42,13 @@ function questions(file) {
 const folder = dirname(dirname(fileURLToPath(import.meta.url)));
 const words = process.argv.slice(2);
 const all = words.includes("--exact");
-const discs = readdirSync(join(folder, "contacts")).map((name) => join("contacts", name));
-const named = words.filter((word) => word !== "--exact");
+let files = words.filter((word) => word !== "--exact");
+if (files.length === 0) {
+  const discs = readdirSync(join(folder, "contacts")).map((name) => join("contacts", name));
+  files = [...discs, "shapes.json", "discs.txt"].map((name) => join(folder, name));
+}
 let wrong = 0;
-for (const file of named.length ? named : [...discs, "shapes.json", "discs.txt"].map((name) => join(folder, name))) {
+for (const file of files) {
   const counts = {};
   for (const [grade, e, a, b, right] of questions(file)) {
     const time = timeOfImpact(e, a, b);
