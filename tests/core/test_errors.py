@@ -22,6 +22,7 @@ from kinetile_bench.pool import PoolError
 from kinetile_bench.task import VersionsDiffer
 from kinetile_conformance.checks.check import Disagreement, DoesNotApply
 from kinetile_conformance.deadline import TimeIsUp
+from kinetile_conformance.pipe import EngineError
 from kinetile_conformance.processes import Silent
 from kinetile_conformance.watched_hooks import Breach
 
@@ -51,6 +52,7 @@ RAISED: list[BaseException] = [
     Breach("an index"),
     Disagreement("another contact"),
     DoesNotApply("no such claim"),
+    EngineError("it does not start"),
     PoolError("no workers"),
     NoCounters("perf is missing"),
     NotCompiled("a hook"),

@@ -47,10 +47,7 @@ def test_the_engine_in_c_conforms(tmp_path):
     report = check_engine(compiled(tmp_path), examples=40, checks=SMALL)
     assert [result.status for result in report.results] == ["passed", "passed", "skipped"]
     assert report.conforms
-    assert report.results[0].reason == ""  # of seed 0 it refuses no small scene
-    assert report.results[1].reason.endswith(
-        "such as: a body has more than a place, a velocity, a radius and a mass"
-    )
+    assert "a body has more than a place, a velocity, a radius and a mass" in report.results[1].reason
 
 
 @needs_cc

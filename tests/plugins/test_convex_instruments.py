@@ -67,19 +67,20 @@ def test_observables_of_discs_alone_are_refused():
 
 
 @pytest.mark.small
-def test_certifiers_and_engines_of_discs_refuse_boxes():
+def test_the_oracle_and_engines_of_discs_refuse_boxes_and_the_certifier_follows_them():
     scene = bodies()
     sim = kt.Simulation(scene, "cells")
     sim.run(until=3.0)
     for ask in (
         lambda: oracle_contacts(scene, 1.0),
-        lambda: certify_log(scene, sim.contacts),
         lambda: run_snapshots(scene, 0.1, 1.0),
         lambda: run_engine("chipmunk", scene, 0.1, 1.0),
     ):
         with pytest.raises(Refused, match="bodies of other shapes"):
             ask()
-    assert explain_difference(scene, {"cells": sim.contacts, "none": sim.contacts[:0]}, 0) == ""
+    assert certify_log(scene, sim.contacts, 3.0).right
+    said = explain_difference(scene, {"cells": sim.contacts, "none": sim.contacts[:0]}, 0)
+    assert "cells is right there; none is wrong in contact 0" in said
 
 
 @pytest.mark.small
