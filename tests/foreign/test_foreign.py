@@ -243,5 +243,5 @@ def test_squares_give_the_list_of_convex(seed):
 
 def test_squares_refuse_what_is_no_square():
     scene = kt.Scene([(1.0, 1.0)], [(0.0, 0.0)], shape=kt.box(1.0, 0.5))
-    with pytest.raises(Refused, match="all bodies are squares"):
+    with pytest.raises(Refused, match="all boxes are squares"):
         kt.Simulation(scene, narrow_phases=["squares"])
