@@ -95,12 +95,6 @@ def grain_at(f: Numbers, face: int, grain: float) -> float:
 
 
 @hook
-def nothing_or(gap: float, error: float, grain: float) -> float:
-    """Return a gap that is off by less than an error, and 0 where it is none: less than its grain."""
-    return 0.0 if abs(gap) + error < grain else gap
-
-
-@hook
 def tick_at_face(
     f: Numbers,
     face: int,
@@ -181,11 +175,12 @@ def by_ticks(
         ny = -f[face + TX]
         own = grain_at(f, face, grain)
         gap, error = gap_to_face(f, face, 0.0, dx, x_low, x_size, ux, wx, dy, y_low, y_size, uy, wy)
-        gap = nothing_or(gap, error, own)
+        nothing = abs(gap) + error < own
+        gap = 0.0 if nothing else gap
         rate = nx * ux + ny * uy
         unsure = 2.0**-49 * (abs(nx * ux) + abs(ny * uy))
         still = (nx == 0.0 or (ux == 0.0 and wx == 0.0)) and (ny == 0.0 or (uy == 0.0 and wy == 0.0))
-        if (gap != 0.0 and abs(gap) <= error) or (abs(rate) <= unsure and not still):
+        if (abs(gap) <= error and not nothing) or (abs(rate) <= unsure and not still):
             known = False
             continue
         if gap >= 0.0 and rate >= 0.0:
