@@ -723,8 +723,7 @@ class Simulation:
         Raises RecordError where a run has ended with a fault, BusyError while a chunk of a run is under way.
         """
         with self._alone("be saved"):
-            history = self._history.content
-            return take(self._engine, self.scene, history, self._audit, self._start_energy)
+            return take(self._engine, self.scene, self._history, self._audit, self._start_energy)
 
     def restore(self, snapshot: Snapshot) -> None:
         """Continues from a snapshot of this simulation, or of another one of the same scene.
@@ -767,7 +766,7 @@ class Simulation:
         """Continues from a snapshot, with a structure that is built ``anew`` or restored; unchanged if that
         is refused."""
         put_back(self._engine, self.scene, snapshot, anew)
-        self._history = History.of(snapshot.history)
+        self._history = snapshot.history
         self._audit, self._start_energy = snapshot.audit, snapshot.start_energy
 
     @contextmanager
@@ -794,7 +793,7 @@ class Simulation:
     def _obey(self, code: int, rows: Rows) -> None:
         """Runs commands, and adds them to the history."""
         self._engine.carry_out(code, rows)
-        self._history.note(rows, self._engine.clock.base)
+        self._history = self._history.with_rows(rows, self._engine.clock.base)
 
     def _with_kinds(self, event: Event | None) -> Event | None:
         """Returns an event with the kinds of its bodies, where the scene has kinds."""

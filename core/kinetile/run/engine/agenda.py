@@ -35,6 +35,12 @@ Rows = npt.NDArray[np.void]
 FRONT = 64
 """Initial number of free rows for interactive commands."""
 
+LONGEST = 1 << 20
+"""Bytes of commands above which no others are joined to them: a frame of a game waits for that copy."""
+
+Bases = tuple[tuple[int, int], ...]
+"""For commands from a row on, the base of the clock for their ticks: (first row, base) each."""
+
 
 class Command(NamedTuple):
     """One command, at ``ticks`` since the start, for the body of a number; ``code`` is its kind
@@ -218,45 +224,42 @@ def to_the_front(k: Kernel, fields: Fields, rows: Rows) -> Kernel:
 
 
 class History:
-    """Commands in the order in which they were given, all of them already run."""
+    """Commands in the order in which they were given, all of them already run.
 
-    def __init__(self) -> None:
-        self._bytes = bytearray()
-        self._inserted = bytearray()  # bodies and kinds of insertions, so that kinds are read at once
-        self._bases: list[tuple[int, int]] = []  # (first row, base of the clock for its ticks)
+    It never changes, so a snapshot shares it. Blocks of rows of about one size are joined: so there are few,
+    and a command costs much the same however many came before it.
+    """
+
+    def __init__(
+        self, rows: tuple[bytes, ...] = (), inserted: tuple[bytes, ...] = (), bases: Bases = ()
+    ) -> None:
+        self._rows = rows
+        self._inserted = inserted  # bodies and kinds of insertions, so that kinds are read at once
+        self._bases = bases
 
     @property
-    def content(self) -> tuple[bytes, tuple[tuple[int, int], ...]]:
+    def content(self) -> tuple[bytes, Bases]:
         """All commands, as bytes, and the bases of their ticks."""
-        return bytes(self._bytes), tuple(self._bases)
+        return b"".join(self._rows), self._bases
 
     @classmethod
-    def of(cls, content: tuple[bytes, Iterable[tuple[int, int]]]) -> History:
+    def of(cls, rows: bytes, bases: Bases) -> History:
         """Returns the history with this content."""
-        history = cls()
-        history._bytes, history._bases = bytearray(content[0]), [(first, base) for first, base in content[1]]
-        history._note_inserted(np.frombuffer(content[0], COMMAND))
-        return history
+        return cls((rows,), (_inserted(np.frombuffer(rows, COMMAND)),), bases)
 
-    def __len__(self) -> int:
-        return len(self._bytes) // COMMAND.itemsize
-
-    def note(self, rows: Rows, base: int) -> None:
-        """Adds commands; ``base`` is that of the clock of their ticks."""
-        if not self._bases or self._bases[-1][1] != base:
-            self._bases.append((len(self), base))
-        self._bytes += rows.tobytes()
-        self._note_inserted(rows)
-
-    def _note_inserted(self, rows: Rows) -> None:
-        came = rows[rows["code"] == INSERTED]
-        if len(came):
-            self._inserted += np.column_stack([came["body"], came["kind"]]).astype(np.int64).tobytes()
+    def with_rows(self, rows: Rows, base: int) -> History:
+        """Returns these commands and others after them; ``base`` is that of the clock of their ticks."""
+        bases = self._bases
+        if not bases or bases[-1][1] != base:
+            bases = (*bases, (sum(map(len, self._rows)) // COMMAND.itemsize, base))
+        came = _inserted(rows)
+        inserted = _joined(self._inserted, came) if came else self._inserted
+        return History(_joined(self._rows, rows.tobytes()), inserted, bases)
 
     @property
     def inserted(self) -> npt.NDArray[np.int64]:
         """The inserted bodies, each with the number of its kind, (m, 2)."""
-        return np.frombuffer(bytes(self._inserted), np.int64).reshape(-1, 2)
+        return np.frombuffer(b"".join(self._inserted), np.int64).reshape(-1, 2)
 
     def in_scene(self, scene: Scene, clock: Clock) -> Scene:
         """Returns a scene with these commands, at their exact times, and without its own commands for bodies
@@ -283,10 +286,24 @@ class History:
 
     def _commands(self) -> Iterator[tuple[Command, int]]:
         """Yields the commands, each with the number of planned ones that it overtook."""
-        rows = np.frombuffer(bytes(self._bytes), COMMAND)
+        rows = np.frombuffer(b"".join(self._rows), COMMAND)
         for at, (first, base) in enumerate(self._bases):
             end = self._bases[at + 1][0] if at + 1 < len(self._bases) else len(rows)
             yield from ((command_of(row, base), int(row["overtakes"])) for row in rows[first:end])
+
+
+def _joined(blocks: tuple[bytes, ...], new: bytes) -> tuple[bytes, ...]:
+    """Returns blocks with a new one, joined with those before it that are no longer than it."""
+    kept = list(blocks)
+    while kept and len(kept[-1]) <= len(new) <= LONGEST:
+        new = kept.pop() + new
+    return (*kept, new)
+
+
+def _inserted(rows: Rows) -> bytes:
+    """Returns the bodies and kinds of the insertions among commands."""
+    came = rows[rows["code"] == INSERTED]
+    return np.column_stack([came["body"], came["kind"]]).astype(np.int64).tobytes()
 
 
 def _moment(command: Turn | Insert | Remove, clock: Clock) -> tuple[int, int]:

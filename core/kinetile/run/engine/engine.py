@@ -674,6 +674,9 @@ class Engine(Tables):
         Without a composition the present phases stay, and have to be prepared for the present bodies
         (``renew``).
         """
+        same_loop = (composition is None or composition is self.composition) and (
+            parts.commands == self.commands
+        )
         if composition is not None:
             self.composition, self.state = composition, composition.broad.state
             for name, array in _named(self.state):
@@ -692,7 +695,8 @@ class Engine(Tables):
         self._asked, self._overlapping = parts.asked, parts.overlapping
         self.cpu_seconds, self.compile_seconds = parts.cpu_seconds, parts.compile_seconds
         self.broken = None
-        self._take_loop(parts.commands)
+        if not same_loop:
+            self._take_loop(parts.commands)
 
     @contextmanager
     def unchanged_if(self, errors: type[BaseException]) -> Iterator[None]:

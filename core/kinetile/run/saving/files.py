@@ -39,7 +39,7 @@ from kinetile.kernel.log import ANSWER, CONTACT, LOG
 from kinetile.kernel.skin import Skin
 from kinetile.kernel.tables import COMMAND, MET
 from kinetile.run.compose import Commands
-from kinetile.run.engine.agenda import Command
+from kinetile.run.engine.agenda import Command, History
 from kinetile.run.engine.bounds import Bounds
 from kinetile.run.engine.engine import Parts
 from kinetile.run.engine.ledger import Entries, digestible
@@ -195,7 +195,7 @@ def _said(snapshot: Snapshot, arrays: Arrays) -> dict[str, Any]:
     versions = versions_of(parts.composition) if parts.composition is not None else snapshot.versions
     arrays |= {f"tables.{name}": table for name, table in parts.tables.items()}
     arrays |= {f"state.{name}": array for name, array in parts.state.items()}
-    rows, bases = snapshot.history
+    rows, bases = snapshot.history.content
     arrays["history"] = np.frombuffer(rows, COMMAND)
     return {
         "scene": _scene(snapshot.scene),
@@ -251,7 +251,7 @@ def _snapshot(said: Mapping[str, Any], arrays: Arrays) -> Snapshot:
         at_start=said["at_start"],
         versions=said["versions"],
         parts=parts,
-        history=(
+        history=History.of(
             _rows(arrays, "history", COMMAND).tobytes(),
             tuple((int(first), int(base)) for first, base in said["history"]),
         ),

@@ -29,7 +29,7 @@ from kinetile.plugin.calling import described
 from kinetile.plugin.registry import registry
 from kinetile.plugin.specs import Kind
 from kinetile.run.compose import Composition, Rules
-from kinetile.run.engine.agenda import Command
+from kinetile.run.engine.agenda import Command, History
 from kinetile.run.engine.bounds import Bounds
 from kinetile.run.engine.engine import LOGS, Engine, Parts
 from kinetile.run.engine.layout import as_bytes
@@ -67,7 +67,7 @@ class Snapshot:
     at_start: bool  # and whether with the bodies of the start
     versions: Mapping[str, str] | None  # its versions, if it comes from another process
     parts: Parts
-    history: tuple[bytes, tuple[tuple[int, int], ...]]
+    history: History
     audit: int | None
     start_energy: float
 
@@ -91,7 +91,7 @@ class Snapshot:
         parts, entries = self.parts, self.parts.entries
         ledger = entries.rows, entries.digest.hexdigest(), [rows.tobytes() for rows in entries.unrecorded]
         stands = self.at_start or self.prepared, self.prepared.capacity
-        mine = (self.scene, self.phases, stands, self.history, self.audit, self.start_energy)
+        mine = (self.scene, self.phases, stands, self.history.content, self.audit, self.start_energy)
         numbers = (parts.base, parts.bounds, parts.commands, parts.later, parts.numbers, parts.audits)
         return *mine, *numbers, parts.asked, parts.log_rows, parts.overlapping.tolist(), ledger
 
@@ -99,7 +99,7 @@ class Snapshot:
 def take(
     engine: Engine,
     scene: Scene,
-    history: tuple[bytes, tuple[tuple[int, int], ...]],
+    history: History,
     audit: int | None,
     energy: float,
 ) -> Snapshot:
@@ -159,7 +159,8 @@ def put_back(engine: Engine, scene: Scene, snapshot: Snapshot, anew: bool = Fals
                     f"what goes on here is not what was saved: {odd}; {_anew(engine.composition)}"
                 )
         composition = _prepared(engine, snapshot)
-        _check_state(composition, parts.state)
+        if composition is not parts.composition:
+            _check_state(composition, parts.state)
         with Unbroken():
             engine.adopt(parts, composition)
 
