@@ -1,0 +1,59 @@
+"""A game that goes back for orders that come late ends in the bits of one whose orders are all in time."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from pathlib import Path
+
+import pytest
+
+import kinetile as kt
+
+EXAMPLE = Path(__file__).parents[4] / "docs" / "examples" / "rollback.py"
+
+
+@pytest.fixture(scope="module")
+def rollback():
+    spec = importlib.util.spec_from_file_location("rollback", EXAMPLE)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules["rollback"] = module
+    spec.loader.exec_module(module)
+    yield module
+    del sys.modules["rollback"]
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("frames", [200, pytest.param(10_000, marks=pytest.mark.slow)])
+def test_late_orders_end_in_the_same_bits(rollback, frames, capsys):
+    assert rollback.main(["--frames", str(frames), "--bodies", "60"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines] == ["cells", "sap-1d", "sweep-tiling", "one"]
+    assert int(lines[0].split()[3]) > frames // 4
+
+
+def test_a_difference_is_an_exit_code(rollback, monkeypatch, capsys):
+    def forgetful(game, frame, orders):
+        """Goes back, and forgets the orders that came late."""
+
+    monkeypatch.setattr(rollback.Game, "correct", forgetful)
+    assert rollback.main(["--frames", "60", "--bodies", "16", "--phases", "cells"]) == 1
+    assert "DIFFERENT" in capsys.readouterr().out
+
+
+def test_commands_so_far_are_shared_between_snapshots():
+    sim = kt.Simulation(kt.make_scene("grid", bodies=16), "naive", live=True)
+    before = sim.snapshot()
+    for frame in range(40):
+        sim.set_velocity(frame % 16, (1.0, 0.5))
+        if frame == 20:
+            there = sim.snapshot()
+    assert sim.snapshot().history is sim.snapshot().history
+    scene = sim.recorded()
+    assert len(scene.commands) == 40
+    sim.restore(there)
+    assert len(sim.recorded().commands) == 21
+    sim.set_velocity(3, (0.0, 1.0))
+    assert len(sim.recorded().commands) == 22
+    sim.restore(before)
+    assert not sim.recorded().commands
