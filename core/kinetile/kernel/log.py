@@ -8,6 +8,7 @@ rounded to a float.
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 ANSWER = 3
 """The number of the specification that the contacts follow (docs/specification.md): another rule, another
@@ -26,6 +27,9 @@ CONTACT = np.dtype([("time", "f8"), ("epoch", "i8"), ("tick", "i8"), ("a", "i4")
 
 Of two bodies that pass through each other it is the beginning; the end is a row with 0 <= ``b`` < ``a``."""
 
+MET = np.dtype([("epoch", "<i8"), ("tick", "<i8"), ("a", "<i4"), ("b", "<i4")])
+"""One contact as the fingerprint reads it, and as the loop writes it."""
+
 LOG = np.dtype(
     [
         *((name, CONTACT[name]) for name in CONTACT.names or ()),
@@ -36,3 +40,11 @@ LOG = np.dtype(
 velocity, -7 for an inserted body, -8 for a removed one, with its last plan;
 then position and velocity of both bodies right after it (NaN for ``b`` where there is no second body, and for
 both where they begin or end to pass through each other: no plan changes)."""
+
+
+def digestible(contacts: npt.NDArray[np.void]) -> bytes:
+    """Returns the input of the fingerprint, in an order of bytes that is the same everywhere."""
+    exact = np.zeros(len(contacts), MET)
+    for name in MET.names or ():
+        exact[name] = contacts[name]
+    return exact.tobytes()

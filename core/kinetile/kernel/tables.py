@@ -24,6 +24,7 @@ import numpy.typing as npt
 from numpy.lib.stride_tricks import as_strided
 
 from kinetile.kernel.compiled import hook
+from kinetile.kernel.log import MET
 
 Records: TypeAlias = Any
 """A one-dimensional record array: ``table[i].field`` reads and writes, compiled and interpreted alike."""
@@ -135,7 +136,6 @@ COMMAND = np.dtype(
     ],
     align=True,
 )
-MET = np.dtype([("epoch", "<i8"), ("tick", "<i8"), ("a", "<i4"), ("b", "<i4")])
 ROW = np.dtype(
     [("tick", "i8"), ("a", "i4"), ("b", "i4")]
     + [(name, "f8") for name in ("ax", "ay", "avx", "avy", "bx", "by", "bvx", "bvy")],

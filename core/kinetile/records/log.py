@@ -43,8 +43,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetile.errors import RecordError
-from kinetile.kernel.log import LOG, TURNED
-from kinetile.run.engine.ledger import digestible
+from kinetile.kernel.log import LOG, TURNED, digestible
 from kinetile.scene.checks import shown
 
 SIGNATURE = b"kinetile rows 1\n"

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetile.errors import BadOption, Refused
-from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED, WALLS
+from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED, WALLS, digestible
 from kinetile_accuracy.specification.arithmetic import (
     UNIT_BITS,
     UNIT_TICKS,
@@ -36,7 +36,6 @@ _OFTEN = 256
 
 _PLAN = ("x", "y", "vx", "vy")
 _NAMES = ["epoch", "tick", "a", "b"]
-_ENTRY = np.dtype([("epoch", "<i8"), ("tick", "<i8"), ("a", "<i4"), ("b", "<i4")])
 _AT_ONCE = 1 << 14
 
 _IDLE = UNIT_TICKS << 20
@@ -319,11 +318,7 @@ def _just_after(scene: Scene, epoch: int, tick: int) -> float:
 
 def _fingerprint(rows: NDArray[Any]) -> str:
     """Returns the fingerprint of rule 10, of the contacts among rows."""
-    contacts = rows[rows["b"] > TURNED]
-    exact = np.zeros(len(contacts), _ENTRY)
-    for name in _NAMES:
-        exact[name] = contacts[name]
-    return hashlib.sha256(exact.tobytes()).hexdigest()
+    return hashlib.sha256(digestible(rows[rows["b"] > TURNED])).hexdigest()
 
 
 # Why a line is wrong, from what the specification says of the bodies that it names

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import re
+import subprocess
+import sys
 
 import pytest
 from typer.testing import CliRunner
@@ -219,3 +221,51 @@ def test_an_answer_is_a_number(tmp_path, monkeypatch):
         pass
     with pytest.raises(RecordError, match="'answer' is 'one'"):
         read_events(path)
+
+
+WITHOUT = """
+import sys
+for name in {names!r}:
+    sys.modules[name] = None  # as if it were not installed
+"""
+
+WITH_NUMPY_ALONE = """
+import numpy as np
+import kinetile as kt
+from kinetile_accuracy import certify_log
+shapes = [kt.box(0.25, 0.25), kt.capsule((-0.1, 0.0), (0.1, 0.0), 0.1)]
+places, velocities = [[0.25, 0.5], [0.75, 0.5]], [[1.0, 0.0], [0.0, 0.0]]
+scene = kt.Scene(places, velocities, shape={shape}, shapes=shapes, arena=(1.0, 1.0))
+rows = np.array({rows}, dtype=[(name, "i8") for name in ("epoch", "tick", "a", "b")])
+print(certify_log(scene, rows, max_contacts=1).right)
+"""
+
+
+def python(code, names, *words):
+    source = WITHOUT.format(names=names) + code
+    return subprocess.run([sys.executable, "-c", source, *map(str, words)], capture_output=True, text=True)
+
+
+def test_the_certifier_needs_numpy_alone():
+    scene = kt.Scene(
+        [[0.25, 0.5], [0.75, 0.5]],
+        [[1.0, 0.0], [0.0, 0.0]],
+        shape=[0, 1],
+        shapes=[kt.box(0.25, 0.25), kt.capsule((-0.1, 0.0), (0.1, 0.0), 0.1)],
+        arena=(1.0, 1.0),
+    )
+    sim = kt.Simulation(scene, "naive")
+    sim.run(max_contacts=1)
+    (_, epoch, tick, a, b) = sim.contacts[0].tolist()
+    others = ("numba", "llvmlite", "pluggy", "pydantic", "typer", "rich", "platformdirs", "pyarrow", "flint")
+    for found, right in ((tick, "True"), (tick + 1, "False")):
+        code = WITH_NUMPY_ALONE.format(shape=[0, 1], rows=[(epoch, found, a, b)])
+        told = python(code, others)
+        assert told.stdout.strip() == right, told.stderr
+
+
+def test_the_command_needs_no_numba(log):
+    code = "from kinetile.__main__ import main\nmain()\n"
+    told = python(code, ("numba", "llvmlite"), "certify-log", "cradle", log, "--until", 5)
+    assert told.returncode == 0, told.stderr
+    assert "all lines are right" in told.stdout

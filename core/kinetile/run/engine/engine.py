@@ -29,7 +29,7 @@ from kinetile.errors import PhaseError, Refused, ZenoError
 from kinetile.kernel.clock import SPAN, TICKS, Clock
 from kinetile.kernel.compiled import INTERPRETED, NotCompiled, compose, make_ready
 from kinetile.kernel.flight import positions_now
-from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED
+from kinetile.kernel.log import INSERTED, MET, REANCHORED, REMOVED, TURNED
 from kinetile.kernel.loop import (
     BLOCKED,
     BUDGET_SPENT,
@@ -48,7 +48,6 @@ from kinetile.kernel.skin import Skin, too_thick
 from kinetile.kernel.tables import (
     COMMAND,
     JAMMED,
-    MET,
     NOBODY,
     OFFER,
     Kernel,

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from kinetile.kernel.clock import TICKS, Clock
 from kinetile.kernel.log import CONTACT, LOG
-from kinetile.kernel.tables import MET, Kernel
+from kinetile.kernel.tables import Kernel
 from kinetile.run.engine.fields import Fields
 from kinetile.run.engine.sha256 import Digest, Sha256
 
@@ -227,11 +227,3 @@ def _rows(written: Any, clock: Clock) -> npt.NDArray[np.void]:
     for name in ("bx", "by", "bvx", "bvy"):
         rows[name] = np.where(written["b"] >= 0, written[name], np.nan)
     return rows
-
-
-def digestible(contacts: npt.NDArray[np.void]) -> bytes:
-    """Returns the input of the fingerprint, in an order of bytes that is the same everywhere."""
-    exact = np.zeros(len(contacts), MET)
-    for name in ("epoch", "tick", "a", "b"):
-        exact[name] = contacts[name]
-    return exact.tobytes()

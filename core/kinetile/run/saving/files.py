@@ -35,14 +35,14 @@ import numpy.typing as npt
 
 from kinetile.errors import KinetileError, RecordError
 from kinetile.kernel.clock import Clock
-from kinetile.kernel.log import ANSWER, CONTACT, LOG
+from kinetile.kernel.log import ANSWER, CONTACT, LOG, MET, digestible
 from kinetile.kernel.skin import Skin
-from kinetile.kernel.tables import COMMAND, MET
+from kinetile.kernel.tables import COMMAND
 from kinetile.run.compose import Commands
 from kinetile.run.engine.agenda import Command, History
 from kinetile.run.engine.bounds import Bounds
 from kinetile.run.engine.engine import Parts
-from kinetile.run.engine.ledger import Entries, digestible
+from kinetile.run.engine.ledger import Entries
 from kinetile.run.engine.sha256 import Sha256
 from kinetile.run.saving.snapshot import SavedPhases, Snapshot, elements, layout, versions_of
 from kinetile.scene import Insert, Remove, Response, Scene, Settings, Turn, spacious, standing
