@@ -31,7 +31,8 @@ export class Run {
     this.shaped = !areDiscs(bodies);
     this.e = unit(scene);
     this.q = tickLength(this.e);
-    this.alike = bodies.every(({ m }) => m === bodies[0].m);
+    const masses = [...bodies, ...commands.filter(({ what }) => what === "insertion")].map(({ m }) => m);
+    this.alike = masses.every((m) => m === masses[0]);
     this.commands = inOrder(commands, start, this.q);
     this.commanded = 0; // how many commands have happened
     this.now = 0n;

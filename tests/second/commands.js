@@ -7,14 +7,14 @@ import { readKind } from "./responses.js";
 import { makeShape } from "./shapes.js";
 import { count, keys, mass, moment, number, pair, positive } from "./tables.js";
 
-/** The commands of these tables, after the turns that are written with their bodies. */
-export function readCommands(tables, turns, bodies, start) {
+/** The commands of these tables, after the turns that are written with their n bodies; `kind` is the kind of who is inserted without one. */
+export function readCommands(tables, turns, n, kind, start) {
   turns.sort((s, t) => s.time - t.time || s.body - t.body); // the sort leaves equals as they are
-  const commands = [...turns, ...tables.map((table, i) => readCommand(table, bodies, `commands[${i}]`))];
+  const commands = [...turns, ...tables.map((table, i) => readCommand(table, kind, `commands[${i}]`))];
   const early = commands.find(({ time }) => time < start);
   if (early) throw new Error(`A command is at the time ${early.time}, before the start, ${start}.`);
   const inserted = commands.filter(({ what }) => what === "insertion");
-  let next = Math.max(bodies.length, ...inserted.map(({ body }) => (body ?? -1) + 1));
+  let next = Math.max(n, ...inserted.map(({ body }) => (body ?? -1) + 1));
   for (const command of inserted) command.body ??= next++;
   return commands;
 }
@@ -33,21 +33,20 @@ export function readTurn(table, body, name) {
   return { what: "turn", body, time: number(table.time, `${name}.time`), at: null, vx, vy };
 }
 
-function readCommand(table, bodies, name) {
+function readCommand(table, kind, name) {
   keys(table, ["time", "at", "turn", "velocity", "insert", "remove"], name);
   const time = number(table.time, `${name}.time`);
   const at = "at" in table ? moment(table.at, `${name}.at`) : null;
   if ("remove" in table) return { what: "removal", body: count(table.remove, `${name}.remove`), time, at };
-  if ("insert" in table) return { what: "insertion", time, at, ...readInserted(table.insert, bodies, `${name}.insert`) };
+  if ("insert" in table) return { what: "insertion", time, at, ...readInserted(table.insert, kind, `${name}.insert`) };
   return { ...readTurn({ time, velocity: table.velocity }, count(table.turn, `${name}.turn`), name), at };
 }
 
-function readInserted(table, bodies, name) {
+function readInserted(table, kind, name) {
   keys(table, ["position", "velocity", "radius", "mass", "kind", "body"], name);
   const [x, y] = pair(table.position, `${name}.position`);
   const [vx, vy] = pair(table.velocity ?? [0, 0], `${name}.velocity`);
   const r = positive(table.radius, `${name}.radius`);
-  const kind = readKind(table.kind ?? bodies[0]?.kind ?? 0, `${name}.kind`);
   const body = "body" in table ? count(table.body, `${name}.body`) : null;
-  return { body, x, y, vx, vy, r, m: mass(table.mass, `${name}.mass`), shape: makeShape([[0, 0]], r), kind };
+  return { body, x, y, vx, vy, r, m: mass(table.mass, `${name}.mass`), shape: makeShape([[0, 0]], r), kind: readKind(table.kind ?? kind, `${name}.kind`) };
 }

@@ -17,7 +17,7 @@ export function readScene(tables) {
   const until = "until" in tables ? number(tables.until, "until") : null;
   const end = "end" in tables ? moment(tables.end, "end") : null;
   const unit = "unit" in tables ? number(tables.unit, "unit") : null;
-  const kinds = "kinds" in tables ? list(tables.kinds, "kinds").map((kind) => readKind(kind, "kinds")) : [0];
+  const kinds = list(tables.kinds ?? [], "kinds").map((kind) => readKind(kind, "kinds"));
   const responses = readResponses(list(tables.responses ?? [], "responses"));
   const periodic = readPeriodic(tables.periodic ?? "", arena);
   const periods = ["x", "y"].map((axis, i) => (periodic.includes(axis) ? arena[i] : null));
@@ -30,7 +30,7 @@ export function readScene(tables) {
     const [x, y] = pair(table.position, `${name}.position`);
     const [vx, vy] = pair(table.velocity ?? [0, 0], `${name}.velocity`);
     const m = mass(table.mass, `${name}.mass`);
-    const kind = readKind(table.kind ?? kinds[0], `${name}.kind`);
+    const kind = readKind(table.kind ?? kinds[0] ?? 0, `${name}.kind`);
     const shape = bodyShape(table, shapes, name);
     const r = shape.size;
     if (periods.some((period) => period !== null && 2 * r >= period)) throw new Error(`${name}.radius is ${r}, and a disc is narrower than a period.`);
@@ -41,7 +41,7 @@ export function readScene(tables) {
   const shaped = !areDiscs(bodies);
   if (shaped && periodic) throw new Error("With shapes that are no discs no axis is periodic.");
   phases(tables["narrow-phases"], [shaped ? "convex" : "disc", ...(arena !== null && periodic !== "xy" ? ["wall"] : [])]);
-  const commands = readCommands(list(tables.commands ?? [], "commands"), turns, bodies, start);
+  const commands = readCommands(list(tables.commands ?? [], "commands"), turns, bodies.length, kinds[0] ?? bodies[0]?.kind ?? 0, start);
   if (shaped && commands.some(({ what }) => what === "insertion")) throw new Error("With shapes that are no discs no body is inserted.");
   return { bodies, commands, responses, arena, periods, start, unit, until, end };
 }
