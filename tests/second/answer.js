@@ -20,6 +20,7 @@ const PAIR = 4;
 const PART = 5;
 const SPAN = 1n << 61n;
 const BEAT = 1n << 53n;
+const HARDLY_ANY = 1n << 20n; // ticks
 
 /** A scene as it goes on: `events` lets everything happen; then `ended` is "end", or "no room" or "jam" where the answer ends before. */
 export class Run {
@@ -37,6 +38,7 @@ export class Run {
     this.commanded = 0; // how many commands have happened
     this.now = 0n;
     this.contacts = 0; // how many of the present tick
+    this.crowd = { since: 0n, contacts: 0 }; // how many contacts there were since a tick
     this.ended = null;
     this.bodies = new Map(); // by number: a body with its plan, its pairs, its wall {tick, wall} or null, and `last`, the C of rule 11
     this.pairs = new Set();
@@ -56,7 +58,7 @@ export class Run {
       const event = this.next();
       const isOver = event.tick > tick || (event.tick === tick && event.class >= WALL && this.contactsAt(tick) >= contacts);
       if (isOver) this.ended = "end";
-      else if (this.contacts > 200 * this.bodies.size + 2000 && event.tick === this.now) this.ended = "jam";
+      else if (this.isJammed()) this.ended = "jam";
       if (this.ended === null) yield* this.happen(event);
       if (this.ended !== null) return;
     }
@@ -82,6 +84,14 @@ export class Run {
     const isWaiting = command && first.tick === command.tick && this.contactsAt(command.tick) < command.contacts;
     if (command && !isWaiting) consider(command.tick, COMMAND, 0, 0, { command });
     return first;
+  }
+
+  /** Whether bodies meet so often in hardly any time that it may go on without end: no more can be said of that by looking on. */
+  isJammed() {
+    if (this.crowd.contacts < 200 * this.bodies.size + 2000) return false;
+    if (this.now - this.crowd.since < HARDLY_ANY) return true;
+    this.crowd = { since: this.now, contacts: 0 };
+    return false;
   }
 
   contactsAt(tick) {
@@ -193,7 +203,7 @@ export class Run {
 
   told(what, a, b) {
     const event = { what, tick: this.now, a, b };
-    if (isContact(event)) this.contacts += 1;
+    if (isContact(event)) [this.contacts, this.crowd.contacts] = [this.contacts + 1, this.crowd.contacts + 1];
     return event;
   }
 
