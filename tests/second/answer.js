@@ -1,42 +1,48 @@
-// Rules 7 to 10, and 7s: what happens in a scene, event by event.
+// Rules 7 to 11, and 7s: what happens in a scene, event by event.
 //
-// A scene is {bodies, turns, arena, periods, start}: bodies {x, y, vx, vy, r, m, shape}, r being that of rules 3 and 3s and m perhaps Infinity,
-// turns {body, time, vx, vy} as they are written, an arena [W, H] or null, the periods of x and y, null for an axis that is not periodic, and a
-// start time; all numbers doubles.
+// A scene is {bodies, commands, responses, arena, periods, start, unit, until, end}: bodies {x, y, vx, vy, r, m, shape, kind}, r being that of
+// rules 3 and 3s and m perhaps Infinity, commands and responses as commands.js and responses.js have them, an arena [W, H] or null, the periods
+// of x and y, null for an axis that is not periodic, a start time, and a unit, a time and an exact end, or null for each; all numbers doubles.
 
 import { anchor, makePlan, tickLength, tickOf, unit, wrap } from "./clock.js";
-import { BOTTOM, imageTick, LEFT, pairTick, RIGHT, TOP, wallTick } from "./contact.js";
+import { inOrder } from "./commands.js";
+import { BOTTOM, FAR, imageTick, lastTouch, pairTick, throughImage, wallTick } from "./contact.js";
 import { along, exchange } from "./exchange.js";
+import { hasRoom, overlaps } from "./overlaps.js";
+import { offWall, pairResponse, returned, stopped, wallResponse } from "./responses.js";
 import { sha256 } from "./sha256.js";
-import { areDiscs, difference, shapeNormal, shapeTouch } from "./shapes.js";
+import { areDiscs, difference, shapeNormal, shapePart, shapesOverlap, shapeTouch } from "./shapes.js";
 
-export const CLOCK = 1;
-export const TURN = 2;
-export const WALL = 3;
-export const PAIR = 4;
+const CLOCK = 1;
+const COMMAND = 2;
+const WALL = 3;
+const PAIR = 4;
+const PART = 5;
 const SPAN = 1n << 61n;
 const BEAT = 1n << 53n;
+const HARDLY_ANY = 1n << 20n; // ticks
 
-/** A scene as it goes on: `next` says what happens next, `happen` lets it happen. */
+/** A scene as it goes on: `events` lets everything happen; then `ended` is "end", or "no room" or "jam" where the answer ends before. */
 export class Run {
   constructor(scene) {
-    const { bodies, turns, start, periods } = scene;
+    const { bodies, commands, start, periods } = scene;
     this.scene = scene;
     this.periodic = periods.some((period) => period !== null);
     this.span = this.periodic ? BEAT : SPAN; // rules 8 and 8p
+    this.shaped = !areDiscs(bodies);
     this.e = unit(scene);
     this.q = tickLength(this.e);
-    const differences = () => bodies.map((b, i) => bodies.slice(0, i).map((a) => difference(a.shape, b.shape)));
-    this.differences = areDiscs(bodies) ? null : differences(); // rule 5s: differences[b][a], a < b
-    this.alike = bodies.every(({ m }) => m === bodies[0].m);
-    this.plans = bodies.map(({ x, y, vx, vy }) => wrap(makePlan(x, y, vx, vy, 0n), periods));
-    this.turns = turns.map((turn) => ({ ...turn, tick: tickOf(turn.time, start, this.q) }));
-    this.turns.sort((s, t) => order(s.tick, t.tick) || s.body - t.body || s.time - t.time); // the sort leaves equals as they are
-    this.turned = 0; // how many turns have happened
-    this.met = bodies.map(() => new Map()); // rules 7 and 7p: the bodies from which each body is barred, and the image [m, n]
-    this.walls = bodies.map(() => null); // rule 6, {tick, wall} or null
-    this.pairs = bodies.map((_, b) => new Array(b).fill(null)); // rules 5 and 5p, {tick, m, n} or null: pairs[b][a], a < b
-    bodies.forEach((_, body) => this.predict(body));
+    const masses = [...bodies, ...commands.filter(({ what }) => what === "insertion")].map(({ m }) => m);
+    this.alike = masses.every((m) => m === masses[0]);
+    this.commands = inOrder(commands, start, this.q);
+    this.commanded = 0; // how many commands have happened
+    this.now = 0n;
+    this.contacts = 0; // how many of the present tick
+    this.crowd = { since: 0n, contacts: 0 }; // how many contacts there were since a tick
+    this.ended = null;
+    this.bodies = new Map(); // by number: a body with its plan, its pairs, its wall {tick, wall} or null, and `last`, the C of rule 11
+    this.pairs = new Set();
+    bodies.forEach((body, number) => this.enter(number, body, makePlan(body.x, body.y, body.vx, body.vy, 0n)));
   }
 
   /** The tick of a time. */
@@ -44,101 +50,231 @@ export class Run {
     return tickOf(time, this.scene.start, this.q);
   }
 
-  /** The next event, {tick, class, a, b}, or null: at a turn b is null, at a wall its number. */
+  /** Everything that happens, up to a time or, without one, to the end of the scene: {what, tick, a, b}, at an end of a passing a > b. */
+  *events(until = null) {
+    const { tick, contacts } = until === null && this.scene.end ? this.scene.end : { tick: this.tickOf(until ?? this.scene.until), contacts: Infinity };
+    for (const pair of [...this.pairs].sort(byNumbers)) yield* this.beginOverlaps(pair, true);
+    for (;;) {
+      const event = this.next();
+      const isOver = event.tick > tick || (event.tick === tick && event.class >= WALL && this.contactsAt(tick) >= contacts);
+      if (isOver) this.ended = "end";
+      else if (this.isJammed()) this.ended = "jam";
+      if (this.ended === null) yield* this.happen(event);
+      if (this.ended !== null) return;
+    }
+  }
+
+  /** The next event: {tick, class} and what it is about; its tick is Infinity if nothing happens any more. */
   next() {
-    let first = null;
-    const consider = (tick, kind, a, b) => {
-      if (first !== null && (order(tick, first.tick) || kind - first.class || a - first.a || b - first.b) >= 0) return;
-      first = { tick, class: kind, a, b };
+    let first = { tick: Infinity };
+    const consider = (tick, kind, a, b, about) => {
+      const later = tick > first.tick || (tick === first.tick && (kind - first.class || a - first.a || b - first.b) >= 0);
+      if (!later) first = { tick, class: kind, a, b, ...about };
     };
-    // A tick j 2^61 with A < (j - 1) 2^61: the first such j is floor(A / 2^61) + 2.
-    this.plans.forEach(({ A }, body) => consider((A / this.span + 2n) * this.span, CLOCK, body, null));
-    if (this.turned < this.turns.length) consider(this.turns[this.turned].tick, TURN, this.turns[this.turned].body, null);
-    this.walls.forEach((met, body) => met && consider(met.tick, WALL, body, met.wall));
-    this.pairs.forEach((row, b) => row.forEach((met, a) => met && consider(met.tick, PAIR, a, b)));
+    for (const body of this.bodies.values()) {
+      // A tick j 2^61 with A < (j - 1) 2^61: the first such j is floor(A / 2^61) + 2.
+      consider((body.plan.A / this.span + 2n) * this.span, CLOCK, body.number, 0, { body });
+      if (body.met) consider(body.met.tick, WALL, body.number, body.met.wall, { body });
+    }
+    for (const pair of this.pairs) {
+      if (pair.met) consider(pair.met.tick, PAIR, pair.a.number, pair.b.number, { pair });
+      for (const passing of pair.passings) if (passing.ends !== null) consider(passing.ends, PART, pair.a.number, pair.b.number, { pair, passing });
+    }
+    const command = this.commands[this.commanded];
+    const isWaiting = command && first.tick === command.tick && this.contactsAt(command.tick) < command.contacts;
+    if (command && !isWaiting) consider(command.tick, COMMAND, 0, 0, { command });
     return first;
   }
 
-  /** Lets the next event happen. */
-  happen({ tick, class: kind, a, b }) {
-    const { bodies, periods } = this.scene;
-    const present = (body) => anchor(this.plans[body], tick, this.q, periods);
+  /** Whether bodies meet so often in hardly any time that it may go on without end: no more can be said of that by looking on. */
+  isJammed() {
+    if (this.crowd.contacts < 200 * this.bodies.size + 2000) return false;
+    if (this.now - this.crowd.since < HARDLY_ANY) return true;
+    this.crowd = { since: this.now, contacts: 0 };
+    return false;
+  }
+
+  contactsAt(tick) {
+    return tick === this.now ? this.contacts : 0;
+  }
+
+  *happen({ tick, class: kind, body, command, pair, passing }) {
+    if (tick !== this.now) [this.now, this.contacts] = [tick, 0];
     if (kind === CLOCK) {
-      this.write(a, present(a));
-    } else if (kind === TURN) {
-      const { vx, vy } = this.turns[this.turned];
-      this.turned += 1;
-      this.write(a, { ...present(a), vx, vy });
+      this.write(body, this.present(body));
+      yield this.told("clock", body.number, null);
+    } else if (kind === COMMAND) {
+      yield* this.obey(command);
     } else if (kind === WALL) {
-      const plan = present(a);
-      if (b === LEFT || b === RIGHT) plan.vx = -plan.vx;
-      if (b === BOTTOM || b === TOP) plan.vy = -plan.vy;
-      this.write(a, plan);
+      const { wall } = body.met;
+      const [plan, response] = [this.present(body), wallResponse(this.scene.responses, body.kind)];
+      const [vx, vy] = offWall(plan, wall, response, returned(response, tick, body.last, this.q));
+      body.last = tick;
+      this.write(body, { ...plan, vx, vy });
+      yield this.told("wall", body.number, wall);
+    } else if (kind === PART) {
+      yield this.end(pair, passing);
+    } else if (pair.response.name === "pass") {
+      yield this.begin(pair, pair.met);
     } else {
-      const [planA, planB] = [present(a), present(b)];
-      const { m, n } = this.pairs[b][a];
-      const normal = this.differences ? shapeNormal(planA, planB, this.differences[b][a]) : this.discNormal(planA, planB, m, n);
-      const [vxa, vya, vxb, vyb] = exchange(planA, planB, bodies[a].m, bodies[b].m, this.alike, normal);
-      this.write(a, { ...planA, vx: vxa, vy: vya });
-      this.write(b, { ...planB, vx: vxb, vy: vyb });
-      this.met[a].set(b, [m, n]);
-      this.met[b].set(a, [m, n]);
+      yield this.collide(pair);
     }
-    this.predict(a);
-    if (kind === PAIR) this.predict(b);
+  }
+
+  *obey(command) {
+    const { what, body: number, vx, vy } = command;
+    const body = this.bodies.get(number);
+    this.commanded += 1;
+    if (what === "turn") {
+      this.write(body, { ...this.present(body), vx, vy });
+    } else if (what === "insertion") {
+      const { arena, periods, responses } = this.scene;
+      const plan = wrap(makePlan(command.x, command.y, vx, vy, this.now), periods);
+      const others = [...this.bodies.values()].filter(({ kind }) => pairResponse(responses, kind, command.kind).name !== "pass");
+      if (!hasRoom(command, plan, others.map((other) => ({ r: other.r, plan: this.present(other) })), arena, periods)) {
+        this.ended = "no room";
+        return;
+      }
+      const { pairs } = this.enter(number, command, plan);
+      yield this.told(what, number, null);
+      for (const pair of pairs.sort(byNumbers)) yield* this.beginOverlaps(pair, false);
+      return;
+    } else {
+      for (const pair of body.pairs.sort(byNumbers)) for (const passing of [...pair.passings]) yield this.end(pair, passing);
+      this.bodies.delete(number);
+      for (const pair of body.pairs) {
+        this.pairs.delete(pair);
+        const other = pair.a === body ? pair.b : pair.a;
+        other.pairs = other.pairs.filter((each) => each !== pair);
+      }
+    }
+    yield this.told(what, number, null);
+  }
+
+  /** Two bodies meet, and get new plans. */
+  collide(pair) {
+    const { a, b, response, met } = pair;
+    const [planA, planB] = [this.present(a), this.present(b)];
+    const normal = this.shaped ? shapeNormal(planA, planB, pair.M) : this.discNormal(planA, planB, met);
+    const C = a.last > b.last ? a.last : b.last;
+    const k = returned(response, this.now, C, this.q);
+    const [vxa, vya, vxb, vyb] =
+      response.name === "stop" ? stopped(planA, planB, a.m, b.m) : exchange(planA, planB, a.m, b.m, this.alike, normal, k);
+    [a.last, b.last] = [this.now, this.now];
+    this.write(a, { ...planA, vx: vxa, vy: vya });
+    this.write(b, { ...planB, vx: vxb, vy: vyb });
+    pair.barred = met;
+    this.predictPair(pair);
+    return this.told("pair", a.number, b.number);
   }
 
   /** The unit normal of two discs that meet through the image (m, n). */
-  discNormal(planA, planB, m, n) {
+  discNormal(planA, planB, { m, n }) {
     const { periods } = this.scene;
     const turns = [m + planB.kx - planA.kx, n + planB.ky - planA.ky];
     const [right, up] = turns.map((each, axis) => (periods[axis] === null ? 0 : Number(each) * periods[axis]));
     return along(planB.x - planA.x + right, planB.y - planA.y + up);
   }
 
+  /** Begins the passings of two that may pass and overlap, at the start or when one of them is inserted. */
+  *beginOverlaps(pair, isStart) {
+    const { a, b, response, M } = pair;
+    if (response.name !== "pass") return;
+    const [planA, planB] = [this.present(a), this.present(b)];
+    if (!this.shaped) {
+      const images = overlaps({ r: a.r, plan: planA }, { r: b.r, plan: planB }, this.scene.periods, isStart);
+      for (const image of images) yield this.begin(pair, image);
+    } else if (shapesOverlap(planA, planB, M, a.r, b.r)) {
+      yield this.begin(pair, { m: 0n, n: 0n });
+    }
+  }
+
+  begin(pair, { m, n }) {
+    pair.passings.push({ m, n, begun: this.now, ends: null });
+    this.predictPair(pair);
+    return this.told("begin", pair.a.number, pair.b.number);
+  }
+
+  end(pair, passing) {
+    pair.passings.splice(pair.passings.indexOf(passing), 1);
+    this.predictPair(pair);
+    return this.told("end", pair.b.number, pair.a.number);
+  }
+
+  told(what, a, b) {
+    const event = { what, tick: this.now, a, b };
+    if (isContact(event)) [this.contacts, this.crowd.contacts] = [this.contacts + 1, this.crowd.contacts + 1];
+    return event;
+  }
+
+  /** Puts a body among the others, anchored at the present tick. */
+  enter(number, { r, m, shape, kind }, plan) {
+    const body = { number, r, m, shape, kind, plan: wrap(plan, this.scene.periods), pairs: [], met: null, last: -FAR };
+    for (const other of this.bodies.values()) {
+      const [a, b] = other.number < number ? [other, body] : [body, other];
+      const M = this.shaped ? difference(a.shape, b.shape) : null; // rule 5s
+      const pair = { a, b, M, response: pairResponse(this.scene.responses, a.kind, b.kind), met: null, barred: null, passings: [] };
+      for (const each of [a, b]) each.pairs.push(pair);
+      this.pairs.add(pair);
+    }
+    this.bodies.set(number, body);
+    this.predict(body);
+    return body;
+  }
+
+  /** The plan of a body, anchored at the present tick. */
+  present({ plan }) {
+    return anchor(plan, this.now, this.q, this.scene.periods);
+  }
+
   /** Gives a body a new plan, which ends its bars. */
   write(body, { x, y, vx, vy, A, kx, ky }) {
-    this.plans[body] = makePlan(x, y, vx, vy, A, kx, ky);
-    for (const other of this.met[body].keys()) this.met[other].delete(body);
-    this.met[body].clear();
+    body.plan = makePlan(x, y, vx, vy, A, kx, ky);
+    for (const pair of body.pairs) pair.barred = null;
+    this.predict(body);
   }
 
-  /** Asks rules 5 and 6 about a body anew. */
+  /** Asks rules 5, 6 and 11 about a body anew. */
   predict(body) {
-    const { bodies, arena, periods } = this.scene;
-    if (arena) this.walls[body] = wallTick(this.plans[body], bodies[body].shape.sides, arena, this.q, periods);
-    bodies.forEach((_, other) => {
-      if (other === body) return;
-      const [a, b] = other < body ? [other, body] : [body, other];
-      this.pairs[b][a] = this.meeting(a, b, this.met[a].get(b) ?? null);
-    });
+    const { arena, periods } = this.scene;
+    body.met = arena && wallTick(body.plan, body.shape.sides, arena, this.q, periods);
+    for (const pair of body.pairs) this.predictPair(pair);
   }
 
-  /** The contact of two bodies a < b that have met through a barred image, or not yet: null. */
-  meeting(a, b, barred) {
-    const { bodies, periods } = this.scene;
-    const asked = [this.plans[a], bodies[a].r, this.plans[b], bodies[b].r, this.q];
-    if (this.periodic) return imageTick(...asked, periods, barred);
-    if (barred !== null) return null;
-    if (this.differences && bodies[a].m === Infinity && bodies[b].m === Infinity) return null; // rule 7s
-    const tick = this.differences ? shapeTouch(this.plans[a], this.plans[b], this.differences[b][a], this.q)?.tick : pairTick(...asked);
-    return (tick ?? null) === null ? null : { tick, m: 0n, n: 0n };
+  predictPair(pair) {
+    pair.met = this.meeting(pair);
+    for (const passing of pair.passings) {
+      const tick = this.parting(pair, passing);
+      passing.ends = tick !== null && tick <= passing.begun ? passing.begun + 1n : tick;
+    }
+  }
+
+  /** The contact of two bodies, {tick, m, n} or null. */
+  meeting({ a, b, M, response, barred, passings }) {
+    const asked = [a.plan, a.r, b.plan, b.r, this.q];
+    const from = response.name === "pass" ? this.now : -FAR;
+    if (this.periodic) return imageTick(...asked, this.scene.periods, barred ? [barred, ...passings] : passings, from);
+    if (barred || passings.length) return null;
+    if (this.shaped && a.m === Infinity && b.m === Infinity) return null; // rule 7s
+    const tick = this.shaped ? shapeTouch(a.plan, b.plan, M, this.q)?.tick : pairTick(...asked);
+    return (tick ?? null) === null || tick < from ? null : { tick, m: 0n, n: 0n };
+  }
+
+  /** The tick at which two bodies part that pass through an image. */
+  parting({ a, b, M }, image) {
+    if (this.shaped) return shapePart(a.plan, b.plan, M, this.q);
+    return lastTouch(throughImage(a.plan, a.r, b.plan, b.r, this.q, this.scene.periods, image), this.q);
   }
 }
 
-/** The contacts of a scene up to and at the tick of a time, one after the other: {epoch, tick, a, b}, epoch and tick BigInts. */
-export function* contacts(scene, until) {
-  const run = new Run(scene);
-  const end = run.tickOf(until);
-  for (let event = run.next(); event !== null && event.tick <= end; event = run.next()) {
-    run.happen(event);
-    if (isContact(event)) yield entry(event);
-  }
+/** The contacts of a run, as far as its events go, one after the other: {epoch, tick, a, b}, epoch and tick BigInts. */
+export function* contacts(run, until = null) {
+  for (const event of run.events(until)) if (isContact(event)) yield entry(event);
 }
 
 /** Whether an event stands in the answer. */
-export function isContact(event) {
-  return event.class === WALL || event.class === PAIR;
+export function isContact({ what }) {
+  return ["wall", "pair", "begin", "end"].includes(what);
 }
 
 /** The entry of a contact in the answer. */
@@ -158,6 +294,6 @@ export function fingerprint(list) {
   return sha256(new Uint8Array(bytes.buffer));
 }
 
-function order(s, t) {
-  return s < t ? -1 : s > t ? 1 : 0;
+function byNumbers(one, two) {
+  return one.a.number - two.a.number || one.b.number - two.b.number;
 }

@@ -3,14 +3,20 @@
 import { add, exact, floorQuotient, multiply, nearest, nearestQuotient, subtract, whole } from "./exact.js";
 
 /** The e of a scene, whose unit of time is U = 2^-e. */
-export function unit({ bodies, turns, arena }) {
-  if (bodies.length === 0) return 0;
-  const S = Math.max(...[...bodies, ...turns].map(({ vx, vy }) => vx * vx + vy * vy));
+export function unit({ bodies, commands, arena, unit: told = null }) {
+  let e = 0;
+  if (told !== null) {
+    while (e < 900 && powerOfTwo(-e) !== told) e += 1;
+    if (powerOfTwo(-e) !== told) throw new Error(`unit is ${told}, no power of two from 2^-900 to 1.`);
+    return e;
+  }
+  if (bodies.length === 0 && !arena) return 0;
+  const fast = [...bodies, ...commands.filter(({ what }) => what !== "removal")];
+  const S = Math.max(0, ...fast.map(({ vx, vy }) => vx * vx + vy * vy));
   const L = arena
     ? Math.max(...arena)
     : Math.max(...bodies.map(({ x, y }) => Math.max(Math.abs(x), Math.abs(y)))) + Math.max(...bodies.map(({ r }) => r));
   const c = (Math.sqrt(S) / L) * (1 - powerOfTwo(-20));
-  let e = 0;
   while (e < 900 && !(c < powerOfTwo(e))) e += 1;
   return e;
 }
@@ -34,6 +40,11 @@ export function makePlan(x, y, vx, vy, A, kx = 0n, ky = 0n) {
 export function wrap({ x, y, vx, vy, A, kx, ky }, [width, height]) {
   const [right, up] = [turns(x, width), turns(y, height)];
   return makePlan(moved(x, right, width), moved(y, up, height), vx, vy, A, kx + right, ky + up);
+}
+
+/** rem(z, P) of rule 2p; z itself along a walled axis. */
+export function rem(z, P) {
+  return moved(z, turns(z, P), P);
 }
 
 /** How many periods rem(z, P) takes off. */

@@ -1,6 +1,6 @@
-// Rules 5 and 6: when two bodies meet, and when a body meets a wall. Everything here is exact; null is "none".
+// Rules 5, 6 and 11: when two bodies meet or part, and when a body meets a wall. Everything here is exact; null is "none".
 
-import { add, exact, floorQuotient, floorRoot, minus, multiply, sign, subtract, whole } from "./exact.js";
+import { add, exact, floorLaterRoot, floorQuotient, floorRoot, minus, multiply, sign, subtract, whole } from "./exact.js";
 import { place } from "./clock.js";
 
 export const FAR = 1n << 62n;
@@ -25,17 +25,25 @@ export function pairTick(plan1, r1, plan2, r2, q) {
   return firstTouch(relative(plan1, r1, plan2, r2, q), q);
 }
 
+/** How body 2 flies as seen from body 1, its place being that of the image (m, n) (rule 5p). */
+export function throughImage(plan1, r1, plan2, r2, q, periods, { m, n }) {
+  const { s, d, v, R } = relative(plan1, r1, plan2, r2, q);
+  const [right, up] = [shift(m + plan2.kx - plan1.kx, periods[0]), shift(n + plan2.ky - plan1.ky, periods[1])];
+  return { s, d: [add(d[0], right), add(d[1], up)], v, R };
+}
+
+function shift(turns, period) {
+  return period === null ? exact(0) : multiply(whole(turns), exact(period));
+}
+
 /**
  * The tick at which two bodies meet through an image, and the image: {tick, m, n} (rule 5p). The bodies are in the order of their numbers;
- * `barred` is the image [m, n] that is left out, or null. What no plan lives to see is null too.
+ * `leftOut` has the images {m, n} that are not asked, and ticks before `from` are none. What no plan lives to see is null too.
  *
  * Images are asked that come within reach in a time h after s, and if none of them is met by then, in twice that time.
  */
-export function imageTick(plan1, r1, plan2, r2, q, periods, barred) {
-  const { s, d, v, R } = relative(plan1, r1, plan2, r2, q);
-  const unwrapped = [plan2.kx - plan1.kx, plan2.ky - plan1.ky];
-  const shift = (axis, turns) => (periods[axis] === null ? exact(0) : multiply(whole(turns), exact(periods[axis])));
-  const here = d.map((each, axis) => add(each, shift(axis, unwrapped[axis])));
+export function imageTick(plan1, r1, plan2, r2, q, periods, leftOut = [], from = -FAR) {
+  const { s, d: here, v, R } = throughImage(plan1, r1, plan2, r2, q, periods, { m: 0n, n: 0n });
   for (let h = 1n << 49n; h <= LONGEST; h *= 2n) {
     const [ms, ns] = [0, 1].map((axis) => {
       if (periods[axis] === null) return [0n];
@@ -49,9 +57,9 @@ export function imageTick(plan1, r1, plan2, r2, q, periods, barred) {
     let first = null;
     for (const m of ms) {
       for (const n of ns) {
-        if (barred !== null && barred[0] === m && barred[1] === n) continue;
-        const tick = firstTouch({ s, d: [add(here[0], shift(0, m)), add(here[1], shift(1, n))], v, R }, q);
-        if (tick !== null && tick <= s + h && (first === null || tick < first.tick)) first = { tick, m, n };
+        if (leftOut.some((image) => image.m === m && image.n === n)) continue;
+        const tick = firstTouch({ s, d: [add(here[0], shift(m, periods[0])), add(here[1], shift(n, periods[1]))], v, R }, q);
+        if (tick !== null && tick >= from && tick <= s + h && (first === null || tick < first.tick)) first = { tick, m, n };
       }
     }
     if (first !== null) return first;
@@ -61,16 +69,28 @@ export function imageTick(plan1, r1, plan2, r2, q, periods, barred) {
 
 /** The tick at which two bodies meet, as `relative` has them. */
 export function firstTouch({ s, d, v, R }, q) {
-  const B = dot(d, v);
+  const { B, Q, vv, D } = discriminant({ d, v, R });
   if (sign(B) >= 0) return null;
-  const Q = subtract(dot(d, d), multiply(R, R));
   if (sign(Q) <= 0) return s;
-  // A time z after s, |d + v z|^2 - R^2 = vv z^2 + 2 B z + Q; its first zero is (-B - sqrt(B^2 - vv Q)) / vv.
-  const vv = dot(v, v);
-  const D = subtract(multiply(B, B), multiply(vv, Q));
   if (sign(D) <= 0) return null;
   const ticks = floorRoot(minus(B), D, multiply(vv, exact(q)));
   return ticks >= FAR ? null : s + ticks;
+}
+
+/** The tick at which two bodies part, as `relative` has them (rule 11). */
+export function lastTouch({ s, d, v, R }, q) {
+  const { B, Q, vv, D } = discriminant({ d, v, R });
+  if (sign(Q) > 0 && (sign(B) >= 0 || sign(D) <= 0)) return s;
+  if (sign(vv) === 0) return null;
+  const ticks = floorLaterRoot(minus(B), D, multiply(vv, exact(q)));
+  return ticks >= FAR ? null : s + ticks;
+}
+
+/** A time z after s, |d + v z|^2 - R^2 = vv z^2 + 2 B z + Q; its zeros are (-B - sqrt(D)) / vv and (-B + sqrt(D)) / vv. */
+export function discriminant({ d, v, R }) {
+  const [B, vv] = [dot(d, v), dot(v, v)];
+  const Q = subtract(dot(d, d), multiply(R, R));
+  return { B, Q, vv, D: subtract(multiply(B, B), multiply(vv, Q)) };
 }
 
 /**

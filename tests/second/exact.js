@@ -81,6 +81,12 @@ export function floorRoot(p, d, a) {
   return floorDivide(at(p, e) - root, at(a, e));
 }
 
+/** floor((p + sqrt(d)) / a), for d >= 0 and a > 0. */
+export function floorLaterRoot(p, d, a) {
+  const e = Math.min(p.e, a.e, Math.floor(d.e / 2));
+  return floorDivide(at(p, e) + squareRoot(at(d, 2 * e)), at(a, e));
+}
+
 /** The whole number that `a` is in units of 2^e, for e <= a.e. */
 function at(a, e) {
   return a.n << BigInt(a.e - e);

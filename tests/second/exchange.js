@@ -1,4 +1,4 @@
-// Rule 9: the momentum two bodies exchange, and of rule 11 what infinite masses are. Every operation on doubles is one of the rule's, in its order.
+// Rule 9: the momentum two bodies exchange, and of rule 11 infinite masses and the speed of restitution. Every operation on doubles is one of the rule's, in its order.
 
 import { exact, multiply, nearest, subtract } from "./exact.js";
 
@@ -9,8 +9,11 @@ export function along(dx, dy) {
   return [dx / l, dy / l];
 }
 
-/** The velocities [vxa, vya, vxb, vyb] of two bodies after their contact with this unit normal; `alike`: all masses of the scene are equal. */
-export function exchange(a, b, ma, mb, alike, [nx, ny]) {
+/**
+ * The velocities [vxa, vya, vxb, vyb] of two bodies after their contact with this unit normal. `alike`: all masses of the scene are equal;
+ * k is the share of the closing speed that comes back.
+ */
+export function exchange(a, b, ma, mb, alike, [nx, ny], k = 1) {
   const ux = b.vx - a.vx;
   const uy = b.vy - a.vy;
   const xx = nx * nx;
@@ -21,7 +24,7 @@ export function exchange(a, b, ma, mb, alike, [nx, ny]) {
   const sum = px + py;
   const part = sum - px;
   const low = px - (sum - part) + (py - part) + (E(ux, nx) + E(uy, ny));
-  const speed = sum + (low - sum * excess);
+  const speed = 0.5 * (1 + k) * (sum + (low - sum * excess));
   const ga = alike ? speed : share(ma, mb, speed);
   const gb = alike ? speed : share(mb, ma, speed);
   return [a.vx + ga * nx, a.vy + ga * ny, b.vx - gb * nx, b.vy - gb * ny];

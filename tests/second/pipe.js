@@ -2,7 +2,7 @@
 
 import { createInterface } from "node:readline";
 
-import { contacts } from "./answer.js";
+import { contacts, Run } from "./answer.js";
 import { readScene } from "./scene.js";
 
 function answer(line) {
@@ -12,7 +12,9 @@ function answer(line) {
   } catch (error) {
     return { refused: error.message };
   }
-  return { contacts: Array.from(contacts(scene, scene.until), ({ epoch, tick, a, b }) => [Number(epoch), Number(tick), a, b]) };
+  const run = new Run(scene);
+  const list = Array.from(contacts(run), ({ epoch, tick, a, b }) => [Number(epoch), Number(tick), a, b]);
+  return run.ended === "jam" ? { refused: "Bodies meet without end at one tick." } : { contacts: list };
 }
 
 for await (const line of createInterface({ input: process.stdin })) process.stdout.write(`${JSON.stringify(answer(line))}\n`);

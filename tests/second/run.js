@@ -1,8 +1,8 @@
-// node run.js SCENE.json [--until T] [--contacts N]: the contacts of a scene, or the first N, a line each, and their fingerprint.
+// node run.js SCENE.json [--until T] [--contacts N]: the contacts of a scene, or the first N, a line each, how the answer ends before, and their fingerprint.
 
 import { readFileSync } from "node:fs";
 
-import { contacts, fingerprint } from "./answer.js";
+import { contacts, fingerprint, Run } from "./answer.js";
 import { readScene } from "./scene.js";
 
 const USE = "node run.js SCENE.json [--until T] [--contacts N]";
@@ -12,14 +12,15 @@ function main(words) {
   const most = option(words, "--contacts") ?? Infinity;
   if (words.length !== 1 || words[0].startsWith("--")) throw new Error(`Say ${USE}.`);
   const scene = readScene(JSON.parse(readFileSync(words[0], "utf8")));
-  const end = until ?? scene.until;
-  if (end === null) throw new Error("The scene says no `until`; say --until T.");
+  if ((until ?? scene.until ?? scene.end) === null) throw new Error("The scene says no `until`; say --until T.");
+  const run = new Run(scene);
   const list = [];
-  for (const contact of contacts(scene, end)) {
+  for (const contact of contacts(run, until)) {
     list.push(contact);
     process.stdout.write(`${contact.epoch} ${contact.tick} ${contact.a} ${contact.b}\n`);
     if (list.length >= most) break;
   }
+  if (run.ended !== null && run.ended !== "end") process.stdout.write(`${run.ended}\n`);
   process.stdout.write(`fingerprint ${fingerprint(list)}\n`);
 }
 

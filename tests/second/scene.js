@@ -1,8 +1,12 @@
 // Rules 2 and 2s: a scene from the tables of a scene file, read from TOML or written as JSON. What is wrong is said in a sentence.
 
+import { readCommands, readTurn } from "./commands.js";
+import { readKind, readResponses } from "./responses.js";
 import { areDiscs, makeShape } from "./shapes.js";
+import { keys, list, mass, moment, number, pair, positive } from "./tables.js";
 
-const TOP_LEVEL = ["arena", "periodic", "start", "until", "broad-phase", "narrow-phases", "options", "shapes", "bodies"];
+const RUN = ["until", "end", "broad-phase", "narrow-phases", "options"];
+const TOP_LEVEL = ["arena", "periodic", "start", "unit", "kinds", "responses", "shapes", "bodies", "commands", ...RUN];
 
 /** The scene of these tables, for `Run` and `contacts`, with `until` (null if left out). How it is searched (phases, options) is no part of it. */
 export function readScene(tables) {
@@ -11,6 +15,10 @@ export function readScene(tables) {
   const arena = "arena" in tables ? pair(tables.arena, "arena").map((side) => positive(side, "a side of the arena")) : null;
   const start = number(tables.start ?? 0, "start");
   const until = "until" in tables ? number(tables.until, "until") : null;
+  const end = "end" in tables ? moment(tables.end, "end") : null;
+  const unit = "unit" in tables ? number(tables.unit, "unit") : null;
+  const kinds = list(tables.kinds ?? [], "kinds").map((kind) => readKind(kind, "kinds"));
+  const responses = readResponses(list(tables.responses ?? [], "responses"));
   const periodic = readPeriodic(tables.periodic ?? "", arena);
   const periods = ["x", "y"].map((axis, i) => (periodic.includes(axis) ? arena[i] : null));
   const shapes = list(tables.shapes ?? [], "shapes").map(readShape);
@@ -18,21 +26,24 @@ export function readScene(tables) {
   const turns = [];
   list(tables.bodies ?? [], "bodies").forEach((table, body) => {
     const name = `bodies[${body}]`;
-    keys(table, ["position", "velocity", "radius", "shape", "mass", "turns"], name);
+    keys(table, ["position", "velocity", "radius", "shape", "mass", "kind", "turns"], name);
     const [x, y] = pair(table.position, `${name}.position`);
     const [vx, vy] = pair(table.velocity ?? [0, 0], `${name}.velocity`);
-    const m = table.mass === "inf" ? Infinity : positive(table.mass ?? 1, `${name}.mass`);
+    const m = mass(table.mass, `${name}.mass`);
+    const kind = readKind(table.kind ?? kinds[0] ?? 0, `${name}.kind`);
     const shape = bodyShape(table, shapes, name);
     const r = shape.size;
     if (periods.some((period) => period !== null && 2 * r >= period)) throw new Error(`${name}.radius is ${r}, and a disc is narrower than a period.`);
     if (shape.r === 0 && shape.corners.length < 3 && m < Infinity) throw new Error(`${name} is a segment, and its mass is not infinite.`);
-    bodies.push({ x, y, vx, vy, r, m, shape });
-    list(table.turns ?? [], `${name}.turns`).forEach((turn, i) => turns.push(readTurn(turn, body, start, `${name}.turns[${i}]`)));
+    bodies.push({ x, y, vx, vy, r, m, shape, kind });
+    list(table.turns ?? [], `${name}.turns`).forEach((turn, i) => turns.push(readTurn(turn, body, `${name}.turns[${i}]`)));
   });
   const shaped = !areDiscs(bodies);
   if (shaped && periodic) throw new Error("With shapes that are no discs no axis is periodic.");
   phases(tables["narrow-phases"], [shaped ? "convex" : "disc", ...(arena !== null && periodic !== "xy" ? ["wall"] : [])]);
-  return { bodies, turns, arena, periods, start, until };
+  const commands = readCommands(list(tables.commands ?? [], "commands"), turns, bodies.length, kinds[0] ?? bodies[0]?.kind ?? 0, start);
+  if (shaped && commands.some(({ what }) => what === "insertion")) throw new Error("With shapes that are no discs no body is inserted.");
+  return { bodies, commands, responses, arena, periods, start, unit, until, end };
 }
 
 function readPeriodic(axes, arena) {
@@ -82,43 +93,8 @@ function bodyShape(table, shapes, name) {
   return shapes[table.shape];
 }
 
-function readTurn(table, body, start, name) {
-  keys(table, ["time", "velocity"], name);
-  const time = number(table.time, `${name}.time`);
-  if (time < start) throw new Error(`${name}.time is ${time}, before the start, ${start}.`);
-  const [vx, vy] = pair(table.velocity, `${name}.velocity`);
-  return { body, time, vx, vy };
-}
-
 function phases(names, wanted) {
   if (names === undefined) return;
   if ([...list(names, "narrow-phases")].sort().join() === wanted.join()) return;
   throw new Error(`narrow-phases is ${JSON.stringify(names)}; in the specification bodies meet each other, and the walls where there are any.`);
-}
-
-function keys(table, known, name) {
-  if (typeof table !== "object" || table === null || Array.isArray(table)) throw new Error(`${name} is no table.`);
-  const unknown = Object.keys(table).filter((key) => !known.includes(key));
-  if (unknown.length) throw new Error(`${name} has an unknown key: ${unknown[0]}.`);
-}
-
-function list(value, name) {
-  if (!Array.isArray(value)) throw new Error(`${name} is no list.`);
-  return value;
-}
-
-function pair(value, name) {
-  if (list(value, name).length !== 2) throw new Error(`${name} has ${value.length} numbers, not two.`);
-  return value.map((each) => number(each, name));
-}
-
-function positive(value, name) {
-  if (!(number(value, name) > 0)) throw new Error(`${name} is ${value}, not above 0.`);
-  return value;
-}
-
-function number(value, name) {
-  if (value === undefined) throw new Error(`${name} is missing.`);
-  if (typeof value !== "number" || !Number.isFinite(value)) throw new Error(`${name} is ${JSON.stringify(value)}, no finite number.`);
-  return value;
 }

@@ -1,7 +1,7 @@
-// Rules 2s, 3s, 5s, 6s and 9s: bodies of convex shapes. What decides is exact; reaches and directions are doubles.
+// Rules 2s, 3s, 5s, 6s, 9s and 11s: bodies of convex shapes. What decides is exact; reaches and directions are doubles.
 
-import { add, exact, floorRoot, minus, multiply, nearest, sign, subtract } from "./exact.js";
-import { dot, FAR, firstTouch, relative } from "./contact.js";
+import { add, exact, floorLaterRoot, floorRoot, minus, multiply, nearest, sign, subtract } from "./exact.js";
+import { discriminant, dot, FAR, firstTouch, relative } from "./contact.js";
 import { along } from "./exchange.js";
 
 const view = new DataView(new ArrayBuffer(8));
@@ -44,15 +44,9 @@ export function difference(a, b) {
 /** When and at which feature two bodies a < b with these plans meet, M being their difference: {tick, face} or {tick, corner}, or null. */
 export function shapeTouch(planA, planB, M, q) {
   const { s, d, v } = relative(planA, 0, planB, 0, q);
-  const faces = M.faces.map(({ p, t, n, before, after }, face) => {
-    const [g, u, tt] = [dot(n, less(d, p)), dot(t, less(d, p)), dot(t, t)];
-    const over = sign(u) >= 0 && compare(u, tt) <= 0;
-    return { face, g, u, tt, over, w: dot(n, v), along: dot(t, v), margin: multiply(square(M.R), tt), before, after };
-  });
-  const corners = M.corners.map((c, corner) => ({ corner, d: less(d, c) }));
-
-  const now = touchNow(faces, corners, v, M.R);
-  if (now !== null) return now.falls ? { tick: s, ...now.feature } : null;
+  const { faces, corners } = seen(d, v, M);
+  const near = nearestFeature(faces, corners, v);
+  if (isTouching(near, M.R)) return near.falls ? { tick: s, ...near.feature } : null;
 
   // Of the members of the union that are entered, faces first, the first with the smallest tick.
   const entered = faces.filter((face) => isEntered(face, v, M)).map(({ face, g, w, margin }) => {
@@ -64,19 +58,66 @@ export function shapeTouch(planA, planB, M, q) {
   return met.reduce((first, each) => (first === null || each.tick < first.tick ? each : first), null);
 }
 
-/** The nearest feature if sigma(s) <= 0, and whether sigma falls there: {feature, falls}, or null. */
-function touchNow(faces, corners, v, R) {
-  const within = (distance, reach) => compare(distance, reach) <= 0;
+/** The faces and corners of M as the body at d sees them. */
+function seen(d, v, M) {
+  const faces = M.faces.map(({ p, t, n, before, after }, face) => {
+    const [g, u, tt] = [dot(n, less(d, p)), dot(t, less(d, p)), dot(t, t)];
+    const over = sign(u) >= 0 && compare(u, tt) <= 0;
+    return { face, g, u, tt, over, w: dot(n, v), along: dot(t, v), margin: multiply(square(M.R), tt), before, after };
+  });
+  const corners = M.corners.map((c, corner) => ({ corner, d: less(d, c) }));
+  return { faces, corners };
+}
+
+/** The tick at which two bodies a < b with these plans part (rule 11s), or null. */
+export function shapePart(planA, planB, M, q) {
+  const { s, d, v } = relative(planA, 0, planB, 0, q);
+  const { faces, corners } = seen(d, v, M);
+  const roots = corners.map((corner) => discriminant({ d: corner.d, v, R: M.R }));
+  const falls = faces.some((face) => isEntered(face, v, M)) || roots.some(({ B, D }) => sign(B) < 0 && sign(D) > 0);
+  if (!isTouching(nearestFeature(faces, corners, v), M.R) && !falls) return s;
+  if (sign(dot(v, v)) === 0) return null;
+  // It leaves M with its margin where it leaves a member of the union for the last time.
+  const left = faces.filter(isLeft).map(({ g, w, margin }) => floorLaterRoot(minus(g), margin, multiply(w, exact(q))));
+  const rounded = roots.filter(({ D }) => sign(D) >= 0).map(({ B, D, vv }) => floorLaterRoot(minus(B), D, multiply(vv, exact(q))));
+  const ticks = [...left, ...rounded].reduce((one, two) => (one > two ? one : two));
+  return ticks >= FAR ? null : s + ticks;
+}
+
+/** Whether two bodies a < b of these sizes that may pass overlap at their places enough to begin there (rule 11s). */
+export function shapesOverlap(planA, planB, M, sizeA, sizeB) {
+  const { d, v } = relative(planA, 0, planB, 0, 1);
+  const slack = multiply(exact(1e-12), add(exact(sizeA), exact(sizeB)));
+  const { faces, corners } = seen(d, v, M);
+  const [above, below] = nearestFeature(faces, corners, v).distance;
+  return compare(above, multiply(signedSquare(subtract(M.R, slack)), below)) < 0;
+}
+
+/** The nearest feature; the distance from it, squared with its sign, as a quotient; and whether the distance falls. */
+function nearestFeature(faces, corners, v) {
   const isFlat = faces.length === 2;
   if (faces.length && faces.every(({ g, over }) => sign(g) <= 0 && (over || !isFlat))) {
     const deeper = (f, h) => compare(multiply(signedSquare(f.g), h.tt), multiply(signedSquare(h.g), f.tt)); // g / |n|, squared
     const largest = faces.filter((face) => faces.every((other) => deeper(face, other) >= 0));
-    return { feature: { face: largest[0].face }, falls: largest.every(({ w }) => sign(w) < 0) };
+    const { face, g, tt } = largest[0];
+    return { feature: { face }, distance: [signedSquare(g), tt], falls: largest.every(({ w }) => sign(w) < 0) };
   }
   const face = faces.find(({ g, over }) => over && sign(g) > 0);
-  if (face) return within(square(face.g), face.margin) ? { feature: { face: face.face }, falls: sign(face.w) < 0 } : null;
+  if (face) return { feature: { face: face.face }, distance: [square(face.g), face.tt], falls: sign(face.w) < 0 };
   const { corner, d } = corners.reduce((a, b) => (compare(dot(b.d, b.d), dot(a.d, a.d)) < 0 ? b : a));
-  return within(dot(d, d), square(R)) ? { feature: { corner }, falls: sign(dot(d, v)) < 0 } : null;
+  return { feature: { corner }, distance: [dot(d, d), exact(1)], falls: sign(dot(d, v)) < 0 };
+}
+
+function isTouching({ distance: [above, below] }, R) {
+  return compare(above, multiply(square(R), below)) <= 0;
+}
+
+/** Whether g grows to R |n| at a time when the body is over the face. */
+function isLeft({ g, u, tt, w, along, margin }) {
+  if (sign(w) <= 0) return false;
+  const A = subtract(multiply(u, w), multiply(along, g)); // there u is (A + along sqrt(margin)) / w
+  const root = minus(multiply(signedSquare(along), margin));
+  return compare(signedSquare(A), root) >= 0 && compare(signedSquare(subtract(A, multiply(tt, w))), root) <= 0;
 }
 
 /** Whether g falls to R |n| after s where the body is over the face, and sigma falls there. */

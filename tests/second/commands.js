@@ -1,0 +1,52 @@
+// Rule 2: commands: turns, insertions and removals, the numbers of new bodies, and the order in which all of these happen.
+//
+// A command is {what, body, time, at}: `at` is {tick, contacts}, or null. A turn also has vx and vy, an insertion those and what a body has.
+
+import { tickOf } from "./clock.js";
+import { readKind } from "./responses.js";
+import { makeShape } from "./shapes.js";
+import { count, keys, mass, moment, number, pair, positive } from "./tables.js";
+
+/** The commands of these tables, after the turns that are written with their n bodies; `kind` is the kind of who is inserted without one. */
+export function readCommands(tables, turns, n, kind, start) {
+  turns.sort((s, t) => s.time - t.time || s.body - t.body); // the sort leaves equals as they are
+  const commands = [...turns, ...tables.map((table, i) => readCommand(table, kind, `commands[${i}]`))];
+  const early = commands.find(({ time }) => time < start);
+  if (early) throw new Error(`A command is at the time ${early.time}, before the start, ${start}.`);
+  const inserted = commands.filter(({ what }) => what === "insertion");
+  let next = Math.max(n, ...inserted.map(({ body }) => (body ?? -1) + 1));
+  for (const command of inserted) command.body ??= next++;
+  return commands;
+}
+
+/** The commands as they happen, each with its tick and the number of contacts of the tick that it waits for. */
+export function inOrder(commands, start, q) {
+  const placed = commands.map((each) => ({ ...each, ...(each.at ?? { tick: tickOf(each.time, start, q), contacts: 0 }) }));
+  const byTick = (s, t) => (s.tick === t.tick ? s.contacts - t.contacts : s.tick < t.tick ? -1 : 1);
+  return placed.sort(commands.some(({ at }) => at) ? byTick : (s, t) => s.time - t.time);
+}
+
+/** A turn that is written with its body. */
+export function readTurn(table, body, name) {
+  keys(table, ["time", "velocity"], name);
+  const [vx, vy] = pair(table.velocity, `${name}.velocity`);
+  return { what: "turn", body, time: number(table.time, `${name}.time`), at: null, vx, vy };
+}
+
+function readCommand(table, kind, name) {
+  keys(table, ["time", "at", "turn", "velocity", "insert", "remove"], name);
+  const time = number(table.time, `${name}.time`);
+  const at = "at" in table ? moment(table.at, `${name}.at`) : null;
+  if ("remove" in table) return { what: "removal", body: count(table.remove, `${name}.remove`), time, at };
+  if ("insert" in table) return { what: "insertion", time, at, ...readInserted(table.insert, kind, `${name}.insert`) };
+  return { ...readTurn({ time, velocity: table.velocity }, count(table.turn, `${name}.turn`), name), at };
+}
+
+function readInserted(table, kind, name) {
+  keys(table, ["position", "velocity", "radius", "mass", "kind", "body"], name);
+  const [x, y] = pair(table.position, `${name}.position`);
+  const [vx, vy] = pair(table.velocity ?? [0, 0], `${name}.velocity`);
+  const r = positive(table.radius, `${name}.radius`);
+  const body = "body" in table ? count(table.body, `${name}.body`) : null;
+  return { body, x, y, vx, vy, r, m: mass(table.mass, `${name}.mass`), shape: makeShape([[0, 0]], r), kind: readKind(table.kind ?? kind, `${name}.kind`) };
+}

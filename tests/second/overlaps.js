@@ -1,0 +1,36 @@
+// Rules 9, 11 and 11p: who overlaps at the start or when a body is inserted. All of it is in doubles, from plans that are anchored there.
+
+import { rem } from "./clock.js";
+
+const SLACK = 1e-12;
+
+/** Whether there is room for a body with this plan among others, {r, plan} each, with which it does not pass. */
+export function hasRoom({ r }, plan, others, arena, periods) {
+  const { x, y } = plan;
+  const sides = arena ? [periods[0] === null ? [x, arena[0] - x] : [], periods[1] === null ? [y, arena[1] - y] : []].flat() : [];
+  if (sides.some((side) => side < r - SLACK * r)) return false;
+  return others.every((other) => {
+    const [dx, dy] = [rem(other.plan.x - x, periods[0]), rem(other.plan.y - y, periods[1])];
+    const reach = r + other.r - SLACK * (r + other.r);
+    return !(dx * dx + dy * dy < reach * reach);
+  });
+}
+
+/** The images {m, n} through which two bodies a < b, {r, plan} each, overlap; `begins`: at the start of the scene. */
+export function overlaps(a, b, periods, begins) {
+  const reach = (a.r + b.r) * (1 - SLACK);
+  // No period is as short as the reach, and wrapped places are within half of one: more than one period away nothing overlaps.
+  const [rights, ups] = periods.map((period) => (period === null ? [0] : [-1, 0, 1]));
+  const [kx, ky] = [b.plan.kx - a.plan.kx, b.plan.ky - a.plan.ky];
+  const found = [];
+  for (const right of rights) {
+    for (const up of ups) {
+      const dx = b.plan.x - a.plan.x + right * (periods[0] ?? 0);
+      const dy = b.plan.y - a.plan.y + up * (periods[1] ?? 0);
+      const root = begins && periods.every((period) => period === null);
+      const isIn = root ? Math.sqrt(dx * dx + dy * dy) < reach : dx * dx + dy * dy < reach * reach;
+      if (isIn) found.push({ m: BigInt(right) - kx, n: BigInt(up) - ky });
+    }
+  }
+  return found;
+}

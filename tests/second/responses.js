@@ -1,0 +1,62 @@
+// Rule 11: which response counts for two kinds, or for a kind and the walls, and what restitution and stop do to velocities.
+
+import { nearest, whole } from "./exact.js";
+import { keys, list, number } from "./tables.js";
+
+const ELASTIC = { name: "elastic" };
+const NAMES = ["elastic", "restitution", "stop", "pass"];
+const OUTWARD = { [-1]: [-1, 0], [-2]: [1, 0], [-3]: [0, -1], [-4]: [0, 1] };
+
+export function readKind(kind, name) {
+  if (typeof kind !== "string" && !Number.isInteger(kind)) throw new Error(`${name} is ${JSON.stringify(kind)}, no kind.`);
+  return kind;
+}
+
+/** The rules of these tables: each {between, name}, those of restitution with e and t, its contact time. */
+export function readResponses(tables) {
+  return tables.map((table, i) => {
+    const at = `responses[${i}]`;
+    keys(table, ["between", "response", "options"], at);
+    const between = list(table.between, `${at}.between`).map((kind) => readKind(kind, `${at}.between`));
+    const name = table.response;
+    if (!NAMES.includes(name)) throw new Error(`${at}.response is ${JSON.stringify(name)}, not ${NAMES.join(", ")}.`);
+    if (name === "pass" && between.includes("wall")) throw new Error(`${at}: walls cannot be passed.`);
+    if (name !== "restitution") return { between, name };
+    const { e, contact_time } = table.options ?? {};
+    return { between, name, e: number(e, `${at}.options.e`), t: number(contact_time ?? 0, `${at}.options.contact_time`) };
+  });
+}
+
+/** The response for two kinds. */
+export function pairResponse(rules, one, two) {
+  return said(rules, one, two) ?? said(rules, one, "*") ?? said(rules, two, "*") ?? said(rules, "*", "*") ?? ELASTIC;
+}
+
+/** The response for a kind and the walls. */
+export function wallResponse(rules, kind) {
+  return said(rules, kind, "wall") ?? said(rules, "*", "wall") ?? ELASTIC;
+}
+
+function said(rules, one, two) {
+  return rules.find(({ between: [k, l] }) => (k === one && l === two) || (k === two && l === one));
+}
+
+/** The k of a response at tick T, C being the tick of the last contact: the share of the closing speed that comes back. */
+export function returned({ name, e, t }, T, C, q) {
+  return name !== "restitution" || nearest(whole(T - C)) * q <= t ? 1 : e;
+}
+
+/** The velocity [vx, vy] of a body after it has met a wall. */
+export function offWall({ vx, vy }, wall, response, k) {
+  if (response.name === "stop") return [0, 0];
+  const [nx, ny] = OUTWARD[wall];
+  if (response.name === "elastic") return [nx === 0 ? vx : -vx, ny === 0 ? vy : -vy];
+  const w = (1 + k) * (vx * nx + vy * ny);
+  return [vx - w * nx, vy - w * ny];
+}
+
+/** The velocities [vxa, vya, vxb, vyb] of two bodies that stop. */
+export function stopped(a, b, ma, mb) {
+  const { vx, vy } = ma === mb || (ma < Infinity && mb < Infinity) ? { vx: 0, vy: 0 } : ma === Infinity ? a : b;
+  return [vx, vy, vx, vy];
+}
