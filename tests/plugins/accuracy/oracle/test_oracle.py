@@ -436,9 +436,10 @@ def test_it_shares_no_code_with_the_kernel() -> None:
         "kinetile_accuracy.oracle.attempt",
         "kinetile_accuracy.oracle.event_queue",
         "kinetile_accuracy.oracle.flights",
+        "kinetile_accuracy.oracle.rules",
         "kinetile_accuracy.sections",
     }
-    for name in ("oracle", "attempt", "event_queue", "flights"):
+    for name in ("oracle", "attempt", "event_queue", "flights", "rules"):
         tree = ast.parse(Path(oracle_module.__file__).with_name(f"{name}.py").read_text("utf-8"))
         names = {node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
         assert {each for each in names if each.startswith("kinetile")} <= allowed
