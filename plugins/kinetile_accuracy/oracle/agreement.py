@@ -220,8 +220,8 @@ def certify(
     oracle = oracle or Oracle(sim.scene, sim.narrow_phases)
     fault = _run_on(sim, until, max_contacts)
     planned = Counter(type(each) for each in sim.scene.commands if each.time <= sim.time)
-    done = {Turn: sim.readings.turns, Insert: sim.readings.inserted, Remove: sim.readings.removed}
-    if any(done[each] > planned[each] for each in done):
+    done = sim.readings
+    if done.turns > planned[Turn] or done.inserted > planned[Insert] or done.removed > planned[Remove]:
         raise Refused(
             "bodies were turned by hand, or came or went so, and the oracle knows only the commands of the "
             "scene: put them there"

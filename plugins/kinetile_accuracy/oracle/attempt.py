@@ -49,23 +49,22 @@ from kinetile_accuracy.oracle.flights import (
     BallPlan,
     EventTime,
     Line,
-    Root,
     exact,
     exchange,
     first_contact,
     first_root,
     last_root,
-    overlap,
-    parting,
+    quadratic,
     same,
     with_axis,
 )
-from kinetile_accuracy.oracle.rules import DEEP, End, Rules
+from kinetile_accuracy.oracle.rules import DEEP, Rules
 
 NARROW = 80
 """Bits to which the time of a contact must be known, relative to the time since the start."""
 
-AT_REST = arb(0), arb(0)
+RESTING = BallPlan.along(Line((ZERO, ZERO), (ZERO, ZERO)))
+AT_REST = RESTING.velocity
 
 LEAST = 2.0**-1000
 SURE = 1.0 - 2.0**-40
@@ -77,8 +76,9 @@ on a lattice contacts would tie with that."""
 
 
 CROWDED = 1e-9
-"""Of the smallest radius, divided by the number of bodies: the fastest body flies less than this from contact to
-contact where bodies are jammed."""
+"""Bodies are jammed if from contact to contact the fastest flies less than this part of the smallest radius,
+divided by the number of bodies, for very many contacts; or for some, if each stops one body: against a wall
+that stops it, a push by a heavier one has no end."""
 
 
 class BallContact(NamedTuple):
@@ -100,7 +100,7 @@ class Attempt:
     Args:
         scene: the scene.
         rules: the same scene's.
-        end: when the end is; None: never.
+        end: when the end is, and whether before the contacts of its time; None: never.
         discs, walls: which contacts there are.
 
     Attributes:
@@ -109,7 +109,9 @@ class Attempt:
         idle: how often images were computed since the last contact.
     """
 
-    def __init__(self, scene: Scene, rules: Rules, end: End | None, discs: bool, walls: bool) -> None:
+    def __init__(
+        self, scene: Scene, rules: Rules, end: tuple[fmpq, bool] | None, discs: bool, walls: bool
+    ) -> None:
         self.met: list[BallContact] = []
         self.ended: Literal["until", "quiet", "jammed", "crowded"] | None = None
         self.idle = 0
@@ -127,10 +129,10 @@ class Attempt:
         self._touched: set[tuple[int, Image]] = set()
         self._queue = EventQueue(rules.count, rules.passing)
         self._advance_to(EventTime.at(ZERO))
-        self._contacts, self._since = 0, self._now.ball  # of the present window that may show a jam
+        self._windows: dict[int, tuple[int, arb]] = {}
         if end is not None:
-            event = END_BEFORE if end.before else self._queue.end
-            self._queue.put(event, PossibleEvent(EventTime.at(end.time)))
+            event = END_BEFORE if end[1] else self._queue.end
+            self._queue.put(event, PossibleEvent(EventTime.at(end[0])))
         self._enter_command()
         for body, (x, y, vx, vy) in enumerate(np.column_stack([scene.position, scene.velocity]).tolist()):
             self._plans[body] = BallPlan.along(Line((exact(x), exact(y)), (exact(vx), exact(vy))))
@@ -172,9 +174,9 @@ class Attempt:
             self.idle += 1
             self._enter_pair(a, b)
         elif self._queue.is_parting(event):
-            self._part(a, b, coming)
+            self._pass(a, b, coming.image, coming.root, ends=True)
         elif self._rules.passes(a, b):
-            self._begin_passing(a, b, coming.image, coming)
+            self._pass(a, b, coming.image, coming.root)
         else:
             self._collide(a, b, coming, coming.image)
 
@@ -192,12 +194,9 @@ class Attempt:
 
     def _rests(self, event: int) -> bool:
         """Returns whether bodies that touch certainly still touch later, by their present plans."""
+        plans = [self._plans.get(body, RESTING) for body in self._queue.bodies_of(event)]
         wall = self._queue.wall_of(event)
-        if wall is not None:
-            body, side = wall
-            return body in self._plans and bool(self._plans[body].velocity[side // 2] == 0)
-        a, b = self._queue.bodies_of(event)
-        return a in self._plans and b in self._plans and self._plans[a].beside(self._plans[b])
+        return plans[0].beside(plans[1]) if wall is None else plans[0].velocity[wall[1] // 2] == 0
 
     def _at(self, body: int) -> tuple[arb, arb]:
         """Returns where a body's plan is at the reference."""
@@ -319,8 +318,10 @@ class Attempt:
         touches = self._touches(event, image)
         if touches or gap <= 0:
             # The reference is a little before the moment: d.v has grown by |v|^2 times the delay since.
-            if approach + speed2 * self._delay < 0:
-                root = root2.sqrt() if touches and root2 > 0 else None
+            closing = approach + speed2 * self._delay
+            if closing < 0:
+                # Of many contacts at one moment each is slower, and the root alone would lose all its bits.
+                root = root2.sqrt().intersection(-closing) if touches and root2 > 0 else None
                 return PossibleEvent(self._now, root, late=not touches)
         elif gap > 0 and root2 > 0 and approach < 0:
             root = root2.sqrt()
@@ -344,7 +345,7 @@ class Attempt:
                 return None
             if root == (now, ZERO):
                 return PossibleEvent(self._now, late=True)
-            ball = root.ball
+            ball = arb(root.p) - arb(root.q).sqrt()
             if ball > self._now.ball:
                 vx, vy = (w - v for v, w in zip(one.velocity, two.velocity, strict=True))
                 return PossibleEvent(EventTime(ball, root=root), arb(root.q).sqrt() * arb(vx * vx + vy * vy))
@@ -369,25 +370,27 @@ class Attempt:
                 form = None if lines is None else partial(last_root, *lines, self._exact_reach(a, b))
                 return PossibleEvent(EventTime(ball, form), root, image=image)
         if lines is not None and now is not None:
-            end = parting(*lines, self._exact_reach(a, b), now)
-            if end == (now, ZERO):
+            _, exact_approach, gap = quadratic(*lines, self._exact_reach(a, b), now)
+            if gap >= 0 and exact_approach >= 0:
                 return PossibleEvent(self._now, root, image=image)
-            if end.ball > self._now.ball:
-                return PossibleEvent(EventTime(end.ball, root=end), root, image=image)
         return self._open(f"when discs {a} and {b} part", 0.0, 0.0)._replace(image=image)
 
-    def _overlaps(self, a: int, b: int, image: Image) -> bool:
-        """Returns whether two bodies overlap now, by more than may be rounding."""
-        (dx, dy), (vx, vy) = self._apart(a, b, image)
-        dx, dy = dx + vx * self._delay, dy + vy * self._delay
-        reach = self._exact_reach(a, b) * DEEP
-        gap = dx * dx + dy * dy - arb(reach * reach)
-        lines, now = self._lines(a, b, image), self._now.rational
-        if gap < 0 or gap >= 0:
-            return bool(gap < 0)
-        if lines is not None and now is not None:
-            return overlap(*lines, reach, now)
-        raise Undecided(f"whether discs {a} and {b} overlap", float(self._now.ball), (a, b))
+    def _overlapping(self, a: int, b: int) -> list[Image]:
+        """Returns the images through which two bodies overlap now, by more than may be rounding."""
+        found = []
+        reach, now = self._exact_reach(a, b) * DEEP, self._now.rational
+        for image in self._images(a, b, self._delay):
+            (dx, dy), (vx, vy) = self._apart(a, b, image)
+            dx, dy = dx + vx * self._delay, dy + vy * self._delay
+            gap: arb | fmpq = dx * dx + dy * dy - arb(reach * reach)
+            lines = self._lines(a, b, image)
+            if lines is not None and now is not None:
+                gap = quadratic(*lines, reach, now)[2]
+            elif not (gap < 0 or gap >= 0):
+                raise Undecided(f"whether discs {a} and {b} overlap", float(self._now.ball), (a, b))
+            if gap < 0:
+                found.append(image)
+        return found
 
     def _open(self, doubt: str, far: float, fast: float) -> PossibleEvent:
         """Returns an event that may come, of bodies that far apart that come nearer no faster than that."""
@@ -438,34 +441,39 @@ class Attempt:
 
     # What happens
 
-    def _record(self, a: int, b: int, share: float, image: Image = ORIGIN) -> None:
-        """Records a contact; ``share`` is that of the velocity that is head-on."""
+    def _record(
+        self, a: int, b: int, part: arb | None, velocity: tuple[arb, arb], image: Image = ORIGIN
+    ) -> None:
+        """Records a contact; ``part`` is that of the velocity that is head-on."""
         ball = self._now.ball
         if not ball.is_exact() and ball.rel_accuracy_bits() < NARROW:
             what = f"the time of contact {len(self.met)}, to {NARROW} bits"
             raise Undecided(what, float(ball), (a, b) if b >= 0 else (a,))
+        vx, vy = velocity  # in doubles, those of a jam would be 0 before its end
+        share = 1.0 if part is None else float(abs(part) / (vx * vx + vy * vy).sqrt())
         self.met.append(BallContact(ball, a, b, self._crowd > 0, share, image))
         self._crowd += 1
         self.idle = 0
-        self._contacts += 1
-        if self._contacts >= 200 * self._rules.count + 2000:
-            if self._is_jammed(ball - self._since):
-                self.ended = "jammed"
-            self._contacts, self._since = 0, ball
+        self._look_for_jams(-1, 200 * self._rules.count + 2000)
 
-    def _is_jammed(self, span: arb) -> bool:
-        """Returns whether the contacts of a window took so little time that nobody gets anywhere."""
-        fastest = max(math.hypot(*map(float, plan.velocity)) for plan in self._plans.values())
-        smallest = min(float(self._radius[body]) for body in self._plans)
-        return float(span) * fastest <= self._contacts * CROWDED * smallest / len(self._plans)
+    def _look_for_jams(self, body: int, many: int) -> None:
+        """Counts a contact, of a body or of all, and ends the run where so many took hardly any time."""
+        count, since = self._windows.get(body, (0, self._now.ball))
+        self._windows[body] = count + 1, since
+        if count + 1 >= many:
+            del self._windows[body]
+            fastest = max(math.hypot(*map(float, plan.velocity)) for plan in self._plans.values())
+            smallest = min(float(self._radius[each]) for each in self._plans)
+            if float(self._now.ball - since) * fastest <= many * CROWDED * smallest / len(self._plans):
+                self.ended = "jammed"
 
     def _enter_command(self) -> None:
         """Enters the next command of the scene."""
         if self._commands:
             time, command = self._commands[-1]
-            what = {Insert: "insertion", Remove: "removal"}.get(type(command), "turn")
-            self._queue.command = what, command.body
-            self._queue.put(COMMAND, PossibleEvent(EventTime.at(time)))
+            self._queue.commanded = command.body
+            now = time == self._now.rational
+            self._queue.put(COMMAND, PossibleEvent(self._now if now else EventTime.at(time)))
 
     def _carry_out_command(self) -> None:
         """Carries out the next command of the scene."""
@@ -480,7 +488,8 @@ class Attempt:
             x, y = map(exact, command.position)
             self._plans[body] = BallPlan.along(Line((x - vx * now, y - vy * now), (vx, vy)))
             others = sorted(self._plans.keys() - {body})
-            if any(self._is_in_the_way(body, other) for other in others):
+            solid = [other for other in others if not self._rules.passes(body, other)]
+            if any(self._overlapping(body, other) for other in solid):
                 self.ended = "crowded"
                 return
             for other in others:
@@ -491,20 +500,13 @@ class Attempt:
         self._enter_walls(body, (0, 1))
         self._enter_pairs(body)
 
-    def _is_in_the_way(self, body: int, other: int) -> bool:
-        """Returns whether a body that is inserted overlaps another one, and does not pass through it."""
-        images = () if self._rules.passes(body, other) else self._images(body, other, self._delay)
-        return any(self._overlaps(body, other, image) for image in images)
-
     def _remove(self, body: int) -> None:
         """Removes a body, after its passings have ended."""
         for a, b in sorted(pair for pair in self._passing if body in pair):
             for image in self._passing.pop((a, b)):
-                self._record(b, a, 1.0, image)
+                self._record(b, a, None, AT_REST, image)
             self._queue.put(self._queue.parting(a, b))
         del self._plans[body]
-        self._where.pop(body, None)
-        self._last.pop(body, None)
         for wall in range(4):
             self._queue.put(self._queue.wall(body, wall))
         for other in self._plans:
@@ -513,63 +515,41 @@ class Attempt:
     def _begin_overlapping(self, a: int, b: int) -> None:
         """Begins the passings of two bodies that overlap where they are put."""
         if self._discs and self._rules.passes(a, b):
-            for image in self._images(a, b, self._delay):
-                if self._overlaps(a, b, image):
-                    self._begin_passing(a, b, image)
+            for image in self._overlapping(a, b):
+                self._pass(a, b, image)
 
-    def _begin_passing(self, a: int, b: int, image: Image, coming: PossibleEvent | None = None) -> None:
-        """Begins a passing of two bodies: no plan changes. ``coming`` is their contact, if they had one."""
-        self._record(a, b, self._head_on(a, b, coming), image)
-        self._passing.setdefault((a, b), []).append(image)
-        self._enter_pair(a, b)
-
-    def _part(self, a: int, b: int, coming: PossibleEvent) -> None:
-        """Ends a passing of two bodies."""
-        assert coming.image is not None
-        self._record(b, a, self._head_on(a, b, coming), coming.image)
-        self._passing[a, b].remove(coming.image)
-        self._enter_pair(a, b, coming.image)
-        if not self._passing[a, b]:
-            del self._passing[a, b]
-
-    def _head_on(self, a: int, b: int, coming: PossibleEvent | None) -> float:
-        """Returns which part of their relative velocity is along the line of centres of two that touch."""
-        if coming is None or coming.root is None:
-            return 1.0
-        speed = math.hypot(*map(float, self._apart(a, b)[1]))
-        return float(coming.root / (self._radius[a] + self._radius[b])) / speed
+    def _pass(self, a: int, b: int, image: Image, root: arb | None = None, ends: bool = False) -> None:
+        """Begins or ends a passing: no plan changes."""
+        one, two = (b, a) if ends else (a, b)
+        part = None if root is None else root / (self._radius[a] + self._radius[b])
+        self._record(one, two, part, self._apart(a, b)[1], image)
+        images = self._passing.setdefault((a, b), [])
+        (images.remove if ends else images.append)(image)
+        self._enter_pair(a, b, image)
 
     def _given_back(self, bodies: tuple[int, ...], response: Response) -> fmpq:
         """Returns which share of the closing speed comes back: all of it soon after a contact of a body."""
         if response.name != "restitution":
             return fmpq(1)
-        within = exact(float(response.options.get("contact_time") or 0.0))
-        doubt = False
-        for last in [self._last[body] for body in bodies if body in self._last]:
-            rest = self._now.ball - last.ball - arb(within)
-            one, two = self._now.root, last.root
-            if last is self._now or rest <= 0:
-                return fmpq(1)
+        within, now = exact(response.options.get("contact_time") or 0.0), self._now
+        lasts = [self._last[body] for body in bodies if body in self._last]
+        rests = [now.ball - last.ball - arb(within) for last in lasts]
+        if now in lasts or any(rest <= 0 for rest in rests):
+            return fmpq(1)
+        for last, rest in zip(lasts, rests, strict=True):
             if not rest > 0:
-                if one is None or two is None:
-                    doubt = True
-                elif same(Root(one.p - within, one.q), two):
+                if now.root and last.root and same(now.root._replace(p=now.root.p - within), last.root):
                     return fmpq(1)
-                else:
-                    doubt = True
-        if doubt:
-            raise Undecided("whether a contact comes within contact_time", float(self._now.ball), bodies)
-        return exact(float(response.options["e"]))
+                raise Undecided("whether a contact comes within contact_time", float(now.ball), bodies)
+        return exact(response.options["e"])
 
     def _bounce(self, body: int, wall: int, coming: PossibleEvent) -> None:
-        """Mirrors a body's plan at a wall; one that is in the wall already turns back where it is.
-
-        By another response than an elastic one the body loses speed, and is on a plan that begins now.
-        """
+        """Mirrors a body's plan at a wall, or makes it slower; one that is in the wall already turns back
+        where it is."""
         old, axis = self._plans[body], wall // 2
         response = self._rules.response(body, -1 - wall)
         back = self._given_back((body,), response)
-        self._record(body, -1 - wall, abs(float(old.velocity[axis])) / math.hypot(*map(float, old.velocity)))
+        self._record(body, -1 - wall, old.velocity[axis], old.velocity)
         self._last[body] = self._now
         if response.name == "stop":
             self._stop(body)
@@ -588,13 +568,12 @@ class Attempt:
 
     def _stop(self, body: int, beside: int | None = None) -> None:
         """Stops a body; beside another one, it flies on with that one's velocity."""
-        plan, now = self._plans[body], self._now.rational
-        leader = None if beside is None else self._plans[beside]
-        velocity = (ZERO, ZERO) if leader is None else None if leader.line is None else leader.line.velocity
-        line = None
-        if plan.line is not None and velocity is not None and now is not None:
-            line = plan.line.turned(velocity, now)
-        self._fly(body, AT_REST if leader is None else leader.velocity, line)
+        self._look_for_jams(body, 20 * self._rules.count + 100)
+        leader = RESTING if beside is None else self._plans[beside]
+        line, now = self._plans[body].line, self._now.rational
+        if line is not None:
+            line = None if leader.line is None or now is None else line.turned(leader.line.velocity, now)
+        self._fly(body, leader.velocity, line)
 
     def _collide(self, a: int, b: int, coming: PossibleEvent, image: Image) -> None:
         """Exchanges momentum along the line of centres, of the second body's image, or stops both.
@@ -610,24 +589,25 @@ class Attempt:
         closing = -coming.root if coming.root is not None else dx * vx + dy * vy
         response = self._rules.response(a, b)
         gains = self._rules.gains(a, b, self._given_back((a, b), response))
-        head_on = abs(float(closing / distance2.sqrt())) / math.hypot(float(vx), float(vy))
-        self._record(a, b, head_on, image)
+        self._record(a, b, closing / distance2.sqrt(), (vx, vy), image)
         self._last[a] = self._last[b] = self._now
+        # An immovable body keeps its plan, and its line where it has one.
+        still = self._rules.immovable_of(a, b)
+        changed = [(body, partner) for body, partner in ((a, b), (b, a)) if body != still]
         if response.name == "stop":
-            still = self._rules.immovable_of(a, b)
-            for body in (a, b):
-                if body != still:
-                    self._stop(body, still)
+            for body, _ in changed:
+                self._stop(body, still)
         else:
-            share = closing / distance2
             lines: tuple[Line | None, Line | None] = (None, None)
             now = self._now.rational
             if one.line is not None and two.line is not None and now is not None:
                 lines = exchange(one.line, two.line, gains, now, self._shift(image))
-            changes = (a, one, share * gains[0], lines[0]), (b, two, -share * gains[1], lines[1])
-            for body, old, gain, line in changes:
-                self._fly(body, (old.velocity[0] + gain * dx, old.velocity[1] + gain * dy), line)
-        for body, partner in ((a, b), (b, a)):
+            share = closing / distance2
+            for body, old, part, line in (a, one, gains[0], lines[0]), (b, two, -gains[1], lines[1]):
+                if body != still:
+                    x, y = old.velocity
+                    self._fly(body, (x + share * part * dx, y + share * part * dy), line)
+        for body, partner in changed:
             self._enter_walls(body, (0, 1))
             self._enter_pairs(body, partner)
         self._enter_pair(a, b, image)

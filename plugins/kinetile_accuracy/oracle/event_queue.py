@@ -1,8 +1,8 @@
 """The queue of events of an attempt of the oracle, and which of them is next for certain.
 
-Events have numbers, which are their order within one moment (docs/one-answer.md): 0 the next command, 1 an end
-before the contacts of its time, then body by body the walls (left, right, bottom, top), then the pairs by
-their bodies, then the ends of passings by their bodies, and last the end after all of its time.
+Events have numbers, which are their order within one moment (docs/one-answer.md): 0 the next command, 1 an
+end before the contacts of its time, then body by body the walls (left, right, bottom, top), then the pairs by
+their bodies, then the ends of passings, and last the end after all of its time.
 """
 
 from __future__ import annotations
@@ -42,10 +42,10 @@ ORIGIN: Image = (0, 0)
 class PossibleEvent(NamedTuple):
     """An event that is to come.
 
-    ``root`` is the ball of -d.v of two discs when they touch, or of d.v when they part. ``doubt`` says what is not known about an event
-    that may come, and not before its moment's ``low``. ``late`` is whether the bodies overlap already.
-    ``image`` is the one through which two discs meet; None: no contact, but the time up to which all
-    contacts of the two are known.
+    ``root`` is the ball of -d.v of two discs when they touch, or of d.v when they part. ``doubt`` says what
+    is not known about an event that may come, and not before its moment's ``low``. ``late`` is whether the
+    bodies overlap already. ``image`` is the one through which two discs meet; None: no contact, but the time
+    up to which all contacts of the two are known.
     """
 
     moment: EventTime
@@ -64,7 +64,7 @@ class EventQueue:
 
     Attributes:
         end: the number of the end after all events of its time.
-        command: the next command, in words, and its body.
+        commanded: the body of the next command.
     """
 
     def __init__(self, bodies: int, passing: bool = False) -> None:
@@ -73,7 +73,7 @@ class EventQueue:
         self._first_parting = self.pair(bodies, 0)
         self._partings = bodies * bodies if passing else 0
         self.end = self._first_parting + self._partings
-        self.command = ("", -1)
+        self.commanded = -1
         self._low = np.full(self.end + 1, math.inf)
         self._high = np.full(self.end + 1, math.inf)
         self._events: dict[int, list[PossibleEvent]] = {}
@@ -101,7 +101,7 @@ class EventQueue:
     def bodies_of(self, event: int) -> tuple[int, ...]:
         """Returns the bodies of an event."""
         if event == COMMAND:
-            return self.command[1:]
+            return (self.commanded,)
         if event in (END_BEFORE, self.end):
             return ()
         if event < self._first_pair:
@@ -113,7 +113,7 @@ class EventQueue:
         """Returns what an event is, in words."""
         bodies = self.bodies_of(event)
         if event == COMMAND:
-            return f"the {self.command[0]} of disc {bodies[0]}"
+            return f"the command for disc {bodies[0]}"
         if not bodies:
             return "the end"
         if event < self._first_pair:

@@ -2,9 +2,9 @@
 
 The doubles of a scene are rational, and so is the flight of a disc until its first contact at an irrational
 time. Walls and turns keep it rational, and so do contacts in line, whose times are rational, whatever the
-response. As long as two discs fly on rational lines their contact is at p - sqrt(q) with rational p and q, the
-end of their passing at p + sqrt(q), and two such numbers are compared by squaring. A line is given by its position at time 0, not at its last change: a mirror
-then only changes signs, and the numbers do not grow.
+response. As long as two discs fly on rational lines their contact is at p - sqrt(q) with rational p and q,
+the end of their passing at p + sqrt(q), and two such numbers are compared by squaring. A line is given by its
+position at time 0, not at its last change: a mirror then only changes signs, and the numbers do not grow.
 
 All times count from the scene's start. Needs python-flint.
 """
@@ -38,11 +38,6 @@ class Root(NamedTuple):
         if not (above.is_square() and below.is_square()):
             return None
         return self.p - _sign(self.q) * fmpq(above.isqrt(), below.isqrt())
-
-    @property
-    def ball(self) -> arb:
-        """The number as a ball."""
-        return arb(self.p) - _sign(self.q) * arb(abs(self.q)).sqrt()
 
 
 class Line(NamedTuple):
@@ -170,7 +165,7 @@ def same(one: Root, two: Root) -> bool:
 
 def first_root(one: Line, two: Line, reach: fmpq) -> Root:
     """Returns the first time at which two discs are ``reach`` apart, of two that certainly come so near."""
-    a, b, c = _quadratic(one, two, reach, ZERO)
+    a, b, c = quadratic(one, two, reach, ZERO)
     return Root(-b / a, (b * b - a * c) / (a * a))
 
 
@@ -180,24 +175,13 @@ def last_root(one: Line, two: Line, reach: fmpq) -> Root:
     return Root(p, -q)
 
 
-def parting(one: Line, two: Line, reach: fmpq, now: fmpq) -> Root:
-    """Returns when two discs with different velocities that overlap or touch now are last ``reach`` apart."""
-    _, b, c = _quadratic(one, two, reach, now)
-    return Root(now, ZERO) if _sign(c) >= 0 and _sign(b) >= 0 else last_root(one, two, reach)
-
-
-def overlap(one: Line, two: Line, reach: fmpq, at: fmpq) -> bool:
-    """Returns whether two discs are less than ``reach`` apart at a time."""
-    return bool(_quadratic(one, two, reach, at)[2] < 0)
-
-
 def first_contact(one: Line, two: Line, reach: fmpq, now: fmpq) -> Root | None:
     """Returns when two discs, the sum of whose radii is ``reach``, first meet from ``now`` on.
 
     Contact means approach, and tangency is none. Discs that touch or overlap, and approach, meet now, and
     only then is the root ``now`` itself.
     """
-    a, b, c = _quadratic(one, two, reach, now)
+    a, b, c = quadratic(one, two, reach, now)
     if _sign(b) >= 0 or (_sign(c) > 0 and _sign(b * b - a * c) <= 0):
         return None
     return Root(now, ZERO) if _sign(c) <= 0 else Root(now - b / a, (b * b - a * c) / (a * a))
@@ -221,7 +205,7 @@ def exchange(
     )
 
 
-def _quadratic(one: Line, two: Line, reach: fmpq, at: fmpq) -> tuple[fmpq, fmpq, fmpq]:
+def quadratic(one: Line, two: Line, reach: fmpq, at: fmpq) -> tuple[fmpq, fmpq, fmpq]:
     """Returns a, b, c: the squared distance less the squared reach is a t^2 + 2 b t + c, a time t later."""
     (dx, dy), (vx, vy) = _apart(one, two, at)
     return vx * vx + vy * vy, dx * vx + dy * vy, dx * dx + dy * dy - reach * reach

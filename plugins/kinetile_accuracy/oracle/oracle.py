@@ -8,10 +8,10 @@ exactly is settled in rational arithmetic where the bodies still fly on rational
 in line, and whatever flies there for the first time); and what neither settles is reported as undecidable,
 with the time and the bodies. Nothing is guessed.
 
-Contacts at one time come in the order that docs/one-answer.md gives: commands, then walls, then pairs, then ends
-of passings, by the numbers of the bodies, of one pair by image. Contact means approach; tangency is no contact,
-and bodies that touch and approach meet at once. What contacts do is rule 11 of docs/specification.md, at exact
-times in the place of ticks (``rules``).
+Contacts at one time come in the order that docs/one-answer.md gives: commands, then walls, then pairs, then
+ends of passings, by the numbers of the bodies, of one pair by image. Contact means approach; tangency is no
+contact, and bodies that touch and approach meet at once. What happens then is rule 11 of
+docs/specification.md, with exact times in the place of ticks (``rules``).
 """
 
 from __future__ import annotations
@@ -48,8 +48,8 @@ Ending = Literal[
 ]
 """Why a certified run ended: at the given time, after this many contacts, because nothing can
 happen any more, because the caller had seen enough, because an order could not be decided, because contacts
-followed each other in hardly any time, because an inserted body had no room, because bodies flew on and on and
-met nobody, or because it was interrupted."""
+followed each other without end in hardly any time, because an inserted body had no room, because bodies flew
+on and on and met nobody, or because it was interrupted."""
 
 
 class Enclosure(NamedTuple):
@@ -75,10 +75,10 @@ class Enclosure(NamedTuple):
 class CertifiedContact(NamedTuple):
     """A contact of body ``a`` with body ``b`` > a, or with a wall (-1 left, -2 right, -3 bottom, -4 top).
 
-    Of two bodies that pass through each other it is the beginning; the end has 0 <= ``b`` < ``a``. ``time`` is the scene's; ``tied`` is whether the contact before it was at the very same time; ``head_on``
+    Of two bodies that pass through each other it is the beginning; the end has 0 <= ``b`` < ``a``.
+    ``time`` is the scene's; ``tied`` is whether the contact before it was at the very same time; ``head_on``
     is about which part of the relative velocity is along the line of centres, or across the wall: near 0 it
-    is a graze (and 1 for discs that overlapped before they approached each other, or where a passing begins or
-    ends by a command).
+    is a graze (and 1 for discs that overlapped before they approached each other, or in a command's passing).
     """
 
     time: Enclosure
@@ -133,21 +133,17 @@ class CertifiedRun:
             which = ", ".join(map(str, bodies))
             said = f"{what} (near time {time:.17g}, bodies {which})"
             return f"not decidable at {self.bits} bits: {said}"
+        last = self.contacts[-1].time.nearest if self.contacts else None
         return {
             "until": f"complete up to time {self.until!r}",
             "contacts": "complete up to the last of them",
             "quiet": "nothing happens after that",
             "stopped": "complete up to the last of them",
-            "jammed": f"the bodies are jammed: contacts follow each other in hardly any time near {self._last!r}",
+            "jammed": f"the bodies are jammed near time {last!r}: contacts follow each other without end",
             "crowded": "a body that is inserted next has no room",
             "idle": "the bodies fly on and meet nobody for very long: give an end in time",
             "interrupted": "interrupted",
         }.get(self.ended, self.ended)
-
-    @property
-    def _last(self) -> float | None:
-        """The time of the last contact, rounded."""
-        return self.contacts[-1].time.nearest if self.contacts else None
 
 
 class OracleProgress(NamedTuple):

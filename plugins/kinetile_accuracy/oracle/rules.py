@@ -1,9 +1,8 @@
 """What a scene of the oracle says beside flight: masses, responses by kinds, commands at exact times.
 
-Everything here is rational. The oracle has no ticks, and none of its times is rounded. So a command at a time
-comes at that time, one at an exact tick at the beginning of that tick, and ``contact_time`` is compared with
-exact times. That a command, or the end, comes after some contacts of its tick means nothing here: which
-contacts those are depends on the roundings of a run.
+The oracle has no ticks, and none of its times is rounded. So a command at a time comes at that time, and one
+at an exact tick at the beginning of that tick. That a command, or the end, comes after some contacts of its
+tick means nothing here: which contacts those are depends on the roundings of a run.
 
 Needs python-flint.
 """
@@ -11,7 +10,6 @@ Needs python-flint.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 from flint import fmpq
 
@@ -28,29 +26,14 @@ DEEP = exact(1.0 - 1e-12)
 docs/specification.md)."""
 
 
-class End(NamedTuple):
-    """The end of a certified run: its time since the start, and whether contacts at that time come after
-    it."""
-
-    time: fmpq
-    before: bool
-
-
-class Planned(NamedTuple):
-    """A command, and its time since the start."""
-
-    time: fmpq
-    command: Command
-
-
 class Rules:
     """What holds for the bodies of a scene, by their numbers, those to be inserted included.
 
     Attributes:
         count: one more than the largest number of a body.
         radius: of each body.
-        commands: all commands in their order. One whose time is before that of the command before it, since
-            a tick began before the time that is written for that, comes at that time.
+        commands: all commands in their order, each with its time since the start, or that of the command
+            before it if that is later: a tick begins before the times in it.
         passing: whether some bodies may pass through each other.
 
     Raises Refused for a response that the specification does not have, and for commands after contacts.
@@ -75,13 +58,13 @@ class Rules:
             self._kind[each.body] = 0 if each.kind is None else scene.kinds.index(each.kind)
         self._mass = [None if math.isinf(each) else exact(each) for each in mass]
         self._start, self._tick = exact(scene.start), exact(scene.time_unit) / UNIT_TICKS
-        self.commands: list[Planned] = []
+        self.commands: list[tuple[fmpq, Command]] = []
         for command in scene.commands:
             time = exact(command.time) - self._start
             if command.at is not None:
                 time = self.time_of(command.at, f"the command for body {command.body}")
-            before = self.commands[-1].time if self.commands else time
-            self.commands.append(Planned(max(time, before), command))
+            before = self.commands[-1][0] if self.commands else time
+            self.commands.append((max(time, before), command))
 
     def time_of(self, moment: tuple[int, int, int], what: str) -> fmpq:
         """Returns the time since the start of (epoch, tick, contacts); raises Refused where that comes after
@@ -89,20 +72,22 @@ class Rules:
         epoch, tick, contacts = moment
         if contacts:
             raise Refused(
-                f"{what} comes at {moment}, after contacts of its tick, and the oracle has no ticks: in exact "
-                "time those contacts may be before or after it. Give it a time of its own"
+                f"{what} comes at {moment}, after contacts of its tick, and the oracle has no ticks: which "
+                "contacts those are depends on the roundings of a run. Give it a time of its own"
             )
         return (epoch * UNIT_TICKS + tick) * self._tick
 
-    def end(self, scene: Scene, until: float) -> End:
-        """Returns the end at a time; the scene's own end is exact where the scene has an exact one."""
+    def end(self, scene: Scene, until: float) -> tuple[fmpq, bool]:
+        """Returns the time of an end since the start, and whether it comes before the contacts of its time:
+        so does the scene's own end, where that is exact."""
         if until == scene.settings.until and scene.settings.end is not None:
-            return End(self.time_of(scene.settings.end, "the end of the scene"), before=True)
-        return End(exact(until) - self._start, before=False)
+            return self.time_of(scene.settings.end, "the end of the scene"), True
+        return exact(until) - self._start, False
 
     def response(self, a: int, b: int) -> Response:
         """Returns the response of two bodies, or of a body and a wall (b below 0)."""
-        return self._meets[self._kind[a]][self._kind[b] if b >= 0 else -1]
+        response: Response = self._meets[self._kind[a]][self._kind[b] if b >= 0 else -1]
+        return response
 
     def passes(self, a: int, b: int) -> bool:
         """Returns whether two bodies pass through each other."""

@@ -1,0 +1,230 @@
+"""Games drawn from a seed: small scenes in which everything happens that a scene can say.
+
+``draw_game`` draws 3 to 12 discs in a small arena, with walls or periodic along some axes, or without one.
+Most have kinds with responses (elastic, restitution, stop, pass, for pairs and for walls), many have commands
+(turns, insertions, removals), some of these at exact moments (``at``), and some a unit or an exact end. Half
+of them are on a lattice, with dyadic numbers and times, so that many things happen at one tick. Some are
+dense: touching bodies that stop or lose energy between walls and moving bodies of infinite mass; most of
+these jam. Some insertions have no room. ``draw_game_of_shapes`` gives boxes and discs the same rules and
+commands but those that are refused for shapes: passing, insertions, periodic axes."""
+
+from __future__ import annotations
+
+import math
+import random
+from dataclasses import dataclass
+from typing import Any
+
+import box_scenes
+import kinetile as kt
+from kinetile.errors import Refused, SceneError, ZenoError
+
+KINDS = ("ball", "wisp", 7)
+PACES = (-2.0, -1.0, -0.5, 0.0, 0.0, 0.5, 1.0, 2.0)
+LASTS = 8.0
+SOLID = ("elastic", "restitution", "restitution", "stop")
+
+Command = kt.Turn | kt.Insert | kt.Remove
+
+
+def draw_game(seed: int) -> kt.Scene:
+    """Returns the game of a seed, always the same; its settings say when it ends."""
+    rng = random.Random(f"game {seed}")
+    dense, lattice = rng.random() < 0.15, rng.random() < 0.6
+    base = _dense(rng) if dense else _discs(rng, lattice)
+    return _with_end(rng, _with_commands(rng, base, lattice or dense, inserting=True))
+
+
+def draw_game_of_shapes(seed: int) -> kt.Scene:
+    """Returns a game of boxes and discs, always the same for a seed."""
+    rng = random.Random(f"game of shapes {seed}")
+    base = box_scenes.drawn(seed, (3, 4, 6, 8))
+    kinds = [rng.choice(KINDS) for _ in range(len(base))]
+    mass = [math.inf if rng.random() < 0.2 else each for each in base.mass.tolist()]
+    base = base.replace(mass=mass, kind=kinds)
+    for _ in range(5):
+        rules = _responses(rng, [*dict.fromkeys(kinds)], SOLID)
+        try:
+            base = base.replace(responses=rules)
+            break
+        except SceneError:  # two rules with "*" contradict each other
+            continue
+    return _with_end(rng, _with_commands(rng, base, lattice=True, inserting=False))
+
+
+@dataclass(frozen=True)
+class Played:
+    """A game that was played: its contacts as (epoch, tick, a, b), and its end: "end", "no room", "jam", or
+    "contacts" where it was stopped after a number of contacts."""
+
+    contacts: list[tuple[int, int, int, int]]
+    end: str
+    fingerprint: str
+
+
+def play(game: kt.Scene, phase: str = "naive", most: int = 300) -> Played:
+    """Plays a game to its end, or for so many contacts."""
+    sim = kt.Simulation(game, phase)
+    try:
+        sim.run(max_contacts=most)
+        end = "contacts" if len(sim.contacts) >= most else "end"
+    except Refused:
+        end = "no room"
+    except ZenoError:
+        end = "jam"
+    rows = sim.contacts[["epoch", "tick", "a", "b"]].tolist()
+    return Played(rows, end, sim.fingerprint)
+
+
+def _discs(rng: random.Random, lattice: bool) -> kt.Scene:
+    """Discs in free places, which may overlap if they pass through each other."""
+    n = rng.randrange(3, 13)
+    sides = (rng.choice((3.0, 4.0, 5.0)), rng.choice((3.0, 4.0, 6.0)))
+    if not lattice:
+        sides = (sides[0] * rng.uniform(0.9, 1.1), sides[1])
+    room = rng.choice(("walls", "walls", "walls", "periodic", "periodic", "none"))
+    frame: dict[str, Any] = {"start": rng.choice((0.0, 0.0, 0.5, -2.0))}
+    if room != "none":
+        frame["arena"] = sides
+    if room == "periodic":
+        frame["periodic"] = rng.choice(("x", "y", "xy", "xy"))
+    kinds = rng.choice((KINDS, KINDS, KINDS[:2], (0,)))
+    if rng.random() < 0.85:
+        frame["kinds"] = kinds
+        frame["responses"] = _responses(rng, kinds, (*SOLID, "pass", "pass"))
+    else:
+        kinds = (0,)
+    masses = rng.choice(((1.0,), (1.0, 2.0, 0.5), (1.0, 3.0, math.inf)))
+    bodies: dict[str, Any] = {"position": [], "velocity": [], "radius": [], "mass": [], "kind": []}
+    for _ in range(20 * n):
+        if len(bodies["mass"]) == n:
+            break
+        body = {
+            "position": _place(rng, sides, lattice, frame.get("periodic", "")),
+            "velocity": _pace(rng, lattice),
+            "radius": rng.choice((0.25, 0.25, 0.375, 0.5)) if lattice else rng.uniform(0.1, 0.5),
+            "mass": rng.choice(masses),
+            "kind": rng.choice(kinds),
+        }
+        more: dict[str, Any] = {key: [*bodies[key], body[key]] for key in bodies}
+        try:
+            kt.Scene(**more, **frame)
+        except SceneError:
+            if not bodies["mass"]:  # no room is not the reason: two rules with "*" contradict each other
+                frame["responses"] = _responses(rng, kinds, (*SOLID, "pass"))
+            continue
+        bodies = more
+    return kt.Scene(**bodies, **frame) if len(bodies["mass"]) >= 3 else _discs(rng, lattice)
+
+
+def _dense(rng: random.Random) -> kt.Scene:
+    """Discs that touch or nearly do, in rows between walls, with a body of infinite mass among them."""
+    columns, rows = rng.randrange(2, 5), rng.randrange(1, 4)
+    n = max(3, columns * rows - rng.randrange(2))
+    radius = rng.choice((0.5, 0.5, 0.4375))
+    mass = [1.0] * n
+    mass[rng.randrange(n)] = math.inf
+    response = rng.choice(("stop", "restitution", "restitution"))
+    walls = rng.choice(("stop", "elastic", "restitution"))
+    position = [(0.5 + i % columns, 0.5 + i // columns) for i in range(n)]
+    velocity = [(rng.choice(PACES), rng.choice(PACES)) for _ in range(n)]
+    arena = (float(columns), float(math.ceil(n / columns)))
+    rules = {("*", "*"): _response(rng, response), ("*", "wall"): _response(rng, walls)}
+    return kt.Scene(position, velocity, radius, mass, arena=arena, responses=rules)
+
+
+def _responses(rng: random.Random, kinds: Any, names: Any) -> dict[Any, Any]:
+    """A few rules for some of the kinds, and for walls; those with "*" may contradict each other."""
+    rules: dict[Any, Any] = {}
+    for _ in range(rng.randrange(1, 5)):
+        pair = (rng.choice(kinds), rng.choice((*kinds, *kinds, "*")))
+        rules[pair if (pair[1], pair[0]) not in rules else (pair[1], pair[0])] = _response(
+            rng, rng.choice(names)
+        )
+    if rng.random() < 0.3:
+        rules["*", "*"] = _response(rng, rng.choice(names))
+    for side in (rng.choice(kinds), "*"):
+        if rng.random() < 0.4:
+            rules[side, "wall"] = _response(rng, rng.choice(SOLID))
+    return rules
+
+
+def _response(rng: random.Random, name: str) -> kt.Response:
+    if name != "restitution":
+        return kt.Response(name)
+    contact_time = rng.choice((2.0**-20, 0.015625, 0.25, 0.1))
+    return kt.Response(name, e=rng.choice((0.1, 0.5, 0.9, 1.0)), contact_time=contact_time)
+
+
+def _with_commands(rng: random.Random, base: kt.Scene, lattice: bool, *, inserting: bool) -> kt.Scene:
+    """The scene with commands for bodies that are there, and perhaps a unit of its own."""
+    if rng.random() < 0.15:
+        base = base.replace(unit=2.0 ** -rng.randrange(8))
+    if rng.random() < 0.3:
+        return base
+    present, following = [*range(len(base))], len(base)
+    commands: list[Command] = []
+    time = base.start
+    exact = rng.random() < 0.5
+    numbers_written = rng.random() < 0.2
+    for _ in range(rng.randrange(1, 9)):
+        time += rng.choice((0.0, 0.25, 0.5, 1.0)) if lattice else rng.uniform(0.0, 1.0)
+        at = _moment(rng, base, time) if exact and rng.random() < 0.7 else None
+        what = rng.choice(("turn", "turn", "insert", "insert", "remove") if inserting else ("turn", "remove"))
+        command: Command
+        if what == "insert":
+            place = _place(rng, base.arena or (5.0, 4.0), lattice, base.periodic)
+            kind = rng.choice((None, *base.kinds)) if base.responses else None
+            number = following + 3 if numbers_written and rng.random() < 0.5 else -1
+            radius, mass = rng.choice((0.125, 0.125, 0.25)), rng.choice((1.0, 1.0, 2.0))
+            command = kt.Insert(time, place, _pace(rng, lattice), radius, mass, number, at, kind)
+        elif what == "turn":
+            command = kt.Turn(rng.choice(present), time, _pace(rng, lattice), at)
+        else:
+            command = kt.Remove(rng.choice(present), time, at)
+        if _accepts(base, [*commands, command]):
+            commands.append(command)
+            if what == "insert":
+                following += 1 if number < 0 else 4
+                present.append(following - 1)
+            elif what == "remove" and len(present) > 1:
+                present.remove(command.body)
+    return base.replace(commands=commands)
+
+
+def _accepts(base: kt.Scene, commands: list[Command]) -> bool:
+    try:
+        base.replace(commands=commands)
+    except SceneError:  # a body that is not there then, as commands of one tick come in the order of their k
+        return False
+    return True
+
+
+def _moment(rng: random.Random, base: kt.Scene, time: float) -> tuple[int, int, int]:
+    """The tick of a time, after some contacts of it."""
+    ticks = math.floor((time - base.start) / base.time_unit * 2**52)
+    return (ticks >> 52, ticks & (2**52 - 1), rng.choice((0, 0, 1, 2, 5)))
+
+
+def _with_end(rng: random.Random, game: kt.Scene) -> kt.Scene:
+    """The game with its end: a time, or exactly after some contacts of the tick of a time."""
+    if rng.random() < 0.8:
+        return game.replace(settings=kt.Settings(until=game.start + LASTS))
+    time = game.start + rng.choice((1.0, 2.0, 2.5, 4.0))
+    return game.replace(settings=kt.Settings(until=time, end=_moment(rng, game, time)))
+
+
+def _place(
+    rng: random.Random, sides: tuple[float, float], lattice: bool, periodic: str
+) -> tuple[float, float]:
+    place = [rng.randrange(1, int(4 * side)) / 4 if lattice else rng.uniform(0.0, side) for side in sides]
+    for axis, side in enumerate(sides):
+        if "xy"[axis] in periodic and rng.random() < 0.2:
+            place[axis] += side * rng.choice((-2, -1, 1))
+    return (place[0], place[1])
+
+
+def _pace(rng: random.Random, lattice: bool) -> tuple[float, float]:
+    if lattice:
+        return (rng.choice(PACES), rng.choice(PACES))
+    return (rng.gauss(0.0, 1.0), rng.gauss(0.0, 1.0))
