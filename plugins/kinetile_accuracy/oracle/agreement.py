@@ -80,8 +80,7 @@ class Agreement:
 
     Attributes:
         bodies: how many discs there are, those that are inserted included.
-        contacts: how many contacts agree, from the first on, in order, beginnings and ends of passings
-            included.
+        contacts: how many contacts agree, from the first on, in order; ends of passings are some, too.
         compared: how many contacts of the run were compared.
         disc_contacts: those of two discs among the ones that agree.
         a, b: the bodies of each contact that agrees, (contacts,).

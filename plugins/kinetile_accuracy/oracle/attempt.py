@@ -162,11 +162,8 @@ class Attempt:
         wall = self._queue.wall_of(event)
         a, b = wall or self._queue.bodies_of(event)
         meeting = event if wall is not None else self._queue.pair(a, b)
-        self._touched.update(
-            (meeting, each.image)
-            for each in self._queue.get(event)
-            if each.image is not None and self._is_due(each)
-        )
+        due = (each.image for each in self._queue.get(event) if self._is_due(each))
+        self._touched.update((meeting, image) for image in due if image is not None)
         self._queue.put(event)
         if wall is not None:
             self._bounce(a, b, coming)
@@ -234,8 +231,7 @@ class Attempt:
         return coming.moment is self._now and not (coming.doubt or coming.late)
 
     def _touches(self, event: int, image: Image = ORIGIN) -> bool:
-        """Returns whether bodies touch now for certain: they rested there, met now, or were about to, or to
-        part."""
+        """Returns whether bodies touch now for certain: they rest there, have met, or are to meet or part."""
         if (event, image) in self._touched:
             return True
         due = [*self._queue.get(event)]
@@ -544,8 +540,7 @@ class Attempt:
         return exact(response.options["e"])
 
     def _bounce(self, body: int, wall: int, coming: PossibleEvent) -> None:
-        """Mirrors a body's plan at a wall, or makes it slower; one that is in the wall already turns back
-        where it is."""
+        """Mirrors a body's plan at a wall, or makes it slower; one in the wall turns back where it is."""
         old, axis = self._plans[body], wall // 2
         response = self._rules.response(body, -1 - wall)
         back = self._given_back((body,), response)
