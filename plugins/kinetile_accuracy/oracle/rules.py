@@ -14,7 +14,7 @@ import math
 from flint import fmpq
 
 from kinetile.errors import Refused
-from kinetile.scene import Command, Insert, Response, Scene
+from kinetile.scene import Insert, Remove, Response, Scene, Turn
 from kinetile_accuracy.oracle.flights import ZERO, exact
 
 KNOWN = ("elastic", "pass", "restitution", "stop")
@@ -58,7 +58,7 @@ class Rules:
             self._kind[each.body] = 0 if each.kind is None else scene.kinds.index(each.kind)
         self._mass = [None if math.isinf(each) else exact(each) for each in mass]
         self._start, self._tick = exact(scene.start), exact(scene.time_unit) / UNIT_TICKS
-        self.commands: list[tuple[fmpq, Command]] = []
+        self.commands: list[tuple[fmpq, Turn | Insert | Remove]] = []
         for command in scene.commands:
             time = exact(command.time) - self._start
             if command.at is not None:
