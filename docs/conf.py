@@ -55,7 +55,7 @@ nitpick_ignore_regex = [
     ("py:.*", r"(collections|concurrent|numpy|pathlib|os|pluggy|hypothesis|np|npt|typing)\..*"),
     ("py:.*", r"ArrayLike.*|NDArray|Floats|Path|PluginManager.*"),
     ("py:.*", r"float64|int64|int32|void|Hook|Kind|Spec|VersionsDiffer|PoolError|RowDisagreement"),
-    ("py:.*", r"kinetile\.(run|kernel)\..*\.(Command|Composition|Entries|F|Held|Parts|SavedPhases)"),
+    ("py:.*", r"kinetile\.(run|kernel)\..*\.(Command|Composition|Entries|F|Held|History|Parts|SavedPhases)"),
     ("py:.*", "Numbers"),
     ("py:.*", r"kinetile[\w.]*\.(Disagreement|DrawnFrom|Enclosure|FirstDifference)"),
     ("py:.*", r"kinetile[\w.]*\.(Oracle|Page|Reference|Section|Subject)"),

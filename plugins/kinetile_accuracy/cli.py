@@ -161,7 +161,7 @@ def _contacts_table(contacts: Sequence[CertifiedContact]) -> Table:
 
     rows = []
     for index, (time, a, b, tied, head_on) in enumerate(contacts):
-        partner = f"disc {b}" if b >= 0 else f"{WALLS[b]} wall"
+        partner = f"{WALLS[b]} wall" if b in WALLS else f"disc {b}" if a < b else f"disc {b}, parting"
         same = "same time" if tied else ""
         rows.append((f"{index}", time.decimal(), same, f"{a}", partner, f"{head_on:.6f}"))
     if len(rows) > 2 * SHOWN:

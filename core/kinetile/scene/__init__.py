@@ -9,7 +9,6 @@ from kinetile.scene.commands import Turn as Turn
 from kinetile.scene.responses import Response as Response
 from kinetile.scene.scene import Scene as Scene
 from kinetile.scene.scene import Settings as Settings
-from kinetile.scene.scene import only_turns as only_turns
 from kinetile.scene.scene import relabelled as relabelled
 from kinetile.scene.scene import spacious as spacious
 from kinetile.scene.scene import standing as standing

@@ -16,7 +16,7 @@ from typing import Any, ClassVar, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import Mistake, Refused, SceneError, one_of
+from kinetile.errors import Mistake, SceneError, one_of
 from kinetile.kernel.clock import Clock, time_unit
 from kinetile.kernel.log import ANSWER
 from kinetile.scene.bodies import Numbers, check_bodies, read_arrays
@@ -462,17 +462,6 @@ def spacious(scene: Scene, capacity: int | None = None) -> Scene:
     copy = relabelled(scene)
     copy.__dict__["_capacity"] = max(2 * len(scene), LEAST) if capacity is None else capacity
     return copy
-
-
-def only_turns(scene: Scene, who: str) -> None:
-    """Raises Refused if a scene has more than elastic contacts and turns at times of their own: ``who``
-    supports nothing else."""
-    odd = [each for each in scene.commands if not isinstance(each, Turn) or each.at is not None]
-    what = "bodies that come or go, or commands at exact ticks" if odd else None
-    what = "responses, or bodies that nothing can move" if scene.ruled else what
-    what = "bodies of other shapes than discs" if scene.shapes else what
-    if what is not None:
-        raise Refused(f"{who} follows scenes whose bodies turn at most, and this scene has {what}")
 
 
 def with_commands(

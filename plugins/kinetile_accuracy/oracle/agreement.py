@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 import statistics
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
@@ -23,6 +24,7 @@ import numpy.typing as npt
 
 from kinetile.errors import KinetileError, Refused
 from kinetile.kernel.log import WALLS
+from kinetile.scene import Insert, Remove, Turn
 from kinetile_accuracy.oracle.oracle import (
     CAP_BITS,
     CertifiedContact,
@@ -77,8 +79,8 @@ class Agreement:
     """The result of comparing a run with the oracle.
 
     Attributes:
-        bodies: how many discs there are.
-        contacts: how many contacts agree, from the first on, in order.
+        bodies: how many discs there are, those that are inserted included.
+        contacts: how many contacts agree, from the first on, in order; ends of passings are some, too.
         compared: how many contacts of the run were compared.
         disc_contacts: those of two discs among the ones that agree.
         a, b: the bodies of each contact that agrees, (contacts,).
@@ -203,8 +205,8 @@ def certify(
 
     Raises:
         MissingExtra: python-flint is not installed.
-        Refused: the oracle cannot follow what the simulation simulates: phases of other kinds, too many
-            bodies, or interactive turns.
+        Refused: the oracle cannot follow what the simulation simulates: phases or responses of other kinds,
+            too many bodies, or interactive commands.
         ValueError: the simulation keeps no contacts, ``until`` is not a finite time from the scene's start
             on, or ``max_contacts`` is negative.
     """
@@ -216,11 +218,12 @@ def certify(
     _ = sim.contacts  # which refuses where none are kept: before anything is run
     oracle = oracle or Oracle(sim.scene, sim.narrow_phases)
     fault = _run_on(sim, until, max_contacts)
-    planned = sum(turn.time <= sim.time for turn in sim.scene.turns)
-    if sim.readings.turns > planned or sim.readings.inserted or sim.readings.removed:
+    planned = Counter(type(each) for each in sim.scene.commands if each.time <= sim.time)
+    done = sim.readings
+    if done.turns > planned[Turn] or done.inserted > planned[Insert] or done.removed > planned[Remove]:
         raise Refused(
-            "bodies were turned by hand, or came or went, and the oracle knows only the turns of the scene: "
-            "put them there"
+            "bodies were turned by hand, or came or went so, and the oracle knows only the commands of the "
+            "scene: put them there"
         )
     end = sim.time if until is None else min(until, sim.time)
     contacts = sim.contacts
@@ -240,7 +243,7 @@ def certify(
     return agreement(
         contacts,
         run,
-        bodies=len(sim.scene),
+        bodies=len(sim.scene) + planned[Insert],
         start=start,
         time_unit=sim.time_unit,
         end=end,
@@ -328,4 +331,6 @@ def _extremes(errors: Floats) -> dict[str, float]:
 
 
 def _bodies_met(a: int, b: int) -> str:
-    return f"disc {a} with the {WALLS[b]} wall" if b in WALLS else f"discs {a} and {b}"
+    if b in WALLS:
+        return f"disc {a} with the {WALLS[b]} wall"
+    return f"discs {a} and {b}" if a < b else f"the parting of discs {b} and {a}"

@@ -1,7 +1,8 @@
 """The queue of events of an attempt of the oracle, and which of them is next for certain.
 
-Events have numbers, which are their order within one moment (docs/one-answer.md): 0 the next turn, then body
-by body the walls (left, right, bottom, top), then the pairs by their bodies, and last the end.
+Events have numbers, which are their order within one moment (docs/one-answer.md): 0 the next command, 1 an
+end before the contacts of its time, then body by body the walls (left, right, bottom, top), then the pairs by
+their bodies, then the ends of passings, and last the end after all of its time.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from flint import arb
 
 from kinetile_accuracy.oracle.flights import EventTime, same
 
-TURN = 0
+COMMAND, END_BEFORE = 0, 1
 
 _Place = tuple[int, int]
 """Where an event is in the queue: its number, and which of its images."""
@@ -41,10 +42,10 @@ ORIGIN: Image = (0, 0)
 class PossibleEvent(NamedTuple):
     """An event that is to come.
 
-    ``root`` is the ball of -d.v of two discs when they touch. ``doubt`` says what is not known about an event
-    that may come, and not before its moment's ``low``. ``late`` is whether the bodies overlap already.
-    ``image`` is the one through which two discs meet; None: no contact, but the time up to which all
-    contacts of the two are known.
+    ``root`` is the ball of -d.v of two discs when they touch, or of d.v when they part. ``doubt`` says what
+    is not known about an event that may come, and not before its moment's ``low``. ``late`` is whether the
+    bodies overlap already. ``image`` is the one through which two discs meet; None: no contact, but the time
+    up to which all contacts of the two are known.
     """
 
     moment: EventTime
@@ -57,49 +58,69 @@ class PossibleEvent(NamedTuple):
 class EventQueue:
     """The events that are to come, by their numbers; of two bodies several, in the order of their images.
 
+    Args:
+        bodies: one more than their largest number.
+        passing: whether some of them may pass through each other.
+
     Attributes:
-        end: the number of the end.
-        turning: the body of the next turn.
+        end: the number of the end after all events of its time.
+        commanded: the body of the next command.
     """
 
-    def __init__(self, bodies: int) -> None:
+    def __init__(self, bodies: int, passing: bool = False) -> None:
         self._n = bodies
         self._first_pair = self.wall(bodies, 0)
-        self.end = self.pair(bodies, 0)
-        self.turning = -1
+        self._first_parting = self.pair(bodies, 0)
+        self._partings = bodies * bodies if passing else 0
+        self.end = self._first_parting + self._partings
+        self.commanded = -1
         self._low = np.full(self.end + 1, math.inf)
         self._high = np.full(self.end + 1, math.inf)
         self._events: dict[int, list[PossibleEvent]] = {}
 
     def wall(self, body: int, wall: int) -> int:
         """Returns the number of a body's contact with a wall: 0 left, 1 right, 2 bottom, 3 top."""
-        return 1 + 4 * body + wall
+        return 2 + 4 * body + wall
 
     def pair(self, a: int, b: int) -> int:
         """Returns the number of the contact of two bodies, a < b."""
         return self._first_pair + a * self._n + b
 
+    def parting(self, a: int, b: int) -> int:
+        """Returns the number of the end of the passing of two bodies, a < b."""
+        return self.pair(a, b) + self._partings
+
+    def is_parting(self, event: int) -> bool:
+        """Returns whether an event is the end of a passing."""
+        return self._first_parting <= event < self.end
+
     def wall_of(self, event: int) -> tuple[int, int] | None:
         """Returns the body and the wall of a contact with a wall; None for other events."""
-        return divmod(event - 1, 4) if TURN < event < self._first_pair else None
+        return divmod(event - 2, 4) if END_BEFORE < event < self._first_pair else None
 
     def bodies_of(self, event: int) -> tuple[int, ...]:
         """Returns the bodies of an event."""
-        if event == TURN:
-            return (self.turning,)
+        if event == COMMAND:
+            return (self.commanded,)
+        if event in (END_BEFORE, self.end):
+            return ()
         if event < self._first_pair:
-            return ((event - 1) // 4,)
-        return () if event == self.end else divmod(event - self._first_pair, self._n)
+            return ((event - 2) // 4,)
+        first = self._first_parting if self.is_parting(event) else self._first_pair
+        return divmod(event - first, self._n)
 
     def name_of(self, event: int) -> str:
         """Returns what an event is, in words."""
         bodies = self.bodies_of(event)
-        if event == TURN:
-            return f"the turn of disc {bodies[0]}"
+        if event == COMMAND:
+            return f"the command for disc {bodies[0]}"
+        if not bodies:
+            return "the end"
         if event < self._first_pair:
-            wall = ("left", "right", "bottom", "top")[(event - 1) % 4]
+            wall = ("left", "right", "bottom", "top")[(event - 2) % 4]
             return f"disc {bodies[0]} and the {wall} wall"
-        return f"discs {bodies[0]} and {bodies[1]}" if bodies else "the end"
+        parting = "the parting of " if self.is_parting(event) else ""
+        return f"{parting}discs {bodies[0]} and {bodies[1]}"
 
     def get(self, event: int) -> Sequence[PossibleEvent]:
         """Returns the known part of an event, through each image; empty: it is not to come."""

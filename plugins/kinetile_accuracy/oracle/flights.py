@@ -1,10 +1,10 @@
 """Flight plans and times of the oracle: in balls, and, where they are rational, exactly.
 
 The doubles of a scene are rational, and so is the flight of a disc until its first contact at an irrational
-time. Walls and turns keep it rational, and so do contacts in line, whose times are rational. As long as two
-discs fly on rational lines their contact is at p - sqrt(q) with rational p and q, and two such numbers are
-compared by squaring. A line is given by its position at time 0, not at its last change: a mirror
-then only changes signs, and the numbers do not grow.
+time. Walls and turns keep it rational, and so do contacts in line, whose times are rational, whatever the
+response. As long as two discs fly on rational lines their contact is at p - sqrt(q) with rational p and q,
+the end of their passing at p + sqrt(q), and two such numbers are compared by squaring. A line is given by its
+position at time 0, not at its last change: a mirror then only changes signs, and the numbers do not grow.
 
 All times count from the scene's start. Needs python-flint.
 """
@@ -26,7 +26,7 @@ Number = TypeVar("Number", arb, fmpq)
 
 
 class Root(NamedTuple):
-    """The number p - sqrt(q), q >= 0."""
+    """The number p - sqrt(q), or p + sqrt(-q) where q < 0."""
 
     p: fmpq
     q: fmpq
@@ -34,10 +34,10 @@ class Root(NamedTuple):
     @property
     def rational(self) -> fmpq | None:
         """The number, where it is rational."""
-        above, below = self.q.numerator, self.q.denominator
+        above, below = abs(self.q.numerator), self.q.denominator
         if not (above.is_square() and below.is_square()):
             return None
-        return self.p - fmpq(above.isqrt(), below.isqrt())
+        return self.p - _sign(self.q) * fmpq(above.isqrt(), below.isqrt())
 
 
 class Line(NamedTuple):
@@ -60,7 +60,7 @@ class Line(NamedTuple):
 
     def mirrored(self, axis: int, place: fmpq) -> Line:
         """Returns the line mirrored at a place on an axis."""
-        return Line(_with(self.place, axis, 2 * place - self.place[axis]), _flipped(self.velocity, axis))
+        return Line(with_axis(self.place, axis, 2 * place - self.place[axis]), _flipped(self.velocity, axis))
 
 
 class BallPlan(NamedTuple):
@@ -80,6 +80,13 @@ class BallPlan(NamedTuple):
         (x, y), (vx, vy) = line
         return cls((arb(x), arb(y)), (arb(vx), arb(vy)), arb(0), line)
 
+    def beside(self, other: BallPlan) -> bool:
+        """Returns whether two plans certainly have one velocity."""
+        if self.line is not None and other.line is not None:
+            return self.line.velocity == other.line.velocity
+        (vx, vy), (wx, wy) = self.velocity, other.velocity
+        return self.velocity is other.velocity or (vx == wx and vy == wy)
+
     def at(self, time: arb) -> tuple[arb, arb]:
         """Returns the position at a time."""
         since = time - self.anchor
@@ -87,7 +94,7 @@ class BallPlan(NamedTuple):
 
     def mirrored(self, axis: int, place: fmpq) -> BallPlan:
         """Returns the plan mirrored at a place on an axis; its anchor stays."""
-        mirror = _with(self.place, axis, arb(2 * place) - self.place[axis])
+        mirror = with_axis(self.place, axis, arb(2 * place) - self.place[axis])
         line = None if self.line is None else self.line.mirrored(axis, place)
         return BallPlan(mirror, _flipped(self.velocity, axis), self.anchor, line)
 
@@ -97,7 +104,7 @@ class BallPlan(NamedTuple):
         line, now = self.line, time.rational
         if line is not None:
             line = None if now is None else line.turned(_flipped(line.velocity, axis), now)
-        place = _with(self.place, axis, self.place[axis] + passed)
+        place = with_axis(self.place, axis, self.place[axis] + passed)
         return BallPlan(place, _flipped(self.velocity, axis), self.anchor, line)
 
 
@@ -146,20 +153,26 @@ def exact(number: float) -> fmpq:
 def same(one: Root, two: Root) -> bool:
     """Returns whether two roots are one number.
 
-    sqrt(q) - sqrt(q') = p - p' = d holds if and only if both sides have one sign and one square:
-    2 sqrt(q q') = q + q' - d^2.
+    With r and r' for sqrt(q) and sqrt(q'), or -sqrt(-q), r - r' = p - p' = d holds if and only if both sides
+    have one sign and one square: 2 r r' = |q| + |q'| - d^2.
     """
     d = one.p - two.p
     if _sign(d) != _sign(one.q - two.q):
         return False
-    rest = (one.q + two.q - d * d) / 2
-    return _sign(rest) >= 0 and rest * rest == one.q * two.q
+    rest = (abs(one.q) + abs(two.q) - d * d) / 2
+    return _sign(rest) == _sign(one.q * two.q) and rest * rest == abs(one.q * two.q)
 
 
 def first_root(one: Line, two: Line, reach: fmpq) -> Root:
     """Returns the first time at which two discs are ``reach`` apart, of two that certainly come so near."""
-    a, b, c = _quadratic(one, two, reach, ZERO)
+    a, b, c = quadratic(one, two, reach, ZERO)
     return Root(-b / a, (b * b - a * c) / (a * a))
+
+
+def last_root(one: Line, two: Line, reach: fmpq) -> Root:
+    """Returns the last time at which two discs are ``reach`` apart, of two that certainly come so near."""
+    p, q = first_root(one, two, reach)
+    return Root(p, -q)
 
 
 def first_contact(one: Line, two: Line, reach: fmpq, now: fmpq) -> Root | None:
@@ -168,22 +181,23 @@ def first_contact(one: Line, two: Line, reach: fmpq, now: fmpq) -> Root | None:
     Contact means approach, and tangency is none. Discs that touch or overlap, and approach, meet now, and
     only then is the root ``now`` itself.
     """
-    a, b, c = _quadratic(one, two, reach, now)
+    a, b, c = quadratic(one, two, reach, now)
     if _sign(b) >= 0 or (_sign(c) > 0 and _sign(b * b - a * c) <= 0):
         return None
     return Root(now, ZERO) if _sign(c) <= 0 else Root(now - b / a, (b * b - a * c) / (a * a))
 
 
 def exchange(
-    one: Line, two: Line, masses: tuple[fmpq, fmpq], at: fmpq, shift: tuple[fmpq, fmpq] = (ZERO, ZERO)
+    one: Line, two: Line, gains: tuple[fmpq, fmpq], at: fmpq, shift: tuple[fmpq, fmpq] = (ZERO, ZERO)
 ) -> tuple[Line | None, Line | None]:
-    """Returns the lines after an elastic contact at a time, with the second body that far from where it is.
+    """Returns the lines after a contact at a time, with the second body that far from where it is.
 
-    None for one that is not worth keeping.
+    ``gains`` are the parts of the closing speed by which each changes its own. None for a line that is not
+    worth keeping.
     """
     (dx, dy), (vx, vy) = _apart(one, two.moved(shift), at)
-    share = 2 * (dx * vx + dy * vy) / ((dx * dx + dy * dy) * (masses[0] + masses[1]))
-    to_one, to_two = share * masses[1], -share * masses[0]
+    share = (dx * vx + dy * vy) / (dx * dx + dy * dy)
+    to_one, to_two = share * gains[0], -share * gains[1]
     (ax, ay), (bx, by) = one.velocity, two.velocity
     return (
         one.turned((ax + to_one * dx, ay + to_one * dy), at),
@@ -191,7 +205,7 @@ def exchange(
     )
 
 
-def _quadratic(one: Line, two: Line, reach: fmpq, at: fmpq) -> tuple[fmpq, fmpq, fmpq]:
+def quadratic(one: Line, two: Line, reach: fmpq, at: fmpq) -> tuple[fmpq, fmpq, fmpq]:
     """Returns a, b, c: the squared distance less the squared reach is a t^2 + 2 b t + c, a time t later."""
     (dx, dy), (vx, vy) = _apart(one, two, at)
     return vx * vx + vy * vy, dx * vx + dy * vy, dx * dx + dy * dy - reach * reach
@@ -203,7 +217,8 @@ def _apart(one: Line, two: Line, at: fmpq) -> tuple[tuple[fmpq, fmpq], tuple[fmp
     return (two.place[0] - one.place[0] + vx * at, two.place[1] - one.place[1] + vy * at), (vx, vy)
 
 
-def _with(pair: tuple[Number, Number], axis: int, number: Number) -> tuple[Number, Number]:
+def with_axis(pair: tuple[Number, Number], axis: int, number: Number) -> tuple[Number, Number]:
+    """Returns a pair with another number for one axis."""
     return (number, pair[1]) if axis == 0 else (pair[0], number)
 
 

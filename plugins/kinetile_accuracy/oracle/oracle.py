@@ -8,9 +8,10 @@ exactly is settled in rational arithmetic where the bodies still fly on rational
 in line, and whatever flies there for the first time); and what neither settles is reported as undecidable,
 with the time and the bodies. Nothing is guessed.
 
-Contacts at one time come in the order that docs/one-answer.md gives: turns, then walls, then pairs, by the
-numbers of the bodies, of one pair by image. Contact means approach; tangency is no contact, and bodies that
-touch and approach meet at once.
+Contacts at one time come in the order that docs/one-answer.md gives: commands, then walls, then pairs, then
+ends of passings, by the numbers of the bodies, of one pair by image. Contact means approach; tangency is no
+contact, and bodies that touch and approach meet at once. What happens then is rule 11 of
+docs/specification.md, with exact times in the place of ticks (``rules``).
 """
 
 from __future__ import annotations
@@ -42,11 +43,13 @@ MOST_BODIES = 1000
 IDLE = 1 << 17
 """Computations of images since the last contact after which a run without an end in time is given up."""
 
-Ending = Literal["until", "contacts", "quiet", "stopped", "undecidable", "jammed", "idle", "interrupted"]
+Ending = Literal[
+    "until", "contacts", "quiet", "stopped", "undecidable", "jammed", "crowded", "idle", "interrupted"
+]
 """Why a certified run ended: at the given time, after this many contacts, because nothing can
 happen any more, because the caller had seen enough, because an order could not be decided, because contacts
-followed each other without end at one time, because bodies flew on and on and met nobody, or because it was
-interrupted."""
+followed each other without end in hardly any time, because an inserted body had no room, because bodies flew
+on and on and met nobody, or because it was interrupted."""
 
 
 class Enclosure(NamedTuple):
@@ -72,9 +75,10 @@ class Enclosure(NamedTuple):
 class CertifiedContact(NamedTuple):
     """A contact of body ``a`` with body ``b`` > a, or with a wall (-1 left, -2 right, -3 bottom, -4 top).
 
+    Of two bodies that pass through each other it is the beginning; the end has 0 <= ``b`` < ``a``.
     ``time`` is the scene's; ``tied`` is whether the contact before it was at the very same time; ``head_on``
     is about which part of the relative velocity is along the line of centres, or across the wall: near 0 it
-    is a graze (and 1 for discs that overlapped before they approached each other).
+    is a graze (and 1 for discs that overlapped before they approached each other, or in a command's passing).
     """
 
     time: Enclosure
@@ -129,12 +133,14 @@ class CertifiedRun:
             which = ", ".join(map(str, bodies))
             said = f"{what} (near time {time:.17g}, bodies {which})"
             return f"not decidable at {self.bits} bits: {said}"
+        last = self.contacts[-1].time.nearest if self.contacts else None
         return {
             "until": f"complete up to time {self.until!r}",
             "contacts": "complete up to the last of them",
             "quiet": "nothing happens after that",
             "stopped": "complete up to the last of them",
-            "jammed": "the bodies are jammed: contacts follow each other without end at one time",
+            "jammed": f"the bodies are jammed near time {last!r}: contacts follow each other without end",
+            "crowded": "a body that is inserted next has no room",
             "idle": "the bodies fly on and meet nobody for very long: give an end in time",
             "interrupted": "interrupted",
         }.get(self.ended, self.ended)
@@ -160,8 +166,9 @@ class Oracle:
 
     Raises:
         MissingExtra: python-flint is not installed.
-        Refused: a narrow phase is neither of the two, not all bodies are discs, or there are too many to
-            compute all pairs.
+        Refused: a narrow phase is neither of the two, not all bodies are discs, there are too many to
+            compute all pairs, a response is not of the specification, or a command comes after contacts of
+            its tick.
 
     ``certified`` is the certified part so far; after an interruption too.
     """
@@ -179,10 +186,13 @@ class Oracle:
             )
         if scene.shapes:
             raise Refused("the oracle certifies contacts of discs, and this scene has bodies of other shapes")
-        if len(scene) > MOST_BODIES:
+        from kinetile_accuracy.oracle.rules import Rules
+
+        self._rules = Rules(scene)
+        if self._rules.count > MOST_BODIES:
             raise Refused(
                 f"the oracle looks at all pairs after each contact and takes up to {MOST_BODIES} bodies, and "
-                f"this scene has {len(scene)}: certify a smaller one"
+                f"this scene has {self._rules.count}, inserted ones included: certify a smaller one"
             )
         self.scene = scene
         self.certified = CertifiedRun((), FIRST_BITS, "interrupted")
@@ -203,6 +213,7 @@ class Oracle:
 
         Args:
             until: up to and at which time; None: the scene's own ``until``, unless ``max_contacts`` is given.
+                If the scene has an exact end at that time, the run ends there, before contacts.
             max_contacts: up to how many contacts.
             cap_bits: the highest precision to try.
             stop: called with the index, a and b of each contact; True: that is enough.
@@ -219,7 +230,7 @@ class Oracle:
             raise ValueError(f"until must be a time from the scene's start on; found {until}")
         self.certified = CertifiedRun((), FIRST_BITS, "interrupted", until)
         most = math.inf if max_contacts is None else max_contacts
-        end = None if until is None else _rational(Fraction(until) - self._start)
+        end = None if until is None else self._rules.end(self.scene, until)
         span = (0.0 if until is None else until - self.scene.start) or math.inf
         bits, failures = FIRST_BITS, []
 
@@ -236,7 +247,7 @@ class Oracle:
             undecidable = None
             with _flint().ctx.workprec(bits):
                 try:
-                    attempt = Attempt(self.scene, end, self._discs, self._walls)
+                    attempt = Attempt(self.scene, self._rules, end, self._discs, self._walls)
                     ended = self._carry_out(attempt, found, images, most, stop, told)
                 except Undecided as doubt:
                     # What stays undecided at the same contact is an exact tie: no number of bits settles it.
@@ -265,21 +276,19 @@ class Oracle:
         told: Callable[[list[CertifiedContact]], None],
     ) -> Ending:
         """Runs an attempt to its end, adding to what was found."""
-        crowd = 200 * len(self.scene) + 2000  # contacts at one time that are taken for a jam
         while len(found) < most:
-            attempt.step()
-            if attempt.ended is not None:
-                return "until" if attempt.ended == "until" else "quiet"
             if len(attempt.met) == len(found):
+                if attempt.ended is not None:
+                    return attempt.ended
                 if attempt.idle > IDLE and self.certified.until is None:
                     return "idle"
+                attempt.step()
                 continue
-            found.append(self._contact(attempt.met[-1]))
-            images.append(attempt.met[-1].image)
+            met = attempt.met[len(found)]
+            found.append(self._contact(met))
+            images.append(met.image)
             if stop is not None and stop(len(found) - 1, found[-1].a, found[-1].b):
                 return "stopped"
-            if attempt.crowd > crowd:
-                return "jammed"
             told(found)
         return "contacts"
 
@@ -302,10 +311,6 @@ def oracle_contacts(
 
 def _flint() -> Any:
     return needed("The certified oracle", "python-flint", "exact", "flint")
-
-
-def _rational(number: Fraction) -> Any:
-    return _flint().fmpq(number.numerator, number.denominator)
 
 
 def _fraction(exact: Any) -> Fraction:
