@@ -40,9 +40,6 @@ class Answers:
         if other:
             raise Refused(f"the specification has {', '.join(_KNOWN)}, and this scene has {', '.join(other)}")
         self.passing = "pass" in used
-        if self.passing and (scene.shapes or scene.periodic):
-            where = "an axis is periodic" if scene.periodic else "bodies have shapes"
-            raise Refused(f"the certifier does not follow bodies that pass through each other where {where}")
         first = scene.kind_numbers[0] if len(scene) else 0
         self._kinds = scene.kind_numbers.tolist() + [int(first)] * (count - len(scene))
         self.masses = scene.mass.tolist() + [1.0] * (count - len(scene))

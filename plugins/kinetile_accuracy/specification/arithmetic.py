@@ -22,6 +22,7 @@ Nothing here is shared with the kernel.
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
@@ -194,10 +195,11 @@ def pair_tick(one: FlightPlan, two: FlightPlan) -> int | None:
 
 
 def image_tick(
-    one: FlightPlan, two: FlightPlan, frame: Frame, barred: Whole | None
+    one: FlightPlan, two: FlightPlan, frame: Frame, left_out: Collection[Whole], earliest: int = 0
 ) -> tuple[int, Whole] | None:
     """Returns the tick of contact of two bodies, the elder first, and through which image (rule 5p); None:
-    none while their plans are kept.
+    none while their plans are kept. Some images are left out, and those with an earlier tick than the
+    ``earliest``.
 
     Asks the images that come within reach in some time, and if none is met in it those of twice that time.
     """
@@ -212,17 +214,17 @@ def image_tick(
             images.append(range(-(high // side), -low // side + 1) if side else range(1))
         found = []
         for image in ((m, n) for m in images[0] for n in images[1]):
-            tick = None if image == barred else PairQuadratic(one, two, frame, image).tick()
-            if tick is not None and tick <= own.since + ticks:
+            tick = None if image in left_out else PairQuadratic(one, two, frame, image).tick()
+            if tick is not None and earliest <= tick <= own.since + ticks:
                 found.append((tick, image))
         if found:
             return min(found)
     return None
 
 
-def parting_tick(one: FlightPlan, two: FlightPlan) -> int | None:
-    """Returns the tick at which two discs part that pass through each other (rule 11); None: none."""
-    course = PairQuadratic(one, two)
+def parting_tick(one: FlightPlan, two: FlightPlan, frame: Frame, image: Whole) -> int | None:
+    """Returns the tick at which two discs part that pass through each other (rule 11p); None: none."""
+    course = PairQuadratic(one, two, frame, image)
     a, b, c = course.a, course.b, course.c
     under = b * b - a * c
     if c > 0 and (b >= 0 or under <= 0):

@@ -160,8 +160,11 @@ class LogCertifier:
     def _first_wrong(self, progress: Callable[[LogProgress], None] | None) -> WrongLine | None:
         """Returns the first line that is wrong."""
         scene, bits = self.scene, unit_bits(self.scene)
-        course = Course(scene)
-        until = self.report.until
+        until, exact = self.report.until, scene.settings.end
+        if exact is None or until != scene.settings.until:
+            course = Course(scene)
+        else:
+            course = Course(scene, ((exact[0] << UNIT_BITS) + exact[1], exact[2]))
         end = None if until is None else tick_of(until, scene.start, bits)
         before, contacts = None, 0
         untimely = self._untimely(bits)
@@ -251,8 +254,9 @@ def certify_log(
         contacts: (m,) rows with the fields epoch, tick, a, b, in their order, such as ``sim.contacts``. Where
             rows have the fields of ``kinetile.LOG``, commands are among them, and the plans after each event
             are compared. Where they have the field time, that is compared too.
-        until: the time up to and at which all contacts must be there, and after which none; None: the lines
-            are checked, and not what comes after the last.
+        until: the time up to and at which all contacts must be there, and after which none; if it is that of
+            the scene's settings, their exact end counts. None: the lines are checked, and not what comes
+            after the last.
         max_contacts: the list is of a run that was ended after this many contacts; with ``until`` there may
             be fewer, and without it only if no more come for a million units.
         fingerprint: what the list says is its own; None: it says none.
@@ -263,7 +267,7 @@ def certify_log(
 
     Raises:
         BadOption: the array has other fields, or ``until`` is before the start.
-        Refused: a response is not specified, or bodies that have shapes or images pass through each other.
+        Refused: a response is not specified.
     """
     certifier = LogCertifier(scene, contacts, until, max_contacts=max_contacts, fingerprint=fingerprint)
     return certifier.run(progress)

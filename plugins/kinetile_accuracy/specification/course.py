@@ -22,6 +22,7 @@ import heapq
 import itertools
 import math
 from collections.abc import Iterable
+from fractions import Fraction
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -46,7 +47,7 @@ from kinetile_accuracy.specification.arithmetic import (
     wall_tick,
 )
 from kinetile_accuracy.specification.bounds import ContactBounds
-from kinetile_accuracy.specification.shapes import Difference, contact
+from kinetile_accuracy.specification.shapes import Difference, contact, overlap, parting
 from kinetile_accuracy.specification.shapes import wall_tick as wall_tick_of
 
 if TYPE_CHECKING:
@@ -72,7 +73,7 @@ class _Entry(NamedTuple):
     """What may come next: compared in this order, which is that of rule 8.
 
     ``b`` is a body, or ``_NOBODY``; at a wall its number, negated. The stamps say which plans of a and b are
-    meant.
+    meant, and the image through which one two part.
     """
 
     tick: int
@@ -81,6 +82,15 @@ class _Entry(NamedTuple):
     b: int
     stamp: int = 0
     other_stamp: int = 0
+    image: Whole = (0, 0)
+
+
+class _Passing(NamedTuple):
+    """Two bodies a < b that pass through each other, and through which image (rule 11p)."""
+
+    a: int
+    b: int
+    image: Whole
 
 
 class _Planned(NamedTuple):
@@ -100,6 +110,8 @@ class _Planned(NamedTuple):
 class Course:
     """The events of a scene, one after the other.
 
+    ``last``: an exact end, a tick and how many contacts of it there are at most (rule 8).
+
     Attributes:
         plans: the present flight plans, by body; the last one of a body that is gone, and any of one that is
             still to come.
@@ -108,8 +120,9 @@ class Course:
         tick: how long a tick is.
     """
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, last: tuple[int, int] | None = None) -> None:
         bits = unit_bits(scene)
+        self._last = last
         self.frame = Frame(scene.arena, bits, scene.periods)
         self._periodic = any(scene.periods)
         self._span = BEAT if self._periodic else SPAN
@@ -125,8 +138,8 @@ class Course:
         self._answers = Answers(scene, count)
         self._shapes = [scene.shapes[each] for each in scene.shape.tolist()] if scene.shapes else None
         self._differences: dict[tuple[Shape, Shape], Difference] = {}
-        self._passing: dict[tuple[int, int], int] = {}  # the elder, the younger; the first tick
-        self._at_once: list[tuple[int, int]] = []  # pairs whose passings begin now, before all else
+        self._passing: dict[_Passing, int] = {}  # with the first tick of each
+        self._at_once: list[_Passing] = []  # those that begin now, before all else
         self._heap = [_Entry(self._span, _ANCHORING, _NOBODY, _NOBODY)]
         self._contacts = _NOBODY, 0  # the tick of the last contact, and how many there were
         self._met = [_NOBODY] * count
@@ -141,11 +154,8 @@ class Course:
         for body, (place, velocity) in enumerate(states):
             self._enter(body, tuple(place), tuple(velocity))
         if self._answers.passing:
-            self._at_once = [
-                (a, b)
-                for a, b in itertools.combinations(range(len(scene)), 2)
-                if self._answers.passes(a, b) and self._overlap(a, b, at_start=True)
-            ]
+            pairs = itertools.combinations(range(len(scene)), 2)
+            self._at_once = self._overlaps(pairs, at_start=True)
         for body in range(len(scene)):
             self._schedule([body])
         heapq.heapify(self._heap)
@@ -154,19 +164,21 @@ class Course:
         """Returns the next event up to and at a tick, which has not happened yet; None: there is none."""
         heap = self._heap
         if self._at_once:
-            return CourseEvent(self.now, *self._at_once[0])
+            return CourseEvent(self.now, *self._at_once[0][:2])
         while heap and min(heap[0].tick, self._commands[-1].tick if self._commands else math.inf) <= end:
             entry = heap[0]
-            tick, kind, a, b, _, _ = entry
-            if not self._is_current(entry) or (kind == _PAIR and (a, b) in self._passing):
+            tick, kind, a, b = entry[:4]
+            if not self._is_current(entry) or (kind == _PAIR and self._has_begun(a, b, tick)):
                 heapq.heappop(heap)  # a pair has an entry for each of the two: the second comes to nothing
             elif self._is_command_next():
                 planned = self._commands[-1]
                 self.now = max(self.now, planned.tick)
                 ending = self._ends_with(planned.command)
                 if ending is not None:
-                    return CourseEvent(self.now, *ending[::-1])
+                    return CourseEvent(self.now, ending.b, ending.a)
                 return planned.event if self._has_room(planned.command) else None
+            elif kind >= _WALL and self._last is not None and self._last <= (tick, self._so_far(tick)):
+                return None
             elif kind == _BOUND:
                 heapq.heappop(heap)
                 self.now = max(self.now, tick)
@@ -189,7 +201,11 @@ class Course:
         (tick, after, _), head = self._commands[-1], self._heap[0]
         if head.tick != tick or head.kind < _WALL:
             return tick < head.tick
-        return after <= (self._contacts[1] if self._contacts[0] == tick else 0)
+        return after <= self._so_far(tick)
+
+    def _so_far(self, tick: int) -> int:
+        """Returns how many contacts of a tick there were."""
+        return self._contacts[1] if self._contacts[0] == tick else 0
 
     def _has_room(self, command: Turn | Insert | Remove) -> bool:
         """Returns whether a body that is inserted now has room (rule 9); of another command always."""
@@ -212,19 +228,36 @@ class Course:
                 return False
         return True
 
-    def _ends_with(self, command: Turn | Insert | Remove) -> tuple[int, int] | None:
+    def _ends_with(self, command: Turn | Insert | Remove) -> _Passing | None:
         """Returns the first of the passings that end before a command, since its body goes; None: none."""
         if not isinstance(command, Remove):
             return None
-        return min((pair for pair in self._passing if command.body in pair), default=None)
+        return min((each for each in self._passing if command.body in each[:2]), default=None)
 
-    def _overlap(self, a: int, b: int, at_start: bool = False) -> bool:
-        """Returns whether two bodies overlap so that their passing begins at once (rule 11)."""
-        one, two = self._anchored(a), self._anchored(b)
-        dx, dy = two.x - one.x, two.y - one.y
-        reach = (self._radius[a] + self._radius[b]) * (1.0 - 1e-12)
-        square = dx * dx + dy * dy
-        return bool(math.sqrt(square) < reach if at_start else square < reach * reach)
+    def _overlaps(self, pairs: Iterable[tuple[int, int]], at_start: bool = False) -> list[_Passing]:
+        """Returns the passings that begin at once, since bodies overlap (rules 11 and 11p)."""
+        found = []
+        for a, b in pairs:
+            if not self._answers.passes(a, b):
+                continue
+            one, two = self._anchored(a), self._anchored(b)
+            m = self._difference(a, b)
+            if m is not None:
+                size = Fraction(self._radius[a]) + Fraction(self._radius[b])
+                found += [_Passing(a, b, (0, 0))] if overlap(m, one, two, size) else []
+                continue
+            reach = (self._radius[a] + self._radius[b]) * (1.0 - 1e-12)
+            # A reach is less than a period, and places are within half a period of 0.
+            sides = ((-1, 0, 1) if period else (0,) for period in self.frame.periods)
+            for side in itertools.product(*sides):
+                image = side[0] + one.turns[0] - two.turns[0], side[1] + one.turns[1] - two.turns[1]
+                right, up = self._away(one, two, image)
+                dx, dy = (two.x - one.x) + right, (two.y - one.y) + up
+                square = dx * dx + dy * dy
+                by_root = at_start and not self._periodic
+                if math.sqrt(square) < reach if by_root else square < reach * reach:
+                    found.append(_Passing(a, b, image))
+        return found
 
     def _there(self) -> Iterable[int]:
         """Returns the bodies that are there."""
@@ -233,7 +266,7 @@ class Course:
     def carry_out(self) -> None:
         """Carries out the event that ``next`` has returned last."""
         if self._at_once:
-            self._begin_passing(*self._at_once.pop(0))
+            self._begin_passing(self._at_once.pop(0))
             return
         if self._is_command_next():
             ending = self._ends_with(self._commands[-1].command)
@@ -243,19 +276,21 @@ class Course:
                 self._count(self.now)
                 del self._passing[ending]
             return
-        tick, kind, a, b, _, _ = heapq.heappop(self._heap)
+        tick, kind, a, b, _, _, image = heapq.heappop(self._heap)
         self.now = tick
         if kind == _PARTING:
             self._count(tick)
-            del self._passing[a, b]
+            del self._passing[_Passing(a, b, image)]
             self._replace_bound(a, b)
             return
         if kind == _PAIR and self._answers.passes(a, b):
-            self._begin_passing(a, b)
+            met = self.meeting(a, b)
+            assert met is not None  # it was when it came to the head
+            self._begin_passing(_Passing(a, b, met[1]))
+            self._replace_bound(a, b)
             return
         one = self._anchored(a)
         velocity = one.vx, one.vy
-        image = (0, 0)
         if kind == _PAIR:
             met = self.meeting(a, b) if self._periodic else None
             image = image if met is None else met[1]
@@ -280,21 +315,25 @@ class Course:
 
     def _count(self, tick: int) -> None:
         """Counts a contact among those of its tick."""
-        last, many = self._contacts
-        self._contacts = tick, many + 1 if last == tick else 1
+        self._contacts = tick, self._so_far(tick) + 1
 
-    def _begin_passing(self, a: int, b: int) -> None:
+    def _begin_passing(self, passing: _Passing) -> None:
         """Begins the passing of two bodies: no plan changes."""
         self._count(self.now)
-        self._passing[a, b] = self.now
-        self._await_parting(a, b)
+        self._passing[passing] = self.now
+        self._await_parting(passing)
 
-    def _await_parting(self, a: int, b: int) -> None:
+    def _await_parting(self, passing: _Passing) -> None:
         """Enters the end of a passing, if it has one by the present plans."""
-        tick = parting_tick(self.plans[a], self.plans[b])
+        a, b, image = passing
+        m = self._difference(a, b)
+        if m is None:
+            tick = parting_tick(self.plans[a], self.plans[b], self.frame, image)
+        else:
+            tick = parting(m, self.plans[a], self.plans[b])
         if tick is not None:
-            tick = max(tick, self._passing[a, b] + 1)
-            heapq.heappush(self._heap, _Entry(tick, _PARTING, a, b, self._stamp[a], self._stamp[b]))
+            tick = max(tick, self._passing[passing] + 1)
+            heapq.heappush(self._heap, _Entry(tick, _PARTING, a, b, self._stamp[a], self._stamp[b], image))
 
     def _carry_out_command(self, planned: _Planned) -> None:
         self.now, _, command = planned
@@ -310,9 +349,8 @@ class Course:
         if isinstance(command, Insert):
             x, y = command.position
             self._enter(body, (x, y), (vx, vy))
-            others = (other for other in self._there() if other != body and self._answers.passes(body, other))
-            pairs = [(min(body, other), max(body, other)) for other in others]
-            self._at_once = [pair for pair in pairs if self._overlap(*pair)]
+            others = (other for other in self._there() if other != body)
+            self._at_once = self._overlaps((min(body, other), max(body, other)) for other in others)
         else:
             self._change(body, self._anchored(body), (vx, vy))
         self._schedule([body])
@@ -331,11 +369,16 @@ class Course:
     def meeting(self, a: int, b: int) -> tuple[int, Whole] | None:
         """Returns the tick of contact of two bodies a < b by their plans, and the image; None: none.
 
-        Without periodic axes that is of two that may be barred; with them the barred image is left out.
+        Without periodic axes that is of two that may be barred, or that pass; with them the images through
+        which they are barred or pass are left out.
         """
         if self._periodic:
-            barred = self._image[a] if self.barred(a, b) else None
-            return image_tick(self.plans[a], self.plans[b], self.frame, barred)
+            left_out = [self._image[a]] if self.barred(a, b) else []
+            earliest = 0
+            if self._answers.passes(a, b):
+                earliest = self.now
+                left_out += [image for one, two, image in self._passing if (one, two) == (a, b)]
+            return image_tick(self.plans[a], self.plans[b], self.frame, left_out, earliest)
         m = self._difference(a, b)
         if m is None:
             tick = pair_tick(self.plans[a], self.plans[b])
@@ -379,7 +422,14 @@ class Course:
 
     def ends(self, a: int, b: int) -> bool:
         """Returns whether bodies a < b pass through each other, so that they are to part."""
-        return (a, b) in self._passing
+        return any(each[:2] == (a, b) for each in self._passing)
+
+    def _has_begun(self, a: int, b: int, tick: int) -> bool:
+        """Returns whether an entry of a tick of contact is of a passing that lasts by now."""
+        if not self._periodic or not self.ends(a, b):
+            return self.ends(a, b)
+        met = self.meeting(a, b)
+        return met is None or met[0] != tick
 
     def is_planned(self, event: CourseEvent) -> bool:
         """Returns whether the scene has a command at a tick, which has not happened yet."""
@@ -387,7 +437,7 @@ class Course:
 
     def _is_current(self, entry: _Entry) -> bool:
         """Returns whether an entry is about the present plans of its bodies."""
-        _, kind, a, b, stamp, other_stamp = entry
+        _, kind, a, b, stamp, other_stamp, _ = entry
         if a == _NOBODY:
             return True
         if self._stamp[a] != stamp:
@@ -408,8 +458,8 @@ class Course:
             met = self.wall(body)
             if met is not None:
                 heapq.heappush(self._heap, _Entry(met[0], _WALL, body, -met[1], self._stamp[body]))
-        for pair in [pair for pair in self._passing if pair[0] in bodies or pair[1] in bodies]:
-            self._await_parting(*pair)
+        for passing in [each for each in self._passing if each.a in bodies or each.b in bodies]:
+            self._await_parting(passing)
         self._bound(bodies)
 
     def _bound(self, bodies: list[int]) -> None:
@@ -417,9 +467,9 @@ class Course:
         for body, waits in zip(bodies, self._bounds.waits(bodies, self.now), strict=True):
             if not self._periodic and self._met[body] != _NOBODY and self.barred(body, self._met[body]):
                 waits[self._met[body]] = np.inf
-            for pair in self._passing:  # asked again when they have parted
-                if body in pair:
-                    waits[sum(pair) - body] = np.inf
+            for a, b, _ in () if self._periodic else self._passing:  # asked again when they have parted
+                if body in (a, b):
+                    waits[a + b - body] = np.inf
             stamp = self._stamp[body]
             rest = HORIZON
             if len(waits) > _FEW:
@@ -444,7 +494,7 @@ class Course:
             self._bound([a])
             return
         a, b = min(a, b), max(a, b)
-        if (a, b) in self._passing:
+        if not self._periodic and self.ends(a, b):
             return
         met = self.meeting(a, b)
         if met is not None and not (met[0] < self.now and self._answers.passes(a, b)):

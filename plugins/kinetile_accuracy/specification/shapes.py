@@ -96,11 +96,32 @@ def contact(m: Difference, one: FlightPlan, two: FlightPlan) -> Contact | None:
     return found and found._replace(tick=course.since + found.tick)
 
 
-def parting_tick(shapes: tuple[Shape, Shape], one: FlightPlan, two: FlightPlan) -> int | None:
+def parting(m: Difference, one: FlightPlan, two: FlightPlan) -> int | None:
     """Returns the tick at which two bodies part that pass through each other (rule 11s); None: none."""
     course = PairQuadratic(one, two)
-    wait = exit_(Difference(*shapes), *_course(course))
+    wait = exit_(m, *_course(course))
     return None if wait is None else course.since + wait
+
+
+def overlap(m: Difference, one: FlightPlan, two: FlightPlan, size: Fraction) -> bool:
+    """Returns whether two bodies overlap by more than 1e-12 of a size, now (rule 11s)."""
+    d, _ = _course(PairQuadratic(one, two))
+    margin = m.radius - Fraction(1e-12) * size
+    return _squared_gap(m, d) < margin * abs(margin)
+
+
+def _squared_gap(m: Difference, d: Exact) -> Fraction:
+    """Returns the square of the distance of a place from a difference, with the sign of the distance."""
+    gaps = [_dot(face.normal, _less(d, face.start)) for face in m.faces]
+    alongs = [_dot(face.way, _less(d, face.start)) for face in m.faces]
+    lengths = [_dot(face.way, face.way) for face in m.faces]
+    squares = [gap * abs(gap) / length for gap, length in zip(gaps, lengths, strict=True)]
+    if m.faces and max(gaps) <= 0 and (len(m.faces) > 2 or 0 <= alongs[0] <= lengths[0]):
+        return max(squares)
+    for square, along, length in zip(squares, alongs, lengths, strict=True):
+        if square > 0 and 0 <= along <= length:
+            return square
+    return min(_dot(away, away) for away in (_less(d, corner) for corner in m.corners))
 
 
 def _course(course: PairQuadratic) -> tuple[Exact, Exact]:

@@ -12,9 +12,10 @@ from typer.testing import CliRunner
 
 import kinetile as kt
 from games import draw_game
+from judged_games import against_oracle
 from kinetile.cli import app
-from kinetile.errors import Refused, SceneError
-from kinetile_accuracy.oracle.agreement import Agreement, FirstDifference, certify
+from kinetile.errors import Refused
+from kinetile_accuracy.oracle.agreement import FirstDifference
 from kinetile_accuracy.oracle.oracle import CertifiedRun, Oracle, oracle_contacts
 
 pytest.importorskip("flint", reason="the certified oracle needs python-flint")
@@ -292,45 +293,13 @@ def test_the_command_shows_passings(tmp_path: Any) -> None:
 # Games
 
 
-def at_ticks(game: kt.Scene) -> kt.Scene:
-    """The game with its commands at the beginnings of their ticks, in the place of moments after contacts."""
-    settings = kt.Settings(until=game.settings.until)
-    moments = [None if each.at is None else (*each.at[:2], 0) for each in game.commands]
-    commands = [each._replace(at=at) for each, at in zip(game.commands, moments, strict=True)]
-    try:
-        return game.replace(commands=commands, settings=settings)
-    except SceneError:  # a body that is not there then: those of one tick are in another order now
-        return game.replace(commands=[each._replace(at=None) for each in commands], settings=settings)
-
-
-def outcome(game: kt.Scene, found: Agreement) -> str:
-    """How far a run and the oracle agree, and why no further; "strange" where nothing explains it."""
-    differs, oracle = found.disagreement, found.oracle
-    if differs is None:
-        no_room = oracle.ended == "crowded" and "there is no room" in (found.fault or "")
-        all_agree = found.complete or (no_room and found.contacts == found.compared)
-        return "to the end" if all_agree else oracle.ended
-    if found.worst_ticks > 1e6:
-        return "chaos"
-    if abs(differs.ticks_apart) <= 8.0 + 4.0 * found.worst_ticks:
-        return "near tie"
-    if differs.oracle is not None and differs.oracle.head_on < 2.0**-20:
-        return "graze"
-    # In doubles, contacts that are slower and slower come to an end.
-    jam = oracle_contacts(game)
-    at = None if differs.oracle is None else differs.oracle.time.nearest
-    return "jam" if jam.ended == "jammed" and jam.contacts[-1].time.nearest == at else "strange"
-
-
 def outcomes(seeds: range, most: int) -> tuple[Counter[str], list[tuple[int, str]]]:
     """How far so many games agree, and those that do so strangely."""
     many, strange = Counter[str](), []
     for seed in seeds:
-        game = at_ticks(draw_game(seed))
-        sim = kt.Simulation(game, "naive")
-        found = certify(sim, until=game.settings.until, max_contacts=most, cap_bits=1024)
-        many[outcome(game, found)] += 1
-        if outcome(game, found) == "strange":
+        outcome, found = against_oracle(draw_game(seed), most)
+        many[outcome] += 1
+        if outcome == "strange":
             strange.append((seed, str(found)))
     return many, strange
 

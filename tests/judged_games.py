@@ -1,0 +1,229 @@
+"""Games of ``games.py`` judged by all that follows docs/specification.md: ``certify-log`` to the end, the
+certified oracle to its horizon, the second implementation; and forged lists of their contacts, to be found.
+
+``python tests/judged_games.py 500 [FIRST]`` prints how many of so many games agree."""
+
+from __future__ import annotations
+
+import json
+import math
+import random
+import shutil
+import subprocess
+import sys
+import tempfile
+import tomllib
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import games
+import kinetile as kt
+from kinetile.errors import Refused, SceneError, ZenoError
+from kinetile_accuracy import certify_log
+from kinetile_accuracy.oracle.agreement import Agreement, certify
+from kinetile_accuracy.oracle.oracle import oracle_contacts
+
+SECOND = Path(__file__).parent / "second"
+MOST = 300
+"""Contacts of a game that is not at its end before, where it is a quick test."""
+
+JAMMED = 10_000
+"""More than those after which a game of so few bodies that jams is found to be jammed."""
+
+Rows = Any
+
+
+# The certifier
+
+
+def with_end(
+    game: kt.Scene, broad_phase: str = "naive", most: int = MOST
+) -> tuple[kt.Simulation, dict[str, Any]]:
+    """Returns a game that was played, and what ``certify_log`` is told of its end."""
+    sim = kt.Simulation(game, broad_phase)
+    try:
+        sim.run(max_contacts=most)
+    except ZenoError:
+        return sim, {}
+    except Refused:  # there is no room
+        return sim, {"until": game.settings.until}
+    if len(sim.contacts) == most:
+        return sim, {"max_contacts": most}
+    return sim, {"until": game.settings.until}
+
+
+def forgeries(sim: kt.Simulation, end: dict[str, Any], rng: random.Random) -> Iterator[tuple[str, Rows]]:
+    """Yields lists that are not those of a game, by how they were forged."""
+    true, bodies = sim.contacts, len(sim.scene) + len(sim.scene.commands)
+    if len(true) < 4:
+        return
+    at = rng.randrange(len(true) - 2)
+    walls = np.flatnonzero(true["b"] < 0)
+
+    def with_field(where: int, **fields: Any) -> Rows:
+        forged = true.copy()
+        for name, value in fields.items():
+            forged[name][where] = value
+        return forged
+
+    later = rng.choice((-1000, -1, 1, 1000, 2**40))
+    yield "another tick", with_field(at, tick=true["tick"][at] + later)
+    order = [*range(at), at + 1, at, *range(at + 2, len(true))]
+    yield "another order", true[order]
+    yield "left out", np.delete(true, at)
+    yield "twice", np.insert(true, at + 1, true[at : at + 1])
+    a, b = sorted(rng.sample(range(bodies), 2))
+    invented = with_field(at, a=a, b=b)[at : at + 1]
+    if invented.tobytes() != true[at : at + 1].tobytes():
+        yield "invented", np.insert(true, at, invented)
+    other = rng.choice([body for body in range(bodies) if body not in (true["a"][at], true["b"][at])])
+    yield "another body", with_field(at, a=other)
+    if len(walls):
+        where = int(rng.choice(walls.tolist()))
+        wall = rng.choice([wall for wall in (-1, -2, -3, -4) if wall != true["b"][where]])
+        yield "another wall", with_field(where, b=wall)
+    yield "another time", with_field(at, time=np.nextafter(true["time"][at], rng.choice((-99.0, 99.0))))
+    if "until" in end:
+        yield "the last left out", true[:-1]
+
+
+def first_change(true: Rows, forged: Rows) -> int:
+    """Returns the first line that is another one, or missing, or more than there are."""
+    both = min(len(true), len(forged))
+    other = np.flatnonzero([one != two for one, two in zip(true[:both], forged[:both], strict=True)])
+    return int(other[0]) if len(other) else both
+
+
+def forged_and_found(game: kt.Scene, seed: int) -> Iterator[tuple[str, bool]]:
+    """Yields whether each forgery is found, at the line that is the first wrong one."""
+    sim, end = with_end(game)
+    for name, rows in forgeries(sim, end, random.Random(f"forgeries {seed}")):
+        wrong = certify_log(game, rows, **end).wrong
+        yield name, wrong is not None and wrong.index == first_change(sim.contacts, rows)
+    false = ("f" if sim.fingerprint[0] == "0" else "0") + sim.fingerprint[1:]
+    wrong = certify_log(game, sim.contacts, **end, fingerprint=false).wrong
+    yield "another fingerprint", wrong is not None and wrong.index == len(sim.contacts)
+
+
+# The second implementation
+
+
+def node(script: str, *words: str) -> subprocess.CompletedProcess[str]:
+    """Returns what a script of the second implementation has printed."""
+    command = [str(shutil.which("node")), str(SECOND / script), *words]
+    return subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+
+
+def game_tables(game: kt.Scene, folder: Path) -> dict[str, Any]:
+    """Returns the tables of a scene as JSON has them."""
+    kt.save_scene(game, folder / "scene.toml")
+    tables = tomllib.loads((folder / "scene.toml").read_text())
+    for body in tables["bodies"]:
+        if body.get("mass") == math.inf:
+            body["mass"] = "inf"  # JSON has no such number
+    return tables
+
+
+def second_list(
+    tables: dict[str, Any], folder: Path, most: int | None = None
+) -> tuple[list[tuple[int, ...]], str, str]:
+    """Returns the contacts that `run.js` prints, how the answer ends, and the fingerprint."""
+    (folder / "scene.json").write_text(json.dumps(tables, allow_nan=False))
+    done = node("run.js", str(folder / "scene.json"), *(["--contacts", str(most)] if most else []))
+    assert done.returncode == 0, done.stderr
+    *lines, last = done.stdout.splitlines()
+    end = lines.pop() if lines and lines[-1] in ("no room", "jam") else "end"
+    return [tuple(map(int, line.split())) for line in lines], end, last.removeprefix("fingerprint ")
+
+
+def second_agrees(game: kt.Scene, folder: Path, most: int = MOST) -> bool:
+    """Returns whether the second implementation finds the contacts of a game, up to so many, and its end."""
+    wanted = games.play(game, most=most)
+    rows, end, fingerprint = second_list(game_tables(game, folder), folder, most)
+    if wanted.end == "jam":  # kinetile's guard and this one stop at a contact of their own
+        shorter = min(len(rows), len(wanted.contacts))
+        return end == "jam" and rows[:shorter] == wanted.contacts[:shorter]
+    same_end = wanted.end in (end, "contacts")
+    return same_end and rows == wanted.contacts and fingerprint == wanted.fingerprint
+
+
+# The oracle
+
+
+def at_ticks(game: kt.Scene) -> kt.Scene:
+    """The game with its commands at the beginnings of their ticks, in the place of moments after contacts."""
+    settings = kt.Settings(until=game.settings.until)
+    moments = [None if each.at is None else (*each.at[:2], 0) for each in game.commands]
+    commands = [each._replace(at=at) for each, at in zip(game.commands, moments, strict=True)]
+    try:
+        return game.replace(commands=commands, settings=settings)
+    except SceneError:  # a body that is not there then: those of one tick are in another order now
+        return game.replace(commands=[each._replace(at=None) for each in commands], settings=settings)
+
+
+def agrees_with_oracle(game: kt.Scene, found: Agreement) -> str:
+    """How far a run and the oracle agree, and why no further; "strange" where nothing explains it."""
+    differs, oracle = found.disagreement, found.oracle
+    if differs is None:
+        no_room = oracle.ended == "crowded" and "there is no room" in (found.fault or "")
+        all_agree = found.complete or (no_room and found.contacts == found.compared)
+        return "to the end" if all_agree else oracle.ended
+    if found.worst_ticks > 1e6:
+        return "chaos"
+    if abs(differs.ticks_apart) <= 8.0 + 4.0 * found.worst_ticks:
+        return "near tie"
+    if differs.oracle is not None and differs.oracle.head_on < 2.0**-20:
+        return "graze"
+    # In doubles, contacts that are slower and slower come to an end.
+    jam = oracle_contacts(game)
+    at = None if differs.oracle is None else differs.oracle.time.nearest
+    return "jam" if jam.ended == "jammed" and jam.contacts[-1].time.nearest == at else "strange"
+
+
+def against_oracle(game: kt.Scene, most: int) -> tuple[str, Agreement]:
+    """Returns how far a game and the oracle agree, and why no further."""
+    exact = at_ticks(game)
+    found = certify(
+        kt.Simulation(exact, "naive"), until=exact.settings.until, max_contacts=most, cap_bits=1024
+    )
+    return agrees_with_oracle(exact, found), found
+
+
+def main(many: int, first: int) -> int:
+    """Judges so many games, prints what was found, and returns the number of games that failed."""
+    ends, oracle, caught, failed = Counter[str](), Counter[str](), Counter[str](), Counter[str]()
+    contacts, wrong = 0, set()
+    for seed in range(first, first + many):
+        game = games.draw_game(seed)
+        sim, end = with_end(game, most=JAMMED)
+        contacts += len(sim.contacts)
+        ends[next(iter(end), "jam")] += 1
+        outcome, _ = against_oracle(game, 150)
+        oracle[outcome] += 1
+        with tempfile.TemporaryDirectory() as folder:
+            judged = {
+                "cells": with_end(game, "cells", JAMMED)[0].fingerprint == sim.fingerprint,
+                "certify-log": certify_log(game, sim.contacts, **end, fingerprint=sim.fingerprint).right,
+                "the second implementation": second_agrees(game, Path(folder), JAMMED),
+                "the oracle": outcome != "strange",
+            }
+        for name, found in forged_and_found(game, seed):
+            caught[name] += found
+            judged[f"a forgery: {name}"] = found
+        failed.update(name for name, right in judged.items() if not right)
+        if not all(judged.values()):
+            wrong.add(seed)
+            print(f"game {seed}: {', '.join(name for name, right in judged.items() if not right)}")
+    print(f"{many} games, {contacts:,} contacts; ended by {dict(ends)}")
+    print(f"the oracle: {dict(oracle)}")
+    print(f"forgeries found: {dict(caught)}")
+    print(f"failed: {dict(failed) or 'none'}")
+    return len(wrong)
+
+
+if __name__ == "__main__":
+    sys.exit(min(main(int(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 0), 1))

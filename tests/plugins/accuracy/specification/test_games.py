@@ -1,0 +1,54 @@
+"""Games: the certifier agrees with runs of them to their ends, and finds forged lists of their contacts."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import pytest
+
+import kinetile as kt
+from games import draw_game, draw_game_of_shapes
+from judged_games import forged_and_found, with_end
+from kinetile_accuracy import certify_log
+from lanes import first
+
+
+@pytest.mark.small
+@pytest.mark.parametrize("draw", [draw_game, draw_game_of_shapes])
+@pytest.mark.parametrize("seed", first(10, range(500)))
+def test_a_game_is_certified_to_its_end(draw, seed):
+    game = draw(seed)
+    sim, end = with_end(game)
+    found = certify_log(game, sim.contacts, **end, fingerprint=sim.fingerprint)
+    assert found.right, str(found)
+
+
+@pytest.mark.small
+@pytest.mark.parametrize("seeds", first(1, [range(k, k + 20) for k in range(0, 100, 20)]))
+def test_forged_lists_of_games_are_found_at_the_first_wrong_line(seeds):
+    found = Counter()
+    for seed in seeds:
+        for name, is_found in forged_and_found(draw_game(seed), seed):
+            assert is_found, (seed, name)
+            found[name] += 1
+    assert len(found) == 10
+    assert min(found.values()) >= 5
+
+
+def test_at_an_exact_end_so_many_contacts_of_its_tick_are_there():
+    """Three pairs meet at one time; the scene ends after so many of them."""
+    places = [(x, y) for y in (0.5, 1.0, 1.5) for x in (0.25, 0.75)]
+    velocities = [(0.5, 0.0), (-0.5, 0.0)] * 3
+    for after in (0, 1, 2, 3):
+        end = kt.Settings(until=0.25, end=(0, 2**50, after))
+        scene = kt.Scene(places, velocities, 0.125, arena=(2.0, 2.0), settings=end)
+        sim = kt.Simulation(scene, "naive")
+        sim.run()
+        assert len(sim.contacts) == after
+        assert certify_log(scene, sim.contacts, 0.25).right
+        all_three = kt.Simulation(scene.replace(settings=kt.Settings()), "naive")
+        all_three.run(until=0.25)
+        wrong = certify_log(scene, all_three.contacts, 0.25).wrong
+        assert (wrong is None) == (after == 3)
+        assert wrong is None or (wrong.index, wrong.expected) == (after, None)
+        assert after == 0 or not certify_log(scene, sim.contacts[:-1], 0.25).right

@@ -1,0 +1,53 @@
+"""The certifier finds nothing wrong in true lists: of recipes, and of all scenes of the conformance kit."""
+
+from __future__ import annotations
+
+import contextlib
+
+import pytest
+
+import kinetile as kt
+from kinetile.errors import Refused, ZenoError
+from kinetile_accuracy import certify_log
+from kinetile_conformance.cases import horizon
+from kinetile_conformance.drawing import Drawing
+from kinetile_conformance.runner import CHECKS
+from kinetile_conformance.strategies.gallery import gallery
+from lanes import first
+
+RECIPES = sorted(name for name in kt.registry().names("scene") if name != "frame")
+COMPARING = [each for each in CHECKS if each.draws and each.name.startswith("same-contacts")]
+FEWER = {"figure-10": 100, "figure-11": 100, "figure-16": 100, "grid": 100, "grown": 40, "mixture": 100}
+
+
+def is_certified(scene: kt.Scene, until: float, most: int) -> bool:
+    """Returns whether the list of a run is right, to its end where it is there before so many contacts."""
+    sim = kt.Simulation(scene, "naive")
+    ran = False
+    with contextlib.suppress(ZenoError, Refused):
+        sim.run(until=until, max_contacts=most)
+        ran = True
+    is_whole = ran and len(sim.contacts) < most
+    found = certify_log(scene, sim.contacts, until if is_whole else None, fingerprint=sim.fingerprint)
+    return found.right
+
+
+@pytest.mark.small
+@pytest.mark.parametrize("name", RECIPES)
+def test_lists_of_recipes_are_right(name):
+    scene = kt.make_scene(name, **({"bodies": FEWER[name]} if name in FEWER else {}))
+    assert is_certified(scene, scene.settings.until or scene.start + 20.0, 100)
+
+
+@pytest.mark.small
+@pytest.mark.parametrize("each", COMPARING, ids=lambda each: each.name)
+@pytest.mark.parametrize("examples", first(1, [3, 100]))
+def test_lists_of_scenes_of_the_kit_are_right(each, examples):
+    drawing = Drawing(examples, seed=examples)
+    assert not drawing.scenes_fail(each, lambda scene: is_certified(scene, horizon(scene), 60))
+
+
+@pytest.mark.small
+@pytest.mark.parametrize(("title", "scene"), list(gallery()), ids=lambda value: str(value)[:40])
+def test_lists_of_the_gallery_are_right(title, scene):
+    assert is_certified(scene, horizon(scene), 60), title
