@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from kinetile.errors import KinetileError
 from kinetile.kernel.log import WALLS
-from kinetile.scene import Scene
+from kinetile.scene import Insert, Scene
 from kinetile.scene.files import dumps_scene
 from kinetile_accuracy.specification.certify import explain_difference
 from kinetile_conformance.cases import CONTACTS, LATTICE_CONTACTS, REFERENCE, Subject, horizon, outcome
@@ -59,6 +59,10 @@ JUDGING = {
     "same-contacts-in-a-scaled-swarm": "The same of swarms at any scale, and far from the origin.",
     "same-contacts-on-a-torus": "The same where axes are periodic.",
     "same-contacts-of-shapes": "The same of boxes, capsules and polygons.",
+    "same-contacts-as-bodies-come-and-go": "The same while bodies come and go.",
+    "same-contacts-when-commanded-by-hand": "The same where commands come after contacts of their tick.",
+    "same-contacts-with-responses": "The same where bodies have kinds, and other responses than elastic.",
+    "same-contacts-while-some-pass": "The same where some pass through each other.",
 }
 """The checks that an engine is put to, with what each says of it."""
 
@@ -189,9 +193,14 @@ def _fault_of(row: object, scene: Scene, timed: bool) -> str:
     if not timed and not (0 <= when[1] < FULL_TICK and -FULL_TICK < when[0] < FULL_TICK):
         return "expected a tick from 0 to 2^52 - 1, and its epoch"
     for body in (a, b):
-        if body >= len(scene) or (body < 0 and (body is a or scene.arena is None or body not in WALLS)):
+        if body > _last_body(scene) or (body < 0 and (body is a or scene.arena is None or body not in WALLS)):
             return f"there is no {'body' if body >= 0 or body is a else 'wall'} {body}"
     return "a body does not meet itself" if a == b else ""
+
+
+def _last_body(scene: Scene) -> int:
+    """Return the highest number of the bodies that there are or will be."""
+    return max([len(scene) - 1, *(each.body for each in scene.commands if isinstance(each, Insert))])
 
 
 def scene_line(scene: Scene) -> bytes:
