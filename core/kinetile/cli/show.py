@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 import typer
 
 from kinetile.cli.files import check_new, file_errors
-from kinetile.cli.options import BroadPhase, Options, Parameters, SceneName, broad_choice, find_scene
+from kinetile.cli.options import (
+    BroadPhase,
+    Options,
+    Parameters,
+    SceneName,
+    broad_choice,
+    find_scene,
+    until_or_default,
+)
 from kinetile.cli.terminal import Bar, exit_codes, make_ready, notice
 from kinetile.errors import BadOption
 from kinetile.plugin.choices import read_phase
@@ -41,6 +49,18 @@ def draw(
         ),
     ] = None,
     velocities: Annotated[bool, typer.Option("--velocities", help="Draw velocities as arrows.")] = False,
+    space_time: Annotated[
+        str | None,
+        typer.Option(
+            "--space-time",
+            metavar="AXIS",
+            help="Draw a run in place of a moment: x or y to the right, time upwards, from --at to --until.",
+        ),
+    ] = None,
+    until: Annotated[
+        float | None,
+        typer.Option(help="The end of --space-time; without it, the scene's own, or one time unit."),
+    ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the file of --out.")] = False,
 ) -> None:
     """Draw a moment of a scene with the structure of its broad phase: bounds, tiles, cells, pairs."""
@@ -64,8 +84,15 @@ def draw(
 
         simulation = Simulation(this_scene, name, options=options or None)
         wanted = None if roles is None else [role.strip() for role in roles.split(",")]
+        if space_time is not None and (form != "svg" or wanted is not None or velocities):
+            raise BadOption("--space-time draws an .svg, with no structure and no velocities")
+        if until is not None and space_time is None:
+            raise BadOption("--until is the end of --space-time; a moment is chosen by --at")
         _run_to(simulation, at)
-        drawn = _drawn(simulation, wanted, form, velocities)
+        if space_time is None:
+            drawn = _drawn(simulation, wanted, form, velocities)
+        else:
+            drawn = _drawn_in_space_time(simulation, space_time, until)
         with file_errors(f"--out {out}"):
             out.write_bytes(drawn)
 
@@ -87,6 +114,16 @@ def _drawn(simulation: Simulation, roles: list[str] | None, form: str, velocitie
     except ValueError as error:
         raise BadOption(f"--roles: {error}") from error
     return as_svg(picture, velocities) if form == "svg" else as_printed(picture, form, velocities)
+
+
+def _drawn_in_space_time(simulation: Simulation, axis: str, until: float | None) -> bytes:
+    from kinetile.show.space_time import space_time_svg, take_space_time
+
+    scene = simulation.scene
+    end = until_or_default(scene, until, None)
+    if end is None or not simulation.time < end:
+        raise BadOption(f"--until is {end!r}; expected a time after that of --at, {simulation.time!r}")
+    return space_time_svg(take_space_time(simulation, end, axis))
 
 
 def view(

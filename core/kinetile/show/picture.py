@@ -122,7 +122,7 @@ def take_picture(sim: Simulation, roles: Collection[str] | None = None, structur
     ticks = {shape.fails for shape in shapes if shape.fails is not None}
     start, unit = Fraction(sim.scene.start), Fraction(sim.time_unit)
     return Picture(
-        caption=f"{_counted(sim.scene, len(discs))} under {sim.broad_phase} at time {sim.time:.6g}",
+        caption=f"{counted(sim.scene, len(discs))} under {sim.broad_phase} at time {sim.time:.6g}",
         low=low,
         high=high,
         arena=sim.scene.arena is not None,
@@ -138,7 +138,7 @@ def picture_of_scene(scene: Scene) -> Picture:
     places = in_box(scene.position, scene.periods)
     discs = _discs(scene, np.arange(len(scene)), places, scene.velocity, scene.radius)
     low, high = _extent(scene, discs, ())
-    caption = f"{_counted(scene, len(scene))} at time {scene.start:.6g}"
+    caption = f"{counted(scene, len(scene))} at time {scene.start:.6g}"
     seen = (*discs, *_images(discs, scene))
     return Picture(caption, low, high, scene.arena is not None, seen, (), None, {})
 
@@ -183,7 +183,8 @@ def _images(discs: tuple[PlacedDisc, ...], scene: Scene) -> Iterator[PlacedDisc]
             yield replace(disc, at=at)
 
 
-def _counted(scene: Scene, count: int) -> str:
+def counted(scene: Scene, count: int) -> str:
+    """Returns the name of a scene, with a number of bodies."""
     name = scene.origin.get("recipe") or PurePath(scene.origin.get("file", "")).stem or "a scene"
     return f"{printable(str(name))}: {scene.counted(count)}"
 

@@ -37,13 +37,13 @@ def as_svg(picture: Picture, velocities: bool = False) -> bytes:
     tall = sheet.tall + 2 * MARGIN + LINE * (1 + lines)
     wide = sheet.wide + 2 * MARGIN
     body = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {_n(wide)} {_n(tall)}" '
-        f'width="{_n(wide)}" height="{_n(tall)}" role="img" aria-labelledby="title">',
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {number(wide)} {number(tall)}" '
+        f'width="{number(wide)}" height="{number(tall)}" role="img" aria-labelledby="title">',
         f'<title id="title">{escape(picture.caption)}</title>',
         f"<style>{_style(roles)}</style>",
-        f'<rect class="back" width="{_n(wide)}" height="{_n(tall)}"/>',
-        f'<clipPath id="frame"><rect x="{_n(MARGIN - 2)}" y="{_n(MARGIN - 2)}" '
-        f'width="{_n(sheet.wide + 4)}" height="{_n(sheet.tall + 4)}"/></clipPath>',
+        f'<rect class="back" width="{number(wide)}" height="{number(tall)}"/>',
+        f'<clipPath id="frame"><rect x="{number(MARGIN - 2)}" y="{number(MARGIN - 2)}" '
+        f'width="{number(sheet.wide + 4)}" height="{number(sheet.tall + 4)}"/></clipPath>',
         '<g clip-path="url(#frame)">',
         *_layers(sheet, under),
         *_discs(sheet),
@@ -56,7 +56,12 @@ def as_svg(picture: Picture, velocities: bool = False) -> bytes:
         x, y = sheet.at(picture.low[0], picture.high[1])
         body.append(f'<rect class="arena" x="{x}" y="{y}" {_size(sheet.wide, sheet.tall)}/>')
     down = sheet.tall + 2 * MARGIN + 0.6 * LINE
-    body += [f'<text x="{_n(MARGIN)}" y="{_n(down)}">{escape(picture.caption)}</text>', *legend, "</svg>", ""]
+    body += [
+        f'<text x="{number(MARGIN)}" y="{number(down)}">{escape(picture.caption)}</text>',
+        *legend,
+        "</svg>",
+        "",
+    ]
     return "\n".join(body).encode()
 
 
@@ -72,17 +77,17 @@ class _Sheet:
     def at(self, x: float, y: float) -> tuple[str, str]:
         """Returns where a point of the scene is."""
         (left, _), (_, top) = self.picture.low, self.picture.high
-        return _n(MARGIN + (x - left) * self.scale), _n(MARGIN + (top - y) * self.scale)
+        return number(MARGIN + (x - left) * self.scale), number(MARGIN + (top - y) * self.scale)
 
 
-def _n(value: float) -> str:
+def number(value: float) -> str:
     """Returns a number with as many digits as can be seen."""
     text = f"{value:.2f}".rstrip("0").rstrip(".")
     return "0" if text == "-0" else text
 
 
 def _size(wide: float, tall: float) -> str:
-    return f'width="{_n(wide)}" height="{_n(tall)}"'
+    return f'width="{number(wide)}" height="{number(tall)}"'
 
 
 def _layers(sheet: _Sheet, roles: Iterable[str]) -> Iterator[str]:
@@ -123,7 +128,7 @@ def _discs(sheet: _Sheet) -> Iterator[str]:
         if disc.shape is not None:
             yield f'<polygon points="{" ".join(",".join(sheet.at(*point)) for point in disc.outline)}"/>'
         else:
-            yield f'<circle cx="{x}" cy="{y}" r="{_n(disc.radius * sheet.scale)}"/>'
+            yield f'<circle cx="{x}" cy="{y}" r="{number(disc.radius * sheet.scale)}"/>'
     yield "</g>"
 
 
@@ -164,8 +169,10 @@ def _legend(sheet: _Sheet, roles: list[str], fails: bool) -> tuple[list[str], in
             x, line = MARGIN, line + 1
         y = sheet.tall + 2 * MARGIN + LINE * (line + 0.6)
         group = name if name in LOOKS else "next"
-        swatch = f'<rect x="{_n(x)}" y="{_n(y - 9)}" width="18" height="10"/>'
-        found.append(f'<g class="{group}">{swatch}</g><text x="{_n(x + 24)}" y="{_n(y)}">{name}</text>')
+        swatch = f'<rect x="{number(x)}" y="{number(y - 9)}" width="18" height="10"/>'
+        found.append(
+            f'<g class="{group}">{swatch}</g><text x="{number(x + 24)}" y="{number(y)}">{name}</text>'
+        )
         x += wide
     return found, line if names else 0
 
@@ -179,13 +186,18 @@ def _style(roles: Iterable[str]) -> str:
         ".disc{stroke-width:1}.arena{fill:none;stroke-width:1.5}.velocity{fill:none;stroke-width:1.2}",
     ]
     for name, look in [*((role, LOOKS[role]) for role in roles), ("next", NEXT)]:
-        dashes = f";stroke-dasharray:{' '.join(map(_n, look.dashes))}" if look.dashes else ""
+        dashes = f";stroke-dasharray:{' '.join(map(number, look.dashes))}" if look.dashes else ""
         rules.append(
-            f".{name}{{fill:{look.colour};fill-opacity:{_n(look.filled)};stroke:{look.colour};"
-            f"stroke-width:{_n(look.width)}{dashes}}}"
+            f".{name}{{fill:{look.colour};fill-opacity:{number(look.filled)};stroke:{look.colour};"
+            f"stroke-width:{number(look.width)}{dashes}}}"
         )
-    dark = "".join(_paper(DARK))
-    return "".join([*rules, *_paper(LIGHT), f"@media(prefers-color-scheme:dark){{{dark}}}"])
+    return "".join([*rules, *paper_rules()])
+
+
+def paper_rules() -> Iterator[str]:
+    """Yields the rules of a style sheet that differ in a light and a dark colour scheme."""
+    yield from _paper(LIGHT)
+    yield f"@media(prefers-color-scheme:dark){{{''.join(_paper(DARK))}}}"
 
 
 def _paper(paper: Paper) -> Iterator[str]:

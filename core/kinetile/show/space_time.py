@@ -1,0 +1,241 @@
+"""A run in space and time: one coordinate of the bodies to the right, time upwards.
+
+The extent of a body along the axis is a band between two lines, its *bounds*, which are straight as long as
+it keeps its velocity. What sweep-and-prune does can be seen in them: where two bounds cross, two entries of
+its sorted list change places; where two bands overlap, the bodies are candidates along this axis. At a
+contact two bands have a kink. The picture is the same under every broad phase.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from html import escape
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from kinetile.errors import BadOption
+from kinetile.kernel.log import LOG, REMOVED
+from kinetile.run.simulation import Simulation
+from kinetile.scene import Insert, Scene
+from kinetile.show.picture import LOOKS, counted
+from kinetile.show.svg import LINE, MARGIN, SIZE, number, paper_rules
+
+MOST_PIECES = 20_000
+"""The limit of pieces of bands: about 3 MB of SVG."""
+
+HEIGHT = 480.0
+"""The height of what is shown, in units of the file."""
+
+
+class Piece(NamedTuple):
+    """A part of a body's band with one velocity: times, and places of its position, at its two ends."""
+
+    body: int
+    begin: float
+    end: float
+    place: float
+    last: float
+
+
+class Mark(NamedTuple):
+    """A contact of two bodies: its time, the place of the first, that of the second."""
+
+    time: float
+    one: float
+    other: float
+
+
+@dataclass(frozen=True)
+class SpaceTime:
+    """A run along one axis.
+
+    Attributes:
+        caption: scene, axis and times, in words.
+        begin, end: the times that it shows.
+        low, high: the places that it shows: those of the arena, or of all bodies.
+        period: of the axis; 0: it is not periodic.
+        pieces: parts of the bands of bodies.
+        marks: contacts of two bodies that change velocities.
+        reaches: how far each body reaches below and above its position along the axis.
+    """
+
+    caption: str
+    begin: float
+    end: float
+    low: float
+    high: float
+    period: float
+    pieces: tuple[Piece, ...]
+    marks: tuple[Mark, ...]
+    reaches: tuple[tuple[float, float], ...]
+
+
+def take_space_time(sim: Simulation, until: float, axis: str = "x") -> SpaceTime:
+    """Runs a simulation on from now to a time, and returns what it does along an axis, "x" or "y".
+
+    Raises BadOption for another axis, or where there are more than ``MOST_PIECES`` pieces.
+    """
+    if axis not in ("x", "y"):
+        raise BadOption(f"the axis of space and time is {axis!r}; expected x or y")
+    which, begin, scene = "xy".index(axis), sim.time, sim.scene
+    going = {
+        int(body): (begin, float(place[which]), float(velocity[which]))
+        for body, place, velocity in zip(sim.bodies, sim.positions(), sim.velocities(), strict=True)
+    }
+    rows: list[npt.NDArray[Any]] = [np.zeros(0, LOG)]
+    sim.run(until, recorder=rows.append)
+    log = np.concatenate(rows)
+    if len(log) > MOST_PIECES:
+        raise BadOption(
+            f"{len(log):,} events are too many for a picture of space and time, which has at most "
+            f"{MOST_PIECES:,}: end sooner (--until)"
+        )
+    pieces: list[Piece] = []
+    marks = []
+    place, speed = (f"a{axis}", f"b{axis}"), (f"av{axis}", f"bv{axis}")
+
+    def close(body: int, time: float) -> None:
+        since, there, velocity = going.pop(body)
+        pieces.append(Piece(body, since, time, there, there + velocity * (time - since)))
+
+    for row in log:
+        time, a, b = float(row["time"]), int(row["a"]), int(row["b"])
+        if np.isnan(row["ax"]):
+            continue
+        for body, where, how in zip((a, b), place, speed, strict=True):
+            if body < 0:
+                continue
+            if body in going:
+                close(body, time)
+            if b != REMOVED:
+                going[body] = time, float(row[where]), float(row[how])
+        if b >= 0:
+            marks.append(Mark(time, float(row[place[0]]), float(row[place[1]])))
+    for body in sorted(going):
+        close(body, sim.time)
+    reaches = _reaches(scene, which, 1 + max((piece.body for piece in pieces), default=-1))
+    period = scene.periods[which]
+    low, high = _extent(scene, which, pieces, reaches)
+    when = f"time upwards from {begin:.6g} to {sim.time:.6g}"
+    caption = f"{counted(scene, len(sim.bodies))}, {axis} to the right, {when}"
+    return SpaceTime(caption, begin, sim.time, low, high, period, tuple(pieces), tuple(marks), reaches)
+
+
+def _reaches(scene: Scene, which: int, count: int) -> tuple[tuple[float, float], ...]:
+    """Returns how far bodies reach along an axis, those that come among them."""
+    found = {each.body: (each.radius, each.radius) for each in scene.commands if isinstance(each, Insert)}
+    for body, radius in enumerate(scene.radius.tolist()):
+        if scene.shapes:
+            left, right, below, above = scene.shapes[int(scene.shape[body])].reaches
+            found[body] = (below, above) if which else (left, right)
+        else:
+            found[body] = radius, radius
+    return tuple(found.get(body, (0.0, 0.0)) for body in range(count))  # of one by hand it is not known
+
+
+def _extent(
+    scene: Scene, which: int, pieces: list[Piece], reaches: tuple[tuple[float, float], ...]
+) -> tuple[float, float]:
+    if scene.arena is not None:
+        return 0.0, scene.arena[which]
+    low = min((min(each.place, each.last) - reaches[each.body][0] for each in pieces), default=0.0)
+    high = max((max(each.place, each.last) + reaches[each.body][1] for each in pieces), default=1.0)
+    return (low, high) if low < high else (low, low + 1.0)
+
+
+def space_time_svg(run: SpaceTime) -> bytes:
+    """Returns a run in space and time as an SVG file, with a light and a dark colour scheme."""
+    across = SIZE / (run.high - run.low)
+    up = HEIGHT / (run.end - run.begin or 1.0)
+
+    def at(place: float, time: float) -> str:
+        return f"{number(MARGIN + (place - run.low) * across)} {number(MARGIN + (run.end - time) * up)}"
+
+    bands: dict[int, str] = {}
+    bounds = []
+    for piece in run.pieces:
+        below, above = run.reaches[piece.body]
+        for turn in _turns(run, piece):
+            ends = (piece.place + turn, piece.begin), (piece.last + turn, piece.end)
+            (first, begin), (last, end) = ends
+            corners = (first - below, begin), (first + above, begin), (last + above, end), (last - below, end)
+            a, b, c, d = (at(*corner) for corner in corners)
+            bands[piece.body] = bands.get(piece.body, "") + f"M{a}L{b}L{c}L{d}Z"
+            bounds.append(f"M{a}L{d}M{b}L{c}")
+    dots = [
+        f'<circle cx="{x}" cy="{y}" r="2.5"/>'
+        for mark in run.marks
+        for x, y in [at(_between(run, mark), mark.time).split()]
+    ]
+    wide, tall = SIZE + 2 * MARGIN, HEIGHT + 2 * MARGIN + 2 * LINE
+    frame = f'x="{number(MARGIN)}" y="{number(MARGIN)}" width="{number(SIZE)}" height="{number(HEIGHT)}"'
+    down = HEIGHT + 2 * MARGIN + 0.6 * LINE
+    body = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {number(wide)} {number(tall)}" '
+        f'width="{number(wide)}" height="{number(tall)}" role="img" aria-labelledby="title">',
+        f'<title id="title">{escape(run.caption)}</title>',
+        f"<style>{_style()}</style>",
+        f'<rect class="back" width="{number(wide)}" height="{number(tall)}"/>',
+        f'<clipPath id="frame"><rect {frame}/></clipPath>',
+        '<g clip-path="url(#frame)">',
+        *(f'<path class="band" d="{band}"/>' for band in bands.values()),
+        f'<path class="bound" d="{"".join(bounds)}"/>',
+        f'<g class="contact">{"".join(dots)}</g>',
+        "</g>",
+        f'<rect class="arena" {frame}/>',
+        f'<text x="{number(MARGIN)}" y="{number(down)}">{escape(run.caption)}</text>',
+        *_legend(down + LINE),
+        "</svg>",
+        "",
+    ]
+    return "\n".join(body).encode()
+
+
+def _turns(run: SpaceTime, piece: Piece) -> Iterator[float]:
+    """Yields the whole periods by which a piece is seen; 0 where the axis is not periodic."""
+    if not run.period:
+        yield 0.0
+        return
+    below, above = run.reaches[piece.body]
+    low, high = min(piece.place, piece.last) - below, max(piece.place, piece.last) + above
+    for turn in range(int((run.low - high) // run.period), int((run.high - low) // run.period) + 1):
+        if low + turn * run.period < run.high and high + turn * run.period > run.low:
+            yield turn * run.period
+
+
+def _between(run: SpaceTime, mark: Mark) -> float:
+    """Returns the place in the middle of two bodies, through the nearest image, within what is shown."""
+    apart = mark.other - mark.one
+    if run.period:
+        apart -= run.period * round(apart / run.period)
+        return (mark.one + apart / 2.0 - run.low) % run.period + run.low
+    return mark.one + apart / 2.0
+
+
+def _legend(down: float) -> Iterator[str]:
+    """Yields the line under the caption."""
+    signs = (
+        '<rect class="band" x="{x}" y="{y}" width="18" height="10"/>',
+        '<path class="bound" d="M{x} {y}l18 10"/>',
+        '<g class="contact"><circle cx="{x}" cy="{middle}" r="2.5"/></g>',
+    )
+    words = "a body", "its bounds", "a contact"
+    x = MARGIN
+    for sign, word in zip(signs, words, strict=True):
+        yield sign.format(x=number(x), y=number(down - 9), middle=number(down - 4))
+        yield f'<text x="{number(x + 24)}" y="{number(down)}">{word}</text>'
+        x += 60.0 + 6.6 * len(word)
+
+
+def _style() -> str:
+    bound = LOOKS["bound"]
+    rules = [
+        "text{font:12px system-ui,sans-serif}.arena{fill:none;stroke-width:1.5}",
+        f".band{{fill:{LOOKS['tile'].colour};fill-opacity:.22}}",
+        f".bound{{fill:none;stroke:{bound.colour};stroke-width:{number(bound.width)}}}",
+        f".contact{{fill:{LOOKS['certificate'].colour}}}",
+    ]
+    return "".join([*rules, *paper_rules()])

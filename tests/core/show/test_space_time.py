@@ -1,0 +1,82 @@
+"""Pictures of a run in space and time."""
+
+from __future__ import annotations
+
+from xml.etree import ElementTree
+
+import pytest
+from typer.testing import CliRunner
+
+import kinetile as kt
+from kinetile.cli import app
+from kinetile.errors import BadOption
+from kinetile.show import space_time
+from kinetile.show.space_time import Mark, Piece, space_time_svg, take_space_time
+
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+def two_discs(**more):
+    """Two discs that meet at time 1, where they exchange velocities, and walls at times 3."""
+    return kt.Scene([(1.5, 1.0), (4.5, 1.0)], [(1.0, 0.0), (-1.0, 0.0)], 0.5, arena=(6.0, 2.0), **more)
+
+
+def test_bands_are_the_plans_of_a_run():
+    run = take_space_time(kt.Simulation(two_discs(), "naive"), 2.5)
+    assert run.marks == (Mark(1.0, 2.5, 3.5),)
+    assert sorted(run.pieces) == [
+        Piece(0, 0.0, 1.0, 1.5, 2.5),
+        Piece(0, 1.0, 2.5, 2.5, 1.0),
+        Piece(1, 0.0, 1.0, 4.5, 3.5),
+        Piece(1, 1.0, 2.5, 3.5, 5.0),
+    ]
+    assert (run.low, run.high, run.reaches) == (0.0, 6.0, ((0.5, 0.5), (0.5, 0.5)))
+    up = take_space_time(kt.Simulation(two_discs(), "naive"), 2.5, "y")
+    assert {piece.place for piece in up.pieces} == {1.0}
+
+
+def test_bodies_come_and_go_within_their_times():
+    commands = [kt.Remove(1, 0.5), kt.Insert(0.75, (5.0, 1.0), (0.25, 0.0), 0.25)]
+    run = take_space_time(kt.Simulation(two_discs(commands=commands), "naive"), 1.0)
+    assert Piece(1, 0.0, 0.5, 4.5, 4.0) in run.pieces
+    assert Piece(2, 0.75, 1.0, 5.0, 5.0625) in run.pieces
+    assert run.reaches[2] == (0.25, 0.25)
+
+
+def test_a_contact_through_an_image_is_marked_where_it_is():
+    scene = kt.Scene(
+        [(0.6, 1.0), (5.6, 1.0)], [(-0.3, 0.0), (0.3, 0.0)], 0.25, arena=(6.0, 2.0), periodic="x"
+    )
+    drawn = space_time_svg(take_space_time(kt.Simulation(scene, "naive"), 2.0))
+    root = ElementTree.fromstring(drawn)
+    dots = [each for each in root.iter(f"{SVG}circle") if float(each.get("cy")) < 492.0]
+    assert len(dots) == 1
+    assert float(dots[0].get("cx")) == pytest.approx(12.0 + 640.0 * 0.1 / 6.0, abs=0.1)
+
+
+def test_the_command_draws_it_and_says_what_does_not_go_together(tmp_path):
+    out = tmp_path / "run.svg"
+    words = ["draw", "cradle", "--space-time", "x", "--out", str(out)]
+    done = CliRunner().invoke(app, [*words, "--until", "3"])
+    assert done.exit_code == 0, done.stderr
+    root = ElementTree.fromstring(out.read_bytes())
+    assert "x to the right, time upwards from 0 to 3" in root.find(f"{SVG}title").text
+    for more, said in (
+        (["--velocities"], "no velocities"),
+        (["--roles", "tile"], "no structure"),
+        (["--at", "4", "--until", "3"], "expected a time after that of --at, 4.0"),
+    ):
+        found = CliRunner().invoke(app, [*words, "--overwrite", *more])
+        assert (found.exit_code, said in found.stderr) == (2, True), found.stderr
+    lone = CliRunner().invoke(app, ["draw", "cradle", "--until", "3", "--overwrite", "--out", str(out)])
+    assert lone.exit_code == 2
+    assert "--until is the end of --space-time" in lone.stderr
+    odd = CliRunner().invoke(app, [*words[:3], "z", *words[4:], "--overwrite", "--until", "3"])
+    assert odd.exit_code == 2
+    assert "'z'; expected x or y" in odd.stderr
+
+
+def test_a_picture_of_too_many_events_is_refused(monkeypatch):
+    monkeypatch.setattr(space_time, "MOST_PIECES", 3)
+    with pytest.raises(BadOption, match="6 events are too many"):
+        take_space_time(kt.Simulation(two_discs(), "naive"), 7.5)
