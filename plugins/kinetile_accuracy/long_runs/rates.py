@@ -21,14 +21,26 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 import numpy.typing as npt
 
 import kinetile as kt
+from kinetile_accuracy.drawing import LOOKS, new_figure
 from kinetile_accuracy.long_runs.drift import contacts_of
-from kinetile_accuracy.sections import Budget, Claim, Column, ReportProgress, Section, Table
+from kinetile_accuracy.sections import (
+    Budget,
+    Claim,
+    Column,
+    ReportFigure,
+    ReportProgress,
+    Section,
+    Table,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 CONTACTS: dict[Budget, int] = {"quick": 2 * 10**6, "normal": 2 * 10**7, "full": 10**8}
 """Contacts of two discs in a box."""
@@ -188,4 +200,26 @@ def measure(budget: Budget, progress: ReportProgress) -> Section:
                 abs(worst.off) <= 3.0,
             ),
         ),
+        pictures=(
+            ReportFigure(
+                "rates",
+                "How far each measured rate is from the theory, in per cent, with three standard errors. Of "
+                "two discs (dots) the theory is exact; of many (squares) it is Enskog's.",
+                lambda: _draw([*exact, *nearly]),
+            ),
+        ),
     )
+
+
+def _draw(rows: list[Rate]) -> Figure:
+    figure, panel = new_figure(height=0.5 + 0.26 * len(rows))
+    for exact, (colour, marker, _) in zip((True, False), LOOKS, strict=False):
+        at = [place for place, row in enumerate(rows) if row.exact is exact]
+        off = [100.0 * (rows[place].rate / rows[place].theory - 1.0) for place in at]
+        bars = [300.0 * rows[place].error / rows[place].theory for place in at]
+        panel.errorbar(off, at, xerr=bars, fmt=marker, color=colour, markersize=4, capsize=2.5)
+    panel.axvline(0.0, color="0.5", linewidth=0.8)
+    panel.set_yticks(range(len(rows)), [f"{row.scene}: {row.what}" for row in rows])
+    panel.invert_yaxis()
+    panel.set(xlabel="measured less theory, %")
+    return figure

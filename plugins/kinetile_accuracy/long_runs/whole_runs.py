@@ -3,11 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import kinetile as kt
-from kinetile_accuracy.sections import Budget, Claim, Column, ReportProgress, Section, Table
+from kinetile_accuracy.drawing import LOOKS, new_figure
+from kinetile_accuracy.sections import (
+    Budget,
+    Claim,
+    Column,
+    ReportFigure,
+    ReportProgress,
+    Section,
+    Table,
+)
 from kinetile_accuracy.specification.certify import certify_log
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 SCENES: dict[str, tuple[str, dict[str, float | int]]] = {
     "dense gas": ("grid", {"bodies": 100, "density": 0.5}),
@@ -52,7 +64,24 @@ def measure(budget: Budget, progress: ReportProgress) -> Section:
         findings=tuple(wrong),
         claims=(Claim("Every contact of a run is the one that the specification says", right, not wrong),),
         tables=(Table("runs", "The runs, and what the certifier says of each.", tuple(rows)),),
+        pictures=(
+            ReportFigure(
+                "runs",
+                "The contacts of each run that are right, from the first one on; the frame is all of them.",
+                lambda: _draw(rows),
+            ),
+        ),
     )
+
+
+def _draw(rows: list[WholeRun]) -> Figure:
+    figure, panel = new_figure(height=0.5 + 0.26 * len(rows))
+    names = [f"{row.scene}, {row.bodies:,} bodies" for row in rows]
+    panel.barh(names, [row.contacts for row in rows], color="none", edgecolor="0.3")
+    panel.barh(names, [row.lines for row in rows], color=LOOKS[0][0], alpha=0.7)
+    panel.invert_yaxis()
+    panel.set(xlabel="contacts")
+    return figure
 
 
 def certify_run(name: str, contacts: int) -> WholeRun:

@@ -22,6 +22,7 @@ from kinetile.cli import app
 from kinetile.errors import BadOption, MissingExtra
 from kinetile_accuracy import report
 from kinetile_accuracy.drawing import NARROW, WIDTH, new_figure
+from kinetile_accuracy.long_runs import rates, whole_runs
 from kinetile_accuracy.report import PARTS, command, measure_parts, verdict, write_report
 from kinetile_accuracy.sections import (
     Claim,
@@ -116,6 +117,26 @@ def test_the_page_has_contents_a_viewport_captions_and_says_what_its_columns_are
     assert page.index("Rows. All columns:") < page.index('<div class="wide"')
     assert "<dt>error / R</dt><dd>of the time, in &lt;R&gt;</dd>" in page
     assert "<dt>fine (in the file)</dt><dd>whether it holds</dd>" in page
+
+
+def test_tables_are_folded_and_figures_are_not(page):
+    folded = page[page.index('<details class="tables">') :]
+    assert "<summary>The table of this part</summary>" in folded
+    assert folded.index('<div class="wide"') < folded.index("What the columns are")
+    assert '<div class="wide"' not in page[: page.index('<details class="tables">')]
+    assert page.index("<picture>") < page.index('<details class="tables">')
+
+
+def test_runs_and_rates_have_a_figure():
+    pytest.importorskip("matplotlib", reason="figures are drawn with matplotlib")
+    tiny = {"quick": 40}
+    for module in (whole_runs, rates):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(module, "CONTACTS", tiny)
+            patch.setattr(rates, "MANY_CONTACTS", tiny)
+            patch.setattr(rates, "MANY", 4)
+            figures = module.measure("quick", lambda *_: None).pictures
+        assert [figure.draw().axes[0].get_xlabel() != "" for figure in figures] == [True]
 
 
 def test_figures_are_drawn_for_narrow_pages_too(page):
