@@ -186,12 +186,20 @@ export async function begin() {
     button.addEventListener("click", () => KEYS[button.dataset.key](player));
   });
   $("group").addEventListener("change", (event) => setGroup(player, event.target.value));
+  $("axis").addEventListener("change", (event) => {
+    player.spaceTime.show(event.target.value);
+    player.changed();
+  });
+  $("spacetime").addEventListener("pointerdown", (event) => {
+    const { top, height } = event.currentTarget.getBoundingClientRect();
+    player.seekFraction(player.spaceTime.timeAt((event.clientY - top) / height));
+  });
   $("goto").addEventListener("change", (event) => player.goTo(event.target.value));
   document.addEventListener("click", ({ target, detail }) => {
     if (detail && target.tagName === "BUTTON") target.blur(); // a click, not a key: Space is to play, not to press it again
   });
   const sizes = new ResizeObserver(() => player.resized());
-  [...player.panes, $("timeline")].forEach((canvas) => sizes.observe(canvas));
+  [...player.panes, $("timeline"), $("spacetime")].forEach((canvas) => sizes.observe(canvas));
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
     player.theme = readTheme();
     player.changed();

@@ -4,6 +4,7 @@ import { Camera, gapOf, holds, nearest } from "./camera.mjs";
 import { clipTo, drawBodies, drawNote, drawNumbers, drawPlan, drawStructure, drawWalls, groupOf } from "./drawing.mjs";
 import { drawMatrix } from "./matrix.mjs";
 import { prepare } from "./paper.mjs";
+import { SpaceTime } from "./spacetime.mjs";
 import { BodyTable, countUp, tell } from "./tables.mjs";
 import { Timeline, lanesOf } from "./timeline.mjs";
 import { compare, elapsed, later, momentAt, timeOf } from "../run/clock.mjs";
@@ -48,6 +49,7 @@ export class Player {
     this.lanes = lanesOf(this.counts.map((count) => count.total));
     this.timeline = new Timeline(document.getElementById("timeline"), this.playback, this.lanes);
     this.bodyTable = new BodyTable(this);
+    this.spaceTime = new SpaceTime(document.getElementById("spacetime"), this);
     this.fit();
     if (held.open) this.playback.seek(held.open);
   }
@@ -232,6 +234,7 @@ export class Player {
     }
     this.panes.forEach((canvas, at) => this.drawPane(canvas, at));
     this.timeline.draw(this.theme);
+    this.spaceTime.draw(this.theme);
     if (!this.playing || now - (this.told ?? 0) > 100) {
       this.told = now;
       tell(this);
