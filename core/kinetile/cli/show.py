@@ -19,7 +19,7 @@ from kinetile.cli.options import (
 )
 from kinetile.cli.terminal import Bar, exit_codes, make_ready, notice
 from kinetile.errors import BadOption
-from kinetile.plugin.choices import read_phase
+from kinetile.plugin.choices import read_phase, read_phases
 
 if TYPE_CHECKING:
     from kinetile.run.simulation import Simulation
@@ -139,7 +139,7 @@ def view(
     broad_phase: BroadPhase = None,
     beside: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="A second broad phase, beside the first, on the same clock."),
+        typer.Option(metavar="NAME,...", help="More broad phases, beside the first, on the same clock."),
     ] = None,
     begin: Annotated[
         float | None,
@@ -147,6 +147,10 @@ def view(
     ] = None,
     until: Annotated[
         float | None, typer.Option(help="Show until this time; the scene's own `until`, or one time unit.")
+    ] = None,
+    at: Annotated[
+        float | None,
+        typer.Option(metavar="TIME", help="The time at which the page opens."),
     ] = None,
     steps: Annotated[
         bool,
@@ -161,7 +165,7 @@ def view(
         if out.suffix.lower() not in (".html", ".htm"):
             raise BadOption(f"--out is {str(out)!r}; expected a name that ends in .html")
         check_new("--out", out, overwrite)
-        page = _view(scene, parameters, broad_phase, beside, begin, until, steps)
+        page = _view(scene, parameters, broad_phase, beside, (begin, until, at), steps)
         for note in page.notes:
             notice(f"kinetile: {note}")
         path = page.save(out, overwrite=overwrite)
@@ -175,21 +179,21 @@ def _view(
     parameters: list[str] | None,
     broad_phase: str | None,
     beside: str | None,
-    begin: float | None,
-    until: float | None,
+    times: tuple[float | None, float | None, float | None],
     steps: bool,
 ) -> View:
+    begin, until, at = times
     phases: list[tuple[str | None, dict[str, Any]]] = [
-        read_phase(each) for each in (broad_phase, beside) if each is not None
+        read_phase(each) for each in (broad_phase, *read_phases(beside or "")) if each is not None
     ]
     if beside is not None and broad_phase is None:
-        raise BadOption("--beside is for a second broad phase: name the first with --broad-phase")
+        raise BadOption("--beside is for more broad phases: name the first with --broad-phase")
     if scene.lower().endswith(".parquet"):
         from kinetile.show.player import view_file
 
-        if phases or parameters:
+        if phases or parameters or at is not None:
             raise BadOption(
-                f"{scene} is shown as it was recorded: --broad-phase, --beside and --set are for scenes"
+                f"{scene} is shown as it was recorded: --broad-phase, --beside, --set and --at are for scenes"
             )
         with file_errors():
             return view_file(scene, begin=begin, until=until)
@@ -200,11 +204,15 @@ def _view(
         for plugin in installed(VIEWS_GROUP):
             view: View | None = cast(Any, plugin.load())(path, phases[0] if phases else None, until=until)
             if view is not None:
-                if begin is not None or parameters:
-                    raise BadOption(f"{scene} is a saved case, and plays from its start: no --from, no --set")
+                if begin is not None or parameters or at is not None:
+                    raise BadOption(
+                        f"{scene} is a saved case, and plays from its start: no --from, no --set, no --at"
+                    )
                 return view
     from kinetile.show.player import view_scene
 
     found = find_scene(scene, parameters)
     title = path.name if path.is_file() else None
-    return view_scene(found, phases or [(None, {})], begin=begin, until=until, steps=steps, title=title)
+    return view_scene(
+        found, phases or [(None, {})], begin=begin, until=until, at=at, steps=steps, title=title
+    )

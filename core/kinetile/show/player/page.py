@@ -31,7 +31,7 @@ from kinetile.scene.shapes import Shape
 from kinetile.show.picture import FRESH, LOOKS, NEXT, outline_of
 from kinetile.show.player.recording import Plans, Recording, kinds_of, residuals
 
-_SEEN = ("camera", "paper", "drawing", "matrix", "timeline", "spacetime", "tables", "player", "hands")
+_SEEN = ("camera", "paper", "drawing", "matrix", "timeline", "spacetime", "race", "tables", "player", "hands")
 
 MODULES = (
     *(f"run/{name}" for name in ("clock", "columns", "rows", "motion", "structure", "events", "playback")),
@@ -104,7 +104,7 @@ class Page:
             "SUMMARY": html.escape(summary),
             "NOTES": "\n".join(f'<p class="note">{html.escape(note)}</p>' for note in self.all_notes),
             "PANES": "\n".join(_pane(recording.label) for recording in self.recordings),
-            "SHAPE": "single" if len(self.recordings) == 1 else "several",
+            "SHAPE": _shape(len(self.recordings)),
             "STYLE": _asset("page.css"),
             "SCRIPT": script(),
             "RECORDING": held,
@@ -129,6 +129,13 @@ class Page:
             "labels": labels,
             "seen": 0 if steps is None else steps.structure.seen,
         }
+
+
+def _shape(count: int) -> str:
+    """Returns the classes of a page with so many runs side by side."""
+    if count == 1:
+        return "single"
+    return "several" if count == 2 else "several many"
 
 
 def script() -> str:

@@ -79,6 +79,7 @@ def view_scene(
     title: str | None = None,
     max_contacts: int | None = None,
     narrow_phases: Mapping[str, Mapping[str, Any]] | None = None,
+    at: float | None = None,
 ) -> View:
     """Returns a view of a scene under one broad phase, or under several side by side.
 
@@ -91,6 +92,7 @@ def view_scene(
         title: the title; None: the scene's own description.
         max_contacts: the window ends at this number of contacts, if not before; None: at as many as fit.
         narrow_phases: names and options; None: the scene's, or those that it needs.
+        at: the time at which the page opens; None: the beginning of the window.
 
     Raises UnknownName, BadOption and Refused as ``Simulation``.
     """
@@ -103,6 +105,9 @@ def view_scene(
             f"{scene.start!r}, the first not after the second"
         )
 
+    if at is not None and not begin <= at <= until:
+        raise BadOption(f"the page is to open at {at!r}; expected a time from {begin!r} to {until!r}")
+
     def simulation(choice: Choice) -> Simulation:
         options = dict(choice[1]) or None
         return Simulation(scene, choice[0], options=options, narrow_phases=narrow_phases)
@@ -113,7 +118,8 @@ def view_scene(
         again = simulation(choice) if steps else None
         label = write_phase(first.broad_phase, first.options)
         recordings.append(record(scene, first, again, label, begin, until, max_contacts))
-    return View(Page(scene, recordings, title or _name(scene)))
+    open_at = None if at is None else Clock(scene.start, scene.time_unit).ticks(at)
+    return View(Page(scene, recordings, title or _name(scene), open_at=open_at))
 
 
 def view_file(

@@ -174,10 +174,23 @@ function listenToTimeline(player) {
   });
 }
 
+/** In a frame of another page there is little room: most of the page is behind a button. */
+function compact(player) {
+  if (window.parent === window) return;
+  const { classList } = document.documentElement;
+  classList.add("compact");
+  $("more").hidden = false;
+  $("more").addEventListener("click", () => {
+    $("more").setAttribute("aria-expanded", String(classList.toggle("more")));
+    player.changed();
+  });
+}
+
 /** Begin: decode what the page holds, and wire it up. */
 export async function begin() {
   const held = JSON.parse($("recording").textContent);
   const player = new Player(held, await load(held));
+  compact(player);
   window.kinetilePlayer = player; // for whoever looks on from a console
   player.panes.forEach((canvas) => listen(player, canvas));
   listenToTimeline(player);

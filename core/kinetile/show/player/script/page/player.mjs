@@ -4,6 +4,7 @@ import { Camera, gapOf, holds, nearest } from "./camera.mjs";
 import { clipTo, drawBodies, drawNote, drawNumbers, drawPlan, drawStructure, drawWalls, groupOf } from "./drawing.mjs";
 import { drawMatrix } from "./matrix.mjs";
 import { prepare } from "./paper.mjs";
+import { Race } from "./race.mjs";
 import { SpaceTime } from "./spacetime.mjs";
 import { BodyTable, countUp, tell } from "./tables.mjs";
 import { Timeline, lanesOf } from "./timeline.mjs";
@@ -49,6 +50,7 @@ export class Player {
     this.lanes = lanesOf(this.counts.map((count) => count.total));
     this.timeline = new Timeline(document.getElementById("timeline"), this.playback, this.lanes);
     this.bodyTable = new BodyTable(this);
+    this.race = new Race(document.getElementById("race"), this);
     this.spaceTime = new SpaceTime(document.getElementById("spacetime"), this);
     this.fit();
     if (held.open) this.playback.seek(held.open);
@@ -238,6 +240,7 @@ export class Player {
     if (!this.playing || now - (this.told ?? 0) > 100) {
       this.told = now;
       tell(this);
+      this.race.tell();
     }
     if (this.playing) this.changed();
   }

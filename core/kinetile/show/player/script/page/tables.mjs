@@ -184,8 +184,8 @@ export function legend(player) {
     shapes.push(item(swatch(player.held.fresh, false), "has come with the last event"));
     shapes.push(item(swatch(player.held.next, false), "fails next"));
   }
-  const [first, second] = player.held.runs;
-  if (second) events.push(item({}, `in each lane, above: ${first.label}; below: ${second.label}`));
+  const labels = player.held.runs.map((run) => run.label);
+  if (labels.length > 1) events.push(item({}, `in each lane, from above: ${labels.join(", ")}`));
   $("legend").replaceChildren(...events);
   $("legend-structure").replaceChildren(...shapes);
   $("legend-structure-head").hidden = !shapes.length;

@@ -1,0 +1,81 @@
+// Several phases on one clock: how many certificates each has had to replace so far, and that their contacts are the
+// same. A digest of the contacts so far stands for each list; it is not the run's fingerprint, which is of all of them.
+
+import { timeOf } from "../run/clock.mjs";
+import { inWords, momentOfEvent } from "../run/events.mjs";
+import { KINDS } from "../run/rows.mjs";
+
+const LATEST = 3; // contacts that are named
+const MET = ["disc", "wall", "pass", "part"].map((kind) => KINDS.indexOf(kind));
+
+/** After so many events, how many contacts there were, and their digest: the 32 bits of FNV-1a over whole numbers. */
+export function digests({ count, kind, epoch, tick, a, b }) {
+  const contacts = new Int32Array(count + 1);
+  const digest = new Uint32Array(count + 1);
+  digest[0] = 0x811c9dc5;
+  for (let event = 0; event < count; event += 1) {
+    const isContact = MET.includes(kind[event]);
+    let state = digest[event];
+    const numbers = [epoch[event], Math.floor(tick[event] / 2 ** 32), tick[event], a[event], b[event]];
+    if (isContact) for (const number of numbers) state = Math.imul(state ^ number, 0x01000193);
+    digest[event + 1] = state;
+    contacts[event + 1] = contacts[event] + (isContact ? 1 : 0);
+  }
+  return { contacts, digest };
+}
+
+export class Race {
+  /** `place`: where it is told; with one run, nowhere. */
+  constructor(place, player) {
+    Object.assign(this, { place, player });
+    place.hidden = player.runs.length < 2;
+    if (place.hidden) return;
+    this.lists = player.playback.runs.map(({ events }) => digests(events));
+    this.most = Math.max(1, ...player.counts.map(({ total }) => total.structural));
+    const cell = (name, text = "") => Object.assign(document.createElement(name), { textContent: text });
+    this.cells = player.held.runs.map(({ label }) => {
+      const [row, bar] = [cell("tr"), cell("span")];
+      const [phase, work, graph, contacts, digest] = [cell("th", label), cell("td"), cell("td"), cell("td"), cell("td")];
+      Object.assign(phase, { scope: "row" });
+      graph.append(bar);
+      row.append(phase, work, graph, contacts, digest);
+      return { row, bar, work, contacts, digest };
+    });
+    const head = cell("tr");
+    for (const name of ["phase", "certificates failed", "", "contacts", "digest of them"]) {
+      head.append(name ? Object.assign(cell("th", name), { scope: "col" }) : cell("td"));
+    }
+    document.getElementById("work").replaceChildren(head, ...this.cells.map(({ row }) => row));
+  }
+
+  /** Say how far each is at the present moment. */
+  tell() {
+    if (this.place.hidden) return;
+    const { playback, counts } = this.player;
+    const found = playback.runs.map(({ done }, at) => [this.lists[at].contacts[done], this.lists[at].digest[done]]);
+    playback.runs.forEach(({ done }, at) => {
+      const { bar, work, contacts, digest } = this.cells[at];
+      const failed = counts[at].before("structural", done);
+      work.textContent = String(failed);
+      bar.style.width = `${(100 * failed) / this.most}%`;
+      contacts.textContent = String(found[at][0]);
+      digest.textContent = found[at][1].toString(16).padStart(8, "0");
+    });
+    const [[many, first]] = found;
+    const same = found.every(([contacts, digest]) => contacts === many && digest === first);
+    document.getElementById("same").textContent = same
+      ? `The same ${many} contacts under all ${found.length} phases. ${this.latest()}`
+      : "The contacts are not the same at this moment.";
+  }
+
+  /** The latest contacts in words, the last one first. */
+  latest() {
+    const { playback: { runs: [{ events, done }] }, held } = this.player;
+    const said = [];
+    for (let event = done - 1; event >= 0 && said.length < LATEST; event -= 1) {
+      if (!MET.includes(events.kind[event])) continue;
+      said.push(`${timeOf(momentOfEvent(events, event), held.start, held.unit).toFixed(4)} ${inWords(events, event)}`);
+    }
+    return said.length ? `Latest: ${said.join("; ")}.` : "";
+  }
+}

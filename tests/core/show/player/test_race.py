@@ -1,0 +1,84 @@
+"""Several phases on one page: what each has had to do so far, and that their contacts are the same."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from typer.testing import CliRunner
+
+import kinetile as kt
+from chromium import Browser, needs_chromium
+from kinetile.cli import app
+from kinetile.show.player import view_scene
+
+PHASES = ("naive", "sap-1d", "sap-2d", "sweep-tiling", "cells")
+
+TOLD = """(() => {
+    const rows = [...document.querySelectorAll("#race tr")].slice(1);
+    const said = document.querySelector("#race p").textContent;
+    return JSON.stringify([rows.map((row) => [...row.children].map((cell) => cell.textContent)), said]);
+})()"""
+
+
+def scene():
+    return kt.make_scene("random", bodies=10, density=0.3, seed=4)
+
+
+@needs_chromium
+@pytest.mark.parametrize(("width", "height"), [(1280, 800), (390, 844)])
+def test_counts_are_those_of_runs_and_contacts_are_the_same(width, height, tmp_path):
+    path = view_scene(scene(), [(name, {}) for name in PHASES], until=0.3).save(tmp_path / "race.html")
+    with Browser(width, height) as browser:
+        browser.open(path)
+        for until in (0.0, 0.1, 0.3):
+            browser.value(f"kinetilePlayer.goTo('{until}')")
+            browser.settle()
+            rows, said = json.loads(browser.value(TOLD))
+            sims = [kt.Simulation(scene(), name) for name in PHASES]
+            for sim in sims:
+                sim.run(until=until)
+            met = str(len(sims[0].contacts))
+            assert [row[0] for row in rows] == [*PHASES]
+            assert [row[1] for row in rows] == [str(sim.readings.structural_events) for sim in sims]
+            assert [row[3] for row in rows] == [met] * 5
+            assert len({row[4] for row in rows}) == 1
+            assert said.startswith(f"The same {met} contacts under all 5 phases.")
+            assert ("Latest:" in said) == (met != "0")
+        assert browser.value("document.documentElement.scrollWidth") <= width
+        assert browser.said() == []
+
+
+@needs_chromium
+def test_a_list_that_differs_is_told(tmp_path):
+    path = view_scene(scene(), [("naive", {}), ("cells", {})], until=0.3).save(tmp_path / "race.html")
+    forge = """(() => {
+        const { playback: { runs: [, { events }] }, race } = kinetilePlayer;
+        const at = events.b.findIndex((b) => b >= 0);
+        events.tick[at] += 1;
+        race.lists[1] = digests(events);
+        kinetilePlayer.goTo("0.3");
+    })()"""
+    shown = "window.digests = digests;\nbegin();\n</script>"
+    text = path.read_text(encoding="utf-8").replace("begin();\n</script>", shown)
+    path.write_text(text, encoding="utf-8")
+    with Browser() as browser:
+        browser.open(path)
+        browser.value(forge)
+        browser.settle()
+        rows, said = json.loads(browser.value(TOLD))
+        assert said == "The contacts are not the same at this moment."
+        assert rows[0][4] != rows[1][4]
+
+
+def test_the_command_takes_several_phases_with_their_options(tmp_path):
+    out = tmp_path / "race.html"
+    words = ["view", "grid", "-s", "bodies=9", "--until", "0.1", "--out", str(out)]
+    done = CliRunner().invoke(app, [*words, "--broad-phase", "naive", "--beside", "sap-1d:axis=y,cells"])
+    assert done.exit_code == 0, done.stderr
+    text = out.read_text(encoding="utf-8")
+    for label in ("naive", "sap-1d:axis=y", "cells"):
+        assert f"<figcaption>{label}" in text
+    alone = CliRunner().invoke(app, [*words, "--overwrite", "--beside", "cells"])
+    assert alone.exit_code == 2
+    assert "name the first with --broad-phase" in alone.stderr
