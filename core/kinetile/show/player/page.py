@@ -31,7 +31,7 @@ from kinetile.scene.shapes import Shape
 from kinetile.show.picture import FRESH, LOOKS, NEXT, outline_of
 from kinetile.show.player.recording import Plans, Recording, kinds_of, residuals
 
-_SEEN = ("camera", "paper", "drawing", "matrix", "timeline", "tables", "player", "hands")
+_SEEN = ("camera", "paper", "drawing", "matrix", "timeline", "tables", "player", "link", "svg", "hands")
 
 MODULES = (
     *(f"run/{name}" for name in ("clock", "columns", "rows", "motion", "structure", "events", "playback")),
