@@ -97,6 +97,7 @@ function setGroup(player, group) {
   player.group = group;
   $("group").value = group;
   player.say(`steps go to: ${group}`);
+  player.changed();
 }
 
 function onKey(player, event) {
