@@ -132,9 +132,11 @@ class Browser:
         while self.value("document.readyState") != "complete":
             time.sleep(0.01)
 
-    def open(self, path: Path) -> None:
-        """Open a page of the player from its file, and wait until it is there."""
-        self.ask("Page.navigate", url=path.resolve().as_uri())
+    def open(self, path: Path, link: str = "") -> None:
+        """Open a page of the player from its file, at a link from "#" on, and wait until it is there."""
+        if link:  # a page that is open already would only go there
+            self.visit(Path(os.devnull))
+        self.ask("Page.navigate", url=path.resolve().as_uri() + link)
         if not any(each["method"] == "Page.loadEventFired" for each in self.events[-30:]):
             self.wait_for("Page.loadEventFired")
         while not self.value("document.documentElement?.dataset.ready"):

@@ -32,6 +32,7 @@ class Element {
   setPointerCapture() {}
   remove() {}
   focus() {}
+  click() {}
   removeAttribute(name) { delete this.attributes[name]; }
   showModal() { this.opened = true; }
 }
@@ -44,6 +45,7 @@ const listeners = {};
 let frames = [];
 globalThis.window = globalThis;
 globalThis.addEventListener = () => {};
+globalThis.location = { hash: "", href: "file:///page.html" };
 globalThis.ResizeObserver = class { observe() {} };
 globalThis.devicePixelRatio = 2;
 globalThis.requestAnimationFrame = (frame) => frames.push(frame);

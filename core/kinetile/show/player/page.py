@@ -26,15 +26,19 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.kernel.clock import TICKS
-from kinetile.scene import Scene
+from kinetile.scene import Insert, Scene
 from kinetile.scene.shapes import Shape
 from kinetile.show.picture import FRESH, LOOKS, NEXT, outline_of
 from kinetile.show.player.recording import Plans, Recording, kinds_of, residuals
 
-_SEEN = ("camera", "paper", "drawing", "matrix", "timeline", "spacetime", "race", "tables", "player", "hands")
+_RUN = ("clock", "columns", "rows", "motion", "structure", "events", "meetings", "sentences", "playback")
+_SEEN = (
+    *("camera", "paper", "drawing", "matrix", "timeline", "spacetime", "race", "tables"),
+    *("player", "link", "svg", "hands"),
+)
 
 MODULES = (
-    *(f"run/{name}" for name in ("clock", "columns", "rows", "motion", "structure", "events", "playback")),
+    *(f"run/{name}" for name in _RUN),
     *(f"page/{name}" for name in _SEEN),
 )
 """The script's files, each after those that it imports: the run, then its display."""
@@ -78,6 +82,9 @@ class Page:
             "select": self.select,
             "speed": length / _SECONDS if length > 0 else 1.0,
             "bodies": encode(vars(first.plans)),
+            "kinds": [] if scene.kinds == (0,) else list(map(str, scene.kinds)),
+            "kind": _kinds(scene, len(first.plans.x)),
+            "responses": [[each.name for each in row] for row in scene.meets] if scene.responses else [],
             "shapes": list(map(_drawn, scene.shapes)),
             "shape": scene.shape.tolist() if scene.shapes else [],
             "runs": runs,
@@ -170,6 +177,17 @@ def _box(scene: Scene, plans: Plans) -> Sequence[float]:
     box = (float((x - left).min()), float((y - down).min()), float((x + right).max()), float((y + up).max()))
     wide, high = box[2] - box[0], box[3] - box[1]
     return (box[0] - 0.25 * wide, box[1] - 0.25 * high, box[2] + 0.25 * wide, box[3] + 0.25 * high)
+
+
+def _kinds(scene: Scene, bodies: int) -> list[int]:
+    """Returns the kind of each body as its place in the scene's kinds; nothing where there is one kind."""
+    if len(scene.kinds) < 2:
+        return []
+    kinds = [*scene.kind_numbers.tolist(), *[0] * (bodies - len(scene))]
+    for each in scene.commands:
+        if isinstance(each, Insert) and each.kind is not None:
+            kinds[each.body] = scene.kinds.index(each.kind)
+    return kinds
 
 
 def _drawn(shape: Shape) -> dict[str, Any]:

@@ -64,8 +64,8 @@ class View:
     def _repr_html_(self) -> str:
         page, title = html.escape(str(self)), html.escape(self.page.title)
         return (
-            f'<iframe title="{title}" sandbox="allow-scripts" srcdoc="{page}" '
-            'style="width: 100%; height: 720px; border: 0"></iframe>'
+            f'<iframe title="{title}" sandbox="allow-scripts allow-downloads" allow="clipboard-write" '
+            f'srcdoc="{page}" style="width: 100%; height: 720px; border: 0"></iframe>'
         )
 
 

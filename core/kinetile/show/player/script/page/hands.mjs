@@ -2,7 +2,9 @@
 
 import { GROUPS } from "../run/events.mjs";
 import { load } from "../run/playback.mjs";
+import { copyLink, followLink } from "./link.mjs";
 import { Player } from "./player.mjs";
+import { saveSvg } from "./svg.mjs";
 import { $, legend } from "./tables.mjs";
 
 /** A place in the window in pixels right of and above the middle of a canvas. */
@@ -41,6 +43,8 @@ const KEYS = {
   s: (player) => pan(player, 0, -PAN),
   r: (player) => reset(player),
   t: (player) => setStructured(player),
+  l: (player) => copyLink(player),
+  v: (player) => saveSvg(player),
   Escape: (player) => leave(player),
   "?": () => help(),
 };
@@ -93,6 +97,7 @@ function setGroup(player, group) {
   player.group = group;
   $("group").value = group;
   player.say(`steps go to: ${group}`);
+  player.changed();
 }
 
 function onKey(player, event) {
@@ -217,6 +222,8 @@ export async function begin() {
     player.theme = readTheme();
     player.changed();
   });
+  addEventListener("hashchange", () => followLink(player, location.hash));
+  followLink(player, location.hash);
   legend(player);
   $("loading").remove();
   player.changed();

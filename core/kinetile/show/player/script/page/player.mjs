@@ -9,10 +9,11 @@ import { SpaceTime } from "./spacetime.mjs";
 import { BodyTable, countUp, tell } from "./tables.mjs";
 import { Timeline, lanesOf } from "./timeline.mjs";
 import { compare, elapsed, later, momentAt, timeOf } from "../run/clock.mjs";
-import { GROUPS, inWords, momentOfEvent, seek } from "../run/events.mjs";
+import { GROUPS, momentOfEvent, seek } from "../run/events.mjs";
 import { apartAlong } from "../run/motion.mjs";
 import { Playback } from "../run/playback.mjs";
 import { KINDS } from "../run/rows.mjs";
+import { Sentences } from "../run/sentences.mjs";
 
 /** How fast time may pass at most, in parts of the speed at first: a whole recording within a frame. */
 const FASTEST = 2 ** 12;
@@ -37,6 +38,7 @@ export class Player {
     Object.assign(this, { held, bodies, runs, selected: held.select, follows: false, structured: true });
     Object.assign(this, { playing: 0, evenly: false, group: "all" });
     this.playback = new Playback(bodies, runs, held);
+    this.sentences = runs.map((run, at) => new Sentences(run, this.playback.runs[at].events, bodies, held));
     this.camera = new Camera();
     this.speed = held.speed;
     this.theme = readTheme();
@@ -102,8 +104,8 @@ export class Player {
   /** The present moment in words. */
   momentInWords() {
     const { playback } = this;
-    const run = playback.runs.find((each) => playback.current(each) >= 0);
-    if (run) return `${inWords(run.events, playback.current(run))}, time ${this.time()}`;
+    const at = playback.runs.findIndex((each) => playback.current(each) >= 0);
+    if (at >= 0) return `${this.sentences[at].of(playback.current(playback.runs[at]))}, time ${this.time()}`;
     if (compare(playback.moment, playback.begin) === 0) return "the beginning";
     return `${compare(playback.moment, playback.end) === 0 ? "the end" : "between events"}, time ${this.time()}`;
   }

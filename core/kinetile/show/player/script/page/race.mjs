@@ -74,7 +74,7 @@ export class Race {
     const said = [];
     for (let event = done - 1; event >= 0 && said.length < LATEST; event -= 1) {
       if (!MET.includes(events.kind[event])) continue;
-      said.push(`${timeOf(momentOfEvent(events, event), held.start, held.unit).toFixed(4)} ${inWords(events, event)}`);
+      said.push(`${timeOf(momentOfEvent(events, event), held.start, held.unit).toFixed(4)} ${inWords(events, event, held)}`);
     }
     return said.length ? `Latest: ${said.join("; ")}.` : "";
   }

@@ -73,7 +73,7 @@ export function tell(player) {
 function readings(player, run, at) {
   const { bodies, counts, lanes } = player;
   const event = player.playback.current(run);
-  const found = { now: event < 0 ? "between events" : inWords(run.events, event) };
+  const found = { now: event < 0 ? "between events" : inWords(run.events, event, player.held) };
   const { steps, structure } = player.runs[at];
   const [next] = structure?.failing(run.done) ?? [];
   if (next !== undefined) {
@@ -92,7 +92,7 @@ function readings(player, run, at) {
   return found;
 }
 
-/** The selected body in words: its plan, its pairs, and its events as buttons that go there. */
+/** The selected body in words: its plan and its pairs; and its events, or all, as buttons that go there. */
 export class BodyTable {
   constructor(player) {
     this.player = player;
@@ -101,9 +101,11 @@ export class BodyTable {
 
   tell() {
     const { playback, selected: body, held, bodies, runs } = this.player;
-    $("body").hidden = body === null;
-    if (body === null) return;
     const [run] = playback.runs;
+    $("body").hidden = body === null;
+    $("events-head").textContent = body === null ? "Events" : `Events of body ${body}`;
+    this.#events(run, body);
+    if (body === null) return;
     const { plans } = run.motion;
     const [x, y] = run.motion.place(body, playback.moment);
     $("body-name").textContent = `Body ${body}`;
@@ -118,23 +120,23 @@ export class BodyTable {
         ? ["shape, mass", `${held.shapes[held.shape[body]].words}, ${bodies.mass[body]}`]
         : ["radius, mass", `${bodies.radius[body]}, ${bodies.mass[body]}`],
     ] : [["", "it is not there now"]]);
-    this.#events(run, body);
   }
 
-  /** The body's last events and its next ones. The buttons stay, so that the focus does. */
+  /** The last events and the next ones, of a body unless that is null. The buttons stay, so that the focus does. */
   #events(run, body) {
     const events = [];
-    let event = seek(run.events, run.done, -1, "all", body);
-    for (; event >= 0 && events.length < 3; event = seek(run.events, event, -1, "all", body)) events.unshift(event);
-    event = seek(run.events, run.done, 1, "all", body);
-    for (; event >= 0 && events.length < 8; event = seek(run.events, event + 1, 1, "all", body)) events.push(event);
+    const group = body === null ? this.player.group : "all";
+    let event = seek(run.events, run.done, -1, group, body);
+    for (; event >= 0 && events.length < 3; event = seek(run.events, event, -1, group, body)) events.unshift(event);
+    event = seek(run.events, run.done, 1, group, body);
+    for (; event >= 0 && events.length < 8; event = seek(run.events, event + 1, 1, group, body)) events.push(event);
     while (this.buttons.length < events.length) this.#add();
     this.buttons.forEach(({ item, button }, at) => {
       item.hidden = at >= events.length;
       if (item.hidden) return;
       const time = timeOf(momentOfEvent(run.events, events[at]), this.player.held.start, this.player.held.unit);
       button.event = events[at];
-      button.textContent = `${time.toPrecision(8)}: ${inWords(run.events, events[at])}`;
+      button.textContent = `${time.toPrecision(8)}: ${this.player.sentences[0].of(events[at])}`;
       if (events[at] === run.done - 1) button.setAttribute("aria-current", "true");
       else button.removeAttribute("aria-current");
     });

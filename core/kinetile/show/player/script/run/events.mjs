@@ -82,18 +82,25 @@ export function seek(events, done, direction, group = "all", body = null) {
   return -1;
 }
 
-/** An event in words. */
-export function inWords(events, event) {
-  const a = events.a[event];
-  const b = events.b[event];
+/** The response of two bodies (or of one and a wall, b < 0), with a space before it; nothing if it is elastic. */
+function responseOf({ kind, responses }, a, b) {
+  const found = responses[kind[a] ?? 0]?.at(b < 0 ? -1 : kind[b] ?? 0) ?? "elastic";
+  return found === "elastic" ? "" : ` (${found})`;
+}
+
+/** An event in words; `kinds`, the `kind` of each body and `responses` are the scene's. */
+export function inWords(events, event, held) {
+  const [a, b] = [events.a[event], events.b[event]];
+  const who = (body) => `${held.kinds[held.kind[body]] ?? "body"} ${body}`;
+  const both = (one, other) => (held.kinds.length ? `${who(one)} and ${who(other)}` : `bodies ${one} and ${other}`);
   switch (KINDS[events.kind[event]]) {
-    case "structural": return `a certificate of body ${a} fails`;
-    case "disc": return `bodies ${a} and ${b} meet`;
-    case "wall": return `body ${a} meets the ${WALLS[b]} wall`;
-    case "turn": return `body ${a} turns`;
-    case "insert": return `body ${a} comes`;
-    case "remove": return `body ${a} goes`;
-    case "pass": return `bodies ${a} and ${b} begin to pass through each other`;
-    default: return `bodies ${b} and ${a} end to pass through each other`;
+    case "structural": return `a certificate of ${who(a)} fails`;
+    case "disc": return `${both(a, b)} meet${responseOf(held, a, b)}`;
+    case "wall": return `${who(a)} meets the ${WALLS[b]} wall${responseOf(held, a, b)}`;
+    case "turn": return `${who(a)} turns`;
+    case "insert": return `${who(a)} comes`;
+    case "remove": return `${who(a)} goes`;
+    case "pass": return `${both(a, b)} begin to pass through each other`;
+    default: return `${both(b, a)} end to pass through each other`;
   }
 }

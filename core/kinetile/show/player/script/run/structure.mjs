@@ -6,7 +6,8 @@ export const SHAPES = ["segment", "box", "polygon", "link", "entry"];
 const PLURALS = { axis: "axes" };
 const STATES = ["old", "again", "fresh", "next"];
 
-const plural = (role) => PLURALS[role] ?? `${role}s`;
+/** More than one of a role. */
+export const plural = (role) => PLURALS[role] ?? `${role}s`;
 
 /** A log of shapes (columns as structure.py names them), to be asked what there is after so many events. */
 export class Structure {
@@ -33,6 +34,17 @@ export class Structure {
       }
     }
     return this.found;
+  }
+
+  /** The shapes that have come with the last of so many events, and those that have gone: {came, gone}. */
+  changes(done) {
+    this.ends ??= [this.first, this.last].map((column) => {
+      const found = new Map();
+      column.forEach((each, shape) => (found.has(each) ? found.get(each).push(shape) : found.set(each, [shape])));
+      return found;
+    });
+    const [came, gone] = this.ends.map((found) => found.get(done) ?? []);
+    return { came, gone };
   }
 
   /** Of the shapes that are there after so many events, those that fail first; none where none fails. */
