@@ -9,7 +9,9 @@ import pytest
 import kinetile as kt
 from games import draw_game, draw_game_of_shapes
 from judged_games import forged_and_found, with_end
+from kinetile.errors import Refused
 from kinetile_accuracy import certify_log
+from kinetile_accuracy.specification import answers
 from lanes import first
 
 
@@ -33,6 +35,13 @@ def test_forged_lists_of_games_are_found_at_the_first_wrong_line(seeds):
             found[name] += 1
     assert len(found) == 10
     assert min(found.values()) >= 5
+
+
+def test_a_response_that_is_not_specified_is_refused(monkeypatch):
+    monkeypatch.setattr(answers, "_KNOWN", ("elastic", "pass"))
+    scene = kt.Scene([(0.0, 0.0)], [(1.0, 0.0)], 0.5, responses={("*", "*"): kt.Response("stop")})
+    with pytest.raises(Refused, match="the specification has elastic, pass, and this scene has stop"):
+        certify_log(scene, kt.Simulation(scene).contacts)
 
 
 def test_at_an_exact_end_so_many_contacts_of_its_tick_are_there():
