@@ -25,6 +25,7 @@ class Element {
   }
   addEventListener(kind, listener) { this.listeners[kind] = listener; }
   setAttribute(name, value) { this.attributes[name] = value; }
+  get childNodes() { return this.children; }
   append(...children) { this.children.push(...children); }
   replaceChildren(...children) { this.children = children; }
   getContext() { return pen; }

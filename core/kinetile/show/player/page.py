@@ -31,10 +31,21 @@ from kinetile.scene.shapes import Shape
 from kinetile.show.picture import FRESH, LOOKS, NEXT, outline_of
 from kinetile.show.player.recording import Plans, Recording, kinds_of, residuals
 
-_RUN = ("clock", "columns", "rows", "motion", "structure", "events", "meetings", "sentences", "playback")
+_RUN = (
+    "clock",
+    "columns",
+    "rows",
+    "motion",
+    "structure",
+    "events",
+    "meetings",
+    "proof",
+    "sentences",
+    "playback",
+)
 _SEEN = (
     *("camera", "paper", "drawing", "matrix", "timeline", "spacetime", "race", "tables"),
-    *("player", "link", "svg", "hands"),
+    *("lens", "player", "link", "svg", "hands"),
 )
 
 MODULES = (

@@ -8,6 +8,10 @@ import { KINDS } from "../run/rows.mjs";
 import { SHAPES } from "../run/structure.mjs";
 
 const MANY = 300; // shapes that look alike: from here on their lines are a pixel wide, which is drawn far quicker
+
+/** So many kinds have a colour of their own; the next ones begin with the first again. */
+export const KIND_COLOURS = 6;
+
 const READABLE = 9; // pixels: a disc of such a radius has its number in it
 
 const GROUP_OF = KINDS.map((kind) => Object.keys(GROUPS).find((group) => group !== "all" && GROUPS[group].includes(kind)));
@@ -17,12 +21,18 @@ export function groupOf(kind) {
   return GROUP_OF[kind];
 }
 
+/** The colour of a body: by its kind where there are several, else by whether it can be moved. */
+function colourOf({ kind, mass }, body, theme) {
+  if (kind) return theme.kinds[(kind[body] ?? 0) % theme.kinds.length];
+  return mass[body] === Infinity ? theme.fixed : theme.body;
+}
+
 /** All bodies of a run: bodies {radius, mass, outline}, places and who is there; `marked` are drawn over the others. */
 export function drawBodies(view, bodies, places, there, theme, marked) {
   const { pen, camera } = view;
   const add = (body) => addBody(view, places.x[body], places.y[body], bodies.radius[body] || 0, bodies.outline[body]); // NaN: unknown
-  const colour = (body) => (bodies.mass[body] === Infinity ? theme.fixed : theme.body);
-  const layers = new Map([[theme.fixed, []], [theme.body, []]]);
+  const colour = (body) => colourOf(bodies, body, theme);
+  const layers = new Map([theme.fixed, theme.body, ...theme.kinds].map((filling) => [filling, []]));
   for (let body = 0; body < there.length; body += 1) {
     if (!there[body] || marked.has(body)) continue;
     if (bodies.radius[body] * camera.scale >= HUGE) drawBody(view, () => add(body), colour(body), theme.line, 1);
@@ -84,10 +94,11 @@ export function drawNumbers({ pen, camera, width, height }, bodies, places, ther
  * The structure after so many events: what lies under the bodies, or over them (`over`). What fails next and what
  * has come with the last event have looks of their own; what is only scheduled anew has a wider line.
  */
-export function drawStructure(view, structure, done, places, { looks, next, fresh, periods }, over) {
+export function drawStructure(view, structure, done, places, { looks, next, fresh, periods, hidden }, over) {
   const { pen } = view;
   for (const { role, state, shapes } of structure.layers(done)) {
     const own = looks[role];
+    if (hidden.has(role)) continue;
     if ((own.over || state === "next" || state === "fresh") !== over) continue;
     const look = { next, fresh }[state] ?? own;
     addShapes(view, structure, shapes, places, look, periods);
@@ -98,6 +109,14 @@ export function drawStructure(view, structure, done, places, { looks, next, fres
     pen.stroke();
     pen.setLineDash([]);
   }
+}
+
+/** One shape that a reader has picked, over the others. */
+export function drawPicked(view, structure, shape, places, theme, periods) {
+  addShapes(view, structure, [shape], places, { filled: 0.3, colour: theme.groups.structural }, periods);
+  view.pen.strokeStyle = theme.selected;
+  view.pen.lineWidth = 3;
+  view.pen.stroke();
 }
 
 /** Fill shapes of a kind, and add them to a new path. Each is filled by itself: a path of many is slow to fill. */

@@ -133,7 +133,10 @@ function listen(player, canvas) {
   canvas.addEventListener("pointerleave", () => canvas.classList.remove("active"));
   canvas.addEventListener("pointermove", (event) => {
     const before = fingers.get(event.pointerId);
-    if (!before) return;
+    if (!before) {
+      if (!player.playing) canvas.title = player.lens.nameAt(canvas, offset(canvas, pointOf(event)));
+      return;
+    }
     const now = pointOf(event);
     moved += Math.abs(now[0] - before[0]) + Math.abs(now[1] - before[1]);
     const other = [...fingers].find(([id]) => id !== event.pointerId)?.[1];
@@ -149,7 +152,7 @@ function listen(player, canvas) {
   });
   const lift = (event) => {
     const taps = fingers.delete(event.pointerId) && moved <= 4 && event.type === "pointerup";
-    if (taps) player.select(player.bodyAt(canvas, offset(canvas, pointOf(event))));
+    if (taps) player.pickAt(canvas, offset(canvas, pointOf(event)));
   };
   canvas.addEventListener("pointerup", lift);
   canvas.addEventListener("pointercancel", lift);

@@ -1,7 +1,8 @@
 // The state of the page: what plays, what is selected, where one looks; and what is seen of it.
 
 import { Camera, gapOf, holds, nearest } from "./camera.mjs";
-import { clipTo, drawBodies, drawNote, drawNumbers, drawPlan, drawStructure, drawWalls, groupOf } from "./drawing.mjs";
+import { KIND_COLOURS, clipTo, drawBodies, drawNote, drawNumbers, drawPicked, drawPlan, drawStructure, drawWalls, groupOf } from "./drawing.mjs";
+import { Lens } from "./lens.mjs";
 import { drawMatrix } from "./matrix.mjs";
 import { prepare } from "./paper.mjs";
 import { Race } from "./race.mjs";
@@ -26,17 +27,19 @@ function readTheme() {
   const style = getComputedStyle(document.documentElement);
   const colour = (name) => style.getPropertyValue(`--${name}`).trim();
   const groups = Object.fromEntries(Object.keys(GROUPS).map((group) => [group, colour(group)]));
+  const kinds = Array.from({ length: KIND_COLOURS }, (_, kind) => colour(`kind-${kind}`));
   const names = ["body", "fixed", "line", "text", "selected", "now", "wall", "paper"];
-  return { groups, ...Object.fromEntries(names.map((name) => [name, colour(name)])) };
+  return { groups, kinds, ...Object.fromEntries(names.map((name) => [name, colour(name)])) };
 }
 
 /** The state of the page, what a reader can do, and what is seen of it. */
 export class Player {
   constructor(held, { bodies, runs }) {
     bodies.outline = held.shape.map((shape) => held.shapes[shape].outline);
+    bodies.kind = held.kinds.length ? held.kind : null;
     bodies.room = held.shape.map((shape) => held.shapes[shape].room);
     Object.assign(this, { held, bodies, runs, selected: held.select, follows: false, structured: true });
-    Object.assign(this, { playing: 0, evenly: false, group: "all" });
+    Object.assign(this, { playing: 0, evenly: false, group: "all", hidden: new Set() });
     this.playback = new Playback(bodies, runs, held);
     this.sentences = runs.map((run, at) => new Sentences(run, this.playback.runs[at].events, bodies, held));
     this.camera = new Camera();
@@ -53,6 +56,7 @@ export class Player {
     this.timeline = new Timeline(document.getElementById("timeline"), this.playback, this.lanes);
     this.bodyTable = new BodyTable(this);
     this.race = new Race(document.getElementById("race"), this);
+    this.lens = new Lens(this);
     this.spaceTime = new SpaceTime(document.getElementById("spacetime"), this);
     this.fit();
     if (held.open) this.playback.seek(held.open);
@@ -146,9 +150,21 @@ export class Player {
 
   select(body) {
     this.selected = body;
+    this.lens.pick(0, null);
     this.follows = this.follows && body !== null;
     this.say(body === null ? "no body selected" : `body ${body} selected`);
     this.changed();
+  }
+
+  /** Pick what is at a place of a canvas: a body, or a shape of the structure. */
+  pickAt(canvas, point) {
+    const body = this.bodyAt(canvas, point);
+    const at = this.panes.indexOf(canvas);
+    const shape = body === null ? this.lens.shapeAt(at, point) : null;
+    this.select(body);
+    if (shape === null) return;
+    this.lens.pick(at, shape);
+    this.say(this.lens.proof().title);
   }
 
   selectNext(direction) {
@@ -242,6 +258,7 @@ export class Player {
     if (!this.playing || now - (this.told ?? 0) > 100) {
       this.told = now;
       tell(this);
+      this.lens.tell();
       this.race.tell();
     }
     if (this.playing) this.changed();
@@ -269,7 +286,8 @@ export class Player {
     const { bodies, camera, theme, held } = this;
     const { there } = run.motion.plans;
     const view = { ...prepare(canvas, devicePixelRatio), camera };
-    const structure = this.structured ? this.runs[at].structure : null;
+    const structure = this.structured ? run.structure : null;
+    const looks = { ...held, hidden: this.hidden };
     view.pen.clearRect(0, 0, view.width, view.height);
     const places = this.placesOf(run);
     const repeats = held.periods.some((period) => period > 0);
@@ -278,9 +296,11 @@ export class Player {
       view.pen.save();
       clipTo(view, held.arena);
     }
-    if (structure) drawStructure(view, structure, run.done, places, held, false);
+    if (structure) drawStructure(view, structure, run.done, places, looks, false);
     this.drawImages(places, (seen) => drawBodies(view, bodies, seen, there, theme, this.marks(run)));
-    if (structure) drawStructure(view, structure, run.done, places, held, true);
+    if (structure) drawStructure(view, structure, run.done, places, looks, true);
+    const { picked } = this.lens;
+    if (structure && picked?.at === at && structure.at(run.done).includes(picked.shape)) drawPicked(view, structure, picked.shape, places, theme, held.periods);
     const body = this.selected;
     if (body !== null && there[body]) drawPlan(view, this.plan(run, body), bodies.radius[body] || 0, bodies.outline[body], theme.selected);
     drawNumbers(view, bodies, places, there, theme);
@@ -304,6 +324,7 @@ export class Player {
   /** The colours of the bodies that are selected, or in the present event. */
   marks(run) {
     const marks = new Map();
+    for (const body of run.passing.at(run.done)) marks.set(body, { line: this.theme.groups.passings });
     const event = this.playback.current(run);
     if (event >= 0) {
       const colour = this.theme.groups[groupOf(run.events.kind[event])];

@@ -1,8 +1,9 @@
 // What stands beside the picture in words and numbers.
 
+import { KIND_COLOURS } from "./drawing.mjs";
 import { fractionOf, timeOf } from "../run/clock.mjs";
 import { GROUPS, inWords, isOf, momentOfEvent, seek } from "../run/events.mjs";
-import { SHAPES } from "../run/structure.mjs";
+import { SHAPES, plural } from "../run/structure.mjs";
 
 /** An element of the page by its id. */
 export const $ = (id) => document.getElementById(id);
@@ -152,6 +153,21 @@ export class BodyTable {
   }
 }
 
+/** A line of the legend as a switch: whether the shapes of its role are shown. */
+function layer(line, role, player) {
+  const button = document.createElement("button");
+  button.append(...line.childNodes);
+  button.setAttribute("aria-pressed", "true");
+  button.addEventListener("click", () => {
+    const shown = player.hidden.delete(role) || !player.hidden.add(role);
+    button.setAttribute("aria-pressed", String(shown));
+    player.say(`${plural(role)} are ${shown ? "shown" : "hidden"}`);
+    player.changed();
+  });
+  line.append(button);
+  return line;
+}
+
 const EVENTS = {
   contacts: "two bodies meet",
   structural: "a certificate of the broad phase fails",
@@ -175,12 +191,20 @@ export function legend(player) {
     return isLine ? { height: "0", border: "0", borderTop: line, verticalAlign: "0.25rem" } : { border: line, background: look.colour + alpha };
   };
   const events = player.lanes.map((group) => item({ background: `var(--${group})`, width: "0.3rem", marginLeft: "0.35rem", marginRight: "0.85rem" }, `${group}: ${EVENTS[group]}`));
+  const { kinds: names, responses } = player.held;
+  names.forEach((name, kind) => {
+    events.push(item({ background: `var(--kind-${kind % KIND_COLOURS})`, border: "1px solid var(--line)" }, `kind ${name}`));
+    responses[kind]?.forEach((response, other) => {
+      const whom = names[other] ?? "walls";
+      if ((other >= kind) && response !== "elastic") events.push(item({}, `${name} and ${whom}: ${response}`));
+    });
+  });
   const drawn = player.runs.map(({ structure }) => structure).filter(Boolean);
   const shapesOf = (role) => drawn.flatMap((each) => [...each.shape].filter((_, shape) => each.roles[each.role[shape]] === role));
   const shapes = [];
   for (const [role, look] of Object.entries(player.held.looks)) {
     const kinds = new Set(shapesOf(role).map((kind) => SHAPES[kind]));
-    if (kinds.size) shapes.push(item(swatch(look, !kinds.has("box") && !kinds.has("polygon")), role));
+    if (kinds.size) shapes.push(layer(item(swatch(look, !kinds.has("box") && !kinds.has("polygon")), role), role, player));
   }
   if (shapes.length) {
     shapes.push(item(swatch(player.held.fresh, false), "has come with the last event"));

@@ -82,6 +82,31 @@ export function seek(events, done, direction, group = "all", body = null) {
   return -1;
 }
 
+/** Who is passing through whom after so many events. */
+export class Passing {
+  constructor(events) {
+    this.events = events;
+    const isPassing = (event) => GROUPS.passings.includes(KINDS[events.kind[event]]);
+    this.list = Array.from({ length: events.count }, (_, event) => event).filter(isPassing);
+    this.asked = -1;
+  }
+
+  /** The bodies that are within another one after so many events. */
+  at(done) {
+    if (this.asked === done) return this.bodies;
+    const { kind, a, b } = this.events;
+    const pairs = new Map();
+    for (const event of this.list) {
+      if (event >= done) break;
+      const pair = [Math.min(a[event], b[event]), Math.max(a[event], b[event])];
+      if (KINDS[kind[event]] === "pass") pairs.set(pair.join(), pair);
+      else pairs.delete(pair.join());
+    }
+    [this.asked, this.bodies] = [done, new Set([...pairs.values()].flat())];
+    return this.bodies;
+  }
+}
+
 /** The response of two bodies (or of one and a wall, b < 0), with a space before it; nothing if it is elastic. */
 function responseOf({ kind, responses }, a, b) {
   const found = responses[kind[a] ?? 0]?.at(b < 0 ? -1 : kind[b] ?? 0) ?? "elastic";

@@ -10,12 +10,18 @@ const NEAR = 1e-9;
 /** A coordinate of a shape by its place in `body` and `offset`. */
 const coordinateOf = (structure, at) => ({ body: structure.body[at], offset: structure.offset[at] });
 
-/** The pairs of coordinates on an axis that a shape may watch; of a fixed one, those of its owner and its sides. */
-function pairsOn(structure, shape, axis, owner, radius) {
+/** The coordinates of a shape on an axis. */
+function sidesOn(structure, shape, axis) {
   const sides = [];
   for (let at = structure.start[shape] + axis; at < structure.start[shape] + structure.size[shape]; at += 2) {
     sides.push(coordinateOf(structure, at));
   }
+  return sides;
+}
+
+/** The pairs of coordinates on an axis that a shape may watch; of a fixed one, those of its owner and its sides. */
+function pairsOn(structure, shape, axis, owner, radius) {
+  const sides = sidesOn(structure, shape, axis);
   const fixed = sides.every(({ body }) => body < 0) && owner >= 0;
   const own = fixed ? [0, -radius, radius].map((offset) => ({ body: owner, offset })) : sides;
   return own.flatMap((one, at) => (fixed ? sides : sides.slice(at + 1)).map((other) => [one, other]));
@@ -25,16 +31,21 @@ function pairsOn(structure, shape, axis, owner, radius) {
  * The meeting at which the certificate of a shape fails, at a moment under the plans of a motion: {axis, one, other,
  * gap, slope}, where `one` comes up to `other` (a coordinate is {body, offset}, body -1: fixed), `gap` is what
  * is between them then, and `slope` its change in time. `owner` is the body whose certificate it is (-1: unknown), and
- * `size` that of the view. Null where no two coordinates meet then.
+ * `size` that of the view. A bound may watch another one: `rivals` are the shapes among which that is looked for.
+ * Null where no two coordinates meet then.
  */
-export function meetingOf(structure, shape, motion, moment, owner, size) {
+export function meetingOf(structure, shape, motion, moment, owner, size, rivals = []) {
   if (["link", "entry"].includes(SHAPES[structure.shape[shape]])) return null;
   const { vx, vy } = motion.plans;
   let [found, least] = [null, NEAR * size];
   for (const [axis, speeds] of [vx, vy].entries()) {
     const place = ({ body, offset }) => (body < 0 ? 0 : motion.place(body, moment)[axis]) + offset;
     const speed = ({ body }) => (body < 0 ? 0 : speeds[body]);
-    for (const [one, other] of pairsOn(structure, shape, axis, owner, motion.bodies.radius[owner] || 0)) {
+    const others = rivals.flatMap((rival) => sidesOn(structure, rival, axis)).filter(({ body }) => body >= 0);
+    const pairs = rivals.length
+      ? sidesOn(structure, shape, axis).flatMap((one) => others.map((other) => [one, other]))
+      : pairsOn(structure, shape, axis, owner, motion.bodies.radius[owner] || 0);
+    for (const [one, other] of pairs) {
       const slope = speed(other) - speed(one);
       const gap = apartAlong(place(one), place(other), motion.periods[axis]);
       if (slope === 0 || !(Math.abs(gap) <= least)) continue;

@@ -3,7 +3,7 @@
 
 import { between, compare, later } from "./clock.mjs";
 import { decode } from "./columns.mjs";
-import { eventsAt, merge, momentOfEvent, seek } from "./events.mjs";
+import { Passing, eventsAt, merge, momentOfEvent, seek } from "./events.mjs";
 import { Motion } from "./motion.mjs";
 import { KINDS, rebuild } from "./rows.mjs";
 import { Structure } from "./structure.mjs";
@@ -23,12 +23,15 @@ export async function load(held) {
 }
 
 export class Playback {
-  /** `runs`: [{rows, steps}], with rows as `rebuild` gives them, and structural events or null. */
+  /** `runs`: [{rows, steps, structure}], with rows as `rebuild` gives them; the others may be null. */
   constructor(bodies, runs, { unit, begin, end, periods }) {
     Object.assign(this, { unit, begin, end });
-    this.runs = runs.map(({ rows, steps }) => ({
-      events: merge(rows, steps),
+    const events = runs.map(({ rows, steps }) => merge(rows, steps));
+    this.runs = runs.map(({ rows, structure }, at) => ({
+      events: events[at],
+      passing: new Passing(events[at]),
       motion: new Motion(bodies, rows, unit, periods),
+      structure,
       done: 0,
     }));
     this.#be(begin);

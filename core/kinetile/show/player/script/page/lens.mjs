@@ -1,0 +1,153 @@
+// The proof lens: what is under the pointer in words; and of what is picked, its certificate as a formula and as a
+// graph of the gap over time, from now to a little after the tick at which it fails.
+
+import { prepare } from "./paper.mjs";
+import { $ } from "./tables.mjs";
+import { elapsed } from "../run/clock.mjs";
+import { seek } from "../run/events.mjs";
+import { bodiesOf, nextOf, proofOf, proofOfPair, shapeInWords } from "../run/proof.mjs";
+import { SHAPES } from "../run/structure.mjs";
+
+const TOUCH = 5; // pixels from a line
+const SAMPLES = 80;
+
+/** The distance from the origin to the segment between two points. */
+function toSegment([ax, ay], [bx, by]) {
+  const [dx, dy] = [bx - ax, by - ay];
+  const part = Math.min(Math.max(-(ax * dx + ay * dy) / (dx * dx + dy * dy || 1), 0), 1);
+  return Math.hypot(ax + part * dx, ay + part * dy);
+}
+
+/** Twice the signed area of a polygon, and whether it holds the origin: its edges cross the half-line to the right oddly often. */
+function areaAround(corners) {
+  let [area, inside] = [0, false];
+  corners.forEach(([ax, ay], at) => {
+    const [bx, by] = corners[(at + 1) % corners.length];
+    area += ax * by - bx * ay;
+    if (ay > 0 !== by > 0 && ax + (ay / (ay - by)) * (bx - ax) > 0) inside = !inside;
+  });
+  return [Math.abs(area), inside];
+}
+
+export class Lens {
+  /** `picked`: {at, shape} of a run, or null. */
+  constructor(player) {
+    Object.assign(this, { player, picked: null });
+  }
+
+  pick(at, shape) {
+    this.picked = shape === null ? null : { at, shape };
+  }
+
+  /** The shape at a place of a pane, in pixels right of and above its middle: the nearest line, or the smallest area; or null. */
+  shapeAt(at, [right, up]) {
+    const { player } = this;
+    const run = player.playback.runs[at];
+    const { structure } = run;
+    if (!structure || !player.structured) return null;
+    const places = player.placesOf(run);
+    let [line, nearest, area, smallest] = [null, TOUCH, null, Infinity];
+    for (const shape of structure.at(run.done)) {
+      const kind = SHAPES[structure.shape[shape]];
+      if (kind === "entry" || player.hidden.has(structure.roles[structure.role[shape]])) continue;
+      let corners = structure.points(shape, places).map(([x, y]) => player.camera.see(x, y)).map(([x, y]) => [x - right, y - up]);
+      if (kind === "link" || kind === "segment") {
+        const away = toSegment(...corners);
+        if (away < nearest) [line, nearest] = [shape, away];
+        continue;
+      }
+      if (kind === "box") corners = [corners[0], [corners[1][0], corners[0][1]], corners[1], [corners[0][0], corners[1][1]]];
+      const [size, inside] = areaAround(corners);
+      if (inside && size < smallest) [area, smallest] = [shape, size];
+    }
+    return line ?? area;
+  }
+
+  /** What is at a place of a pane, in words; nothing where nothing is. */
+  nameAt(canvas, point) {
+    const { player } = this;
+    const at = player.panes.indexOf(canvas);
+    const body = player.bodyAt(canvas, point);
+    if (body !== null) return `${player.held.kinds[player.held.kind[body]] ?? "body"} ${body}`;
+    const shape = this.shapeAt(at, point);
+    if (shape === null) return "";
+    const { title, formula } = proofOf(player.playback.runs[at], shape, player.playback.moment, player.held);
+    return `${title}: ${formula}`;
+  }
+
+  /** The proof of what is picked; of a selected body, that which fails first; null where there is neither. */
+  proof() {
+    const { player, picked } = this;
+    const { moment } = player.playback;
+    const run = player.playback.runs[picked?.at ?? 0];
+    if (picked) {
+      picked.shape = this.#successor(run, picked.shape);
+      if (run.structure.at(run.done).includes(picked.shape)) return proofOf(run, picked.shape, moment, player.held);
+      return { title: shapeInWords(run.structure, picked.shape), formula: "it is not there now", gap: null, fails: null };
+    }
+    const body = player.selected;
+    if (body === null || !run.motion.plans.there[body]) return null;
+    const shape = run.structure ? nextOf(run.structure, run.done, body) : null;
+    if (shape !== null) return proofOf(run, shape, moment, player.held, body);
+    const event = seek(run.events, run.done, 1, "contacts", body);
+    return event < 0 ? null : proofOfPair(run, [run.events.a[event], run.events.b[event]], moment, player.held);
+  }
+
+  /** The same shape with its present certificate: it has been scheduled anew, or one has stepped past its life. */
+  #successor({ structure, done }, shape) {
+    const there = structure.at(done);
+    if (there.includes(shape)) return shape;
+    const look = (each) => JSON.stringify({ ...structure.plain(each), fails: null });
+    const own = look(shape);
+    const [first] = bodiesOf(structure, shape);
+    const alike = (each) => structure.role[each] === structure.role[shape] && bodiesOf(structure, each)[0] === first && look(each) === own;
+    return there.find(alike) ?? shape;
+  }
+
+  /** Say what is picked, and draw its graph. */
+  tell() {
+    const proof = this.proof();
+    $("proof").hidden = proof === null;
+    if (!proof) return;
+    $("proof-name").textContent = `Certificate: ${proof.title}`;
+    $("formula").textContent = proof.formula;
+    $("lens").hidden = proof.gap === null;
+    if (proof.gap) this.#graph(proof);
+  }
+
+  #graph({ gap, fails }) {
+    const { theme, playback, held, speed } = this.player;
+    const { pen, width, height } = prepare($("lens"), devicePixelRatio);
+    const root = fails ? elapsed(fails, ...playback.moment, held.unit) : null;
+    const until = root > 0 ? 1.3 * root : 10 * speed;
+    const values = Array.from({ length: SAMPLES + 1 }, (_, at) => gap((at * until) / SAMPLES));
+    const [low, high] = [Math.min(0, ...values), Math.max(0, ...values)];
+    const place = (time, value) => [8 + (time / until) * (width - 16), 16 + (1 - (value - low) / (high - low || 1)) * (height - 40)];
+    const zero = place(0, 0)[1];
+    pen.clearRect(0, 0, width, height);
+    pen.strokeStyle = theme.line;
+    pen.lineWidth = 1;
+    pen.beginPath();
+    pen.moveTo(0, zero);
+    pen.lineTo(width, zero);
+    pen.stroke();
+    pen.strokeStyle = theme.groups.contacts;
+    pen.lineWidth = 2;
+    pen.beginPath();
+    values.forEach((value, at) => (at ? pen.lineTo(...place((at * until) / SAMPLES, value)) : pen.moveTo(...place(0, value))));
+    pen.stroke();
+    pen.fillStyle = theme.text;
+    pen.textBaseline = "top";
+    pen.textAlign = "left";
+    pen.fillText("gap, from now on", 8, 1);
+    if (root === null) return;
+    const [x] = place(Math.max(root, 0), 0);
+    pen.fillStyle = theme.groups.structural;
+    pen.beginPath();
+    pen.arc(x, zero, 5, 0, 2 * Math.PI);
+    pen.fill();
+    pen.fillStyle = theme.text;
+    pen.textAlign = "right";
+    pen.fillText(`0 in ${root.toPrecision(4)}`, Math.min(x + 30, width - 4), height - 16);
+  }
+}

@@ -1,0 +1,100 @@
+// Certificates as formulas: the gap that a certificate watches, as a function of time under the plans in force, and
+// the tick at which it fails. A certificate of the structure watches two coordinates on an axis (meetings.mjs); a
+// pair, the distance of two discs.
+
+import { compare, elapsed, later, timeOf } from "./clock.mjs";
+import { momentOfEvent, seek } from "./events.mjs";
+import { meetingOf, sideInWords } from "./meetings.mjs";
+import { apartAlong } from "./motion.mjs";
+import { KINDS } from "./rows.mjs";
+import { SHAPES } from "./structure.mjs";
+
+const short = (number) => String(Number(number.toPrecision(5)));
+const signed = (number) => `${number < 0 ? "\u2212" : "+"} ${short(Math.abs(number))}`;
+const inTime = (moment, { start, unit }) => Number(timeOf(moment, start, unit).toPrecision(10));
+
+/** The bodies on which a shape hangs, in their order, each once. */
+export function bodiesOf(structure, shape) {
+  const from = structure.start[shape];
+  return [...new Set(structure.body.subarray(from, from + structure.size[shape]))].filter((body) => body >= 0);
+}
+
+/** A shape in words: what it is, and of whom. */
+export function shapeInWords(structure, shape) {
+  const [role, label] = [structure.roles[structure.role[shape]], structure.labels[structure.label[shape]]];
+  const those = bodiesOf(structure, shape);
+  const named = label && label !== role ? `${role} ${label}` : role;
+  if (SHAPES[structure.shape[shape]] === "link") return `${named} ${those.join("-")}`;
+  return those.length ? `${named} of ${those.join(", ")}` : named;
+}
+
+/**
+ * What the certificate of a shape says, at a moment of a run {motion, done, structure}: {title, formula, gap, fails}.
+ * `gap` is a function of the time since that moment, `fails` the moment at which it has a root. Both are null where
+ * there is no certificate, or where the shape does not show what it watches; then `formula` says so.
+ */
+export function proofOf(run, shape, moment, held, owner = -1) {
+  const { structure, motion, done } = run;
+  if (SHAPES[structure.shape[shape]] === "link") return proofOfPair(run, bodiesOf(structure, shape), moment, held);
+  const title = shapeInWords(structure, shape);
+  if (Number.isNaN(structure.epoch[shape])) return { title, formula: "nothing is scheduled for it", gap: null, fails: null };
+  const fails = [structure.epoch[shape], structure.tick[shape]];
+  const size = Math.max(held.box[2] - held.box[0], held.box[3] - held.box[1]);
+  const isBound = (each) => structure.roles[structure.role[each]] === "bound";
+  const rivals = isBound(shape) ? structure.at(done).filter((each) => each !== shape && isBound(each)) : [];
+  const found = meetingOf(structure, shape, motion, fails, owner, size, rivals);
+  const when = `fails at ${inTime(fails, held)}`;
+  if (!found) return { title, formula: `${when}; its drawing does not show what its certificate watches`, gap: null, fails };
+  const since = elapsed(fails, ...moment, held.unit);
+  const gap = (time) => found.gap + found.slope * (time - since);
+  const [one, other] = [found.one, found.other].map((side) => sideInWords(structure, done, side, found.axis));
+  const formula = `${other} \u2212 ${one} = ${short(gap(0))} ${signed(found.slope)} t > 0; ${when}`;
+  return { title, formula, gap, fails };
+}
+
+/** The same of two bodies: their distance less their radii. Its root is the contact, if the plans stay as they are. */
+export function proofOfPair({ motion, events, done }, [a, b], moment, held) {
+  const title = `pair ${a}-${b}`;
+  const { radius, outline, x } = motion.bodies;
+  if (outline?.[a] || outline?.[b] || !(a < x.length && b < x.length)) {
+    return { title, formula: "the gap of two shapes is not one formula", gap: null, fails: null };
+  }
+  const [one, other] = [motion.place(a, moment), motion.place(b, moment)];
+  const [dx, dy] = [0, 1].map((axis) => apartAlong(one[axis], other[axis], motion.periods[axis]));
+  const { vx, vy } = motion.plans;
+  const [wx, wy, reach] = [vx[b] - vx[a], vy[b] - vy[a], radius[a] + radius[b]];
+  const gap = (time) => Math.hypot(dx + wx * time, dy + wy * time) - reach;
+  const fails = metNext(events, done, a, b) ?? rootOf([dx, dy], [wx, wy], reach, moment, held.unit);
+  const square = (from, speed) => `(${short(from)} ${signed(speed)} t)\u00b2`;
+  const when = fails ? `contact at ${inTime(fails, held)}` : "no contact under these plans";
+  return { title, formula: `\u221a(${square(dx, wx)} + ${square(dy, wy)}) \u2212 ${short(reach)} > 0; ${when}`, gap, fails };
+}
+
+/** The moment of the recorded contact of two bodies, if neither has another plan before it; or null. */
+function metNext(events, done, a, b) {
+  const [one, other] = [a, b].map((body) => {
+    let event = seek(events, done, 1, "all", body);
+    while (event >= 0 && KINDS[events.kind[event]] === "structural") event = seek(events, event + 1, 1, "all", body);
+    return event;
+  });
+  return one >= 0 && one === other ? momentOfEvent(events, one) : null;
+}
+
+/** When two discs first touch: in doubles, for a curve; the run's own arithmetic is exact. Null if they do not. */
+function rootOf([dx, dy], [wx, wy], reach, moment, unit) {
+  const [square, nears, rest] = [wx * wx + wy * wy, -(dx * wx + dy * wy), dx * dx + dy * dy - reach * reach];
+  const under = nears * nears - square * rest;
+  if (nears <= 0 || under < 0 || rest < 0) return null;
+  return later(moment, rest / (nears + Math.sqrt(under)), unit);
+}
+
+/** Of the shapes that hang on a body, the one whose certificate fails first; or null. */
+export function nextOf(structure, done, body) {
+  let found = null;
+  for (const shape of structure.at(done)) {
+    if (Number.isNaN(structure.epoch[shape]) || !bodiesOf(structure, shape).includes(body)) continue;
+    const [one, other] = [shape, found].map((each) => each !== null && [structure.epoch[each], structure.tick[each]]);
+    if (!other || compare(one, other) < 0) found = shape;
+  }
+  return found;
+}

@@ -1,0 +1,164 @@
+"""The proof lens: what is under the pointer is named, a certificate is a formula with its root at the tick
+at which it fails, and the legend switches layers."""
+
+from __future__ import annotations
+
+import pytest
+
+from chromium import Browser, needs_chromium
+from kinetile.show.player import view_scene
+from player_pages import SCENES, ask_node, needs_node
+
+PROOFS = """
+const found = [];
+for (let done = 0; done < play.runs[0].events.count; done += given.every) {
+    if (done) play.jump(0, done - 1);
+    const run = play.runs[0];
+    for (const shape of run.structure.at(done)) {
+        if (Number.isNaN(run.structure.epoch[shape])) continue;
+        const { gap, fails } = proof.proofOf(run, shape, play.moment, held);
+        const since = fails && clock.elapsed(fails, ...play.moment, held.unit);
+        found.push(gap && [run.structure.roles[run.structure.role[shape]], since, gap(since), gap(since / 2),
+            fails[0] === run.structure.epoch[shape] && fails[1] === run.structure.tick[shape]]);
+    }
+}
+return found;
+"""
+
+
+@needs_node
+@pytest.mark.parametrize("phase", ["sweep-tiling", "sap-1d", "sap-2d"])
+def test_the_gap_of_a_certificate_is_0_at_the_tick_at_which_it_fails(phase, tmp_path):
+    page = view_scene(SCENES["grid"], [(phase, {})], until=0.6).page
+    found = ask_node(tmp_path, page, PROOFS, every=7)
+    assert len(found) > 100
+    known = [each for each in found if each is not None]
+    assert len(known) == len(found)  # each shows what it watches
+    for role, since, at_root, before, is_tick in known:
+        assert is_tick, role
+        assert abs(at_root) < 1e-9, role
+        assert before > 0 or since < 1e-9, role
+
+
+PAIRS = """
+const { events } = play.runs[0];
+const found = [];
+for (let event = 0; event < events.count; event += 1) {
+    if (events.b[event] < 0) continue;
+    if (event) play.jump(0, event - 1);
+    const pair = [events.a[event], events.b[event]];
+    const { gap, fails } = proof.proofOfPair(play.runs[0], pair, play.moment, held);
+    const since = clock.elapsed(fails, ...play.moment, held.unit);
+    found.push([gap(since), fails, [events.epoch[event], events.tick[event]]]);
+}
+return found;
+"""
+
+
+@needs_node
+@pytest.mark.parametrize("name", ["grid", "masses", "come and go"])
+def test_the_gap_of_a_pair_is_0_at_its_contact(name, tmp_path):
+    page = view_scene(SCENES[name], [("naive", {})], until=1.5).page
+    found = ask_node(tmp_path, page, PAIRS)
+    assert found
+    for at_root, fails, met in found:
+        assert fails == met
+        assert abs(at_root) < 1e-9
+
+
+MIDDLE = """(() => {
+    const player = kinetilePlayer;
+    const { structure, done } = player.playback.runs[0];
+    const places = player.placesOf(player.playback.runs[0]);
+    const bare = structure.at(done).flatMap((shape) => {
+        if (structure.roles[structure.role[shape]] !== ROLE) return [];
+        const points = structure.points(shape, places);
+        const mean = (axis) => points.reduce((sum, each) => sum + each[axis], 0) / points.length;
+        const seen = player.camera.see(mean(0), mean(1));
+        return player.bodyAt(player.panes[0], seen) === null ? [seen] : [];
+    });
+    const box = player.panes[0].getBoundingClientRect();
+    if (!bare.length) return null;
+    return [box.left + box.width / 2 + bare[0][0], box.top + box.height / 2 - bare[0][1]];
+})()"""
+
+
+def tap(browser, x, y):
+    for kind in ("mouseMoved", "mousePressed", "mouseReleased"):
+        browser.ask("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
+    browser.settle()
+
+
+def text(browser, name):
+    return browser.value(f"document.getElementById('{name}').textContent")
+
+
+@pytest.fixture(scope="module", params=[(1280, 900), (390, 844)], ids=["desk", "phone"])
+def browser(request):
+    with Browser(*request.param) as opened:
+        yield opened
+
+
+@needs_chromium
+@pytest.mark.parametrize(
+    ("phase", "role"), [("sweep-tiling", "tile"), ("sap-1d", "bound"), ("sweep-tiling", "pair")]
+)
+def test_a_tap_shows_the_certificate_and_hovering_names_it(browser, phase, role, tmp_path):
+    browser.open(view_scene(SCENES["grid"], [(phase, {})], until=0.6).save(tmp_path / "page.html"))
+    browser.press(*["ArrowRight"] * 3)
+    browser.settle()
+    place = browser.value(MIDDLE.replace("ROLE", f'"{role}"'))
+    assert place is not None
+    tap(browser, *place)
+    title = browser.value("kinetilePlayer.panes[0].title")
+    assert title.startswith(role)
+    assert text(browser, "proof-name") == f"Certificate: {title.split(':')[0]}"
+    assert browser.value("document.getElementById('proof').checkVisibility()")
+    assert text(browser, "formula") in title
+    if role != "pair":
+        assert "fails at" in title or "nothing is scheduled" in title
+    assert browser.value("document.documentElement.scrollWidth <= innerWidth")
+    assert browser.said() == []
+
+
+@needs_chromium
+def test_a_selected_disc_shows_what_fails_first(browser, tmp_path):
+    browser.open(view_scene(SCENES["grid"], [("sweep-tiling", {})], until=0.6).save(tmp_path / "page.html"))
+    browser.press("n", "ArrowRight")
+    browser.settle()
+    assert "fails at" in text(browser, "formula")
+    assert browser.value("document.getElementById('lens').checkVisibility()")
+    browser.press("Escape")
+    browser.settle()
+    assert not browser.value("document.getElementById('proof').checkVisibility()")
+
+
+@needs_chromium
+def test_the_legend_switches_layers(browser, tmp_path):
+    browser.open(view_scene(SCENES["grid"], [("sweep-tiling", {})], until=0.6).save(tmp_path / "page.html"))
+    before = browser.value("kinetilePlayer.panes[0].toDataURL()")
+    browser.value("document.querySelector('#legend-structure button').click()")
+    browser.settle()
+    assert browser.value("kinetilePlayer.hidden.size") == 1
+    assert (
+        browser.value("document.querySelector('#legend-structure button').getAttribute('aria-pressed')")
+        == "false"
+    )
+    assert browser.value("kinetilePlayer.panes[0].toDataURL()") != before
+    browser.value("document.querySelector('#legend-structure button').click()")
+    browser.settle()
+    assert browser.value("kinetilePlayer.panes[0].toDataURL()") == before
+
+
+@needs_chromium
+def test_kinds_have_colours_and_passings_show(browser, tmp_path):
+    browser.open(view_scene(SCENES["sensors"], [("cells", {})], until=1.5).save(tmp_path / "page.html"))
+    legend = text(browser, "legend")
+    assert "kind ball" in legend
+    assert "ball and sensor: pass" in legend
+    browser.press("6", "ArrowRight")
+    browser.settle()
+    assert sorted(
+        browser.value("[...kinetilePlayer.playback.runs[0].passing.at(kinetilePlayer.playback.runs[0].done)]")
+    ) == [1, 2]
+    assert browser.said() == []
