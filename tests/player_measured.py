@@ -1,8 +1,9 @@
 """How large a page of the player is, how soon it is there, and how many frames a second it draws.
 
 ``python tests/player_measured.py`` prints what stands in docs/player.md: pages of 100, 1,024 and 10,000 discs
-at density .5 over one time unit, and frames of 1,024 discs with all tiles, bounds and pairs (``--frames``:
-these alone), in a headless chromium that draws without a GPU. Processor time is that of all its processes.
+at density .5 over one time unit, and frames of 1,024 and 5,000 discs with all tiles, bounds and pairs
+(``--frames``: these alone), in a headless chromium that draws without a GPU. Processor time is that of
+all its processes.
 """
 
 from __future__ import annotations
@@ -122,3 +123,8 @@ if __name__ == "__main__":
             f"1024 discs from 0.05 to 0.0501; {view.notes or 'all events with their structure'}", flush=True
         )
         measure_frames(path)
+        scene = kt.make_scene("grid", bodies=5000, density=0.5)
+        print("5000 discs up to 0.02, their structure computed in the page", flush=True)
+        measure_frames(
+            view_scene(scene, [(PHASE, {})], until=0.02, steps=False).save(Path(folder) / "5000.html")
+        )

@@ -297,6 +297,7 @@ class SweepAndPrune:
             room=n,
             audit=audit,
             draw=draw,
+            drawn_as=f"bounds {self.axis}",
             pairs=4 * n + 64,
             ticks=(state.bounds.reshape(-1, 2, 2)[:, 0],),
             periodic=True,

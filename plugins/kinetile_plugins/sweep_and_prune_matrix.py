@@ -299,6 +299,7 @@ class SweepAndPruneMatrix:
             room=n,
             audit=audit,
             draw=draw,
+            drawn_as="boxes",
             pairs=4 * n + 64,
             ticks=(state.bounds.reshape(-1, 2, 4)[:, 0],),
         )

@@ -99,6 +99,11 @@ class BroadPhaseParts:
     read all, must change nothing, and may be slow. Shapes move with bodies, so they are valid until the next
     event.
 
+    ``drawn_as`` names a structure that follows from the positions of a moment alone, as a page can compute it
+    where it has no recording of ``draw``: "tiling" (the lines of the discs and the vertical bounds at their
+    ends), "bounds x" and "bounds y" (each body's bounds on an axis), "boxes" (upright boxes, and the pairs
+    that overlap); "": it does not follow, or not so.
+
     ``room`` is the largest count that ``near`` may write; at least the number of bodies, which is the
     default.
 
@@ -136,6 +141,7 @@ class BroadPhaseParts:
     arrange: Callable[[Any, Any], None] | None = None
     audit: Callable[[Any, Any], Iterator[str]] | None = None
     draw: Callable[[Any, Any], Iterable[Item]] | None = None
+    drawn_as: str = ""
     pairs: int = 0
     room: int = 0
     ticks: tuple[Any, ...] = ()
@@ -293,6 +299,9 @@ MOST = 2**31 - 1
 
 PLAIN = ("arrange", "audit", "draw")
 
+DRAWN_AS = ("", "tiling", "bounds x", "bounds y", "boxes")
+"""Structures that a page can compute."""
+
 Parts: TypeAlias = BroadPhaseParts | PairParts | WallParts | ResponseParts
 
 
@@ -345,6 +354,8 @@ def _broad_mistakes(parts: BroadPhaseParts) -> Iterator[str]:
         if odd or not state:
             found = f"{odd[0]} is {_shown(getattr(state, odd[0]))}" if odd else "it is empty"
             yield f"state is to be a NamedTuple of arrays, at least one, and {found}"
+    if parts.drawn_as not in DRAWN_AS:
+        yield f"drawn_as is {_shown(parts.drawn_as)}; expected one of {DRAWN_AS}"
     for name in PLAIN:
         function = getattr(parts, name)
         if function is not None and not callable(function):

@@ -141,6 +141,7 @@ class SweepTiling:
             soon=soon,
             audit=audit,
             draw=draw,
+            drawn_as="tiling",
             ticks=(state.due,),
             solid=True,
             skin_limit=float(radius.min() / (8.0 * radius.max()) * radius.min()) if n else None,

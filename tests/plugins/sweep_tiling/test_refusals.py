@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -10,6 +12,8 @@ import kinetile as kt
 import square_pairs
 from agreement import outcome
 from kinetile.errors import PhaseError, Refused
+from kinetile.plugin.protocols import check_parts
+from kinetile_plugins.sweep_tiling import SweepTiling
 from registering import registered
 from tilings import crevice, take_the_limit_away
 
@@ -181,3 +185,10 @@ def test_a_name_is_taken_at_its_word():
     scene = kt.Scene(POSITION, VELOCITY, 0.125, settings=kt.Settings(broad_phase="sweep-tiling"))
     with pytest.raises(Refused, match="give the scene an arena"):
         kt.Simulation(scene)
+
+
+@pytest.mark.small
+def test_a_structure_that_no_page_can_compute_is_refused_by_name():
+    parts = replace(SweepTiling().prepare(kt.make_scene("grid", bodies=4)), drawn_as="tiles")
+    with pytest.raises(PhaseError, match=r"drawn_as is 'tiles'; expected one of \('', 'tiling'"):
+        check_parts("sweep-tiling", parts)

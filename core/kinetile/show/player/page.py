@@ -32,16 +32,8 @@ from kinetile.show.picture import FRESH, LOOKS, NEXT, outline_of
 from kinetile.show.player.recording import Plans, Recording, kinds_of, residuals
 
 _RUN = (
-    "clock",
-    "columns",
-    "rows",
-    "motion",
-    "structure",
-    "events",
-    "meetings",
-    "proof",
-    "sentences",
-    "playback",
+    *("clock", "columns", "rows", "motion", "structure", "present", "events"),
+    *("meetings", "proof", "sentences", "playback"),
 )
 _SEEN = (
     *("camera", "paper", "drawing", "matrix", "timeline", "spacetime", "race", "tables"),
@@ -146,6 +138,7 @@ class Page:
             "structure": None if structure is None else encode(structure),
             "labels": labels,
             "seen": 0 if steps is None else steps.structure.seen,
+            "drawn_as": recording.drawn_as,
         }
 
 

@@ -58,7 +58,8 @@ class Recording:
     """A window of a run: plans at its beginning, rows (dtype LOG) in it, and its beginning and end, in
     ticks since the scene's start.
 
-    ``notes`` are sentences for the reader: how it ended, and what is left out.
+    ``notes`` are sentences for the reader: how it ended, and what is left out; ``drawn_as`` is that of the
+    broad phase's parts.
     """
 
     label: str
@@ -68,6 +69,7 @@ class Recording:
     end: int
     stepped: Steps | None = None
     notes: tuple[str, ...] = ()
+    drawn_as: str = ""
 
 
 def record(
@@ -100,6 +102,7 @@ def record(
     if not notes and max_contacts is None and simulation.time < until:
         notes.append(shortened(begin, simulation.time, until))
     recording = window_of(scene, found, label, first, int(last), tuple(notes))
+    recording = replace(recording, drawn_as=simulation.composition.broad.drawn_as)
     return recording if again is None else _with_steps(recording, again, clock, begin)
 
 
@@ -150,7 +153,12 @@ def _with_steps(recording: Recording, again: Simulation, clock: Clock, begin: fl
         if not recording.notes:  # the free run has said which
             notes += (f"Stepping ended with a fault, {type(error).__name__}: {error}",)
     if log.full:
-        notes += (f"The structure is shown up to event {log.seen}: there is too much of it for a page.",)
+        after = (
+            "it is computed from the positions"
+            if recording.drawn_as
+            else "there is too much of it for a page"
+        )
+        notes += (f"The structure is recorded up to event {log.seen}; after it, {after}.",)
     epoch, tick, body, after = np.array(seen, np.int64).reshape(-1, 4).T
     stepped = Steps(epoch, tick, body, after, np.array(queue, np.int64), log)
     return replace(recording, stepped=stepped, notes=notes)

@@ -88,7 +88,8 @@ def test_a_shape_that_stands_is_written_once():
 def test_too_much_of_it_is_said(monkeypatch):
     monkeypatch.setattr(recording, "MOST_LOOKS", 100)
     page = view_scene(SCENES["grid"], [("naive", {})], until=0.3).page
-    assert page.all_notes == ["The structure is shown up to event 0: there is too much of it for a page."]
+    most = "The structure is recorded up to event 0; after it, there is too much of it for a page."
+    assert page.all_notes == [most]
 
 
 def test_the_matrix_of_two_axes_has_the_pairs_where_both_overlap():

@@ -12,6 +12,7 @@ const MANY = 300; // shapes that look alike: from here on their lines are a pixe
 /** So many kinds have a colour of their own; the next ones begin with the first again. */
 export const KIND_COLOURS = 6;
 
+export const CROWDED = 3000; // shapes of a structure: more are drawn only around a body, where one is selected
 const READABLE = 9; // pixels: a disc of such a radius has its number in it
 
 const GROUP_OF = KINDS.map((kind) => Object.keys(GROUPS).find((group) => group !== "all" && GROUPS[group].includes(kind)));
@@ -92,11 +93,14 @@ export function drawNumbers({ pen, camera, width, height }, bodies, places, ther
 
 /**
  * The structure after so many events: what lies under the bodies, or over them (`over`). What fails next and what
- * has come with the last event have looks of their own; what is only scheduled anew has a wider line.
+ * has come with the last event have looks of their own; what is only scheduled anew has a wider line. Of a crowded
+ * structure only what hangs on the body `around` is drawn, unless that is null.
  */
-export function drawStructure(view, structure, done, places, { looks, next, fresh, periods, hidden }, over) {
+export function drawStructure(view, structure, done, places, { looks, next, fresh, periods, hidden, around }, over) {
   const { pen } = view;
-  for (const { role, state, shapes } of structure.layers(done)) {
+  for (const { role, state, shapes: all } of structure.layers(done)) {
+    const shapes = around === null ? all : all.filter((shape) => hangsOn(structure, shape, around));
+    if (!shapes.length) continue;
     const own = looks[role];
     if (hidden.has(role)) continue;
     if ((own.over || state === "next" || state === "fresh") !== over) continue;
@@ -109,6 +113,12 @@ export function drawStructure(view, structure, done, places, { looks, next, fres
     pen.stroke();
     pen.setLineDash([]);
   }
+}
+
+function hangsOn(structure, shape, body) {
+  const first = structure.start[shape];
+  for (let at = first; at < first + structure.size[shape]; at += 1) if (structure.body[at] === body) return true;
+  return false;
 }
 
 /** One shape that a reader has picked, over the others. */

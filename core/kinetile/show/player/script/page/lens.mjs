@@ -11,6 +11,9 @@ import { SHAPES } from "../run/structure.mjs";
 const TOUCH = 5; // pixels from a line
 const SAMPLES = 80;
 
+/** What a shape is, whatever the tick at which its certificate fails. */
+const lookOf = (structure, shape) => JSON.stringify({ ...structure.plain(shape), fails: null });
+
 /** The distance from the origin to the segment between two points. */
 function toSegment([ax, ay], [bx, by]) {
   const [dx, dy] = [bx - ax, by - ay];
@@ -30,20 +33,31 @@ function areaAround(corners) {
 }
 
 export class Lens {
-  /** `picked`: {at, shape} of a run, or null. */
+  /** `picked`: a shape of the run `at`, by what it is, or null. */
   constructor(player) {
     Object.assign(this, { player, picked: null });
   }
 
   pick(at, shape) {
-    this.picked = shape === null ? null : { at, shape };
+    this.picked = null;
+    if (shape === null) return;
+    const { structure } = this.#run(at);
+    this.picked = { at, role: structure.role[shape], body: bodiesOf(structure, shape)[0], look: lookOf(structure, shape), title: shapeInWords(structure, shape) };
+  }
+
+  /** The shape that is picked in a pane, with its present certificate; null where it is not there. */
+  shapeOf(at, structure, done) {
+    const { picked } = this;
+    if (picked?.at !== at) return null;
+    const isIt = (shape) => structure.role[shape] === picked.role && bodiesOf(structure, shape)[0] === picked.body && lookOf(structure, shape) === picked.look;
+    return structure.at(done).find(isIt) ?? null;
   }
 
   /** The shape at a place of a pane, in pixels right of and above its middle: the nearest line, or the smallest area; or null. */
   shapeAt(at, [right, up]) {
     const { player } = this;
     const run = player.playback.runs[at];
-    const { structure } = run;
+    const structure = player.structureOf(run);
     if (!structure || !player.structured) return null;
     const places = player.placesOf(run);
     let [line, nearest, area, smallest] = [null, TOUCH, null, Infinity];
@@ -71,7 +85,7 @@ export class Lens {
     if (body !== null) return `${player.held.kinds[player.held.kind[body]] ?? "body"} ${body}`;
     const shape = this.shapeAt(at, point);
     if (shape === null) return "";
-    const { title, formula } = proofOf(player.playback.runs[at], shape, player.playback.moment, player.held);
+    const { title, formula } = proofOf(this.#run(at), shape, player.playback.moment, player.held);
     return `${title}: ${formula}`;
   }
 
@@ -79,11 +93,11 @@ export class Lens {
   proof() {
     const { player, picked } = this;
     const { moment } = player.playback;
-    const run = player.playback.runs[picked?.at ?? 0];
+    const run = this.#run(picked?.at ?? 0);
     if (picked) {
-      picked.shape = this.#successor(run, picked.shape);
-      if (run.structure.at(run.done).includes(picked.shape)) return proofOf(run, picked.shape, moment, player.held);
-      return { title: shapeInWords(run.structure, picked.shape), formula: "it is not there now", gap: null, fails: null };
+      const shape = run.structure ? this.shapeOf(picked.at, run.structure, run.done) : null;
+      if (shape !== null) return proofOf(run, shape, moment, player.held);
+      return { title: picked.title, formula: "it is not there now", gap: null, fails: null };
     }
     const body = player.selected;
     if (body === null || !run.motion.plans.there[body]) return null;
@@ -93,15 +107,10 @@ export class Lens {
     return event < 0 ? null : proofOfPair(run, [run.events.a[event], run.events.b[event]], moment, player.held);
   }
 
-  /** The same shape with its present certificate: it has been scheduled anew, or one has stepped past its life. */
-  #successor({ structure, done }, shape) {
-    const there = structure.at(done);
-    if (there.includes(shape)) return shape;
-    const look = (each) => JSON.stringify({ ...structure.plain(each), fails: null });
-    const own = look(shape);
-    const [first] = bodiesOf(structure, shape);
-    const alike = (each) => structure.role[each] === structure.role[shape] && bodiesOf(structure, each)[0] === first && look(each) === own;
-    return there.find(alike) ?? shape;
+  /** A run with its structure now. */
+  #run(at) {
+    const run = this.player.playback.runs[at];
+    return { ...run, structure: this.player.structureOf(run) };
   }
 
   /** Say what is picked, and draw its graph. */

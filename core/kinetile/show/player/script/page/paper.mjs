@@ -90,17 +90,19 @@ export function addArea(view, corners) {
   pen.closePath();
 }
 
-/** Add a line of the scene to the path: what of it is near. */
+/** Add a line of the scene to the path: what of it is near. Frames have thousands: nothing is allocated for most. */
 export function addLine(view, x, y, otherX, otherY) {
   const { pen, camera, width, height } = view;
-  let [one, other] = [camera.see(x, y), camera.see(otherX, otherY)];
-  if (Math.max(one[0], other[0]) < -width / 2 - 4 || Math.min(one[0], other[0]) > width / 2 + 4) return;
-  if (Math.max(one[1], other[1]) < -height / 2 - 4 || Math.min(one[1], other[1]) > height / 2 + 4) return;
-  if (Math.max(...one.map(Math.abs), ...other.map(Math.abs)) > 1e4) {
-    const near = clip(one, other, 1e4);
+  let [ax, ay] = [(x - camera.x - camera.dx) * camera.scale, (y - camera.y - camera.dy) * camera.scale];
+  let [bx, by] = [(otherX - camera.x - camera.dx) * camera.scale, (otherY - camera.y - camera.dy) * camera.scale];
+  const [right, up] = [width / 2 + 4, height / 2 + 4];
+  if ((ax < -right && bx < -right) || (ax > right && bx > right)) return;
+  if ((ay < -up && by < -up) || (ay > up && by > up)) return;
+  if (Math.max(Math.abs(ax), Math.abs(ay), Math.abs(bx), Math.abs(by)) > 1e4) {
+    const near = clip([ax, ay], [bx, by], 1e4);
     if (!near.length) return;
-    [one, other] = near;
+    [[ax, ay], [bx, by]] = near;
   }
-  pen.moveTo(width / 2 + one[0], height / 2 - one[1]);
-  pen.lineTo(width / 2 + other[0], height / 2 - other[1]);
+  pen.moveTo(width / 2 + ax, height / 2 - ay);
+  pen.lineTo(width / 2 + bx, height / 2 - by);
 }

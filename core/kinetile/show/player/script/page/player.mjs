@@ -1,7 +1,7 @@
 // The state of the page: what plays, what is selected, where one looks; and what is seen of it.
 
 import { Camera, gapOf, holds, nearest } from "./camera.mjs";
-import { KIND_COLOURS, clipTo, drawBodies, drawNote, drawNumbers, drawPicked, drawPlan, drawStructure, drawWalls, groupOf } from "./drawing.mjs";
+import { CROWDED, KIND_COLOURS, clipTo, drawBodies, drawNote, drawNumbers, drawPicked, drawPlan, drawStructure, drawWalls, groupOf } from "./drawing.mjs";
 import { Lens } from "./lens.mjs";
 import { drawMatrix } from "./matrix.mjs";
 import { prepare } from "./paper.mjs";
@@ -207,8 +207,8 @@ export class Player {
 
   /** The box of what is new in the structure after the present event, or of what fails next; or null. */
   newsBox() {
-    for (const [at, run] of this.playback.runs.entries()) {
-      const { structure } = this.runs[at];
+    for (const run of this.playback.runs) {
+      const structure = this.structureOf(run);
       const corners = (structure?.news(run.done) ?? []).flatMap((shape) => structure.points(shape, this.placesOf(run)));
       if (!corners.length) continue;
       const [x, y] = [corners.map((corner) => corner[0]), corners.map((corner) => corner[1])];
@@ -281,13 +281,20 @@ export class Player {
     return this.places;
   }
 
+  /** The structure of a run now: as recorded, or else as computed; null where there is neither. */
+  structureOf(run) {
+    if (run.structure && run.done <= run.structure.seen) return run.structure;
+    return run.present.at(this.playback.moment, this.placesOf(run), run.motion.plans.there) ?? run.structure;
+  }
+
   drawPane(canvas, at) {
     const run = this.playback.runs[at];
     const { bodies, camera, theme, held } = this;
     const { there } = run.motion.plans;
     const view = { ...prepare(canvas, devicePixelRatio), camera };
-    const structure = this.structured ? run.structure : null;
-    const looks = { ...held, hidden: this.hidden };
+    const structure = this.structured ? this.structureOf(run) : null;
+    const isCrowded = this.selected !== null && structure?.at(run.done).length > CROWDED;
+    const looks = { ...held, hidden: this.hidden, around: isCrowded ? this.selected : null };
     view.pen.clearRect(0, 0, view.width, view.height);
     const places = this.placesOf(run);
     const repeats = held.periods.some((period) => period > 0);
@@ -299,13 +306,14 @@ export class Player {
     if (structure) drawStructure(view, structure, run.done, places, looks, false);
     this.drawImages(places, (seen) => drawBodies(view, bodies, seen, there, theme, this.marks(run)));
     if (structure) drawStructure(view, structure, run.done, places, looks, true);
-    const { picked } = this.lens;
-    if (structure && picked?.at === at && structure.at(run.done).includes(picked.shape)) drawPicked(view, structure, picked.shape, places, theme, held.periods);
+    const picked = structure && this.lens.shapeOf(at, structure, run.done);
+    if (picked !== null) drawPicked(view, structure, picked, places, theme, held.periods);
     const body = this.selected;
     if (body !== null && there[body]) drawPlan(view, this.plan(run, body), bodies.radius[body] || 0, bodies.outline[body], theme.selected);
     drawNumbers(view, bodies, places, there, theme);
     if (repeats) view.pen.restore();
     if (structure && run.done > structure.seen) drawNote(view, `the structure is recorded up to event ${structure.seen} only`, theme);
+    else if (isCrowded) drawNote(view, `the structure around body ${this.selected}; Escape: all of it`, theme);
     const matrix = this.matrices[at];
     if (!matrix.hidden) drawMatrix(matrix, structure?.entries(run.done) ?? [], there, held, theme, this.marks(run));
   }

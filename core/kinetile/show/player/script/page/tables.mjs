@@ -75,7 +75,8 @@ function readings(player, run, at) {
   const { bodies, counts, lanes } = player;
   const event = player.playback.current(run);
   const found = { now: event < 0 ? "between events" : inWords(run.events, event, player.held) };
-  const { steps, structure } = player.runs[at];
+  const { steps } = player.runs[at];
+  const structure = player.structureOf(run);
   const [next] = structure?.failing(run.done) ?? [];
   if (next !== undefined) {
     const fails = timeOf([structure.epoch[next], structure.tick[next]], player.held.start, player.held.unit);
@@ -89,7 +90,7 @@ function readings(player, run, at) {
   found["kinetic energy"] = energy(bodies, run.motion.plans).toPrecision(9);
   if (steps && run.done < steps.queue.length) found.queue = steps.queue[run.done];
   Object.assign(found, structure?.counts(run.done));
-  if (run.done > structure?.seen) found.structure = `recorded up to event ${structure.seen}`;
+  if (run.done > run.structure?.seen) found.structure = `recorded up to event ${run.structure.seen}${structure === run.structure ? "" : ", computed since"}`;
   return found;
 }
 
@@ -101,7 +102,7 @@ export class BodyTable {
   }
 
   tell() {
-    const { playback, selected: body, held, bodies, runs } = this.player;
+    const { playback, selected: body, held, bodies } = this.player;
     const [run] = playback.runs;
     $("body").hidden = body === null;
     $("events-head").textContent = body === null ? "Events" : `Events of body ${body}`;
@@ -111,7 +112,7 @@ export class BodyTable {
     const [x, y] = run.motion.place(body, playback.moment);
     $("body-name").textContent = `Body ${body}`;
     const anchored = timeOf([plans.epoch[body], plans.tick[body]], held.start, held.unit);
-    const partners = runs[0].structure?.partners(run.done, body) ?? [];
+    const partners = this.player.structureOf(run)?.partners(run.done, body) ?? [];
     fill($("plan"), null, plans.there[body] ? [
       ["place", `${x}, ${y}`],
       ["velocity", `${plans.vx[body]}, ${plans.vy[body]}`],
@@ -199,7 +200,7 @@ export function legend(player) {
       if ((other >= kind) && response !== "elastic") events.push(item({}, `${name} and ${whom}: ${response}`));
     });
   });
-  const drawn = player.runs.map(({ structure }) => structure).filter(Boolean);
+  const drawn = player.playback.runs.map((run) => run.structure ?? player.structureOf(run)).filter(Boolean);
   const shapesOf = (role) => drawn.flatMap((each) => [...each.shape].filter((_, shape) => each.roles[each.role[shape]] === role));
   const shapes = [];
   for (const [role, look] of Object.entries(player.held.looks)) {

@@ -1,10 +1,11 @@
-// The timeline: a lane for each group of events, one mark an event; and where the present moment is.
+// The timeline: a lane for each group of events, one mark an event or, of many, their density; and where the present moment is.
 
 import { groupOf } from "./drawing.mjs";
 import { prepare } from "./paper.mjs";
 import { fractionOf } from "../run/clock.mjs";
 import { GROUPS, momentOfEvent } from "../run/events.mjs";
 
+const DENSE = 1000; // events of a lane: more are drawn as a density
 const MARGIN = 6; // pixels, so that the first and the last mark can be seen whole
 
 /** The lanes of the timeline, from above: one a group that has events in any run, by how many each has. */
@@ -65,20 +66,29 @@ export class Timeline {
     this.gutter = 2 * MARGIN + Math.max(0, ...this.lanes.map((group) => pen.measureText(group).width));
   }
 
-  /** The marks of a run; of several, each has its part of every lane. */
+  /**
+   * The marks of a run; of several, each has its part of every lane. A lane of many events has bars instead, as high as
+   * the logarithm of how many events there are in a pixel's time.
+   */
   #marks({ pen, height }, events, theme, part) {
     const { begin, end, runs } = this.playback;
     const tall = height / Math.max(this.lanes.length, 1);
     const own = (tall - 3) / runs.length;
-    const drawn = new Int32Array(this.lanes.length).fill(-1);
+    const high = own - (runs.length > 1 ? 1 : 0);
+    const columns = this.lanes.map(() => new Map());
     for (let event = 0; event < events.count; event += 1) {
-      const group = groupOf(events.kind[event]);
-      const lane = this.lanes.indexOf(group);
+      const counts = columns[this.lanes.indexOf(groupOf(events.kind[event]))];
       const column = Math.floor(this.place(fractionOf(momentOfEvent(events, event), begin, end)));
-      if (lane < 0 || drawn[lane] === column) continue; // a mark is there already
-      drawn[lane] = column;
-      pen.fillStyle = theme.groups[group];
-      pen.fillRect(column, lane * tall + 1.5 + part * own, 1.5, own - (runs.length > 1 ? 1 : 0));
+      counts?.set(column, (counts.get(column) ?? 0) + 1);
     }
+    columns.forEach((counts, lane) => {
+      const most = Math.max(...counts.values());
+      const isDense = [...counts.values()].reduce((sum, count) => sum + count, 0) > DENSE;
+      pen.fillStyle = theme.groups[this.lanes[lane]];
+      for (const [column, count] of counts) {
+        const size = isDense ? (high * Math.log1p(count)) / Math.log1p(most) : high;
+        pen.fillRect(column, lane * tall + 1.5 + part * own + high - size, isDense ? 1 : 1.5, size);
+      }
+    });
   }
 }

@@ -5,6 +5,7 @@ import { between, compare, later } from "./clock.mjs";
 import { decode } from "./columns.mjs";
 import { Passing, eventsAt, merge, momentOfEvent, seek } from "./events.mjs";
 import { Motion } from "./motion.mjs";
+import { Present } from "./present.mjs";
 import { KINDS, rebuild } from "./rows.mjs";
 import { Structure } from "./structure.mjs";
 
@@ -17,7 +18,7 @@ export async function load(held) {
     rows = run.rows ? rebuild(bodies, await decode(run.rows), held.unit) : rows; // null: as the run before
     const steps = run.steps ? await decode(run.steps) : null;
     const structure = run.structure ? new Structure(await decode(run.structure), run.labels, Object.keys(held.looks), run.seen) : null;
-    runs.push({ rows, steps, structure });
+    runs.push({ rows, steps, structure, present: new Present(run.drawn_as, bodies, held) });
   }
   return { bodies, runs };
 }
@@ -27,11 +28,12 @@ export class Playback {
   constructor(bodies, runs, { unit, begin, end, periods }) {
     Object.assign(this, { unit, begin, end });
     const events = runs.map(({ rows, steps }) => merge(rows, steps));
-    this.runs = runs.map(({ rows, structure }, at) => ({
+    this.runs = runs.map(({ rows, structure, present }, at) => ({
       events: events[at],
       passing: new Passing(events[at]),
       motion: new Motion(bodies, rows, unit, periods),
       structure,
+      present,
       done: 0,
     }));
     this.#be(begin);

@@ -3,6 +3,7 @@
 import { compare } from "./clock.mjs";
 
 export const SHAPES = ["segment", "box", "polygon", "link", "entry"];
+export const ENTRY = SHAPES.indexOf("entry");
 const PLURALS = { axis: "axes" };
 const STATES = ["old", "again", "fresh", "next"];
 
@@ -72,11 +73,12 @@ export class Structure {
       const failing = new Set(this.failing(done));
       const groups = new Map();
       for (const shape of this.at(done)) {
-        if (SHAPES[this.shape[shape]] === "entry") continue; // it has no place in the scene
+        if (this.shape[shape] === ENTRY) continue; // it has no place in the scene
         const state = failing.has(shape) ? "next" : this.#age(shape, done);
-        const key = `${this.role[shape]} ${state} ${this.shape[shape]}`;
-        if (!groups.has(key)) groups.set(key, { role: this.roles[this.role[shape]], state, shapes: [] });
-        groups.get(key).shapes.push(shape);
+        const key = (this.role[shape] * SHAPES.length + this.shape[shape]) * STATES.length + STATES.indexOf(state);
+        let group = groups.get(key);
+        if (!group) groups.set(key, (group = { role: this.roles[this.role[shape]], state, shapes: [] }));
+        group.shapes.push(shape);
       }
       this.groups = [...groups.values()].sort((one, other) => STATES.indexOf(one.state) - STATES.indexOf(other.state));
       this.groups.sort((one, other) => this.roles.indexOf(one.role) - this.roles.indexOf(other.role));

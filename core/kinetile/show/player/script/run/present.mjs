@@ -1,0 +1,180 @@
+// Structures that follow from the positions of one moment: they are computed where a page has no recording of them.
+//
+// The tiling of sweep-tiling is the decomposition of the arena by the lines of the discs, each from its leftmost to its
+// rightmost point at the height of its centre (thesis, section 4): a vertical bound goes from either end of a line up
+// and down to the next lines. A sweep from left to right keeps the lines that it crosses by their height. Bounds and
+// boxes of sweep-and-prune are those of each disc. When a certificate fails does not follow from positions: none is shown.
+
+import { ENTRY, SHAPES, Structure } from "./structure.mjs";
+
+const IN_MATRIX = 64; // bodies: as many as a phase draws in its matrix
+const [SEGMENT, BOX, , LINK] = SHAPES.keys();
+const LABELS = ["", "L", "R", "x", "y", "both"];
+const FIXED = -1;
+const [LEFT, RIGHT] = [-1, -2]; // the walls, as ends of tiles
+
+/** What can be computed, by the name that a phase gives it (`drawn_as`): functions of a sheet of shapes to be filled. */
+const CONSTRUCTIONS = {
+  tiling: (sheet, scene) => drawTiling(sheet, scene),
+  "bounds x": (sheet, scene) => drawBounds(sheet, scene, 0),
+  "bounds y": (sheet, scene) => drawBounds(sheet, scene, 1),
+  boxes: (sheet, scene) => drawBoxes(sheet, scene),
+};
+
+/** The present structure of one run, computed anew when another moment is asked for. */
+export class Present {
+  /** `how`: a name of `CONSTRUCTIONS`; without an arena, with shapes or periodic axes nothing is computed. */
+  constructor(how, bodies, held) {
+    const plain = held.arena && !held.shapes.length && held.periods.every((period) => period === 0);
+    Object.assign(this, { draw: plain ? CONSTRUCTIONS[how] : null, bodies, held, roles: Object.keys(held.looks) });
+  }
+
+  /** The structure at a moment, with places {x, y} of the bodies, and who is there; null where it cannot be computed. */
+  at(moment, places, there) {
+    if (!this.draw) return null;
+    const key = moment.join();
+    if (this.key !== key) {
+      this.key = key;
+      const those = [...there.keys()].filter((body) => there[body]);
+      const sheet = new Sheet(this.roles, those.length);
+      this.draw(sheet, { those, places: [places.x, places.y], radius: this.bodies.radius.map((r) => r || 0), arena: this.held.arena });
+      this.found = sheet.structure();
+    }
+    return this.found;
+  }
+}
+
+/** Shapes of one moment, each of two points, in columns: there are some ten a body, again for every frame. */
+class Sheet {
+  constructor(roles, bodies) {
+    const room = 8 * bodies + 64;
+    this.roles = roles;
+    this.count = 0;
+    this.columns = { shape: new Uint8Array(room), role: new Uint8Array(room), label: new Uint8Array(room), body: new Int32Array(4 * room), offset: new Float64Array(4 * room) };
+  }
+
+  /** Adds a shape from x, y to x, y: of each the body (-1: fixed) and the offset. */
+  add(shape, role, label, xBody, x, yBody, y, otherXBody, otherX, otherYBody, otherY) {
+    if (this.count === this.columns.shape.length) this.#grow();
+    const { count, columns: { body, offset } } = this;
+    this.columns.shape[count] = shape;
+    this.columns.role[count] = this.roles.indexOf(role);
+    this.columns.label[count] = LABELS.indexOf(label);
+    const at = 4 * count;
+    [body[at], body[at + 1], body[at + 2], body[at + 3]] = [xBody, yBody, otherXBody, otherYBody];
+    [offset[at], offset[at + 1], offset[at + 2], offset[at + 3]] = [x, y, otherX, otherY];
+    this.count += 1;
+  }
+
+  pair(a, b, role = "pair", shape = LINK, label = "") {
+    const [low, high] = [Math.min(a, b), Math.max(a, b)];
+    this.add(shape, role, label, low, 0, low, 0, high, 0, high, 0);
+  }
+
+  structure() {
+    const { count } = this;
+    const columns = Object.fromEntries(Object.entries(this.columns).map(([name, column]) => [name, column.subarray(0, (column.length / this.columns.shape.length) * count)]));
+    const never = new Float64Array(count).fill(NaN);
+    return new Structure({ ...columns, size: new Uint8Array(count).fill(4), first: new Uint8Array(count), last: new Float64Array(count).fill(Infinity), fresh: new Uint8Array(count), epoch: never, tick: never }, LABELS, this.roles, Infinity);
+  }
+
+  #grow() {
+    for (const [name, column] of Object.entries(this.columns)) {
+      this.columns[name] = new column.constructor(2 * column.length);
+      this.columns[name].set(column);
+    }
+  }
+}
+
+/** Where a value is in a list of bodies by their height: the first that is not lower. */
+function rank(lines, y, height) {
+  let [low, high] = [0, lines.length];
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (y[lines[middle]] < height) low = middle + 1;
+    else high = middle;
+  }
+  return low;
+}
+
+function drawTiling(sheet, { those, places: [x, y], radius, arena: [width, height] }) {
+  const place = new Float64Array(2 * x.length); // of L and R of each body
+  const ends = new Int32Array(2 * those.length);
+  those.forEach((body, at) => {
+    [place[2 * body], place[2 * body + 1]] = [x[body] - radius[body], x[body] + radius[body]];
+    [ends[2 * at], ends[2 * at + 1]] = [2 * body, 2 * body + 1];
+  });
+  ends.sort((one, other) => place[one] - place[other]);
+  const offsetOf = (end) => (end & 1 ? radius[end >> 1] : -radius[end >> 1]);
+  const lines = []; // that the sweep crosses, from below
+  const since = [LEFT]; // where the tile below each of them began, and that above the last
+  const pairs = new Set();
+  const close = (at, right) => {
+    const [low, high] = [lines[at - 1] ?? FIXED, lines[at] ?? FIXED];
+    const left = since[at];
+    sheet.add(
+      BOX, "tile", "",
+      left < 0 ? FIXED : left >> 1, left < 0 ? 0 : offsetOf(left), low, 0,
+      right < 0 ? FIXED : right >> 1, right < 0 ? width : offsetOf(right), high, high < 0 ? height : 0,
+    );
+    if (low >= 0 && high >= 0) pairs.add(Math.min(low, high) * y.length + Math.max(low, high));
+  };
+  const bounds = new Int32Array(2 * ends.length); // the lines at which the bound of an end ends, below and above
+  ends.forEach((end, nth) => {
+    const body = end >> 1;
+    let at = rank(lines, y, y[body]);
+    if (end & 1) {
+      if (lines[at] !== body) at = lines.indexOf(body); // one of the same height
+      close(at, end);
+      close(at + 1, end);
+      lines.splice(at, 1);
+      since.splice(at, 2, end);
+    } else {
+      close(at, end);
+      lines.splice(at, 0, body);
+      since.splice(at, 1, end, end);
+    }
+    bounds[2 * nth] = lines[at - 1] ?? FIXED;
+    bounds[2 * nth + 1] = (end & 1 ? lines[at] : lines[at + 1]) ?? FIXED;
+  });
+  for (let at = lines.length; at >= 0; at -= 1) close(at, RIGHT);
+  ends.forEach((end, nth) => {
+    const [low, high, body, offset] = [bounds[2 * nth], bounds[2 * nth + 1], end >> 1, offsetOf(end)];
+    sheet.add(SEGMENT, "bound", end & 1 ? "R" : "L", body, offset, low, 0, body, offset, high, high < 0 ? height : 0);
+  });
+  for (const pair of pairs) sheet.pair(Math.floor(pair / y.length), pair % y.length);
+}
+
+function drawBounds(sheet, { those, radius, arena }, axis) {
+  const add = (role, label, one, foot, other, head) => {
+    if (axis) sheet.add(SEGMENT, role, label, ...foot, ...one, ...head, ...other);
+    else sheet.add(SEGMENT, role, label, ...one, ...foot, ...other, ...head);
+  };
+  const foot = [FIXED, 0];
+  add("axis", "xy"[axis], foot, foot, [FIXED, arena[axis]], foot);
+  for (const body of those) {
+    add("bound", "L", [body, -radius[body]], foot, [body, -radius[body]], [body, 0]);
+    add("bound", "R", [body, radius[body]], foot, [body, radius[body]], [body, 0]);
+  }
+}
+
+function drawBoxes(sheet, { those, places: [x, y], radius }) {
+  for (const body of those) {
+    const r = radius[body];
+    sheet.add(BOX, "bound", "", body, -r, body, -r, body, r, body, r);
+  }
+  const near = (at, a, b) => Math.abs(at[a] - at[b]) < radius[a] + radius[b];
+  const sorted = [...those].sort((a, b) => x[a] - radius[a] - (x[b] - radius[b]));
+  const entries = [];
+  const withMatrix = those.length <= IN_MATRIX;
+  sorted.forEach((a, at) => {
+    for (let next = at + 1; next < sorted.length; next += 1) {
+      const b = sorted[next];
+      const [onX, onY] = [near(x, a, b), near(y, a, b)];
+      if (!onX && !withMatrix) break;
+      if (onX && onY) sheet.pair(a, b);
+      if (withMatrix && (onX || onY)) entries.push([a, b, onX && onY ? "both" : onX ? "x" : "y"]);
+    }
+  });
+  for (const [a, b, label] of entries) sheet.pair(a, b, label === "both" ? "pair" : "bound", ENTRY, label);
+}

@@ -1,0 +1,84 @@
+"""A structure that is computed from positions in the page is that which the phase draws, at any moment."""
+
+from __future__ import annotations
+
+import pytest
+
+import kinetile as kt
+from chromium import Browser, needs_chromium
+from kinetile.show.player import recording, view_scene
+from player_pages import SCENES, ask_node, needs_node
+
+SCENES_TOO = {
+    "sizes": kt.make_scene("random", bodies=30, density=0.3, radius_ratio=4, seed=4),
+    "crowd": kt.make_scene("grid", bodies=66, density=0.4, seed=2),
+}
+WHERE = ["grid", "masses", "come and go", "sizes", "crowd"]
+
+COMPARED = """
+const [run] = play.runs;
+const { events, structure, present, motion } = run;
+const places = { x: new Float64Array(bodies.x.length), y: new Float64Array(bodies.x.length) };
+const side = ([body, offset]) => (body < 0 ? offset : [body, Math.sign(offset)].join(" "));
+const bare = (from, done) => from.at(done).map((shape) => from.plain(shape))
+    .filter(({ role, label }) => role !== "certificate" && label !== "corner")
+    .map(({ shape, role, label, coordinates }) => {
+        const text = [shape, role, label, ...coordinates.map(side)];
+        return text.join(", ");
+    }).sort();
+const found = [];
+for (let event = 1; event < events.count && event < structure.seen; event += 1) {
+    const moment = clock.between(momentOf(event - 1), momentOf(event), 0.5);
+    if (clock.compare(moment, momentOf(event - 1)) <= 0) continue;
+    play.seek(moment);
+    motion.places(play.moment, places.x, places.y);
+    const drawn = bare(structure, run.done);
+    const computed = bare(present.at(play.moment, places, motion.plans.there), 0);
+    const missing = drawn.filter((each) => !computed.includes(each));
+    const wrong = computed.filter((each) => !drawn.includes(each));
+    found.push([drawn.length, missing, wrong]);
+}
+function momentOf(event) { return [events.epoch[event], events.tick[event]]; }
+return found;
+"""
+
+
+@needs_node
+@pytest.mark.parametrize("name", WHERE)
+@pytest.mark.parametrize("phase", ["sweep-tiling", "sap-1d", "sap-1d:axis=y", "sap-2d"])
+def test_what_is_computed_is_what_the_phase_draws(phase, name, tmp_path):
+    scene, until = (SCENES | SCENES_TOO)[name], 0.08 if name in SCENES_TOO else 0.4
+    name, _, option = phase.partition(":")
+    options = dict([option.split("=")]) if option else {}
+    page = view_scene(scene, [(name, options)], until=scene.start + until).page
+    found = ask_node(tmp_path, page, COMPARED)
+    assert found
+    for drawn, missing, wrong in found:
+        assert drawn > 0
+        assert (missing, wrong) == ([], [])
+
+
+@needs_node
+@pytest.mark.parametrize("phase", ["naive", "cells"])
+def test_what_does_not_follow_from_positions_is_not_computed(phase, tmp_path):
+    page = view_scene(SCENES["grid"], [(phase, {})], until=0.2).page
+    body = "return play.runs[0].present.at(play.moment, bodies, bodies.there);"
+    assert ask_node(tmp_path, page, body) is None
+
+
+@needs_chromium
+@pytest.mark.parametrize(("width", "height"), [(1280, 800), (390, 844)])
+def test_structure_is_there_to_the_end_where_recording_it_has_stopped(width, height, tmp_path, monkeypatch):
+    monkeypatch.setattr(recording, "MOST_LOOKS", 1000)
+    view = view_scene(SCENES["grid"], [("sweep-tiling", {})], until=0.6)
+    assert "it is computed from the positions" in view.notes[0]
+    seen = view.page.recordings[0].stepped.structure.seen
+    with Browser(width, height) as browser:
+        browser.open(view.save(tmp_path / "page.html"))
+        browser.press("End")
+        browser.settle()
+        assert browser.value("kinetilePlayer.playback.runs[0].done") > seen
+        readings = browser.value("document.getElementById('readings').textContent")
+        assert "tiles drawn49" in readings
+        assert f"recorded up to event {seen}, computed since" in readings
+        assert browser.said() == []
