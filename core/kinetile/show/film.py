@@ -142,7 +142,9 @@ class Film:
 
     def _caption(self, time: float, picture: Picture) -> str:
         """Returns the text below a frame. The time has a fixed number of digits, so that it does not jump."""
-        digits = 1 - math.floor(math.log10(self.times[1] - self.times[0]))
+        # Two frames may have the same time, in a window of a few ulps: the whole of it is never 0.
+        whole = math.log10(self.times[-1] - self.times[0])
+        digits = 1 - math.floor(whole - math.log10(len(self.times) - 1))
         now = f"{time:.{digits}f}" if 0 < digits < 10 else f"{time:.6g}"
         bodies = len({disc.number for disc in picture.discs})  # images over periodic borders are no bodies
         what = counted(self.simulation.scene, bodies)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 
 import pytest
@@ -46,6 +47,12 @@ def test_frames_are_evenly_spaced_from_the_beginning_to_the_end():
     assert film.times == pytest.approx([0.1, 0.125, 0.15, 0.175, 0.2])
     assert (film.times[0], film.times[-1]) == (0.1, 0.2)
     assert len(list(film.frames())) == 5
+
+
+def test_a_window_of_one_ulp_is_a_film():
+    end = math.nextafter(0.1, 1.0)
+    film = kt.film(kt.Simulation(SCENE, "naive"), end, begin=0.1, **SMALL)
+    assert (len(list(film.frames())), set(film.times)) == (5, {0.1, end})
 
 
 def test_discs_have_their_colour_where_they_are():
