@@ -52,8 +52,8 @@ maximum_signature_line_length = 88
 # Every other reference must lead somewhere. These are of other packages, whose sites are not asked for where
 # their names are, for the site is built without a network; and of what is nobody's interface.
 nitpick_ignore_regex = [
-    ("py:.*", r"(collections|concurrent|numpy|pathlib|os|pluggy|hypothesis|np|npt|typing)\..*"),
-    ("py:.*", r"ArrayLike.*|NDArray|Floats|Path|PluginManager.*"),
+    ("py:.*", r"(PIL|collections|concurrent|numpy|pathlib|os|pluggy|hypothesis|np|npt|typing)\..*"),
+    ("py:.*", r"ArrayLike.*|NDArray|Floats|Image|Path|PluginManager.*"),
     ("py:.*", r"float64|int64|int32|void|Hook|Kind|Spec|VersionsDiffer|PoolError|RowDisagreement"),
     ("py:.*", r"kinetile\.(run|kernel)\..*\.(Command|Composition|Entries|F|Held|History|Parts|SavedPhases)"),
     ("py:.*", "Numbers"),

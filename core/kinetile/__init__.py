@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     from kinetile.scene.shapes import disc as disc
     from kinetile.scene.shapes import polygon as polygon
     from kinetile.scene.shapes import segment as segment
+    from kinetile.show.film import film as film
     from kinetile.show.html import as_html as as_html
     from kinetile.show.html import as_svg as as_svg
     from kinetile.show.player.view import view as view
@@ -80,6 +81,7 @@ _HOME = {
         "scene.files": "save_scene",
         "scene.obstacles": "Obstacle polyline with_obstacles",
         "scene.shapes": "Shape box capsule disc polygon segment",
+        "show.film": "film",
         "show.html": "as_html as_svg",
         "show.player.view": "view",
     }.items()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, cast
 
@@ -17,12 +18,13 @@ from kinetile.cli.options import (
     find_scene,
     until_or_default,
 )
-from kinetile.cli.terminal import Bar, exit_codes, make_ready, notice
+from kinetile.cli.terminal import Bar, FirstSignal, exit_codes, make_ready, notice
 from kinetile.errors import BadOption
 from kinetile.plugin.choices import read_phase, read_phases
 
 if TYPE_CHECKING:
     from kinetile.run.simulation import Simulation
+    from kinetile.scene import Scene
     from kinetile.show.player import View
 
 VIEWS_GROUP = "kinetile.views"
@@ -156,15 +158,48 @@ def view(
         bool,
         typer.Option("--steps/--no-steps", help="Include every step of the broad phase between contacts."),
     ] = True,
-    out: Annotated[Path, typer.Option(metavar="FILE", help="A new .html file.")] = Path("view.html"),
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the file of --out.")] = False,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="A new .html file; view.html, or no page beside --gif or --mp4."),
+    ] = None,
+    gif: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="A new .gif file: a film (needs kinetile[figures]).")
+    ] = None,
+    mp4: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="A new .mp4 file: a film (needs ffmpeg as well).")
+    ] = None,
+    seconds: Annotated[float | None, typer.Option(help="How long the film plays; 8.")] = None,
+    width: Annotated[int | None, typer.Option(help="Width of the film in pixels; 640.")] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace files that are there.")] = False,
     show: Annotated[bool, typer.Option("--open", help="Open the page in the browser.")] = False,
 ) -> None:
-    """Write an interactive page in which a run plays: one file, exact at any moment, event by event."""
+    """Write an interactive page in which a run plays: one file, exact at any moment, event by event.
+
+    With --gif or --mp4, a film of the run.
+    """
     with exit_codes():
-        if out.suffix.lower() not in (".html", ".htm"):
-            raise BadOption(f"--out is {str(out)!r}; expected a name that ends in .html")
-        check_new("--out", out, overwrite)
+        films = {name: path for name, path in (("--gif", gif), ("--mp4", mp4)) if path is not None}
+        if out is None and not films:
+            out = Path("view.html")
+        if out is not None:
+            if out.suffix.lower() not in (".html", ".htm"):
+                raise BadOption(f"--out is {str(out)!r}; expected a name that ends in .html")
+            check_new("--out", out, overwrite)
+        given = (("seconds", seconds), ("width", width))
+        asked: dict[str, Any] = {name: value for name, value in given if value is not None}
+        if not films and asked:
+            raise BadOption(f"--{next(iter(asked))} is for a film: add --gif FILE or --mp4 FILE")
+        if films and (beside is not None or scene.lower().endswith(".parquet")):
+            raise BadOption("a film shows a scene under one broad phase: no --beside, no event file")
+        if out is None and (show or at is not None):
+            raise BadOption("--open and --at are for the page, which --out names beside a film")
+        if films:
+            _check_films(films, overwrite)
+            phase = (None, {}) if broad_phase is None else read_phase(broad_phase)
+            asked |= {"begin": begin, "until": until, "structure": steps, "overwrite": overwrite}
+            _write_films(find_scene(scene, parameters), phase, films, **asked)
+        if out is None:
+            return
         page = _view(scene, parameters, broad_phase, beside, (begin, until, at), steps)
         for note in page.notes:
             notice(f"kinetile: {note}")
@@ -172,6 +207,41 @@ def view(
     typer.echo(f"{path}: {path.stat().st_size / 1e6:.2f} MB")
     if show:
         typer.launch(path.resolve().as_uri())
+
+
+def _check_films(films: Mapping[str, Path], overwrite: bool) -> None:
+    """Raises BadOption or MissingExtra, before anything runs, where a film could not be written."""
+    from kinetile.show.film import check_film
+
+    for option, path in films.items():
+        if path.suffix.lower() != f".{option.lstrip('-')}":
+            raise BadOption(f"{option} is {str(path)!r}; expected a name that ends in .{option.lstrip('-')}")
+        check_new(option, path, overwrite)
+        check_film(path)
+
+
+def _write_films(
+    scene: Scene, phase: tuple[str | None, dict[str, Any]], films: Mapping[str, Path], **asked: Any
+) -> None:
+    """Writes films of a scene under a broad phase, and prints their sizes."""
+    from kinetile.run.simulation import Simulation
+    from kinetile.show.film import film
+    from kinetile.show.player.view import window
+
+    begin, until = window(scene, asked.pop("begin"), asked.pop("until"))
+    overwrite = asked.pop("overwrite")
+    simulation = Simulation(scene, phase[0], options=phase[1] or None)
+    shown = film(simulation, until, begin=begin, **asked)
+    make_ready(simulation)
+    for path in films.values():
+        with FirstSignal() as signals, Bar("drawing") as bar:
+
+            def progress(done: int, total: int, signals: FirstSignal = signals, bar: Bar = bar) -> None:
+                signals.check()
+                bar.show(done / total, f"{done} of {total} frames")
+
+            shown.save(path, overwrite=overwrite, progress=progress)
+        typer.echo(f"{path}: {len(shown.times)} frames, {path.stat().st_size / 1e6:.2f} MB")
 
 
 def _view(

@@ -153,12 +153,10 @@ def _with_steps(recording: Recording, again: Simulation, clock: Clock, begin: fl
         if not recording.notes:  # the free run has said which
             notes += (f"Stepping ended with a fault, {type(error).__name__}: {error}",)
     if log.full:
-        after = (
-            "it is computed from the positions"
-            if recording.drawn_as
-            else "there is too much of it for a page"
-        )
-        notes += (f"The structure is recorded up to event {log.seen}; after it, {after}.",)
+        rest = "it is computed from the positions"
+        if not recording.drawn_as:
+            rest = "there is too much of it for a page"
+        notes += (f"The structure is recorded up to event {log.seen}; after it, {rest}.",)
     epoch, tick, body, after = np.array(seen, np.int64).reshape(-1, 4).T
     stepped = Steps(epoch, tick, body, after, np.array(queue, np.int64), log)
     return replace(recording, stepped=stepped, notes=notes)

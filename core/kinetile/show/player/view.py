@@ -96,15 +96,7 @@ def view_scene(
 
     Raises UnknownName, BadOption and Refused as ``Simulation``.
     """
-    begin = scene.start if begin is None else begin
-    own = scene.settings.until
-    until = (own if own is not None and own > begin else begin + 1.0) if until is None else until
-    if not scene.start <= begin <= until < float("inf"):
-        raise BadOption(
-            f"the window is {begin!r} to {until!r}; expected two times from the scene's start on, "
-            f"{scene.start!r}, the first not after the second"
-        )
-
+    begin, until = window(scene, begin, until)
     if at is not None and not begin <= at <= until:
         raise BadOption(f"the page is to open at {at!r}; expected a time from {begin!r} to {until!r}")
 
@@ -120,6 +112,20 @@ def view_scene(
         recordings.append(record(scene, first, again, label, begin, until, max_contacts))
     open_at = None if at is None else Clock(scene.start, scene.time_unit).ticks(at)
     return View(Page(scene, recordings, title or _name(scene), open_at=open_at))
+
+
+def window(scene: Scene, begin: float | None, until: float | None) -> tuple[float, float]:
+    """Returns the times from which and to which a scene is shown, by default from its start to its own
+    ``until``, or for one time unit. Raises BadOption unless they are in order."""
+    begin = scene.start if begin is None else begin
+    own = scene.settings.until
+    until = (own if own is not None and own > begin else begin + 1.0) if until is None else until
+    if not scene.start <= begin <= until < float("inf"):
+        raise BadOption(
+            f"the window is {begin!r} to {until!r}; expected two times from the scene's start on, "
+            f"{scene.start!r}, the first not after the second"
+        )
+    return begin, until
 
 
 def view_file(
