@@ -16,7 +16,7 @@ const pen = new Proxy({}, {
 
 class Element {
   constructor(tagName = "DIV", attributes = {}) {
-    Object.assign(this, { tagName, attributes, children: [], listeners: {}, style: {}, clientWidth: 800, clientHeight: 500 });
+    Object.assign(this, { tagName, attributes, children: [], listeners: {}, style: {}, value: "", clientWidth: 800, clientHeight: 500 });
     this.dataset = "data-key" in attributes ? { key: attributes["data-key"] } : {};
     this.checked = true;
     this.style = {};

@@ -116,7 +116,7 @@ def ask_node(tmp_path: Path, page: Page, body: str, **given: Any) -> Any:
     """
     asked = tmp_path / "asked.json"
     asked.write_text(json.dumps({"held": page.held, "given": given}))
-    names = ("page/camera", "run/clock", "run/events", "run/playback", "run/proof", "run/sentences")
+    names = ("page/camera", "run/clock", "run/events", "run/live", "run/playback", "run/proof", "run/sentences")
     imports = "\n".join(
         f"import * as {name.split('/')[1]} from {json.dumps((SCRIPT / f'{name}.mjs').as_uri())};"
         for name in names

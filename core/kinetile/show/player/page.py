@@ -32,12 +32,12 @@ from kinetile.show.picture import FRESH, LOOKS, NEXT, outline_of
 from kinetile.show.player.recording import Plans, Recording, kinds_of, residuals
 
 _RUN = (
-    *("clock", "columns", "rows", "motion", "structure", "present", "events"),
-    *("meetings", "proof", "sentences", "playback"),
+    *("doubles", "clock", "columns", "rows", "motion", "structure", "present", "events"),
+    *("meetings", "proof", "sentences", "playback", "live", "stepped"),
 )
 _SEEN = (
     *("camera", "paper", "drawing", "matrix", "timeline", "spacetime", "race", "tables"),
-    *("lens", "player", "link", "svg", "hands"),
+    *("lens", "trial", "player", "link", "svg", "hands"),
 )
 
 MODULES = (

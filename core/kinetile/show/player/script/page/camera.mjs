@@ -1,28 +1,7 @@
 // The view: a centre and a scale, in pixels a length. The centre is x + dx, y + dy, where dx is what the double
 // x cannot hold: so one can zoom in until the last bit of a coordinate is a wide strip, and still pan.
 
-const SPLITTER = 134217729; // 2^27 + 1
-
-/** a + b as a double and what it lacks: together exact. */
-export function twoSum(a, b) {
-  const sum = a + b;
-  const part = sum - a;
-  return [sum, (a - (sum - part)) + (b - part)];
-}
-
-/** a * b as a double and what it lacks: together exact (no overflow, no underflow). */
-export function twoProduct(a, b) {
-  const product = a * b;
-  const [highA, lowA] = halves(a);
-  const [highB, lowB] = halves(b);
-  return [product, lowA * lowB - (product - highA * highB - lowA * highB - highA * lowB)];
-}
-
-function halves(number) {
-  const far = SPLITTER * number;
-  const high = far - (far - number);
-  return [high, number - high];
-}
+import { twoProduct, twoSum } from "../run/doubles.mjs";
 
 /** |d| - r for d = (dx + ex, dy + ey), e being small: without the loss of the difference. */
 export function gap(dx, dy, r, ex = 0, ey = 0) {

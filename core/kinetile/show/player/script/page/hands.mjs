@@ -45,6 +45,9 @@ const KEYS = {
   t: (player) => setStructured(player),
   l: (player) => copyLink(player),
   v: (player) => saveSvg(player),
+  y: (player) => player.trial.toggle(),
+  b: (player) => player.trial.turnBack(),
+  o: (player) => player.trial.reset(),
   Escape: (player) => leave(player),
   "?": () => help(),
 };
@@ -128,6 +131,7 @@ function listen(player, canvas) {
     canvas.setPointerCapture(event.pointerId);
     fingers.set(event.pointerId, pointOf(event));
     moved = fingers.size > 1 ? 100 : 0;
+    if (fingers.size === 1) player.trial.grab(canvas, offset(canvas, pointOf(event)));
     if (event.pointerType !== "touch") canvas.classList.add("active");
   });
   canvas.addEventListener("pointerleave", () => canvas.classList.remove("active"));
@@ -141,6 +145,11 @@ function listen(player, canvas) {
     moved += Math.abs(now[0] - before[0]) + Math.abs(now[1] - before[1]);
     const other = [...fingers].find(([id]) => id !== event.pointerId)?.[1];
     fingers.set(event.pointerId, now);
+    if (player.trial.pulled) {
+      player.trial.pulled.to = offset(canvas, now);
+      player.changed();
+      return;
+    }
     if (!other) {
       if (moved > 4) pan(player, before[0] - now[0], now[1] - before[1]);
       return;
@@ -152,6 +161,8 @@ function listen(player, canvas) {
   });
   const lift = (event) => {
     const taps = fingers.delete(event.pointerId) && moved <= 4 && event.type === "pointerup";
+    if (player.trial.pulled && moved > 4) player.trial.release();
+    player.trial.pulled = null;
     if (taps) player.pickAt(canvas, offset(canvas, pointOf(event)));
   };
   canvas.addEventListener("pointerup", lift);
@@ -215,6 +226,7 @@ export async function begin() {
     const { top, height } = event.currentTarget.getBoundingClientRect();
     player.seekFraction(player.spaceTime.timeAt((event.clientY - top) / height));
   });
+  $("engine").addEventListener("change", () => player.trial.fork(() => true));
   $("goto").addEventListener("change", (event) => player.goTo(event.target.value));
   document.addEventListener("click", ({ target, detail }) => {
     if (detail && target.tagName === "BUTTON") target.blur(); // a click, not a key: Space is to play, not to press it again

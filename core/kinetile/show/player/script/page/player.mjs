@@ -9,6 +9,7 @@ import { Race } from "./race.mjs";
 import { SpaceTime } from "./spacetime.mjs";
 import { BodyTable, countUp, tell } from "./tables.mjs";
 import { Timeline, lanesOf } from "./timeline.mjs";
+import { Trial } from "./trial.mjs";
 import { compare, elapsed, later, momentAt, timeOf } from "../run/clock.mjs";
 import { GROUPS, momentOfEvent, seek } from "../run/events.mjs";
 import { apartAlong } from "../run/motion.mjs";
@@ -35,31 +36,39 @@ function readTheme() {
 /** The state of the page, what a reader can do, and what is seen of it. */
 export class Player {
   constructor(held, { bodies, runs }) {
-    bodies.outline = held.shape.map((shape) => held.shapes[shape].outline);
-    bodies.kind = held.kinds.length ? held.kind : null;
-    bodies.room = held.shape.map((shape) => held.shapes[shape].room);
-    Object.assign(this, { held, bodies, runs, selected: held.select, follows: false, structured: true });
+    Object.assign(this, { held, selected: held.select, follows: false, structured: true });
     Object.assign(this, { playing: 0, evenly: false, group: "all", hidden: new Set() });
-    this.playback = new Playback(bodies, runs, held);
-    this.sentences = runs.map((run, at) => new Sentences(run, this.playback.runs[at].events, bodies, held));
     this.camera = new Camera();
     this.speed = held.speed;
     this.theme = readTheme();
-    this.places = { x: new Float64Array(bodies.x.length), y: new Float64Array(bodies.x.length) };
     this.panes = [...document.querySelectorAll("canvas.stage")];
     this.matrices = [...document.querySelectorAll("canvas.matrix")];
     this.matrices.forEach((canvas, at) => {
       canvas.hidden = !runs[at].structure?.hasMatrix;
     });
-    this.counts = this.playback.runs.map(({ events }) => countUp(events));
-    this.lanes = lanesOf(this.counts.map((count) => count.total));
-    this.timeline = new Timeline(document.getElementById("timeline"), this.playback, this.lanes);
-    this.bodyTable = new BodyTable(this);
-    this.race = new Race(document.getElementById("race"), this);
     this.lens = new Lens(this);
+    this.hold(bodies, runs);
+    this.trial = new Trial(this);
+    this.bodyTable = new BodyTable(this);
     this.spaceTime = new SpaceTime(document.getElementById("spacetime"), this);
     this.fit();
     if (held.open) this.playback.seek(held.open);
+  }
+
+  /** Take runs to be played, as the page holds them or as they were computed in it. */
+  hold(bodies, runs) {
+    const { held } = this;
+    bodies.outline = held.shape.map((shape) => held.shapes[shape].outline);
+    bodies.kind = held.kinds.length ? held.kind : null;
+    bodies.room = held.shape.map((shape) => held.shapes[shape].room);
+    Object.assign(this, { bodies, runs });
+    this.playback = new Playback(bodies, runs, held);
+    this.sentences = runs.map((run, at) => new Sentences(run, this.playback.runs[at].events, bodies, held));
+    this.places = { x: new Float64Array(bodies.x.length), y: new Float64Array(bodies.x.length) };
+    this.counts = this.playback.runs.map(({ events }) => countUp(events));
+    this.lanes = lanesOf(this.counts.map((count) => count.total));
+    this.timeline = new Timeline(document.getElementById("timeline"), this.playback, this.lanes);
+    this.race = new Race(document.getElementById("race"), this);
   }
 
   fit(box = this.held.box) {
@@ -310,6 +319,7 @@ export class Player {
     if (picked !== null) drawPicked(view, structure, picked, places, theme, held.periods);
     const body = this.selected;
     if (body !== null && there[body]) drawPlan(view, this.plan(run, body), bodies.radius[body] || 0, bodies.outline[body], theme.selected);
+    this.trial.draw(view, theme);
     drawNumbers(view, bodies, places, there, theme);
     if (repeats) view.pen.restore();
     if (structure && run.done > structure.seen) drawNote(view, `the structure is recorded up to event ${structure.seen} only`, theme);

@@ -57,6 +57,7 @@ export function tell(player) {
   $("exact").textContent = `${epoch} units and ${tick} ticks of 2^-52`;
   $("play").textContent = player.playing ? "Pause" : "Play";
   $("structure").setAttribute("aria-pressed", String(player.structured));
+  $("try").setAttribute("aria-pressed", String(player.trial.on));
   $("even").setAttribute("aria-pressed", String(player.evenly));
   $("follow").setAttribute("aria-pressed", String(player.follows));
   const [pace, what] = player.evenly ? [player.pace(), "events"] : [player.speed, "time units"];

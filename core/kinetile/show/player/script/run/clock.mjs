@@ -2,6 +2,8 @@
 // of a unit after that. Both are whole numbers that a double holds exactly, so nothing here is rounded unless
 // it says so.
 
+import { parts } from "./doubles.mjs";
+
 export const TICKS = 2 ** 52;
 
 /** Negative, zero or positive: whether one moment is before, at or after another. */
@@ -23,17 +25,6 @@ export function momentOf(ticks) {
 /** The count of ticks of a moment, as a BigInt. */
 export function ticksOf(moment) {
   return (BigInt(moment[0]) << 52n) + BigInt(moment[1]);
-}
-
-/** A finite double as [whole, exponent]: whole * 2^exponent, whole a BigInt. */
-function parts(number) {
-  const view = new DataView(new ArrayBuffer(8));
-  view.setFloat64(0, number);
-  const bits = view.getBigUint64(0);
-  const exponent = Number((bits >> 52n) & 0x7ffn);
-  const fraction = bits & 0xfffffffffffffn;
-  const whole = exponent ? fraction | 0x10000000000000n : fraction;
-  return [bits >> 63n ? -whole : whole, (exponent || 1) - 1075];
 }
 
 /** The moment of a time: exactly (time - start) / unit, rounded down to a tick. */

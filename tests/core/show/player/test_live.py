@@ -1,0 +1,77 @@
+"""The page's own run, by the rules of the specification: with any commands its contacts are those of kinetile."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import kinetile as kt
+from kinetile.show.player import view_scene
+from player_pages import ask_node, needs_node
+
+PLAYED = """
+const [run] = play.runs;
+play.seek(given.moment);
+const { plans, done } = run.motion;
+const names = ["kind", "a", "b", "epoch", "tick", "x", "y", "vx", "vy", "before"];
+const rows = { count: done };
+for (const name of names) rows[name] = [...run.motion.rows[name]].slice(0, (run.motion.rows[name].length > run.motion.rows.count ? 2 : 1) * done);
+const own = new live.Live(bodies, plans, rows, play.moment, held);
+for (const [body, velocity] of given.turns) own.turn(body, velocity);
+for (const [place, velocity, radius, mass] of given.inserts) own.insert(place, velocity, radius, mass);
+own.until(clock.ticksOf(held.end));
+const found = [];
+for (let row = 0; row < rows.count; row += 1) {
+    if (rows.kind[row] === 1 || rows.kind[row] === 2) found.push([rows.epoch[row], rows.tick[row], rows.a[row], rows.b[row]]);
+}
+return found;
+"""
+
+SCENES = {
+    "fifty": kt.make_scene("grid", bodies=50, density=0.4, seed=1),
+    "sizes": kt.make_scene("random", bodies=24, density=0.4, radius_ratio=4, seed=4),
+    "ties": kt.Scene(
+        [[1.0, 1.0], [3.0, 1.0], [1.0, 3.0], [3.0, 3.0]],
+        [[1.0, 0.0], [-1.0, 0.0], [1.0, 0.0], [-1.0, 0.0]],
+        0.5,
+        arena=(4.0, 4.0),
+    ),
+    "masses": kt.Scene(
+        [[0.2, 0.2], [0.5, 0.5], [0.8, 0.3]],
+        [[0.9, 0.4], [0.0, 0.0], [-0.7, 0.8]],
+        [0.05, 0.1, 0.07],
+        [1.0, np.inf, 3.0],
+        arena=(1, 1),
+    ),
+}
+
+
+@needs_node
+@pytest.mark.parametrize("commands", ["none", "turns", "insertion"])
+@pytest.mark.parametrize("name", SCENES)
+def test_its_contacts_are_those_of_kinetile(name, commands, tmp_path):
+    scene, until = SCENES[name], {"ties": 8.0, "masses": 5.0}.get(name, 0.6)
+    page = view_scene(scene, [("cells", {})], until=until, steps=False).page
+    sim = kt.Simulation(scene, "cells")
+    sim.run(until=until / 3)
+    turns, inserts = [], []
+    if commands == "turns":
+        turns = [[0, [0.3, -0.7]], [2, [0.0, 0.0]]]
+        for body, velocity in turns:
+            sim.set_velocity(body, velocity)
+    if commands == "insertion":
+        radius = float(scene.radius.min()) / 4
+        for place in np.random.default_rng(1).uniform(0.1, 0.9, (50, 2)) * scene.arena:
+            try:
+                sim.insert(place.tolist(), (0.5, 0.25), radius=radius, mass=2.0)
+            except kt.errors.Refused:
+                continue
+            inserts = [[place.tolist(), [0.5, 0.25], radius, 2.0]]
+            break
+        assert inserts
+    moment = list(sim.exact_time)
+    sim.run(until=until)
+    found = ask_node(tmp_path, page, PLAYED, moment=moment, turns=turns, inserts=inserts)
+    wanted = [[int(each[part]) for part in ("epoch", "tick", "a", "b")] for each in sim.contacts]
+    assert len(wanted) > 8
+    assert found == wanted
