@@ -282,7 +282,4 @@ def _view(
     from kinetile.show.player import view_scene
 
     found = find_scene(scene, parameters)
-    title = path.name if path.is_file() else None
-    return view_scene(
-        found, phases or [(None, {})], begin=begin, until=until, at=at, steps=steps, title=title
-    )
+    return view_scene(found, phases or [(None, {})], begin=begin, until=until, at=at, steps=steps)

@@ -106,8 +106,8 @@ class Page:
 
     def html(self) -> str:
         """Returns the page."""
-        count, one = self.scene.counted(len(self.scene)), "body" if self.scene.shapes else "disc"
-        summary = f"{count}; drag to move the view, tap a {one} to select it, ? for the keys."
+        one = "body" if self.scene.shapes else "disc"
+        summary = f"Drag to move the view, tap a {one} to select it, ? for the keys."
         held = json.dumps(self.held, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
         parts = {
             "TITLE": html.escape(self.title),

@@ -89,7 +89,7 @@ def view_scene(
         begin: the start of the window; None: the scene's start.
         until: its end; None: the scene's own ``until``, or one time unit after ``begin``.
         steps: whether to step through the run too, for structural events.
-        title: the title; None: the scene's own description.
+        title: the title; None: what is shown: the recipe, the bodies, the phases and the window.
         max_contacts: the window ends at this number of contacts, if not before; None: at as many as fit.
         narrow_phases: names and options; None: the scene's, or those that it needs.
         at: the time at which the page opens; None: the beginning of the window.
@@ -111,7 +111,8 @@ def view_scene(
         label = write_phase(first.broad_phase, first.options)
         recordings.append(record(scene, first, again, label, begin, until, max_contacts))
     open_at = None if at is None else Clock(scene.start, scene.time_unit).ticks(at)
-    return View(Page(scene, recordings, title or _name(scene), open_at=open_at))
+    labels = [recording.label for recording in recordings]
+    return View(Page(scene, recordings, title or _title(scene, labels, begin, until), open_at=open_at))
 
 
 def window(scene: Scene, begin: float | None, until: float | None) -> tuple[float, float]:
@@ -164,6 +165,12 @@ def view(simulation: Simulation, until: float | None = None) -> View:
     return view_scene(scene, [choice], until=until, narrow_phases=narrow_phases)
 
 
+def _title(scene: Scene, labels: Sequence[str], begin: float, until: float) -> str:
+    """Returns what a page shows: "grid: 16 discs under sweep-tiling, time 0 to 0.5"."""
+    phases = " and ".join(labels) if len(labels) < 3 else f"{len(labels)} broad phases"
+    return f"{_name(scene)} under {phases}, time {begin:.6g} to {until:.6g}"
+
+
 def _name(scene: Scene) -> str:
-    recipe = scene.origin.get("recipe")
-    return ", ".join(filter(None, (recipe, scene.counted(len(scene)))))
+    source = Path(scene.origin["file"]).name if "file" in scene.origin else scene.origin.get("recipe")
+    return ": ".join(filter(None, (source, scene.counted(len(scene)))))

@@ -1,4 +1,4 @@
-"""The page's own run, by the rules of the specification: with any commands its contacts are those of kinetile."""
+"""The run that a page computes: with any commands, its contacts are those of kinetile."""
 
 from __future__ import annotations
 
@@ -13,16 +13,18 @@ PLAYED = """
 const [run] = play.runs;
 play.seek(given.moment);
 const { plans, done } = run.motion;
-const names = ["kind", "a", "b", "epoch", "tick", "x", "y", "vx", "vy", "before"];
 const rows = { count: done };
-for (const name of names) rows[name] = [...run.motion.rows[name]].slice(0, (run.motion.rows[name].length > run.motion.rows.count ? 2 : 1) * done);
+const take = (name, sides) => { rows[name] = [...run.motion.rows[name].slice(0, sides * done)]; };
+["kind", "a", "b", "epoch", "tick"].forEach((name) => take(name, 1));
+["x", "y", "vx", "vy", "before"].forEach((name) => take(name, 2));
 const own = new live.Live(bodies, plans, rows, play.moment, held);
 for (const [body, velocity] of given.turns) own.turn(body, velocity);
 for (const [place, velocity, radius, mass] of given.inserts) own.insert(place, velocity, radius, mass);
 own.until(clock.ticksOf(held.end));
 const found = [];
 for (let row = 0; row < rows.count; row += 1) {
-    if (rows.kind[row] === 1 || rows.kind[row] === 2) found.push([rows.epoch[row], rows.tick[row], rows.a[row], rows.b[row]]);
+    const isContact = rows.kind[row] === 1 || rows.kind[row] === 2;
+    if (isContact) found.push([rows.epoch[row], rows.tick[row], rows.a[row], rows.b[row]]);
 }
 return found;
 """

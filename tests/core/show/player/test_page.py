@@ -154,7 +154,9 @@ def test_a_simulation_shows_what_it_has_done_and_stays_as_it_is():
     assert [tuple(row)[1:5] for row in rows.tolist()] == [tuple(row)[1:] for row in sim.contacts.tolist()]
     assert (-5 in found.rows["b"], -7 in found.rows["b"]) == (True, True)
     shown = view._repr_html_()
-    assert shown.startswith('<iframe title="2 discs" sandbox="allow-scripts allow-downloads" ')
+    assert shown.startswith(
+        '<iframe title="2 discs under sap-1d, time 0 to 0.75" sandbox="allow-scripts allow-downloads" '
+    )
     assert 'srcdoc="&lt;!DOCTYPE html&gt;' in shown
     assert "<script" not in shown
     assert kt.view(kt.Simulation(scene, "naive"), 0.25).page.recordings[0].end == 2**50

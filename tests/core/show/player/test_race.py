@@ -67,7 +67,11 @@ def test_a_list_that_differs_is_told(tmp_path):
         browser.value(forge)
         browser.settle()
         rows, said = json.loads(browser.value(TOLD))
-        assert said == "The contacts are not the same at this moment."
+        naive, cells = said.split(". Under ")[1:]
+        assert said.startswith("Contact ")
+        assert naive.startswith("naive: bod")
+        assert cells.startswith("cells: bod")
+        assert naive.removeprefix("naive") != cells.removeprefix("cells").rstrip(".")
         assert rows[0][4] != rows[1][4]
 
 

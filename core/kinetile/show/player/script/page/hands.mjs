@@ -226,7 +226,7 @@ export async function begin() {
     const { top, height } = event.currentTarget.getBoundingClientRect();
     player.seekFraction(player.spaceTime.timeAt((event.clientY - top) / height));
   });
-  $("engine").addEventListener("change", () => player.trial.fork(() => true));
+  $("engine").addEventListener("change", () => player.trial.fork(() => ""));
   $("goto").addEventListener("change", (event) => player.goTo(event.target.value));
   document.addEventListener("click", ({ target, detail }) => {
     if (detail && target.tagName === "BUTTON") target.blur(); // a click, not a key: Space is to play, not to press it again

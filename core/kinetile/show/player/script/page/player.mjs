@@ -319,7 +319,7 @@ export class Player {
     if (picked !== null) drawPicked(view, structure, picked, places, theme, held.periods);
     const body = this.selected;
     if (body !== null && there[body]) drawPlan(view, this.plan(run, body), bodies.radius[body] || 0, bodies.outline[body], theme.selected);
-    this.trial.draw(view, theme);
+    this.trial.draw(view, places, theme);
     drawNumbers(view, bodies, places, there, theme);
     if (repeats) view.pen.restore();
     if (structure && run.done > structure.seen) drawNote(view, `the structure is recorded up to event ${structure.seen} only`, theme);

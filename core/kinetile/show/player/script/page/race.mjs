@@ -2,11 +2,9 @@
 // same. A digest of the contacts so far stands for each list; it is not the run's fingerprint, which is of all of them.
 
 import { timeOf } from "../run/clock.mjs";
-import { inWords, momentOfEvent } from "../run/events.mjs";
-import { KINDS } from "../run/rows.mjs";
+import { MET, firstDifference, inWords, momentOfEvent, withTime } from "../run/events.mjs";
 
 const LATEST = 3; // contacts that are named
-const MET = ["disc", "wall", "pass", "part"].map((kind) => KINDS.indexOf(kind));
 
 /** After so many events, how many contacts there were, and their digest: the 32 bits of FNV-1a over whole numbers. */
 export function digests({ count, kind, epoch, tick, a, b }) {
@@ -14,7 +12,7 @@ export function digests({ count, kind, epoch, tick, a, b }) {
   const digest = new Uint32Array(count + 1);
   digest[0] = 0x811c9dc5;
   for (let event = 0; event < count; event += 1) {
-    const isContact = MET.includes(kind[event]);
+    const isContact = MET.has(kind[event]);
     let state = digest[event];
     const numbers = [epoch[event], Math.floor(tick[event] / 2 ** 32), tick[event], a[event], b[event]];
     if (isContact) for (const number of numbers) state = Math.imul(state ^ number, 0x01000193);
@@ -28,7 +26,7 @@ export class Race {
   /** `place`: where it is told; with one run, nowhere. */
   constructor(place, player) {
     Object.assign(this, { place, player });
-    place.hidden = player.runs.length < 2;
+    place.hidden = player.runs.length < 2 || player.runs[0].isComputed; // what is computed in the page has no phases
     if (place.hidden) return;
     this.lists = player.playback.runs.map(({ events }) => digests(events));
     this.most = Math.max(1, ...player.counts.map(({ total }) => total.structural));
@@ -62,10 +60,19 @@ export class Race {
       digest.textContent = found[at][1].toString(16).padStart(8, "0");
     });
     const [[many, first]] = found;
-    const same = found.every(([contacts, digest]) => contacts === many && digest === first);
-    document.getElementById("same").textContent = same
+    const differs = found.findIndex(([contacts, digest]) => contacts !== many || digest !== first);
+    document.getElementById("same").textContent = differs < 0
       ? `The same ${many} contacts under all ${found.length} phases. ${this.latest()}`
-      : "The contacts are not the same at this moment.";
+      : this.difference(differs);
+  }
+
+  /** The first contact that a run has otherwise than the first one. */
+  difference(which) {
+    const { playback: { runs }, held } = this.player;
+    const lists = [runs[0].events, runs[which].events];
+    const { at, events } = firstDifference(...lists);
+    const [one, other] = lists.map((list, side) => withTime(list, events[side], held));
+    return `Contact ${at + 1} differs. Under ${held.runs[0].label}: ${one}. Under ${held.runs[which].label}: ${other}.`;
   }
 
   /** The latest contacts in words, the last one first. */
@@ -73,7 +80,7 @@ export class Race {
     const { playback: { runs: [{ events, done }] }, held } = this.player;
     const said = [];
     for (let event = done - 1; event >= 0 && said.length < LATEST; event -= 1) {
-      if (!MET.includes(events.kind[event])) continue;
+      if (!MET.has(events.kind[event])) continue;
       said.push(`${timeOf(momentOfEvent(events, event), held.start, held.unit).toFixed(4)} ${inWords(events, event, held)}`);
     }
     return said.length ? `Latest: ${said.join("; ")}.` : "";

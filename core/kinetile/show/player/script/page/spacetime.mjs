@@ -75,9 +75,10 @@ export class SpaceTime {
     const { canvas, player } = this;
     const sheet = this.sheet();
     const view = prepare(canvas, devicePixelRatio);
-    const key = [sheet.first, this.axis, canvas.width, canvas.height, theme.body, player.selected].join(" ");
-    if (this.key !== key) {
-      this.key = key;
+    const { rows } = player.runs[0];
+    const key = [sheet.first, sheet.last, this.axis, canvas.width, canvas.height, theme.body, player.selected].join(" ");
+    if (this.key !== key || this.rows !== rows) {
+      Object.assign(this, { key, rows });
       this.picture = document.createElement("canvas");
       view.pen.clearRect(0, 0, view.width, view.height);
       this.#bands(view, sheet, theme);

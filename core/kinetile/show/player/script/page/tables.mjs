@@ -53,8 +53,8 @@ export function fill(table, head, rows) {
 export function tell(player) {
   const { playback, held } = player;
   const [epoch, tick] = playback.moment;
-  $("time").textContent = String(player.time());
-  $("exact").textContent = `${epoch} units and ${tick} ticks of 2^-52`;
+  $("time").textContent = String(Number(player.time().toPrecision(8)));
+  $("exact").textContent = `${player.time()}: ${epoch} units and ${tick} ticks of 2^-52`;
   $("play").textContent = player.playing ? "Pause" : "Play";
   $("structure").setAttribute("aria-pressed", String(player.structured));
   $("try").setAttribute("aria-pressed", String(player.trial.on));
@@ -159,7 +159,7 @@ export class BodyTable {
 function layer(line, role, player) {
   const button = document.createElement("button");
   button.append(...line.childNodes);
-  button.setAttribute("aria-pressed", "true");
+  button.setAttribute("aria-pressed", String(!player.hidden.has(role)));
   button.addEventListener("click", () => {
     const shown = player.hidden.delete(role) || !player.hidden.add(role);
     button.setAttribute("aria-pressed", String(shown));

@@ -1,6 +1,6 @@
 // The events of a run, structural ones among the rows, in their order; and a cursor that steps through them.
 
-import { compare } from "./clock.mjs";
+import { compare, timeOf } from "./clock.mjs";
 import { KINDS } from "./rows.mjs";
 
 /** The groups in which a reader steps, and the kinds that are in each. */
@@ -12,6 +12,9 @@ export const GROUPS = {
   commands: ["turn", "insert", "remove"],
   passings: ["pass", "part"],
 };
+
+/** The kinds of events that are contacts, by number. */
+export const MET = new Set(["disc", "wall", "pass", "part"].map((kind) => KINDS.indexOf(kind)));
 
 const WALLS = { "-1": "left", "-2": "right", "-3": "bottom", "-4": "top" };
 
@@ -71,6 +74,24 @@ export function isOf(events, event, group, body = null) {
   return body === null || events.a[event] === body || events.b[event] === body;
 }
 
+/** The events of a list that are contacts, those with walls and passings among them, in their order. */
+export function contactsOf({ count, kind }) {
+  return Array.from({ length: count }, (_, event) => event).filter((event) => MET.has(kind[event]));
+}
+
+/**
+ * The first contact in which two lists of events differ, by its bodies, and by its tick if they are `timed`:
+ * {at, events}, its number and the event of each list, -1 where there is none; null where there is no such contact.
+ */
+export function firstDifference(one, other, timed = true) {
+  const lists = [one, other].map(contactsOf);
+  const names = timed ? ["a", "b", "tick", "epoch"] : ["a", "b"];
+  const isSame = (at) => names.every((name) => one[name][lists[0][at]] === other[name][lists[1][at]]);
+  let at = 0;
+  while (lists.every((list) => at < list.length) && isSame(at)) at += 1;
+  return lists.some((list) => at < list.length) ? { at, events: lists.map((list) => list[at] ?? -1) } : null;
+}
+
 /**
  * The first event that is wanted from `done` on (direction 1), or the last one before `done` (direction -1);
  * -1 where there is none.
@@ -128,4 +149,10 @@ export function inWords(events, event, held) {
     case "pass": return `${both(a, b)} begin to pass through each other`;
     default: return `${both(b, a)} end to pass through each other`;
   }
+}
+
+/** An event in words with its time, in full: two may differ by a tick; "no contact" for -1. */
+export function withTime(events, event, held) {
+  if (event < 0) return "no contact";
+  return `${inWords(events, event, held)} at ${timeOf(momentOfEvent(events, event), held.start, held.unit)}`;
 }

@@ -1,0 +1,204 @@
+"""Try it: what a reader throws, inserts or turns back, or a time-stepped engine, in a real browser."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+import kinetile as kt
+from chromium import Browser, needs_chromium
+from kinetile.show.player import view_scene
+from player_pages import SCENES
+
+pytestmark = needs_chromium
+
+UNTIL = 0.4
+SAID = "document.getElementById('said').textContent"
+
+CONTACTS = """(() => {
+    const { events } = kinetilePlayer.playback.runs[0];
+    const those = [...events.kind.keys()].filter((event) => [1, 2].includes(events.kind[event]));
+    const names = ["epoch", "tick", "a", "b"];
+    return JSON.stringify(those.map((event) => names.map((name) => events[name][event])));
+})()"""
+
+PLACE = """(() => {
+    const player = kinetilePlayer;
+    const { left, top, width, height } = player.panes[0].getBoundingClientRect();
+    const [x, y] = player.playback.runs[0].motion.place(BODY, player.playback.moment);
+    const [right, up] = player.camera.see(x, y);
+    return [left + width / 2 + right, top + height / 2 - up];
+})()"""
+
+COMPUTED = """new Promise((done) => {
+    const look = () => {
+        const { run } = kinetilePlayer.trial;
+        const end = kinetilePlayer.held.end;
+        const isDone = run && run.now === (BigInt(end[0]) << 52n) + BigInt(end[1]);
+        if (isDone) requestAnimationFrame(() => done(true));
+        else requestAnimationFrame(look);
+    };
+    look();
+})"""
+
+COMMAND = """(() => {
+    const { rows } = kinetilePlayer.trial.run;
+    const row = rows.kind.findIndex((kind) => kind === 3 || kind === 4);
+    return [rows.a[row], ...["x", "y", "vx", "vy"].map((name) => rows[name][2 * row])];
+})()"""
+
+
+def scene():
+    return kt.make_scene("grid", bodies=12, density=0.2, seed=2)
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    view = view_scene(scene(), [("sweep-tiling", {})], until=UNTIL)
+    return view.save(tmp_path_factory.mktemp("trial") / "page.html")
+
+
+@pytest.fixture
+def desk(page):
+    with Browser(1280, 800) as browser:
+        browser.open(page)
+        browser.value("kinetilePlayer.goTo('0.125')")
+        yield browser
+        assert browser.said() == []
+
+
+def drag(browser, start, by, *, finger=False):
+    """Drag from a place of the window, with the mouse or with a finger."""
+    (x, y), (right, down) = start, by
+    for part, kind in ((0, "Pressed"), (0.5, "Moved"), (1, "Moved"), (1, "Released")):
+        at = {"x": x + part * right, "y": y + part * down}
+        if finger:
+            kind = {"Pressed": "Start", "Moved": "Move", "Released": "End"}[kind]
+            points = [] if kind == "End" else [{**at, "id": 1}]
+            browser.ask("Input.dispatchTouchEvent", type=f"touch{kind}", touchPoints=points)
+        else:
+            browser.ask("Input.dispatchMouseEvent", type=f"mouse{kind}", button="left", buttons=1, **at)
+        browser.settle()
+
+
+def contacts(browser):
+    return json.loads(browser.value(CONTACTS))
+
+
+def wanted(command):
+    """Return the contacts of kinetile's own run with a command at time 0.125."""
+    sim = kt.Simulation(scene(), "cells")
+    sim.run(until=0.125)
+    command(sim)
+    sim.run(until=UNTIL)
+    return [[int(each[name]) for name in ("epoch", "tick", "a", "b")] for each in sim.contacts]
+
+
+@pytest.mark.parametrize("finger", [False, True])
+def test_a_thrown_disc_meets_what_it_meets_in_kinetile(finger, page):
+    with Browser(*((390, 844) if finger else (1280, 800))) as browser:
+        browser.open(page)
+        browser.value("kinetilePlayer.goTo('0.125')")
+        browser.value("scrollTo(0, 0)")
+        recorded = contacts(browser)
+        browser.press("y")
+        drag(browser, browser.value(PLACE.replace("BODY", "5")), (30, 20), finger=finger)
+        browser.value(COMPUTED)
+        body, _, _, *velocity = browser.value(COMMAND)
+        assert (body, velocity[0] > 0, velocity[1] < 0) == (5, True, True)
+        assert contacts(browser) == wanted(lambda sim: sim.set_velocity(5, velocity)) != recorded
+        assert "is the first that differs: " in browser.value(SAID)
+        assert browser.value("document.documentElement.scrollWidth <= innerWidth")
+        browser.press("o")
+        assert (contacts(browser), browser.value(SAID)) == (recorded, "the run as recorded")
+        assert browser.said() == []
+
+
+def test_a_disc_is_thrown_in_where_there_is_room(desk):
+    desk.press("y")
+    left, top = desk.value(
+        "(({ left, top, width, height }) => [left + width / 2, top + height / 2])"
+        "(kinetilePlayer.panes[0].getBoundingClientRect())"
+    )
+    free = desk.value("""(() => {
+        const { trial, camera, held: { arena } } = kinetilePlayer;
+        const radius = kinetilePlayer.bodies.radius[0];
+        for (let at = 0; at < 10000; at += 1) {
+            const place = [arena[0] * ((at % 100) / 100), arena[1] * (Math.floor(at / 100) / 100)];
+            const walls = [place[0], arena[0] - place[0], place[1], arena[1] - place[1]];
+            const { motion } = kinetilePlayer.playback.runs[0];
+            const others = motion.placesOfThose(kinetilePlayer.playback.moment);
+            const gaps = others.map(([x, y]) => Math.hypot(x - place[0], y - place[1]) - radius);
+            if (Math.min(...walls, ...gaps) > 1.2 * radius) return camera.see(...place);
+        }
+        return null;
+    })()""")
+    drag(desk, (left + free[0], top - free[1]), (25, -10))
+    desk.value(COMPUTED)
+    body, x, y, *velocity = desk.value(COMMAND)
+    assert body == 12
+    radius = float(scene().radius[0])
+    assert contacts(desk) == wanted(lambda sim: sim.insert((x, y), velocity, radius=radius))
+    desk.value("kinetilePlayer.goTo('0.4')")
+    desk.value("kinetilePlayer.select(12)")
+    desk.press("o")
+    assert desk.value("kinetilePlayer.selected") is None
+    desk.value("kinetilePlayer.goTo('0.125')")
+    corner = desk.value("kinetilePlayer.camera.see(0, 0)")
+    drag(desk, (left + corner[0] + 2, top - corner[1] - 2), (25, -10))
+    assert desk.value(SAID) == "there is no room for a disc like 0"
+    assert desk.value("kinetilePlayer.trial.recorded") is None
+
+
+def test_a_body_is_turned_back(desk):
+    desk.press("b")
+    assert desk.value(SAID) == "select a body first"
+    desk.press("n", "b")
+    desk.value(COMPUTED)
+    _, _, _, *velocity = desk.value(COMMAND)
+    assert contacts(desk) == wanted(lambda sim: sim.set_velocity(0, velocity))
+    assert desk.value("document.querySelector('#legend').textContent").count("commands") == 1
+
+
+CHOOSE = """(() => {
+    const engine = document.getElementById("engine");
+    engine.value = "VALUE";
+    engine.dispatchEvent(new Event("change"));
+    return true;
+})()"""
+
+
+def test_engines_are_compared_with_the_recorded_run(desk):
+    recorded = contacts(desk)
+    desk.value(CHOOSE.replace("VALUE", "0"))
+    desk.value(COMPUTED)
+    assert desk.value(SAID) == f"the same {len(recorded)} contacts as recorded, to the last bit"
+    assert contacts(desk) == recorded
+    desk.value(CHOOSE.replace("VALUE", "1"))
+    desk.value(COMPUTED)
+    stepped = contacts(desk)
+    first = next(at for at in range(len(stepped)) if stepped[at][2:] != recorded[at][2:])
+    assert desk.value(SAID).startswith(f"contact {first + 1} is the first that differs: ")
+    assert desk.value("kinetilePlayer.playback.moment") == stepped[first][:2]
+
+
+@pytest.mark.parametrize(
+    ("made", "window"),
+    [
+        (kt.make_scene("grid", bodies=61, density=0.2), {}),
+        (kt.make_scene("grid", bodies=4, density=0.2, periodic="xy"), {}),
+        (scene(), {"begin": 0.1}),
+        (SCENES["sensors"], {}),
+        (SCENES["no walls"], {}),
+    ],
+    ids=["many", "torus", "window", "responses", "no walls"],
+)
+def test_it_is_offered_only_where_the_page_can_compute_the_run(made, window, tmp_path):
+    path = view_scene(made, [("naive", {})], until=0.2, steps=False, **window).save(tmp_path / "page.html")
+    with Browser() as browser:
+        browser.open(path)
+        browser.press("y", "n", "b", "o")
+        found = browser.value("[document.getElementById('trial').hidden, kinetilePlayer.trial.recorded]")
+        assert found == [True, None]
+        assert browser.said() == []
