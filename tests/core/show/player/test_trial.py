@@ -191,11 +191,13 @@ def test_engines_are_compared_with_the_recorded_run(desk):
         (scene(), {"begin": 0.1}),
         (SCENES["sensors"], {}),
         (SCENES["no walls"], {}),
+        (SCENES["come and go"], {"until": 1.5}),
     ],
-    ids=["many", "torus", "window", "responses", "no walls"],
+    ids=["many", "torus", "window", "responses", "no walls", "commands"],
 )
 def test_it_is_offered_only_where_the_page_can_compute_the_run(made, window, tmp_path):
-    path = view_scene(made, [("naive", {})], until=0.2, steps=False, **window).save(tmp_path / "page.html")
+    window = {"until": 0.2, "steps": False} | window
+    path = view_scene(made, [("naive", {})], **window).save(tmp_path / "page.html")
     with Browser() as browser:
         browser.open(path)
         browser.press("y", "n", "b", "o")

@@ -16,13 +16,13 @@ const BUDGET = 10; // milliseconds a frame for computing
 const BY_FLIGHT = ["x", "y", "vx", "vy", "before"]; // columns of rows with two values a row
 
 export class Trial {
-  /** For elastic discs in an arena with walls, from the run's beginning on: nothing else is computed in the page. */
+  /** For elastic discs in an arena with walls, without commands, from the beginning: nothing else is computed here. */
   constructor(player) {
-    const { held: { arena, begin, end, periods, responses, shapes }, bodies } = player;
+    const { held: { arena, begin, end, periods, responses, shapes }, bodies, counts: [{ total }] } = player;
     const isPlain = arena && !periods.some((each) => each) && !responses.flat().some((each) => each !== "elastic") && !shapes.length;
     const isWhole = compare(begin, [0, 0]) === 0 && end[0] < 512 && bodies.radius.every((radius) => radius > 0);
     Object.assign(this, { player, on: false, pulled: null, recorded: null });
-    $("trial").hidden = !(isPlain && isWhole && bodies.radius.length <= MOST);
+    $("trial").hidden = !(isPlain && isWhole && total.commands === 0 && bodies.radius.length <= MOST);
   }
 
   toggle() {
