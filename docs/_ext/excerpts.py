@@ -1,8 +1,8 @@
 """Excerpts of the pages that a search has found, also where the site is a folder.
 
 Sphinx fetches each result to quote from it. A browser refuses that to a page opened from a folder
-(``file://``), so there results have titles alone, and the console an error for each. Therefore the text of all
-pages is one more file, ``_static/excerpts.js``, loaded only by the page of the search, and used in place of a
+(``file://``): results would have titles alone, and the console an error for each. Therefore the text of all
+pages is one more file, ``_static/excerpts.js``, loaded only by the page of the search and used in place of a
 fetch.
 """
 

@@ -1,8 +1,8 @@
 """The head of each page: what search engines show of it, and programs that show a link as a card.
 
-The description is the page's first paragraph, the picture one for all pages. The picture's address is absolute
-if that of the site is known (``sphinx-build -D html_baseurl=https://...``), as such programs require; otherwise
-it is relative, for a folder has no address.
+The description is the page's first paragraph, the picture one for all pages. The address of the picture is
+absolute, as such programs require, if that of the site is known (``sphinx-build -D html_baseurl=https://...``);
+otherwise it is relative, for a folder has no address.
 """
 
 from __future__ import annotations
