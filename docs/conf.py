@@ -1,4 +1,7 @@
-"""How Sphinx makes a site of these pages: ``sphinx-build -W --keep-going -n -b html docs build/site``."""
+"""How Sphinx makes a site of these pages.
+
+The command: ``sphinx-build -W --keep-going -n -b html -d build/doctrees docs build/site``.
+"""
 
 from __future__ import annotations
 

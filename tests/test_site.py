@@ -93,7 +93,7 @@ def site(tmp_path_factory):
     """The site's folder: built once, with warnings as errors, from nothing but the players that are kept."""
     pytest.importorskip("sphinx", reason="needs Sphinx: pip install 'kinetile[docs]'")
     folder = tmp_path_factory.mktemp("site")
-    options = ("-W", "--keep-going", "-q", "-n", "-b", "html")
+    options = ("-W", "--keep-going", "-q", "-n", "-b", "html", "-d", str(tmp_path_factory.mktemp("doctrees")))
     command = [sys.executable, "-m", "sphinx", *options, str(DOCS), str(folder)]
     ended = subprocess.run(command, capture_output=True, text=True, check=False, timeout=1200)
     assert ended.returncode == 0, ended.stderr
