@@ -1,4 +1,7 @@
-"""How Sphinx makes a site of these pages: ``sphinx-build -W --keep-going -n -b html docs build/site``."""
+"""How Sphinx makes a site of these pages.
+
+The command: ``sphinx-build -W --keep-going -n -b html -d build/doctrees docs build/site``.
+"""
 
 from __future__ import annotations
 
@@ -21,13 +24,15 @@ project = "kinetile"
 author = "The kinetile authors"
 copyright = "2026, The kinetile authors"
 
-extensions = ["myst_nb", "accessible", "contents", "docstrings", "live", "outside", "words"]
+extensions = ["myst_nb", *sorted(path.stem for path in (HERE / "_ext").glob("*.py"))]
 exclude_patterns = ["_ext", "examples", "figures"]
 
 html_theme = "furo"
 html_title = "kinetile"
 html_static_path = ["_static"]
 html_copy_source = False
+html_favicon = "_static/favicon.svg"
+html_css_files = ["site.css"]
 
 myst_enable_extensions = ["html_image"]
 myst_heading_anchors = 4

@@ -126,9 +126,9 @@ class Browser:
         assert "exceptionDetails" not in found, found
         return found["result"].get("value")
 
-    def visit(self, path: Path) -> None:
-        """Open any page from its file, and wait until it is loaded."""
-        self.ask("Page.navigate", url=path.resolve().as_uri())
+    def visit(self, path: Path, query: str = "") -> None:
+        """Open any page from its file, with a query from "?" on, and wait until it is loaded."""
+        self.ask("Page.navigate", url=path.resolve().as_uri() + query)
         while self.value("document.readyState") != "complete":
             time.sleep(0.01)
 

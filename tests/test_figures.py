@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shlex
+import struct
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -20,6 +21,9 @@ MOST = 30_000
 MOVING = ROOT / "docs" / "figures" / "moving.svg"
 MOST_MOVING = 90_000
 
+PREVIEW = ROOT / "docs" / "_static" / "preview.png"
+"""The picture that other programs show beside a link to the site."""
+
 
 def commands(folder: str) -> list[list[str]]:
     script = (ROOT / "docs" / folder / "draw.sh").read_text(encoding="utf-8")
@@ -30,6 +34,11 @@ def name_of(command: list[str]) -> str:
     return command[command.index("--out") + 1]
 
 
+def diagrams() -> list[str]:
+    script = (PHOTOGRAPHS / "diagrams.py").read_text(encoding="utf-8")
+    return re.findall(r'^    "([\w-]+\.svg)": \w+,$', script, re.MULTILINE)
+
+
 PICTURES = [f"{folder}/{name_of(command)}" for folder in FOLDERS for command in commands(folder)]
 
 
@@ -37,7 +46,8 @@ PICTURES = [f"{folder}/{name_of(command)}" for folder in FOLDERS for command in 
 def drawn(tmp_path_factory):
     """A folder in which each script has drawn, in a folder of its name: all in one process, interpreted."""
     here = tmp_path_factory.mktemp("drawn")
-    paths = install(ROOT / "docs" / "examples" / "kinetile-thesis", here / "site")
+    examples = ("docs/examples/kinetile-thesis", "tests/foreign/kinetile-stripes")
+    paths = [path for each in examples for path in install(ROOT / each, here / "site")]
     for folder in FOLDERS:
         place = here / folder
         place.mkdir()
@@ -57,6 +67,14 @@ def test_a_picture_is_what_its_command_draws(name, drawn):
     again = f"cd docs/{name.partition('/')[0]}; sh draw.sh"
     assert (drawn / name).read_bytes() == committed, f"docs/{name} is not what its command draws: {again}"
     assert len(committed) < MOST
+
+
+def test_diagrams_are_what_their_script_draws(tmp_path):
+    done = run(tmp_path, folder=tmp_path, paths=[str(PHOTOGRAPHS)], module="diagrams")
+    assert done.returncode == 0, done.stderr
+    drawn = {path.name: path.read_bytes() for path in tmp_path.glob("*.svg")}
+    assert drawn == {name: (PHOTOGRAPHS / name).read_bytes() for name in diagrams()}
+    assert max(map(len, drawn.values())) < MOST
 
 
 def test_the_moving_picture_is_what_its_script_writes(tmp_path):
@@ -81,10 +99,17 @@ def test_the_moving_picture_goes_through_its_values_in_order_and_only_then_begin
 @pytest.mark.parametrize("folder", FOLDERS)
 def test_every_picture_has_its_command(folder):
     there = [path.name for path in (ROOT / "docs" / folder).glob("*.svg") if path != MOVING]
-    assert sorted(map(name_of, commands(folder))) == sorted(there)
+    made = [*map(name_of, commands(folder)), *(diagrams() if folder == "figures" else ())]
+    assert sorted(made) == sorted(there)
 
 
 def test_photographs_of_the_player_are_small_and_have_their_script():
     said = {*re.findall(r'"(player[\w-]*\.png)"', (PHOTOGRAPHS / "photograph.py").read_text("utf-8"))}
     assert {path.name for path in PHOTOGRAPHS.glob("player*.png")} == said
     assert {path.name for path in PHOTOGRAPHS.glob("*.png") if path.stat().st_size > 200_000} == set()
+
+
+def test_the_preview_has_the_size_that_programs_expect_and_is_small():
+    picture = PREVIEW.read_bytes()
+    assert struct.unpack(">II", picture[16:24]) == (1200, 630)
+    assert len(picture) < 150_000

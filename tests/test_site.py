@@ -5,11 +5,14 @@ The build runs notebooks and makes players, so it has a marker of its own: ``pyt
 
 from __future__ import annotations
 
+import importlib
+import io
 import re
 import subprocess
 import sys
 from html.parser import HTMLParser
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -32,6 +35,17 @@ ELSEWHERE = {"__version__", "kinetile_conformance", "errors"}
 UNREAD = {"_live", "source"}
 """Folders of the site whose pages are looked at elsewhere, or are all of one make."""
 
+LONG = 150
+"""Lines of a page that should have a picture."""
+
+WITHOUT_PICTURE = {"architecture.md", "command-line.md", "mutation.md"}
+"""Long pages that are lists of packages, commands and changes: nothing in them is to be seen."""
+
+THEMES = [(system, theme) for system in ("light", "dark") for theme in ("auto", "light", "dark")]
+
+ITEM = re.compile(r"^- \[[^\]]+\]\(([\w./-]+)\)(.*)", re.MULTILINE)
+"""An item of the index: where it leads, and what follows."""
+
 
 @pytest.mark.parametrize("module", [kt, toolbox, records, kinetile_accuracy, kinetile_conformance, errors])
 def test_every_public_name_has_its_place_in_the_interface(module):
@@ -43,9 +57,36 @@ def test_every_public_name_has_its_place_in_the_interface(module):
 
 
 def test_every_page_is_in_the_index():
-    index = (DOCS / "index.md").read_text(encoding="utf-8")
-    listed = set(re.findall(r"^- \[[^\]]+\]\(([\w.-]+\.md)\)", index, flags=re.MULTILINE))
-    assert listed == {page.name for page in DOCS.glob("*.md")} - {"index.md"}
+    listed = {target for target, _ in ITEM.findall((DOCS / "index.md").read_text(encoding="utf-8"))}
+    assert {each for each in listed if each.endswith(".md") and "/" not in each} == {
+        page.name for page in DOCS.glob("*.md") if page.name != "index.md"
+    }
+
+
+def test_every_long_page_has_a_picture():
+    texts = {page.name: page.read_text(encoding="utf-8") for page in DOCS.glob("*.md")}
+    bare = {name for name, text in texts.items() if not re.search(r"!\[|^```\{live\}", text, re.MULTILINE)}
+    assert {name for name in bare if texts[name].count("\n") > LONG} == WITHOUT_PICTURE
+
+
+def test_the_preview_has_an_absolute_address_where_that_of_the_site_is_known(monkeypatch):
+    pytest.importorskip("sphinx", reason="needs Sphinx: pip install 'kinetile[docs]'")
+    nodes = importlib.import_module("docutils.nodes")
+    monkeypatch.syspath_prepend(DOCS / "_ext")
+    head = importlib.import_module("head")
+    page = nodes.section("", nodes.title("", "A page"), nodes.paragraph("", "Its 'first' paragraph."))
+    config = SimpleNamespace(
+        html_title="kinetile", html_baseurl="https://example.org/docs/", root_doc="index"
+    )
+    app = SimpleNamespace(config=config, env=SimpleNamespace(get_doctree=lambda name: page))
+    context = {"title": "<em>A</em> page", "pageurl": "https://example.org/docs/page.html"}
+    head.describe(app, "page", "page.html", context, page)
+    assert (
+        '<meta property="og:image" content="https://example.org/docs/_static/preview.png">'
+        in context["metatags"]
+    )
+    assert '<meta property="og:title" content="A page">' in context["metatags"]
+    assert '<meta name="description" content="Its &#x27;first&#x27; paragraph.">' in context["metatags"]
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +94,7 @@ def site(tmp_path_factory):
     """The site's folder: built once, with warnings as errors, from nothing but the players that are kept."""
     pytest.importorskip("sphinx", reason="needs Sphinx: pip install 'kinetile[docs]'")
     folder = tmp_path_factory.mktemp("site")
-    options = ("-W", "--keep-going", "-q", "-n", "-b", "html")
+    options = ("-W", "--keep-going", "-q", "-n", "-b", "html", "-d", str(tmp_path_factory.mktemp("doctrees")))
     command = [sys.executable, "-m", "sphinx", *options, str(DOCS), str(folder)]
     ended = subprocess.run(command, capture_output=True, text=True, check=False, timeout=1200)
     assert ended.returncode == 0, ended.stderr
@@ -75,7 +116,7 @@ def test_no_page_asks_the_network_for_anything(site):
         f"{page.relative_to(site)}: {place}"
         for page in site.rglob("*.html")
         for place in places(page).loaded
-        if "://" in place or place.startswith("//")
+        if "://" in place or place.startswith("/")
     ]
     sheets = [*site.rglob("*.css")]
     asked += [
@@ -90,7 +131,12 @@ def test_no_page_asks_the_network_for_anything(site):
 @pytest.mark.site
 def test_every_link_within_the_site_leads_to_a_file_and_a_place_in_it(site):
     pages = {page: places(page) for page in site.rglob("*.html")}
-    lost = []
+    lost = [
+        f"{page.relative_to(site)}: {target}, which is not relative"
+        for page, found in pages.items()
+        for target in found.links
+        if target.startswith(("/", "file:"))
+    ]
     for page, found in pages.items():
         for target in (*found.links, *found.loaded):
             path, _, anchor = target.partition("#")
@@ -121,6 +167,8 @@ def test_a_checker_of_accessibility_finds_nothing(width, site, tmp_path):
         for page in (*pages, site / "source" / "tests" / "foreign" / "kinetile-stripes.html"):
             browser.visit(page)
             found[str(page.relative_to(site))] = violations(browser, axe)
+        search(browser, site, "skin")
+        found["search.html?q=skin"] = violations(browser, axe)
     assert {page: complaints for page, complaints in found.items() if complaints} == {}
 
 
@@ -144,21 +192,109 @@ def test_the_wheel_scrolls_past_a_player_and_the_player_logs_nothing(page, site)
         assert browser.said() == []
 
 
+@pytest.mark.site
+def test_the_sidebar_has_the_pages_in_the_order_of_the_index(site):
+    expected = []
+    for target, rest in ITEM.findall((DOCS / "index.md").read_text(encoding="utf-8")):
+        within = re.findall(rf"\(({target}[\w.-]+)\)", rest) if target.endswith("/") else [target]
+        expected += [re.sub(r"\.(md|ipynb)$", ".html", each) for each in within]
+    bar = (site / "index.html").read_text(encoding="utf-8").partition('class="sidebar-tree"')[2]
+    assert re.findall(r'<li class="toctree-l1[^"]*"><a class="[^"]*" href="([^"]+)"', bar) == expected
+
+
+@pytest.mark.site
+def test_every_page_has_an_icon_a_description_and_a_preview(site):
+    first = (DOCS / "index.md").read_text(encoding="utf-8").split("\n\n")[1]
+    assert places(site / "index.html").said["description"] == first
+    lacking = []
+    for page in site.rglob("*.html"):
+        if page.relative_to(site).parts[0] != "_live":
+            found = places(page)
+            whole = 20 < len(found.said.get("description", "")) <= 200
+            picture = page.parent / found.said.get("og:image", "nowhere")
+            icon = any(place.endswith("favicon.svg") for place in found.loaded)
+            if not (whole and picture.is_file() and icon and found.said["og:title"]):
+                lacking.append(str(page.relative_to(site)))
+    assert not lacking
+
+
+@pytest.mark.site
+@needs_chromium
+@pytest.mark.parametrize(("width", "height"), [(390, 844), (1280, 800)])
+def test_the_first_screen_has_the_sentence_and_the_race_and_cards_fit(width, height, site):
+    with Browser(width, height) as browser:
+        browser.visit(site / "index.html")
+        tops = browser.value(f"['h1 + p', '.live iframe'].map((each) => {BOUNDS}(each).top)")
+        assert 0 < tops[0] < tops[1] < height * 0.4
+        assert browser.value("document.documentElement.scrollWidth") == width
+        cards = browser.value(f"[1, 2, 3].map((at) => {BOUNDS}(`.cards li:nth-child(${{at}})`))")
+        across = {round(card["left"]) for card in cards}
+        assert len(across) == (1 if width == 390 else 3)
+        assert all(card["left"] >= 0 and card["right"] <= width for card in cards)
+
+
+@pytest.mark.site
+@needs_chromium
+@pytest.mark.parametrize(("word", "stem"), [("skin", "skin"), ("certificate", "certif")])
+def test_a_search_from_a_folder_has_excerpts_and_logs_nothing(word, stem, site):
+    with Browser() as browser:
+        results = search(browser, site, word)
+        assert len(results) > 10
+        assert browser.said() == []
+        assert {address.partition(":")[0] for address in browser.asked_for()} <= {"data", "file"}
+    assert [text for text, excerpt in results if stem not in excerpt.lower()] == []
+
+
+@pytest.mark.site
+@needs_chromium
+@pytest.mark.parametrize(("system", "theme"), THEMES)
+def test_a_figure_follows_the_switch_of_the_theme(system, theme, site):
+    image = pytest.importorskip("PIL.Image")
+    with Browser(dark=system == "dark") as browser:
+        browser.visit(site / "kernel.html")
+        browser.value(f"void (document.body.dataset.theme = '{theme}')")
+        browser.value("document.querySelector('article img').scrollIntoView()")
+        place = browser.value(f"{BOUNDS}('article img')")
+        picture = image.open(io.BytesIO(browser.photograph())).convert("L")
+    is_light = picture.getpixel((round(place["left"]) + 5, round(place["top"]) + 100)) > 128
+    assert is_light == ((system if theme == "auto" else theme) == "light")
+
+
+BOUNDS = "((each) => document.querySelector(each).getBoundingClientRect().toJSON())"
+"""A function of JavaScript: where an element is in the window."""
+
+
+def search(browser: Browser, site: Path, word: str) -> list[list[str]]:
+    """Search for a word; return of each result that should have an excerpt its text and the excerpt."""
+    browser.visit(site / "search.html", f"?q={word}")
+    done = "document.querySelector('.search-summary')?.innerText"
+    while not browser.value(done):
+        browser.settle()
+    browser.settle()
+    results = """[...document.querySelectorAll('ul.search li')]
+        .filter((each) => !each.querySelector(':scope > span'))
+        .map((each) => [each.innerText, each.querySelector('.context')?.innerText ?? ''])"""
+    return list(browser.value(results))
+
+
 class Places(HTMLParser):
-    """What a page links to, what it loads, and the places in it."""
+    """What a page links to, what it loads, the places in it, and what its head says of it."""
 
     def __init__(self) -> None:
         super().__init__()
         self.links: list[str] = []
         self.loaded: list[str] = []
         self.anchors: set[str] = set()
+        self.said: dict[str, str] = {}
 
     def handle_starttag(self, tag, attrs):
         given = {name: value or "" for name, value in attrs}
         self.anchors |= {given[name] for name in ("id", "name") if name in given}
         if tag == "a" and "href" in given:
             self.links.append(given["href"])
-        if tag == "link" and given.get("rel") in ("stylesheet", "icon", "preload", "search"):
+        if tag == "meta" and "content" in given:
+            self.said[given.get("name") or given.get("property", "")] = given["content"]
+        if tag == "link" and {*given.get("rel", "").split()} & {"stylesheet", "icon", "preload", "search"}:
             self.loaded.append(given.get("href", ""))
         if tag in ("script", "img", "iframe", "source") and given.get("src"):
             self.loaded.append(given["src"])

@@ -1,9 +1,9 @@
 """The contents of the site are the lists of ``index.md``: one place, read by people as it stands.
 
 Each heading of ``index.md`` below the title becomes a caption in the sidebar, and the links at the beginnings
-of the items below it the entries, in their order, under the words of the link. A link to a folder
-(``notebooks/``) stands for all documents in it, in alphabetical order. Links to a place within a page are
-left to the page.
+of the items below it the entries, in their order, under the words of the link. An item that begins with a
+link to a folder (``cookbook/``) stands for the documents in it to which its other links lead, in their order.
+Links to a place within a page are left to the page.
 """
 
 from __future__ import annotations
@@ -15,7 +15,8 @@ from typing import Any
 from sphinx.application import Sphinx
 
 HEADING = re.compile(r"## (.+)")
-ITEM = re.compile(r"^[-*] \[([^\]]+)\]\(([^)#]+)\)", re.MULTILINE)
+ITEM = re.compile(r"^[-*] (\[[^\]]+\]\([^)#]+\).*)", re.MULTILINE)
+LINK = re.compile(r"\[([^\]]+)\]\(([^)#]+)\)")
 FOLDER = re.compile(r"\[([^\]]+)\]\([\w./-]*/\)")
 
 
@@ -23,15 +24,25 @@ def trees(text: str) -> Iterator[str]:
     """Yield a table of contents for each heading that has links below it."""
     for section in re.split(r"^(?=## )", text, flags=re.MULTILINE):
         heading = HEADING.match(section)
-        entries = [entry(*found) for found in ITEM.findall(section)]
+        entries = [line for item in ITEM.findall(section) for line in entries_of(item)]
         if heading and entries:
             listed = "\n".join(entries)
-            yield f"```{{toctree}}\n:hidden:\n:glob:\n:caption: {heading[1]}\n\n{listed}\n```\n"
+            yield f"```{{toctree}}\n:hidden:\n:caption: {heading[1]}\n\n{listed}\n```\n"
 
 
-def entry(title: str, target: str) -> str:
-    """Return a line of a table of contents."""
-    return f"{target}*" if target.endswith("/") else f"{title} <{target.removesuffix('.md')}>"
+def entries_of(item: str) -> Iterator[str]:
+    """Yield the lines of a table of contents for an item: of a folder, one for each of its documents."""
+    (title, target), *others = LINK.findall(item)
+    if not target.endswith("/"):
+        yield f"{title} <{document(target)}>"
+    for _, other in others if target.endswith("/") else ():
+        if other.startswith(target):
+            yield document(other)  # under its own title: the item has one word for it
+
+
+def document(target: str) -> str:
+    """Return the name of the document to which a link leads."""
+    return target.removesuffix(".md").removesuffix(".ipynb")
 
 
 def add(app: Sphinx, docname: str, source: list[str]) -> None:

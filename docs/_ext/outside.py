@@ -30,7 +30,8 @@ LINK = re.compile(r"(\]\(|src=\")(?!\w+:|#)([^)\s#\"]+)")
 KINDS = {".py": "python", ".md": "md", ".toml": "toml", ".sh": "sh", ".mjs": "js", ".json": "json"}
 """What each kind of file is coloured as."""
 
-UNSHOWN = {"__pycache__", ".venv", "build"}
+UNSHOWN = {"__pycache__", "build"}
+"""Folders that tools make; so are those whose names begin with a dot."""
 
 
 def turn(app: Sphinx, docname: str, source: list[str]) -> None:
@@ -98,7 +99,9 @@ def inside(path: Path) -> Iterator[Path]:
     """Yield the files of a folder that can be read, of all its folders."""
     if path.is_dir():
         for each in path.rglob("*"):
-            if each.is_file() and not UNSHOWN & set(each.parts) and (each.suffix in KINDS or not each.suffix):
+            names = each.relative_to(path).parts
+            shown = not any(name in UNSHOWN or name.startswith(".") for name in names)
+            if shown and each.is_file() and (each.suffix in KINDS or not each.suffix):
                 yield each
 
 

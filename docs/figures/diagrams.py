@@ -1,0 +1,257 @@
+"""Diagrams of the documents, and charts of the numbers in their tables: SVG in light and dark colours.
+
+To draw them anew: ``python diagrams.py .``. A chart is drawn from the table of the page on which it stands,
+so the two cannot differ; ``tests/test_figures.py`` compares the files with what this draws.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import sys
+from collections.abc import Iterator
+from html import escape
+from pathlib import Path
+
+DOCS = Path(__file__).parents[1]
+
+STYLE = (
+    ".back{fill:#fff}text{font:14px system-ui,sans-serif;fill:#000;text-anchor:middle}.small{font-size:12px}"
+    ".left{text-anchor:start}.right{text-anchor:end}.box{fill:#e6e6e6;stroke:#404040}.line{fill:none;stroke:#000}"
+    "marker path{fill:#000}.grid{stroke:#ddd}.plugin{fill:#56B4E9;fill-opacity:.3;stroke:#0072B2}"
+    ".mark{fill:#D55E00;fill-opacity:.4;stroke:#D55E00;stroke-width:1.5}.curve{fill:none;stroke-width:2}"
+    "@media(prefers-color-scheme:dark){.back{fill:#14181d}text,marker path{fill:#f0f0f0}.line{stroke:#f0f0f0}"
+    ".box{fill:#39424c;stroke:#c0c6cc}.grid{stroke:#333}}"
+)
+
+COLOURS = {"naive": "#CC79A7", "cells": "#009E73", "sap-1d": "#56B4E9", "sap-2d": "#8C8C8C"}
+COLOURS |= {"sweep-tiling": "#D55E00"}
+
+HEAD = (
+    '<marker id="head" viewBox="0 0 8 8" refX="8" refY="4" markerWidth="8" markerHeight="8" orient="auto">'
+    '<path d="M0 0L8 4L0 8z"/></marker>'
+)
+
+LINE = 18
+"""Pixels from a line of text to the next."""
+
+
+def picture(width: int, height: int, title: str, *parts: str) -> str:
+    """Return a whole SVG."""
+    body = "\n".join(parts)
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" '
+        f'height="{height}" role="img">\n<title>{escape(title)}</title>\n<style>{STYLE}</style>\n{HEAD}\n'
+        f'<rect class="back" width="{width}" height="{height}"/>\n{body}\n</svg>\n'
+    )
+
+
+def text(x: float, y: float, words: str, kind: str = "") -> str:
+    """Return a line of text; ``y`` is its middle."""
+    return f'<text class="{kind}" x="{x:g}" y="{y + 5:g}">{escape(words)}</text>'
+
+
+def box(x: int, y: int, width: int, *lines: str, kind: str = "box") -> str:
+    """Return a box with lines of text in its middle."""
+    height = LINE * len(lines) + 14
+    rect = f'<rect class="{kind}" x="{x}" y="{y}" width="{width}" height="{height}" rx="5"/>'
+    return rect + "".join(text(x + width / 2, y + 16 + LINE * at, line) for at, line in enumerate(lines))
+
+
+def arrow(
+    *points: tuple[float, float], label: str = "", at: tuple[float, float] = (0, 0), kind: str = ""
+) -> str:
+    """Return an arrow through some points, with a label at a place."""
+    path = " ".join(f"{x:g},{y:g}" for x, y in points)
+    drawn = f'<polyline class="line" points="{path}" marker-end="url(#head)"/>'
+    return drawn + (text(*at, label, f"small {kind}") if label else "")
+
+
+def kernel() -> str:
+    """Return the loop of the kernel: what happens at the head of the queue."""
+    return picture(
+        720,
+        400,
+        "The loop of the kernel",
+        box(20, 140, 150, "queue", "one entry a body:", "own, tick, wall"),
+        box(250, 20, 200, "its own certificate fails"),
+        box(250, 104, 200, "a guess (a lower bound)"),
+        box(250, 188, 200, "contact: pair or wall"),
+        box(250, 256, 200, "command"),
+        box(520, 11, 180, "repair:", "the newcomers", kind="plugin"),
+        box(520, 95, 180, "meet:", "the exact tick", kind="plugin"),
+        box(520, 188, 180, "new flight plans"),
+        box(520, 256, 180, "near: candidates", kind="plugin"),
+        box(520, 324, 180, "soonest: bounds", kind="plugin"),
+        *(arrow((170, 173), (210, 173), (210, y), (250, y)) for y in (36, 120, 204, 272)),
+        text(180, 122, "the head", "small"),
+        arrow((450, 36), (520, 36)),
+        arrow((450, 120), (520, 120)),
+        arrow((450, 204), (520, 204)),
+        arrow((450, 272), (485, 272), (485, 212), (520, 212)),
+        arrow((610, 220), (610, 256), label="predict", at=(618, 238), kind="left"),
+        arrow((610, 288), (610, 324)),
+        arrow((700, 36), (711, 36), (711, 340), (700, 340)),
+        arrow((520, 340), (95, 340), (95, 208), label="the entry is filed", at=(300, 330)),
+        arrow((520, 128), (500, 128), (500, 340)),
+        text(20, 386, "blue: hooks of a broad phase or of a narrow phase", "small left"),
+    )
+
+
+def hooks() -> str:
+    """Return what the kernel calls a broad phase for, and what the hooks leave."""
+    rows = (
+        ("the start; built anew", "arrange, then build", "the structure; schedule for each body"),
+        ("a certificate fails", "repair", "schedule; newcomers in k.near"),
+        ("the plan of a body changes", "replan", "schedule"),
+        ("contacts are predicted", "near", "all candidates in k.near"),
+        ("a body comes or goes", "enter, leave", "the structure; schedule; offer"),
+    )
+    parts = [text(x, 18, head, "small") for x, head in ((115, "kernel"), (324, "hook"), (563, "result"))]
+    for at, (event, hook, result) in enumerate(rows):
+        y = 34 + 46 * at
+        parts += [box(5, y, 220, event), box(246, y, 156, hook, kind="plugin"), box(423, y, 292, result)]
+        parts += [arrow((225, y + 16), (246, y + 16)), arrow((402, y + 16), (423, y + 16))]
+    return picture(720, 34 + 46 * len(rows), "Which hook is called when, and what it leaves", *parts)
+
+
+def stages() -> str:
+    """Return the three stages of an exact tick."""
+    names = (
+        ("filter", "one Newton step, and", "a bound of its error"),
+        ("closer look", "the sign of q at whole", "ticks, up to 8 steps"),
+        ("integers", "of any size,", "without rounding"),
+    )
+    parts = []
+    for at, lines in enumerate(names):
+        x = 10 + 260 * at
+        parts.append(box(x, 20, 180, *lines))
+        parts.append(arrow((x + 90, 88), (x + 90, 126), label="decides", at=(x + 98, 106), kind="left"))
+        if at < 2:
+            parts.append(arrow((x + 180, 54), (x + 260, 54), label="undecided", at=(x + 220, 42)))
+    return picture(720, 168, "Three stages", *parts, box(10, 126, 700, "the tick of the contact, or never"))
+
+
+def rule() -> str:
+    """Return rule 5 of the specification: the tick of a contact is the floor of the first root."""
+    left, top, base, tick = 60, 20, 150, 75
+    first, second = 3.4, 7.0  # the roots, in ticks
+    gap = [(t / 20, (t / 20 - first) * (t / 20 - second) * 9) for t in range(8, 161)]
+    curve = " ".join(f"{left + tick * t:.1f},{base - value:.1f}" for t, value in gap if base - value > top)
+    parts = [
+        f'<line class="grid" x1="{left + tick * t}" x2="{left + tick * t}" y1="{top}" y2="200"/>'
+        for t in range(9)
+    ]
+    parts += [text(left + tick * t, 214, f"s + {t}" if t else "s", "small") for t in range(9)]
+    parts.append(f'<polyline class="curve" stroke="#0072B2" points="{curve}"/>')
+    root, floor = left + tick * first, left + tick * math.floor(first)
+    parts += [arrow((left, base), (left + 8.3 * tick, base)), text(left - 30, base, "Q = 0", "small")]
+    parts.append(f'<circle class="mark" cx="{root:g}" cy="{base}" r="5"/>')
+    parts.append(text(root + 12, base - 14, "T₁: the discs touch", "left"))
+    parts.append(
+        arrow((root, base + 8), (root, 184), (floor + 2, 184), label="floor", at=(root + 8, 184), kind="left")
+    )
+    parts.append(text(left + 8.1 * tick, base - 55, "Q(T)", "left"))
+    parts.append(text(floor, 234, "the tick of contact"))
+    return picture(720, 250, "Rule 5: the squared gap Q over the tick T", *parts)
+
+
+def study() -> str:
+    """Return how a study goes from a file to a table, with the numbers of its page's example."""
+    return picture(
+        720,
+        150,
+        "From the file of a study to its table",
+        box(10, 24, 160, "growth.toml", "6 scenes, 2 phases,", "4 seeds"),
+        box(210, 33, 110, "48 tasks", "no row yet"),
+        box(360, 15, 130, "worker"),
+        box(360, 67, 130, "worker"),
+        box(530, 24, 180, "growth.results", "a row for each task,", "errors included", kind="plugin"),
+        arrow((170, 58), (210, 58)),
+        arrow((320, 58), (340, 58), (340, 31), (360, 31)),
+        arrow((320, 58), (340, 58), (340, 83), (360, 83)),
+        arrow((490, 31), (510, 31), (510, 50), (530, 50)),
+        arrow((490, 83), (510, 83), (510, 66), (530, 66)),
+        arrow((620, 92), (620, 135), (265, 135), (265, 83)),
+        text(440, 125, "started again: tasks with a row are left out", "small"),
+    )
+
+
+def table(page: str, heading: str) -> Iterator[list[str]]:
+    """Yield the rows of the first table under a heading of a page, the head first."""
+    section = (DOCS / page).read_text(encoding="utf-8").split(f"\n## {heading}\n")[1].split("\n## ")[0]
+    for row in re.findall(r"^\|(.*)\|$", section, re.MULTILINE):
+        if not re.fullmatch(r"[-| ]+", row):
+            yield [cell.strip(" `") for cell in row.split("|")]
+
+
+def chart(title: str, across: str, curves: dict[str, list[tuple[float, float]]]) -> str:
+    """Return curves of thousand contacts a CPU second, both axes logarithmic."""
+    left, right, top, bottom = 60, 600, 24, 280
+    points = [point for curve in curves.values() for point in curve]
+    (x0, x1), (y0, y1) = (
+        (math.log10(min(each)), math.log10(max(each))) for each in zip(*points, strict=True)
+    )
+    y0, y1 = min(math.floor(y0), math.ceil(y1) - 1), math.ceil(y1)
+
+    def place(x: float, y: float) -> tuple[float, float]:
+        along, up = (math.log10(x) - x0) / (x1 - x0), (math.log10(y) - y0) / (y1 - y0)
+        return left + (right - left) * along, bottom - (bottom - top) * up
+
+    parts = [text(left, 10, "thousand contacts a CPU second", "small left")]
+    for power in range(y0, y1 + 1):
+        y = place(points[0][0], 10.0**power)[1]
+        parts.append(f'<line class="grid" x1="{left}" x2="{right}" y1="{y:.1f}" y2="{y:.1f}"/>')
+        parts.append(text(left - 8, round(y, 1), f"{10**power:,}", "small right"))
+    for x in sorted({x for x, _ in points}):
+        parts.append(text(round(place(x, 10.0**y0)[0], 1), bottom + 16, f"{x:,g}", "small"))
+    parts.append(text((left + right) / 2, bottom + 36, across, "small"))
+    lowest = bottom + LINE
+    for name, curve in sorted(curves.items(), key=lambda each: max(each[1])[1]):
+        colour = COLOURS[name]
+        places = [place(*point) for point in curve]
+        path = " ".join(f"{x:.1f},{y:.1f}" for x, y in places)
+        parts.append(f'<polyline class="curve" stroke="{colour}" points="{path}"/>')
+        parts += [f'<circle fill="{colour}" cx="{x:.1f}" cy="{y:.1f}" r="3.5"/>' for x, y in places]
+        end, height = max(places)
+        lowest = min(height, lowest - LINE)  # names of curves that end beside each other stand apart
+        parts.append(text(round(end + 10, 1), round(lowest, 1), name, "left"))
+    return picture(720, bottom + 52, title, *parts)
+
+
+def densities() -> str:
+    """Return contacts a second of each phase over the density."""
+    (_, *names), *rows = table("which-broad-phase.md", "Contacts a second")
+    curves = {
+        name: [(float(row[0]), float(row[at].split(",")[1])) for row in rows]
+        for at, name in enumerate(names, 1)
+    }
+    return chart("Contacts a second over the density, 400 discs", "density", curves)
+
+
+def growth() -> str:
+    """Return contacts a second of ``cells`` over the number of discs."""
+    _, *rows = table("benchmark.md", "Growth")
+    curve = [(float(row[0].replace(",", "")), float(row[1].replace(",", ""))) for row in rows]
+    return chart("Contacts a second over the number of discs", "discs", {"cells": curve})
+
+
+DIAGRAMS = {
+    "kernel.svg": kernel,
+    "hooks.svg": hooks,
+    "stages.svg": stages,
+    "rule-5.svg": rule,
+    "study.svg": study,
+    "densities.svg": densities,
+    "growth.svg": growth,
+}
+
+
+def main(folder: Path) -> None:
+    """Draw all of them into a folder."""
+    for name, draw in DIAGRAMS.items():
+        (folder / name).write_text(draw(), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))
