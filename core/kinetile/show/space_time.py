@@ -41,11 +41,13 @@ class Piece(NamedTuple):
 
 
 class Mark(NamedTuple):
-    """A contact of two bodies: its time, the place of the first, that of the second."""
+    """A contact of two bodies: its time, the place of the first, that of the second, and the part of the way
+    between them at which they touch: of discs by their radii, of other shapes the half."""
 
     time: float
     one: float
     other: float
+    part: float
 
 
 @dataclass(frozen=True)
@@ -94,7 +96,7 @@ def take_space_time(sim: Simulation, until: float, axis: str = "x") -> SpaceTime
             f"{MOST_PIECES:,}: end sooner (--until)"
         )
     pieces: list[Piece] = []
-    marks = []
+    contacts = []
     place, speed = (f"a{axis}", f"b{axis}"), (f"av{axis}", f"bv{axis}")
 
     def close(body: int, time: float) -> None:
@@ -113,15 +115,24 @@ def take_space_time(sim: Simulation, until: float, axis: str = "x") -> SpaceTime
             if b != REMOVED:
                 going[body] = time, float(row[where]), float(row[how])
         if b >= 0:
-            marks.append(Mark(time, float(row[place[0]]), float(row[place[1]])))
+            contacts.append(row)
     for body in sorted(going):
         close(body, sim.time)
     reaches = _reaches(scene, which, 1 + max((piece.body for piece in pieces), default=-1))
+    marks = tuple(_mark(row, place, reaches, scene) for row in contacts)
     period = scene.periods[which]
     low, high = _extent(scene, which, pieces, reaches)
     when = f"time upwards from {begin:.6g} to {sim.time:.6g}"
     caption = f"{counted(scene, len(sim.bodies))}, {axis} to the right, {when}"
-    return SpaceTime(caption, begin, sim.time, low, high, period, tuple(pieces), tuple(marks), reaches)
+    return SpaceTime(caption, begin, sim.time, low, high, period, tuple(pieces), marks, reaches)
+
+
+def _mark(
+    row: np.void, place: tuple[str, str], reaches: tuple[tuple[float, float], ...], scene: Scene
+) -> Mark:
+    (one, _), (other, _) = reaches[row["a"]], reaches[row["b"]]
+    part = 0.5 if scene.shapes or one + other == 0.0 else one / (one + other)
+    return Mark(float(row["time"]), float(row[place[0]]), float(row[place[1]]), part)
 
 
 def _reaches(scene: Scene, which: int, count: int) -> tuple[tuple[float, float], ...]:
@@ -207,12 +218,12 @@ def _turns(run: SpaceTime, piece: Piece) -> Iterator[float]:
 
 
 def _between(run: SpaceTime, mark: Mark) -> float:
-    """Returns the place in the middle of two bodies, through the nearest image, within what is shown."""
+    """Returns the place where two bodies touch, through the nearest image, within what is shown."""
     apart = mark.other - mark.one
     if run.period:
         apart -= run.period * round(apart / run.period)
-        return (mark.one + apart / 2.0 - run.low) % run.period + run.low
-    return mark.one + apart / 2.0
+        return (mark.one + mark.part * apart - run.low) % run.period + run.low
+    return mark.one + mark.part * apart
 
 
 def _legend(down: float) -> Iterator[str]:

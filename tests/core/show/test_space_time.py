@@ -23,7 +23,7 @@ def two_discs(**more):
 
 def test_bands_are_the_plans_of_a_run():
     run = take_space_time(kt.Simulation(two_discs(), "naive"), 2.5)
-    assert run.marks == (Mark(1.0, 2.5, 3.5),)
+    assert run.marks == (Mark(1.0, 2.5, 3.5, 0.5),)
     assert sorted(run.pieces) == [
         Piece(0, 0.0, 1.0, 1.5, 2.5),
         Piece(0, 1.0, 2.5, 2.5, 1.0),
@@ -33,6 +33,12 @@ def test_bands_are_the_plans_of_a_run():
     assert (run.low, run.high, run.reaches) == (0.0, 6.0, ((0.5, 0.5), (0.5, 0.5)))
     up = take_space_time(kt.Simulation(two_discs(), "naive"), 2.5, "y")
     assert {piece.place for piece in up.pieces} == {1.0}
+
+
+def test_a_contact_is_marked_where_discs_touch():
+    pair = kt.Scene([(1.0, 1.0), (4.0, 1.0)], [(1.0, 0.0), (0.0, 0.0)], [0.25, 0.75], arena=(6.0, 2.0))
+    run = take_space_time(kt.Simulation(pair, "naive"), 2.5)
+    assert run.marks == (Mark(2.0, 3.0, 4.0, 0.25),)
 
 
 def test_bodies_come_and_go_within_their_times():

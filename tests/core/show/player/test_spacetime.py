@@ -54,6 +54,8 @@ def test_bands_are_those_of_the_run_and_a_click_goes_to_its_time(axis, width, he
         for mine, right in zip(sorted(pieces), sorted(map(list, expected.pieces)), strict=True):
             assert mine == pytest.approx(right, rel=1e-12, abs=1e-12)
         assert len(met) == len(expected.marks) > 3
+        for mine, right in zip(met, expected.marks, strict=True):
+            assert mine == pytest.approx(list(right), rel=1e-12, abs=1e-12)
         browser.value(
             """(() => {
                 const canvas = document.getElementById("spacetime");

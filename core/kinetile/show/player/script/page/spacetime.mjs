@@ -17,6 +17,12 @@ function reachAlong(bodies, body, axis) {
   return [-Math.min(...side), Math.max(...side)];
 }
 
+/** The part of the way between two bodies at which they touch: of discs by their radii, of other shapes the half. */
+function partOf({ outline, radius }, a, b) {
+  const whole = radius[a] + radius[b];
+  return outline[a] || outline[b] || !(whole > 0) ? 0.5 : radius[a] / whole;
+}
+
 export class SpaceTime {
   /** `axis`: "x" or "y", or "" where nothing is drawn. */
   constructor(canvas, player) {
@@ -64,7 +70,7 @@ export class SpaceTime {
       both.forEach((body) => close(body, moment));
       motion.to(row + 1);
       both.forEach((body) => (isThereAfter(rows.kind[row]) ? start(body, moment) : began.delete(body)));
-      if (KINDS[rows.kind[row]] === "disc") met.push([since(moment), ...both.map((body) => motion.place(body, moment)[which])]);
+      if (KINDS[rows.kind[row]] === "disc") met.push([since(moment), ...both.map((body) => motion.place(body, moment)[which]), partOf(bodies, ...both)]);
     }
     for (const body of began.keys()) close(body, end);
     return { pieces, met };
@@ -124,9 +130,9 @@ export class SpaceTime {
       }
     }
     pen.fillStyle = theme.groups.structural;
-    for (const [time, one, other] of met) {
+    for (const [time, one, other, part] of met) {
       const apart = other - one - (period ? period * Math.round((other - one) / period) : 0);
-      const [x, y] = point(near(one + apart / 2), time);
+      const [x, y] = point(near(one + part * apart), time);
       pen.beginPath();
       pen.arc(x, y, 3, 0, 2 * Math.PI);
       pen.fill();
