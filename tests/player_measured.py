@@ -1,9 +1,9 @@
 """How large a page of the player is, how soon it is there, and how many frames a second it draws.
 
-``python tests/player_measured.py`` prints what stands in docs/player.md: pages of 100, 1,024 and 10,000 discs
-at density .5 over one time unit, and frames of 1,024 and 5,000 discs with all tiles, bounds and pairs
-(``--frames``: these alone), in a headless chromium that draws without a GPU. Processor time is that of
-all its processes.
+``python tests/player_measured.py`` prints what stands in docs/player.md: sizes of pages, those of 100, 1,024
+and 10,000 discs at density .5 over one time unit, and frames of 1,024 and 5,000 discs with all tiles, bounds
+and pairs (``--frames``: these alone), in a headless chromium that draws without a GPU. Processor time is that
+of all its processes, and of a page that of making it.
 """
 
 from __future__ import annotations
@@ -66,10 +66,10 @@ def busy() -> str:
 
 def page_of(bodies: int, folder: Path, begin: float, until: float) -> tuple[View, Path, float]:
     scene = kt.make_scene("grid", bodies=bodies, density=0.5)
-    began = time.perf_counter()
+    began = time.process_time()
     view = view_scene(scene, [(PHASE, {})], begin=begin, until=until)
     path = view.save(folder / f"{bodies}-{begin}.html", overwrite=True)
-    return view, path, time.perf_counter() - began
+    return view, path, time.process_time() - began
 
 
 def measure_pages(folder: Path) -> None:
@@ -77,12 +77,23 @@ def measure_pages(folder: Path) -> None:
         view, path, made = page_of(bodies, folder, 0.0, 1.0)
         (run,) = view.page.recordings
         print(
-            f"{bodies} discs: {len(run.rows)} rows, up to {run.end / 2**52:.4g}, made in {made:.0f} s",
+            f"{bodies} discs: {len(run.rows)} rows, up to {run.end / 2**52:.4g}, made in {made:.0f} s of "
+            "processor time",
             flush=True,
         )
         for note in view.notes:
             print("   ", note, flush=True)
         measure_opening(path)
+
+
+def measure_sizes(folder: Path) -> None:
+    few = kt.make_scene("random", bodies=24, density=0.3, radius_ratio=4, seed=4)
+    many = kt.make_scene("grid", bodies=1024, density=0.5)
+    for scene, until, steps in ((few, 0.12, True), (few, 0.3, True), (many, 0.2, False), (many, 0.2, True)):
+        view = view_scene(scene, [(PHASE, {})], until=until, steps=steps)
+        size = view.save(folder / "size.html", overwrite=True).stat().st_size
+        stepped = "with" if steps else "without"
+        print(f"{len(scene)} discs until {until}, {stepped} steps: {size / 1e6:.2f} MB", flush=True)
 
 
 def measure_opening(path: Path) -> None:
@@ -117,6 +128,7 @@ def measure_frames(path: Path, seconds: int = 5) -> None:
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as folder:
         if "--frames" not in sys.argv:
+            measure_sizes(Path(folder))
             measure_pages(Path(folder))
         view, path, _ = page_of(1024, Path(folder), 0.05, 0.0501)
         print(

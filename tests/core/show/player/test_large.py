@@ -1,4 +1,6 @@
-"""Large scenes: a lane of many events is a density, and a selected body has the structure around it alone."""
+"""Large scenes: a lane of many events is a density, a selected body has the structure around it alone, small
+discs are filled by rectangles, and a hidden structure is not computed.
+"""
 
 from __future__ import annotations
 
@@ -24,6 +26,32 @@ HEIGHTS = """(() => {
         heights.add(filled);
     }
     return [timeline.lanes[lane], [...heights].filter((each) => each > 0).length];
+})()"""
+
+COMPARED = """(() => {
+    const player = kinetilePlayer;
+    const [canvas] = player.panes;
+    const pen = canvas.getContext("2d");
+    const own = pen.fillRect;
+    player.structured = false;
+    player.camera.scale = RADIUS / player.bodies.radius[0];
+    let filled = 0;
+    pen.fillRect = function (...box) { filled += 1; return own.apply(this, box); };
+    const [exact, quick] = [true, false].map((isVector) => {
+        pen.isVector = isVector;
+        player.drawPane(canvas, 0);
+        const { data } = pen.getImageData(0, 0, canvas.width, canvas.height);
+        return data.map((value, at) => 255 + (value - 255) * data[at | 3] / 255); // on white
+    });
+    let [total, most, covered] = [0, 0, 0];
+    exact.forEach((value, at) => {
+        if (at % 4) return; // red stands for all
+        const apart = Math.abs(value - quick[at]);
+        total += apart;
+        covered += value < 255;
+        most = Math.max(most, apart);
+    });
+    return [filled, total / covered, most];
 })()"""
 
 
@@ -68,4 +96,52 @@ def test_of_a_crowded_structure_only_what_is_around_a_selected_body_is_drawn(lar
         assert (
             browser.value("kinetilePlayer.structureOf(kinetilePlayer.playback.runs[0]).at(0).length") > 6000
         )
+        assert browser.said() == []
+
+
+@pytest.mark.parametrize("ratio", [1, 2])
+@pytest.mark.parametrize(("radius", "rectangles"), [(2.0, 1), (2.6, 1), (3.7, 2), (4.8, 2), (5.0, 0)])
+def test_small_discs_that_are_filled_by_rectangles_look_as_those_of_a_path(radius, rectangles, ratio, large):
+    with Browser() as browser:
+        size = {"width": 1280, "height": 800, "deviceScaleFactor": ratio, "mobile": False}
+        browser.ask("Emulation.setDeviceMetricsOverride", **size)
+        browser.open(large[0])
+        filled, apart, most = browser.value(COMPARED.replace("RADIUS", str(radius)))
+        assert filled == 1024 * rectangles
+        assert apart < 2  # of 255
+        assert most < 24
+
+
+def test_a_crowd_is_saved_as_whole_circles(large):
+    with Browser() as browser:
+        browser.open(large[0])
+        browser.press("t")
+        browser.value("void (kinetilePlayer.camera.scale = 3 / kinetilePlayer.bodies.radius[0])")
+        browser.value("void (URL.createObjectURL = (blob) => { globalThis.saved = blob; return '#'; })")
+        browser.press("v")
+        text = browser.value("saved.text()")
+        assert text.count("a3 3 0 1 1 -6 0") == 2048  # their areas, and their edges
+        assert text.count("<path") < 10
+
+
+def test_a_hidden_structure_is_not_computed_while_time_runs(large):
+    with Browser() as browser:
+        browser.open(large[0])
+        browser.value("""(() => {
+            const { present } = kinetilePlayer.playback.runs[0];
+            const own = present.draw;
+            globalThis.computed = 0;
+            present.draw = (...scene) => { computed += 1; own(...scene); };
+        })()""")
+        readings = "document.getElementById('readings').textContent"
+        browser.press("t", "e", " ")
+        browser.value("globalThis.computed = 0")
+        browser.value("new Promise((done) => setTimeout(done, 400))")
+        assert browser.value("[kinetilePlayer.playing > 0, computed]") == [True, 0]
+        browser.press(" ")
+        browser.settle()
+        assert "tiles drawn3073" in browser.value(readings)
+        browser.press(" ", "n")
+        browser.settle()
+        assert browser.value("computed") > 1  # the table of a selected body names its pairs
         assert browser.said() == []

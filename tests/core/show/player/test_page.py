@@ -61,6 +61,13 @@ def test_the_page_asks_nobody_for_anything():
     assert "@@" not in text
 
 
+def test_pages_are_small():
+    few = kt.make_scene("random", bodies=24, density=0.3, radius_ratio=4, seed=4)
+    many = kt.make_scene("grid", bodies=1024, density=0.5)
+    assert len(str(view_scene(few, [("sweep-tiling", {})], until=0.3))) < 300_000
+    assert len(str(view_scene(many, [("sweep-tiling", {})], until=0.2, steps=False))) < 1_500_000
+
+
 def test_a_title_is_no_markup():
     text = str(
         view_scene(SCENES["grid"], [("naive", {})], until=0.1, title="</title><script>alert(1)</script>")

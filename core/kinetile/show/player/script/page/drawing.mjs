@@ -1,7 +1,7 @@
 // What is seen of the scene: bodies, structure, plans. Lines that look alike are one
 // path: a canvas is quick with few long paths, and slow with many short ones.
 
-import { HUGE, addArea, addBody, addLine, boxOf } from "./paper.mjs";
+import { HUGE, SMALL, addArea, addBody, addLine, boxOf, fillSmall } from "./paper.mjs";
 import { GROUPS } from "../run/events.mjs";
 import { apartAlong } from "../run/motion.mjs";
 import { KINDS } from "../run/rows.mjs";
@@ -39,11 +39,20 @@ export function drawBodies(view, bodies, places, there, theme, marked) {
     if (bodies.radius[body] * camera.scale >= HUGE) drawBody(view, () => add(body), colour(body), theme.line, 1);
     else layers.get(colour(body)).push(body);
   }
+  const isSmall = (body) => !bodies.outline[body] && !(bodies.radius[body] * camera.scale >= SMALL);
   for (const [filling, those] of layers) {
-    pen.beginPath();
+    const small = those.length > MANY && !pen.isVector ? those.filter(isSmall) : [];
     let seen = 0;
-    for (const body of those) seen += add(body);
-    if (seen) paint(pen, filling, theme.line, 1);
+    pen.fillStyle = filling;
+    pen.beginPath();
+    for (const body of those) if (!small.length || !isSmall(body)) seen += add(body);
+    if (seen) pen.fill();
+    for (const body of small) {
+      if (!add(body)) continue;
+      fillSmall(view, places.x[body], places.y[body], bodies.radius[body] || 0);
+      seen += 1;
+    }
+    if (seen) drawEdge(pen, theme.line, 1);
   }
   for (const [body, mark] of marked) {
     if (!there[body]) continue;
@@ -51,9 +60,7 @@ export function drawBodies(view, bodies, places, there, theme, marked) {
   }
 }
 
-function paint(pen, filling, line, width) {
-  pen.fillStyle = filling;
-  pen.fill();
+function drawEdge(pen, line, width) {
   pen.strokeStyle = line;
   pen.lineWidth = width;
   pen.stroke();
@@ -63,7 +70,9 @@ function paint(pen, filling, line, width) {
 function drawBody({ pen }, add, filling, line, width, tint) {
   pen.beginPath();
   if (!add()) return;
-  paint(pen, filling, line, width);
+  pen.fillStyle = filling;
+  pen.fill();
+  drawEdge(pen, line, width);
   if (tint) {
     pen.globalAlpha = 0.4;
     pen.fillStyle = tint;

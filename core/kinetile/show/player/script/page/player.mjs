@@ -290,9 +290,13 @@ export class Player {
     return this.places;
   }
 
-  /** The structure of a run now: as recorded, or else as computed; null where there is neither. */
+  /**
+   * The structure of a run now: as recorded, or else as computed; null where there is neither. While time runs, one
+   * that is hidden is not computed for its readings alone.
+   */
   structureOf(run) {
     if (run.structure && run.done <= run.structure.seen) return run.structure;
+    if (this.playing && !this.structured && this.selected === null && !this.lens.picked) return null;
     return run.present.at(this.playback.moment, this.placesOf(run), run.motion.plans.there) ?? run.structure;
   }
 

@@ -8,7 +8,7 @@ const BASELINES = { middle: "central", top: "hanging" };
 /** The part of a canvas context that the drawings here use. */
 class VectorPen {
   constructor(name) {
-    Object.assign(this, { name, path: "", elements: [], clips: 0, globalAlpha: 1, dashes: [], lineJoin: "miter" });
+    Object.assign(this, { name, path: "", elements: [], clips: 0, globalAlpha: 1, dashes: [], lineJoin: "miter", isVector: true });
   }
 
   setTransform() {} // to the pixels of a screen, which a vector has not

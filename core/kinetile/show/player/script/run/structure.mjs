@@ -120,10 +120,13 @@ export class Structure {
   /** How many shapes of each role there are after so many events, and how many entries of the matrix. */
   counts(done) {
     const counts = {};
-    for (const shape of this.at(done)) {
-      const name = SHAPES[this.shape[shape]] === "entry" ? "in the matrix" : `${plural(this.roles[this.role[shape]])} drawn`;
-      counts[name] = (counts[name] ?? 0) + 1;
+    let entries = this.at(done).length;
+    for (const { role, shapes } of this.layers(done)) {
+      const name = `${plural(role)} drawn`;
+      counts[name] = (counts[name] ?? 0) + shapes.length;
+      entries -= shapes.length;
     }
+    if (entries) counts["in the matrix"] = entries;
     return counts;
   }
 
