@@ -16,7 +16,7 @@ HEIGHTS = """(() => {
     const { timeline } = kinetilePlayer;
     const [lane] = timeline.lanes.keys();
     const { width, height } = timeline.canvas;
-    const pen = timeline.picture.getContext("2d");
+    const pen = timeline.backdrop.picture.getContext("2d");
     const tall = Math.floor(height / timeline.lanes.length);
     const { data } = pen.getImageData(0, 0, width, tall);
     const heights = new Set();

@@ -25,6 +25,27 @@ export function prepare(canvas, ratio) {
   return { pen, width, height };
 }
 
+/** A picture under what moves: it is drawn anew only for another key, colours or size. */
+export class Backdrop {
+  /** Show it on a canvas, and return that as drawn on. */
+  show(canvas, theme, key, draw) {
+    const view = prepare(canvas, devicePixelRatio);
+    const { pen, width, height } = view;
+    const whole = [key, canvas.width, canvas.height, theme.body].join(" ");
+    pen.clearRect(0, 0, width, height);
+    if (!canvas.width || !canvas.height) return view;
+    if (this.key === whole) {
+      pen.drawImage(this.picture, 0, 0, width, height);
+      return view;
+    }
+    this.key = whole;
+    draw(view);
+    this.picture = Object.assign(document.createElement("canvas"), { width: canvas.width, height: canvas.height });
+    this.picture.getContext("2d").drawImage(canvas, 0, 0);
+    return view;
+  }
+}
+
 const within = (pixels) => Math.min(Math.max(pixels, -1e6), 1e6);
 
 /** Where a coordinate of the scene is on the canvas. */

@@ -2,7 +2,7 @@
 // bounds, which cross where sweep-and-prune swaps, and have a kink at a contact. What space_time.py draws, of a run
 // that plays.
 
-import { prepare } from "./paper.mjs";
+import { Backdrop } from "./paper.mjs";
 import { elapsed, fractionOf } from "../run/clock.mjs";
 import { Motion } from "../run/motion.mjs";
 import { KINDS, givesPlans, isThereAfter } from "../run/rows.mjs";
@@ -78,22 +78,12 @@ export class SpaceTime {
 
   draw(theme) {
     if (!this.axis) return;
-    const { canvas, player } = this;
+    const { player } = this;
     const sheet = this.sheet();
-    const view = prepare(canvas, devicePixelRatio);
     const { rows } = player.runs[0];
-    const key = [sheet.first, sheet.last, this.axis, canvas.width, canvas.height, theme.body, player.selected].join(" ");
-    if (this.key !== key || this.rows !== rows) {
-      Object.assign(this, { key, rows });
-      this.picture = document.createElement("canvas");
-      view.pen.clearRect(0, 0, view.width, view.height);
-      this.#bands(view, sheet, theme);
-      [this.picture.width, this.picture.height] = [canvas.width, canvas.height];
-      if (canvas.width && canvas.height) this.picture.getContext("2d").drawImage(canvas, 0, 0);
-    }
-    const { pen, width, height } = view;
-    pen.clearRect(0, 0, width, height);
-    if (this.picture.width && this.picture.height) pen.drawImage(this.picture, 0, 0, width, height);
+    if (this.rows !== rows) Object.assign(this, { rows, backdrop: new Backdrop() });
+    const key = [sheet.first, sheet.last, this.axis, player.selected].join(" ");
+    const { pen, width, height } = this.backdrop.show(this.canvas, theme, key, (view) => this.#bands(view, sheet, theme));
     pen.fillStyle = theme.now;
     pen.fillRect(0, height * (1 - fractionOf(player.playback.moment, sheet.begin, sheet.end)) - 1, width, 2);
   }

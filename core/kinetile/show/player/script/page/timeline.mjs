@@ -1,7 +1,7 @@
 // The timeline: a lane for each group of events, one mark an event or, of many, their density; and where the present moment is.
 
 import { groupOf } from "./drawing.mjs";
-import { prepare } from "./paper.mjs";
+import { Backdrop } from "./paper.mjs";
 import { fractionOf } from "../run/clock.mjs";
 import { GROUPS, momentOfEvent } from "../run/events.mjs";
 
@@ -15,7 +15,7 @@ export function lanesOf(totals) {
 
 export class Timeline {
   constructor(canvas, playback, lanes) {
-    Object.assign(this, { canvas, playback, lanes, gutter: MARGIN });
+    Object.assign(this, { canvas, playback, lanes, gutter: MARGIN, backdrop: new Backdrop() });
     canvas.style.height = `${Math.max(lanes.length, 1) * 1.3 + 0.4}rem`;
   }
 
@@ -30,23 +30,13 @@ export class Timeline {
     return Math.min(Math.max(fraction, 0), 1);
   }
 
-  /** Draw it: the marks once for each size and theme, and the present moment over them. */
+  /** Draw it: the marks once, and the present moment over them. */
   draw(theme) {
-    const { canvas, playback } = this;
-    const key = `${canvas.clientWidth} ${canvas.clientHeight} ${devicePixelRatio} ${theme.body}`;
-    if (this.key !== key) {
-      this.key = key;
-      this.picture = document.createElement("canvas");
-      const view = prepare(canvas, devicePixelRatio);
-      view.pen.clearRect(0, 0, view.width, view.height);
+    const { playback } = this;
+    const { pen, height } = this.backdrop.show(this.canvas, theme, "", (view) => {
       this.#names(view, theme);
       playback.runs.forEach(({ events }, part) => this.#marks(view, events, theme, part));
-      [this.picture.width, this.picture.height] = [canvas.width, canvas.height];
-      if (canvas.width && canvas.height) this.picture.getContext("2d").drawImage(canvas, 0, 0);
-    }
-    const { pen, width, height } = prepare(canvas, devicePixelRatio);
-    pen.clearRect(0, 0, width, height);
-    if (this.picture.width && this.picture.height) pen.drawImage(this.picture, 0, 0, width, height);
+    });
     const now = this.place(fractionOf(playback.moment, playback.begin, playback.end));
     pen.fillStyle = theme.now;
     pen.fillRect(now - 1, 0, 2, height);
