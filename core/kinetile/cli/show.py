@@ -195,12 +195,15 @@ def view(
             raise BadOption("--open and --at are for the page, which --out names beside a film")
         if films:
             _check_films(films, overwrite)
+        page = (
+            None if out is None else _view(scene, parameters, broad_phase, beside, (begin, until, at), steps)
+        )
+        if films:
             phase = (None, {}) if broad_phase is None else read_phase(broad_phase)
             asked |= {"begin": begin, "until": until, "structure": steps, "overwrite": overwrite}
             _write_films(find_scene(scene, parameters), phase, films, **asked)
-        if out is None:
+        if page is None or out is None:
             return
-        page = _view(scene, parameters, broad_phase, beside, (begin, until, at), steps)
         for note in page.notes:
             notice(f"kinetile: {note}")
         path = page.save(out, overwrite=overwrite)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import pytest
 
+import kinetile as kt
 from chromium import Browser, needs_chromium
 from kinetile.show.player import view_scene
 from player_pages import SCENES, ask_node, needs_node
@@ -64,6 +65,52 @@ def test_the_gap_of_a_pair_is_0_at_its_contact(name, tmp_path):
     for at_root, fails, met in found:
         assert fails == met
         assert abs(at_root) < 1e-9
+
+
+FORMULAS = """
+const { events } = play.runs[0];
+play.jump(0, events.kind.findIndex((kind) => kind === 6));
+return proof.proofOfPair(play.runs[0], [1, 2], play.moment, held);
+"""
+
+
+@needs_node
+def test_a_pair_that_passes_is_no_gap(tmp_path):
+    page = view_scene(SCENES["sensors"], [("naive", {})], until=1.5).page
+    passing = ask_node(tmp_path, page, FORMULAS)
+    assert passing["formula"] == "they are passing through each other"
+    assert passing["gap"] is passing["fails"] is None
+
+
+@needs_node
+def test_a_contact_through_the_far_image_has_its_root(tmp_path):
+    apart = kt.Scene([(1.0, 2.0), (2.0, 2.0)], [(-0.5, 0.0), (0.5, 0.0)], 0.2, arena=(4, 4), periodic="x")
+    page = view_scene(apart, [("naive", {})], until=3.0).page
+    body = """
+        const { gap, fails } = proof.proofOfPair(play.runs[0], [0, 1], play.moment, held);
+        return [fails, gap(2.6), gap(2.5)];
+    """
+    fails, at_root, before = ask_node(tmp_path, page, body)
+    assert fails[0] + fails[1] / 2**52 == pytest.approx(2.6)
+    assert at_root == pytest.approx(0.0, abs=1e-12)
+    assert before == pytest.approx(0.1)
+
+
+@needs_node
+def test_sides_beyond_a_period_have_their_names(tmp_path):
+    torus = kt.make_scene("grid", bodies=9, density=0.4, seed=3, periodic="x")
+    page = view_scene(torus, [("sap-1d", {})], until=0.5).page
+    body = """
+        const { events, structure } = play.runs[0];
+        const said = new sentences.Sentences({ rows: runs[0].rows, structure }, events, bodies, held);
+        return [...Array(events.count).keys()].map((event) => said.of(event));
+    """
+    passes = [each for each in ask_node(tmp_path, page, body) if " passes " in each]
+    assert len(passes) > 20
+    for each in passes:
+        one, other = each.split(":")[0].split(" (")[0].split(" passes ")
+        assert {one[:5], other[:5]} <= {"L of ", "R of "}, each
+        assert (one[0] == other[0]) == ("(pass)" in each), each
 
 
 MIDDLE = """(() => {

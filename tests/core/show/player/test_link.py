@@ -49,6 +49,11 @@ def test_a_link_opens_the_moment_and_the_body(browser, saved):
     assert browser.said() == []
 
 
+def test_an_event_of_another_moment_is_left_out(browser, saved):
+    browser.open(saved, f"#t=0:{2**50}&event=2")
+    assert browser.value(STATE)[:2] == [0, 2**50]
+
+
 def test_a_link_between_two_events_of_one_tick(browser, tmp_path):
     apart = [(0.0, 0.0), (3.0, 0.0), (0.0, 9.0), (3.0, 9.0)]
     ties = kt.Scene(apart, [(1.0, 0.0), (-1.0, 0.0)] * 2, 0.5)

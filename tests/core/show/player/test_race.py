@@ -11,6 +11,7 @@ import kinetile as kt
 from chromium import Browser, needs_chromium
 from kinetile.cli import app
 from kinetile.show.player import view_scene
+from player_pages import FILES
 
 PHASES = ("naive", "sap-1d", "sap-2d", "sweep-tiling", "cells")
 
@@ -73,6 +74,22 @@ def test_a_list_that_differs_is_told(tmp_path):
         assert cells.startswith("cells: bod")
         assert naive.removeprefix("naive") != cells.removeprefix("cells").rstrip(".")
         assert rows[0][4] != rows[1][4]
+
+
+@needs_chromium
+def test_events_of_one_tick_are_stepped_without_a_difference(tmp_path):
+    ties = kt.load_scene(FILES / "H14.toml")
+    path = view_scene(ties, [("naive", {}), ("sap-1d", {})], until=2.0).save(tmp_path / "race.html")
+    with Browser() as browser:
+        browser.open(path)
+        sentences = set()
+        for _ in range(12):
+            browser.press("ArrowRight")
+            browser.settle()
+            sentences.add(json.loads(browser.value(TOLD))[1].split(".")[0].split(":")[0])
+        assert any(each.startswith("Events of one tick") for each in sentences)
+        assert not any("differs" in each for each in sentences)
+        assert browser.said() == []
 
 
 def test_the_command_takes_several_phases_with_their_options(tmp_path):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 
+import numpy as np
 import pytest
 
 import kinetile as kt
@@ -106,7 +107,11 @@ def test_a_thrown_disc_meets_what_it_meets_in_kinetile(finger, page):
         drag(browser, browser.value(PLACE.replace("BODY", "5")), (30, 20), finger=finger)
         browser.value(COMPUTED)
         body, _, _, *velocity = browser.value(COMMAND)
-        assert (body, velocity[0] > 0, velocity[1] < 0) == (5, True, True)
+        assert body == 5
+        flown = browser.value(
+            "kinetilePlayer.camera.scale * kinetilePlayer.speed"
+        )  # pixels in a second of playing
+        assert [flown * each for each in velocity] == pytest.approx([30, -20])
         assert contacts(browser) == wanted(lambda sim: sim.set_velocity(5, velocity)) != recorded
         assert "is the first that differs: " in browser.value(SAID)
         assert browser.value("document.documentElement.scrollWidth <= innerWidth")
@@ -161,6 +166,67 @@ def test_a_body_is_turned_back(desk):
     assert desk.value("document.querySelector('#legend').textContent").count("commands") == 1
 
 
+def test_throws_at_the_beginning_are_shown_and_kept(desk):
+    desk.press("Home", "n", "b")
+    desk.value(COMPUTED)
+    desk.press("n", "b")
+    desk.value(COMPUTED)
+    turned = [[-each for each in scene().velocity[body]] for body in (0, 1)]
+    shown = "(({ vx, vy }) => [[vx[0], vy[0]], [vx[1], vy[1]]])(kinetilePlayer.playback.runs[0].motion.plans)"
+    assert desk.value(shown) == turned
+    sim = kt.Simulation(scene(), "cells")
+    for body in (0, 1):
+        sim.set_velocity(body, turned[body])
+    sim.run(until=UNTIL)
+    assert contacts(desk) == [
+        [int(each[name]) for name in ("epoch", "tick", "a", "b")] for each in sim.contacts
+    ]
+
+
+def test_a_second_finger_and_a_cancelled_one_throw_nothing(page):
+    with Browser(390, 844) as phone:
+        phone.open(page)
+        phone.press("y")
+        (x, y), more = phone.value(PLACE.replace("BODY", "5")), {"x": 300, "y": 300, "id": 2}
+        first = [{"x": x, "y": y, "id": 1}]
+        for kind, points in (
+            ("Start", first),
+            ("Start", [*first, more]),
+            ("Move", [{"x": x + 40, "y": y, "id": 1}, more]),
+            ("End", []),
+            ("Start", first),
+            ("Move", [{"x": x + 40, "y": y, "id": 1}]),
+            ("Cancel", []),
+        ):
+            phone.ask("Input.dispatchTouchEvent", type=f"touch{kind}", touchPoints=points)
+            phone.settle()
+        assert phone.value("[kinetilePlayer.trial.recorded, kinetilePlayer.trial.pulled]") == [None, None]
+
+
+def test_a_jam_is_computed_up_to_a_number_of_events(tmp_path):
+    jammed = kt.Scene(
+        [[1.0, 0.5], [0.4, 0.5], [0.5, 1.5]],
+        [[0.0, 0.0], [0.0, 0.0], [0.3, 0.1]],
+        [0.2, 0.1, 0.1],
+        [np.inf, 1.0, 1.0],
+        arena=(2, 2),
+    )
+    path = view_scene(jammed, [("naive", {})], until=2.0).save(tmp_path / "page.html")
+    with Browser() as browser:
+        browser.open(path)
+        browser.value("kinetilePlayer.trial.fork((run) => run.turn(0, [-1, 0]))")
+        browser.press("End")  # what is not computed yet is not shown
+        assert browser.value("kinetilePlayer.time()") < 0.61
+        while not browser.value("kinetilePlayer.trial.run.isCut"):
+            browser.settle()
+        browser.settle()
+        assert browser.value(SAID).startswith("after 20000 events nothing more is computed here: ")
+        browser.press("End")
+        places = "kinetilePlayer.playback.runs[0].motion.placesOfThose(kinetilePlayer.playback.moment)"
+        assert all(0.0 < x < 2.0 for place in browser.value(places) for x in place)
+        assert browser.said() == []
+
+
 CHOOSE = """(() => {
     const engine = document.getElementById("engine");
     engine.value = "VALUE";
@@ -181,6 +247,8 @@ def test_engines_are_compared_with_the_recorded_run(desk):
     first = next(at for at in range(len(stepped)) if stepped[at][2:] != recorded[at][2:])
     assert desk.value(SAID).startswith(f"contact {first + 1} is the first that differs: ")
     assert desk.value("kinetilePlayer.playback.moment") == stepped[first][:2]
+    desk.press("o")
+    assert desk.value("document.getElementById('engine').value") == "0"
 
 
 @pytest.mark.parametrize(
@@ -191,9 +259,10 @@ def test_engines_are_compared_with_the_recorded_run(desk):
         (scene(), {"begin": 0.1}),
         (SCENES["sensors"], {}),
         (SCENES["no walls"], {}),
+        (kt.Scene(np.zeros((0, 2)), np.zeros((0, 2)), 0.1, arena=(1, 1)), {}),
         (SCENES["come and go"], {"until": 1.5}),
     ],
-    ids=["many", "torus", "window", "responses", "no walls", "commands"],
+    ids=["many", "torus", "window", "responses", "no walls", "nobody", "commands"],
 )
 def test_it_is_offered_only_where_the_page_can_compute_the_run(made, window, tmp_path):
     window = {"until": 0.2, "steps": False} | window

@@ -131,7 +131,8 @@ function listen(player, canvas) {
     canvas.setPointerCapture(event.pointerId);
     fingers.set(event.pointerId, pointOf(event));
     moved = fingers.size > 1 ? 100 : 0;
-    if (fingers.size === 1) player.trial.grab(canvas, offset(canvas, pointOf(event)));
+    player.trial.pulled = null;
+    if (fingers.size === 1 && event.button === 0) player.trial.grab(canvas, offset(canvas, pointOf(event)));
     if (event.pointerType !== "touch") canvas.classList.add("active");
   });
   canvas.addEventListener("pointerleave", () => canvas.classList.remove("active"));
@@ -161,7 +162,7 @@ function listen(player, canvas) {
   });
   const lift = (event) => {
     const taps = fingers.delete(event.pointerId) && moved <= 4 && event.type === "pointerup";
-    if (player.trial.pulled && moved > 4) player.trial.release();
+    if (player.trial.pulled && moved > 4 && event.type === "pointerup") player.trial.release();
     player.trial.pulled = null;
     if (taps) player.pickAt(canvas, offset(canvas, pointOf(event)));
   };

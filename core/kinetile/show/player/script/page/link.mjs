@@ -2,7 +2,7 @@
 // count of those that are done in the first run.
 
 import { TICKS, compare } from "../run/clock.mjs";
-import { eventsAt } from "../run/events.mjs";
+import { eventsAt, momentOfEvent } from "../run/events.mjs";
 
 /** The part of an address, the # and what follows, that leads to what a player shows. */
 export function linkOf({ playback, selected }) {
@@ -32,9 +32,10 @@ export function followLink(player, text) {
     return;
   }
   const [{ events }] = playback.runs;
-  if (found.event > 0 && found.event <= events.count) playback.jump(0, found.event - 1);
+  const isThere = found.event > 0 && found.event <= events.count && compare(momentOfEvent(events, found.event - 1), found.moment) === 0;
+  if (isThere) playback.jump(0, found.event - 1);
   else playback.seek(found.moment);
-  player.selected = found.body < player.bodies.x.length ? found.body : null;
+  player.select(found.body < player.bodies.x.length ? found.body : null);
   player.arrive();
 }
 
@@ -46,7 +47,7 @@ export async function copyLink(player) {
   try {
     location.hash = link;
     await navigator.clipboard.writeText(whole);
-    player.say("the link to this moment is copied");
+    player.say(`the link to this moment${player.trial.recorded ? " of the recorded run" : ""} is copied`);
   } catch {
     player.say(`the browser copies nothing here; the link is ${whole}`);
   }

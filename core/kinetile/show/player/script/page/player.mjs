@@ -55,14 +55,14 @@ export class Player {
     if (held.open) this.playback.seek(held.open);
   }
 
-  /** Take runs to be played, as the page holds them or as they were computed in it. */
-  hold(bodies, runs) {
+  /** Take runs to be played, as the page holds them or as they were computed in it, until a moment. */
+  hold(bodies, runs, end = this.held.end) {
     const { held } = this;
     bodies.outline = held.shape.map((shape) => held.shapes[shape].outline);
     bodies.kind = held.kinds.length ? held.kind : null;
     bodies.room = held.shape.map((shape) => held.shapes[shape].room);
     Object.assign(this, { bodies, runs });
-    this.playback = new Playback(bodies, runs, held);
+    this.playback = new Playback(bodies, runs, { ...held, end });
     this.sentences = runs.map((run, at) => new Sentences(run, this.playback.runs[at].events, bodies, held));
     this.places = { x: new Float64Array(bodies.x.length), y: new Float64Array(bodies.x.length) };
     this.counts = this.playback.runs.map(({ events }) => countUp(events));
@@ -71,8 +71,9 @@ export class Player {
     this.race = new Race(document.getElementById("race"), this);
   }
 
+  /** Fit a box to the panes, of which one may be smaller. */
   fit(box = this.held.box) {
-    const { width, height } = prepare(this.panes[0], devicePixelRatio);
+    const [width, height] = ["clientWidth", "clientHeight"].map((size) => Math.min(...this.panes.map((canvas) => canvas[size])));
     this.camera.fit(box, width, height);
   }
 
@@ -118,7 +119,11 @@ export class Player {
   momentInWords() {
     const { playback } = this;
     const at = playback.runs.findIndex((each) => playback.current(each) >= 0);
-    if (at >= 0) return `${this.sentences[at].of(playback.current(playback.runs[at]))}, time ${this.time()}`;
+    if (at >= 0) {
+      const event = playback.current(playback.runs[at]);
+      const isOwn = playback.runs.length > 1 && KINDS[playback.runs[at].events.kind[event]] === "structural";
+      return `${isOwn ? `${this.held.runs[at].label}: ` : ""}${this.sentences[at].of(event)}, time ${this.time()}`;
+    }
     if (compare(playback.moment, playback.begin) === 0) return "the beginning";
     return `${compare(playback.moment, playback.end) === 0 ? "the end" : "between events"}, time ${this.time()}`;
   }
@@ -327,6 +332,7 @@ export class Player {
     drawNumbers(view, bodies, places, there, theme);
     if (repeats) view.pen.restore();
     if (structure && run.done > structure.seen) drawNote(view, `the structure is recorded up to event ${structure.seen} only`, theme);
+    else if (this.trial.recorded) drawNote(view, this.trial.note, theme);
     else if (isCrowded) drawNote(view, `the structure around body ${this.selected}; Escape: all of it`, theme);
     const matrix = this.matrices[at];
     if (!matrix.hidden) drawMatrix(matrix, structure?.entries(run.done) ?? [], there, held, theme, this.marks(run));

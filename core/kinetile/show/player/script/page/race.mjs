@@ -70,7 +70,9 @@ export class Race {
   difference(which) {
     const { playback: { runs }, held } = this.player;
     const lists = [runs[0].events, runs[which].events];
-    const { at, events } = firstDifference(...lists);
+    const found = firstDifference(...lists);
+    if (!found) return "Events of one tick are being stepped one by one: not all phases are through them.";
+    const { at, events } = found;
     const [one, other] = lists.map((list, side) => withTime(list, events[side], held));
     return `Contact ${at + 1} differs. Under ${held.runs[0].label}: ${one}. Under ${held.runs[which].label}: ${other}.`;
   }

@@ -4,7 +4,7 @@
 
 import { addDisc, addLine } from "./paper.mjs";
 import { $, legend } from "./tables.mjs";
-import { compare, ticksOf } from "../run/clock.mjs";
+import { compare, momentOf, ticksOf, timeOf } from "../run/clock.mjs";
 import { contactsOf, firstDifference, momentOfEvent, withTime } from "../run/events.mjs";
 import { Live } from "../run/live.mjs";
 import { Motion } from "../run/motion.mjs";
@@ -13,6 +13,8 @@ import { Stepped } from "../run/stepped.mjs";
 
 const MOST = 60; // bodies: every pair is asked, some 400 microseconds an event
 const BUDGET = 10; // milliseconds a frame for computing
+const PAUSE = 100; // milliseconds until what was computed since is shown
+const SLOW = 2 ** -10; // of the initial speed of playing: a throw counts as if it were no slower
 const BY_FLIGHT = ["x", "y", "vx", "vy", "before"]; // columns of rows with two values a row
 
 export class Trial {
@@ -22,7 +24,8 @@ export class Trial {
     const isPlain = arena && !periods.some((each) => each) && !responses.flat().some((each) => each !== "elastic") && !shapes.length;
     const isWhole = compare(begin, [0, 0]) === 0 && end[0] < 512 && bodies.radius.every((radius) => radius > 0);
     Object.assign(this, { player, on: false, pulled: null, recorded: null });
-    $("trial").hidden = !(isPlain && isWhole && total.commands === 0 && bodies.radius.length <= MOST);
+    const isFew = bodies.radius.length > 0 && bodies.radius.length <= MOST;
+    $("trial").hidden = !(isPlain && isWhole && isFew && total.commands === 0);
   }
 
   toggle() {
@@ -33,18 +36,20 @@ export class Trial {
     this.player.changed();
   }
 
-  /** A drag begins, in pixels right of and above the middle of a canvas. */
+  /** A drag begins, in pixels right of and above the middle of a canvas; time stands still meanwhile. */
   grab(canvas, from) {
-    if (this.on) this.pulled = { body: this.player.bodyAt(canvas, from), from, to: from };
+    if (!this.on) return;
+    this.player.playing = 0;
+    this.pulled = { body: this.player.bodyAt(canvas, from), from, to: from };
   }
 
   /** The drag has ended: a disc flies as far as it was pulled in a second of playing. */
   release() {
     const { player, pulled } = this;
-    const { playback: { runs: [{ motion }], moment }, speed, bodies } = player;
+    const { speed, bodies, held } = player;
     this.pulled = null;
-    const from = pulled.body === null ? this.#place(pulled.from) : motion.place(pulled.body, moment);
-    const velocity = this.#place(pulled.to).map((to, axis) => (to - from[axis]) * speed);
+    const [from, to] = [pulled.from, pulled.to].map((place) => this.#place(place));
+    const velocity = to.map((at, axis) => (at - from[axis]) / Math.max(speed, SLOW * held.speed));
     const like = player.selected ?? 0;
     if (pulled.body !== null) this.fork((run) => run.turn(pulled.body, velocity));
     else this.fork((run) => (run.insert(from, velocity, bodies.radius[like], bodies.mass[like]) === null ? `there is no room for a disc like ${like}` : ""));
@@ -67,37 +72,45 @@ export class Trial {
       if (name !== "count") rows[name] = Array.from(column.slice(0, (BY_FLIGHT.includes(name) ? 2 : 1) * motion.done));
     }
     const run = new (radii ? Stepped : Live)(bodies, motion.plans, rows, playback.moment, held);
-    const fastest = Math.max(...run.bodies.map(({ vx, vy }) => Math.hypot(vx, vy)));
-    run.step = BigInt(Math.ceil((radii * Math.min(...bodies.radius)) / (fastest || 1) / run.tick)) || 1n;
     const refusal = command(run);
     if (refusal) return this.player.say(refusal);
+    const fastest = Math.max(...run.bodies.map(({ vx, vy }) => Math.hypot(vx, vy)));
+    run.step = BigInt(Math.ceil((radii * Math.min(...bodies.radius)) / (fastest || 1) / run.tick)) || 1n;
     this.recorded ??= { bodies, runs, events, motion: new Motion(bodies, runs[0].rows, held.unit) };
     this.run = run;
-    return this.#go(run);
+    this.#show(rows.count, false);
+    return this.#go(run, performance.now());
   }
 
-  /** Compute for a while, show what there is, and go on in the next frame. */
-  #go(run) {
+  /** Compute for a while, and go on in the next frame; what there is was shown last at a time of the page's clock. */
+  #go(run, shown) {
     if (run !== this.run) return;
-    const { held } = this.player;
-    const isDone = run.until(ticksOf(held.end), performance.now() + BUDGET);
+    const isDone = run.until(ticksOf(this.player.held.end), performance.now() + BUDGET);
+    const isDue = isDone || performance.now() - shown > PAUSE;
+    if (isDue) this.#show(this.player.playback.runs[0].motion.done, isDone);
+    if (isDone) this.#compare();
+    else requestAnimationFrame(() => this.#go(run, isDue ? performance.now() : shown));
+  }
+
+  /** Show what is computed so far, `done` rows of it being past. */
+  #show(done, isDone) {
+    const { run, player: { held, playback: before } } = this;
     const bodies = {};
     for (const [name, column] of Object.entries(this.recorded.bodies)) {
       if (ArrayBuffer.isView(column)) bodies[name] = Float64Array.from(run.bodies, (body, at) => column[at] ?? { radius: body.radius, mass: body.mass }[name] ?? 0);
     }
     const runs = held.runs.map(({ drawn_as: how }) => ({ rows: run.rows, steps: null, structure: null, present: new Present(how, bodies, held), isComputed: true }));
-    this.#show(bodies, runs);
-    if (isDone) this.#compare();
-    else requestAnimationFrame(() => this.#go(run));
+    this.note = isDone ? "computed in this page; O: as recorded" : `computing: up to time ${timeOf(momentOf(run.now), held.start, held.unit).toPrecision(4)} so far`;
+    this.#hold(bodies, runs, run.isCut ? momentOf(run.now) : held.end);
+    const { playback } = this.player;
+    playback.known = isDone ? playback.end : momentOf(run.now);
+    playback.resume(before, done);
   }
 
-  /** Play other runs, from the same moment on. */
-  #show(bodies, runs) {
+  #hold(bodies, runs, end) {
     const { player } = this;
-    const { moment } = player.playback;
-    player.hold(bodies, runs);
+    player.hold(bodies, runs, end);
     if (player.selected >= bodies.x.length) player.select(null);
-    player.playback.seek(moment);
     legend(player);
     player.changed();
   }
@@ -108,7 +121,7 @@ export class Trial {
     const own = player.playback.runs[0].events;
     const isStepped = run instanceof Stepped;
     const found = firstDifference(own, recorded.events, !isStepped);
-    if (run.isStuck) player.say("the run ends here: contacts come up without end");
+    if (run.isCut) player.say(`after ${own.count} events nothing more is computed here: ${withTime(own, own.count - 1, player.held)}`);
     else if (!found) player.say(`the same ${contactsOf(own).length} contacts as recorded, ${isStepped ? "in the same order" : "to the last bit"}`);
     else {
       const [mine, theirs] = found.events;
@@ -122,8 +135,11 @@ export class Trial {
   reset() {
     if (!this.recorded) return;
     const { bodies, runs } = this.recorded;
+    const { moment } = this.player.playback;
     Object.assign(this, { recorded: null, run: null });
-    this.#show(bodies, runs);
+    $("engine").value = "0";
+    this.#hold(bodies, runs, this.player.held.end);
+    this.player.playback.seek(moment);
     this.player.say("the run as recorded");
   }
 

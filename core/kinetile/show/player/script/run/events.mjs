@@ -112,11 +112,17 @@ export class Passing {
     this.asked = -1;
   }
 
+  /** Whether two bodies are within each other after so many events. */
+  holds(done, a, b) {
+    this.at(done);
+    return this.pairs.has([Math.min(a, b), Math.max(a, b)].join());
+  }
+
   /** The bodies that are within another one after so many events. */
   at(done) {
     if (this.asked === done) return this.bodies;
     const { kind, a, b } = this.events;
-    const pairs = new Map();
+    const pairs = (this.pairs = new Map());
     for (const event of this.list) {
       if (event >= done) break;
       const pair = [Math.min(a[event], b[event]), Math.max(a[event], b[event])];

@@ -24,9 +24,9 @@ export async function load(held) {
 }
 
 export class Playback {
-  /** `runs`: [{rows, steps, structure}], with rows as `rebuild` gives them; the others may be null. */
+  /** `runs`: [{rows, steps, structure}], with rows as `rebuild` gives them; the others may be null. `known`: up to where there are rows so far. */
   constructor(bodies, runs, { unit, begin, end, periods }) {
-    Object.assign(this, { unit, begin, end });
+    Object.assign(this, { unit, begin, end, known: end });
     const events = runs.map(({ rows, steps }) => merge(rows, steps));
     this.runs = runs.map(({ rows, structure, present }, at) => ({
       events: events[at],
@@ -46,7 +46,7 @@ export class Playback {
       this.runs.forEach((run) => this.#settle(run, 0));
       return;
     }
-    this.#be(compare(moment, this.end) < 0 ? moment : this.end);
+    this.#be(compare(moment, this.known) < 0 ? moment : this.known);
     this.runs.forEach((run) => this.#settle(run, eventsAt(run.events, this.moment)));
   }
 
@@ -86,6 +86,8 @@ export class Playback {
 
   /** Play on by so many events, with time running evenly between two. Return whether there is more. */
   playEvenly(events) {
+    const isWaiting = compare(this.known, this.end) < 0 && this.runs.every((run) => run.done === run.events.count);
+    if (isWaiting) return true; // the next event is still being computed
     this.way += events;
     while (this.way >= 1) {
       const rest = this.way - 1;
@@ -102,6 +104,16 @@ export class Playback {
     this.moment = between(this.since, next, this.way);
     this.runs.forEach((run) => this.#settle(run, run.done));
     return true;
+  }
+
+  /** Be where another playback is, `rows` of each run being done. */
+  resume({ moment, since, way }, rows) {
+    Object.assign(this, { moment, since, way });
+    for (const run of this.runs) {
+      let done = 0;
+      while (done < run.events.count && run.events.rows[done] <= rows) done += 1;
+      this.#settle(run, done);
+    }
   }
 
   /** The last event that is done in a run, if this is its very moment; else -1. */

@@ -47,26 +47,29 @@ export function proofOf(run, shape, moment, held, owner = -1) {
   if (!found) return { title, formula: `${when}; its drawing does not show what its certificate watches`, gap: null, fails };
   const since = elapsed(fails, ...moment, held.unit);
   const gap = (time) => found.gap + found.slope * (time - since);
-  const [one, other] = [found.one, found.other].map((side) => sideInWords(structure, done, side, found.axis));
+  const [one, other] = [found.one, found.other].map((side) => sideInWords(structure, done, side, found.axis, motion.periods));
   const formula = `${other} \u2212 ${one} = ${short(gap(0))} ${signed(found.slope)} t > 0; ${when}`;
   return { title, formula, gap, fails };
 }
 
 /** The same of two bodies: their distance less their radii. Its root is the contact, if the plans stay as they are. */
-export function proofOfPair({ motion, events, done }, [a, b], moment, held) {
+export function proofOfPair({ motion, events, done, passing }, [a, b], moment, held) {
   const title = `pair ${a}-${b}`;
   const { radius, outline, x } = motion.bodies;
   if (outline?.[a] || outline?.[b] || !(a < x.length && b < x.length)) {
     return { title, formula: "the gap of two shapes is not one formula", gap: null, fails: null };
   }
-  const [one, other] = [motion.place(a, moment), motion.place(b, moment)];
-  const [dx, dy] = [0, 1].map((axis) => apartAlong(one[axis], other[axis], motion.periods[axis]));
+  if (passing.holds(done, a, b)) return { title, formula: "they are passing through each other", gap: null, fails: null };
   const { vx, vy } = motion.plans;
   const [wx, wy, reach] = [vx[b] - vx[a], vy[b] - vy[a], radius[a] + radius[b]];
+  const met = metNext(events, done, a, b);
+  const [one, other] = [a, b].map((body) => motion.place(body, met ?? moment)); // the nearest images are those that meet
+  const since = met ? elapsed(met, ...moment, held.unit) : 0;
+  const [dx, dy] = [wx, wy].map((speed, axis) => apartAlong(one[axis], other[axis], motion.periods[axis]) - speed * since);
   const gap = (time) => Math.hypot(dx + wx * time, dy + wy * time) - reach;
-  const fails = metNext(events, done, a, b) ?? rootOf([dx, dy], [wx, wy], reach, moment, held.unit);
+  const fails = met ?? rootOf([dx, dy], [wx, wy], reach, moment, held.unit);
   const square = (from, speed) => `(${short(from)} ${signed(speed)} t)\u00b2`;
-  const when = fails ? `contact at ${inTime(fails, held)}` : "no contact under these plans";
+  const when = fails ? `contact at ${inTime(fails, held)}${met ? "" : " if nothing comes before"}` : "no contact under these plans";
   return { title, formula: `\u221a(${square(dx, wx)} + ${square(dy, wy)}) \u2212 ${short(reach)} > 0; ${when}`, gap, fails };
 }
 
@@ -77,7 +80,7 @@ function metNext(events, done, a, b) {
     while (event >= 0 && KINDS[events.kind[event]] === "structural") event = seek(events, event + 1, 1, "all", body);
     return event;
   });
-  return one >= 0 && one === other ? momentOfEvent(events, one) : null;
+  return one >= 0 && one === other && ["disc", "pass"].includes(KINDS[events.kind[one]]) ? momentOfEvent(events, one) : null;
 }
 
 /** When two discs first touch: in doubles, for a curve; the run's own arithmetic is exact. Null if they do not. */
