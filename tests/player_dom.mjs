@@ -26,6 +26,8 @@ class Element {
   addEventListener(kind, listener) { this.listeners[kind] = listener; }
   setAttribute(name, value) { this.attributes[name] = value; }
   get childNodes() { return this.children; }
+  get rows() { return this.children; }
+  get cells() { return this.children; }
   append(...children) { this.children.push(...children); }
   replaceChildren(...children) { this.children = children; }
   getContext() { return pen; }

@@ -108,6 +108,13 @@ def record(sim: kt.Simulation, until: float) -> np.ndarray:
     return np.concatenate(parts)
 
 
+PLACES_OF = """(motion, moment) => {
+    const those = [...motion.plans.there.keys()].filter((body) => motion.plans.there[body]);
+    return those.map((body) => motion.place(body, moment));
+}"""
+"""A function of JavaScript: the places of the bodies that are there, by number."""
+
+
 def ask_node(tmp_path: Path, page: Page, body: str, **given: Any) -> Any:
     """Run a script that has the page's playback and what is given, and return what it prints as JSON.
 
@@ -128,6 +135,7 @@ def ask_node(tmp_path: Path, page: Page, body: str, **given: Any) -> Any:
         f"const {{ held, given }} = JSON.parse(readFileSync({json.dumps(str(asked))}, 'utf8'));\n"
         "const { bodies, runs } = await playback.load(held);\n"
         "const play = new playback.Playback(bodies, runs, held);\n"
+        f"const placesOf = {PLACES_OF};\n"
         f"const answer = (() => {{ {body} }})();\n"
         "console.log(JSON.stringify(answer));\n"
     )

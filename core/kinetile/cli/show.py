@@ -168,7 +168,9 @@ def view(
     mp4: Annotated[
         Path | None, typer.Option(metavar="FILE", help="A new .mp4 file: a film (needs ffmpeg as well).")
     ] = None,
-    seconds: Annotated[float | None, typer.Option(help="How long the film plays; 8.")] = None,
+    seconds: Annotated[
+        float | None, typer.Option(help="Duration of the film in seconds; 8 by default.")
+    ] = None,
     width: Annotated[int | None, typer.Option(help="Width of the film in pixels; 640.")] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace files that are there.")] = False,
     show: Annotated[bool, typer.Option("--open", help="Open the page in the browser.")] = False,
@@ -200,8 +202,8 @@ def view(
         )
         if films:
             phase = (None, {}) if broad_phase is None else read_phase(broad_phase)
-            asked |= {"begin": begin, "until": until, "structure": steps, "overwrite": overwrite}
-            _write_films(find_scene(scene, parameters), phase, films, **asked)
+            asked["structure"] = steps
+            _write_films(find_scene(scene, parameters), phase, films, (begin, until), overwrite, asked)
         if page is None or out is None:
             return
         for note in page.notes:
@@ -224,17 +226,21 @@ def _check_films(films: Mapping[str, Path], overwrite: bool) -> None:
 
 
 def _write_films(
-    scene: Scene, phase: tuple[str | None, dict[str, Any]], films: Mapping[str, Path], **asked: Any
+    scene: Scene,
+    phase: tuple[str | None, dict[str, Any]],
+    films: Mapping[str, Path],
+    times: tuple[float | None, float | None],
+    overwrite: bool,
+    options: Mapping[str, Any],
 ) -> None:
-    """Writes films of a scene under a broad phase, and prints their sizes."""
+    """Writes films of a scene under a broad phase, with options of ``film``, and prints their sizes."""
     from kinetile.run.simulation import Simulation
     from kinetile.show.film import film
     from kinetile.show.player.view import window
 
-    begin, until = window(scene, asked.pop("begin"), asked.pop("until"))
-    overwrite = asked.pop("overwrite")
+    begin, until = window(scene, *times)
     simulation = Simulation(scene, phase[0], options=phase[1] or None)
-    shown = film(simulation, until, begin=begin, **asked)
+    shown = film(simulation, until, begin=begin, **options)
     make_ready(simulation)
     for path in films.values():
         with FirstSignal() as signals, Bar("drawing") as bar:

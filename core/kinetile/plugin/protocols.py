@@ -102,7 +102,7 @@ class BroadPhaseParts:
     ``drawn_as`` names a structure that follows from the positions of a moment alone, as a page can compute it
     where it has no recording of ``draw``: "tiling" (the lines of the discs and the vertical bounds at their
     ends), "bounds x" and "bounds y" (each body's bounds on an axis), "boxes" (upright boxes, and the pairs
-    that overlap); "": it does not follow, or not so.
+    that overlap); "": none of these.
 
     ``room`` is the largest count that ``near`` may write; at least the number of bodies, which is the
     default.

@@ -37,8 +37,8 @@ MOST_FRAMES = 5000
 WIDTHS = (64, 4096)
 """The least and the largest width of a frame in pixels."""
 
-FASTEST = 50.0
-"""The most frames a second: browsers show a GIF with shorter intervals much slower."""
+SLOWEST, FASTEST = 0.01, 50.0
+"""Frames a second: a GIF cannot hold intervals above 655 s; those below 1/50 s are shown much slower."""
 
 _MARGIN, _LINE, _FONT = 12, 20, 13
 _SHARPER = 2  # a frame is drawn this much larger and reduced, for smooth edges
@@ -166,8 +166,9 @@ def film(
 
     Args:
         simulation: the simulation.
-        until: the time of the last frame; None: the present time, or before a run one time unit.
-        begin: the time of the first frame; None: the scene's start.
+        until: the time of the last frame, in the scene's time; None: the present time, or before a run one
+            time unit.
+        begin: that of the first frame; None: the scene's start.
         seconds: how long the film plays.
         fps: frames a second.
         width: of a frame, in pixels; a scene taller than twice that is drawn smaller.
@@ -179,8 +180,10 @@ def film(
     first, last = window(scene, begin, until)
     if not first < last:
         raise BadOption(f"the film begins and ends at {first!r}; expected an end after the beginning")
-    if not 0.0 < fps <= FASTEST:
-        raise BadOption(f"the film has {fps!r} frames a second; expected a number up to {FASTEST:g}")
+    if not SLOWEST <= fps <= FASTEST:
+        raise BadOption(
+            f"the film has {fps!r} frames a second; expected a number from {SLOWEST} to {FASTEST:g}"
+        )
     if not 0.0 < seconds <= MOST_FRAMES / fps:
         raise BadOption(
             f"the film plays for {seconds!r} seconds; expected a number up to {MOST_FRAMES / fps:g}: "
@@ -341,6 +344,8 @@ def _write_mp4(frames: Iterator[Image], file: BinaryIO, fps: float) -> None:
             try:
                 for frame in chain([first], frames):
                     cast(BinaryIO, ffmpeg.stdin).write(frame.tobytes())
+            except BrokenPipeError:
+                pass  # it ends by itself
             except BaseException:
                 ffmpeg.kill()
                 raise

@@ -56,8 +56,8 @@ class SpaceTime:
 
     Attributes:
         caption: scene, axis and times, in words.
-        begin, end: the times that it shows.
-        low, high: the places that it shows: those of the arena, or of all bodies.
+        begin, end: the times that it shows, in the scene's time.
+        low, high: the places that it shows, in the scene's lengths: those of the arena, or of all bodies.
         period: of the axis; 0: it is not periodic.
         pieces: parts of the bands of bodies.
         marks: contacts of two bodies that change velocities.

@@ -137,6 +137,7 @@ def test_an_interrupted_film_leaves_nothing(tmp_path):
         ({"seconds": float("nan")}, "plays for nan seconds"),
         ({"seconds": 1e6}, "at most 5000 frames"),
         ({"fps": 60.0}, "60.0 frames a second"),
+        ({"fps": 0.001}, "from 0.01 to 50"),
         ({"width": 10}, "10 pixels wide"),
         ({"begin": 0.2}, "begins and ends at 0.2"),
         ({"begin": 0.3}, "expected two times"),

@@ -6,7 +6,7 @@ them may use one name for two things.
 
 Columns are text in a page: the bytes of a column by significance, deflated, in base64. The first bytes of all
 numbers come first, then all second bytes, and so on: neighbours are alike then, and compress. The page
-decodes this with the browser's own ``DecompressionStream`` (``script/columns.mjs``).
+decodes this with the browser's own ``DecompressionStream`` (``script/run/columns.mjs``).
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _RUN = (
     *("meetings", "proof", "sentences", "playback", "live", "stepped"),
 )
 _SEEN = (
-    *("camera", "paper", "drawing", "matrix", "timeline", "spacetime", "race", "tables"),
+    *("camera", "paper", "drawing", "matrix", "timeline", "spacetime", "tables", "race"),
     *("lens", "trial", "player", "link", "svg", "hands"),
 )
 

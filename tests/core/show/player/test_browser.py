@@ -13,7 +13,7 @@ import kinetile as kt
 from accessibility import install_axe, violations
 from chromium import SHIFT, Browser, needs_chromium
 from kinetile.show.player import view_scene
-from player_pages import SCENES, case_of
+from player_pages import PLACES_OF, SCENES, case_of
 
 pytestmark = needs_chromium
 
@@ -21,7 +21,7 @@ PLACES = """(() => {
     const places = (time) => {
         kinetilePlayer.goTo(String(time));
         const { runs: [run], moment } = kinetilePlayer.playback;
-        return run.motion.placesOfThose(moment).flat();
+        return (PLACES_OF)(run.motion, moment).flat();
     };
     return JSON.stringify(TIMES.map(places));
 })()"""
@@ -80,7 +80,9 @@ def test_places_are_those_of_the_trajectory(name, browser, tmp_path):
     path = tmp_path / "page.html"
     path.write_text(page.html(), encoding="utf-8")
     browser.open(path)
-    found = json.loads(browser.value(PLACES.replace("TIMES", json.dumps(times))))
+    found = json.loads(
+        browser.value(PLACES.replace("TIMES", json.dumps(times)).replace("PLACES_OF", PLACES_OF))
+    )
     for time, places in zip(times, found, strict=True):
         assert places == trajectory.positions(time).ravel().tolist(), time
     assert browser.said() == []

@@ -17,7 +17,7 @@ from player_pages import HARD, SCENES, ask_node, case_of, moments, needs_node, r
 PLACES = """
     return given.times.map((time) => {
         play.seek(clock.momentAt(time, held.start, held.unit));
-        return play.runs[0].motion.placesOfThose(play.moment).flat();
+        return placesOf(play.runs[0].motion, play.moment).flat();
     });
 """
 

@@ -49,6 +49,15 @@ def test_a_link_opens_the_moment_and_the_body(browser, saved):
     assert browser.said() == []
 
 
+def test_a_link_copied_while_time_runs_leads_nowhere(browser, saved):
+    browser.open(saved)
+    browser.press("ArrowDown", "ArrowDown", " ", "l")
+    for _ in range(5):
+        browser.settle()
+    assert browser.value("[kinetilePlayer.playing > 0, kinetilePlayer.selected]") == [True, None]
+    assert "link" in browser.value(SAID)
+
+
 def test_an_event_of_another_moment_is_left_out(browser, saved):
     browser.open(saved, f"#t=0:{2**50}&event=2")
     assert browser.value(STATE)[:2] == [0, 2**50]

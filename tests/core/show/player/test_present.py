@@ -33,7 +33,7 @@ for (let event = 1; event < events.count && event < structure.seen; event += 1) 
     play.seek(moment);
     motion.places(play.moment, places.x, places.y);
     const drawn = bare(structure, run.done);
-    const computed = bare(present.at(play.moment, places, motion.plans.there), 0);
+    const computed = bare(present.at(play.moment.join(), places, motion.plans.there), 0);
     const missing = drawn.filter((each) => !computed.includes(each));
     const wrong = computed.filter((each) => !drawn.includes(each));
     found.push([drawn.length, missing, wrong]);
@@ -62,7 +62,7 @@ def test_what_is_computed_is_what_the_phase_draws(phase, name, tmp_path):
 @pytest.mark.parametrize("phase", ["naive", "cells"])
 def test_what_does_not_follow_from_positions_is_not_computed(phase, tmp_path):
     page = view_scene(SCENES["grid"], [(phase, {})], until=0.2).page
-    body = "return play.runs[0].present.at(play.moment, bodies, bodies.there);"
+    body = "return play.runs[0].present.at(play.moment.join(), bodies, bodies.there);"
     assert ask_node(tmp_path, page, body) is None
 
 
@@ -82,3 +82,10 @@ def test_structure_is_there_to_the_end_where_recording_it_has_stopped(width, hei
         assert "tiles drawn49" in readings
         assert f"recorded up to event {seen}, computed since" in readings
         assert browser.said() == []
+
+
+@needs_node
+@pytest.mark.parametrize(("phase", "has"), [("sap-2d", True), ("sap-1d", False)])
+def test_a_matrix_is_shown_without_a_recorded_structure(phase, has, tmp_path):
+    page = view_scene(SCENES["grid"], [(phase, {})], until=0.1, steps=False).page
+    assert ask_node(tmp_path, page, "return play.runs[0].present.hasMatrix;") == has

@@ -21,8 +21,24 @@ def no_structure(monkeypatch):
 
 STATE = """
     const state = () => JSON.stringify([play.moment, ...play.runs.map((run) =>
-        [run.done, run.motion.done, ...run.motion.placesOfThose(play.moment), ...run.motion.plans.vx])]);
+        [run.done, run.motion.done, ...placesOf(run.motion, play.moment), ...run.motion.plans.vx])]);
 """
+
+
+@needs_node
+def test_time_waits_where_a_run_is_still_being_computed(tmp_path):
+    page = view_scene(SCENES["grid"], [("naive", {})], until=0.5, steps=False).page
+    body = """
+        const { events } = play.runs[0];
+        const last = events.count - 1;
+        play.jump(0, last - 1);
+        events.count = last; // of the last one nothing is known yet
+        play.known = play.moment;
+        return [play.playEvenly(5), play.moment, play.known, play.playEvenly(0.5), play.moment];
+    """
+    more, moment, known, again, still = ask_node(tmp_path, page, body)
+    assert (more, again) == (True, True)
+    assert moment == still == known
 
 
 @needs_node

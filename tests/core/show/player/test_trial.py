@@ -10,7 +10,7 @@ import pytest
 import kinetile as kt
 from chromium import Browser, needs_chromium
 from kinetile.show.player import view_scene
-from player_pages import SCENES
+from player_pages import PLACES_OF, SCENES
 
 pytestmark = needs_chromium
 
@@ -126,19 +126,21 @@ def test_a_disc_is_thrown_in_where_there_is_room(desk):
         "(({ left, top, width, height }) => [left + width / 2, top + height / 2])"
         "(kinetilePlayer.panes[0].getBoundingClientRect())"
     )
-    free = desk.value("""(() => {
+    free = desk.value(
+        """(() => {
         const { trial, camera, held: { arena } } = kinetilePlayer;
         const radius = kinetilePlayer.bodies.radius[0];
         for (let at = 0; at < 10000; at += 1) {
             const place = [arena[0] * ((at % 100) / 100), arena[1] * (Math.floor(at / 100) / 100)];
             const walls = [place[0], arena[0] - place[0], place[1], arena[1] - place[1]];
             const { motion } = kinetilePlayer.playback.runs[0];
-            const others = motion.placesOfThose(kinetilePlayer.playback.moment);
+            const others = (PLACES_OF)(motion, kinetilePlayer.playback.moment);
             const gaps = others.map(([x, y]) => Math.hypot(x - place[0], y - place[1]) - radius);
             if (Math.min(...walls, ...gaps) > 1.2 * radius) return camera.see(...place);
         }
         return null;
-    })()""")
+    })()""".replace("PLACES_OF", PLACES_OF)
+    )
     drag(desk, (left + free[0], top - free[1]), (25, -10))
     desk.value(COMPUTED)
     body, x, y, *velocity = desk.value(COMMAND)
@@ -222,8 +224,8 @@ def test_a_jam_is_computed_up_to_a_number_of_events(tmp_path):
         browser.settle()
         assert browser.value(SAID).startswith("after 20000 events nothing more is computed here: ")
         browser.press("End")
-        places = "kinetilePlayer.playback.runs[0].motion.placesOfThose(kinetilePlayer.playback.moment)"
-        assert all(0.0 < x < 2.0 for place in browser.value(places) for x in place)
+        now = "(kinetilePlayer.playback.runs[0].motion, kinetilePlayer.playback.moment)"
+        assert all(0.0 < x < 2.0 for place in browser.value(f"({PLACES_OF}){now}") for x in place)
         assert browser.said() == []
 
 

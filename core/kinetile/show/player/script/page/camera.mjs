@@ -106,14 +106,6 @@ export function clip([ax, ay], [bx, by], limit) {
   return [first > 0 ? point(first) : [ax, ay], last < 1 ? point(last) : [bx, by]];
 }
 
-/** Whether a convex outline, anticlockwise, holds a point. */
-export function holds(outline, x, y) {
-  return outline.every(([ax, ay], at) => {
-    const [bx, by] = outline[(at + 1) % outline.length];
-    return (bx - ax) * (y - ay) >= (by - ay) * (x - ax);
-  });
-}
-
 /** The point of the box around an outline that is nearest to a point. */
 export function nearest(outline, x, y) {
   return [x, y].map((place, axis) => {

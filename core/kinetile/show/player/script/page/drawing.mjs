@@ -108,7 +108,7 @@ export function drawNumbers({ pen, camera, width, height }, bodies, places, ther
 export function drawStructure(view, structure, done, places, { looks, next, fresh, periods, hidden, around }, over) {
   const { pen } = view;
   for (const { role, state, shapes: all } of structure.layers(done)) {
-    const shapes = around === null ? all : all.filter((shape) => hangsOn(structure, shape, around));
+    const shapes = around === null ? all : all.filter((shape) => structure.hangsOn(shape, around));
     if (!shapes.length) continue;
     const own = looks[role];
     if (hidden.has(role)) continue;
@@ -122,12 +122,6 @@ export function drawStructure(view, structure, done, places, { looks, next, fres
     pen.stroke();
     pen.setLineDash([]);
   }
-}
-
-function hangsOn(structure, shape, body) {
-  const first = structure.start[shape];
-  for (let at = first; at < first + structure.size[shape]; at += 1) if (structure.body[at] === body) return true;
-  return false;
 }
 
 /** One shape that a reader has picked, over the others. */
@@ -203,19 +197,15 @@ export function drawNote({ pen }, text, theme) {
   pen.fillText(text, 8, 6);
 }
 
-/** Draw within the arena only. */
-export function clipTo(view, [width, height]) {
-  view.pen.beginPath();
-  addArea(view, [[0, 0], [width, 0], [width, height], [0, height]]);
-  view.pen.clip();
-}
-
-/** The arena's walls. */
-export function drawWalls(view, [width, height], colour) {
+/** The arena's walls; where axes are periodic, what is drawn then is cut off there, until the pen is restored. */
+export function drawWalls(view, [width, height], colour, isPeriodic) {
   const { pen } = view;
   pen.beginPath();
   addArea(view, [[0, 0], [width, 0], [width, height], [0, height]]);
   pen.strokeStyle = colour;
   pen.lineWidth = 2;
   pen.stroke();
+  if (!isPeriodic) return;
+  pen.save();
+  pen.clip();
 }

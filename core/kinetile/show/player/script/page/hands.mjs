@@ -3,7 +3,7 @@
 import { GROUPS } from "../run/events.mjs";
 import { load } from "../run/playback.mjs";
 import { copyLink, followLink } from "./link.mjs";
-import { Player } from "./player.mjs";
+import { Player, readTheme } from "./player.mjs";
 import { saveSvg } from "./svg.mjs";
 import { $, legend } from "./tables.mjs";
 
@@ -26,10 +26,10 @@ const KEYS = {
   "Shift ArrowLeft": (player) => player.step(-1, true),
   ArrowUp: (player) => player.hasten(2),
   ArrowDown: (player) => player.hasten(0.5),
-  Home: (player) => player.move(-2),
-  End: (player) => player.move(2),
-  PageDown: (player) => player.move(0.05),
-  PageUp: (player) => player.move(-0.05),
+  Home: (player) => player.seekFraction(-2, player.playback.moment),
+  End: (player) => player.seekFraction(2, player.playback.moment),
+  PageDown: (player) => player.seekFraction(0.05, player.playback.moment),
+  PageUp: (player) => player.seekFraction(-0.05, player.playback.moment),
   e: (player) => setEven(player),
   n: (player) => player.selectNext(1),
   p: (player) => player.selectNext(-1),

@@ -5,7 +5,7 @@ import { prepare } from "./paper.mjs";
 import { $ } from "./tables.mjs";
 import { elapsed } from "../run/clock.mjs";
 import { seek } from "../run/events.mjs";
-import { bodiesOf, nextOf, proofOf, proofOfPair, shapeInWords } from "../run/proof.mjs";
+import { bodiesOf, proofOf, proofOfPair, shapeInWords } from "../run/proof.mjs";
 import { SHAPES } from "../run/structure.mjs";
 
 const TOUCH = 5; // pixels from a line
@@ -21,8 +21,8 @@ function toSegment([ax, ay], [bx, by]) {
   return Math.hypot(ax + part * dx, ay + part * dy);
 }
 
-/** Twice the signed area of a polygon, and whether it holds the origin: its edges cross the half-line to the right oddly often. */
-function areaAround(corners) {
+/** Twice the signed area of a polygon, and whether it holds the origin: its edges cross the half-line to the right an odd number of times. */
+export function areaAround(corners) {
   let [area, inside] = [0, false];
   corners.forEach(([ax, ay], at) => {
     const [bx, by] = corners[(at + 1) % corners.length];
@@ -101,8 +101,8 @@ export class Lens {
     }
     const body = player.selected;
     if (body === null || !run.motion.plans.there[body]) return null;
-    const shape = run.structure ? nextOf(run.structure, run.done, body) : null;
-    if (shape !== null) return proofOf(run, shape, moment, player.held, body);
+    const [shape] = run.structure?.failing(run.done, body) ?? [];
+    if (shape !== undefined) return proofOf(run, shape, moment, player.held, body);
     const event = seek(run.events, run.done, 1, "contacts", body);
     return event < 0 ? null : proofOfPair(run, [run.events.a[event], run.events.b[event]], moment, player.held);
   }
@@ -134,12 +134,8 @@ export class Lens {
     const place = (time, value) => [8 + (time / until) * (width - 16), 16 + (1 - (value - low) / (high - low || 1)) * (height - 40)];
     const zero = place(0, 0)[1];
     pen.clearRect(0, 0, width, height);
-    pen.strokeStyle = theme.line;
-    pen.lineWidth = 1;
-    pen.beginPath();
-    pen.moveTo(0, zero);
-    pen.lineTo(width, zero);
-    pen.stroke();
+    pen.fillStyle = theme.line;
+    pen.fillRect(0, zero, width, 1);
     pen.strokeStyle = theme.groups.contacts;
     pen.lineWidth = 2;
     pen.beginPath();

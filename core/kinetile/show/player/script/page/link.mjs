@@ -1,5 +1,5 @@
 // The address of a moment: page.html#t=epoch:tick&body=number. Of several events in one tick, event=number is the
-// count of those that are done in the first run.
+// count of all events that are done in the first run.
 
 import { TICKS, compare } from "../run/clock.mjs";
 import { eventsAt, momentOfEvent } from "../run/events.mjs";
@@ -23,6 +23,7 @@ export function readLink(text) {
 
 /** Go where an address leads; an address without such a part, or of what is shown already, leads nowhere. */
 export function followLink(player, text) {
+  if (text === player.ownLink) return void (player.ownLink = null);
   if (text.length < 2 || text === linkOf(player)) return;
   const { playback } = player;
   const found = readLink(text);
@@ -45,7 +46,7 @@ export async function copyLink(player) {
   const { href } = location;
   const whole = href.startsWith("about:") ? link : href.split("#")[0] + link; // a notebook's page has no address
   try {
-    location.hash = link;
+    if (location.hash !== link) player.ownLink = location.hash = link; // its event comes when time may have moved on
     await navigator.clipboard.writeText(whole);
     player.say(`the link to this moment${player.trial.recorded ? " of the recorded run" : ""} is copied`);
   } catch {

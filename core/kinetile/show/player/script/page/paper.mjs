@@ -7,7 +7,7 @@ export const HUGE = 20000; // pixels: beyond, a canvas no longer draws circles t
 const TINY = 2.5; // pixels: a disc below this radius is drawn as a square, which nobody can tell from it
 
 // Pixels: the greatest radius at which a square, or a wide and a high rectangle, fills all within the edge of a disc and
-// has its corners under that edge. 5,000 discs are filled so in 3 ms without a GPU, and as one path of arcs in 10.
+// has its corners under that edge. Without a GPU, one path of thousands of arcs is much slower to fill.
 const SQUARE = 2.9;
 export const SMALL = 4.9;
 

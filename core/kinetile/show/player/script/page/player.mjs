@@ -1,8 +1,8 @@
 // The state of the page: what plays, what is selected, where one looks; and what is seen of it.
 
-import { Camera, gapOf, holds, nearest } from "./camera.mjs";
-import { CROWDED, KIND_COLOURS, clipTo, drawBodies, drawNote, drawNumbers, drawPicked, drawPlan, drawStructure, drawWalls, groupOf } from "./drawing.mjs";
-import { Lens } from "./lens.mjs";
+import { Camera, gapOf, nearest } from "./camera.mjs";
+import { CROWDED, KIND_COLOURS, drawBodies, drawNote, drawNumbers, drawPicked, drawPlan, drawStructure, drawWalls, groupOf } from "./drawing.mjs";
+import { Lens, areaAround } from "./lens.mjs";
 import { drawMatrix } from "./matrix.mjs";
 import { prepare } from "./paper.mjs";
 import { Race } from "./race.mjs";
@@ -24,7 +24,7 @@ const FASTEST = 2 ** 12;
 const SLOWEST = 2 ** -40;
 
 /** Colours, as the style sheet has them. */
-function readTheme() {
+export function readTheme() {
   const style = getComputedStyle(document.documentElement);
   const colour = (name) => style.getPropertyValue(`--${name}`).trim();
   const groups = Object.fromEntries(Object.keys(GROUPS).map((group) => [group, colour(group)]));
@@ -44,7 +44,7 @@ export class Player {
     this.panes = [...document.querySelectorAll("canvas.stage")];
     this.matrices = [...document.querySelectorAll("canvas.matrix")];
     this.matrices.forEach((canvas, at) => {
-      canvas.hidden = !runs[at].structure?.hasMatrix;
+      canvas.hidden = !(runs[at].structure?.hasMatrix ?? runs[at].present.hasMatrix);
     });
     this.lens = new Lens(this);
     this.hold(bodies, runs);
@@ -141,12 +141,6 @@ export class Player {
     this.changed();
   }
 
-  move(fraction) {
-    const whole = elapsed(this.playback.end, ...this.playback.begin, this.held.unit);
-    this.playback.seek(later(this.playback.moment, fraction * whole, this.held.unit));
-    this.arrive();
-  }
-
   /** Go to a time as it is written, exactly: the tick that it rounds down to. */
   goTo(text) {
     const time = Number(text);
@@ -156,9 +150,10 @@ export class Player {
     return this.arrive();
   }
 
-  seekFraction(fraction) {
+  /** Go so far from a moment, in parts of the whole time. */
+  seekFraction(fraction, from = this.playback.begin) {
     const whole = elapsed(this.playback.end, ...this.playback.begin, this.held.unit);
-    this.playback.seek(later(this.playback.begin, fraction * whole, this.held.unit));
+    this.playback.seek(later(from, fraction * whole, this.held.unit));
     this.arrive();
   }
 
@@ -302,7 +297,7 @@ export class Player {
   structureOf(run) {
     if (run.structure && run.done <= run.structure.seen) return run.structure;
     if (this.playing && !this.structured && this.selected === null && !this.lens.picked) return null;
-    return run.present.at(this.playback.moment, this.placesOf(run), run.motion.plans.there) ?? run.structure;
+    return run.present.at([...this.playback.moment, run.done].join(), this.placesOf(run), run.motion.plans.there) ?? run.structure;
   }
 
   drawPane(canvas, at) {
@@ -316,11 +311,7 @@ export class Player {
     view.pen.clearRect(0, 0, view.width, view.height);
     const places = this.placesOf(run);
     const repeats = held.periods.some((period) => period > 0);
-    if (held.arena) drawWalls(view, held.arena, theme.wall);
-    if (repeats) {
-      view.pen.save();
-      clipTo(view, held.arena);
-    }
+    if (held.arena) drawWalls(view, held.arena, theme.wall, repeats);
     if (structure) drawStructure(view, structure, run.done, places, looks, false);
     this.drawImages(places, (seen) => drawBodies(view, bodies, seen, there, theme, this.marks(run)));
     if (structure) drawStructure(view, structure, run.done, places, looks, true);
@@ -396,7 +387,7 @@ export class Player {
       const [x, y] = this.camera.see(...motion.place(body, this.playback.moment));
       const away = Math.hypot(x - right, y - up);
       const outline = this.bodies.outline[body];
-      if (outline && away > 6 && !holds(outline, (right - x) / this.camera.scale, (up - y) / this.camera.scale)) continue;
+      if (outline && away > 6 && !areaAround(outline.map(([ax, ay]) => [x - right + ax * this.camera.scale, y - up + ay * this.camera.scale]))[1]) continue;
       if (away <= Math.max((this.bodies.radius[body] || 0) * this.camera.scale, 6)) return body;
     }
     return null;

@@ -1,6 +1,7 @@
 // Several phases on one clock: how many certificates each has had to replace so far, and that their contacts are the
 // same. A digest of the contacts so far stands for each list; it is not the run's fingerprint, which is of all of them.
 
+import { $, fill } from "./tables.mjs";
 import { timeOf } from "../run/clock.mjs";
 import { MET, firstDifference, inWords, momentOfEvent, withTime } from "../run/events.mjs";
 
@@ -23,45 +24,30 @@ export function digests({ count, kind, epoch, tick, a, b }) {
 }
 
 export class Race {
-  /** `place`: where it is told; with one run, nowhere. */
+  /** `place`: the element of the table; hidden with one run, and where runs were computed in the page. */
   constructor(place, player) {
     Object.assign(this, { place, player });
-    place.hidden = player.runs.length < 2 || player.runs[0].isComputed; // what is computed in the page has no phases
-    if (place.hidden) return;
-    this.lists = player.playback.runs.map(({ events }) => digests(events));
-    this.most = Math.max(1, ...player.counts.map(({ total }) => total.structural));
-    const cell = (name, text = "") => Object.assign(document.createElement(name), { textContent: text });
-    this.cells = player.held.runs.map(({ label }) => {
-      const [row, bar] = [cell("tr"), cell("span")];
-      const [phase, work, graph, contacts, digest] = [cell("th", label), cell("td"), cell("td"), cell("td"), cell("td")];
-      Object.assign(phase, { scope: "row" });
-      graph.append(bar);
-      row.append(phase, work, graph, contacts, digest);
-      return { row, bar, work, contacts, digest };
-    });
-    const head = cell("tr");
-    for (const name of ["phase", "certificates failed", "", "contacts", "digest of them"]) {
-      head.append(name ? Object.assign(cell("th", name), { scope: "col" }) : cell("td"));
-    }
-    document.getElementById("work").replaceChildren(head, ...this.cells.map(({ row }) => row));
+    place.hidden = player.runs.length < 2 || player.runs[0].isComputed;
+    if (!place.hidden) this.lists = player.playback.runs.map(({ events }) => digests(events));
   }
 
   /** Say how far each is at the present moment. */
   tell() {
     if (this.place.hidden) return;
-    const { playback, counts } = this.player;
-    const found = playback.runs.map(({ done }, at) => [this.lists[at].contacts[done], this.lists[at].digest[done]]);
-    playback.runs.forEach(({ done }, at) => {
-      const { bar, work, contacts, digest } = this.cells[at];
-      const failed = counts[at].before("structural", done);
-      work.textContent = String(failed);
-      bar.style.width = `${(100 * failed) / this.most}%`;
-      contacts.textContent = String(found[at][0]);
-      digest.textContent = found[at][1].toString(16).padStart(8, "0");
+    const { held, counts, playback: { runs } } = this.player;
+    const most = Math.max(1, ...counts.map(({ total }) => total.structural));
+    const found = runs.map(({ done }, at) => [this.lists[at].contacts[done], this.lists[at].digest[done]]);
+    const failed = runs.map(({ done }, at) => counts[at].before("structural", done));
+    const rows = found.map(([contacts, digest], at) => [held.runs[at].label, failed[at], "", contacts, digest.toString(16).padStart(8, "0")]);
+    fill($("work"), ["phase", "certificates failed", "", "contacts", "digest of them"], rows);
+    failed.forEach((count, at) => {
+      const bar = document.createElement("span");
+      bar.style.width = `${(100 * count) / most}%`;
+      $("work").rows[at + 1].cells[2].append(bar);
     });
     const [[many, first]] = found;
     const differs = found.findIndex(([contacts, digest]) => contacts !== many || digest !== first);
-    document.getElementById("same").textContent = differs < 0
+    $("same").textContent = differs < 0
       ? `The same ${many} contacts under all ${found.length} phases. ${this.latest()}`
       : this.difference(differs);
   }

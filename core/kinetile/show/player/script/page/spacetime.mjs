@@ -100,7 +100,8 @@ export class SpaceTime {
     for (const { body, since, until, from, to } of pieces) {
       const [below, above] = reachAlong(bodies, body, which);
       const left = near(from);
-      for (const turn of period ? [-2, -1, 0, 1, 2] : [0]) {
+      const far = period ? Math.ceil(Math.abs(to - from) / period) + 1 : 0;
+      for (let turn = -far; turn <= far; turn += 1) {
         const [one, other] = [left + turn * period, left + (to - from) + turn * period];
         const corners = [point(one - below, since), point(one + above, since), point(other + above, until), point(other - below, until)];
         pen.beginPath();

@@ -53,12 +53,8 @@ class VectorPen {
     this.#add(`<path d="${this.path}" ${this.#stroked()}/>`);
   }
 
-  fillRect(...box) {
-    this.#aside(box, () => this.fill());
-  }
-
-  strokeRect(...box) {
-    this.#aside(box, () => this.stroke());
+  fillRect(x, y, width, height) {
+    this.elements.push(`<rect x="${round(x)}" y="${round(y)}" width="${round(width)}" height="${round(height)}" ${this.#filled()}/>`);
   }
 
   fillText(text, x, y) {
@@ -83,15 +79,6 @@ class VectorPen {
   /** The end of what is clipped: nothing else is saved here. */
   restore() {
     this.elements.push("</g>");
-  }
-
-  /** Draw a box, and leave the path as it was. */
-  #aside(box, draw) {
-    const { path } = this;
-    this.path = "";
-    this.rect(...box);
-    draw();
-    this.path = path;
   }
 
   #filled() {

@@ -33,14 +33,15 @@ export function energy(bodies, plans) {
   return sum;
 }
 
-/** Fill a table, with a head or none; the first cell of each row is its name. */
+/** Fill a table, with a head or none; the first cell of each row is its name. An empty cell of the head is no head. */
 export function fill(table, head, rows) {
   const line = (row, isHead) => {
     const made = document.createElement("tr");
     made.append(...row.map((text, at) => {
-      const cell = document.createElement(isHead === (at > 0) ? "th" : "td");
+      const isName = isHead ? text !== "" : at === 0;
+      const cell = document.createElement(isName ? "th" : "td");
       cell.textContent = String(text);
-      if (isHead === (at > 0)) cell.scope = isHead ? "col" : "row";
+      if (isName) cell.scope = isHead ? "col" : "row";
       return cell;
     }));
     return made;
@@ -56,10 +57,8 @@ export function tell(player) {
   $("time").textContent = String(Number(player.time().toPrecision(8)));
   $("exact").textContent = `${player.time()}: ${epoch} units and ${tick} ticks of 2^-52`;
   $("play").textContent = player.playing ? "Pause" : "Play";
-  $("structure").setAttribute("aria-pressed", String(player.structured));
-  $("try").setAttribute("aria-pressed", String(player.trial.on));
-  $("even").setAttribute("aria-pressed", String(player.evenly));
-  $("follow").setAttribute("aria-pressed", String(player.follows));
+  const pressed = { structure: player.structured, try: player.trial.on, even: player.evenly, follow: player.follows };
+  for (const [button, isOn] of Object.entries(pressed)) $(button).setAttribute("aria-pressed", String(isOn));
   const [pace, what] = player.evenly ? [player.pace(), "events"] : [player.speed, "time units"];
   $("pace").textContent = `${Number(pace.toPrecision(2))} ${what} a second${player.bound()}`;
   const clock = $("timeline");

@@ -5,13 +5,13 @@
 import { addDisc, addLine } from "./paper.mjs";
 import { $, legend } from "./tables.mjs";
 import { compare, momentOf, ticksOf, timeOf } from "../run/clock.mjs";
-import { contactsOf, firstDifference, momentOfEvent, withTime } from "../run/events.mjs";
+import { contactsOf, eventsAt, firstDifference, momentOfEvent, withTime } from "../run/events.mjs";
 import { Live } from "../run/live.mjs";
 import { Motion } from "../run/motion.mjs";
 import { Present } from "../run/present.mjs";
 import { Stepped } from "../run/stepped.mjs";
 
-const MOST = 60; // bodies: every pair is asked, some 400 microseconds an event
+const MOST = 60; // bodies: every pair is checked
 const BUDGET = 10; // milliseconds a frame for computing
 const PAUSE = 100; // milliseconds until what was computed since is shown
 const SLOW = 2 ** -10; // of the initial speed of playing: a throw counts as if it were no slower
@@ -157,7 +157,7 @@ export class Trial {
     if (this.recorded) {
       const { motion, bodies } = this.recorded;
       const { moment } = this.player.playback;
-      motion.to(motion.rowsAt(moment));
+      motion.to(eventsAt(motion.rows, moment));
       pen.setLineDash([4, 3]);
       pen.beginPath();
       motion.plans.there.forEach((there, body) => {

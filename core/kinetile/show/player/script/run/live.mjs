@@ -1,6 +1,6 @@
 // Rules 3 to 10 of the specification for elastic discs in an arena with walls: a run that goes on from any moment of a
 // recorded one, with commands. Decisions are exact, in whole numbers, and results are the same doubles as everywhere;
-// so its contacts are those of kinetile. Every pair is asked, which is enough for some fifty discs.
+// so its contacts are those of kinetile. Every pair is checked, which is enough for some fifty discs.
 
 import { momentOf, ticksOf } from "./clock.mjs";
 import { parts, twoProduct } from "./doubles.mjs";
@@ -10,7 +10,7 @@ const FAR = 1n << 62n;
 const SPAN = 1n << 61n; // ticks after two of which a plan is anchored by the clock
 const ROOM = 1e-12; // of a radius: so much may bodies overlap that are inserted
 const MOST_ROWS = 20000; // of a run: a jam has contacts without end
-const places = (double) => (double ? -parts(double)[1] : 0);
+const fractionBits = (double) => (double ? -parts(double)[1] : 0);
 
 /** A double times 2^bits, which is whole. */
 function scaled(double, bits) {
@@ -93,7 +93,7 @@ export class Live {
     return body;
   }
 
-  /** Happen events up to the tick `end`, or until the clock of the page says `deadline`. Return whether all have. */
+  /** Process events up to the tick `end`, or until the clock of the page says `deadline`. Return whether all have. */
   until(end, deadline = Infinity) {
     for (let event = this.#next(); event && event.tick <= end; event = this.#next()) {
       this.isCut = this.rows.count >= MOST_ROWS;
@@ -163,7 +163,7 @@ export class Live {
 
   /** Rule 6: [tick, wall], or null. */
   #wallOf({ x, y, vx, vy, since, radius }) {
-    const size = Math.max(...[x, y, radius, ...this.arena].map(places), ...[vx, vy].map((v) => places(v) + this.power));
+    const size = Math.max(...[x, y, radius, ...this.arena].map(fractionBits), ...[vx, vy].map((v) => fractionBits(v) + this.power));
     const whole = (double) => scaled(double, size);
     const reach = (at, speed, far, walls) => {
       if (!speed) return null;
@@ -186,7 +186,7 @@ export class Live {
     if (dx * wx + dy * wy > unsure || Math.abs(dx * wy - dy * wx) > (a.radius + b.radius) * Math.hypot(wx, wy) * (1 + 1e-12) + unsure) return null;
 
     const lengths = [a.x, a.y, b.x, b.y, a.radius, b.radius];
-    const size = Math.max(...lengths.map(places), ...[a.vx, a.vy, b.vx, b.vy].map((v) => places(v) + this.power));
+    const size = Math.max(...lengths.map(fractionBits), ...[a.vx, a.vy, b.vx, b.vy].map((v) => fractionBits(v) + this.power));
     const [ax, ay, bx, by, ra, rb] = lengths.map((length) => scaled(length, size));
     const [avx, avy, bvx, bvy] = [a.vx, a.vy, b.vx, b.vy].map((speed) => scaled(speed, size - this.power));
     const [vx, vy, r] = [bvx - avx, bvy - avy, ra + rb];

@@ -34,19 +34,6 @@ export class Motion {
     while (this.done > count) this.#go(--this.done, false);
   }
 
-  /** How many rows are done at a moment, those of that very tick among them. */
-  rowsAt(moment) {
-    const { epoch, tick, count } = this.rows;
-    let low = 0;
-    let high = count;
-    while (low < high) {
-      const middle = (low + high) >> 1;
-      if (epoch[middle] < moment[0] || (epoch[middle] === moment[0] && tick[middle] <= moment[1])) low = middle + 1;
-      else high = middle;
-    }
-    return low;
-  }
-
   /** The place of a body at a moment, under its plan in force: [x, y]. */
   place(body, moment) {
     const { x, y, vx, vy, epoch, tick } = this.plans;
@@ -63,13 +50,6 @@ export class Motion {
       intoX[body] = wrapped(x[body] + vx[body] * time, this.periods[0]);
       intoY[body] = wrapped(y[body] + vy[body] * time, this.periods[1]);
     }
-  }
-
-  /** The places [x, y] of the bodies that are there, by number. */
-  placesOfThose(moment) {
-    const found = [];
-    this.plans.there.forEach((there, body) => there && found.push(this.place(body, moment)));
-    return found;
   }
 
   #go(row, forward) {

@@ -86,16 +86,19 @@ export class Playback {
 
   /** Play on by so many events, with time running evenly between two. Return whether there is more. */
   playEvenly(events) {
-    const isWaiting = compare(this.known, this.end) < 0 && this.runs.every((run) => run.done === run.events.count);
-    if (isWaiting) return true; // the next event is still being computed
+    const isWaiting = () => compare(this.known, this.end) < 0 && this.runs.every((run) => run.done === run.events.count);
     this.way += events;
-    while (this.way >= 1) {
+    while (this.way >= 1 && !isWaiting()) {
       const rest = this.way - 1;
       if (!this.step(1)) {
         this.seek(this.end);
         return false;
       }
       this.way = rest;
+    }
+    if (isWaiting()) { // the next event is still being computed
+      this.way = 0;
+      return true;
     }
     const next = this.runs
       .filter((run) => run.done < run.events.count)

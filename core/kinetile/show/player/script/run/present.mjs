@@ -29,10 +29,14 @@ export class Present {
     Object.assign(this, { draw: plain ? CONSTRUCTIONS[how] : null, bodies, held, roles: Object.keys(held.looks) });
   }
 
-  /** The structure at a moment, with places {x, y} of the bodies, and who is there; null where it cannot be computed. */
-  at(moment, places, there) {
+  /** Whether there is a matrix. */
+  get hasMatrix() {
+    return this.draw === CONSTRUCTIONS.boxes && this.bodies.x.length <= IN_MATRIX;
+  }
+
+  /** The structure at a moment named `key`, with places {x, y} of the bodies, and who is there; null where it cannot be computed. */
+  at(key, places, there) {
     if (!this.draw) return null;
-    const key = moment.join();
     if (this.key !== key) {
       this.key = key;
       const those = [...there.keys()].filter((body) => there[body]);
@@ -165,7 +169,6 @@ function drawBoxes(sheet, { those, places: [x, y], radius }) {
   }
   const near = (at, a, b) => Math.abs(at[a] - at[b]) < radius[a] + radius[b];
   const sorted = [...those].sort((a, b) => x[a] - radius[a] - (x[b] - radius[b]));
-  const entries = [];
   const withMatrix = those.length <= IN_MATRIX;
   sorted.forEach((a, at) => {
     for (let next = at + 1; next < sorted.length; next += 1) {
@@ -173,8 +176,7 @@ function drawBoxes(sheet, { those, places: [x, y], radius }) {
       const [onX, onY] = [near(x, a, b), near(y, a, b)];
       if (!onX && !withMatrix) break;
       if (onX && onY) sheet.pair(a, b);
-      if (withMatrix && (onX || onY)) entries.push([a, b, onX && onY ? "both" : onX ? "x" : "y"]);
+      if (withMatrix && (onX || onY)) sheet.pair(a, b, onX && onY ? "pair" : "bound", ENTRY, onX && onY ? "both" : onX ? "x" : "y");
     }
   });
-  for (const [a, b, label] of entries) sheet.pair(a, b, label === "both" ? "pair" : "bound", ENTRY, label);
 }

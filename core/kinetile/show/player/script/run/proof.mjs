@@ -2,7 +2,7 @@
 // the tick at which it fails. A certificate of the structure watches two coordinates on an axis (meetings.mjs); a
 // pair, the distance of two discs.
 
-import { compare, elapsed, later, timeOf } from "./clock.mjs";
+import { elapsed, later, timeOf } from "./clock.mjs";
 import { momentOfEvent, seek } from "./events.mjs";
 import { meetingOf, sideInWords } from "./meetings.mjs";
 import { apartAlong } from "./motion.mjs";
@@ -89,15 +89,4 @@ function rootOf([dx, dy], [wx, wy], reach, moment, unit) {
   const under = nears * nears - square * rest;
   if (nears <= 0 || under < 0 || rest < 0) return null;
   return later(moment, rest / (nears + Math.sqrt(under)), unit);
-}
-
-/** Of the shapes that hang on a body, the one whose certificate fails first; or null. */
-export function nextOf(structure, done, body) {
-  let found = null;
-  for (const shape of structure.at(done)) {
-    if (Number.isNaN(structure.epoch[shape]) || !bodiesOf(structure, shape).includes(body)) continue;
-    const [one, other] = [shape, found].map((each) => each !== null && [structure.epoch[each], structure.tick[each]]);
-    if (!other || compare(one, other) < 0) found = shape;
-  }
-  return found;
 }

@@ -48,12 +48,19 @@ export class Structure {
     return { came, gone };
   }
 
-  /** Of the shapes that are there after so many events, those that fail first; none where none fails. */
-  failing(done) {
+  /** Whether a shape hangs on a body. */
+  hangsOn(shape, body) {
+    const first = this.start[shape];
+    for (let at = first; at < first + this.size[shape]; at += 1) if (this.body[at] === body) return true;
+    return false;
+  }
+
+  /** Of the shapes that are there after so many events, on a body unless that is null, those that fail first. */
+  failing(done, body = null) {
     let found = [];
     let least = null;
     for (const shape of this.at(done)) {
-      if (Number.isNaN(this.epoch[shape])) continue;
+      if (Number.isNaN(this.epoch[shape]) || (body !== null && !this.hangsOn(shape, body))) continue;
       const fails = [this.epoch[shape], this.tick[shape]];
       const order = least === null ? -1 : compare(fails, least);
       if (order < 0) [found, least] = [[shape], fails];
