@@ -64,7 +64,8 @@ def test_the_page_asks_nobody_for_anything():
 def test_pages_are_small():
     few = kt.make_scene("random", bodies=24, density=0.3, radius_ratio=4, seed=4)
     many = kt.make_scene("grid", bodies=1024, density=0.5)
-    assert len(str(view_scene(few, [("sweep-tiling", {})], until=0.3))) < 300_000
+    race = [(phase, {}) for phase in ("naive", "sap-1d", "sap-2d", "sweep-tiling", "cells")]
+    assert len(str(view_scene(few, race, until=0.3))) < 300_000
     assert len(str(view_scene(many, [("sweep-tiling", {})], until=0.2, steps=False))) < 1_500_000
 
 
