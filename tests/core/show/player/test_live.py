@@ -7,6 +7,7 @@ import pytest
 
 import kinetile as kt
 from kinetile.show.player import view_scene
+from player_pages import SCENES as SHOWN
 from player_pages import ask_node, needs_node
 
 PLAYED = """
@@ -38,13 +39,7 @@ SCENES = {
         0.5,
         arena=(4.0, 4.0),
     ),
-    "masses": kt.Scene(
-        [[0.2, 0.2], [0.5, 0.5], [0.8, 0.3]],
-        [[0.9, 0.4], [0.0, 0.0], [-0.7, 0.8]],
-        [0.05, 0.1, 0.07],
-        [1.0, np.inf, 3.0],
-        arena=(1, 1),
-    ),
+    "masses": SHOWN["masses"],
 }
 
 
