@@ -255,7 +255,7 @@ def test_space_plays_after_a_click_on_a_button(browser, saved):
 @pytest.mark.slow
 def test_the_picture_says_that_the_recorded_structure_has_ended(browser, tmp_path, monkeypatch):
     monkeypatch.setattr(recording, "MOST_LOOKS", 300)
-    view = view_scene(SCENES["grid"], [("sweep-tiling", {})], until=0.5)
+    view = view_scene(SCENES["grid"], [("cells", {})], until=0.5)
     browser.open(view.save(tmp_path / "page.html"))
     seen = view.page.recordings[0].stepped.structure.seen
     assert 0 < seen < browser.value("kinetilePlayer.playback.runs[0].events.count")
