@@ -63,9 +63,10 @@ export class Trial {
     else this.fork((run) => run.turn(body, [-plans.vx[body], -plans.vy[body]]));
   }
 
-  /** Go on from here after a command on a run, which may say why it is refused; in steps of so many radii, 0: exact. */
-  fork(command, radii = Number($("engine").value)) {
+  /** Go on from here, with the engine that is chosen, after a command on a run, which may say why it is refused. */
+  fork(command) {
     const { held, playback, bodies, runs } = this.player;
+    const radii = Number($("engine").value); // that the fastest disc flies in a step; 0: exact
     const [{ motion, events }] = playback.runs;
     const rows = { count: motion.done };
     for (const [name, column] of Object.entries(motion.rows)) {
