@@ -343,9 +343,7 @@ def first_tick(bodies: list[Any], **more: Any) -> str:
         else kt.segment(*(tuple(doubles(*corner)) for corner in core))
         for core, radius, _ in bodies
     ]
-    scene = kt.Scene(
-        states[:, :2], states[:, 2:], shapes=shapes, shape=range(len(shapes)), unit=1.0, **more
-    )
+    scene = kt.Scene(states[:, :2], states[:, 2:], shapes=shapes, shape=range(len(shapes)), unit=1.0, **more)
     sim = kt.Simulation(scene, "naive")
     sim.run(max_contacts=1)
     _, epoch, tick, _, _ = sim.contacts[0].tolist()

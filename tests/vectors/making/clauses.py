@@ -320,7 +320,9 @@ def scenes() -> dict[str, list[Asked]]:
         "who comes without a number turns": (first(1.0, None), turn._replace(body=1)),
     }
     made = {
-        family: [Asked(name, Scene((one,), (4.0, 4.0), commands=commands)) for name, commands in asked.items()]
+        family: [
+            Asked(name, Scene((one,), (4.0, 4.0), commands=commands)) for name, commands in asked.items()
+        ]
         for family, asked in (("numbers that are written", numbers), ("bodies that are there", bodies))
     }
     turns = one._replace(turns=((1.0, STILL),))

@@ -122,7 +122,6 @@ def _time(scene: Scene, tick: int, e: int) -> float:
 
 def _run(asked: Asked, kinds: dict[str, int]) -> str:
     """Return a run as JSON: a line a body, and the contacts in one."""
-    scene = asked.scene
     found = answer(asked)
     contacts = found.contacts
     first = [[*map(str, divmod(each.tick, 1 << 52)), each.a, each.b] for each in contacts[:SHOWN]]
