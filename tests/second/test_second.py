@@ -502,6 +502,10 @@ def test_shapes_pass_through_each_other(
             "A command is at the time 1, before the start, 2.",
         ),
         ('{"end": [1, 2]}', "end has 2 numbers, not three."),
+        (
+            '{"commands": [{"time": 1, "remove": 0}], "bodies": [], "until": 1}',
+            "A removal is of body 0, which is not there then.",
+        ),
         ('{"recipe": "grid"}', "A recipe is kinetile's; write the scene with its bodies."),
     ],
 )
