@@ -64,7 +64,7 @@ class Event(NamedTuple):
             pass through each other) or "part" (they end to).
         bodies: the bodies of the event, in ascending order; none at a structural event.
         certificate: the body whose certificate fails at a structural event, else None.
-        wall: "left", "right", "bottom" or "top" at a contact with a wall that has happened, else None.
+        wall: "left", "right", "bottom" or "top" at a contact with a wall, else None.
         kinds: the kinds of ``bodies``, in their order; empty if the scene has none.
     """
 
@@ -106,10 +106,7 @@ def advance(engine: Engine, end: End, audit: int | None, after_chunk: Callable[[
                 engine.arrive(end.until)
             after_chunk()
             finished = (
-                reason == WATCHED
-                or arrived
-                or engine.contacts >= end.contacts
-                or engine.events >= end.events
+                reason == WATCHED or arrived or engine.contacts >= end.contacts or engine.events >= end.events
             )
             if audit is not None and (finished or reason == CONTACTS_REACHED):
                 engine.audit()
@@ -215,8 +212,19 @@ def next_event(engine: Engine) -> Event | None:
         lists.command, fields.fault.code[0], fields.torus.beat[0] = command, fault, beat
     planned = engine.next_command
     if planned is not None and (event is None or planned.ticks < event.epoch * TICKS + event.tick):
-        return Event(*engine.clock.moment(planned.ticks), COMMANDS[planned.code], (planned.body,))
-    return event
+        event = Event(*engine.clock.moment(planned.ticks), COMMANDS[planned.code], (planned.body,))
+    return _first_parting(engine, event) if event is not None and event.kind == "remove" else event
+
+
+def _first_parting(engine: Engine, removal: Event) -> Event:
+    """Returns the first event of a removal: the first passing that it ends, if there is one."""
+    k, number = engine.k, removal.bodies[0]
+    slot = int(k.slots[number])
+    pairs = k.passings[(k.passings.a == slot) | ((k.passings.a >= 0) & (k.passings.b == slot))]
+    if not len(pairs):
+        return removal
+    other = int(k.queue.number[pairs.a + pairs.b - slot].min())
+    return removal._replace(kind="part", bodies=(min(number, other), max(number, other)))
 
 
 class _Head(NamedTuple):
@@ -245,8 +253,10 @@ def _look(engine: Engine, until: int, quota: int = UNLIMITED) -> _Head | None:
     head = None if body is None else _Head(int(key[body]), body)
     kind = STRUCTURAL if body is None else int(k.queue[body].kind)
     if lists.command < lists.commands:
-        tick = int(_next_command(engine).tick)
-        if head is None or (tick, TURN) < (head.tick, kind):
+        command, clock = _next_command(engine), k.clock[0]
+        tick = int(command.tick)
+        may_come = int(command.after) <= (int(clock.met_there) if clock.met_tick == tick else 0)
+        if head is None or tick < head.tick or (tick == head.tick and kind >= WALL and may_come):
             head, kind = _Head(tick, None), TURN
     beat = engine.fields.torus.beat[0] if engine.scene.periodic else NEVER
     if beat < (NEVER if head is None else head.tick + (kind != STRUCTURAL)):

@@ -181,7 +181,7 @@ def _first_of(moment: Moment, a: int, among: Integers | None = None, walls: bool
         at = int(ticks.argmin())
         found = _First(int(ticks[at]), int(others[at]))
     if walls and moment.composition.wall is not None:
-        tick, wall = _wall_of(moment, a)
+        tick, wall = wall_of(moment, a)
         if tick <= found.tick:
             found = _First(tick, wall)
     return None if found.tick == NEVER else found
@@ -198,7 +198,7 @@ def _ticks_with(moment: Moment, a: int, others: Integers) -> Integers:
     return ticks
 
 
-def _wall_of(moment: Moment, a: int) -> tuple[int, int]:
+def wall_of(moment: Moment, a: int) -> tuple[int, int]:
     """Returns when a body meets a wall, and which; NEVER where not."""
     wall = moment.composition.wall
     assert wall is not None
