@@ -38,6 +38,7 @@ from typer.testing import CliRunner
 import kinetile as kt
 from installing import install
 from kinetile.cli import app
+from registering import remove
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -119,10 +120,8 @@ def plugin_folder(monkeypatch):
     """The foreign package may be imported; what a page adds to the registry is taken out again."""
     if "stripes" not in kt.registry().names("broad phase"):
         monkeypatch.syspath_prepend(ROOT / "tests" / "foreign" / "kinetile-stripes")
-    had = {each.plugin for each in kt.registry() if each.distribution is None}
-    yield
-    for plugin in {each.plugin for each in kt.registry() if each.distribution is None} - had:
-        kt.registry().remove(plugin)
+    with remove():
+        yield
 
 
 @pytest.mark.parametrize(("page", "marks"), pages_with("python"))
