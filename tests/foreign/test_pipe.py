@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import shlex
-import shutil
 import subprocess
 import sys
 import time
@@ -16,29 +15,29 @@ import pytest
 import kinetile as kt
 from command_line import kinetile, refused
 from kinetile_conformance.pipe import Engine, EngineError, check_engine, difference, reference_contacts
+from programs import program
 
 HERE = Path(__file__).parent
-CC, NODE = shutil.which("cc"), shutil.which("node")
 
-needs_cc = pytest.mark.skipif(CC is None, reason="there is no C compiler")
+needs_cc = pytest.mark.needs("cc")
 SMALL = ["same-contacts", "same-contacts-with-turns", "same-contacts-on-a-torus"]
 
 
 def compiled(folder: Path, *macros: str) -> str:
     """Compile the engine in C; return the command."""
-    program = folder / "engine"
+    made = folder / "engine"
     how = ("-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror", *macros)
     source = HERE / "engine-in-c" / "engine.c"
-    subprocess.run([str(CC), *how, "-o", str(program), str(source), "-lm"], check=True)
-    return str(program)
+    subprocess.run([program("cc"), *how, "-o", str(made), str(source), "-lm"], check=True)
+    return str(made)
 
 
 def in_python(folder: Path, text: str) -> str:
     """Write an engine in Python; return the command. ``answer(line)`` is what it says to a line."""
     loop = "import os, sys, time\nfor line in sys.stdin:\n    print({}, flush=True)\n"
-    program = folder / "engine.py"
-    program.write_text(loop.format(text), encoding="utf-8")
-    return shlex.join([sys.executable, str(program)])
+    file = folder / "engine.py"
+    file.write_text(loop.format(text), encoding="utf-8")
+    return shlex.join([sys.executable, str(file)])
 
 
 @needs_cc
@@ -59,10 +58,10 @@ def test_the_engine_in_c_conforms_where_there_are_many(tmp_path):
 
 
 @pytest.mark.small
-@pytest.mark.skipif(NODE is None, reason="there is no node to run JavaScript")
+@pytest.mark.needs("node")
 def test_the_second_implementation_conforms():
     script = HERE.parent / "second" / "pipe.js"
-    command = shlex.join([str(NODE), str(script)])
+    command = shlex.join([program("node"), str(script)])
     report = check_engine(command, examples=10, checks=[*SMALL, "same-contacts-of-shapes"])
     assert [(result.status, result.reason) for result in report.results] == [("passed", "")] * 4
 
