@@ -199,8 +199,15 @@ def assert_runs(words: list[str], environment: dict[str, str], folder: Path, cod
     return out if code == 0 else out + err
 
 
+@pytest.fixture
+def kinetile_alone():
+    """The pages show what kinetile brings; `choose` runs every phase that is installed, examples too."""
+    with remove(*(each.spec.name for each in kt.registry() if each.distribution != "kinetile")):
+        yield
+
+
 @pytest.mark.parametrize(("page", "marks"), pages_with("console"))
-def test_the_commands_run(page, marks, tmp_path, monkeypatch):
+def test_the_commands_run(page, marks, tmp_path, monkeypatch, kinetile_alone):
     monkeypatch.chdir(tmp_path)
     stand_in(page, tmp_path)
     environment = dict(os.environ)
