@@ -333,6 +333,11 @@ class _PlanReader:
         results = tables.get("results")
         if results is not None and (not results or _CONTROL.search(results)):
             self.wrong("results", shown(results), "the name of a folder")
+        elif results is not None and not Path(results).is_absolute():
+            here = Path(os.path.realpath(Path(self.source or "").parent))
+            if not Path(os.path.realpath(here / results)).is_relative_to(here):
+                expected = "a folder within that of the study, or an absolute path"
+                self.wrong("results", f"{shown(results)}, which is outside of the study's folder", expected)
         self.check_figures(tables.get("figures", []))
         if self.mistakes:
             raise StudyError(abridged(self.mistakes), self.source)
