@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
 import shlex
+import signal
 import subprocess
 import sys
 import time
@@ -209,8 +211,45 @@ def test_the_report_as_json(tmp_path):
     row, report = map(json.loads, result.stdout.splitlines())
     assert (row["result"]["status"], row["result"]["scenes"]) == ("skipped", 2)
     assert row["result"]["reason"] == "it refuses 2 of 2 scenes, such as: no time"
-    assert (report["command"], report["within"], report["conforms"]) == (command, 1e-9, True)
+    assert (report["command"], report["within"], report["conforms"]) == (command, 1e-9, None)
     assert "broad_phase" not in report
+
+
+@pytest.mark.small
+def test_a_program_that_refused_every_scene_conformed(tmp_path):
+    command = in_python(tmp_path, """'{"refused": "no time"}'""")
+    line = "conform --examples 2 --check same-contacts --check same-contacts-on-a-torus --command"
+    result = kinetile(line, command)
+    assert result.exit_code == 4
+    assert result.stdout.splitlines()[-1] == f"{command} is not judged: it refuses every scene"
+
+
+HELD = """
+import os, sys, time
+pid = os.fork()
+if pid == 0:
+    os.setsid()
+    time.sleep(600)
+open(sys.argv[1], "w").write(str(pid))
+"""
+
+
+@pytest.mark.small
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="there is no /proc to see processes in")
+@pytest.mark.parametrize("then", ["time.sleep(600)", "sys.stdin.readline()", ""])
+def test_a_child_in_a_session_of_its_own_that_kept_the_pipe_hung_the_judge(then, tmp_path):
+    """The limit ends the program, and the pipe stays open: the answer does not come, the line does not go."""
+    program, file = tmp_path / "held.py", tmp_path / "pid"
+    program.write_text(HELD + then, encoding="utf-8")
+    scene = kt.Scene(np.arange(20_000).reshape(-1, 2) * 1.5, np.zeros((10_000, 2)), 0.5)
+    try:
+        with Engine(shlex.join([sys.executable, str(program), str(file)]), seconds=2.0) as engine:
+            for _ in range(2):
+                with pytest.raises(EngineError, match="the engine gave no answer within 2 s"):
+                    engine.answer(scene)
+        assert is_running(file.read_text()), "the judge has waited for it"
+    finally:
+        os.kill(int(file.read_text()), signal.SIGKILL)
 
 
 def test_lines_longer_than_a_pipe(capfd, tmp_path):
