@@ -160,7 +160,7 @@ def _contacts_table(contacts: Sequence[CertifiedContact]) -> Table:
     from kinetile.kernel.log import WALLS
 
     rows = []
-    for index, (time, a, b, tied, head_on) in enumerate(contacts):
+    for index, (time, a, b, tied, head_on, _) in enumerate(contacts):
         partner = f"{WALLS[b]} wall" if b in WALLS else f"disc {b}" if a < b else f"disc {b}, parting"
         same = "same time" if tied else ""
         rows.append((f"{index}", time.decimal(), same, f"{a}", partner, f"{head_on:.6f}"))

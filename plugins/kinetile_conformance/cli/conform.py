@@ -119,7 +119,7 @@ def conform(
     ] = False,
 ) -> None:
     """Judge a broad phase, alone or with a narrow phase, or a program over a pipe; exit code 1 if it does not
-    conform, 3 if the reference itself is in doubt, 4 if it could not be judged in time."""
+    conform, 3 if the reference itself is in doubt, 4 if it could not be judged."""
     with exit_codes():
         if (phase is None) == (command is None):
             raise BadOption("expected the NAME of a broad phase or --command CMD, one of the two")
