@@ -217,6 +217,7 @@ class Composition:
             "PAIRS": self.pair is not None,
             "BOUNDS": self.pair is not None and self.pair.soonest is not None,
             "WALLS": self.wall is not None,
+            "INSIDE": self.wall is not None and self.wall.inside is not None,
             "COMMANDS": commands > Commands.NONE,
             "LIVING": commands > Commands.TURNS and self.living,
             "RULES": self.rules is not None,
@@ -235,6 +236,8 @@ class Composition:
                 parts["soonest"] = self.pair.soonest
         if self.wall is not None:
             parts |= {"reach_wall": self.wall.reach_wall, "bounce": self.wall.bounce}
+            if self.wall.inside is not None:
+                parts["inside"] = self.wall.inside
         return {name: checked(name, part) if is_checked(part) else part for name, part in parts.items()}
 
     def prepared_for(self, scene: Scene) -> Composition:
