@@ -151,6 +151,7 @@ collide = to_be_filled_in
 
 def part_head_on(k: Kernel, a: int, b: int) -> float:
     """Makes two bodies meet head on, along x; returns how fast they part. A template, as ``loop.advance``."""
+    k = disowned(k)
     one = k.bodies[a]
     two = k.bodies[b]
     one.x = one.y = two.y = 0.0
