@@ -63,7 +63,7 @@ def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
         )
         return ZenoError(said, time=time, bodies=bodies)
     if fault == tables.NOT_FINITE:
-        return PhaseError(f"{at} a contact of {who} left a place or velocity that is not a finite number")
+        return PhaseError(f"{at} a contact of {who} has no outcome in finite numbers, as where centres meet")
     if fault == tables.STALLED:
         return StalledError(
             f"{at} {phase} does not get on: its certificates, the last of them that of body {a}, "
