@@ -191,6 +191,11 @@ class Engine(Tables):
         return self.bounds.speed
 
     @property
+    def overlapping(self) -> npt.NDArray[np.int64]:
+        """(m, 2) the pairs that overlap at the start and have not begun to pass yet."""
+        return self._overlapping
+
+    @property
     def next_command(self) -> Command | None:
         """The first command still to come, of the scene or interactive."""
         return self.agenda.next(self.k, self.clock)

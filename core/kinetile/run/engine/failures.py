@@ -133,8 +133,8 @@ def _its_own(composition: Composition, number: int, a: int, b: int) -> str:
 def demand_room(k: Kernel, composition: Composition, walls: bool, clock: Clock, rows: Rows) -> None:
     """Raises Refused if the body that the first of some commands inserts would reach into another, or
     beyond a wall. The loop would find the same, but only after a copy of all tables."""
-    passing = composition.pair is not None and composition.rules is not None and composition.rules.passing
-    parts = {"WALLS": walls, "PASSING": passing, "PERIODIC": bool(composition.prepared.periodic)}
+    periodic = bool(composition.prepared.periodic)
+    parts = {"WALLS": walls, "PASSING": composition.passing, "PERIODIC": periodic}
     who = compose(find_blocker, parts, "room", Kernel)(k, rows.view(np.recarray))
     if who != FREE:
         raise blocked(k, clock, rows[0], int(who))
