@@ -561,7 +561,8 @@ class Simulation:
 
         Walls and third bodies are ignored: this is what happens without interference. The answer
         is the future row of ``contacts``, to the tick. A pair that has just met does not meet
-        again until one of the two has a new plan.
+        again until one of the two has a new plan. For two that are passing through each other
+        it is the row of the end, with a > b.
 
         Args:
             a: a body.
@@ -580,7 +581,8 @@ class Simulation:
     def next_contact_of(
         self, body: int, *, scheduled: bool = False, kinds: Kind | Iterable[Kind] | None = None
     ) -> NextContact | None:
-        """Returns the first contact of a body, with another one or a wall, by the present flight plans.
+        """Returns the first contact of a body, with another one or a wall, by the present flight plans; the end
+        of a passing is one too.
 
         Of contacts at one tick the first is the one that the run takes first. None if there is none.
 
