@@ -43,7 +43,6 @@ from kinetile.plugin.calling import place_of
 from kinetile.plugin.registry import sentence
 from kinetile.run.compose import Composition
 from kinetile.run.structure import named_near, pairs_of_named
-from kinetile.scene import Scene
 
 
 def of_calendar(k: Any) -> Iterator[str]:
@@ -255,8 +254,6 @@ def complaints(k: Kernel, composition: Composition, delta: float) -> Iterator[Co
     yield from map(Complaint, of_calendar(columns))
     yield from map(Complaint, of_entries(columns))
     yield from map(Complaint, of_places(columns))
-    if composition.wall is not None and composition.prepared.arena is not None:
-        yield from map(Complaint, _of_arena(k, composition.prepared))
     yield from map(Complaint, of_pair_set(columns))
     near = np.zeros((0, 2), dtype=np.int32)
     if composition.pair is not None:
@@ -308,18 +305,6 @@ def _numbers(record: Any) -> SimpleNamespace:
     return SimpleNamespace(
         **{name: _numbers(value) if value.dtype.names else value.item() for name, value in values.items()}
     )
-
-
-def _of_arena(k: Kernel, scene: Scene) -> Iterator[str]:
-    """Walls, wherever they are, keep the bodies in the arena, along each axis that has an end; by the circles
-    of their reach."""
-    slots = np.flatnonzero(k.queue.number >= 0)
-    place, reach = positions_now(k, slots), k.bodies.reach[slots]
-    for axis, side in enumerate(scene.arena or ()):
-        if not scene.periods[axis]:
-            beyond = (place[:, axis] < -reach) | (place[:, axis] > side + reach)
-            for body in k.queue.number[slots[beyond]].tolist():
-                yield f"body {body} is outside of the arena, in which walls have to keep it"
 
 
 def _near(k: Any, named: Pairs) -> Iterator[str]:

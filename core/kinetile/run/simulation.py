@@ -581,10 +581,10 @@ class Simulation:
     def next_contact_of(
         self, body: int, *, scheduled: bool = False, kinds: Kind | Iterable[Kind] | None = None
     ) -> NextContact | None:
-        """Returns the first contact of a body, with another one or a wall, by the present flight plans; the end
-        of a passing is one too.
+        """Returns the first contact of a body, with another one or a wall, by the present flight plans.
 
-        Of contacts at one tick the first is the one that the run takes first. None if there is none.
+        Of contacts at one tick the first is the one that the run takes first. The end of a passing is one
+        too. None if there is none.
 
         Args:
             body: the body.

@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 
 import kinetile as kt
 from agreement import assert_one_answer
-from kinetile.errors import AuditError
 from kinetile.kernel.certificates.wall import reaches
 from kinetile.scene.scene import Settings
 from kinetile.toolbox import BOTTOM, LEFT, NEVER, RIGHT, TOP, Kernel, Records, WallParts, hook
@@ -52,19 +51,11 @@ def bounce(k: Kernel, body: Records, wall: int) -> float:
     return 0.0
 
 
-@hook
-def reach_none(k: Kernel, body: Records) -> tuple[int, int]:
-    return NEVER, LEFT
-
-
 class Inset:
-    """Walls at a quarter and three quarters; or none at all."""
-
-    def __init__(self, porous: bool = False) -> None:
-        self.porous = porous
+    """Walls at a quarter and three quarters."""
 
     def prepare(self, scene: kt.Scene) -> WallParts:
-        return WallParts(reach_none if self.porous else reach_wall, bounce)
+        return WallParts(reach_wall, bounce)
 
 
 @pytest.fixture(autouse=True, scope="module")
@@ -119,14 +110,3 @@ def test_empty_time_was_skipped_beyond_a_wall_within_the_arena():
         sim = kt.Simulation(scene.replace(arena=arena), "naive")
         sim.run(until=1.5 * (FAR - NEAR) / speed)
         assert sim.contacts[["time", "b"]].tolist()[:1] == [((FAR - 2.0**-6 - 0.5) / speed, RIGHT)]
-
-
-@pytest.mark.interpreted
-def test_an_audit_reports_a_body_that_walls_have_let_out_of_the_arena():
-    scene = within([[0.5, 0.5]], [[1.0, 0.0]])
-    sim = kt.Simulation(scene, "naive", narrow_phases={"disc": {}, "inset": {"porous": True}})
-    sim.run(until=0.5)
-    sim.audit()
-    sim.run(until=0.75)
-    with pytest.raises(AuditError, match="body 0 is outside of the arena, in which walls have to keep it"):
-        sim.audit()

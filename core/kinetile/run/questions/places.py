@@ -76,7 +76,7 @@ class Moment:
             return others
         apart = positions_now(k, others) - positions_now(k, np.full(len(others), body))
         apart = nearest_image(apart, self.periods)
-        return others[np.hypot(*apart.T) < (k.radii[others] + k.radii[body]) * (1.0 - ROOM)]
+        return np.asarray(others[np.hypot(*apart.T) < (k.radii[others] + k.radii[body]) * (1.0 - ROOM)])
 
     @cached_property
     def places(self) -> Floats:
