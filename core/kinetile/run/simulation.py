@@ -561,7 +561,8 @@ class Simulation:
 
         Walls and third bodies are ignored: this is what happens without interference. The answer
         is the future row of ``contacts``, to the tick. A pair that has just met does not meet
-        again until one of the two has a new plan.
+        again until one of the two has a new plan. For two that are passing through each other
+        it is the row of the end, with a > b.
 
         Args:
             a: a body.
@@ -575,14 +576,15 @@ class Simulation:
         if one == other:
             raise ValueError(f"a contact is one of two bodies; found body {a} twice")
         planned = self._planned() if scheduled else None
-        return self._named(meetings.next_contact(self._moment(), one, other, planned))
+        return meetings.next_contact(self._moment(), one, other, planned)
 
     def next_contact_of(
         self, body: int, *, scheduled: bool = False, kinds: Kind | Iterable[Kind] | None = None
     ) -> NextContact | None:
         """Returns the first contact of a body, with another one or a wall, by the present flight plans.
 
-        Of contacts at one tick the first is the one that the run takes first. None if there is none.
+        Of contacts at one tick the first is the one that the run takes first. The end of a passing is one
+        too. None if there is none.
 
         Args:
             body: the body.
@@ -597,7 +599,7 @@ class Simulation:
             known = (*moment.composition.prepared.kinds, WALL)
             chosen = arguments.read_kinds(kinds, known, "kinds")
             among, walls = _of_kinds(moment, chosen).slots, WALL in chosen
-        return self._named(meetings.next_contact_of(moment, slot, planned, among, walls))
+        return meetings.next_contact_of(moment, slot, planned, among, walls)
 
     def cast(
         self,
@@ -820,7 +822,8 @@ class Simulation:
     def _moment(self) -> Moment:
         engine = self._engine
         slots, scene = engine.taken.astype(np.int64), self.scene
-        return Moment(engine.k, slots, engine.clock, self.composition, scene.shapes, scene.shape)
+        overlapping = engine.overlapping
+        return Moment(engine.k, slots, engine.clock, self.composition, scene.shapes, scene.shape, overlapping)
 
     def _among(self, kinds: Kind | Iterable[Kind] | None) -> Moment:
         """Returns the present moment, with the bodies of these kinds alone; ValueError for what is none."""
@@ -837,14 +840,6 @@ class Simulation:
 
     def _body_of(self, slot: int) -> int:
         return int(self._bodies_of(np.array([slot]))[0])
-
-    def _named(self, found: NextContact | None) -> NextContact | None:
-        """Returns a contact of slots with the numbers of its bodies."""
-        if found is None:
-            return None
-        a = self._body_of(found.a)
-        b = found.b if found.b < 0 else self._body_of(found.b)
-        return found._replace(a=a, b=b) if b < 0 else found._replace(a=min(a, b), b=max(a, b))
 
     def _planned(self) -> Mapping[int, int]:
         engine = self._engine

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from kinetile.kernel.compiled import larger, smaller, template, to_be_filled_in
+from kinetile.kernel.compiled import hook, larger, smaller, template, to_be_filled_in
 from kinetile.kernel.images import anchor, come_together, next_to_anchor
 from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED
 from kinetile.kernel.loop import BLOCKED, COMMAND_DUE, CROWDED, NO_REASON
@@ -175,6 +175,14 @@ def run_wall_contact(k: Kernel, h: int, at: int) -> int:
     return REPLAN
 
 
+@hook
+def put_back(k: Kernel, body: int) -> None:
+    """Give a body the velocity that it had before a contact that cannot be resolved."""
+    before = k.places[body]
+    k.bodies[body].vx = before.vx
+    k.bodies[body].vy = before.vy
+
+
 @template
 def run_contact(k: Kernel, h: int, at: int) -> tuple[int, int, int, int]:
     """Run the contact of the head with its partner: return (reason, task, the elder, the younger).
@@ -207,6 +215,8 @@ def run_contact(k: Kernel, h: int, at: int) -> tuple[int, int, int, int]:
     depth = answer(k, a, b, at) if RULES else collide(k, a, b)
     if depth != depth:  # not a number: two centres on one place, and no line between them
         blame(k, NOT_FINITE, a, b)
+        put_back(k, a)
+        put_back(k, b)
         return NO_REASON, NOTHING, NOBODY, NOBODY
     one.last = b
     two.last = a

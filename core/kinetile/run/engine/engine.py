@@ -26,6 +26,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.errors import PhaseError, Refused, ZenoError
+from kinetile.kernel.certificates.wall import inside_arena
 from kinetile.kernel.clock import SPAN, TICKS, Clock
 from kinetile.kernel.compiled import INTERPRETED, NotCompiled, compose, make_ready
 from kinetile.kernel.flight import positions_now
@@ -188,6 +189,11 @@ class Engine(Tables):
     def speed(self) -> float:
         """A speed that no body exceeds."""
         return self.bounds.speed
+
+    @property
+    def overlapping(self) -> npt.NDArray[np.int64]:
+        """(m, 2) the pairs that overlap at the start and have not begun to pass yet."""
+        return self._overlapping
 
     @property
     def next_command(self) -> Command | None:
@@ -618,9 +624,10 @@ class Engine(Tables):
 
         A run with a recorder skips nothing: anchors are rows.
         """
-        clock = self.k.clock[0]
+        clock, wall = self.k.clock[0], self.composition.wall
         if (
             self.scene.periodic
+            or (wall is not None and wall.inside is not inside_arena)  # its walls may be anywhere
             or self.ledger.reads
             or not 0 < len(self.taken) <= spans.MOST_BODIES
             or clock.lists.passings
