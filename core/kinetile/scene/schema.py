@@ -12,20 +12,18 @@ the file, one for each key.
 
 from __future__ import annotations
 
-import errno
 import os
 import re
-import stat
 import tomllib
 from collections import Counter
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Annotated, Any, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from kinetile.errors import BadOption, Mistake, SceneError, nearest, one_of
 from kinetile.scene.checks import LIMIT, abridged, shown
+from kinetile.sources import open_regular
 
 _PLAIN = re.compile(r"[A-Za-z0-9_-]{1,60}")
 
@@ -250,13 +248,8 @@ def read_bytes(path: str | os.PathLike[str], max_bytes: int | None) -> bytes:
     Raises OSError if it is no regular file (a pipe or a device may never end) or cannot be read, SceneError
     if it is larger, and BadOption if the environment's limit is no number.
     """
-    mode = Path(path).stat().st_mode
-    if stat.S_ISDIR(mode):
-        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), os.fspath(path))
-    if not stat.S_ISREG(mode):
-        raise OSError(errno.EINVAL, "it is no regular file, so it is not read", os.fspath(path))
     most = _most_bytes() if max_bytes is None else max_bytes
-    with open(path, "rb") as file:
+    with open_regular(path) as file:
         data = file.read(most + 1)
     if len(data) > most:
         more = f"at most so many; max_bytes of load_scene, or the environment variable {_LIMIT}, allows more"
