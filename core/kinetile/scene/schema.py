@@ -39,7 +39,8 @@ _Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
 _Velocity = Annotated[_Pair, Field(description="[vx, vy], two finite numbers")]
 _Whole = Annotated[int, Field(ge=-(2**62), le=2**62)]  # arrays have whole numbers of 64 bits
 _Moment = Annotated[
-    list[_Whole], Field(min_length=3, max_length=3, description="[epoch, tick, contacts], three whole numbers")
+    list[_Whole],
+    Field(min_length=3, max_length=3, description="[epoch, tick, contacts], three whole numbers"),
 ]
 _Time = Annotated[float, Field(description="a finite number")]
 _Number = Annotated[_Whole, Field(description="the number of a body")]
