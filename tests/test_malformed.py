@@ -1,6 +1,6 @@
-"""Malformed files, streams and words, many of each kind: a sentence, or a result; no traceback, no hang, 2 GB.
+"""Malformed files, streams and words of many kinds: a sentence, or a result; no traceback, no hang, 2 GB.
 
-``KINETILE_MALFORMED`` is the number of cases, 300 by default; the slow lane has 2,000.
+``KINETILE_MALFORMED`` is the number of cases, 300 by default.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ import pytest
 import kinetile as kt
 from command_line import kinetile
 from kinetile.errors import KinetileError
-from kinetile.records.log import SIGNATURE, LogReader
+from kinetile.records.log import SIGNATURE
 from kinetile.run.saving import files
 from kinetile_bench.plan import read_plan_file
 from kinetile_conformance import pipe
@@ -215,7 +215,7 @@ def changed_log(rng: random.Random, content: bytes) -> bytes:
     if rng.random() < 0.5:
         return changed_bytes(rng, content)
     lengths = struct.Struct("<QQ")
-    first, rows = lengths.unpack_from(content, len(SIGNATURE))
+    first, _ = lengths.unpack_from(content, len(SIGNATURE))
     text = content[len(SIGNATURE) + 16 :][:first]
     changed = rng.choice(
         [json.dumps(changed_json(rng, json.loads(text))).encode(), changed_bytes(rng, text), b"[" * 100_000]
@@ -342,7 +342,9 @@ class Malformed:
             *rng.choice(
                 [
                     (
-                        f"export grid -s bodies=4 --until 0.1 --to {self.folder}/w.xyz --overwrite --every={word!r}",
+                        "export grid -s bodies=4 --until 0.1 --overwrite --to",
+                        self.folder / "w.xyz",
+                        f"--every={word}",
                     ),
                     ("run grid --explain -o", f"spacing={rng.choice(WORDS)}"),
                     ("run grid --explain -s", f"bodies={word}"),

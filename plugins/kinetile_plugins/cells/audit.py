@@ -91,6 +91,8 @@ def of_table(s: State, there: Whole) -> Iterator[str]:
         yield f"the levels of cells do not make up the {len(s.lists)} cells of the table"
     for body in there[(s.homes.level[there] < 0) | (s.homes.level[there] >= len(levels))]:
         yield f"body {body} is at home in level {s.homes.level[body]}, which there is not"
+    for body in there[(s.homes.way[there] < 0) | (s.homes.way[there] > 3)]:
+        yield f"body {body} reaches edge {s.homes.way[body]} of its cell, which there is not"
     home = s.homes.cell
     blocks = s.blocks.reshape(-1, BLOCK)
     cells, places = np.nonzero(np.arange(FULL) < blocks[:, FULL:] & FULL)

@@ -195,6 +195,9 @@ def _of_the_clock(parts: Parts, k: Any, mine: Any) -> Iterator[str]:
     for name, value, least, end in in_range:
         if not least <= value < end:
             yield f"{name} is {value}"
+    counts = vars(k.counts).values()
+    if not all(0 <= each < 1 << 61 if isinstance(each, int) else np.isfinite(each) for each in counts):
+        yield "a count is none"
     if clock.fault.code not in (0, JAMMED):
         yield f"the run had ended with fault {clock.fault.code}"
     if jam.spin_limit != layout.spin_limit(slots) or jam.window_size != python_of(window_of)(clock.present):
