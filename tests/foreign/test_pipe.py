@@ -145,6 +145,7 @@ def test_a_scene_that_has_too_many_contacts_ends_sooner():
 BROKEN = {
     "line": 'expected {"contacts": [...]} or {"refused": "reason"}',
     "'{'": "the engine answered '{\\n', which is no JSON: ",
+    "'[' * 10**5": "the engine answered '[[[",  # it is a RecursionError, and that no ValueError
     "'[1]'": "the engine answered '[1]\\n'; expected",
     "'{\"contacts\": 1}'": 'expected {"contacts": [...]}',
     "'{\"contacts\": [[0, 0, 99, -1]]}'": "contact 0 is [0, 0, 99, -1]: there is no body 99",
@@ -212,6 +213,13 @@ def test_the_report_as_json(tmp_path):
     assert row["result"]["reason"] == "it refuses 2 of 2 scenes, such as: no time"
     assert (report["command"], report["within"], report["conforms"]) == (command, 1e-9, True)
     assert "broad_phase" not in report
+
+
+def test_control_characters_of_an_engine_reached_the_terminal(tmp_path):
+    command = in_python(tmp_path, r"""'{"refused": "no\\u001b[31m \\u202etime"}'""")
+    result = kinetile("conform --examples 1 --check same-contacts --command", command)
+    assert r"such as: no\x1b[31m \u202etime" in result.stdout
+    assert all(line.isprintable() for line in result.stdout.split("\n"))
 
 
 def test_lines_longer_than_a_pipe(capfd, tmp_path):

@@ -160,13 +160,12 @@ def _followed(after: list[int], at: int, most: int) -> set[int]:
 def _of_the_clock(parts: Parts, k: Any, mine: Any) -> Iterator[str]:
     """Numbers of the clock follow from the scene, or are in their range."""
     clock, lists, slots = k.clock, k.clock.lists, len(k.bodies)
-    own = mine.clock
-    for of, names in (
-        (lambda each: each, ("tick", "per_time", "kinds")),
-        (lambda each: each.torus, ("x", "y", "per_x", "per_y", "half_x", "half_y")),
+    for one, other, names in (
+        (clock, mine.clock, ("tick", "per_time", "kinds")),
+        (clock.torus, mine.clock.torus, ("x", "y", "per_x", "per_y", "half_x", "half_y")),
     ):
         for name in names:
-            if getattr(of(clock), name) != getattr(of(own), name):
+            if getattr(one, name) != getattr(other, name):
                 yield f"{name} of the clock is not that of the scene"
     jam = clock.jam
     in_range = [
