@@ -140,7 +140,7 @@ class Engine:
         shown = f"the engine answered {line[:80]!r}"
         try:
             found = json.loads(line)
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             raise EngineError(f"{shown}, which is no JSON: {error}") from error
         match found:
             case {"refused": str(reason), **rest} if not rest:

@@ -146,6 +146,7 @@ def test_a_scene_that_has_too_many_contacts_ends_sooner():
 BROKEN = {
     "line": 'expected {"contacts": [...]} or {"refused": "reason"}',
     "'{'": "the engine answered '{\\n', which is no JSON: ",
+    "'[' * 10**5": "the engine answered '[[[",  # it is a RecursionError, and that no ValueError
     "'[1]'": "the engine answered '[1]\\n'; expected",
     "'{\"contacts\": 1}'": 'expected {"contacts": [...]}',
     "'{\"contacts\": [[0, 0, 99, -1]]}'": "contact 0 is [0, 0, 99, -1]: there is no body 99",
@@ -250,6 +251,13 @@ def test_a_child_in_a_session_of_its_own_that_kept_the_pipe_hung_the_judge(then,
         assert is_running(file.read_text()), "the judge has waited for it"
     finally:
         os.kill(int(file.read_text()), signal.SIGKILL)
+
+
+def test_control_characters_of_an_engine_reached_the_terminal(tmp_path):
+    command = in_python(tmp_path, r"""'{"refused": "no\\u001b[31m \\u202etime"}'""")
+    result = kinetile("conform --examples 1 --check same-contacts --command", command)
+    assert r"such as: no\x1b[31m \u202etime" in result.stdout
+    assert all(line.isprintable() for line in result.stdout.split("\n"))
 
 
 def test_lines_longer_than_a_pipe(capfd, tmp_path):

@@ -250,7 +250,7 @@ def check_all(k: Kernel, composition: Composition, delta: float, time: float, ev
 
 def complaints(k: Kernel, composition: Composition, delta: float) -> Iterator[Complaint]:
     """Yields all present violations; ``delta`` is the skin."""
-    broad, columns = composition.broad, _columns(k)
+    broad, columns = composition.broad, columns_of(k)
     yield from map(Complaint, of_calendar(columns))
     yield from map(Complaint, of_entries(columns))
     yield from map(Complaint, of_places(columns))
@@ -285,7 +285,7 @@ class _Columns:
         raise AttributeError(name)  # for type checkers: the columns are set in the constructor
 
 
-def _columns(k: Kernel) -> Any:
+def columns_of(k: Kernel) -> Any:
     """Returns the tables with columns as attributes; those of one record with their numbers."""
     tables: dict[str, Any] = {}
     for name, table in zip(k._fields, k, strict=True):
