@@ -289,13 +289,12 @@ def test_three_thousand_drawn_scenes_have_one_answer():
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize("periodic", ["x", "xy"])
-def test_a_long_thin_torus_cost_an_event_for_each_round_of_its_short_axis(periodic):
-    """Of up to three rows each is near all: crossing them, some ten thousand times a contact, was an event."""
+def test_a_long_thin_torus_cost_an_event_for_each_round_of_its_short_axis():
+    """Of up to three rows each is near all: crossing them, ten thousand times a contact, was an event."""
     n, length = 8, 1e5
     places = np.column_stack([(np.arange(n) + 0.5) * length / n, np.full(n, 0.5)])
-    velocities = np.random.default_rng(2).normal(size=(n, 2)) * (3e4, 3e4 if periodic == "xy" else 0.1)
-    scene = kt.Scene(places, velocities, 0.1, arena=(length, 1.0), periodic=periodic)
+    velocities = 3e4 * np.random.default_rng(2).normal(size=(n, 2))
+    scene = kt.Scene(places, velocities, 0.1, arena=(length, 1.0), periodic="xy")
     sims = [kt.Simulation(scene, phase) for phase in PHASES]
     for sim in sims:
         sim.run(max_contacts=100)
