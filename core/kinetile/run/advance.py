@@ -24,6 +24,9 @@ from kinetile.scene.responses import Kind
 IDLE_SPANS = 1 << 12
 """The number of empty spans of the clock after which a run without an end in time gives up."""
 
+PATIENCE = 4
+"""The number of spans without a contact after which, at first, it is tried whether some can be skipped."""
+
 
 COMMANDS: dict[int, Literal["turn", "insert", "remove"]] = {
     TURNED: "turn",
@@ -102,11 +105,11 @@ def advance(engine: Engine, end: End, audit: int | None, after_chunk: Callable[[
             still.note_span(engine)
             if end.ticks is None and still.idle > IDLE_SPANS:
                 return None
-            still.skip(_move_on(engine, end, still.idle, still.quiet) - 1)
+            still.move_on(engine, end)
 
 
 class _Stillness:
-    """Counts spans of the clock in which nothing happens.
+    """Counts spans of the clock in which nothing happens, and skips those in which nothing can.
 
     Attributes:
         quiet: spans in a row without a contact or a command; structural events do not count.
@@ -116,25 +119,38 @@ class _Stillness:
     def __init__(self) -> None:
         self.quiet = self.idle = 0
         self._seen = -1
+        self._patience = self._next_try = PATIENCE
 
     def note_span(self, engine: Engine) -> None:
         """Counts a span that has passed."""
         happened = engine.events - int(engine.k.counts[0].structural)
         self.quiet = self.quiet + 1 if happened == self._seen else 0
+        self._next_try = self._next_try if self.quiet else self._patience
         self.idle = self.idle + 1 if self.quiet and engine.next_command is None else 0
         self._seen = happened
 
-    def skip(self, spans: int) -> None:
-        """Counts skipped spans: in them nothing can happen."""
-        self.quiet += spans
-        self.idle += spans if self.idle else 0
+    def move_on(self, engine: Engine, end: End) -> None:
+        """Moves on to the next span of the clock in which something may happen.
+
+        Looking ahead costs as much as some spans do, and may be useless: so after that twice as many quiet
+        spans have to pass before it is tried again.
+        """
+        with Unbroken():
+            if self.quiet >= self._next_try:
+                most = IDLE_SPANS - self.idle if end.ticks is None else UNLIMITED
+                skipped = engine.skip(end.ticks, most)
+                self._patience = 1 if skipped else 2 * self._patience
+                self.quiet += skipped
+                self._next_try = self.quiet + self._patience
+                self.idle += skipped if self.idle else 0
+            engine.move_base(end.ticks)
 
 
 def advance_one(engine: Engine, end: End) -> Event | None:
     """Runs the next event up to and at an end in time, and returns it; None, at that end, if there is
     none."""
-    idle = 0
-    while idle < IDLE_SPANS:
+    still = _Stillness()
+    while still.quiet < IDLE_SPANS - 1:
         engine.build()
         until, quota, last = end.within_span(engine.clock)
         head = _look(engine, until, quota)
@@ -154,22 +170,9 @@ def advance_one(engine: Engine, end: End) -> Event | None:
             if last:
                 engine.arrive(end.until)
                 return None
-            idle += _move_on(engine, end, idle, idle)
+            still.note_span(engine)
+            still.move_on(engine, end)
     return None
-
-
-def _move_on(engine: Engine, end: End, idle: int, quiet: int) -> int:
-    """Moves on to the next span of the clock in which something may happen, and returns how many spans that
-    is.
-
-    ``idle`` spans count for giving up a run that has no end; in ``quiet`` ones nothing has happened.
-    """
-    with Unbroken():
-        most = IDLE_SPANS - idle if end.ticks is None else UNLIMITED
-        # Looking ahead costs as much as some spans do, and is useless if bodies meet now and then.
-        skipped = engine.skip(end.ticks, most) if quiet % 16 == 15 else 0
-        engine.move_base(end.ticks)
-    return skipped + 1
 
 
 def next_event(engine: Engine) -> Event | None:

@@ -624,26 +624,25 @@ class Engine(Tables):
 
         A run with a recorder skips nothing: anchors are rows.
         """
-        clock, wall = self.k.clock[0], self.composition.wall
-        if (
-            self.scene.periodic
-            or (wall is not None and wall.inside is not inside_arena)  # its walls may be anywhere
-            or self.ledger.reads
-            or not 0 < len(self.taken) <= spans.MOST_BODIES
-            or clock.lists.passings
-        ):
+        clock, scene, wall = self.k.clock[0], self.scene, self.composition.wall
+        elsewhere = wall is not None and wall.inside is not inside_arena  # its walls may be anywhere
+        if elsewhere or self.ledger.reads or not len(self.taken) or clock.lists.passings:
             return 0
         for ticks in (end, None if self.next_command is None else self.next_command.ticks):
             if ticks is not None:
                 most = min(most, self.clock.relative(ticks) // SPAN - 1)
-        arena = self.scene.arena if self.walled else None
-        quiet = spans.quiet_spans(self.k, self.taken, arena, min(most, spans.MOST_SPANS))
-        if quiet < spans.FEWEST_SPANS:
+        arena = scene.arena if scene.arena is not None and self.walled else (0.0, 0.0)
+        walls = tuple(0.0 if name in scene.periodic else side for name, side in zip("xy", arena, strict=True))
+        fewest = spans.FEWEST_TURNS if scene.periodic else spans.FEWEST_SPANS
+        most = min(most, spans.MOST_SPANS)
+        quiet = spans.quiet_spans(self.k, self.taken, walls, scene.periods, most) if most >= fewest else 0
+        if quiet < fewest:
             return 0
         try:
             with self.unchanged_if(Refused):
                 self.clock.base += quiet * (SPAN // TICKS)
-                compose(spans.pass_spans, {}, "pass_spans", Kernel)(self.k, quiet)
+                parts = {"PERIODIC": bool(scene.periodic)}
+                compose(spans.pass_spans, parts, "pass_spans", Kernel)(self.k, quiet)
                 self.k.traits.touched[:] = LONG_AGO
                 clock.stops.tick = clock.met_tick = clock.jam.window_tick = LONG_AGO
                 self.lay_out(self.speed)
