@@ -438,7 +438,7 @@ class Engine(Tables):
         self.k = layout.more_passings(k, begun + MOST_IMAGES * len(now) + len(k.bodies))
         parts = {"part": pair.part, "PERIODIC": bool(self.scene.periodic)}
         compose(begin_at_start, parts, f"begin_{self.composition.label}", Kernel)(self.k, now)
-        self.k.clock[0].stops.due = 0  # passings of the start are no events
+        self.k.clock[0].stops.due = 0  # ``advance`` looks among them for a watched one
 
     # Phases prepared anew
 

@@ -254,7 +254,7 @@ def _snapshot(said: Mapping[str, Any], arrays: Arrays) -> Snapshot:
         state={name: arrays[f"state.{name}"] for name in said["state"]},
         commands=Commands(said["commands"]),
         later=tuple(said["later"]),
-        entries=_read_entries(said["entries"], arrays, scene),
+        entries=_read_entries(said["entries"], arrays, scene, said["numbers"]),
         **{name: said[name] for name in _OF_PARTS},
     )
     return Snapshot(
@@ -323,6 +323,7 @@ def _columns(prepared: Scene, scene: Scene) -> Arrays:
 def _entries(entries: Entries, arrays: Arrays) -> dict[str, Any]:
     """Returns the contents of the ledger. Kept contacts are their own digest; else its state is needed."""
     arrays |= {f"unrecorded.{number}": rows for number, rows in enumerate(entries.unrecorded)}
+    arrays["unstepped"] = np.array(list(entries.unstepped), MET)
     found: dict[str, Any] = {
         "rows": entries.rows,
         "fingerprint": entries.digest.hexdigest(),
@@ -335,7 +336,7 @@ def _entries(entries: Entries, arrays: Arrays) -> dict[str, Any]:
     return found
 
 
-def _read_entries(said: Mapping[str, Any], arrays: Arrays, scene: Scene) -> Entries:
+def _read_entries(said: Mapping[str, Any], arrays: Arrays, scene: Scene, numbers: int) -> Entries:
     unrecorded = tuple(_rows(arrays, f"unrecorded.{number}", LOG) for number in range(said["unrecorded"]))
     digest: Any
     if "digest" in said:
@@ -350,7 +351,10 @@ def _read_entries(said: Mapping[str, Any], arrays: Arrays, scene: Scene) -> Entr
         digest = hashlib.sha256(met.tobytes())
     if digest.hexdigest() != said["fingerprint"]:
         raise ValueError("its fingerprint is not that of its contacts")
-    return Entries(said["rows"], contacts, digest, unrecorded)
+    unstepped = _rows(arrays, "unstepped", MET)
+    if not ((unstepped["a"] >= 0) & (np.maximum(unstepped["a"], unstepped["b"]) < numbers)).all():
+        raise ValueError("a contact is of a body that has never been there")
+    return Entries(said["rows"], contacts, digest, unrecorded, tuple(unstepped.tolist()))
 
 
 def _rows(arrays: Arrays, name: str, dtype: np.dtype[Any]) -> npt.NDArray[Any]:

@@ -34,6 +34,7 @@ from kinetile.run.engine.agenda import Command, History
 from kinetile.run.engine.bounds import Bounds
 from kinetile.run.engine.engine import LOGS, Engine, Parts
 from kinetile.run.engine.layout import as_bytes
+from kinetile.run.engine.ledger import Entries
 from kinetile.run.interrupts import Unbroken
 from kinetile.run.saving.soundness import check_tables
 from kinetile.scene import Scene, spacious
@@ -91,7 +92,8 @@ class Snapshot:
 
     def _values(self) -> tuple[Any, ...]:
         parts, entries = self.parts, self.parts.entries
-        ledger = entries.rows, entries.digest.hexdigest(), [rows.tobytes() for rows in entries.unrecorded]
+        unrecorded = [rows.tobytes() for rows in entries.unrecorded]
+        ledger = entries.rows, entries.digest.hexdigest(), unrecorded, entries.unstepped
         stands = self.at_start or self.prepared, self.prepared.capacity
         mine = (self.scene, self.phases, stands, self.history.content, self.audit, self.start_energy)
         numbers = (parts.base, parts.bounds, parts.commands, parts.later, parts.numbers, parts.audits)
@@ -253,7 +255,7 @@ def layout() -> str:
     tables = allocate(1, 1, 1)
     said = [f"{name} {elements(table.dtype)}" for name, table in zip(tables._fields, tables, strict=True)]
     said += [elements(CONTACT), elements(LOG), *Command._fields, *Bounds._fields, *Skin._fields]
-    said += [field.name for field in fields(Parts)]
+    said += [*(field.name for field in fields(Parts)), *Entries._fields]
     return hashlib.sha256("\n".join(said).encode()).hexdigest()
 
 
