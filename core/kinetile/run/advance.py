@@ -18,7 +18,7 @@ from kinetile.kernel.loop.calendar import rank
 from kinetile.kernel.passings import PASS
 from kinetile.kernel.tables import JAMMED, NEVER, PARTING, STRUCTURAL, TURN, WALL, Kernel
 from kinetile.run.engine.engine import UNLIMITED, Engine
-from kinetile.run.interrupts import Unbroken
+from kinetile.run.interrupts import Interruptible
 from kinetile.scene.responses import Kind
 
 IDLE_SPANS = 1 << 12
@@ -90,7 +90,8 @@ def advance(engine: Engine, end: End, audit: int | None, after_chunk: Callable[[
         arrived = reason == TIME_REACHED and last
         if arrived:
             engine.arrive(end.until)
-        after_chunk()
+        with Interruptible():
+            after_chunk()
         watched = reason == WATCHED
         finished = watched or arrived or engine.contacts >= end.contacts or engine.events >= end.events
         if audit is not None and (finished or reason == CONTACTS_REACHED):
@@ -135,6 +136,8 @@ def advance_one(engine: Engine, end: End) -> Event | None:
     none."""
     idle = 0
     while idle < IDLE_SPANS:
+        with Interruptible():
+            pass
         engine.build()
         until, quota, last = end.within_span(engine.clock)
         head = _look(engine, until, quota)
@@ -164,11 +167,10 @@ def _move_on(engine: Engine, end: End, idle: int, quiet: int) -> int:
 
     ``idle`` spans count for giving up a run that has no end; in ``quiet`` ones nothing has happened.
     """
-    with Unbroken():
-        most = IDLE_SPANS - idle if end.ticks is None else UNLIMITED
-        # Looking ahead costs as much as some spans do, and is useless if bodies meet now and then.
-        skipped = engine.skip(end.ticks, most) if quiet % 16 == 15 else 0
-        engine.move_base(end.ticks)
+    most = IDLE_SPANS - idle if end.ticks is None else UNLIMITED
+    # Looking ahead costs as much as some spans do, and is useless if bodies meet now and then.
+    skipped = engine.skip(end.ticks, most) if quiet % 16 == 15 else 0
+    engine.move_base(end.ticks)
     return skipped + 1
 
 

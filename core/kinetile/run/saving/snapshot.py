@@ -33,7 +33,6 @@ from kinetile.run.engine.agenda import Command, History
 from kinetile.run.engine.bounds import Bounds
 from kinetile.run.engine.engine import LOGS, Engine, Parts
 from kinetile.run.engine.layout import as_bytes
-from kinetile.run.interrupts import Unbroken
 from kinetile.scene import Scene, spacious
 
 
@@ -148,7 +147,7 @@ def put_back(engine: Engine, scene: Scene, snapshot: Snapshot, anew: bool = Fals
     if {*parts.tables, *LOGS} != set(engine.k._fields):
         raise RecordError("this snapshot is of another version of kinetile, which has other tables")
     if anew or mine != snapshot.phases:
-        with Unbroken(), engine.unchanged_if(BaseException):
+        with engine.unchanged_if(BaseException):
             engine.adopt(parts, None)
             engine.renew()
     else:
@@ -161,8 +160,7 @@ def put_back(engine: Engine, scene: Scene, snapshot: Snapshot, anew: bool = Fals
         composition = _prepared(engine, snapshot)
         if composition is not parts.composition:
             _check_state(composition, parts.state)
-        with Unbroken():
-            engine.adopt(parts, composition)
+        engine.adopt(parts, composition)
 
 
 def _prepared(engine: Engine, snapshot: Snapshot) -> Composition:
