@@ -50,9 +50,13 @@ class Unbroken:
             return self
         outer = Unbroken._outermost
         if outer is None:
-            self._take_handlers()
-            self._waiting = True
-            Unbroken._outermost = self
+            try:
+                self._take_handlers()
+                self._waiting = True
+                Unbroken._outermost = self
+            except BaseException:  # a signal meanwhile
+                self._put_back()
+                raise
         else:
             self._within = outer, outer._waiting, outer._depth
             outer._depth = outer._depth + 1 if outer._waiting else 0  # a step of user code begins anew
@@ -81,15 +85,21 @@ class Unbroken:
                 _signal.signal(number, self._come)
 
     def _give_back(self) -> None:
-        """Puts the handlers back, but for those that user code has replaced, and calls those that waited."""
-        Unbroken._outermost = None
+        """Puts the handlers back, and calls those that waited."""
         try:
+            Unbroken._outermost = None
             self._waiting = False
-            for number, handler in self._before.items():
-                if _signal.getsignal(number) == self._come:
-                    _signal.signal(number, handler)
+            self._put_back()
+        except BaseException:  # a signal whose handler is back
+            self._put_back()
+            raise
         finally:
             self._deliver()
+
+    def _put_back(self) -> None:
+        for number, handler in self._before.items():
+            if _signal.getsignal(number) == self._come:  # else user code has replaced it
+                _signal.signal(number, handler)
 
     def _let_through(self) -> None:
         """Calls the handlers that have waited, and has no more wait. Where one raises, signals wait again:
