@@ -20,7 +20,7 @@ from kinetile.kernel.passings import PASS
 from kinetile.kernel.tables import JAMMED, NEVER, NOBODY, PARTING, STRUCTURAL, TURN, WALL, Kernel
 from kinetile.run.engine.engine import UNLIMITED, Engine
 from kinetile.run.engine.ledger import ContactRow
-from kinetile.run.interrupts import Unbroken
+from kinetile.run.interrupts import Interruptible
 from kinetile.scene.responses import Kind
 
 IDLE_SPANS = 1 << 12
@@ -107,7 +107,8 @@ def advance(engine: Engine, end: End, audit: int | None, after_chunk: Callable[[
             arrived = reason == TIME_REACHED and last
             if arrived:
                 engine.arrive(end.until)
-            after_chunk()
+            with Interruptible():
+                after_chunk()
             finished = (
                 reason == WATCHED
                 or arrived
@@ -155,15 +156,14 @@ class _Stillness:
         Looking ahead costs as much as some spans do, and may be useless: so after that twice as many quiet
         spans have to pass before it is tried again.
         """
-        with Unbroken():
-            if self.quiet >= self._next_try:
-                most = IDLE_SPANS - self.idle if end.ticks is None else UNLIMITED
-                skipped = engine.skip(end.ticks, most)
-                self._patience = 1 if skipped else 2 * self._patience
-                self.quiet += skipped
-                self._next_try = self.quiet + self._patience
-                self.idle += skipped if self.idle else 0
-            engine.move_base(end.ticks)
+        if self.quiet >= self._next_try:
+            most = IDLE_SPANS - self.idle if end.ticks is None else UNLIMITED
+            skipped = engine.skip(end.ticks, most)
+            self._patience = 1 if skipped else 2 * self._patience
+            self.quiet += skipped
+            self._next_try = self.quiet + self._patience
+            self.idle += skipped if self.idle else 0
+        engine.move_base(end.ticks)
 
 
 def advance_one(engine: Engine, end: End) -> Event | None:
@@ -173,6 +173,8 @@ def advance_one(engine: Engine, end: End) -> Event | None:
     unstepped = engine.ledger.unstepped
     assert unstepped is not None  # no run is under way
     while still.quiet < IDLE_SPANS - 1:
+        with Interruptible():
+            pass
         engine.build()
         if unstepped:
             return _event_of_row(engine, unstepped.pop(0))

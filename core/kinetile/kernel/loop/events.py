@@ -118,7 +118,8 @@ def anchor_next(k: Kernel, at: int) -> tuple[int, int]:
 
 @template
 def holds_back(k: Kernel, h: int, kind: int, at: int) -> bool:
-    """Whether the loop stops before the contact at the head, because it is watched.
+    """Whether the loop stops before the contact at the head, because it is watched, once that is filed:
+    ``loop.resolve`` may have computed it exactly without.
 
     It is not held back twice: when the loop goes on it happens, if it still comes. Commands may have changed
     that. (Contacts after which the loop stops are those of ``bookkeeping``.)
@@ -144,7 +145,6 @@ def holds_back(k: Kernel, h: int, kind: int, at: int) -> bool:
     if stops.tick == at and stops.a == k.queue[a].number and stops.b == two:
         return False
     stop_there(k, at, a, b)
-    stops.due = 0  # it stops here and now
     clock.now = larger(clock.now, at)
     return True
 

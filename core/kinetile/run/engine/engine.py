@@ -67,7 +67,7 @@ from kinetile.run.engine.bounds import MOST_FLOWN, Bounds, fastest, squares_of_b
 from kinetile.run.engine.failures import blocked, demand_room, failure
 from kinetile.run.engine.fields import Tables
 from kinetile.run.engine.ledger import Entries, Ledger
-from kinetile.run.interrupts import Unbroken
+from kinetile.run.interrupts import Interruptible, Unbroken
 from kinetile.scene import Insert, Scene
 from kinetile.scene.reach import SPANS, extent_of
 
@@ -211,7 +211,8 @@ class Engine(Tables):
         if not self._ready:
             began = time.thread_time()
             try:
-                make_ready(self.loop, self.k, self.state, 0, 0, 0, 0)
+                with Interruptible():
+                    make_ready(self.loop, self.k, self.state, 0, 0, 0, 0)
             except NotCompiled as error:
                 who = described("broad phase", self.composition.broad_phase)
                 said = f"the hooks of {self._phases} do not compile together ({who}): {error}"
@@ -340,7 +341,8 @@ class Engine(Tables):
         """
         self.build()
         skin = self.bounds.skin.delta
-        check_all(self.k, self.composition, skin, self.clock.time(self.now), self.events)
+        with Interruptible():
+            check_all(self.k, self.composition, skin, self.clock.time(self.now), self.events)
         self.audits += 1
 
     # The structure
@@ -354,6 +356,8 @@ class Engine(Tables):
     def build(self) -> None:
         """Builds the structure, if necessary, and runs no event."""
         while not self.built:
+            with Interruptible():
+                pass
             self.chunk(self.now - 1, UNLIMITED)
 
     def lay_out(self, speed: float) -> None:

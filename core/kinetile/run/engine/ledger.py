@@ -20,6 +20,7 @@ from kinetile.kernel.log import CONTACT, LOG
 from kinetile.kernel.tables import Kernel
 from kinetile.run.engine.fields import Fields
 from kinetile.run.engine.sha256 import Digest, Sha256
+from kinetile.run.interrupts import Unbroken
 
 KEPT = np.dtype([("when", "i8"), ("a", "i4"), ("b", "i4")])
 """A contact as it is kept until it is read, in 16 bytes: ``when`` counts ticks from the beginning of the
@@ -95,8 +96,9 @@ class Ledger:
     def contacts(self) -> npt.NDArray[np.void]:
         """All contacts so far, in canonical order."""
         self._demand_kept()
-        waiting, self._waiting = self._waiting, []
-        self._put(waiting)
+        with Unbroken():
+            waiting, self._waiting = self._waiting, []
+            self._put(waiting)
         contacts = self._kept[: self._count]
         contacts.flags.writeable = False
         return contacts

@@ -35,7 +35,6 @@ from kinetile.run.engine.bounds import Bounds
 from kinetile.run.engine.engine import LOGS, Engine, Parts
 from kinetile.run.engine.layout import as_bytes
 from kinetile.run.engine.ledger import Entries
-from kinetile.run.interrupts import Unbroken
 from kinetile.run.saving.soundness import check_tables
 from kinetile.scene import Scene, spacious
 
@@ -157,7 +156,7 @@ def put_back(engine: Engine, scene: Scene, snapshot: Snapshot, anew: bool = Fals
         except (ValueError, LookupError, ArithmeticError, TypeError, AttributeError, MemoryError) as error:
             raise RecordError(f"no engine has the tables of this snapshot: {error}") from error
     if anew or mine != snapshot.phases:
-        with Unbroken(), engine.unchanged_if(BaseException):
+        with engine.unchanged_if(BaseException):
             engine.adopt(parts, None)
             engine.renew()
     else:
@@ -169,11 +168,10 @@ def put_back(engine: Engine, scene: Scene, snapshot: Snapshot, anew: bool = Fals
                 )
         composition = _prepared(engine, snapshot)
         if composition is parts.composition:
-            with Unbroken():
-                engine.adopt(parts, composition)
+            engine.adopt(parts, composition)
             return
         _check_state(composition, parts.state)
-        with Unbroken(), engine.unchanged_if(BaseException):
+        with engine.unchanged_if(BaseException):
             engine.adopt(parts, composition)
             _judge_state(engine)
 
