@@ -94,8 +94,7 @@ def advance(engine: Engine, end: End, audit: int | None, after_chunk: Callable[[
         if stop is not None:
             ledger.unstepped = left
             return stop
-    still, audited, stop = _Stillness(), engine.contacts, None
-    left: list[ContactRow] = []
+    still, audited, stop, left = _Stillness(), engine.contacts, None, []
     ledger.unstepped = None
     try:
         while True:
@@ -110,10 +109,7 @@ def advance(engine: Engine, end: End, audit: int | None, after_chunk: Callable[[
             with Interruptible():
                 after_chunk()
             finished = (
-                reason == WATCHED
-                or arrived
-                or engine.contacts >= end.contacts
-                or engine.events >= end.events
+                reason == WATCHED or arrived or engine.contacts >= end.contacts or engine.events >= end.events
             )
             if audit is not None and (finished or reason == CONTACTS_REACHED):
                 engine.audit()

@@ -48,7 +48,7 @@ class Unbroken:
     def __enter__(self) -> Self:
         if threading.current_thread() is not threading.main_thread():
             return self
-        outer = Unbroken._outermost
+        outer: Unbroken | None = Unbroken._outermost
         if outer is None:
             try:
                 self._take_handlers()

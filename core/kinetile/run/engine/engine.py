@@ -635,8 +635,8 @@ class Engine(Tables):
         for ticks in (end, None if self.next_command is None else self.next_command.ticks):
             if ticks is not None:
                 most = min(most, self.clock.relative(ticks) // SPAN - 1)
-        arena = scene.arena if scene.arena is not None and self.walled else (0.0, 0.0)
-        walls = tuple(0.0 if name in scene.periodic else side for name, side in zip("xy", arena, strict=True))
+        width, height = scene.arena if scene.arena is not None and self.walled else (0.0, 0.0)
+        walls = 0.0 if "x" in scene.periodic else width, 0.0 if "y" in scene.periodic else height
         fewest = spans.FEWEST_TURNS if scene.periodic else spans.FEWEST_SPANS
         most = min(most, spans.MOST_SPANS)
         quiet = spans.quiet_spans(self.k, self.taken, walls, scene.periods, most) if most >= fewest else 0
