@@ -48,7 +48,7 @@ class Unbroken:
     def __enter__(self) -> Self:
         if threading.current_thread() is not threading.main_thread():
             return self
-        outer: Unbroken | None = Unbroken._outermost
+        outer = Unbroken._outermost
         if outer is None:
             try:
                 self._take_handlers()
@@ -68,7 +68,8 @@ class Unbroken:
     ) -> None:
         try:
             if self._within is not None:
-                outer, waited, outer._depth = self._within
+                outer, waited, depth = self._within
+                outer._depth = depth
                 if not waited:
                     outer._let_through()
             elif Unbroken._outermost is self:
