@@ -52,7 +52,7 @@ class Ledger:
     wait for the next one (``put_aside``). ``rows`` is their total number; ``keeps`` says whether
     contacts are kept at all. ``unstepped`` are the contacts that no step has returned yet: passings that
     begin at the start, or begin or end together with a command; None while a run goes past all events.
-    ``latest`` is the number of contacts that were taken over last: they still are the first rows of ``k.met``.
+    ``latest`` is the number of contacts that were taken over last: still the first rows of ``k.met``.
     """
 
     def __init__(self, clock: Clock, keep: bool) -> None:
