@@ -11,14 +11,16 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from kinetile.errors import Refused
 from kinetile.kernel.clock import SPAN, TICKS, Clock
+from kinetile.kernel.images import BEAT
 from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED, WALLS
 from kinetile.kernel.loop import COMMAND_DUE, CONTACTS_REACHED, TIME_REACHED, WATCHED
 from kinetile.kernel.loop.bookkeeping import ANY, SOME
 from kinetile.kernel.loop.calendar import rank
 from kinetile.kernel.passings import PASS
 from kinetile.kernel.tables import JAMMED, NEVER, NOBODY, PARTING, STRUCTURAL, TURN, WALL, Kernel
-from kinetile.run.engine.engine import UNLIMITED, Engine
+from kinetile.run.engine.engine import MOST_UNITS, UNLIMITED, Engine
 from kinetile.run.engine.ledger import ContactRow
 from kinetile.run.interrupts import Interruptible
 from kinetile.scene.responses import Kind
@@ -29,6 +31,9 @@ IDLE_SPANS = 1 << 12
 PATIENCE = 4
 """The number of spans without a contact after which, at first, it is tried whether some can be skipped."""
 
+
+MOST_ANCHORED = 10**9
+"""The number of rows above which a recording is refused that would have them for the clock alone."""
 
 COMMANDS: dict[int, Literal["turn", "insert", "remove"]] = {
     TURNED: "turn",
@@ -87,6 +92,7 @@ def advance(engine: Engine, end: End, audit: int | None, after_chunk: Callable[[
 
     ``after_chunk`` is called after each chunk; an exception from it ends the run there.
     """
+    _demand_feasible(engine, end)
     ledger = engine.ledger
     if len(engine.k.watch) and not engine.k.clock[0].stops.before:
         engine.build()  # passings of the start begin
@@ -123,6 +129,29 @@ def advance(engine: Engine, end: End, audit: int | None, after_chunk: Callable[[
                 still.move_on(engine, end)
     finally:
         ledger.unstepped = left
+
+
+def _demand_feasible(engine: Engine, end: End) -> None:
+    """Raises Refused for a run to a time that is too many units of the clock away, or to one that needs more
+    rows of plans that the clock anchors anew than a recording can have."""
+    bodies, unit = len(engine.taken), engine.clock.unit
+    if end.ticks is None or not bodies or min(end.contacts, end.events) < UNLIMITED:
+        return
+    units = end.ticks // TICKS
+    if units > MOST_UNITS:
+        raise Refused(
+            f"until={end.until!r} is more than 2**{units.bit_length() - 1} units of this scene's clock after "
+            f"its start, and a run has at most 2**62: expected at most "
+            f"{engine.clock.start + MOST_UNITS * unit:.6g}, or a scene with a unit above {unit:.3g}"
+        )
+    beat = (BEAT if engine.scene.periodic else SPAN) // TICKS
+    rows = bodies * (units - engine.clock.base) // (6 * beat)  # a contact has one for two bodies
+    if engine.ledger.records and rows > MOST_ANCHORED:
+        raise Refused(
+            f"a recording until {end.until!r} has {float(rows):.3g} rows or more: the clock counts in units "
+            f"of {unit:.3g}, and each body has a row every {3 * beat:,} of them at least. Expected at most "
+            f"{MOST_ANCHORED:,} rows: end sooner, give the scene a larger unit, or run it without a recorder"
+        )
 
 
 class _Stillness:

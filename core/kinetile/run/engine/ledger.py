@@ -137,6 +137,11 @@ class Ledger:
         """Whether the long rows of present events are read, or will be."""
         return self._puts_aside or self._recorder is not None or self._observer is not None
 
+    @property
+    def records(self) -> bool:
+        """Whether all rows of present events are kept, those of plans that the clock anchors anew too."""
+        return self._puts_aside or self._recorder is not None
+
     @contextmanager
     def recording(
         self,
