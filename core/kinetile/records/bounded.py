@@ -35,8 +35,8 @@ class BoundedRows:
             time = float(self.rows["time"][-1]) if self.limit else 0.0
             self._count = self.limit
             raise TooManyRows(
-                f"the run has more than {self.limit:,} events and plans that the clock anchors anew, which is "
-                f"the limit here; the first of them go up to time {time!r}: end there"
+                f"the run has more than {self.limit:,} events and plans that the clock anchors anew, which "
+                f"is the limit here; the first of them go up to time {time!r}: end there"
             )
 
     @property
