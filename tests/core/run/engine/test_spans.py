@@ -177,7 +177,7 @@ def test_empty_time_cost_in_proportion_to_a_speed_that_was_only_planned(speed, m
 def test_skipping_in_small_units_leaves_the_same_bits(seed, periodic, monkeypatch):
     rng = np.random.default_rng(seed)
     places = np.column_stack([np.arange(5) * 0.19 + 0.1, rng.uniform(0.1, 0.9, 5)])
-    unit = 2.0**-14 if periodic else 2.0**-17
+    unit = 2.0**-17 if periodic else 2.0**-21
     flies = rng.normal(size=(5, 2))
     scene = kt.Scene(places, flies, 0.05, 1.0, (1.0, 1.0), unit=unit, periodic=periodic)
     found, moves = [], []
@@ -189,7 +189,7 @@ def test_skipping_in_small_units_leaves_the_same_bits(seed, periodic, monkeypatc
         moves.append(len(moved))
         in_small_steps(monkeypatch)
     assert found[0] == found[1]
-    assert len(sim.contacts) > 5
+    assert len(sim.contacts) > 2
     assert moves[0] < 0.7 * moves[1]
 
 
