@@ -35,7 +35,8 @@ NEVER = 2**63 - 1
 """The failure time of a certificate that will not fail."""
 
 NOT_ASKED = -(2**63)
-"""The tick of a wall contact that is not computed yet. Before it is needed, the body is inside the arena."""
+"""The tick of a wall contact that is not computed yet: no wall is reached by the tick that the body is filed
+under, as the narrow phase for walls has said."""
 
 NOBODY = -1
 
@@ -103,6 +104,8 @@ TRAIT = np.dtype(
     [
         ("leave", "i8"),  # when the first of the pairs parts in which the body passes through a younger one
         ("touched", "i8"),  # the tick of its last contact in which it did not pass through the other
+        ("met_epoch", "i8"),  # the same in units since the start, whatever the base of ticks,
+        ("met_tick", "i8"),  # and ticks after that
         ("kind", "i4"),
         ("inside", "i4"),  # how many bodies it is passing through
     ],

@@ -230,7 +230,9 @@ class WallParts:
 
     ``reach_wall(k, body)``: (tick, wall) of the first contact of a body record with a wall, from its plan
     alone; wall is ``kinetile.toolbox.LEFT``, ``RIGHT``, ``BOTTOM`` or ``TOP``. The arena reaches from the
-    origin to ``k.clock[0].limits.width`` and ``k.clock[0].limits.height``.
+    origin to ``k.clock[0].limits.width`` and ``k.clock[0].limits.height``. Walls may be anywhere in it, and
+    have to keep every body in it: broad phases and the skin rely on that. A body that is inserted, or is
+    there at the start, is only compared with the arena's edges.
 
     ``bounce(k, body, wall)``: the body is anchored at the contact; give it a new velocity and return how deep
     it is in the wall.
@@ -239,6 +241,11 @@ class WallParts:
     None: the phase does not work with responses that need it.
 
     ``periodic`` and ``shapes``: as in ``PairParts``; of a body with a shape each side has its own reach.
+
+    ``inside(k, body, tick) -> bool``: a shortcut, which saves most calls of ``reach_wall``: True only if the
+    body, by its plan, reaches no wall up to and at a tick. ``kinetile.toolbox.inside_arena`` is right where
+    the walls are at the arena's edges; with it the kernel also passes empty time in one step. None: there is
+    no shortcut.
     """
 
     reach_wall: Hook
@@ -246,6 +253,7 @@ class WallParts:
     touch: Hook | None = None
     periodic: bool = False
     shapes: bool = False
+    inside: Hook | None = None
 
 
 @dataclass(frozen=True)
@@ -255,8 +263,9 @@ class ResponseParts:
     ``respond(k, a, b, nx, ny, rule)``: body a meets body b, or a wall (b is below 0: ``toolbox.LEFT`` and so
     on). The bodies are anchored at the contact; (nx, ny) is the normal from a to b, of length 1. Give them
     new velocities; places, radii and masses stay. A body whose mass is infinite keeps its velocity.
-    ``k.traits[a].touched`` is the tick of its last contact before this one. None: what the narrow phases do,
-    or nothing at all, for the kernel's own ``elastic`` and ``pass``.
+    ``k.traits[a].touched`` is the tick of its last contact before this one, if that is less than 2^62 ticks
+    ago; ``met_epoch`` and ``met_tick`` have it however long ago it was. None: what the narrow phases do, or
+    nothing at all, for the kernel's own ``elastic`` and ``pass``.
 
     ``numbers`` are up to four of the response's own, found in ``rule.first``, ``second``, ``third`` and
     ``fourth``: other numbers need no other machine code.

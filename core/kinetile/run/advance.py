@@ -11,21 +11,29 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from kinetile.errors import Refused
 from kinetile.kernel.clock import SPAN, TICKS, Clock
+from kinetile.kernel.images import BEAT
 from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED, WALLS
 from kinetile.kernel.loop import COMMAND_DUE, CONTACTS_REACHED, TIME_REACHED, WATCHED
 from kinetile.kernel.loop.bookkeeping import ANY, SOME
 from kinetile.kernel.loop.calendar import rank
 from kinetile.kernel.passings import PASS
 from kinetile.kernel.tables import JAMMED, NEVER, NOBODY, PARTING, STRUCTURAL, TURN, WALL, Kernel
-from kinetile.run.engine.engine import UNLIMITED, Engine
+from kinetile.run.engine.engine import MOST_UNITS, UNLIMITED, Engine
 from kinetile.run.engine.ledger import ContactRow
-from kinetile.run.interrupts import Unbroken
+from kinetile.run.interrupts import Interruptible
 from kinetile.scene.responses import Kind
 
 IDLE_SPANS = 1 << 12
 """The number of empty spans of the clock after which a run without an end in time gives up."""
 
+PATIENCE = 4
+"""The number of spans without a contact after which, at first, it is tried whether some can be skipped."""
+
+
+MOST_ANCHORED = 10**9
+"""The number of rows above which a recording is refused that would have them for the clock alone."""
 
 COMMANDS: dict[int, Literal["turn", "insert", "remove"]] = {
     TURNED: "turn",
@@ -84,6 +92,7 @@ def advance(engine: Engine, end: End, audit: int | None, after_chunk: Callable[[
 
     ``after_chunk`` is called after each chunk; an exception from it ends the run there.
     """
+    _demand_feasible(engine, end)
     ledger = engine.ledger
     if len(engine.k.watch) and not engine.k.clock[0].stops.before:
         engine.build()  # passings of the start begin
@@ -91,8 +100,7 @@ def advance(engine: Engine, end: End, audit: int | None, after_chunk: Callable[[
         if stop is not None:
             ledger.unstepped = left
             return stop
-    still, audited, stop = _Stillness(), engine.contacts, None
-    left: list[ContactRow] = []
+    still, audited, stop, left = _Stillness(), engine.contacts, None, []
     ledger.unstepped = None
     try:
         while True:
@@ -104,7 +112,8 @@ def advance(engine: Engine, end: End, audit: int | None, after_chunk: Callable[[
             arrived = reason == TIME_REACHED and last
             if arrived:
                 engine.arrive(end.until)
-            after_chunk()
+            with Interruptible():
+                after_chunk()
             finished = (
                 reason == WATCHED or arrived or engine.contacts >= end.contacts or engine.events >= end.events
             )
@@ -117,13 +126,36 @@ def advance(engine: Engine, end: End, audit: int | None, after_chunk: Callable[[
                 still.note_span(engine)
                 if end.ticks is None and still.idle > IDLE_SPANS:
                     return None
-                still.skip(_move_on(engine, end, still.idle, still.quiet) - 1)
+                still.move_on(engine, end)
     finally:
         ledger.unstepped = left
 
 
+def _demand_feasible(engine: Engine, end: End) -> None:
+    """Raises Refused for a run to a time that is too many units of the clock away, or to one that needs more
+    rows of plans that the clock anchors anew than a recording can have."""
+    bodies, unit = len(engine.taken), engine.clock.unit
+    if end.ticks is None or not bodies or min(end.contacts, end.events) < UNLIMITED:
+        return
+    units = end.ticks // TICKS
+    if units > MOST_UNITS:
+        raise Refused(
+            f"until={end.until!r} is more than 2**{units.bit_length() - 1} units of this scene's clock after "
+            f"its start, and a run has at most 2**62: expected at most "
+            f"{engine.clock.start + MOST_UNITS * unit:.6g}, or a scene with a unit above {unit:.3g}"
+        )
+    beat = (BEAT if engine.scene.periodic else SPAN) // TICKS
+    rows = bodies * (units - engine.clock.base) // (6 * beat)  # a contact has one for two bodies
+    if engine.ledger.records and rows > MOST_ANCHORED:
+        raise Refused(
+            f"a recording until {end.until!r} has {float(rows):.3g} rows or more: the clock counts in units "
+            f"of {unit:.3g}, and each body has a row every {3 * beat:,} of them at least. Expected at most "
+            f"{MOST_ANCHORED:,} rows: end sooner, give the scene a larger unit, or run it without a recorder"
+        )
+
+
 class _Stillness:
-    """Counts spans of the clock in which nothing happens.
+    """Counts spans of the clock in which nothing happens, and skips those in which nothing can.
 
     Attributes:
         quiet: spans in a row without a contact or a command; structural events do not count.
@@ -133,27 +165,41 @@ class _Stillness:
     def __init__(self) -> None:
         self.quiet = self.idle = 0
         self._seen = -1
+        self._patience = self._next_try = PATIENCE
 
     def note_span(self, engine: Engine) -> None:
         """Counts a span that has passed."""
         happened = engine.events - int(engine.k.counts[0].structural)
         self.quiet = self.quiet + 1 if happened == self._seen else 0
+        self._next_try = self._next_try if self.quiet else self._patience
         self.idle = self.idle + 1 if self.quiet and engine.next_command is None else 0
         self._seen = happened
 
-    def skip(self, spans: int) -> None:
-        """Counts skipped spans: in them nothing can happen."""
-        self.quiet += spans
-        self.idle += spans if self.idle else 0
+    def move_on(self, engine: Engine, end: End) -> None:
+        """Moves on to the next span of the clock in which something may happen.
+
+        Looking ahead costs as much as some spans do, and may be useless: so after that twice as many quiet
+        spans have to pass before it is tried again.
+        """
+        if self.quiet >= self._next_try:
+            most = IDLE_SPANS - self.idle if end.ticks is None else UNLIMITED
+            skipped = engine.skip(end.ticks, most)
+            self._patience = 1 if skipped else 2 * self._patience
+            self.quiet += skipped
+            self._next_try = self.quiet + self._patience
+            self.idle += skipped if self.idle else 0
+        engine.move_base(end.ticks)
 
 
 def advance_one(engine: Engine, end: End) -> Event | None:
     """Runs the next event up to and at an end in time, and returns it; None, at that end, if there is
     none."""
-    idle = 0
+    still = _Stillness()
     unstepped = engine.ledger.unstepped
     assert unstepped is not None  # no run is under way
-    while idle < IDLE_SPANS:
+    while still.quiet < IDLE_SPANS - 1:
+        with Interruptible():
+            pass
         engine.build()
         if unstepped:
             return _event_of_row(engine, unstepped.pop(0))
@@ -175,22 +221,9 @@ def advance_one(engine: Engine, end: End) -> Event | None:
             if last:
                 engine.arrive(end.until)
                 return None
-            idle += _move_on(engine, end, idle, idle)
+            still.note_span(engine)
+            still.move_on(engine, end)
     return None
-
-
-def _move_on(engine: Engine, end: End, idle: int, quiet: int) -> int:
-    """Moves on to the next span of the clock in which something may happen, and returns how many spans that
-    is.
-
-    ``idle`` spans count for giving up a run that has no end; in ``quiet`` ones nothing has happened.
-    """
-    with Unbroken():
-        most = IDLE_SPANS - idle if end.ticks is None else UNLIMITED
-        # Looking ahead costs as much as some spans do, and is useless if bodies meet now and then.
-        skipped = engine.skip(end.ticks, most) if quiet % 16 == 15 else 0
-        engine.move_base(end.ticks)
-    return skipped + 1
 
 
 def next_event(engine: Engine) -> Event | None:

@@ -84,7 +84,10 @@ def _energy(k: Kernel, body: int) -> float:
 @hook
 def _note(k: Kernel, body: int, tick: int) -> None:
     """Write down that a body has met another, or a wall, and whether it is too fast for its reach now."""
-    k.traits[body].touched = tick
+    trait = k.traits[body]
+    trait.touched = tick
+    trait.met_epoch = k.clock[0].epoch + (tick >> 52)
+    trait.met_tick = tick & ((1 << 52) - 1)
     plan = k.bodies[body]
     if not plan.vx * plan.vx + plan.vy * plan.vy <= k.clock[0].limits.speed2:
         k.clock[0].limits.faster = 1
@@ -113,9 +116,10 @@ def answer(k: Kernel, a: int, b: int, tick: int) -> float:
     else:
         nx, ny, depth = touch(k, a, b)
         _respond(k, a, b, nx, ny, rule)
-    k.counts[0].answered_energy += (_energy(k, a) + _energy(k, b)) - before
-    _note(k, a, tick)
-    _note(k, b, tick)
+    if depth == depth:  # else there is no answer, and the loop ends with both as they were
+        k.counts[0].answered_energy += (_energy(k, a) + _energy(k, b)) - before
+        _note(k, a, tick)
+        _note(k, b, tick)
     return float(depth)
 
 

@@ -161,9 +161,14 @@ def _allocated(bodies: int, scene: Scene, composition: Composition) -> Kernel:
     k.queue.number[bodies:] = k.slots[bodies:] = NOBODY
     clock = k.clock[0]
     clock.bodies = clock.present = bodies
-    clock.jam.spin_limit = 2 * (2 * slots + 2) ** 2 + 1000
+    clock.jam.spin_limit = spin_limit(slots)
     clock.jam.window_size = python_of(window_of)(bodies)
     return k
+
+
+def spin_limit(slots: int) -> int:
+    """Returns the number of structural events without progress after which a run has stalled."""
+    return 2 * (2 * slots + 2) ** 2 + 1000
 
 
 def with_room(log: Records, rows: int) -> Records:
@@ -179,7 +184,7 @@ def _with_rules(k: Kernel, rules: Rules) -> Kernel:
     """Returns the tables with what responses need."""
     slots = len(k.bodies)
     traits = record_table(TRAIT, slots)
-    traits.leave, traits.touched = NEVER, LONG_AGO
+    traits.leave, traits.touched, traits.met_epoch = NEVER, LONG_AGO, LONG_AGO >> 52
     k.clock[0].kinds = rules.kinds
     k.clock[0].lists.passable = NOBODY
     return k._replace(traits=traits, rules=rules.table, passers=np.full(slots, -1, dtype=np.int32))

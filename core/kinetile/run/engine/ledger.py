@@ -20,6 +20,7 @@ from kinetile.kernel.log import CONTACT, LOG
 from kinetile.kernel.tables import Kernel
 from kinetile.run.engine.fields import Fields
 from kinetile.run.engine.sha256 import Digest, Sha256
+from kinetile.run.interrupts import Unbroken
 
 KEPT = np.dtype([("when", "i8"), ("a", "i4"), ("b", "i4")])
 """A contact as it is kept until it is read, in 16 bytes: ``when`` counts ticks from the beginning of the
@@ -51,7 +52,7 @@ class Ledger:
     wait for the next one (``put_aside``). ``rows`` is their total number; ``keeps`` says whether
     contacts are kept at all. ``unstepped`` are the contacts that no step has returned yet: passings that
     begin at the start, or begin or end together with a command; None while a run goes past all events.
-    ``latest`` is the number of contacts that were taken over last: they are the first rows of ``k.met``.
+    ``latest`` is the number of contacts that were taken over last: still the first rows of ``k.met``.
     """
 
     def __init__(self, clock: Clock, keep: bool) -> None:
@@ -95,8 +96,9 @@ class Ledger:
     def contacts(self) -> npt.NDArray[np.void]:
         """All contacts so far, in canonical order."""
         self._demand_kept()
-        waiting, self._waiting = self._waiting, []
-        self._put(waiting)
+        with Unbroken():
+            waiting, self._waiting = self._waiting, []
+            self._put(waiting)
         contacts = self._kept[: self._count]
         contacts.flags.writeable = False
         return contacts
@@ -134,6 +136,11 @@ class Ledger:
     def reads(self) -> bool:
         """Whether the long rows of present events are read, or will be."""
         return self._puts_aside or self._recorder is not None or self._observer is not None
+
+    @property
+    def records(self) -> bool:
+        """Whether all rows of present events are kept, those of plans that the clock anchors anew too."""
+        return self._puts_aside or self._recorder is not None
 
     @contextmanager
     def recording(
