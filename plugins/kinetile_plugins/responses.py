@@ -33,20 +33,12 @@ class Pass:
 
 
 @hook
-def since_met(k: Kernel, body: int) -> float:
-    """Return how many ticks ago a body had its last contact, rounded once; they need not fit into 64 bits."""
-    clock = k.clock[0]
-    units = clock.epoch + (clock.now >> 52) - k.traits[body].met_epoch
-    ticks = (clock.now & ((1 << 52) - 1)) - k.traits[body].met_tick
-    return float(units) * 2.0**52 + float(ticks)
-
-
-@hook
 def since_touched(k: Kernel, a: int, b: int) -> float:
     """Return for how long neither of two bodies, or a body before a wall, has had a contact."""
-    since = since_met(k, a)
+    now = k.clock[0].now
+    since = now - k.traits[a].touched
     if b >= 0:
-        since = smaller(since, since_met(k, b))
+        since = smaller(since, now - k.traits[b].touched)
     return float(since * k.clock[0].tick)
 
 

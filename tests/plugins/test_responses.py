@@ -379,18 +379,6 @@ def test_another_response_of_the_same_family_needs_no_other_loop():
     assert len(loops) == 1
 
 
-@pytest.mark.small
-@pytest.mark.parametrize("power", [0, -8, -20, -30])
-def test_a_contact_time_of_more_than_1536_units_of_the_clock_lasted_for_ever(power):
-    """The time since a contact stopped growing there, so no later contact lost any speed."""
-    rule = kt.Response("restitution", e=0.5, contact_time=0.1)
-    one = {"arena": (1.0, 1.0), "responses": {("*", "wall"): rule}, "unit": 2.0**power}
-    sim = kt.Simulation(kt.Scene([[0.5, 0.5]], [[1.0, 0.0]], 0.1, **one), "naive")
-    sim.run(3.0)
-    assert sim.velocities().tolist() == [[0.25, 0.0]]
-    assert len(sim.contacts) == 2
-
-
 @hook
 def nothing(k, a, b, nx, ny, rule):
     """Leave the two as they are."""

@@ -104,8 +104,6 @@ TRAIT = np.dtype(
     [
         ("leave", "i8"),  # when the first of the pairs parts in which the body passes through a younger one
         ("touched", "i8"),  # the tick of its last contact in which it did not pass through the other
-        ("met_epoch", "i8"),  # the same in units since the start, whatever the base of ticks,
-        ("met_tick", "i8"),  # and ticks after that
         ("kind", "i4"),
         ("inside", "i4"),  # how many bodies it is passing through
     ],

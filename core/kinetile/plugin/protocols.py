@@ -263,9 +263,8 @@ class ResponseParts:
     ``respond(k, a, b, nx, ny, rule)``: body a meets body b, or a wall (b is below 0: ``toolbox.LEFT`` and so
     on). The bodies are anchored at the contact; (nx, ny) is the normal from a to b, of length 1. Give them
     new velocities; places, radii and masses stay. A body whose mass is infinite keeps its velocity.
-    ``k.traits[a].touched`` is the tick of its last contact before this one, if that is less than 2^62 ticks
-    ago; ``met_epoch`` and ``met_tick`` have it however long ago it was. None: what the narrow phases do, or
-    nothing at all, for the kernel's own ``elastic`` and ``pass``.
+    ``k.traits[a].touched`` is the tick of its last contact before this one. None: what the narrow phases do,
+    or nothing at all, for the kernel's own ``elastic`` and ``pass``.
 
     ``numbers`` are up to four of the response's own, found in ``rule.first``, ``second``, ``third`` and
     ``fourth``: other numbers need no other machine code.

@@ -172,8 +172,6 @@ def arrive(k: Kernel, command: Records) -> int:
         trait.kind = command.kind
         trait.leave = NEVER
         trait.touched = LONG_AGO
-        trait.met_epoch = LONG_AGO >> 52
-        trait.met_tick = 0
         trait.inside = 0
     k.counts[0].inserted += 1
     _account(k, command.mass, command.vx * command.vx + command.vy * command.vy)

@@ -84,10 +84,7 @@ def _energy(k: Kernel, body: int) -> float:
 @hook
 def _note(k: Kernel, body: int, tick: int) -> None:
     """Write down that a body has met another, or a wall, and whether it is too fast for its reach now."""
-    trait = k.traits[body]
-    trait.touched = tick
-    trait.met_epoch = k.clock[0].epoch + (tick >> 52)
-    trait.met_tick = tick & ((1 << 52) - 1)
+    k.traits[body].touched = tick
     plan = k.bodies[body]
     if not plan.vx * plan.vx + plan.vy * plan.vy <= k.clock[0].limits.speed2:
         k.clock[0].limits.faster = 1

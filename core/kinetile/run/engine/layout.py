@@ -184,7 +184,7 @@ def _with_rules(k: Kernel, rules: Rules) -> Kernel:
     """Returns the tables with what responses need."""
     slots = len(k.bodies)
     traits = record_table(TRAIT, slots)
-    traits.leave, traits.touched, traits.met_epoch = NEVER, LONG_AGO, LONG_AGO >> 52
+    traits.leave, traits.touched = NEVER, LONG_AGO
     k.clock[0].kinds = rules.kinds
     k.clock[0].lists.passable = NOBODY
     return k._replace(traits=traits, rules=rules.table, passers=np.full(slots, -1, dtype=np.int32))
