@@ -364,6 +364,9 @@ def test_scenes_are_listed_with_their_parameters():
     assert "grid" in [recipe["name"] for recipe in listing]
     grid = printed("scenes grid")
     assert {"name": "bodies", "type": "int", "required": False, "default": 400} in grid["parameters"]
+    periodic = {"name": "periodic", "type": "str", "required": False, "default": ""}
+    assert grid["parameters"][-1] == periodic  # of every recipe
+    assert re.search(r"periodic +str +\(empty\)", kinetile("scenes grid").stdout)
     assert "grid" in kinetile("scenes").stdout
     shown = kinetile("scenes grid").stdout
     assert "density" in shown

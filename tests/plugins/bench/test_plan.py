@@ -188,7 +188,10 @@ def test_all_mistakes_are_told_at_once_with_where_they_stand():
         ({"measure": ["pairs"]}, "pairs are counted at moments up to it"),
         ({"seeds": [1], "scenes": [{"recipe": "cradle"}]}, "a recipe with a parameter 'seed'"),
         ({"seeds": [1.5]}, "seeds: found 1.5"),
-        ({"observe": ["presure"]}, "observe[0]: found 'presure'; expected an observable (no observable is"),
+        (
+            {"observe": ["presure"]},
+            "an observable (no observable is called 'presure'; did you mean 'pressure'?; available: pre",
+        ),
         ({"observe": ["msd:lags=0"]}, "observe[0]: found 'msd:lags=0'; expected an observable (lags is 0"),
         ({"observe": ["msd", "msd"]}, "observe[1]: found 'msd', which is there already"),
         (
