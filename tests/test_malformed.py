@@ -169,7 +169,7 @@ def sealed(arrays: dict[str, np.ndarray], form: int = zipfile.ZIP_STORED, twice:
         for name, array in arrays.items():
             member = io.BytesIO()
             np.lib.format.write_array(member, array)
-            with warnings.catch_warnings(action="ignore", category=UserWarning):  # of names that are there twice
+            with warnings.catch_warnings(action="ignore", category=UserWarning):  # a name twice
                 for _ in range(1 + twice):
                     archive.writestr(zipfile.ZipInfo(f"{name}.npy"), member.getvalue(), compress_type=form)
         archive.comment = bytes(64)
