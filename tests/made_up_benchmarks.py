@@ -48,7 +48,9 @@ def crowded(density: float, n: int, phase: str, seed: int, number: int) -> float
     return slowed * restless(density, n, phase, seed, number)
 
 
-def bench_of(world: World, phases: tuple[str, ...] = PHASES, machine: Times = quiet) -> ThesisBench:
+def bench_of(
+    world: World, phases: tuple[str, ...] = PHASES, machine: Times = quiet, rounds: int = ROUNDS
+) -> ThesisBench:
     cells = []
     for seed in range(1, 7):
         for density in DENSITIES:
@@ -64,7 +66,7 @@ def bench_of(world: World, phases: tuple[str, ...] = PHASES, machine: Times = qu
                             until=1.0,
                             cpu_seconds=tuple(
                                 found["cost"] * machine(density, n, phase, seed, number)
-                                for number in range(ROUNDS)
+                                for number in range(rounds)
                             ),
                             contacts_disc=found["contacts"],
                             contacts_wall=1,

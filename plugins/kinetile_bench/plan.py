@@ -27,7 +27,13 @@ from kinetile import registry
 from kinetile.errors import BadOption, KinetileError, Mistake, SceneError, StudyError, one_of
 from kinetile.plugin.choices import read_phase
 from kinetile.run.observing import check_observable
-from kinetile.scene.by_name import Registered, complete_parameters, loads_scene, recipe_parameters
+from kinetile.scene.by_name import (
+    Registered,
+    complete_parameters,
+    holds_several,
+    loads_scene,
+    recipe_parameters,
+)
 from kinetile.scene.checks import abridged, is_finite, shown
 from kinetile.scene.schema import Place, read_bytes, read_tables, written
 
@@ -327,6 +333,11 @@ class _PlanReader:
         results = tables.get("results")
         if results is not None and (not results or _CONTROL.search(results)):
             self.wrong("results", shown(results), "the name of a folder")
+        elif results is not None and not Path(results).is_absolute():
+            here = Path(os.path.realpath(Path(self.source or "").parent))
+            if not Path(os.path.realpath(here / results)).is_relative_to(here):
+                expected = "a folder within that of the study, or an absolute path"
+                self.wrong("results", f"{shown(results)}, which is outside of the study's folder", expected)
         self.check_figures(tables.get("figures", []))
         if self.mistakes:
             raise StudyError(abridged(self.mistakes), self.source)
@@ -406,16 +417,24 @@ class _PlanReader:
         if mistakes := self.names.mistakes(f"{where}.recipe", recipe, "scene"):
             self.mistakes += mistakes
             return None
-        types = {each.name: each.type for each in recipe_parameters(recipe)}
+        known_parameters = {each.name: each for each in recipe_parameters(recipe)}
         given = dict(table.get("parameters", {}))
-        if self.seeds is not None and "seed" in types:
+        if self.seeds is not None and "seed" in known_parameters:
             if "seed" in given:
                 self.wrong(f"{where}.parameters.seed", "a seed beside seeds", "one of the two")
             given["seed"] = self.seeds
         lists: dict[str, list[Any]] = {}
         for key, value in given.items():
             place = f"{where}.parameters.{key}"
-            lists[key] = values_of(value, place, self.mistakes, whole=types.get(key) == "int")
+            parameter = known_parameters.get(key)
+            flat = isinstance(value, list) and not all(isinstance(each, list | tuple | str) for each in value)
+            if flat and parameter is not None and holds_several(parameter):
+                found = f"{shown(value)}, one list for a parameter whose value is a list itself"
+                self.wrong(place, found, "a list of lists, such as [[0.5, 0.7]], each a value")
+                lists[key] = []
+                continue
+            whole = parameter is not None and parameter.type == "int"
+            lists[key] = values_of(value, place, self.mistakes, whole=whole)
             for each in lists[key]:
                 self.mistakes += [
                     mistake._replace(where=f"{where}.{mistake.where}")

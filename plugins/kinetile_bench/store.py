@@ -30,6 +30,7 @@ from typing import Any
 
 from kinetile.errors import RecordError
 from kinetile.scene.targets import replacing
+from kinetile.sources import open_regular
 from kinetile_bench.rows import arrow, table_of
 
 try:
@@ -325,7 +326,8 @@ def _read(path: Path, columns: Sequence[str] | None) -> Any:
     """
     from pyarrow import ArrowException, BufferReader, parquet
 
-    content = path.read_bytes()
+    with open_regular(path) as file:
+        content = file.read()
     checksum = _CHECKSUM.search(path.name)
     if checksum and checksum[1] != _checksum(content):
         raise _Damaged(path, "its content has another checksum than its name")

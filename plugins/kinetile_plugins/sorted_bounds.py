@@ -20,7 +20,7 @@ these certificates to fail is drawn as a line from one bound to the other, with 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -63,7 +63,21 @@ def offsets(k: Kernel) -> Lengths:
     return np.asarray(reaches_of(k) * np.array([-1.0, 1.0, -1.0, 1.0]))
 
 
-def audit_bounds(k: Kernel, order: Whole, place: Whole, due: Whole, axes: tuple[int, ...]) -> Iterator[str]:
+def audit_lists(lists: Whole, firsts: Sequence[int], step: int) -> Iterator[str]:
+    """Yields a sentence for each list that is not as the phases store it: an end, then bounds, then ends.
+
+    The two bounds of a body have the numbers ``first`` and ``first + 1`` behind ``step`` times the body.
+    """
+    for bounds, first in zip(lists, firsts, strict=True):
+        count = int((bounds >= 0).sum())
+        inside = bounds[1 : count + 1]
+        if (inside < 0).any() or (bounds < -1).any() or (inside % step >> 1 != first >> 1).any():
+            yield "a list has other numbers than an end, bounds, and ends"
+
+
+def audit_bounds(
+    k: Kernel, order: Whole, place: Whole, due: Whole, axes: tuple[int, ...], pairs: bool
+) -> Iterator[str]:
     """Yields a sentence for everything that does not hold.
 
     Args:
@@ -72,6 +86,7 @@ def audit_bounds(k: Kernel, order: Whole, place: Whole, due: Whole, axes: tuple[
         place: (axes, 2n), where each bound of n slots stands, from 0.
         due: (axes, 2n), the tick at which each bound passes the one right of it.
         axes: 0 for x, 1 for y.
+        pairs: whether the candidate pairs are compared with the intervals, which is O(n^2).
     """
     there = np.flatnonzero(k.queue.number >= 0)
     bounds = np.sort(np.concatenate([2 * there, 2 * there + 1]))
@@ -92,7 +107,8 @@ def audit_bounds(k: Kernel, order: Whole, place: Whole, due: Whole, axes: tuple[
     first = due.min(axis=0).reshape(-1, 2).min(axis=1)
     for body in there[k.queue.own[there] != first[there]]:
         yield f"body {body} is scheduled {_tick(k.queue.own[body])}, but its bounds pass {_tick(first[body])}"
-    yield from _pairs(k, place, there)
+    if pairs:
+        yield from _pairs(k, place, there)
 
 
 def _period(k: Kernel, axis: int) -> float:

@@ -49,7 +49,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from functools import cache
+from functools import cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -76,7 +76,7 @@ from kinetile.toolbox import (
     unchecked,
 )
 
-from .sorted_bounds import Whole, audit_bounds, draw_boxes, draw_line, offset, offsets
+from .sorted_bounds import Whole, audit_bounds, audit_lists, draw_boxes, draw_line, offset, offsets
 
 PLACE = 4
 """Where the place of a bound stands behind its tick in ``bounds``."""
@@ -397,10 +397,11 @@ def _unpacked(k: Kernel, s: State) -> tuple[tuple[int, ...], Whole, Whole, Whole
     return axes, order >> 3 << 1 | order & 1, due, (away & (TURN - 1)) + (away >> BITS) * order.shape[1]
 
 
-def audit(k: Kernel, s: State) -> Iterator[str]:
-    """Yields what does not hold of the sorted bounds and the pairs."""
+def audit(k: Kernel, s: State, pairs: bool = True) -> Iterator[str]:
+    """Yields what does not hold of the sorted bounds and the pairs; without ``pairs`` in O(n log n)."""
     axes, order, due, place = _unpacked(k, s)
-    return audit_bounds(k, order, place, due, axes)
+    yield from audit_lists(s.order.reshape(len(axes), -1), [2 * axis for axis in axes], 8)
+    yield from audit_bounds(k, order, place, due, axes, pairs)
 
 
 def draw(k: Kernel, s: State) -> Iterator[Item]:
@@ -454,6 +455,7 @@ def _parts(scene: Scene, axis: int, count: int, drawn_as: str, circular: bool) -
         **_hooks(first, end, circular),
         room=n,
         audit=audit,
+        sound=partial(audit, pairs=False),
         draw=draw,
         drawn_as="" if circular else drawn_as,
         pairs=4 * n + 64,

@@ -16,6 +16,7 @@ import kinetile as kt
 from kinetile import errors
 from kinetile.kernel.compiled import NotCompiled
 from kinetile.plugin.registry import Failure
+from kinetile.records.bounded import TooManyRows
 from kinetile_accuracy.oracle.event_queue import Undecided
 from kinetile_bench.counters import NoCounters
 from kinetile_bench.pool import PoolError
@@ -58,6 +59,7 @@ RAISED: list[BaseException] = [
     NotCompiled("a hook"),
     Silent(True),
     TimeIsUp(),
+    TooManyRows("more than 10 rows"),
     VersionsDiffer("stripes is 1.0 there, 2.0 here", "the worker tcp://a:1"),
     Undecided("which is first", 1.5, (0, 2)),
 ]

@@ -4,7 +4,6 @@ import json
 import math
 import random
 import re
-import shutil
 from pathlib import Path
 from typing import Any
 
@@ -21,9 +20,8 @@ from lanes import first
 
 HERE = Path(__file__).parent
 VECTORS = HERE.parent / "vectors"
-NODE = shutil.which("node")
 
-pytestmark = pytest.mark.skipif(NODE is None, reason="there is no node to run JavaScript")
+pytestmark = pytest.mark.needs("node")
 
 Tables = dict[str, Any]
 

@@ -12,7 +12,7 @@ import typer
 
 from kinetile.cli.options import Csv, Json
 from kinetile.cli.output import printed, rows_table, show, table_of
-from kinetile.cli.terminal import exit_codes
+from kinetile.cli.terminal import echo, exit_codes
 from kinetile.errors import KinetileError
 
 if TYPE_CHECKING:
@@ -88,12 +88,12 @@ def scenes(
 def _recipe(name: str) -> dict[str, Any]:
     """Returns a recipe's listing; one that cannot be imported is listed with its error."""
     from kinetile.plugin.registry import registry
-    from kinetile.scene.by_name import REQUIRED, recipe_parameters
+    from kinetile.scene.by_name import REQUIRED, accepted_parameters
 
     spec = registry().spec("scene", name)
     listing: dict[str, Any] = {"name": name, "summary": spec.summary, "aliases": list(spec.aliases)}
     try:
-        known = recipe_parameters(name)
+        known = accepted_parameters(name)
     except KinetileError as error:
         return listing | {"parameters": [], "error": str(error)}
     parameters = []
@@ -118,7 +118,7 @@ def _parameters_table(parameters: Sequence[Mapping[str, Any]]) -> Table:
         {
             "| parameter": lambda each: each["name"],
             "| type": lambda each: each["type"],
-            "default": lambda each: str(each.get("default", "(none: must be given)")),
+            "default": lambda each: str(each.get("default", "(none: must be given)")) or "(empty)",
         },
     )
 
@@ -133,6 +133,6 @@ def new_plugin(
 
         folder = write_package(name, into)
     written = sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
-    typer.echo(f"{folder}: {', '.join(written)}")
-    typer.echo("to make its broad phase known here, and judge it:")
-    typer.echo(f"  cd {shlex.quote(str(folder))}\n  pip install -e '.[test]'\n  pytest")
+    echo(f"{folder}: {', '.join(written)}")
+    echo("to make its broad phase known here, and judge it:")
+    echo(f"  cd {shlex.quote(str(folder))}\n  pip install -e '.[test]'\n  pytest")

@@ -93,6 +93,9 @@ class BroadPhaseParts:
     ``audit(k, s)`` (plain Python; may be None) yields a sentence for each invariant of the state that does
     not hold between two events; it may be slow.
 
+    ``sound(k, s)`` (plain Python; None: ``audit``) does the same of a state that a file has, in O(n log n):
+    at least of each index that is out of its range or leads in a circle, which would end the process.
+
     ``draw(k, s)`` (plain Python; may be None) returns the present structure as shapes of
     ``kinetile.plugin.drawing``: bounds, tiles, cells, pairs, certificates with their failure times. It may
     read all, must change nothing, and may be slow. Shapes move with bodies, so they are valid until the next
@@ -139,6 +142,7 @@ class BroadPhaseParts:
     replan: Hook = idle.replan
     arrange: Callable[[Any, Any], None] | None = None
     audit: Callable[[Any, Any], Iterator[str]] | None = None
+    sound: Callable[[Any, Any], Iterator[str]] | None = None
     draw: Callable[[Any, Any], Iterable[Item]] | None = None
     drawn_as: str = ""
     pairs: int = 0
@@ -219,7 +223,9 @@ class WallParts:
 
     ``reach_wall(k, body)``: (tick, wall) of the first contact of a body record with a wall, from its plan
     alone; wall is ``kinetile.toolbox.LEFT``, ``RIGHT``, ``BOTTOM`` or ``TOP``. The arena reaches from the
-    origin to ``k.clock[0].limits.width`` and ``k.clock[0].limits.height``.
+    origin to ``k.clock[0].limits.width`` and ``k.clock[0].limits.height``. Walls may be anywhere in it, and
+    have to keep every body in it: broad phases and the skin rely on that. A body that is inserted, or is
+    there at the start, is only compared with the arena's edges.
 
     ``bounce(k, body, wall)``: the body is anchored at the contact; give it a new velocity and return how deep
     it is in the wall.
@@ -228,6 +234,11 @@ class WallParts:
     None: the phase does not work with responses that need it.
 
     ``periodic`` and ``shapes``: as in ``PairParts``; of a body with a shape each side has its own reach.
+
+    ``inside(k, body, tick) -> bool``: a shortcut, which saves most calls of ``reach_wall``: True only if the
+    body, by its plan, reaches no wall up to and at a tick. ``kinetile.toolbox.inside_arena`` is right where
+    the walls are at the arena's edges; with it the kernel also passes empty time in one step. None: there is
+    no shortcut.
     """
 
     reach_wall: Hook
@@ -235,6 +246,7 @@ class WallParts:
     touch: Hook | None = None
     periodic: bool = False
     shapes: bool = False
+    inside: Hook | None = None
 
 
 @dataclass(frozen=True)
@@ -286,7 +298,7 @@ class NarrowPhase(Protocol):
 MOST = 2**31 - 1
 """Pairs and bodies are numbered in 32 bits."""
 
-PLAIN = ("arrange", "audit", "draw")
+PLAIN = ("arrange", "audit", "sound", "draw")
 
 DRAWN_AS = ("", "tiling", "bounds x", "bounds y", "boxes")
 """Structures that a page can compute."""

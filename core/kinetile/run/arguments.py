@@ -221,7 +221,8 @@ def read_turns(engine: Engine, bodies: object, velocities: object) -> Rows:
         for body in numbers.tolist():
             read_body(engine, body)
     try:
-        pairs = np.asarray(velocities, dtype=np.float64)
+        with np.errstate(over="ignore"):  # of wider floats: they are infinite then
+            pairs = np.asarray(velocities, dtype=np.float64)
         if pairs.shape != (len(numbers), 2):
             pairs = np.broadcast_to(pairs, (len(numbers), 2))
     except (TypeError, ValueError, OverflowError):
@@ -322,7 +323,8 @@ class StopAt:
         kinds: one kind of bodies or several, at every contact of theirs, including bodies that the scene
             inserts later.
         before: stop before the contact happens, and not after: it is still to come, unless a command changes
-            that.
+            that. A passing that begins at the start, or begins or ends together with a command, happens with
+            it: no run stops before that.
     """
 
     bodies: Iterable[int] = ()

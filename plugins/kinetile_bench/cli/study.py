@@ -10,7 +10,7 @@ import typer
 
 from kinetile.cli.options import Csv, Json
 from kinetile.cli.output import as_json, printed
-from kinetile.cli.terminal import FAULT, Bar, FirstSignal, exit_codes, notice
+from kinetile.cli.terminal import FAULT, Bar, FirstSignal, echo, exit_codes, notice
 from kinetile.errors import BadOption
 
 if TYPE_CHECKING:
@@ -127,7 +127,7 @@ def study_plot(
             written = this.plot(out)
         except OSError as error:
             raise BadOption(f"--out {out or this.results}: {error.strerror or error}") from error
-        typer.echo(as_json({"files": written}) if json else "\n".join(f"written: {path}" for path in written))
+        echo(as_json({"files": written}) if json else "\n".join(f"written: {path}" for path in written))
 
 
 def run_with_bar(study: Study, **options: Any) -> tuple[StudyStatus, int | None]:
@@ -166,7 +166,7 @@ def end(status: StudyStatus, number: int | None) -> None:
 
 def _print_status(study: Study, status: StudyStatus, json: bool) -> None:
     if json:
-        typer.echo(as_json({**status._asdict(), "results": str(study.results), "well": status.well}))
+        echo(as_json({**status._asdict(), "results": str(study.results), "well": status.well}))
         return
     from kinetile.cli.output import show
     from kinetile_bench.cli.tables import status_parts

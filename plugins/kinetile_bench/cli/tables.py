@@ -9,6 +9,7 @@ from typing import Any
 from rich.table import Table
 
 from kinetile.cli.output import rows_table
+from kinetile.errors import legible
 from kinetile_bench.counters import CountersBench
 from kinetile_bench.events import Bench
 from kinetile_bench.frames import PARTS, FrameBench
@@ -238,10 +239,10 @@ def status_parts(study: Study, status: StudyStatus) -> list[Any]:
     if status.others:
         table.add_row("others", f"{status.others:,} rows of other versions, or that the study had before")
     for sentence in status.changed:
-        table.add_row("changed", sentence)
+        table.add_row("changed", legible(sentence))
     if status.damaged:
         table.add_row("damaged", f"{status.damaged:,} files, moved to `damaged`: their tasks are done again")
-    table.add_row("results", str(study.results))
+    table.add_row("results", legible(str(study.results)))
     return [table, *(f"disagreement: {sentence}" for sentence in status.disagreements[:10])]
 
 

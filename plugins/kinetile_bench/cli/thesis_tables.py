@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
@@ -40,9 +41,13 @@ def thesis_parts(bench: ThesisBench, scenes: Rows, exponents: Rows, found: Itera
         _statements_table(found),
         f"{where['processor']}; seeds 1 to {where['seeds']}, {where['until']:g} units of time; "
         f"{where['repeats']} rounds of all phases on each scene, about {where['seconds']:g} CPU s each",
-        f"slowest over fastest round of the same run: {bench.unrest:.3f}, the median of all; "
+        f"slowest over fastest round of the same run: {_unrest(bench.unrest, 3)}, the median of all; "
         f"a machine is quiet up to {QUIET:g}",
     ]
+
+
+def _unrest(unrest: float, places: int) -> str:
+    return f"{unrest:.{places}f}" if math.isfinite(unrest) else "not known"
 
 
 def _time_table(scenes: Rows) -> Table:
@@ -65,7 +70,7 @@ def _time_table(scenes: Rows) -> Table:
         }
         unrest = max(row["unrest"] for row in found.values())
         cells = [texts.get(phase, "") for phase in phases]
-        rows.append((f"{density:g}", f"{bodies:,}", *cells, f"{unrest:.2f}"))
+        rows.append((f"{density:g}", f"{bodies:,}", *cells, _unrest(unrest, 2)))
     heads = ("> density", "> discs", *(f"> {phase}" for phase in phases), "> unrest")
     return rows_table(heads, rows, shared=1)
 

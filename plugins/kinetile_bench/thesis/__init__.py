@@ -14,6 +14,7 @@ A cell sums up the rows of one scene under one phase. What follows from the cell
 
 from __future__ import annotations
 
+import math
 import os
 import statistics
 import time
@@ -110,8 +111,11 @@ class Cell:
 
     @property
     def unrest(self) -> float:
-        """How many times as long the slowest round took as the fastest: a measure of other load."""
-        return max(self.cpu_seconds) / min(self.cpu_seconds)
+        """How many times as long the slowest round took as the fastest: a measure of other load.
+
+        One round does not show it: infinite.
+        """
+        return max(self.cpu_seconds) / min(self.cpu_seconds) if len(self.cpu_seconds) > 1 else math.inf
 
 
 class ThesisScene(NamedTuple):

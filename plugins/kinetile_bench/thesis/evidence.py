@@ -37,6 +37,7 @@ class Answer(Enum):
 
     YES = "yes"
     NO = "no"
+    NOT_KNOWN = "not known: one round does not show how quiet the machine was"
     NOT_QUIET = "undecided: the machine was not quiet"
     TOO_CLOSE = "undecided: too close to tell"
     NOT_MEASURED = "undecided: a part is not measured"
@@ -53,7 +54,7 @@ class Evidence(NamedTuple):
     Attributes:
         logs: natural logarithm of each ratio, or of the ratio of two ratios.
         unrest: slowest over fastest round of one and the same run: of the phase that was moved most, median
-            over the seeds.
+            over the seeds; infinite where there was one round.
     """
 
     logs: tuple[float, ...]
@@ -61,6 +62,8 @@ class Evidence(NamedTuple):
 
     def below(self, ratio: float = 1.0) -> Answer:
         """Whether the ratio is below another."""
+        if self.unrest == math.inf:
+            return Answer.NOT_KNOWN
         quiet = self.unrest <= QUIET
         margin = math.log(QUIET if quiet else self.unrest**POWER)
         differences = [each - math.log(ratio) for each in self.logs]
@@ -90,7 +93,7 @@ def by_count(holds: bool) -> Answer:
 def all_of(answers: Iterable[Answer]) -> Answer:
     """Returns whether all answers are yes: one no is enough to deny it, an open one leaves it open."""
     given = list(answers)
-    for decisive in (Answer.NO, Answer.NOT_QUIET, Answer.TOO_CLOSE, Answer.NOT_MEASURED):
+    for decisive in (Answer.NO, Answer.NOT_KNOWN, Answer.NOT_QUIET, Answer.TOO_CLOSE, Answer.NOT_MEASURED):
         if decisive in given:
             return decisive
     return Answer.YES

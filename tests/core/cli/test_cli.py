@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import importlib
 import io
 import json
 import os
@@ -363,6 +364,9 @@ def test_scenes_are_listed_with_their_parameters():
     assert "grid" in [recipe["name"] for recipe in listing]
     grid = printed("scenes grid")
     assert {"name": "bodies", "type": "int", "required": False, "default": 400} in grid["parameters"]
+    periodic = {"name": "periodic", "type": "str", "required": False, "default": ""}
+    assert grid["parameters"][-1] == periodic  # of every recipe
+    assert re.search(r"periodic +str +\(empty\)", kinetile("scenes grid").stdout)
     assert "grid" in kinetile("scenes").stdout
     shown = kinetile("scenes grid").stdout
     assert "density" in shown
@@ -718,3 +722,29 @@ def test_a_run_that_is_stopped_prints_and_keeps_what_was_done(tmp_path, number, 
     rows, metadata = read_events(path)
     assert len(rows) == result["readings"]["contacts_disc"] + result["readings"]["contacts_wall"]
     assert (metadata["status"], metadata["time"]) == ("interrupted", result["run"]["time"])
+
+
+def test_ctrl_c_while_modules_are_imported_or_code_is_loaded_became_another_error(monkeypatch, tmp_path):
+    """An import turns a KeyboardInterrupt of a class body into a RuntimeError, and a callback of the compiler
+    loses it; the signal waits for their end."""
+    from kinetile.run.interrupts import comes_later
+
+    (tmp_path / "pressed.py").write_text(
+        "import signal\nsignal.raise_signal(signal.SIGINT)\nloaded = True\n", encoding="utf-8"
+    )
+    monkeypatch.syspath_prepend(str(tmp_path))
+    later = []
+
+    def interrupt(number, frame):
+        later.append(comes_later(number, frame))
+        if not later[-1]:
+            raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGINT, interrupt)
+    try:
+        assert importlib.import_module("pressed").loaded
+        with pytest.raises(KeyboardInterrupt):
+            time.sleep(10.0)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert later == [True, False]

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 
 from kinetile import make_scene
 from kinetile.errors import BadOption, KinetileError, StudyError, UnknownName
+from kinetile.scene.by_name import Parameter, holds_several
 from kinetile_bench import Study
 from kinetile_bench.plan import SceneTable, StudyTable, read_plan, values_of
 from kinetile_bench.task import tasks_of
@@ -79,6 +80,35 @@ def test_several_numbers_are_one_value_and_in_rows_a_text():
     assert make_scene("mixture", **scenes.combinations[0]) == make_scene(
         "mixture", radii=(1.0, 2.0), counts=(4, 5), bodies=9
     )
+
+
+@pytest.mark.parametrize("key", ["radii", "fractions", "counts", "masses"])
+@pytest.mark.parametrize("value", [[0.5, 0.7], [1], ["1, 3", 2], [[1, 3], 2], [True, False]])
+def test_a_flat_list_for_a_parameter_that_is_a_list_ran_several_scenes_of_one_number_each(key, value):
+    said = mistakes(scenes=[{"recipe": "mixture", "parameters": {key: value}}])
+    assert [line.partition(": found ")[0] for line in said] == [f"scenes[0].parameters.{key}"]
+    assert "one list for a parameter whose value is a list itself; expected a list of lists" in said[0]
+
+
+@pytest.mark.parametrize("value", [{"from": 0.5, "to": 1.5}, 0.5, "0.5, 0.7", [[0.5, 0.7]], ["0.5", "0.7"]])
+def test_a_range_texts_and_lists_of_lists_are_values_of_a_parameter_that_is_a_list(value):
+    assert read_plan(tables(scenes=[{"recipe": "mixture", "parameters": {"radii": value}}])).size in (1, 2)
+
+
+@pytest.mark.parametrize(
+    ("written", "several"),
+    [
+        (tuple[float, ...], True),
+        (list, True),
+        ("Sequence[int]", True),
+        ("npt.NDArray[np.float64] | None", True),
+        (int, False),
+        ("Listed", False),
+    ],
+)
+def test_annotations_say_whether_a_value_is_a_list(written, several):
+    name = written.__name__ if isinstance(written, type) else str(written)
+    assert holds_several(Parameter("one", name, None)) is several
 
 
 @pytest.mark.parametrize(
@@ -158,7 +188,10 @@ def test_all_mistakes_are_told_at_once_with_where_they_stand():
         ({"measure": ["pairs"]}, "pairs are counted at moments up to it"),
         ({"seeds": [1], "scenes": [{"recipe": "cradle"}]}, "a recipe with a parameter 'seed'"),
         ({"seeds": [1.5]}, "seeds: found 1.5"),
-        ({"observe": ["presure"]}, "observe[0]: found 'presure'; expected an observable (no observable is"),
+        (
+            {"observe": ["presure"]},
+            "an observable (no observable is called 'presure'; did you mean 'pressure'?; available: pre",
+        ),
         ({"observe": ["msd:lags=0"]}, "observe[0]: found 'msd:lags=0'; expected an observable (lags is 0"),
         ({"observe": ["msd", "msd"]}, "observe[1]: found 'msd', which is there already"),
         (

@@ -176,6 +176,21 @@ def test_a_folder_that_cannot_be_written_is_told(tmp_path):
         run(TABLES, tmp_path / "file")
 
 
+@pytest.mark.parametrize("results", ["..", "a/../..", "../beside", "link", "link/rows"])
+def test_results_of_a_study_were_written_outside_of_its_folder(tmp_path, results):
+    (tmp_path / "here").mkdir()
+    (tmp_path / "here" / "link").symlink_to(tmp_path)
+    file = tmp_path / "here" / "study.toml"
+    scene = '[[scenes]]\nrecipe = "grid"\n'
+    file.write_text(f'results = "{results}"\nphases = ["naive"]\ncontacts = 5\n{scene}')
+    with pytest.raises(StudyError, match=r"which is outside of the study's folder; expected .*absolute path"):
+        Study(file)
+    assert {each.name for each in tmp_path.rglob("*")} == {"here", "link", "study.toml"}
+    for inside in ("rows", "a/../rows", str(tmp_path / "beside")):
+        file.write_text(f'results = "{inside}"\nphases = ["naive"]\ncontacts = 5\n{scene}')
+        assert Study(file).results == tmp_path / "here" / inside
+
+
 def test_the_table_has_means_ratios_exponents(done):
     found = done.table(y="events")
     assert (found["y"], found["x"], found["base"]) == ("events", "bodies", "naive")

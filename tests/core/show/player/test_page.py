@@ -17,16 +17,16 @@ from kinetile.show.player import recording, view_scene
 from kinetile.show.player.page import MODULES, decode, encode, script
 from kinetile_conformance.cases import Subject, save_case
 from kinetile_conformance.view import view_case
-from player_pages import NODE, SCENES, needs_node
+from player_pages import SCENES, needs_node
+from programs import program
 
 DOM = Path(__file__).parents[3] / "player_dom.mjs"
 
 
 def run_page(path: Path) -> dict[str, object]:
     """Press all keys and buttons of a page under node; what came of it."""
-    assert NODE is not None
     done = subprocess.run(
-        [NODE, str(DOM), str(path)], capture_output=True, text=True, timeout=120, check=False
+        [program("node"), str(DOM), str(path)], capture_output=True, text=True, timeout=120, check=False
     )
     assert (done.returncode, done.stderr) == (0, "")
     found: dict[str, object] = json.loads(done.stdout)
@@ -145,6 +145,21 @@ def test_what_does_not_fit_is_a_window(monkeypatch):
     assert note.endswith("a page has those of 10 steps.")
     with pytest.raises(BadOption, match="expected two times from the scene's start on"):
         view_scene(scene, begin=2.0, until=1.0)
+
+
+def test_plans_that_the_clock_anchors_anew_counted_towards_no_limit(monkeypatch):
+    """A page of two slow bodies took 2.5 GB in seven minutes, without a contact; and so did its beginning."""
+    monkeypatch.setattr(recording, "MOST_ROWS", 50)
+    slow = kt.Scene([[0.3, 0.3], [0.7, 0.7]], [[1e-9, 0.0], [0.0, 1e-9]], 0.1, arena=(1.0, 1.0))
+    page = view_scene(slow, until=1e6, steps=False).page
+    assert len(page.recordings[0].rows) == 50
+    (note,) = page.all_notes
+    assert note.startswith("Shown up to 25600.0 of 0.0 to 1000000.0: 50 events are as many as a page takes.")
+    later = view_scene(slow, begin=25600.0, until=25600.0 + 2048.0, steps=False).page.recordings[0]
+    assert 2 <= len(later.rows) <= 4
+    sim = kt.Simulation(slow, "naive")
+    sim.run(25600.0)
+    assert later.plans.x.tolist() == sim.tables.bodies.x.tolist()
 
 
 def test_a_simulation_shows_what_it_has_done_and_stays_as_it_is():

@@ -8,11 +8,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from kinetile.cli.output import as_json
+from kinetile_bench.cli.thesis_tables import thesis_parts
 from kinetile_bench.events import BODIES, DENSITIES
 from kinetile_bench.thesis import ThesisBench
 from kinetile_bench.thesis.evidence import POWER, QUIET, Answer, Evidence, all_of, more_than_half
+from kinetile_bench.thesis.measures import exponents, summaries
 from kinetile_bench.thesis.statements import statements
-from made_up_benchmarks import as_the_thesis_says, bench_of, changed, crowded, restless, times
+from made_up_benchmarks import as_the_thesis_says, bench_of, changed, crowded, quiet, restless, times
 
 
 def verdicts(bench: ThesisBench) -> dict[str, str]:
@@ -56,6 +59,10 @@ def test_a_verdict_follows_the_numbers(name, world):
     assert verdicts(bench_of(world))[name] == "does not hold"
 
 
+def _last(table):
+    return str(table.columns[-1].header)
+
+
 COUNTED = {"B7", "B8", "B9"}
 """The statements that are about numbers of events alone."""
 
@@ -71,6 +78,21 @@ def test_a_verdict_does_not_turn_with_the_load_of_the_machine(machine):
     assert (found["B1"], found["B3"], found["B10"]) == (undecided,) * 3
     assert {name for name, verdict in found.items() if verdict == "holds"} >= COUNTED
     assert "does not hold" not in found.values()
+
+
+@pytest.mark.parametrize("machine", [quiet, restless, crowded])
+def test_one_round_gave_verdicts_on_times_whatever_the_load(machine):
+    one = bench_of(as_the_thesis_says, machine=machine, rounds=1)
+    of_times = {name: said for name, said in verdicts(one).items() if name not in COUNTED}
+    assert len(of_times) == 8
+    assert {said.partition(":")[0] for said in of_times.values()} == {"not known"}
+    assert {verdicts(one)[name] for name in COUNTED} == {"holds"}
+    where = {"processor": "one", "seeds": 6, "until": 1.0, "repeats": 1, "seconds": 0.01}
+    parts = thesis_parts(ThesisBench(one.rows, where), summaries(one), exponents(one), statements(one))
+    assert [part for part in parts if "slowest over fastest round of the same run: not known" in str(part)]
+    (times_table,) = [part for part in parts if getattr(part, "columns", None) and _last(part) == "unrest"]
+    assert set(times_table.columns[-1].cells) == {"not known"}
+    assert as_json(one.unrest) == "null"
 
 
 def tiling_over_naive(density: float, n: int) -> float:
@@ -117,7 +139,7 @@ def test_a_fingerprint_that_differs_is_counted():
     assert "in 66 of 72 runs" in part.numbers
 
 
-UNDECIDED = {Answer.NOT_QUIET, Answer.TOO_CLOSE, Answer.NOT_MEASURED}
+UNDECIDED = {Answer.NOT_KNOWN, Answer.NOT_QUIET, Answer.TOO_CLOSE, Answer.NOT_MEASURED}
 ratios = st.lists(st.floats(0.01, 100.0), min_size=1, max_size=40)
 answers = st.lists(st.sampled_from(Answer), min_size=1, max_size=8)
 
