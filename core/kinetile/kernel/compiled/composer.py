@@ -8,7 +8,6 @@ makes one sentence of them, with the author's own file and line.
 from __future__ import annotations
 
 import re
-import sys
 import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping
@@ -192,15 +191,6 @@ def is_cached(function: Callable[..., Any]) -> bool | None:
     folder = Path(cast(Any, function).stats.cache_path or ".")
     files = [*folder.glob(f"*{function.__qualname__}*.nb[ic]")]
     return any(file.suffix == ".nbi" for file in files) and all(f.is_file() and is_whole(f) for f in files)
-
-
-def nobody_compiles() -> AbstractContextManager[Any]:
-    """Return a context in which no other thread compiles: only then is it safe to fork this process."""
-    if INTERPRETED or "numba" not in sys.modules:
-        return nullcontext()
-    from numba.core.compiler_lock import global_compiler_lock
-
-    return cast("AbstractContextManager[Any]", global_compiler_lock)
 
 
 PLACE = re.compile(r'^File "(?P<file>.*)", line (?P<line>\d+):$')
