@@ -22,10 +22,12 @@ DEFAULT = (
     "sap-1d-takes-the-other-end-of-the-right-body",
 )
 EVERY = 10
+LARGE = ("does-not-see-who-asks", "same-contacts-in-the-gallery", "skin-limit-holds-at-its-edge")
 SMALL = [
     name
     for name, each in mutants.ALL.items()
-    if each.killed_by and check_named(each.killed_by).scenes is None
+    if each.killed_by and each.killed_by not in LARGE and not check_named(each.killed_by).living
+    if check_named(each.killed_by).scenes is None
 ]
 """Mutants that die on small scenes, so with plain hooks; for the others these take ten minutes."""
 
@@ -54,7 +56,8 @@ def test_every_mutant_can_be_made_of_the_present_source() -> None:
             changed = text
             for change in mutant.changes:
                 changed = change.made(changed) if change.file == file else changed
-            assert ast.dump(ast.parse(changed)) != ast.dump(ast.parse(text)), mutant.name
+            assert changed != text, mutant.name
+            ast.parse(changed)
 
 
 def test_the_table_names_checks() -> None:
