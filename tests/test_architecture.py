@@ -54,10 +54,9 @@ LARGER_IDEAS = {
     "kinetile/kernel/vectors/intrinsics.py": 500,
     "kinetile_accuracy/oracle/attempt.py": 650,
     "kinetile_accuracy/specification/course.py": 520,
-    "kinetile_bench/plan.py": 550,
 }
 """Files with all of one thing: what users have, a scene, the engine, saved runs, certificates, tables, rules,
-vectors, study files, a simulator in ball arithmetic."""
+vectors, a simulator in ball arithmetic."""
 
 
 def test_few_files_are_longer_than_450_lines():

@@ -27,7 +27,6 @@ from kinetile.errors import AuditError, KinetileError, MissedContactError, Phase
 from kinetile.plugin.choices import write_phase
 from kinetile_accuracy.environment import environment
 from kinetile_bench.benchmark import Choice, PhasesMeasured, phases_with_options
-from kinetile_bench.runner import arrays_of
 
 MOST_RUNS = 1000
 """Runs of one repeat, at most."""
@@ -62,6 +61,10 @@ class SceneRow:
     contacts: int | None = None
     commands: int | None = None
     fingerprint: str | None = None
+
+    @property
+    def scene(self) -> None:
+        """The scene, which all rows have."""
 
     @property
     def rate(self) -> float:
@@ -275,10 +278,31 @@ def _end_of(scene: Any) -> float | None:
 
 
 def _memory(scene: Any, choice: tuple[str, Mapping[str, Any]]) -> int | None:
+    """Returns the bytes of the arrays that grow with the number of bodies; None where a phase refuses."""
     try:
-        return sum(arrays_of(Simulation(scene, choice[0], options=choice[1], keep_contacts=False)).values())
+        sim = Simulation(scene, choice[0], options=choice[1], keep_contacts=False)
     except KinetileError:
         return None
+    tables = [getattr(sim.tables, name) for name in _GROWING]
+    arrays = [scene.position, scene.velocity, scene.radius, scene.mass, *sim.state, *tables]
+    # Without strides an array is one number for all bodies.
+    return sum(int(each.nbytes if each.strides != (0,) else each.itemsize) for each in arrays)
+
+
+_GROWING = (
+    "bodies",
+    "mass",
+    "radii",
+    "places",
+    "queue",
+    "links",
+    "marks",
+    "near",
+    "pairs",
+    "lookup",
+    "firsts",
+)
+"""Tables of the kernel that grow with the number of bodies."""
 
 
 def _recommendation(candidates: Sequence[Candidate]) -> tuple[str | None, str]:

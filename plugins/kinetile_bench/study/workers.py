@@ -1,0 +1,125 @@
+"""Tasks on an executor: the user's, or processes of this machine that end with the one that started them."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections import deque
+from collections.abc import Generator, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
+from contextlib import contextmanager, suppress
+from multiprocessing.connection import Connection
+from typing import Any
+
+from kinetile.errors import KinetileError
+from kinetile_bench.study.task import LOST, StudyStopped, Task, row_of, run_task
+
+Row = dict[str, Any]
+
+
+def rows_of(tasks: Iterable[Task], executor: Executor | None, workers: int | None) -> Generator[Row | None]:
+    """Runs tasks; yields their rows as they come, and None now and then.
+
+    Closing the generator ends the processes in the middle of their tasks. Raises StudyStopped where tasks
+    cannot go on.
+    """
+    if executor is not None:
+        broken, _ = yield from _through(executor, tasks, workers)
+        if broken:
+            raise StudyStopped("the executor has broken; the study goes on with another one")
+        return
+    left, count = list(tasks), workers or _processors()
+    while left:
+        with _processes(count) as pool:
+            broken, left = yield from _through(pool, left, count)
+        for task in broken:  # which of them has ended a worker is unknown, so each runs again, alone
+            with _processes(1) as pool:
+                died, _ = yield from _through(pool, [task], 1)
+            if died:
+                yield _lost(task, "its worker died, twice: the second time nothing else was running")
+
+
+def _through(
+    executor: Executor, tasks: Iterable[Task], window: int | None
+) -> Generator[Row | None, None, tuple[list[Task], list[Task]]]:
+    """Runs tasks, ``window`` at a time, so that a kill loses no more than those. Returns, if the executor has
+    broken, the tasks that it had then, and those that it never had."""
+    waiting, broken = deque(tasks), list[Task]()
+    under_way: dict[Future[Row], Task] = {}
+    try:
+        while under_way or (waiting and not broken):
+            while waiting and not broken and (window is None or len(under_way) < window):
+                task = waiting.popleft()
+                try:
+                    under_way[executor.submit(run_task, task)] = task
+                except BrokenExecutor:
+                    broken.append(task)
+            done, _ = wait(under_way, timeout=0.5, return_when=FIRST_COMPLETED)
+            for future in done:
+                task = under_way.pop(future)
+                try:
+                    yield future.result()
+                except BrokenExecutor:
+                    broken.append(task)
+                except KinetileError:
+                    raise
+                except Exception as error:
+                    said = f"{type(error).__name__}: {error}"
+                    if type(error).__name__ != "KilledWorker":  # Dask's, which has tried it several times
+                        raise StudyStopped(f"a task cannot run on its worker: {said}") from error
+                    yield _lost(task, said)
+            yield None
+        return broken, list(waiting)
+    finally:
+        for future in under_way:
+            future.cancel()
+
+
+def _lost(task: Task, reason: str) -> Row:
+    return row_of(task, {"status": LOST, "error": reason})
+
+
+def _processors() -> int:
+    """Returns how many processors this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+@contextmanager
+def _processes(count: int) -> Iterator[Executor]:
+    """Yields processes of this machine, started afresh, which end with this context, whatever they do.
+
+    Raises StudyStopped where none of them works.
+    """
+    context = multiprocessing.get_context("spawn")
+    parent, leash = context.Pipe(duplex=False)
+    pool = ProcessPoolExecutor(count, context, initializer=_begin, initargs=(parent,))
+    try:
+        try:
+            pool.submit(os.getpid).result()
+        except BrokenExecutor as error:
+            raise StudyStopped(
+                "the worker processes do not start. In a script, what runs a study must stand behind "
+                "`if __name__ == '__main__':`, for each worker imports the script"
+            ) from error
+        yield pool
+    finally:
+        leash.close()
+        with suppress(BrokenExecutor):
+            pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _begin(parent: Connection) -> None:
+    """Prepares a worker: Ctrl-C is the business of the process that runs the study. That holds the only
+    writing end of the pipe ``parent``; when it closes it, or is killed, the worker ends, in any state."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+
+
+def _end_with(parent: Connection) -> None:
+    with suppress(EOFError, OSError):
+        parent.recv_bytes()
+    os._exit(0)
